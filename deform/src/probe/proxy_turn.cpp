@@ -20,6 +20,9 @@ constexpr int most_passes = 3, most_hits = 8;
 constexpr double pass_length = 1, reach = 0.05, nothing = 1e-5, margin = 1e-6, least_arc = 1e-7;
 /// Of a cell: after so much what was hit is found anew.
 constexpr double well_off = 1e-3;
+/// Of a cell: a turn that stays behind by so much is bound; it then tries ways aside, so far, which count if
+/// they bring it so much nearer.
+constexpr double bound_from = 1, aside_by = 0.5, nearer = 0.01;
 
 Eigen::Vector3d turn_between(const Eigen::Matrix3d& from, const Eigen::Matrix3d& to) {
   const Eigen::AngleAxisd turn(to * from.transpose());
@@ -102,10 +105,43 @@ void Proxy::turn(const Surroundings& surroundings, const Pose& goal) {
     double gone = move_by(surroundings, Eigen::Vector3d::Zero(), part, obstacle) * part.norm() * arm_;
     if (obstacle)
       gone += give_way(surroundings, goal, length);
-    if (gone <= well_off * cell)
+    if (gone <= well_off * cell && !(arc > bound_from * cell && free_itself(surroundings, goal)))
       break;
   }
   is_turn_blocked_ = turn_between(pose_.rotation, goal.rotation).norm() * arm_ > least_arc * cell;
+}
+
+/// How far it is from a goal: shift and turn together [m].
+double Proxy::distance(const Pose& goal) const {
+  return std::hypot((goal.position - middle()).norm(),
+                    arm_ * turn_between(pose_.rotation, goal.rotation).norm());
+}
+
+/// Out of a wedge: first a little aside, along or about one of its own axes, then towards the goal; the way
+/// that brings it nearest counts. @return whether any brings it nearer
+bool Proxy::free_itself(const Surroundings& surroundings, const Pose& goal) {
+  const double cell = *std::ranges::min_element(surroundings.cell_size());
+  const Pose bound = pose_;
+  const Eigen::Vector3d at = middle();
+  Pose best = bound;
+  double nearest = distance(goal) - nearer * cell;
+  for (int way = 0; way < 12; ++way) {
+    pose_ = bound;
+    const Eigen::Vector3d aside = (way % 2 == 0 ? 1 : -1) * aside_by * cell * bound.rotation.col(way / 2 % 3);
+    Pose there{bound.rotation, at};
+    if (way < 6)
+      there.position += aside;
+    else
+      there.rotation = Eigen::AngleAxisd(aside.norm() / arm_, aside.normalized()) * bound.rotation;
+    give_way(surroundings, there, aside_by * cell);
+    give_way(surroundings, goal, pass_length * cell);
+    if (const double left = distance(goal); left < nearest) {
+      nearest = left;
+      best = pose_;
+    }
+  }
+  pose_ = best;
+  return best.position != bound.position || best.rotation != bound.rotation;
 }
 
 /// Shifts and turns along what it touches. @param length at most [m] @return how far it came [m]

@@ -50,7 +50,8 @@ std::unique_ptr<Scene> checked_scene(const WorldObject& object, const WorldScene
     fail("carries loads or contracts: a frame of the world knows holds and handles");
   if (!std::ranges::all_of(scene.prescribed, [](const Prescribed& p) { return p.held && p.value == 0; }))
     fail("has moves of its own: drives move it");
-  const bool is_within_limits = world.method == "limits" || world.method == "sweep";
+  const bool is_within_limits =
+      world.method == "limits" || world.method == "sweep" || world.method == "hand_on";
   if (is_within_limits && scene.limit_source() == LimitSource::taut && !scene.limits.taut_scale)
     fail(
         "moves by its limits, and taut ones need a move to be scaled by: give limits or take the material's");

@@ -94,8 +94,10 @@ public:
   const Displacement& displacement() const { return state_; }
   bool knows_forces() const { return method_ == "relaxed" || method_ == "coupled"; }
   /// Whether it goes on by itself from one frame to the next: sweeps may end on the way to rest.
-  bool relaxes_on() const { return method_ == "sweep"; }
+  bool relaxes_on() const { return method_ == "sweep" || method_ == "hand_on"; }
   bool limits_bind() const { return limits_bind_; }
+  /// Of its links, whether or not they bind.
+  const LinkLimits& limits() const { return limits_; }
   /// Whether friction holds nodes in contact: their other components are then prescribed too, where nothing
   /// else prescribes them.
   void let_walls_grip(bool do_grip) { walls_grip_ = do_grip; }

@@ -267,7 +267,7 @@ bool is_blocked(const OccupancyMap& map, const Vec3& cell_size, const RigidShape
   return any_cells(posed, [&](std::int32_t n,
                               const std::int32_t* const cells[3]) { return map.n_blocked(n, cells) > 0; }) ||
          (has_cells_between_voxels(shape.spacing(), pose.rotation, cell_size) &&
-          holds_taken_cell(map, cell_size, shape, pose));
+          holds_blocked_cell(map, cell_size, shape, pose));
 }
 
 } // namespace maille::deform

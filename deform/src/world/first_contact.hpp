@@ -42,7 +42,7 @@ std::vector<Entry> entries_on_the_way(const OccupancyMap& map, const Vec3& cell_
 
 /// Moves a shape's pose along a motion, up to a billionth of a cell before the first contact: of a voxel's
 /// middle with a blocked cell, or, where voxels are longer than cells as they stand, of a voxel's box with
-/// the middle of a taken cell (see posed_matter.hpp).
+/// the middle of one (see posed_matter.hpp).
 ///
 /// @param pose where it is, in no blocked cell; then where it is after `done` of the motion, in no blocked
 ///        cell

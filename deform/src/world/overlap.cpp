@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -88,16 +89,27 @@ public:
   }
 
 protected:
-  /// Places within a cell, each axis from 0 to 1: as close as cells of the world.
+  /// Places within a cell of matter, each axis from 0 to 1: as close as cells of the world, and half a
+  /// diagonal of those within its faces, or in its middle. Nearer to its faces matter may have cells of the
+  /// world that are not its own.
   std::vector<Eigen::Vector3d> places_within(const Vec3& length, const Vec3& cell_size) const {
-    Index3 n{1, 1, 1};
+    double diagonal = 0;
     for (std::size_t a = 0; a < static_cast<std::size_t>(dimension_); ++a)
-      n[a] = std::max(1, static_cast<int>(std::ceil(length[a] / cell_size[a] - 1e-9)));
+      diagonal = std::hypot(diagonal, cell_size[a]);
+    std::array<std::vector<double>, 3> along{{{0.5}, {0.5}, {0.5}}};
+    for (std::size_t a = 0; a < static_cast<std::size_t>(dimension_); ++a) {
+      const double inner = 1 - diagonal / length[a];
+      const int n = static_cast<int>(std::ceil(inner * length[a] / cell_size[a] - 1e-9));
+      if (n > 0)
+        along[a].clear();
+      for (int i = 0; n > 0 && i <= n; ++i)
+        along[a].push_back(0.5 + inner * (static_cast<double>(i) / n - 0.5));
+    }
     std::vector<Eigen::Vector3d> places;
-    for (int k = 0; k < n[2]; ++k)
-      for (int j = 0; j < n[1]; ++j)
-        for (int i = 0; i < n[0]; ++i)
-          places.emplace_back((i + 0.5) / n[0], (j + 0.5) / n[1], (k + 0.5) / n[2]);
+    for (const double z : along[2])
+      for (const double y : along[1])
+        for (const double x : along[0])
+          places.emplace_back(x, y, z);
     return places;
   }
 

@@ -51,8 +51,7 @@ std::optional<Contact> RigidWorld::find_refusal(const RigidShape& shape, const P
     return refusal;
   const PosedMatter matter(shape, pose, cell_size_);
   for (std::int32_t voxel = 0; voxel < shape.n_voxels() && !refusal; ++voxel)
-    matter.any_middle(voxel, &map_,
-                      [&](const Index3& cell) { return map_.has_cell(cell) && is_refused(voxel, cell); });
+    matter.any_middle(voxel, &map_, [&](const Index3& cell) { return is_refused(voxel, cell); });
   return refusal;
 }
 

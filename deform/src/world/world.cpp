@@ -4,6 +4,7 @@
 #include "world/dynamics/dynamics.hpp"
 #include "world/dynamics/soft_dynamics.hpp"
 #include "world/occupancy/posed_shape.hpp"
+#include "world/voxels/single_voxels.hpp"
 #include "world/world_parts.hpp"
 
 #include <Eigen/Geometry>
@@ -44,11 +45,11 @@ void check(const WorldScene& scene) {
     if (scene.cells[a] != 1)
       fail("one cell along an axis beyond the dimension");
   if (scene.method != "limits" && scene.method != "relaxed" && scene.method != "coupled" &&
-      scene.method != "sweep")
+      scene.method != "sweep" && scene.method != "hand_on")
     fail("the method `" + scene.method +
-         "` moves no deformable objects: limits, relaxed, coupled and sweep do");
-  if (scene.is_open && scene.method == "sweep")
-    fail("the method `sweep`: a world with cells");
+         "` moves no deformable objects: limits, relaxed, coupled, sweep and hand_on do");
+  if (scene.is_open && (scene.method == "sweep" || scene.method == "hand_on"))
+    fail("the method `" + scene.method + "`: a world with cells");
   if (!(scene.friction >= 0) || !std::isfinite(scene.friction))
     fail("a coefficient of friction is 0 or more");
   if (scene.dynamics && scene.contact != ContactLaw::surfaces)
@@ -93,6 +94,8 @@ WorldParts::WorldParts(WorldScene asked)
       if ((member(object).kind == ObjectKind::deformable) == bodies_now)
         bodies_now ? add_body(object) : add_rigid(object);
     }
+  if (scene.method == "hand_on")
+    check_single_voxels(*this);
   if (scene.contact == ContactLaw::surfaces)
     balance = std::make_unique<Balance>(*this);
   if (scene.dynamics && bodies.empty())

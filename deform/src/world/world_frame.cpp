@@ -23,18 +23,11 @@ constexpr int most_turns_a_body = 10;
 /// A drive that misses less of its way than this was done.
 constexpr double missed = 1e-6;
 
-/// Answers a step, where the caller sets no bound: three times as many as frames that settle were ever seen
-/// to take.
-constexpr std::int64_t most_rounds_a_step = 300;
 /// Less than this is no movement [cells], of a step that asks for one of about a cell.
 constexpr double stands_still = 1e-6;
 
 /// What is left after a frame of the memory of what a push changes.
 constexpr double faded = 0.9;
-
-Eigen::Vector3d moved_point(const RigidMotion& motion, const Eigen::Vector3d& point) {
-  return motion.moved({Eigen::Matrix3d::Identity(), point}, 1).position;
-}
 
 void check(const WorldParts& parts, const Drive& drive) {
   const auto fail = [](const char* what) { throw std::invalid_argument(std::string("Drive: ") + what); };
@@ -64,6 +57,10 @@ void check(const WorldParts& parts, const Drive& drive) {
 }
 
 } // namespace
+
+Eigen::Vector3d moved_point(const RigidMotion& motion, const Eigen::Vector3d& point) {
+  return motion.moved({Eigen::Matrix3d::Identity(), point}, 1).position;
+}
 
 RigidMotion part_of(const RigidMotion& motion, double begin, double end) {
   RigidMotion part = motion;
@@ -117,6 +114,8 @@ FrameResult WorldFrame::run() {
     return run_soft_dynamic(frame_seconds_);
   if (parts_.balance)
     return run_balanced();
+  if (parts_.scene.method == "hand_on")
+    return run_handed_on();
   const int n = n_steps();
   if (!clock_.rounds_left)
     clock_.rounds_left = n * most_rounds_a_step;

@@ -3,6 +3,7 @@
 
 #include "world/first_contact.hpp"
 #include "world/settling.hpp"
+#include "world/voxels/single_voxels.hpp"
 #include "world/world_parts.hpp"
 
 #include <chrono>
@@ -13,6 +14,13 @@ namespace maille::deform {
 
 /// The part of a motion from time `begin` to `end`, as a motion of its own.
 RigidMotion part_of(const RigidMotion& motion, double begin, double end);
+
+/// Where a motion takes a point.
+Eigen::Vector3d moved_point(const RigidMotion& motion, const Eigen::Vector3d& point);
+
+/// Answers a step, where the caller sets no bound: three times as many as frames that settle were ever seen
+/// to take.
+inline constexpr std::int64_t most_rounds_a_step = 300;
 
 /// The axis and direction of a contact that are nearest to its normal, which points at contact.object.
 void set_axis(WorldContact& contact, const Eigen::Vector3d& normal);
@@ -74,6 +82,12 @@ private:
   void report_contacts();
   std::string name(int object) const;
 
+  // handed_frame.cpp
+  FrameResult run_handed_on();
+  void drive_voxels(std::size_t i, int step, int n, SingleVoxels& voxels);
+  bool sweep_to_rest(SingleVoxels& voxels);
+  void report_handed(const SingleVoxels::Handed& handed);
+
   // rigid_following.cpp
   void lead(std::size_t i, int step, int n);
   void report_lead(std::size_t i);
@@ -82,7 +96,12 @@ private:
   FrameResult run_balanced();
   /// Nodes that a hand now has.
   void take_handles();
+  /// So many that nothing driven goes further in one than balances can follow.
+  int n_balanced_steps() const;
   void drive_balanced(int step, int n);
+  void put_handles(std::size_t i, double part);
+  bool is_forced_in(int object) const;
+  bool take_back(int step, int n);
   bool settle_balanced();
   void find_blocked(int n);
   void report_balanced(bool has_settled);

@@ -119,7 +119,8 @@ bool read_world(TableReader& root, WorldScene& world) {
     if (!(*budget > 0))
       table.fault("frame_budget", "a time > 0", describe(*table.find("frame_budget")));
   }
-  world.method = table.choice("method", {"limits", "relaxed", "coupled", "sweep"}).value_or(world.method);
+  world.method =
+      table.choice("method", {"limits", "relaxed", "coupled", "sweep", "hand_on"}).value_or(world.method);
   if (const auto contact = table.choice("contact", {"cells", "surfaces", "halving"}))
     world.contact = *contact == "surfaces"  ? ContactLaw::surfaces
                     : *contact == "halving" ? ContactLaw::halving

@@ -35,6 +35,8 @@ struct ExtremeSizes {
   int long_body = 100000;
   int drags = 10000;
   int cycles = 1000;
+  int world_frames = 12;
+  int objects = 500, free_bodies = 64; ///< of the largest worlds
 };
 
 /// All of them; those of one extreme follow one another, the normal setting first.
@@ -48,6 +50,10 @@ void add_extremes_of_turns(std::vector<Extreme>& list);
 void add_extremes_of_numbers(std::vector<Extreme>& list);
 /// NaN and infinity in every numeric field of a scene, of its file and of a Scene that a program made.
 void add_numbers_that_are_none(std::vector<Extreme>& list);
+/// Worlds of turned, unlike, squeezed and rubbing objects.
+void add_extremes_of_worlds(std::vector<Extreme>& list, const ExtremeSizes& sizes);
+/// Worlds of many objects, and with dynamics.
+void add_extremes_of_crowds(std::vector<Extreme>& list, const ExtremeSizes& sizes);
 /// Drags in a row, and cycles.
 void add_long_stories(std::vector<Extreme>& list, const ExtremeSizes& sizes);
 

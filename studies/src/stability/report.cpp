@@ -47,6 +47,10 @@ void add_checks(const Stability& stability, BenchReport& report) {
     add("random_scenes", static_cast<double>(stability.random_scenes), 10000, true);
     add("random_scenes_broken", static_cast<double>(stability.broken_random_scenes.size()), 0, false);
   }
+  if (stability.random_worlds > 0) {
+    add("random_worlds", static_cast<double>(stability.random_worlds), 2000, true);
+    add("random_worlds_broken", static_cast<double>(stability.broken_random_worlds.size()), 0, false);
+  }
   constexpr double rounding = 1e-12;
   if (stability.cyclic_drift_relaxed)
     add("cyclic_drift_relaxed", *stability.cyclic_drift_relaxed, rounding, false);
@@ -64,6 +68,9 @@ A row is *broken* where a process died or had to be ended, an exception came out
 promises to obey the limits does not (beyond rounding), something held has moved, something moved is not where it was asked and nothing says so,
 a settled answer is more than 1 % from a known truth (`limits` and `dijkstra`: 1e-6), or a refusal has no reason. `literal` and finite elements promise nothing
 about limits, and `literal` no truth.
+Rows of `worlds: ...` are plays of several objects: there a row is broken where after any frame matter is in other matter or outside the world
+(judged by boxes and deformed cells, without the map), a cell is of two objects, a limit does not hold, a number is not finite, a frame has no status or no reason
+for one, something has left a closed room, friction holds more than Coulomb's law grants, forces on what is free do not add up to nothing (surfaces), or energy comes from nowhere (dynamics).
 
 - *outcome*: settled; clamped (requests cut back to what the limits permit); budget reached (10 s, or the sweeps of the scene: the state is
   usable and not settled); refused or failed, with the reason.
@@ -171,6 +178,8 @@ BenchReport stability_report(const Stability& stability) {
   for (const StabilityCell& cell : stability.cells)
     report.rows.push_back(columns_of_stability().json(cell));
   report.notes = stability.broken_random_scenes;
+  report.notes.insert(report.notes.end(), stability.broken_random_worlds.begin(),
+                      stability.broken_random_worlds.end());
   add_checks(stability, report);
   return report;
 }
@@ -188,8 +197,9 @@ std::string stability_page(const Stability& stability) {
   BenchReport checks;
   add_checks(stability, checks);
   page += columns_of_checks().markdown(checks.checks);
-  for (const std::string& scene : stability.broken_random_scenes)
-    page += "\n```\n" + scene + "\n```\n";
+  for (const auto* const broken : {&stability.broken_random_scenes, &stability.broken_random_worlds})
+    for (const std::string& question : *broken)
+      page += "\n```\n" + question + "\n```\n";
   const bool is_whole = by_extreme(stability.cells).size() == stability_extremes().size();
   if (is_whole)
     page += overview(stability.cells);

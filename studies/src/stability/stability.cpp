@@ -23,7 +23,7 @@ namespace {
 
 constexpr double seconds_budget = 10;     ///< that a method is asked to keep
 constexpr unsigned seconds_of_work = 300; ///< of the processor; what goes on after that hangs
-constexpr std::uint64_t scenes_a_task = 100;
+constexpr std::uint64_t scenes_a_task = 100, worlds_a_task = 20;
 
 /// Ends this process where a task takes longer, in the processor's time, or ten times as long by the clock.
 void start_watch() {
@@ -130,9 +130,17 @@ void ask_extremes(const std::vector<Extreme>& extremes, const StabilityOptions& 
       result.cells.push_back(std::move(cells[i]));
 }
 
-/// Asks `n` random scenes from a seed on, so many a task; where a process dies, each of its seeds on its own.
-void ask_random_scenes(std::uint64_t first, std::uint64_t n, std::uint64_t a_task, const Control& control,
-                       Stability& result) {
+/// What is asked of seeds, and what comes of it.
+struct RandomQuestions {
+  std::string (*broken_promise)(std::uint64_t seed);
+  const char* what;
+  std::int64_t& n_asked;
+  std::vector<std::string>& broken;
+};
+
+/// Asks `n` seeds from one on, so many a task; where a process dies, each of its seeds on its own.
+void ask_random(const RandomQuestions& questions, std::uint64_t first, std::uint64_t n, std::uint64_t a_task,
+                const Control& control) {
   std::vector<std::uint64_t> died;
   const auto seeds_of = [&](std::size_t task) {
     const std::uint64_t begin = first + task * a_task;
@@ -143,31 +151,31 @@ void ask_random_scenes(std::uint64_t first, std::uint64_t n, std::uint64_t a_tas
     std::string text;
     const auto [begin, end] = seeds_of(task);
     for (std::uint64_t seed = begin; seed < end && !should_stop(); ++seed)
-      if (const std::string broken = broken_promise_of_seed(seed); !broken.empty())
+      if (const std::string broken = questions.broken_promise(seed); !broken.empty())
         text += broken + "\n";
     return text;
   };
   const auto deliver = [&](const TaskResult& given) {
     const auto [begin, end] = seeds_of(given.task);
     if (given.death.empty() || a_task == 1)
-      result.random_scenes += static_cast<std::int64_t>(end - begin);
+      questions.n_asked += static_cast<std::int64_t>(end - begin);
     if (!given.death.empty() && a_task > 1)
       died.push_back(begin);
     else if (!given.death.empty())
-      result.broken_random_scenes.push_back(fmt::format("seed {}: {}", begin, given.death));
+      questions.broken.push_back(fmt::format("seed {}: {}", begin, given.death));
     else if (!given.text.empty())
       for (std::size_t at = given.text.find("seed "); at != std::string::npos;) {
         const std::size_t next = given.text.find("\nseed ", at);
-        result.broken_random_scenes.push_back(given.text.substr(at, next - at));
+        questions.broken.push_back(given.text.substr(at, next - at));
         at = next == std::string::npos ? next : next + 1;
       }
     if (control.progress)
-      control.progress(static_cast<double>(result.random_scenes) / static_cast<double>(n), "random scenes");
+      control.progress(static_cast<double>(questions.n_asked) / static_cast<double>(n), questions.what);
   };
   const auto n_tasks = static_cast<std::size_t>((n + a_task - 1) / a_task);
   work_through(n_tasks, std::max(1, control.threads), work, deliver, [&] { return control.should_stop(); });
   for (const std::uint64_t begin : died)
-    ask_random_scenes(begin, std::min(a_task, first + n - begin), 1, control, result);
+    ask_random(questions, begin, std::min(a_task, first + n - begin), 1, control);
 }
 
 std::optional<double> worst_drift(const std::vector<StabilityCell>& cells, std::string_view method) {
@@ -200,6 +208,8 @@ std::vector<Extreme> all_extremes(const ExtremeSizes& sizes) {
   add_extremes_of_numbers(list);
   add_numbers_that_are_none(list);
   add_long_stories(list, sizes);
+  add_extremes_of_worlds(list, sizes);
+  add_extremes_of_crowds(list, sizes);
   return list;
 }
 
@@ -212,15 +222,27 @@ std::vector<std::string> stability_extremes() {
 }
 
 Stability stability(const StabilityOptions& options, const Control& control) {
-  const ExtremeSizes sizes =
-      options.quick ? ExtremeSizes{.long_body = 1000, .drags = 50, .cycles = 20} : ExtremeSizes{};
+  const ExtremeSizes sizes = options.quick ? ExtremeSizes{.long_body = 1000,
+                                                          .drags = 50,
+                                                          .cycles = 20,
+                                                          .world_frames = 3,
+                                                          .objects = 100,
+                                                          .free_bodies = 9}
+                                           : ExtremeSizes{};
   std::vector<Extreme> extremes = all_extremes(sizes);
   std::erase_if(extremes, [&](const Extreme& extreme) { return !is_wanted(options, extreme.extreme); });
   Stability result;
   result.is_quick = options.quick;
   ask_extremes(extremes, options, control, result);
-  if (options.extremes.empty() && !control.should_stop())
-    ask_random_scenes(1, options.quick ? 400 : 10000, scenes_a_task, control, result);
+  if (options.extremes.empty()) {
+    if (!control.should_stop())
+      ask_random({broken_promise_of_seed, "random scenes", result.random_scenes, result.broken_random_scenes},
+                 1, options.quick ? 400 : 10000, scenes_a_task, control);
+    if (!control.should_stop())
+      ask_random(
+          {broken_promise_of_world_seed, "random worlds", result.random_worlds, result.broken_random_worlds},
+          1, options.quick ? 100 : 2000, worlds_a_task, control);
+  }
   result.cyclic_drift_relaxed = worst_drift(result.cells, "relaxed");
   result.cyclic_drift_coupled = worst_drift(result.cells, "coupled");
   return result;

@@ -329,6 +329,29 @@ position = ["9.5 mm", "5 mm", "10.5 mm"]
   }
 }
 
+// Analytic: a hand's nodes come as far as the border, or a fixed wall, and no further: a step of a quarter of
+// a cell is taken back. Nodes that go aside, or away, are not kept.
+TEST(BalanceAnalytic, AHandForcesNoNodesThroughAWall) {
+  for (const bool at_border : {true, false}) {
+    WorldScene scene = surfaces({at_border ? 12 : 20, 12});
+    scene.objects = {elastic_object("body", {3, 3}, {4, 4, 0})};
+    if (!at_border)
+      scene.objects.push_back(box_object("wall", ObjectKind::fixed, {2, 10}, {12, 1, 0}));
+    World world(scene);
+    Drive drive = drive_of(0, {9, 0, 0});
+    drive.nodes = tests::face_nodes(scene.objects[0], 0, true);
+    const FrameResult result = world.advance({&drive, 1});
+    EXPECT_EQ(result.status, Status::clamped) << result.message;
+    const double x = world.position(0, drive.nodes[0])[0];
+    EXPECT_LE(x, 12 + 0.01);
+    EXPECT_GE(x, 12 - 0.25 - 0.01);
+    EXPECT_EQ(world.n_penetrations(), 0);
+    drive.motion.by = {-2, 0, 0};
+    EXPECT_EQ(world.advance({&drive, 1}).status, Status::done);
+    EXPECT_NEAR(world.position(0, drive.nodes[0])[0], x - 2, 1e-9);
+  }
+}
+
 // Contract: no node of the upper arm is below the lower arm's upper side there, and what the arms press one
 // another with is in balance: the lower arm goes down, too.
 TEST(BalanceContract, AClosedCPushesItsOtherArm) {

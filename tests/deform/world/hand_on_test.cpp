@@ -1,6 +1,6 @@
 /// The rule of Gibson 1995 for the transfer of momentum.
 
-#include "world/hand_on.hpp"
+#include "world/voxels/hand_on.hpp"
 
 #include <gtest/gtest.h>
 

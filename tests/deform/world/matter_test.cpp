@@ -151,6 +151,31 @@ TEST(MatterContract, CellsWhoseMiddlesAreInABoxAreItsOwn) {
   }
 }
 
+// Analytic: beyond the border the middle of the first cell is half a cell out. A voxel of four cells comes to
+// there with its face, as to the middle of a taken cell, not with its own middle; turned by an eighth of a
+// circle it is half a diagonal wide each way.
+TEST(MatterAnalytic, TheBorderIsAWallForVoxelsLongerThanCells) {
+  RigidWorld world({20, 20, 1}, {1, 1, 1});
+  const RigidShape voxel({1, 1, 1}, {4, 4, 1}, std::vector<std::uint8_t>{1});
+  Pose pose;
+  pose.position = {-1, 8, 0};
+  EXPECT_FALSE(world.add(voxel, pose).object);
+  pose.position = {3, 8.25, 0};
+  const int object = *world.add(voxel, pose).object;
+  RigidMotion motion;
+  motion.by = {-10, 0, 0};
+  const MoveResult result = world.move(object, motion);
+  EXPECT_NEAR(result.fraction, 0.35, 1e-6);
+  EXPECT_EQ(result.contacts.at(0).other, nobody);
+  EXPECT_NEAR(world.pose(object).position[0], -0.5, 1e-6);
+  motion.by = {0.5, 0, 0};
+  EXPECT_EQ(world.move(object, motion).fraction, 1);
+  motion.by.setZero();
+  motion.angle = pi / 4;
+  motion.about = {2, 10.25, 0}; // its middle is at x = 2, a corner points to where the middles outside are
+  EXPECT_LT(world.move(object, motion).fraction, 1);
+}
+
 // Analytic: an object that is moved and put back leaves the map as it was, cells between voxels too.
 TEST(MatterContract, AnObjectTakesAllItsCellsAlong) {
   RigidWorld world({40, 40, 40}, {1, 1, 1});

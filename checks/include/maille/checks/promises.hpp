@@ -35,4 +35,8 @@ std::string broken_promise(const Scene& scene, bool thorough);
 /// and which; empty where all are kept. Every eighth seed is looked at thoroughly.
 std::string broken_promise_of_seed(std::uint64_t seed);
 
+/// The same for the random world of a seed, and what is played in it (world_promises.hpp). Every fourth seed
+/// is looked at thoroughly: two threads must give the bits of one.
+std::string broken_promise_of_world_seed(std::uint64_t seed);
+
 } // namespace maille::studies

@@ -54,12 +54,13 @@ FrameResult WorldFrame::run_balanced() {
   for (const Drive& drive : drives_)
     if (drive.lead)
       balance.object(drive.object).stiffness = drive.lead->stiffness;
-  const double longest = *std::ranges::max_element(parts_.scene.spacing);
-  const int n = n_steps() * static_cast<int>(std::ceil(longest / (step_over_cell * balance.cell()) - 1e-9));
+  const int n = n_balanced_steps();
   bool has_settled = settle_balanced(); // with what has changed hands
   for (int step = 0; step < n && !drives_.empty() && clock_.may_go_on(); ++step) {
     drive_balanced(step, n);
     has_settled = settle_balanced();
+    if (take_back(step, n))
+      has_settled = settle_balanced();
     find_blocked(n);
   }
   if (!blocked_.empty() && clock_.may_go_on())
@@ -69,10 +70,17 @@ FrameResult WorldFrame::run_balanced() {
   return std::move(result_);
 }
 
+int WorldFrame::n_balanced_steps() const {
+  const double longest = *std::ranges::max_element(parts_.scene.spacing);
+  return n_steps() * static_cast<int>(std::ceil(longest / (step_over_cell * parts_.balance->cell()) - 1e-9));
+}
+
 void WorldFrame::drive_balanced(int step, int n) {
   const double end = (step + 1.0) / n;
   for (std::size_t i = 0; i < drives_.size(); ++i) {
     const Drive& drive = drives_[i];
+    if (parts_.is_body(drive.object) && blocked_.contains(static_cast<int>(i)))
+      continue;
     if (!parts_.is_body(drive.object)) {
       BalancedObject& one = parts_.balance->object(drive.object);
       if (drive.lead)
@@ -81,15 +89,21 @@ void WorldFrame::drive_balanced(int step, int n) {
         one.target = part_of(drive.motion, static_cast<double>(step) / n, end).moved(*one.target, 1);
       continue;
     }
-    DeformableObject& body = parts_.body(drive.object);
-    const RigidMotion motion = part_of(drive.motion, 0, end);
-    for (std::size_t k = 0; k < drive.nodes.size(); ++k) {
-      const Pose there = motion.moved({Eigen::Matrix3d::Identity(), nodes_before_[i][k]}, 1);
-      body.handles()[drive.nodes[k]].at =
-          body.lattice().displacement_at(body.lattice().voxel(drive.nodes[k]), there.position);
-    }
+    put_handles(i, end);
   }
   parts_.balance->prescribe();
+}
+
+/// Nodes that a drive has where it wants them after a part of its motion.
+void WorldFrame::put_handles(std::size_t i, double part) {
+  const Drive& drive = drives_[i];
+  DeformableObject& body = parts_.body(drive.object);
+  const RigidMotion motion = part_of(drive.motion, 0, part);
+  for (std::size_t k = 0; k < drive.nodes.size(); ++k) {
+    const Pose there = motion.moved({Eigen::Matrix3d::Identity(), nodes_before_[i][k]}, 1);
+    body.handles()[drive.nodes[k]].at =
+        body.lattice().displacement_at(body.lattice().voxel(drive.nodes[k]), there.position);
+  }
 }
 
 /// @return whether nothing moves any more
@@ -103,6 +117,30 @@ bool WorldFrame::settle_balanced() {
       return true;
   }
   return false;
+}
+
+/// Whether a body is in something that does not give way: only a hand can have brought it there.
+bool WorldFrame::is_forced_in(int object) const {
+  return std::ranges::any_of(parts_.balance->touches(), [&](const Touch& touch) {
+    return (touch.object == object || touch.other == object) && touch.object != touch.other &&
+           touch.gap < -blocked_from * parts_.balance->cell();
+  });
+}
+
+/// Hands that have forced nodes into something that does not give way go back by a step, and no further.
+/// @return whether there are any
+bool WorldFrame::take_back(int step, int n) {
+  bool is_any = false;
+  for (std::size_t i = 0; i < drives_.size(); ++i)
+    if (parts_.is_body(drives_[i].object) && !blocked_.contains(static_cast<int>(i)) &&
+        is_forced_in(drives_[i].object)) {
+      put_handles(i, static_cast<double>(step) / n);
+      blocked_.insert(static_cast<int>(i));
+      is_any = true;
+    }
+  if (is_any)
+    parts_.balance->prescribe();
+  return is_any;
 }
 
 /// What stays behind the hand is held by something rigid: the hand goes no further, or, where it slides,

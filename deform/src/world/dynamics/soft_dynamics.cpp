@@ -244,7 +244,10 @@ FrameResult WorldFrame::run_soft_dynamic(double seconds) {
   for (const Drive& drive : drives_)
     if (drive.lead)
       throw std::invalid_argument("Drive: a hand that leads by a spring, in a world without dynamics");
-  const int n = std::max({static_cast<int>(std::ceil(seconds / longest_step - 1e-9)), 1});
+  const bool has_nodes =
+      std::ranges::any_of(drives_, [](const Drive& drive) { return !drive.nodes.empty(); });
+  const int n = std::max(
+      {static_cast<int>(std::ceil(seconds / longest_step - 1e-9)), 1, has_nodes ? n_balanced_steps() : 1});
   const double step = seconds / n;
   take_handles();
   parts_.soft_dynamics->hold(step);
@@ -254,6 +257,8 @@ FrameResult WorldFrame::run_soft_dynamic(double seconds) {
     parts_.soft_dynamics->fly(step);
     drive_balanced(i, n);
     has_settled = settle_balanced() && has_settled;
+    if (take_back(i, n))
+      has_settled = settle_balanced() && has_settled;
     parts_.soft_dynamics->arrive(step);
     find_blocked(n);
   }

@@ -45,22 +45,27 @@ bool is_taken(const OccupancyMap& map, const Index3& cell) {
   return map.has_cell(cell) && map.is_occupied(cell);
 }
 
-/// Whether nothing is taken near a block of voxels.
+/// Whether a block of voxels, as a box, holds no blocked cell's middle.
 bool is_clear(const OccupancyMap& map, const Vec3& cell_size, const RigidShape::Block& block,
               const Vec3& spacing, const Pose& pose) {
-  const Eigen::Vector3d at = pose.position + pose.rotation * vector(block.centre);
-  const double radius = block.radius + 0.5 * vector(spacing).norm();
+  Eigen::Vector3d size, low;
+  for (std::size_t a = 0; a < 3; ++a) {
+    low[static_cast<Eigen::Index>(a)] = block.low[a] * spacing[a];
+    size[static_cast<Eigen::Index>(a)] = block.size[a] * spacing[a];
+  }
+  const Eigen::Vector3d at = pose.position + pose.rotation * (low + 0.5 * size),
+                        reach = 0.5 * pose.rotation.cwiseAbs() * size;
   Index3 first, last;
   for (std::size_t a = 0; a < 3; ++a) {
-    const double x = at[static_cast<Eigen::Index>(a)];
+    const auto i = static_cast<Eigen::Index>(a);
     constexpr double most = 1 << 30;
-    first[a] = static_cast<int>(std::clamp(std::floor((x - radius) / cell_size[a]), -most, most));
-    last[a] = static_cast<int>(std::clamp(std::ceil((x + radius) / cell_size[a]), -most, most));
+    first[a] = first_middle(std::clamp((at[i] - reach[i]) / cell_size[a], -most, most));
+    last[a] = last_middle(std::clamp((at[i] + reach[i]) / cell_size[a], -most, most));
   }
-  return !map.is_any_occupied(first, last);
+  return !is_any_blocked(map, first, last);
 }
 
-/// Open voxels that hold a taken cell's middle, and one such cell of each.
+/// Open voxels that hold a blocked cell's middle, and one such cell of each.
 std::vector<std::pair<std::int32_t, Index3>> held_by_open_voxels(const OccupancyMap& map,
                                                                  const Vec3& cell_size,
                                                                  const RigidShape& shape, const Pose& pose) {
@@ -72,7 +77,7 @@ std::vector<std::pair<std::int32_t, Index3>> held_by_open_voxels(const Occupancy
     for (std::int32_t voxel = block.first; voxel < block.end; ++voxel)
       if (shape.open_sides(voxel) != 0)
         matter.any_middle(voxel, &map, [&](const Index3& cell) {
-          if (!is_taken(map, cell))
+          if (!map.is_blocked(cell))
             return false;
           held.emplace_back(voxel, cell);
           return true;
@@ -147,14 +152,14 @@ bool PosedMatter::holds(std::int32_t voxel, const Index3& cell) const {
   return std::floor(in[0]) == i[0] && std::floor(in[1]) == i[1] && std::floor(in[2]) == i[2];
 }
 
-bool holds_taken_cell(const OccupancyMap& map, const Vec3& cell_size, const RigidShape& shape,
-                      const Pose& pose) {
+bool holds_blocked_cell(const OccupancyMap& map, const Vec3& cell_size, const RigidShape& shape,
+                        const Pose& pose) {
   const PosedMatter matter(shape, pose, cell_size);
   for (const RigidShape::Block& block : shape.blocks()) {
     if (is_clear(map, cell_size, block, shape.spacing(), pose))
       continue;
     for (std::int32_t voxel = block.first; voxel < block.end; ++voxel)
-      if (matter.any_middle(voxel, &map, [&](const Index3& cell) { return is_taken(map, cell); }))
+      if (matter.any_middle(voxel, &map, [&](const Index3& cell) { return map.is_blocked(cell); }))
         return true;
   }
   return false;
@@ -174,7 +179,8 @@ std::optional<Contact> first_held_cell(const OccupancyMap& map, const Vec3& cell
       HeldCell first{.voxel = held.front().first, .cell = held.front().second};
       const Pose there = motion.moved(pose, blocked);
       set_face(first, PosedMatter(shape, there, cell_size), there, &motion);
-      contact = {blocked, first.voxel, first.cell, first.axis, first.direction, map.occupant(first.cell)};
+      contact = {blocked,    first.voxel,     first.cell,
+                 first.axis, first.direction, map.has_cell(first.cell) ? map.occupant(first.cell) : nobody};
       const double middle = 0.5 * (free + blocked);
       if (middle <= free || middle >= blocked)
         return contact;
@@ -183,7 +189,7 @@ std::optional<Contact> first_held_cell(const OccupancyMap& map, const Vec3& cell
       decltype(held) still;
       for (const auto& [voxel, known] : held)
         matter.any_middle(voxel, &map, [&](const Index3& cell) {
-          if (!is_taken(map, cell))
+          if (!map.is_blocked(cell))
             return false;
           still.emplace_back(voxel, cell);
           return true;
@@ -209,7 +215,7 @@ std::vector<HeldCell> held_on_the_way(const OccupancyMap& map, const Vec3& cell_
     for (std::int32_t voxel = 0; voxel < shape.n_voxels(); ++voxel)
       if (shape.open_sides(voxel) != 0)
         matter.any_middle(voxel, &map, [&](const Index3& cell) {
-          if (is_taken(map, cell)) {
+          if (map.is_blocked(cell)) {
             HeldCell& held = list.emplace_back(HeldCell{.voxel = voxel, .cell = cell, .time = step / steps});
             set_face(held, matter, there, &motion);
           }

@@ -18,6 +18,22 @@ bool has_cells_between_voxels(const Vec3& spacing, const Eigen::Matrix3d& rotati
 bool may_have_cells_between_voxels(const Vec3& spacing, const Eigen::Matrix3d& rotation,
                                    const RigidMotion& motion, const Vec3& cell_size);
 
+/// The first and the last cell along an axis whose middle is in an interval from there, or to there [cells].
+inline int first_middle(double from) {
+  return static_cast<int>(std::ceil(from - 0.5 - 1e-9));
+}
+inline int last_middle(double to) {
+  return static_cast<int>(std::floor(to - 0.5 + 1e-9));
+}
+
+/// Whether any cell of a box is taken, or outside the world.
+inline bool is_any_blocked(const OccupancyMap& map, const Index3& first, const Index3& last) {
+  for (std::size_t a = 0; a < 3; ++a)
+    if (first[a] > last[a])
+      return false;
+  return !map.has_cell(first) || !map.has_cell(last) || map.is_any_occupied(first, last);
+}
+
 /// A shape at a pose as matter: its voxels are boxes, each without its upper faces, so that a point is in one
 /// of them at most.
 class PosedMatter {
@@ -48,15 +64,14 @@ private:
 
 template<class Visit>
 bool PosedMatter::any_middle(std::int32_t voxel, const OccupancyMap* map, Visit&& visit) const {
-  constexpr double rounding = 1e-9;
   const Eigen::Vector3d at = middle(voxel);
   Index3 first, last;
   for (std::size_t a = 0; a < 3; ++a) {
     const auto i = static_cast<Eigen::Index>(a);
-    first[a] = static_cast<int>(std::ceil(at[i] - reach_[i] - 0.5 - rounding));
-    last[a] = static_cast<int>(std::floor(at[i] + reach_[i] - 0.5 + rounding));
+    first[a] = first_middle(at[i] - reach_[i]);
+    last[a] = last_middle(at[i] + reach_[i]);
   }
-  if (map != nullptr && !map->is_any_occupied(first, last))
+  if (map != nullptr && !is_any_blocked(*map, first, last))
     return false;
   Index3 cell;
   for (cell[2] = first[2]; cell[2] <= last[2]; ++cell[2])
@@ -67,22 +82,23 @@ bool PosedMatter::any_middle(std::int32_t voxel, const OccupancyMap* map, Visit&
   return false;
 }
 
-/// Whether any voxel holds the middle of a taken cell.
-bool holds_taken_cell(const OccupancyMap& map, const Vec3& cell_size, const RigidShape& shape,
-                      const Pose& pose);
+/// Whether any voxel holds the middle of a cell that is taken or outside the world.
+bool holds_blocked_cell(const OccupancyMap& map, const Vec3& cell_size, const RigidShape& shape,
+                        const Pose& pose);
 
-/// When the matter of a moving shape first comes over the middle of a taken cell, up to time `end`.
+/// When the matter of a moving shape first comes over the middle of a cell that is taken or outside the
+/// world, up to time `end`.
 ///
 /// The way is cut into steps of at most a quarter of a cell, each looked at where it ends, and the contact is
 /// found by bisection in the first step that ends blocked. A voxel that may have cells between middles is
 /// longer than half a cell, so none is stepped over.
-/// @pre the map does not hold the shape; at the beginning no voxel holds a taken cell's middle
+/// @pre the map does not hold the shape; at the beginning no voxel holds such a middle
 /// Cost  for each step, a look at every block, and at every open voxel of blocks near something
 std::optional<Contact> first_held_cell(const OccupancyMap& map, const Vec3& cell_size,
                                        const RigidShape& shape, const Pose& pose, const RigidMotion& motion,
                                        double end);
 
-/// A taken cell and a voxel that holds its middle, or nearly.
+/// A cell that is taken, or outside the world, and a voxel that holds its middle, or nearly.
 struct HeldCell {
   std::int32_t voxel = 0;
   Index3 cell{};
@@ -93,7 +109,8 @@ struct HeldCell {
 /// quarter of a cell. The shape's own cells, where the map has them, are among them.
 std::vector<HeldCell> held_on_the_way(const OccupancyMap& map, const Vec3& cell_size, const RigidShape& shape,
                                       const Pose& pose, const RigidMotion& motion);
-/// All that open voxels hold within their boxes with `reach` [cells] about them, in the order of the voxels.
+/// All taken cells that open voxels hold within their boxes with `reach` [cells] about them, in the order of
+/// the voxels.
 std::vector<HeldCell> held_nearly(const OccupancyMap& map, const Vec3& cell_size, const RigidShape& shape,
                                   const Pose& pose, double reach);
 

@@ -29,7 +29,7 @@ struct StabilityCell {
 struct StabilityOptions {
   /// Fewer drags, cycles, random scenes and cells along the longest body; without quadratic elements
   bool quick = false;
-  std::vector<std::string> extremes; ///< only these; empty: all, and random scenes
+  std::vector<std::string> extremes; ///< only these; empty: all, and random scenes and worlds
 };
 
 struct Stability {
@@ -38,6 +38,8 @@ struct Stability {
   std::int64_t cells_asked = 0;
   std::int64_t random_scenes = 0;
   std::vector<std::string> broken_random_scenes; ///< each with its seed
+  std::int64_t random_worlds = 0;
+  std::vector<std::string> broken_random_worlds; ///< likewise
   /// The largest change of the state at the same point of a cycle, over the largest displacement, over all
   /// cycles.
   std::optional<double> cyclic_drift_relaxed, cyclic_drift_coupled;
@@ -47,12 +49,12 @@ struct Stability {
 std::vector<std::string> stability_extremes();
 
 /// Asks every method every extreme, each in a process of its own that is ended when it takes too long, so
-/// that what crashes or hangs is a row and not the end; then random scenes.
+/// that what crashes or hangs is a row and not the end; then random scenes, and random worlds.
 /// Cost  some minutes with one thread; `quick` some seconds
 Stability stability(const StabilityOptions& options, const Control& control);
 
-/// Rows, and the checks cells_total, cells_broken, random_scenes, random_scenes_broken, cyclic_drift_relaxed,
-/// cyclic_drift_coupled.
+/// Rows, and the checks cells_total, cells_broken, random_scenes, random_scenes_broken, random_worlds,
+/// random_worlds_broken, cyclic_drift_relaxed, cyclic_drift_coupled.
 BenchReport stability_report(const Stability& stability);
 /// The page docs/stability.md.
 std::string stability_page(const Stability& stability);

@@ -203,6 +203,8 @@ private:
   /// Turns as far as it can, with the shifts that this asks for.
   void turn(const Surroundings& surroundings, const Pose& goal);
   double give_way(const Surroundings& surroundings, const Pose& goal, double length);
+  bool free_itself(const Surroundings& surroundings, const Pose& goal);
+  double distance(const Pose& goal) const;
   /// @return the part of the motion that was done
   double move_by(const Surroundings& surroundings, const Eigen::Vector3d& shift, const Eigen::Vector3d& turn,
                  std::optional<Obstacle>& obstacle);

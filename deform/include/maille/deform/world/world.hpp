@@ -113,8 +113,8 @@ struct WorldParts;
 /// Units       metres and newtons, in the world's axes unless a member says otherwise
 /// Repeatable  same bits for any number of threads, unless a budget of seconds ends a frame
 /// Source      Gibson 1995, "Object deformation". Departures: the rest of a movement is handed on with the
-///             limits of both bodies obeyed, in place of one voxel after the other (hand_on keeps that rule);
-///             answers of a method in place of one voxel's relaxation at a time
+///             limits of both bodies obeyed, in place of one voxel after the other; answers of a method in
+///             place of one voxel's relaxation at a time. The method `hand_on` keeps the original of both
 /// Checked by  tests/deform/world/world_test.cpp and its neighbours, tests/cross_check/contact_test.cpp
 class World {
 public:
@@ -190,8 +190,9 @@ public:
 
   /// Cells of matter that are in another object, deeper than half the diagonal of a cell of the world, or as
   /// far outside its border: found by geometry (boxes, cells of matter with their corners where they are),
-  /// without the map. A cell counts where one of its points, as close as cells of the world, and 26 points at
-  /// that distance round it are in the other's matter.
+  /// without the map. A cell counts where its middle, or one of its points that are half a diagonal within
+  /// its faces, as close as cells of the world, and 26 points at that distance round it are in the other's
+  /// matter.
   /// Cost  only objects whose bounding boxes meet are looked at
   std::int64_t n_penetrations() const;
   /// Voxels that lie in a cell of another object or outside the world: found anew from positions, without the

@@ -63,7 +63,7 @@ struct WorldScene {
   Vec3 spacing{1, 1, 1};              ///< of a cell [m], > 0
   double friction = 0;                ///< Coulomb's coefficient between objects, >= 0
   std::optional<double> frame_budget; ///< that a frame may take [s]; unset: until it has settled
-  /// What moves deformable objects: limits, relaxed, coupled, or Gibson's own loop, sweep.
+  /// What moves deformable objects: limits, relaxed, coupled, or Gibson's own loops, sweep and hand_on.
   std::string method = "coupled";
   ContactLaw contact = ContactLaw::cells;
   std::optional<WorldDynamics> dynamics; ///< unset: quasi-static

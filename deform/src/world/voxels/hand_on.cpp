@@ -1,4 +1,4 @@
-#include "world/hand_on.hpp"
+#include "world/voxels/hand_on.hpp"
 
 #include "world/occupancy/cell_walk.hpp"
 #include "world/occupancy/posed_lattice.hpp"
