@@ -144,11 +144,33 @@ CellMatrix cell_matrix(const CellCoefficients& c) {
   return K;
 }
 
+namespace {
+
+/// Of the diagonal's numbers, rounded up for the loops.
+constexpr std::size_t diagonal_size = 32;
+
+/// The diagonal is linear in the coefficients: what each of them gives, one after another.
+std::vector<float> diagonals_of_coefficients() {
+  const std::array<CellColumn, 24> columns = cell_columns();
+  std::vector<float> all(diagonal_size * MaskedOperator::most_coefficients, 0.0F);
+  for (std::size_t k = 0; k < MaskedOperator::most_coefficients; ++k) {
+    CellCoefficients one{};
+    one[k] = 1;
+    for (std::size_t i = 0; i < 24; ++i)
+      all[diagonal_size * k + i] = static_cast<float>(CellPull(one, columns[i]).at(columns[i]) +
+                                                      one[MaskedOperator::edge + i % 3]); // exact
+  }
+  return all;
+}
+
+} // namespace
+
 CellDiagonal cell_diagonal(const CellCoefficients& c) {
-  static const std::array<CellColumn, 24> columns = cell_columns();
+  static const std::vector<float> of_coefficients = diagonals_of_coefficients();
+  std::array<double, diagonal_size> sum{};
+  add_columns(diagonal_size, MaskedOperator::most_coefficients, of_coefficients.data(), c.data(), sum.data());
   CellDiagonal diagonal;
-  for (std::size_t i = 0; i < 24; ++i)
-    diagonal[i] = CellPull(c, columns[i]).at(columns[i]) + c[MaskedOperator::edge + i % 3];
+  std::copy_n(sum.begin(), diagonal.size(), diagonal.begin());
   return diagonal;
 }
 
@@ -157,8 +179,7 @@ namespace {
 /// With no more kinds of matter, cells name them by a byte, which is 0 for none, and look their coefficients
 /// up in a table that stays in the cache; with more each has its own.
 constexpr std::size_t most_kinds_in_table = std::numeric_limits<std::uint8_t>::max();
-/// Layers of cells that are done in one go. Those of every second slab share no node, so the order of sums is
-/// always the same.
+/// Of cells that are done in one go.
 constexpr int layers_per_slab = MaskedRows::planes_per_slab;
 /// Of which the penalized links are done in one go.
 constexpr std::int64_t slots_per_part = 4096;
@@ -166,15 +187,36 @@ constexpr std::int64_t slots_per_part = 4096;
 } // namespace
 
 MaskedLevel::MaskedLevel(const Scene& scene, const LatticeElasticity& elasticity,
-                         const std::vector<Prescribed>& prescribed)
+                         const std::vector<Prescribed>& prescribed, ThreadTeam& team)
     : scene_(scene), elasticity_(elasticity), rows_(scene.specimen) {
   operator_.component_stride = (std::int64_t{rows_.n_slots()} + 15) / 16 * 16;
   choose_unit(elasticity);
-  set_coefficients(elasticity);
+  set_coefficients(elasticity, team);
   inverse_ = field();
-  set_inverse(elasticity);
+  set_inverse(elasticity, team);
   make_fields();
   set_fixed(prescribed);
+}
+
+/// Calls work(first layer, end) for slabs of layers of cells, those of every second one first: they have no
+/// node in common.
+template<class Work>
+void MaskedLevel::for_layers(ThreadTeam& team, const Work& work) const {
+  const int layers = rows_.n_layers(), slabs = (layers + layers_per_slab - 1) / layers_per_slab;
+  for (const int parity : {0, 1})
+    team.run((slabs - parity + 1) / 2, [&](int item, int) {
+      const int first = (2 * item + parity) * layers_per_slab;
+      work(first, std::min(first + layers_per_slab, layers));
+    });
+}
+
+/// Calls visit(place in the run, cell number) for the cells of matter of a run.
+template<class Visit>
+void MaskedLevel::for_each_cell(const CellRun& run, const Visit& visit) const {
+  const std::int64_t first = scene_.specimen.grid.cell(run.first);
+  for (int x = 0; x < run.cells; ++x)
+    if (scene_.specimen.is_matter(first + x))
+      visit(x, first + x);
 }
 
 void MaskedLevel::choose_unit(const LatticeElasticity& elasticity) {
@@ -192,7 +234,7 @@ bool MaskedLevel::has_table(const LatticeElasticity& elasticity) {
   return elasticity.kinds().size() <= most_kinds_in_table && !elasticity.has_weights();
 }
 
-void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity) {
+void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity, ThreadTeam& team) {
   const auto& kinds = elasticity.kinds();
   const bool bends = std::ranges::any_of(kinds, [](const auto& kind) { return kind.thin != 0; });
   operator_.n_coefficients = bends ? MaskedOperator::most_coefficients : MaskedOperator::bending;
@@ -218,51 +260,48 @@ void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity) {
         coefficients_[k * n_kinds + i + 1] = static_cast<float>(c[k]);
     }
   }
-  const Grid& grid = scene_.specimen.grid;
-  for (int z = 0; z < rows_.n_layers(); ++z)
-    for (const CellRun& run : rows_.runs_of_layer(z))
-      for (int x = 0; x < run.cells; ++x) {
-        const std::int64_t cell = grid.cell({run.first[0] + x, run.first[1], run.first[2]});
-        if (!scene_.specimen.is_matter(cell))
-          continue;
+  for_layers(team, [&](int first_layer, int end_layer) {
+    for (CellRun& run : rows_.runs_of_layers(first_layer, end_layer)) {
+      run.bends = false;
+      for_each_cell(run, [&](int x, std::int64_t cell) {
         const auto slot = static_cast<std::size_t>(run.cell_slot + x);
-        const std::int32_t number = elasticity.kind_number(cell);
+        const auto number = static_cast<std::size_t>(elasticity.kind_number(cell));
+        run.bends = run.bends || kinds[number].thin != 0;
         if (has_table) {
           kind_[slot] = static_cast<std::uint8_t>(number + 1);
-          continue;
+          return;
         }
-        const CellCoefficients c = of_kind(static_cast<std::size_t>(number));
+        const CellCoefficients c = of_kind(number);
+        float* const to = coefficients_.data() + slot / MaskedRows::block * n * MaskedRows::block +
+                          slot % MaskedRows::block;
         for (std::size_t k = 0; k < n; ++k)
-          coefficients_[(slot / MaskedRows::block * n + k) * MaskedRows::block + slot % MaskedRows::block] =
-              static_cast<float>(elasticity.weight(cell) * c[k]);
-      }
-  const auto is_thin = [&](const CellRun& run, int x) {
-    const Index3 at{run.first[0] + x, run.first[1], run.first[2]};
-    return scene_.specimen.is_matter(grid.cell(at)) &&
-           kinds[static_cast<std::size_t>(elasticity.kind_number(grid.cell(at)))].thin != 0;
-  };
-  for (CellRun& run : rows_.runs()) {
-    run.bends = false;
-    for (int x = 0; bends && !run.bends && x < run.cells; ++x)
-      run.bends = is_thin(run, x);
-  }
+          to[k * MaskedRows::block] = static_cast<float>(elasticity.weight(cell) * c[k]);
+      });
+    }
+  });
   block_kind_ = AlignedArray<std::uint8_t>(has_table ? n_cells / MaskedRows::block : 0);
-  for (std::size_t b = 0; b < block_kind_.size(); ++b) {
-    std::uint8_t least = 0, most = 0;
-    for (const std::uint8_t kind : kind_.all().subspan(b * MaskedRows::block, MaskedRows::block))
-      if (kind > 0) {
-        least = least == 0 ? kind : std::min(least, kind);
-        most = std::max(most, kind);
-      }
-    block_kind_[b] = least == most ? most : std::uint8_t{0};
-  }
+  set_kinds_of_blocks(team);
   operator_.coefficients = coefficients_.data();
   operator_.block_kind = block_kind_.data();
   operator_.kind = has_table ? kind_.data() : nullptr;
   operator_.n_kinds = static_cast<std::int32_t>(n_kinds);
 }
 
-void MaskedLevel::set_inverse(const LatticeElasticity& elasticity) {
+void MaskedLevel::set_kinds_of_blocks(ThreadTeam& team) {
+  for_parts(block_kind_.size(), team, [&](std::size_t first, std::size_t end, std::size_t) {
+    for (std::size_t b = first; b < end; ++b) {
+      std::uint8_t least = 0, most = 0;
+      for (const std::uint8_t kind : kind_.all().subspan(b * MaskedRows::block, MaskedRows::block))
+        if (kind > 0) {
+          least = least == 0 ? kind : std::min(least, kind);
+          most = std::max(most, kind);
+        }
+      block_kind_[b] = least == most ? most : std::uint8_t{0};
+    }
+  });
+}
+
+void MaskedLevel::set_inverse(const LatticeElasticity& elasticity, ThreadTeam& team) {
   const Grid& grid = scene_.specimen.grid;
   const auto n = static_cast<std::size_t>(rows_.n_slots());
   List<double> diagonal(3 * n, 0);
@@ -272,29 +311,31 @@ void MaskedLevel::set_inverse(const LatticeElasticity& elasticity) {
   std::vector<CellDiagonal> few;
   for (std::size_t kind = 0; kind < elasticity.kinds().size() && has_table(elasticity); ++kind)
     few.push_back(of_kind(kind));
-  for (const CellRun& run : std::as_const(rows_).runs())
-    for (int x = 0; x < run.cells; ++x) {
-      const std::int64_t cell = grid.cell({run.first[0] + x, run.first[1], run.first[2]});
-      if (!scene_.specimen.is_matter(cell))
-        continue;
-      const auto kind = static_cast<std::size_t>(elasticity.kind_number(cell));
-      const CellDiagonal of_cell = few.empty() ? of_kind(kind) : few[kind];
-      const double weight = elasticity.weight(cell);
-      for (std::size_t corner = 0; corner < 8; ++corner) {
-        const std::size_t slot = static_cast<std::size_t>(run.node_slot[corner >> 1] + x) + (corner & 1);
-        for (std::size_t c = 0; c < 3; ++c)
-          diagonal[3 * slot + c] += weight * of_cell[3 * corner + c];
-      }
-    }
+  for_layers(team, [&](int first_layer, int end_layer) {
+    for (const CellRun& run : rows_.runs_of_layers(first_layer, end_layer))
+      for_each_cell(run, [&](int x, std::int64_t cell) {
+        const auto kind = static_cast<std::size_t>(elasticity.kind_number(cell));
+        const CellDiagonal own = few.empty() ? of_kind(kind) : CellDiagonal{};
+        const CellDiagonal& of_cell = few.empty() ? own : few[kind];
+        const double weight = elasticity.weight(cell);
+        for (std::size_t corner = 0; corner < 8; ++corner) {
+          const std::size_t slot = static_cast<std::size_t>(run.node_slot[corner >> 1] + x) + (corner & 1);
+          for (std::size_t c = 0; c < 3; ++c)
+            diagonal[3 * slot + c] += weight * of_cell[3 * corner + c];
+        }
+      });
+  });
   for (const NodalSpring& spring : elasticity.springs())
     for (std::size_t c = 0; c < 3; ++c)
       diagonal[3 * static_cast<std::size_t>(rows_.slot(grid.node_at(spring.node))) + c] +=
           spring.stiffness(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(c)) /
           (unit_ * scale_[c] * scale_[c]);
-  for (std::size_t i = 0; i < diagonal.size(); ++i)
-    if (diagonal[i] > 0)
-      inverse_[i % 3 * static_cast<std::size_t>(component_stride()) + i / 3] =
-          static_cast<float>(1 / diagonal[i]);
+  for_parts(n, team, [&](std::size_t first, std::size_t end, std::size_t) {
+    for (std::size_t slot = first; slot < end; ++slot)
+      for (std::size_t c = 0; c < 3; ++c)
+        if (const double value = diagonal[3 * slot + c]; value > 0)
+          inverse_[c * static_cast<std::size_t>(component_stride()) + slot] = static_cast<float>(1 / value);
+  });
 }
 
 void MaskedLevel::set_fixed(const std::vector<Prescribed>& prescribed) {
@@ -314,9 +355,9 @@ void MaskedLevel::set_fixed(const std::vector<Prescribed>& prescribed) {
   set_springs(elasticity_); // which do not act where nothing may move
 }
 
-void MaskedLevel::renew_matter() {
-  set_coefficients(elasticity_);
-  set_inverse(elasticity_);
+void MaskedLevel::renew_matter(ThreadTeam& team) {
+  set_coefficients(elasticity_, team);
+  set_inverse(elasticity_, team);
   for (auto& [at, free] : fixed_)
     free = std::exchange(inverse_[at], 0.0F);
 }
@@ -342,6 +383,8 @@ void MaskedLevel::set_springs(const LatticeElasticity& elasticity) {
 
 BlockMatrix MaskedLevel::springs_as_matrix() const {
   BlockMatrix matrix;
+  if (springs_.empty())
+    return matrix;
   matrix.first.assign(static_cast<std::size_t>(rows_.n_slots()) + 1, 0);
   matrix.blocks = AlignedArray<float>(9 * springs_.size() + 16);
   for (const SlotSpring& spring : springs_) {
@@ -351,26 +394,6 @@ BlockMatrix MaskedLevel::springs_as_matrix() const {
   }
   std::partial_sum(matrix.first.begin(), matrix.first.end(), matrix.first.begin());
   return matrix;
-}
-
-void MaskedLevel::apply(const float* displacement, float* forces, ThreadTeam& team) const {
-  for_each_part(team, [&](std::int64_t first, std::int64_t n, int) { std::fill_n(forces + first, n, 0.0f); });
-  const int slabs = (rows_.n_layers() + layers_per_slab - 1) / layers_per_slab;
-  for (const int parity : {0, 1})
-    team.run((slabs - parity + 1) / 2, [&](int item, int) {
-      const int first = (2 * item + parity) * layers_per_slab;
-      for (int z = first; z < std::min(first + layers_per_slab, rows_.n_layers()); ++z)
-        add_matter_forces(operator_, rows_.runs_of_layer(z), displacement, forces);
-    });
-  team.run(penalties_.planes(), [&](int part, int) { penalties_.add(part, displacement, forces); });
-  const std::int64_t stride = component_stride();
-  for (const SlotSpring& spring : springs_)
-    for (std::int64_t a = 0; a < 3; ++a) {
-      float pull = 0;
-      for (std::int64_t b = 0; b < 3; ++b)
-        pull += spring.block[static_cast<std::size_t>(3 * b + a)] * displacement[b * stride + spring.slot];
-      forces[a * stride + spring.slot] += pull;
-    }
 }
 
 void MaskedLevel::set_penalties(const List<SlotLink>& links, double largest) {
@@ -399,20 +422,29 @@ void MaskedLevel::set_penalties(const List<SlotLink>& links, double largest) {
   }
 }
 
-CellComplex MaskedLevel::complex() const {
+CellComplex MaskedLevel::complex(ThreadTeam& team) const {
+  const int layers = rows_.n_layers();
+  std::vector<std::size_t> first(static_cast<std::size_t>(layers) + 1, 0); // of layers
+  team.run(layers, [&](int z, int) {
+    std::size_t n = 0;
+    for (const CellRun& run : rows_.runs_of_layer(z))
+      for_each_cell(run, [&](int, std::int64_t) { ++n; });
+    first[static_cast<std::size_t>(z) + 1] = n;
+  });
+  std::partial_sum(first.begin(), first.end(), first.begin());
   CellComplex complex;
   complex.n_vertices = rows_.n_slots();
-  const Grid& grid = scene_.specimen.grid;
-  for (int z = 0; z < rows_.n_layers(); ++z)
+  complex.cells.resize(first.back());
+  team.run(layers, [&](int z, int) {
+    std::size_t next = first[static_cast<std::size_t>(z)];
     for (const CellRun& run : rows_.runs_of_layer(z))
-      for (int x = 0; x < run.cells; ++x) {
-        const Index3 at{run.first[0] + x, run.first[1], run.first[2]};
-        if (!scene_.specimen.is_matter(grid.cell(at)))
-          continue;
-        ComplexCell& cell = complex.cells.emplace_back(ComplexCell{at, {}});
+      for_each_cell(run, [&](int x, std::int64_t) {
+        ComplexCell& cell = complex.cells[next++];
+        cell.at = {run.first[0] + x, run.first[1], run.first[2]};
         for (int corner = 0; corner < 8; ++corner)
           cell.vertex[corner] = run.node_slot[corner >> 1] + x + (corner & 1);
-      }
+      });
+  });
   return complex;
 }
 

@@ -17,48 +17,105 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 using F = hn::CappedTag<float, block_stride>;
-using Line = hn::CappedTag<float, 16>;
+using VF = hn::VFromD<F>;
+using Line = hn::CappedTag<float, 8>;
 constexpr int column_size = static_cast<int>(PatternedPieces::column_size);
 constexpr int n_lines = column_size / static_cast<int>(hn::MaxLanes(Line()));
 
-/// forces = matrix times u, both with four numbers a vertex. Sums by component wait less for one another.
-HWY_INLINE void multiply(const float* matrix, const float* u, float* forces) {
+/// Pieces that are multiplied at once, so that what is loaded of their matrix serves them all.
+constexpr int most_at_once = 3;
+
+using Forces = hn::VFromD<Line>[n_lines];
+
+/// What pulls at the vertices of pieces of one pattern, three numbers each, from four numbers a vertex of u.
+template<int n>
+HWY_INLINE void multiply(const float* matrix, const PatternedPiece* const* pieces, const float* u,
+                         Forces* forces) {
   const Line d;
   const int lanes = static_cast<int>(hn::Lanes(d));
-  hn::VFromD<Line> sums[3][n_lines];
-  for (int c = 0; c < 3; ++c)
+  for (int i = 0; i < n; ++i)
     for (int line = 0; line < n_lines; ++line)
-      sums[c][line] = hn::Mul(hn::Load(d, matrix + c * column_size + line * lanes), hn::Set(d, u[c]));
-  for (int k = 1; k < 8; ++k)
+      forces[i][line] = hn::Zero(d);
+  for (int k = 0; k < 8; ++k) {
+    const float* of_vertex[n];
+    for (int i = 0; i < n; ++i)
+      of_vertex[i] = u + std::int64_t{block_stride} * pieces[i]->vertex[k];
     for (int c = 0; c < 3; ++c) {
-      const auto factor = hn::Set(d, u[block_stride * k + c]);
       const float* const column = matrix + (3 * k + c) * column_size;
+      hn::VFromD<Line> lines[n_lines];
       for (int line = 0; line < n_lines; ++line)
-        sums[c][line] = hn::MulAdd(hn::Load(d, column + line * lanes), factor, sums[c][line]);
+        lines[line] = hn::Load(d, column + line * lanes);
+      for (int i = 0; i < n; ++i) {
+        const auto factor = hn::Set(d, of_vertex[i][c]);
+        for (int line = 0; line < n_lines; ++line)
+          forces[i][line] = hn::MulAdd(lines[line], factor, forces[i][line]);
+      }
     }
-  for (int line = 0; line < n_lines; ++line)
-    hn::Store(hn::Add(hn::Add(sums[0][line], sums[1][line]), sums[2][line]), d, forces + line * lanes);
+  }
 }
 
-void add(const float* matrices, const PatternedPiece* pieces, std::size_t n, const float* u, float* out) {
+HWY_INLINE void add_to(float* at, VF value) {
+  hn::StoreU(hn::Add(hn::LoadU(F(), at), value), F(), at);
+}
+
+#if HWY_TARGET == HWY_SCALAR
+HWY_INLINE void add_to_vertices(const hn::VFromD<Line>* forces, const PatternedPiece& piece, float* out) {
+  for (int k = 0; k < 8; ++k)
+    for (int c = 0; c < 3; ++c)
+      add_to(out + std::int64_t{block_stride} * piece.vertex[k] + c, forces[3 * k + c]);
+}
+#else
+/// The fourth number of a vertex, which does not count, is one of the next. Vectors stay in registers: loads
+/// across two that were just stored wait for both.
+HWY_INLINE void add_to_vertices(const hn::VFromD<Line>* forces, const PatternedPiece& piece, float* out) {
   const F d;
-  const int lanes = static_cast<int>(hn::Lanes(d));
-  HWY_ALIGN float of_u[column_size], forces[column_size];
-  for (std::size_t i = 0; i < n; ++i) {
-    const PatternedPiece& piece = pieces[i];
-    if (piece.pattern == PatternedPiece::no_pattern)
-      continue;
-    for (int k = 0; k < 8; ++k)
-      for (int part = 0; part < block_stride; part += lanes)
-        hn::StoreU(hn::LoadU(d, u + std::int64_t{block_stride} * piece.vertex[k] + part), d,
-                   of_u + block_stride * k + part);
-    multiply(matrices + std::int64_t{piece.pattern} * static_cast<std::int64_t>(PatternedPieces::matrix_size),
-             of_u, forces);
-    for (int k = 0; k < 8; ++k)
-      for (int part = 0; part < block_stride; part += lanes) {
-        float* const at = out + std::int64_t{block_stride} * piece.vertex[k] + part;
-        hn::StoreU(hn::Add(hn::LoadU(d, at), hn::LoadU(d, forces + block_stride * k + part)), d, at);
-      }
+  VF four[6];
+  for (int i = 0; i < 6; ++i)
+#if HWY_MAX_BYTES >= 32
+    four[i] = i % 2 == 0 ? hn::LowerHalf(d, forces[i / 2]) : hn::UpperHalf(d, forces[i / 2]);
+#else
+    four[i] = forces[i];
+#endif
+  const auto at = [&](int k) HWY_ATTR { return out + std::int64_t{block_stride} * piece.vertex[k]; };
+  add_to(at(0), four[0]);
+  add_to(at(1), hn::CombineShiftRightBytes<12>(d, four[1], four[0]));
+  add_to(at(2), hn::CombineShiftRightBytes<8>(d, four[2], four[1]));
+  add_to(at(3), hn::CombineShiftRightBytes<4>(d, four[3], four[2]));
+  add_to(at(4), four[3]);
+  add_to(at(5), hn::CombineShiftRightBytes<12>(d, four[4], four[3]));
+  add_to(at(6), hn::CombineShiftRightBytes<8>(d, four[5], four[4]));
+  add_to(at(7), hn::CombineShiftRightBytes<4>(d, four[5], four[5]));
+}
+#endif
+
+template<int n>
+HWY_INLINE void add_product(const float* matrix, const PatternedPiece* const* pieces, const float* u,
+                            float* out) {
+  Forces forces[n];
+  multiply<n>(matrix, pieces, u, forces);
+  for (int i = 0; i < n; ++i)
+    add_to_vertices(forces[i], *pieces[i], out);
+}
+
+/// @param numbers of pieces, those of one pattern after another
+void add(const float* matrices, const PatternedPiece* pieces, const std::int32_t* numbers, std::size_t size,
+         const float* u, float* out) {
+  for (std::size_t first = 0, end = 0; first < size; first = end) {
+    const std::int32_t pattern = pieces[numbers[first]].pattern;
+    if (pattern == PatternedPiece::no_pattern)
+      return;
+    const PatternedPiece* at_once[most_at_once];
+    int n = 0;
+    for (; n < most_at_once && end < size && pieces[numbers[end]].pattern == pattern; ++n, ++end)
+      at_once[n] = pieces + numbers[end];
+    const float* const matrix =
+        matrices + std::int64_t{pattern} * static_cast<std::int64_t>(PatternedPieces::matrix_size);
+    if (n == 3)
+      add_product<3>(matrix, at_once, u, out);
+    else if (n == 2)
+      add_product<2>(matrix, at_once, u, out);
+    else
+      add_product<1>(matrix, at_once, u, out);
   }
 }
 
@@ -72,7 +129,8 @@ namespace maille::deform {
 HWY_EXPORT(add);
 
 void add_pieces(const PatternedPieces& all, std::size_t first, std::size_t end, const float* u, float* out) {
-  HWY_DYNAMIC_DISPATCH(add)(all.matrices.data(), all.pieces.data() + first, end - first, u, out);
+  HWY_DYNAMIC_DISPATCH(add)
+  (all.matrices.data(), all.pieces.data(), all.by_pattern.data() + first, end - first, u, out);
 }
 
 } // namespace maille::deform
