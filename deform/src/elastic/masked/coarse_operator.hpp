@@ -41,8 +41,8 @@ struct PatternedPieces {
   List<PatternedPiece> pieces; ///< of all planes, one after another, whether they have patterns or not
   /// Of slabs of planes: those of every second one share no vertex, so the order of sums is always the same.
   List<std::size_t> first_of_slab;
-  /// Of every slab the numbers of its pieces, those of one pattern after another: products then find its matrix
-  /// in the cache. Those without a pattern come last.
+  /// Of every slab the numbers of its pieces, those of one pattern after another: products then find its
+  /// matrix in the cache. Those without a pattern come last.
   List<std::int32_t> by_pattern;
   AlignedArray<float> matrices; ///< [pattern][column][row]
 

@@ -185,6 +185,11 @@ void CellProducts::add_cell(const ComplexCell& cell, const Piece& piece, PieceMa
       K.row(i).setZero();
       K.col(i).setZero();
     }
+  if (std::ranges::none_of(cell.vertex, [&](std::int32_t slot) { return assembly.is_hinge(slot); })) {
+    PieceAssembly::take_to_piece(PieceAssembly::octant(cell), K);
+    sum.topLeftCorner<24, 24>() += K;
+    return;
+  }
   assembly.add_cell(cell, K, piece, sum);
 }
 

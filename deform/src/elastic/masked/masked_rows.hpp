@@ -55,7 +55,7 @@ public:
   }
   int n_layers() const { return static_cast<int>(first_run_.size()) - 1; }
   std::int32_t n_slots() const { return n_slots_; } ///< a multiple of the block
-  /// Of plane z of nodes; slots between planes are of the one before. The end, where z is the number of planes
+  /// Of plane z of nodes, or the end; slots between planes are of the one before.
   std::int32_t first_slot(int z) const { return first_slot_[static_cast<std::size_t>(z)]; }
   std::int32_t n_cell_slots() const { return n_cell_slots_; }
   /// @pre the node is in a row that is kept, as all nodes of matter are

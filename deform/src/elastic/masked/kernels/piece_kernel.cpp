@@ -1,7 +1,7 @@
 #include "elastic/masked/coarse_operator.hpp"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "elastic/masked/piece_kernel.cpp"
+#define HWY_TARGET_INCLUDE "elastic/masked/kernels/piece_kernel.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 

@@ -1,7 +1,7 @@
 #include "elastic/masked/block_matrix.hpp"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "elastic/masked/block_kernel.cpp"
+#define HWY_TARGET_INCLUDE "elastic/masked/kernels/block_kernel.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -78,8 +78,8 @@ private:
 };
 #endif
 
-/// Calls add(sum, number of a block) for the blocks of a row: they take turns in four sums, which wait less for
-/// one another, and all_four(number of the first) for four of them at once.
+/// Calls add(sum, number of a block) for the blocks of a row: they take turns in four sums, which wait less
+/// for one another, and all_four(number of the first) for four of them at once.
 template<class Four, class Add>
 HWY_INLINE void in_turns(std::int32_t n, const Four& all_four, const Add& add) {
   std::int32_t i = 0;
