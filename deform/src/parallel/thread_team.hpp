@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <thread>
 #include <type_traits>
@@ -59,6 +60,20 @@ private:
   std::atomic<bool> ending_{false};
   std::vector<std::thread> others_;
 };
+
+/// What for_parts() does in one go, a multiple of what vectors hold.
+inline constexpr std::size_t entries_of_part = 4096;
+constexpr std::size_t n_parts_of(std::size_t n) {
+  return (n + entries_of_part - 1) / entries_of_part;
+}
+/// Calls work(first, end, part) for parts of n entries, which are the same for any number of threads.
+template<class Work>
+void for_parts(std::size_t n, ThreadTeam& team, const Work& work) {
+  team.run(static_cast<int>(n_parts_of(n)), [&](int item, int) {
+    const auto part = static_cast<std::size_t>(item);
+    work(part * entries_of_part, std::min(n, (part + 1) * entries_of_part), part);
+  });
+}
 
 /// Calls stage(s, z) for all stages s = 0 ... n_stages - 1 and planes z = 0 ... n_planes - 1. Stage s of a
 /// plane comes after stage s - 1 of the plane and its two neighbours, and before stage s + 1 of any of them;

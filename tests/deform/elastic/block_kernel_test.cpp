@@ -110,7 +110,8 @@ TEST(BlockKernelOracle, ProductsOfRoundedBlocksAreThoseOfPlainLoopsButForRoundin
       for (std::size_t e = 0; e < 9; ++e)
         A.blocks[9 * i + e] *= (row % 2 == 0 ? 1e-15F : 1e15F) * (i % 3 == 0 ? 1e-6F : 1);
   const auto rows = A.first, columns = A.column;
-  const RoundedBlockMatrix B = rounded(A);
+  ThreadTeam team(2);
+  const RoundedBlockMatrix B = rounded(A, team);
   A.first = rows;
   A.column = columns;
   constexpr std::size_t size = block_stride * n_rows;

@@ -9,7 +9,10 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 
 namespace maille::deform {
 namespace {
@@ -31,12 +34,12 @@ AlignedArray<float> field_of(const Scene& scene, const MaskedLevel& level, const
 void expect_forces_of_general_operator(const Scene& scene) {
   const Grid& grid = scene.specimen.grid;
   const LatticeElasticity elasticity(scene);
-  const MaskedLevel level(scene, elasticity, scene.prescribed);
+  ThreadTeam team(1);
+  const MaskedLevel level(scene, elasticity, scene.prescribed, team);
   Displacement u(grid), forces(grid);
   for (std::int64_t node = 0; node < grid.n_nodes(); ++node)
     for (int c = 0; c < 3; ++c)
       u(c, node) = std::sin(1.7 * static_cast<double>(node) + c);
-  ThreadTeam team(1);
   elasticity.apply(u, forces, team);
   const auto scale = [&](int c) { return level.scale()[static_cast<std::size_t>(c)]; };
   const AlignedArray<float> v =
@@ -103,17 +106,60 @@ Eigen::MatrixXd dense(const MaskedLevel& level) {
   return matrix;
 }
 
+/// Planes that one slab begins and another ends, slabs of one layer, links that are stiffer.
+TEST(MaskedLevelOracle, PassesOverPlanesAreThoseOverWholeFields) {
+  for (const int layers : {1, 4, 5, 13})
+    for (const bool has_links : {false, true}) {
+      SCOPED_TRACE(testing::Message() << layers << (has_links ? " with links" : ""));
+      const Scene scene = test::carved_body({11, 6, layers}, test::Fibres::slanted);
+      const LatticeElasticity elasticity(scene);
+      ThreadTeam team(2);
+      MaskedLevel level(scene, elasticity, scene.prescribed, team);
+      if (has_links)
+        level.set_penalties({{1, level.rows().node_rows()[0].slot, level.rows().node_rows()[0].slot + 1, 3}},
+                            2);
+      AlignedArray<float> u = level.field(), product = level.field();
+      const float* const inverse = level.inverse();
+      for (std::size_t i = 0; i < static_cast<std::size_t>(level.field_size()); ++i)
+        if (inverse[i] > 0) {
+          level.u[i] = u[i] = std::sin(1.7F * static_cast<float>(i));
+          level.f[i] = std::cos(0.3F * static_cast<float>(i));
+        }
+      level.apply(u.data(), product.data(), team);
+      double u_f = 0, p_Ap = 0;
+      const float weight = 0.4F;
+      level.find_residual(team);
+      for (std::size_t i = 0; i < u.size() - 16; ++i)
+        ASSERT_FLOAT_EQ(level.r[i], inverse[i] > 0 ? level.f[i] - product[i] : 0) << i;
+      const double found_p_Ap = level.apply_and_dot(u.data(), level.r.data(), team),
+                   found_u_f = level.relax_and_dot(weight, team);
+      for (std::size_t i = 0; i < u.size() - 16; ++i) {
+        const float next = u[i] + weight * inverse[i] * (level.f[i] - product[i]);
+        ASSERT_NEAR(level.u[i], next, 1e-5F) << i;
+        u_f += double{next} * double{level.f[i]};
+        p_Ap += inverse[i] > 0 ? double{u[i]} * double{product[i]} : 0;
+      }
+      EXPECT_NEAR(found_u_f, u_f, 1e-5 * std::abs(u_f) + 1e-5);
+      EXPECT_NEAR(found_p_Ap, p_Ap, 1e-5 * std::abs(p_Ap));
+    }
+}
+
 TEST(MaskedGalerkinOracle, CoarseOperatorsAreDenseProducts) {
   for (const Joining joining : {Joining::faces, Joining::places})
     for (const auto fibres : {test::Fibres::none, test::Fibres::turning}) {
       const Scene scene = test::carved_body({7, 5, 6}, fibres);
       const LatticeElasticity elasticity(scene);
-      const MaskedLevel level(scene, elasticity, scene.prescribed);
+      if (fibres == test::Fibres::turning) {
+        ASSERT_GT(elasticity.kinds().size(), 64U); // more than products are remembered of
+      }
       ThreadTeam team(2);
-      const CellComplex fine = level.complex();
-      const Coarsened once = coarsen(fine, joining), twice = coarsen(once.complex, joining);
+      const MaskedLevel level(scene, elasticity, scene.prescribed, team);
+      const CellComplex fine = level.complex(team);
+      const Coarsened once = coarsen(fine, joining, team), twice = coarsen(once.complex, joining, team);
       const CoarseOperator A = level.galerkin_product(fine, once, false, team),
-                           B = galerkin_product(A, once.complex, twice, team);
+                           B = galerkin_product(A, once.complex, twice,
+                                                twice.interpolation.transposed(twice.complex.n_vertices),
+                                                team);
       const Eigen::MatrixXd P = dense(once.interpolation, once.complex.n_vertices),
                             Q = dense(twice.interpolation, twice.complex.n_vertices);
       const Eigen::MatrixXd of_once = P.transpose() * dense(level) * P,
@@ -126,8 +172,9 @@ TEST(MaskedGalerkinOracle, CoarseOperatorsAreDenseProducts) {
 TEST(CellComplexAnalytic, LinearFunctionsAreInterpolatedExactly) {
   const Scene scene = test::carved_body({9, 8, 7}, test::Fibres::none);
   const LatticeElasticity elasticity(scene);
-  const MaskedLevel level(scene, elasticity, scene.prescribed);
-  const CellComplex fine = level.complex();
+  ThreadTeam team(2);
+  const MaskedLevel level(scene, elasticity, scene.prescribed, team);
+  const CellComplex fine = level.complex(team);
   const auto positions = [](const CellComplex& complex, double spacing) {
     Eigen::MatrixXd place = Eigen::MatrixXd::Zero(complex.n_vertices, 4); // 1 x y z
     for (const ComplexCell& cell : complex.cells)
@@ -137,7 +184,7 @@ TEST(CellComplexAnalytic, LinearFunctionsAreInterpolatedExactly) {
     return place;
   };
   for (const Joining joining : {Joining::faces, Joining::places}) {
-    const Coarsened coarse = coarsen(fine, joining);
+    const Coarsened coarse = coarsen(fine, joining, team);
     const Eigen::MatrixXd of_coarse = positions(coarse.complex, 2);
     const Eigen::MatrixXd of_fine = positions(fine, 1);
     for (Eigen::Index v = 0; v < of_fine.rows(); ++v) {
@@ -151,12 +198,36 @@ TEST(CellComplexAnalytic, LinearFunctionsAreInterpolatedExactly) {
   }
 }
 
+TEST(CellComplexContract, AnyNumberOfThreadsCoarsensAlike) {
+  const Scene scene = test::carved_body({13, 14, 31}, test::Fibres::none);
+  const LatticeElasticity elasticity(scene);
+  ThreadTeam one(1), three(3);
+  const MaskedLevel level(scene, elasticity, scene.prescribed, one);
+  for (const Joining joining : {Joining::faces, Joining::places}) {
+    const Coarsened a = coarsen(level.complex(one), joining, one),
+                    b = coarsen(level.complex(three), joining, three);
+    EXPECT_EQ(a.cell_of, b.cell_of);
+    EXPECT_EQ(a.place, b.place);
+    EXPECT_EQ(a.is_hinge, b.is_hinge);
+    EXPECT_EQ(a.interpolation.first, b.interpolation.first);
+    EXPECT_EQ(a.interpolation.column, b.interpolation.column);
+    EXPECT_EQ(a.interpolation.weight, b.interpolation.weight);
+    ASSERT_EQ(a.complex.cells.size(), b.complex.cells.size());
+    for (std::size_t i = 0; i < a.complex.cells.size(); ++i) {
+      EXPECT_EQ(a.complex.cells[i].at, b.complex.cells[i].at);
+      EXPECT_TRUE(std::ranges::equal(a.complex.cells[i].vertex, b.complex.cells[i].vertex));
+    }
+  }
+}
+
 TEST(CellComplexAnalytic, WhatHangsTogetherByAnEdgeOrACornerStaysApart) {
   // Boxes of 4 cells an axis have 27 coarse vertices; of 2 cells 8.
   const auto coarse_vertices = [](int contact, Joining joining) {
     const Scene scene = test::two_blocks(4, contact);
     const LatticeElasticity elasticity(scene);
-    return coarsen(MaskedLevel(scene, elasticity, scene.prescribed).complex(), joining).complex.n_vertices;
+    ThreadTeam team(2);
+    const MaskedLevel level(scene, elasticity, scene.prescribed, team);
+    return coarsen(level.complex(team), joining, team).complex.n_vertices;
   };
   EXPECT_EQ(coarse_vertices(3, Joining::faces), 2 * 27 - 9); // joined by a face
   EXPECT_EQ(coarse_vertices(2, Joining::faces), 2 * 27);     // by an edge

@@ -9,10 +9,8 @@
 
 namespace maille::deform {
 
-BlockLevel::BlockLevel(CoarseOperator A, Weights from_here, int steps, ThreadTeam& team)
-    : A_(std::move(A)), from_here_(std::move(from_here)) {
-  if (!from_here_.first.empty())
-    to_here_ = from_here_.transposed(A_.n_rows());
+BlockLevel::BlockLevel(CoarseOperator A, Weights from_here, Weights to_here, int steps, ThreadTeam& team)
+    : A_(std::move(A)), from_here_(std::move(from_here)), to_here_(std::move(to_here)) {
   constexpr std::size_t whole = 16; // entries that loops over entries take at once
   const auto used = static_cast<std::size_t>(block_stride) * static_cast<std::size_t>(n());
   const std::size_t size = (used + whole - 1) / whole * whole;
@@ -20,13 +18,14 @@ BlockLevel::BlockLevel(CoarseOperator A, Weights from_here, int steps, ThreadTea
   f = AlignedArray<float>(size);
   r = AlignedArray<float>(size);
   inverse_ = AlignedArray<float>(size);
-  invert_diagonal();
+  sums_.resize(n_parts_of(size));
+  invert_diagonal(team);
   largest_ = largest_eigenvalue(team);
   weights_ = chebyshev_weights(largest_, steps);
 }
 
-void BlockLevel::invert_diagonal() {
-  A_.copy_diagonal(inverse_);
+void BlockLevel::invert_diagonal(ThreadTeam& team) {
+  A_.copy_diagonal(inverse_, team);
   const float largest = std::max(0.0F, std::ranges::max(inverse_.all()));
   for (float& entry : inverse_)
     entry = entry > 1e-10f * largest ? 1 / entry : 0; // else all that it moves is fixed
@@ -35,41 +34,44 @@ void BlockLevel::invert_diagonal() {
 /// Preconditioned by the diagonal: u is the direction, f the residual. The state is not kept.
 class BlockLevel::Directions : public GradientSpace {
 public:
-  Directions(BlockLevel& level, ThreadTeam& team) : level_(level), team_(team) {}
+  Directions(BlockLevel& level, ThreadTeam& team)
+      : level_(level), team_(team), inverse_(level.inverse_.data()) {}
   double precondition() override {
-    double product = 0;
-    for (std::size_t i = 0; i < level_.u.size(); ++i)
-      product += double{level_.f[i]} * double{level_.f[i]} * double{level_.inverse_[i]};
-    return product;
+    return level_.sum_over_parts(team_, [&](std::int64_t first, std::int64_t n) {
+      start_entries(n, 1, inverse_ + first, level_.f.data() + first, level_.r.data() + first);
+      return dot_entries(n, level_.f.data() + first, level_.r.data() + first);
+    });
   }
   std::optional<double> find_step(double beta, double product) override {
-    const auto weight = static_cast<float>(beta);
-    for (std::size_t i = 0; i < level_.u.size(); ++i)
-      level_.u[i] = level_.inverse_[i] * level_.f[i] + weight * level_.u[i];
+    level_.for_each_part(team_, [&](std::int64_t first, std::int64_t n) {
+      direct_entries(n, level_.r.data() + first, static_cast<float>(beta), level_.u.data() + first);
+    });
     level_.A_.apply(level_.u.data(), level_.r.data(), team_);
-    double curvature = 0;
-    for (std::size_t i = 0; i < level_.u.size(); ++i)
-      curvature += level_.inverse_[i] > 0 ? double{level_.u[i]} * double{level_.r[i]} : 0;
-    return product / curvature;
+    return product / level_.sum_over_parts(team_, [&](std::int64_t first, std::int64_t n) {
+      return mask_and_dot_entries(n, inverse_ + first, level_.u.data() + first, level_.r.data() + first);
+    });
   }
   void take_step(double step) override {
-    for (std::size_t i = 0; i < level_.u.size(); ++i)
-      level_.f[i] -= level_.inverse_[i] > 0 ? static_cast<float>(step) * level_.r[i] : 0;
+    level_.for_each_part(team_, [&](std::int64_t first, std::int64_t n) {
+      step_entries(n, static_cast<float>(step), level_.r.data() + first, level_.f.data() + first);
+    });
   }
 
 private:
   BlockLevel& level_;
   ThreadTeam& team_;
+  const float* inverse_;
 };
 
-void BlockLevel::set_noise() {
-  for (std::size_t i = 0; i < u.size(); ++i)
-    f[i] = eigenvalue_noise(i, inverse_[i]);
+void BlockLevel::set_noise(ThreadTeam& team) {
+  for_each_part(team, [&](std::int64_t first, std::int64_t n) {
+    noise_entries(n, first, inverse_.data() + first, f.data() + first);
+  });
 }
 
 double BlockLevel::energy(ThreadTeam& team) {
   A_.apply(u.data(), r.data(), team);
-  return dot(u.data(), r.data());
+  return dot(u.data(), r.data(), team);
 }
 
 void BlockLevel::round_operator(ThreadTeam& team) {
@@ -78,7 +80,7 @@ void BlockLevel::round_operator(ThreadTeam& team) {
   if (n() < fewest_vertices)
     return;
   const double exact = energy(team);
-  A_.round();
+  A_.round(team);
   if (std::abs(energy(team) - exact) <= small_part * exact)
     A_.forget_exact();
   else
@@ -86,7 +88,7 @@ void BlockLevel::round_operator(ThreadTeam& team) {
 }
 
 double BlockLevel::largest_eigenvalue(ThreadTeam& team) {
-  set_noise();
+  set_noise(team);
   Directions directions(*this, team);
   return largest_eigenvalue_seen_by(directions);
 }
@@ -94,7 +96,7 @@ double BlockLevel::largest_eigenvalue(ThreadTeam& team) {
 void BlockLevel::relax(float weight, ThreadTeam& team) {
   if (!A_.is_of_blocks()) {
     A_.apply(u.data(), r.data(), team);
-    for_entries_of_rows(team, [&](std::int64_t first, std::int64_t n) {
+    for_each_part(team, [&](std::int64_t first, std::int64_t n) {
       relax_entries(n, weight, inverse_.data() + first, f.data() + first, r.data() + first, u.data() + first);
     });
     return;
@@ -111,7 +113,7 @@ void BlockLevel::relax(float weight, ThreadTeam& team) {
 void BlockLevel::find_residual(ThreadTeam& team) {
   if (!A_.is_of_blocks()) {
     A_.apply(u.data(), r.data(), team);
-    for_entries_of_rows(team, [&](std::int64_t first, std::int64_t n) {
+    for_each_part(team, [&](std::int64_t first, std::int64_t n) {
       subtract_entries(n, inverse_.data() + first, f.data() + first, r.data() + first);
     });
     return;
@@ -123,7 +125,9 @@ void BlockLevel::find_residual(ThreadTeam& team) {
 }
 
 void BlockLevel::go_down(BlockLevel& coarser, ThreadTeam& team, CycleStart) {
-  start_entries(static_cast<std::int64_t>(u.size()), weights_[0], inverse_.data(), f.data(), u.data());
+  for_each_part(team, [&](std::int64_t first, std::int64_t n) {
+    start_entries(n, weights_[0], inverse_.data() + first, f.data() + first, u.data() + first);
+  });
   for (std::size_t step = 1; step < weights_.size(); ++step)
     relax(weights_[step], team);
   find_residual(team);
@@ -145,28 +149,33 @@ void BlockLevel::correct_twice(bool does) {
 }
 
 /// The fourth number of a row, which does not count, is 0 in u.
-double BlockLevel::dot(const float* a, const float* b) const {
-  return dot_entries(static_cast<std::int64_t>(u.size()), a, b);
+double BlockLevel::dot(const float* a, const float* b, ThreadTeam& team) {
+  return sum_over_parts(
+      team, [&](std::int64_t first, std::int64_t n) { return dot_entries(n, a + first, b + first); });
 }
 
 void BlockLevel::put_aside(ThreadTeam& team) {
   A_.apply(u.data(), r.data(), team);
-  first_.curvature = dot(u.data(), r.data());
-  first_.step = first_.curvature > 0 ? dot(u.data(), f.data()) / first_.curvature : 0;
-  step_entries(static_cast<std::int64_t>(u.size()), static_cast<float>(first_.step), r.data(), f.data());
+  first_.curvature = dot(u.data(), r.data(), team);
+  first_.step = first_.curvature > 0 ? dot(u.data(), f.data(), team) / first_.curvature : 0;
+  for_each_part(team, [&](std::int64_t first, std::int64_t n) {
+    step_entries(n, static_cast<float>(first_.step), r.data() + first, f.data() + first);
+  });
   std::swap(u, first_.correction);
 }
 
 void BlockLevel::combine(ThreadTeam& team) {
   A_.apply(u.data(), r.data(), team);
-  const double overlap =
-                   first_.curvature > 0 ? dot(first_.correction.data(), r.data()) / first_.curvature : 0,
-               curvature = dot(u.data(), r.data()) - overlap * overlap * first_.curvature,
-               step = curvature > 0 ? dot(u.data(), f.data()) / curvature : 0;
+  const double overlap = first_.curvature > 0
+                             ? dot(first_.correction.data(), r.data(), team) / first_.curvature
+                             : 0,
+               curvature = dot(u.data(), r.data(), team) - overlap * overlap * first_.curvature,
+               step = curvature > 0 ? dot(u.data(), f.data(), team) / curvature : 0;
   const auto of_first = static_cast<float>(first_.step - overlap * step),
              of_second = static_cast<float>(step);
-  for (std::size_t i = 0; i < u.size(); ++i)
-    u[i] = of_first * first_.correction[i] + of_second * u[i];
+  for_each_part(team, [&](std::int64_t first, std::int64_t n) {
+    combine_entries(n, of_first, first_.correction.data() + first, of_second, u.data() + first);
+  });
 }
 
 CoarsestSolve::Unknowns BlockLevel::unknowns() const {

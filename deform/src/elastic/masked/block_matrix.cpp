@@ -96,25 +96,33 @@ void add_row(const BlockMatrix& A, const Weights& P, const Weights& P_transposed
 
 } // namespace
 
-RoundedBlockMatrix rounded(BlockMatrix& A) {
+RoundedBlockMatrix rounded(BlockMatrix& A, ThreadTeam& team) {
   constexpr int exponent_of_largest = 15; // of 2^15 (2 - 2^-10), so that the smallest are normal numbers too
   RoundedBlockMatrix B;
-  B.scale.reserve(static_cast<std::size_t>(A.n_rows()));
-  B.blocks = AlignedArray<std::uint16_t>(A.blocks.size());
-  for (std::size_t row = 0; row + 1 < A.first.size(); ++row) {
-    const auto begin = 9 * static_cast<std::size_t>(A.first[row]),
-               end = 9 * static_cast<std::size_t>(A.first[row + 1]);
-    float largest = 0;
-    for (std::size_t i = begin; i < end; ++i)
-      largest = std::max(largest, std::abs(A.blocks[i]));
-    int exponent = 0;
-    std::frexp(largest, &exponent);
-    exponent -= exponent_of_largest;
-    B.scale.push_back(std::ldexp(1.0F, exponent));
-    const float inverse = std::ldexp(1.0F, -exponent);
-    for (std::size_t i = begin; i < end; ++i)
-      B.blocks[i] = Eigen::half(inverse * A.blocks[i]).x;
-  }
+  B.scale.resize(static_cast<std::size_t>(A.n_rows()));
+  constexpr std::size_t padding = 8;
+  B.blocks = AlignedArray<std::uint16_t>(8 * A.column.size() + padding);
+  B.last = AlignedArray<std::uint16_t>(A.column.size() + padding);
+  const std::int32_t n = A.n_rows();
+  team.run((n + rows_per_item - 1) / rows_per_item, [&](int item, int) {
+    for (auto row = static_cast<std::size_t>(item * rows_per_item);
+         row < static_cast<std::size_t>(std::min(n, (item + 1) * rows_per_item)); ++row) {
+      const auto begin = 9 * static_cast<std::size_t>(A.first[row]),
+                 end = 9 * static_cast<std::size_t>(A.first[row + 1]);
+      float largest = 0;
+      for (std::size_t i = begin; i < end; ++i)
+        largest = std::max(largest, std::abs(A.blocks[i]));
+      int exponent = 0;
+      std::frexp(largest, &exponent);
+      exponent -= exponent_of_largest;
+      B.scale[row] = std::ldexp(1.0F, exponent);
+      const float inverse = std::ldexp(1.0F, -exponent);
+      for (std::size_t i = begin; i < end; ++i) {
+        std::uint16_t& to = i % 9 < 8 ? B.blocks[8 * (i / 9) + i % 9] : B.last[i / 9];
+        to = Eigen::half(inverse * A.blocks[i]).x;
+      }
+    }
+  });
   B.first = std::move(A.first);
   B.column = std::move(A.column);
   return B;
@@ -135,23 +143,21 @@ BlockMatrix galerkin_product(const BlockMatrix& A, const Weights& P, const Weigh
     parts[static_cast<std::size_t>(item)].blocks.shrink_to_fit();
   });
   BlockMatrix product;
-  std::size_t n_blocks = 0;
-  for (const ProductRows& part : parts)
-    n_blocks += part.column.size();
   product.first.reserve(static_cast<std::size_t>(n) + 1);
-  product.column.reserve(n_blocks);
   product.first.push_back(0);
-  for (const ProductRows& part : parts) {
+  for (const ProductRows& part : parts)
     for (const std::int32_t length : part.length)
       product.first.push_back(product.first.back() + length);
-    product.column.insert(product.column.end(), part.column.begin(), part.column.end());
-  }
+  product.column.resize(static_cast<std::size_t>(product.first.back()));
   product.blocks = AlignedArray<float>(9 * product.column.size() + 16);
-  float* out = product.blocks.data();
-  for (ProductRows& part : parts) {
-    out = std::ranges::copy(part.blocks, out).out;
+  team.run(static_cast<int>(parts.size()), [&](int item, int) {
+    ProductRows& part = parts[static_cast<std::size_t>(item)];
+    const auto at = static_cast<std::size_t>(
+        product.first[static_cast<std::size_t>(item) * static_cast<std::size_t>(rows_per_item)]);
+    std::ranges::copy(part.column, product.column.begin() + static_cast<std::ptrdiff_t>(at));
+    std::ranges::copy(part.blocks, product.blocks.data() + 9 * at);
     part = {};
-  }
+  });
   return product;
 }
 

@@ -27,13 +27,14 @@ struct BlockMatrix {
 /// most.
 struct RoundedBlockMatrix {
   List<std::int32_t> first, column;
-  List<float> scale;                  ///< per row
-  AlignedArray<std::uint16_t> blocks; ///< nine numbers each, and one line of padding
+  List<float> scale; ///< per row
+  /// The first eight numbers of each block, which fill a vector, and the last ones; some of padding.
+  AlignedArray<std::uint16_t> blocks, last;
 
   std::int32_t n_rows() const { return static_cast<std::int32_t>(first.size()) - 1; }
 };
 /// Takes first and column out of A, whose numbers stay.
-RoundedBlockMatrix rounded(BlockMatrix& A);
+RoundedBlockMatrix rounded(BlockMatrix& A, ThreadTeam& team);
 
 /// P^T A P.
 BlockMatrix galerkin_product(const BlockMatrix& A, const Weights& P, const Weights& P_transposed,

@@ -1,5 +1,7 @@
 #include "elastic/masked/cell_complex.hpp"
 
+#include "elastic/masked/cell_sets.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -11,66 +13,56 @@ namespace maille::deform {
 
 namespace {
 
-class DisjointSets {
-public:
-  explicit DisjointSets(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
-  std::int32_t find(std::int32_t i) {
-    while (parent_[static_cast<std::size_t>(i)] != i) {
-      std::int32_t& up = parent_[static_cast<std::size_t>(i)];
-      i = up = parent_[static_cast<std::size_t>(up)];
-    }
-    return i;
-  }
-  /// The smaller one stands for both.
-  void join(std::int32_t i, std::int32_t j) {
-    i = find(i), j = find(j);
-    parent_[static_cast<std::size_t>(std::max(i, j))] = std::min(i, j);
-  }
+/// Planes of blocks of 2 x 2 x 2 cells that are done in one go: those of every second slab have no vertex in
+/// common.
+constexpr int planes_per_slab = 2;
 
-private:
-  List<std::int32_t> parent_;
-};
-
-/// Per vertex: 8 cell + corner of the cells that have it.
-struct Stars {
-  explicit Stars(const CellComplex& complex) : first(static_cast<std::size_t>(complex.n_vertices) + 1, 0) {
-    for (const ComplexCell& cell : complex.cells)
-      for (const std::int32_t v : cell.vertex)
-        ++first[static_cast<std::size_t>(v) + 1];
-    std::partial_sum(first.begin(), first.end(), first.begin());
-    entries.resize(8 * complex.cells.size());
-    List<std::int32_t> next(first.begin(), first.end() - 1);
-    for (std::size_t i = 0; i < complex.cells.size(); ++i)
-      for (std::size_t k = 0; k < 8; ++k)
-        entries[static_cast<std::size_t>(next[static_cast<std::size_t>(complex.cells[i].vertex[k])]++)] =
-            static_cast<std::int32_t>(8 * i + k);
-  }
-  List<std::int32_t> first, entries;
+/// What vertices at hinges belong to: 8 cell + corner.
+struct HingeStar {
+  std::int32_t vertex = 0, entry = 0;
 };
 
 class Coarsening {
 public:
-  Coarsening(const CellComplex& fine, Joining joining) : fine_(fine), joining_(joining), stars_(fine) {}
+  /// @pre cells come plane after plane
+  Coarsening(const CellComplex& fine, Joining joining, ThreadTeam& team);
   Coarsened run();
 
 private:
+  int n_planes() const { return static_cast<int>(first_of_plane_.size()) - 1; } ///< of blocks
+  int n_slabs() const { return (n_planes() + planes_per_slab - 1) / planes_per_slab; }
+  std::int32_t first_of_slab(int slab) const {
+    return first_of_plane_[static_cast<std::size_t>(std::min(slab * planes_per_slab, n_planes()))];
+  }
+  template<class Work>
+  void for_slabs_in_turn(const Work& work);
   template<class Visit>
-  void for_each_shared_face(const Visit& visit) const;
-  List<std::int32_t> by_blocks() const;
+  void for_each_shared_face(std::int32_t cell, const Visit& visit) const;
+  void sort_by_blocks(int plane, List<std::int32_t>& order) const;
   void find_pieces();
+  void join_faces(std::int32_t first, std::int32_t end, bool to_next_slab, DisjointSets& sets) const;
+  void join_places(DisjointSets& sets) const;
   void find_vertices();
   std::int32_t place_in_piece(std::int32_t cell, int corner) const;
   bool are_the_same(std::int32_t one, std::int32_t other) const;
   template<class Visit>
   void for_each_weight(std::int32_t place, const Visit& visit) const;
-  void add_mean(std::span<const std::int32_t> star);
-  void add_row(std::int32_t place);
+  void find_places();
+  List<HingeStar> hinges();
+  void add_mean(std::span<const HingeStar> star, Weights& weights) const;
+  void set_row(std::int32_t place, std::size_t at);
   void interpolate();
   const Index3& place(std::int32_t cell) const { return fine_.cells[static_cast<std::size_t>(cell)].at; }
+  std::int32_t piece(std::int32_t cell) const { return result_.cell_of[static_cast<std::size_t>(cell)]; }
+  int slab_of_piece(std::int32_t piece) const {
+    return result_.complex.cells[static_cast<std::size_t>(piece)].at[2] / planes_per_slab;
+  }
 
   const CellComplex& fine_;
   Joining joining_;
-  Stars stars_;
+  ThreadTeam& team_;
+  FirstCorners first_corners_;
+  List<std::int32_t> first_of_plane_; ///< cell of every plane of blocks, and the end
   Coarsened result_;
 };
 
@@ -78,123 +70,184 @@ Index3 half(const Index3& at) {
   return {at[0] / 2, at[1] / 2, at[2] / 2};
 }
 
-/// Calls visit(cell, other, axis) for cells that share the face between them, `other` beyond it along the
-/// axis. The pair is found at the face's first vertex.
-template<class Visit>
-void Coarsening::for_each_shared_face(const Visit& visit) const {
-  for (std::size_t v = 0; v < static_cast<std::size_t>(fine_.n_vertices); ++v) {
-    const auto begin = stars_.entries.begin() + stars_.first[v],
-               end = stars_.entries.begin() + stars_.first[v + 1];
-    for (auto two = begin; two != end; ++two)
-      for (auto one = *two % 8 == 0 ? begin : end; one != end; ++one) {
-        const std::int32_t corner = *one % 8;
-        if (corner != 1 && corner != 2 && corner != 4)
-          continue;
-        const ComplexCell &cell = fine_.cells[static_cast<std::size_t>(*one / 8)],
-                          &other = fine_.cells[static_cast<std::size_t>(*two / 8)];
-        bool is_shared = true;
-        for (std::size_t k = 0; k < 8; ++k)
-          if (!(static_cast<std::int32_t>(k) & corner))
-            is_shared = is_shared && cell.vertex[k | static_cast<std::size_t>(corner)] == other.vertex[k];
-        if (is_shared)
-          visit(*one / 8, *two / 8, corner == 1 ? 0 : corner == 2 ? 1 : 2);
-      }
-  }
+Coarsening::Coarsening(const CellComplex& fine, Joining joining, ThreadTeam& team)
+    : fine_(fine), joining_(joining), team_(team), first_corners_(fine) {
+  const int planes = fine.cells.empty() ? 0 : fine.cells.back().at[2] / 2 + 1;
+  for (int plane = 0; plane <= planes; ++plane)
+    first_of_plane_.push_back(static_cast<std::int32_t>(
+        std::ranges::lower_bound(fine.cells, 2 * plane, {}, [](const ComplexCell& c) { return c.at[2]; }) -
+        fine.cells.begin()));
 }
 
-/// Cells block after block, x fastest; those of one block in their order: sorted by counting, axis after
-/// axis.
-List<std::int32_t> Coarsening::by_blocks() const {
-  List<std::int32_t> order(fine_.cells.size()), next(fine_.cells.size());
-  std::iota(order.begin(), order.end(), 0);
-  for (std::size_t a = 0; a < 3; ++a) {
-    List<std::size_t> first;
-    for (const ComplexCell& cell : fine_.cells) {
-      const auto at = static_cast<std::size_t>(cell.at[a] / 2);
+/// Calls work(first cell, end, slab) for all slabs, those of every second one first.
+template<class Work>
+void Coarsening::for_slabs_in_turn(const Work& work) {
+  for (const int parity : {0, 1})
+    team_.run((n_slabs() - parity + 1) / 2, [&](int item, int) {
+      const int slab = 2 * item + parity;
+      work(first_of_slab(slab), first_of_slab(slab + 1), slab);
+    });
+}
+
+/// Calls visit(other, axis) for cells that share the face with it that lies beyond it along an axis.
+template<class Visit>
+void Coarsening::for_each_shared_face(std::int32_t cell, const Visit& visit) const {
+  const std::int32_t* const vertex = fine_.cells[static_cast<std::size_t>(cell)].vertex;
+  for (int axis = 0; axis < 3; ++axis)
+    first_corners_.for_each_at(vertex[1 << axis], [&](std::int32_t other) {
+      const std::int32_t* const of_other = fine_.cells[static_cast<std::size_t>(other)].vertex;
+      bool is_shared = true;
+      for (int k = 0; k < 8; ++k)
+        if (!(k & 1 << axis))
+          is_shared = is_shared && vertex[k | 1 << axis] == of_other[k];
+      if (is_shared)
+        visit(other, axis);
+    });
+}
+
+/// The cells of a plane of blocks block after block, x fastest; those of one block in their order: sorted by
+/// counting, axis after axis.
+void Coarsening::sort_by_blocks(int plane, List<std::int32_t>& order) const {
+  const std::int32_t begin = first_of_plane_[static_cast<std::size_t>(plane)],
+                     end = first_of_plane_[static_cast<std::size_t>(plane) + 1];
+  List<std::int32_t> from(static_cast<std::size_t>(end - begin)), to(from.size());
+  std::iota(from.begin(), from.end(), begin);
+  for (std::size_t a = 0; a < 2; ++a) {
+    List<std::size_t> first(1, 0);
+    for (std::int32_t cell = begin; cell < end; ++cell) {
+      const auto at = static_cast<std::size_t>(place(cell)[a] / 2);
       first.resize(std::max(first.size(), at + 2));
       ++first[at + 1];
     }
     std::partial_sum(first.begin(), first.end(), first.begin());
-    for (const std::int32_t cell : order)
-      next[first[static_cast<std::size_t>(place(cell)[a] / 2)]++] = cell;
-    std::swap(order, next);
+    for (const std::int32_t cell : from)
+      to[first[static_cast<std::size_t>(place(cell)[a] / 2)]++] = cell;
+    std::swap(from, to);
   }
-  return order;
+  std::ranges::copy(from, order.begin() + begin);
 }
 
 /// Cells of one block of 2 x 2 x 2, as far as they are joined within it, become one. Pieces are numbered by
 /// blocks, plane after plane.
 void Coarsening::find_pieces() {
-  const auto n = static_cast<std::int32_t>(fine_.cells.size());
+  List<std::int32_t> order(fine_.cells.size()), number(fine_.cells.size(), -1);
   DisjointSets sets(fine_.cells.size());
-  const List<std::int32_t> order = by_blocks();
-  const auto block = [&](std::int32_t cell) { return half(place(cell)); };
-  if (joining_ == Joining::faces)
-    for_each_shared_face([&](std::int32_t one, std::int32_t two, int) {
-      if (half(place(one)) == half(place(two)))
-        sets.join(one, two);
-    });
-  else
-    for (std::size_t i = 1; i < order.size(); ++i)
-      if (block(order[i]) == block(order[i - 1]))
+  result_.cell_of.resize(fine_.cells.size());
+  std::vector<std::int32_t> first_piece(static_cast<std::size_t>(n_planes()) + 1, 0); // of planes
+  team_.run(n_planes(), [&](int plane, int) {
+    sort_by_blocks(plane, order);
+    const auto begin = static_cast<std::size_t>(first_of_plane_[static_cast<std::size_t>(plane)]),
+               end = static_cast<std::size_t>(first_of_plane_[static_cast<std::size_t>(plane) + 1]);
+    for (std::size_t i = begin; i < end; ++i)
+      if (joining_ == Joining::faces)
+        for_each_shared_face(order[i], [&](std::int32_t other, int) {
+          if (half(place(order[i])) == half(place(other)))
+            sets.join(order[i], other);
+        });
+      else if (i > begin && half(place(order[i])) == half(place(order[i - 1])))
         sets.join(order[i], order[i - 1]);
-  result_.cell_of.assign(fine_.cells.size(), -1);
-  List<std::int32_t> number(fine_.cells.size(), -1);
-  for (std::int32_t i = 0; i < n; ++i) {
-    const std::int32_t cell = order[static_cast<std::size_t>(i)];
-    std::int32_t& piece = number[static_cast<std::size_t>(sets.find(cell))];
-    if (piece < 0) {
-      piece = static_cast<std::int32_t>(result_.complex.cells.size());
-      result_.complex.cells.push_back({half(place(cell)), {}});
+    std::int32_t n = 0;
+    for (std::size_t i = begin; i < end; ++i) {
+      std::int32_t& piece = number[static_cast<std::size_t>(sets.find(order[i]))];
+      if (piece < 0)
+        piece = n++;
+      result_.cell_of[static_cast<std::size_t>(order[i])] = piece;
     }
-    result_.cell_of[static_cast<std::size_t>(cell)] = piece;
-  }
+    first_piece[static_cast<std::size_t>(plane) + 1] = n;
+  });
+  std::partial_sum(first_piece.begin(), first_piece.end(), first_piece.begin());
+  result_.complex.cells.resize(static_cast<std::size_t>(first_piece.back()));
+  team_.run(n_planes(), [&](int plane, int) {
+    const auto at = static_cast<std::size_t>(plane);
+    for (std::int32_t cell = first_of_plane_[at]; cell < first_of_plane_[at + 1]; ++cell) {
+      std::int32_t& piece = result_.cell_of[static_cast<std::size_t>(cell)];
+      piece += first_piece[at];
+      result_.complex.cells[static_cast<std::size_t>(piece)].at = half(place(cell));
+    }
+  });
 }
 
-void Coarsening::find_vertices() {
-  auto& cells = result_.complex.cells;
-  DisjointSets sets(8 * cells.size());
-  if (joining_ == Joining::faces) {
-    List<std::int32_t> joined(3 * cells.size(),
-                              -1); // the last one along an axis: pieces share up to four faces
-    for_each_shared_face([&](std::int32_t one, std::int32_t two, int axis) {
-      const std::int32_t from = result_.cell_of[static_cast<std::size_t>(one)],
-                         to = result_.cell_of[static_cast<std::size_t>(two)];
-      std::int32_t& last = joined[3 * static_cast<std::size_t>(from) + static_cast<std::size_t>(axis)];
-      if (from == to || last == to)
+/// The corners of pieces that share faces, of the cells from `first` on with what is in their own slab or in
+/// the next. @param sets of 8 piece + corner
+void Coarsening::join_faces(std::int32_t first, std::int32_t end, bool to_next_slab,
+                            DisjointSets& sets) const {
+  for (std::int32_t cell = first; cell < end; ++cell) {
+    const std::int32_t from = piece(cell);
+    std::int32_t last[3] = {-1, -1, -1};
+    for_each_shared_face(cell, [&](std::int32_t other, int axis) {
+      const std::int32_t to = piece(other);
+      if (from == to || last[axis] == to || (slab_of_piece(from) != slab_of_piece(to)) != to_next_slab)
         return;
-      last = to;
+      last[axis] = to;
       for (int k = 0; k < 8; ++k)
         if (!(k & 1 << axis))
           sets.join(8 * from + (k | 1 << axis), 8 * to + k);
     });
-  } else {
-    List<std::pair<std::array<int, 3>, std::int32_t>> corners;
-    for (std::size_t i = 0; i < cells.size(); ++i)
-      for (int k = 0; k < 8; ++k)
-        corners.push_back(
-            {{cells[i].at[2] + (k >> 2), cells[i].at[1] + (k >> 1 & 1), cells[i].at[0] + (k & 1)},
-             static_cast<std::int32_t>(8 * i) + k});
-    std::ranges::sort(corners);
-    for (std::size_t i = 1; i < corners.size(); ++i)
-      if (corners[i].first == corners[i - 1].first)
-        sets.join(corners[i].second, corners[i - 1].second);
   }
-  List<std::int32_t> number(8 * cells.size(), -1);
-  for (std::size_t i = 0; i < number.size(); ++i) {
-    std::int32_t& vertex = number[static_cast<std::size_t>(sets.find(static_cast<std::int32_t>(i)))];
-    if (vertex < 0)
-      vertex = result_.complex.n_vertices++;
-    cells[i / 8].vertex[i % 8] = vertex;
-  }
+}
+
+void Coarsening::join_places(DisjointSets& sets) const {
+  const auto& cells = result_.complex.cells;
+  List<std::pair<std::array<int, 3>, std::int32_t>> corners;
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    for (int k = 0; k < 8; ++k)
+      corners.push_back({{cells[i].at[2] + (k >> 2), cells[i].at[1] + (k >> 1 & 1), cells[i].at[0] + (k & 1)},
+                         static_cast<std::int32_t>(8 * i) + k});
+  std::ranges::sort(corners);
+  for (std::size_t i = 1; i < corners.size(); ++i)
+    if (corners[i].first == corners[i - 1].first)
+      sets.join(corners[i].second, corners[i - 1].second);
+}
+
+/// In the order in which pieces have them.
+void Coarsening::find_vertices() {
+  auto& cells = result_.complex.cells;
+  const std::size_t n = 8 * cells.size();
+  DisjointSets sets(n);
+  if (joining_ == Joining::faces) {
+    team_.run(n_slabs(),
+              [&](int slab, int) { join_faces(first_of_slab(slab), first_of_slab(slab + 1), false, sets); });
+    for (int slab = 0; slab < n_slabs(); ++slab) {
+      const std::int32_t end = first_of_slab(slab + 1);
+      std::int32_t first = end; // of the last plane of blocks
+      while (first > first_of_slab(slab) && place(first - 1)[2] / 2 % planes_per_slab == planes_per_slab - 1)
+        --first;
+      join_faces(first, end, true, sets);
+    }
+  } else
+    join_places(sets);
+  std::vector<std::int32_t> first_vertex(n_parts_of(n) + 1, 0); // of parts
+  for_parts(n, team_, [&](std::size_t first, std::size_t end, std::size_t part) {
+    std::int32_t n_roots = 0;
+    for (std::size_t i = first; i < end; ++i) {
+      const std::int32_t root = sets.seek(static_cast<std::int32_t>(i));
+      cells[i / 8].vertex[i % 8] = root;
+      n_roots += root == static_cast<std::int32_t>(i) ? 1 : 0;
+    }
+    first_vertex[part + 1] = n_roots;
+  });
+  std::partial_sum(first_vertex.begin(), first_vertex.end(), first_vertex.begin());
+  result_.complex.n_vertices = first_vertex.back();
+  List<std::int32_t> number(n);
+  for_parts(n, team_, [&](std::size_t first, std::size_t end, std::size_t part) {
+    std::int32_t next = first_vertex[part];
+    for (std::size_t i = first; i < end; ++i)
+      if (cells[i / 8].vertex[i % 8] == static_cast<std::int32_t>(i))
+        number[i] = next++;
+  });
+  for_parts(n, team_, [&](std::size_t first, std::size_t end, std::size_t) {
+    for (std::size_t i = first; i < end; ++i) {
+      std::int32_t& vertex = cells[i / 8].vertex[i % 8];
+      vertex = number[static_cast<std::size_t>(vertex)];
+    }
+  });
 }
 
 /// Of a cell's corner: see Coarsened::place.
 std::int32_t Coarsening::place_in_piece(std::int32_t cell, int corner) const {
   const Index3& at = place(cell);
   const int halves[3] = {at[0] % 2 + (corner & 1), at[1] % 2 + (corner >> 1 & 1), at[2] % 2 + (corner >> 2)};
-  return PlaceWeights::n_places * result_.cell_of[static_cast<std::size_t>(cell)] + halves[0] +
-         3 * halves[1] + 9 * halves[2];
+  return PlaceWeights::n_places * piece(cell) + halves[0] + 3 * halves[1] + 9 * halves[2];
 }
 
 /// Whether two places, of one vertex in two pieces, have the same weights: then vertices at the corners that
@@ -221,17 +274,53 @@ void Coarsening::for_each_weight(std::int32_t place, const Visit& visit) const {
     visit(piece.vertex[of.corner[i]], of.weight[i]);
 }
 
-/// Of a vertex that is of several pieces which are not joined there.
-void Coarsening::add_mean(std::span<const std::int32_t> star) {
-  Weights& weights = result_.interpolation;
+void Coarsening::find_places() {
+  const auto n = static_cast<std::size_t>(fine_.n_vertices);
+  result_.is_hinge.assign(n, 0);
+  result_.place.assign(n, -1);
+  for_slabs_in_turn([&](std::int32_t first, std::int32_t end, int) {
+    for (std::int32_t cell = first; cell < end; ++cell)
+      for (int corner = 0; corner < 8; ++corner) {
+        const auto v = static_cast<std::size_t>(fine_.cells[static_cast<std::size_t>(cell)].vertex[corner]);
+        std::int32_t& place = result_.place[v];
+        if (place >= 0 && place / PlaceWeights::n_places == piece(cell))
+          continue;
+        const std::int32_t found = place_in_piece(cell, corner);
+        if (place < 0)
+          place = found;
+        else if (!are_the_same(found, place))
+          result_.is_hinge[v] = 1;
+      }
+  });
+}
+
+/// By vertices, those of one in the order of cells.
+List<HingeStar> Coarsening::hinges() {
+  std::vector<List<HingeStar>> parts(static_cast<std::size_t>(n_slabs()));
+  for_slabs_in_turn([&](std::int32_t first, std::int32_t end, int slab) {
+    for (std::int32_t cell = first; cell < end; ++cell)
+      for (int corner = 0; corner < 8; ++corner) {
+        const std::int32_t v = fine_.cells[static_cast<std::size_t>(cell)].vertex[corner];
+        if (result_.is_hinge[static_cast<std::size_t>(v)] != 0)
+          parts[static_cast<std::size_t>(slab)].push_back({v, 8 * cell + corner});
+      }
+  });
+  List<HingeStar> all;
+  for (const List<HingeStar>& part : parts)
+    all.insert(all.end(), part.begin(), part.end());
+  std::ranges::stable_sort(all, {}, &HingeStar::vertex);
+  return all;
+}
+
+/// The row of a vertex that is of several pieces which are not joined there.
+void Coarsening::add_mean(std::span<const HingeStar> star, Weights& weights) const {
   List<std::pair<std::int32_t, float>> sum;
   List<std::int32_t> pieces;
-  for (const std::int32_t entry : star) {
-    const std::int32_t piece = result_.cell_of[static_cast<std::size_t>(entry / 8)];
-    if (std::ranges::find(pieces, piece) != pieces.end())
+  for (const HingeStar& of : star) {
+    if (std::ranges::find(pieces, piece(of.entry / 8)) != pieces.end())
       continue;
-    pieces.push_back(piece);
-    for_each_weight(place_in_piece(entry / 8, entry % 8),
+    pieces.push_back(piece(of.entry / 8));
+    for_each_weight(place_in_piece(of.entry / 8, of.entry % 8),
                     [&](std::int32_t vertex, float weight) { sum.emplace_back(vertex, weight); });
   }
   std::ranges::stable_sort(sum, {}, &std::pair<std::int32_t, float>::first);
@@ -245,59 +334,63 @@ void Coarsening::add_mean(std::span<const std::int32_t> star) {
   }
   for (std::size_t i = begin; i < weights.weight.size(); ++i)
     weights.weight[i] /= static_cast<float>(pieces.size());
+  weights.first.push_back(static_cast<std::int32_t>(weights.column.size()));
 }
 
-/// Vertices in ascending order.
-void Coarsening::add_row(std::int32_t place) {
-  std::int32_t vertices[8];
-  float weights[8];
+/// Vertices in ascending order. @param at of the row's first weight
+void Coarsening::set_row(std::int32_t place, std::size_t at) {
+  std::int32_t* const vertices = result_.interpolation.column.data() + at;
+  float* const weights = result_.interpolation.weight.data() + at;
   std::ptrdiff_t n = 0;
   for_each_weight(place, [&](std::int32_t vertex, float weight) {
-    std::ptrdiff_t at = n++;
-    for (; at > 0 && vertices[at - 1] > vertex; --at) {
-      vertices[at] = vertices[at - 1];
-      weights[at] = weights[at - 1];
+    std::ptrdiff_t i = n++;
+    for (; i > 0 && vertices[i - 1] > vertex; --i) {
+      vertices[i] = vertices[i - 1];
+      weights[i] = weights[i - 1];
     }
-    vertices[at] = vertex;
-    weights[at] = weight;
+    vertices[i] = vertex;
+    weights[i] = weight;
   });
-  Weights& all = result_.interpolation;
-  all.column.insert(all.column.end(), vertices, vertices + n);
-  all.weight.insert(all.weight.end(), weights, weights + n);
 }
 
 void Coarsening::interpolate() {
+  find_places();
+  const List<HingeStar> stars = hinges();
+  Weights means; // a row for every hinge
+  means.first.push_back(0);
+  List<std::int32_t> hinge;
+  for (std::size_t i = 0, end = 0; i < stars.size(); i = end) {
+    while (end < stars.size() && stars[end].vertex == stars[i].vertex)
+      ++end;
+    hinge.push_back(stars[i].vertex);
+    result_.place[static_cast<std::size_t>(stars[i].vertex)] = -1;
+    add_mean(std::span(stars).subspan(i, end - i), means);
+  }
   Weights& weights = result_.interpolation;
   const auto n = static_cast<std::size_t>(fine_.n_vertices);
-  weights.first.reserve(n + 1);
-  weights.first.push_back(0);
-  result_.is_hinge.assign(n, 0);
-  result_.place.assign(n, -1);
-  for (std::size_t v = 0; v < n; ++v) {
-    const auto star = std::span(stars_.entries)
-                          .subspan(static_cast<std::size_t>(stars_.first[v]),
-                                   static_cast<std::size_t>(stars_.first[v + 1] - stars_.first[v]));
-    std::int32_t& place = result_.place[v];
-    for (const std::int32_t entry : star) {
-      if (place >= 0 &&
-          place / PlaceWeights::n_places == result_.cell_of[static_cast<std::size_t>(entry / 8)])
-        continue;
-      const std::int32_t found = place_in_piece(entry / 8, entry % 8);
-      if (place >= 0 && !are_the_same(found, place)) {
-        result_.is_hinge[v] = 1;
-        break;
-      }
-      place = found;
-    }
-    if (result_.is_hinge[v] != 0) {
-      place = -1;
-      add_mean(star);
-    } else if (place >= 0)
-      add_row(place);
-    weights.first.push_back(static_cast<std::int32_t>(weights.column.size()));
+  weights.first.assign(n + 1, 0);
+  for_parts(n, team_, [&](std::size_t first, std::size_t end, std::size_t) {
+    for (std::size_t v = first; v < end; ++v)
+      if (const std::int32_t place = result_.place[v]; place >= 0)
+        weights.first[v + 1] = place_weights[static_cast<std::size_t>(place % PlaceWeights::n_places)].size;
+  });
+  for (std::size_t i = 0; i < hinge.size(); ++i)
+    weights.first[static_cast<std::size_t>(hinge[i]) + 1] = means.first[i + 1] - means.first[i];
+  std::partial_sum(weights.first.begin(), weights.first.end(), weights.first.begin());
+  weights.column.resize(static_cast<std::size_t>(weights.first.back()));
+  weights.weight.resize(weights.column.size());
+  for_parts(n, team_, [&](std::size_t first, std::size_t end, std::size_t) {
+    for (std::size_t v = first; v < end; ++v)
+      if (result_.place[v] >= 0)
+        set_row(result_.place[v], static_cast<std::size_t>(weights.first[v]));
+  });
+  for (std::size_t i = 0; i < hinge.size(); ++i) {
+    const std::int32_t to = weights.first[static_cast<std::size_t>(hinge[i])];
+    std::copy(means.column.begin() + means.first[i], means.column.begin() + means.first[i + 1],
+              weights.column.begin() + to);
+    std::copy(means.weight.begin() + means.first[i], means.weight.begin() + means.first[i + 1],
+              weights.weight.begin() + to);
   }
-  weights.column.shrink_to_fit(); // they stay as long as the hierarchy
-  weights.weight.shrink_to_fit();
 }
 
 Coarsened Coarsening::run() {
@@ -328,8 +421,8 @@ Weights Weights::transposed(std::int32_t n_columns) const {
   return other;
 }
 
-Coarsened coarsen(const CellComplex& fine, Joining joining) {
-  return Coarsening(fine, joining).run();
+Coarsened coarsen(const CellComplex& fine, Joining joining, ThreadTeam& team) {
+  return Coarsening(fine, joining, team).run();
 }
 
 } // namespace maille::deform

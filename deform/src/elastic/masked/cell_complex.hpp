@@ -3,6 +3,7 @@
 
 #include "maille/scene/arena.hpp"
 #include "maille/scene/grid.hpp"
+#include "parallel/thread_team.hpp"
 
 #include <array>
 #include <cstddef>
@@ -81,6 +82,8 @@ struct Coarsened {
 /// its own, but for those that it shares with the pieces that it is joined to. A vertex interpolates linearly
 /// in every piece that it belongs to; where they are joined that is the same, at hinges it takes the mean. So
 /// on the coarse grid pieces move by themselves, and the energy of the hinge between them is in the matrix.
-Coarsened coarsen(const CellComplex& fine, Joining joining);
+///
+/// The same for any number of threads. @pre cells come plane after plane
+Coarsened coarsen(const CellComplex& fine, Joining joining, ThreadTeam& team);
 
 } // namespace maille::deform

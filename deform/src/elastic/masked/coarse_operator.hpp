@@ -16,7 +16,7 @@ namespace maille::deform {
 /// Calls work(first row, end) for parts of n rows.
 template<class Work>
 void for_rows(std::int32_t n, ThreadTeam& team, Work&& work) {
-  constexpr std::int32_t rows_per_item = 128, rows_worth_threads = 1000;
+  constexpr std::int32_t rows_per_item = 64, rows_worth_threads = 256;
   if (n < rows_worth_threads)
     work(0, n);
   else
@@ -31,26 +31,31 @@ struct PatternedPiece {
   std::int32_t pattern = no_pattern; ///< whose matrix it has
 };
 
-/// A matrix takes 3 KB, and a piece that has no pattern some 1 to 2 KB as blocks.
+/// A matrix takes 2 KB, and a piece that has no pattern some 1 to 2 KB as blocks.
 inline constexpr int fewest_pieces_of_a_pattern = 3;
 
 /// Matrices of pieces where many are alike: those of one material have no more than 255.
 struct PatternedPieces {
-  /// Of a vertex and component (24), in the order of vertices, the forces at all: 4 numbers a vertex.
-  static constexpr std::size_t column_size = 32, matrix_size = 24 * column_size;
+  /// Of a vertex and component (24), in the order of vertices, the forces at all.
+  static constexpr std::size_t column_size = 24, matrix_size = 24 * column_size;
   List<PatternedPiece> pieces; ///< of all planes, one after another, whether they have patterns or not
   /// Of slabs of planes: those of every second one share no vertex, so the order of sums is always the same.
   List<std::size_t> first_of_slab;
+  /// Of every slab the numbers of its pieces, those of one pattern after another: products then find its
+  /// matrix in the cache. Those without a pattern come last.
+  List<std::int32_t> by_pattern;
   AlignedArray<float> matrices; ///< [pattern][column][row]
 
   /// Of a matrix: where the entry of two of its 24 rows and columns is.
   static constexpr std::size_t place(std::size_t row, std::size_t column) {
-    return column_size * column + static_cast<std::size_t>(block_stride) * (row / 3) + row % 3;
+    return column_size * column + row;
   }
   int n_slabs() const { return static_cast<int>(first_of_slab.size()) - 1; }
+  void set_by_pattern(ThreadTeam& team);
 };
 
-/// out += matrices of the pieces times u. Blocks of one kind of vector after another, as apply_blocks().
+/// out += matrices of the pieces times u, of places in by_pattern. For every kind of vector, as
+/// apply_blocks().
 void add_pieces(const PatternedPieces& all, std::size_t first, std::size_t end, const float* u, float* out);
 
 /// The sum of a matrix of blocks, of what pieces of known patterns are, and of what is added for a while.
@@ -71,7 +76,7 @@ public:
   BlockMatrix& blocks() { return blocks_; }
   const PatternedPieces& pieces() const { return pieces_; }
   /// Blocks become numbers of 16 bits, and then those that they were again, or those are forgotten.
-  void round();
+  void round(ThreadTeam& team);
   void undo_rounding();
   void forget_exact() { blocks_.blocks = {}; }
   /// Puts that into the place of what was added before. @param S none or as many rows
@@ -83,11 +88,14 @@ public:
     is_rounded_ ? visit(rounded_) : visit(blocks_);
   }
   /// Without what was added; block_stride numbers a row. @pre blocks were not rounded
-  void copy_diagonal(AlignedArray<float>& to) const;
+  void copy_diagonal(AlignedArray<float>& to, ThreadTeam& team) const;
   /// out = A u
   void apply(const float* u, float* out, ThreadTeam& team) const;
 
 private:
+  template<class Work>
+  void for_slabs_of_pieces(ThreadTeam& team, const Work& work) const;
+
   BlockMatrix blocks_, added_;
   bool is_rounded_ = false;
   RoundedBlockMatrix rounded_; ///< blocks_, if so

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <numeric>
 #include <unordered_map>
 #include <utility>
@@ -16,10 +17,58 @@ namespace {
 /// Of matter: patterns name them by a byte for each cell, where 0 is none.
 constexpr std::size_t most_kinds_remembered = 64;
 
+/// The matrix of a plain cell as its piece has it is linear in the cell's coefficients: what each of them
+/// gives, by the eighth of the piece that the cell is in. Of symmetric matrices the upper triangle, column
+/// after column.
+class LinearProducts {
+public:
+  static constexpr std::size_t n_entries = 320; ///< 24 * 25 / 2, rounded up for the loops
+  using Sum = std::array<double, n_entries>;
+
+  LinearProducts() = default;
+  LinearProducts(std::size_t n_coefficients, ThreadTeam& team)
+      : n_coefficients_(n_coefficients), tables_(8 * n_coefficients * n_entries) {
+    team.run(static_cast<int>(n_coefficients), [&](int item, int) {
+      const auto k = static_cast<std::size_t>(item);
+      CellCoefficients one{};
+      one[k] = 1;
+      const CellMatrix of_one = cell_matrix(one);
+      for (std::size_t octant = 0; octant < 8; ++octant) {
+        CellMatrix K = of_one;
+        PieceAssembly::take_to_piece(octant, K);
+        float* to = tables_.data() + table(octant) + k * n_entries;
+        for (Eigen::Index j = 0; j < 24; ++j)
+          for (Eigen::Index i = 0; i <= j; ++i)
+            *to++ = static_cast<float>(K(i, j)); // multiples of 2^-8: exact
+      }
+    });
+  }
+  bool is_empty() const { return tables_.empty(); }
+  void add_cell(std::size_t octant, const CellCoefficients& c, Sum& sum) const {
+    add_columns(n_entries, static_cast<int>(n_coefficients_), tables_.data() + table(octant), c.data(),
+                sum.data());
+  }
+  static void add_to(PieceMatrix& matrix, const Sum& sum) {
+    const double* from = sum.data();
+    for (Eigen::Index j = 0; j < 24; ++j)
+      for (Eigen::Index i = 0; i <= j; ++i, ++from) {
+        matrix(i, j) += *from;
+        if (i < j)
+          matrix(j, i) += *from;
+      }
+  }
+
+private:
+  std::size_t table(std::size_t octant) const { return octant * n_coefficients_ * n_entries; }
+
+  std::size_t n_coefficients_ = 0;
+  List<float> tables_; ///< [octant][coefficient][entry]
+};
+
 class CellProducts {
 public:
   CellProducts(const MaskedLevel& level, const LatticeElasticity& elasticity, const Grid& grid,
-               const CellComplex& fine, const Coarsened& coarsened);
+               const CellComplex& fine, const Coarsened& coarsened, ThreadTeam& team);
   /// Of kinds of matter in the eighths of a piece, where nothing is fixed and no hinge; 0 for other pieces.
   std::uint64_t pattern(std::size_t piece) const;
   CellMatrix matrix(std::uint64_t pattern) const;
@@ -29,10 +78,9 @@ public:
   PieceAssembly assembly;
 
 private:
-  void find_plain_slots();
-  CellMatrix cell_matrix_of(std::size_t kind) const {
-    return cell_matrix(
-        coefficients_of(elasticity_.kinds()[kind], grid_.spacing(), level_.scale(), level_.unit()));
+  void find_plain_slots(ThreadTeam& team);
+  CellCoefficients coefficients(std::size_t kind) const {
+    return coefficients_of(elasticity_.kinds()[kind], grid_.spacing(), level_.scale(), level_.unit());
   }
   std::size_t kind_of(const ComplexCell& cell) const {
     return static_cast<std::size_t>(elasticity_.kind_number(grid_.cell(cell.at)));
@@ -44,35 +92,43 @@ private:
     return std::ranges::all_of(
         cell.vertex, [&](std::int32_t slot) { return is_plain_[static_cast<std::size_t>(slot)] != 0; });
   }
-  void add_cell(std::size_t number, const Piece& piece, PieceMatrix& sum) const;
+  void add_cell(const ComplexCell& cell, const Piece& piece, PieceMatrix& sum) const;
 
   const MaskedLevel& level_;
   const LatticeElasticity& elasticity_;
   const Grid& grid_;
   const CellComplex& fine_;
-  List<std::uint8_t> is_plain_; ///< per slot: nothing fixed, interpolated from one piece's vertices alone
-  List<CellMatrix> remembered_; ///< products of plain cells, by kind and octant
+  List<std::uint8_t> is_plain_;    ///< per slot: nothing fixed, interpolated from one piece's vertices alone
+  List<CellMatrix> of_kind_;       ///< where kinds are few
+  List<CellMatrix> remembered_;    ///< products of plain cells, by kind and octant
+  LinearProducts of_coefficients_; ///< of plain cells, where kinds are many
 };
 
 CellProducts::CellProducts(const MaskedLevel& level, const LatticeElasticity& elasticity, const Grid& grid,
-                           const CellComplex& fine, const Coarsened& coarsened)
+                           const CellComplex& fine, const Coarsened& coarsened, ThreadTeam& team)
     : assembly(fine, coarsened), level_(level), elasticity_(elasticity), grid_(grid), fine_(fine) {
-  find_plain_slots();
-  if (elasticity.kinds().size() > most_kinds_remembered)
+  find_plain_slots(team);
+  if (elasticity.kinds().size() > most_kinds_remembered) {
+    const bool bends =
+        std::ranges::any_of(elasticity.kinds(), [](const auto& kind) { return kind.thin != 0; });
+    of_coefficients_ =
+        LinearProducts(bends ? MaskedOperator::most_coefficients : MaskedOperator::bending, team);
     return;
+  }
   for (std::size_t kind = 0; kind < elasticity.kinds().size(); ++kind) {
-    const CellMatrix K = cell_matrix_of(kind);
+    const CellMatrix& K = of_kind_.emplace_back(cell_matrix(coefficients(kind)));
     for (std::size_t octant = 0; octant < 8; ++octant)
       PieceAssembly::take_to_piece(octant, remembered_.emplace_back(K));
   }
 }
 
-void CellProducts::find_plain_slots() {
-  is_plain_.assign(static_cast<std::size_t>(fine_.n_vertices), 0);
-  for (std::size_t slot = 0; slot < is_plain_.size(); ++slot) {
-    const auto at = static_cast<std::int32_t>(slot);
-    is_plain_[slot] = !assembly.is_hinge(at) && !is_fixed(at, 0) && !is_fixed(at, 1) && !is_fixed(at, 2);
-  }
+void CellProducts::find_plain_slots(ThreadTeam& team) {
+  is_plain_.resize(static_cast<std::size_t>(fine_.n_vertices));
+  for_parts(is_plain_.size(), team, [&](std::size_t first, std::size_t end, std::size_t) {
+    for (auto slot = static_cast<std::int32_t>(first); slot < static_cast<std::int32_t>(end); ++slot)
+      is_plain_[static_cast<std::size_t>(slot)] =
+          !assembly.is_hinge(slot) && !is_fixed(slot, 0) && !is_fixed(slot, 1) && !is_fixed(slot, 2);
+  });
 }
 
 std::uint64_t CellProducts::pattern(std::size_t piece) const {
@@ -99,30 +155,41 @@ CellMatrix CellProducts::matrix(std::uint64_t pattern) const {
 const double* CellProducts::matrix(std::size_t number, const Piece& piece, PieceMatrix& sum) const {
   const auto n = static_cast<Eigen::Index>(3 * piece.vertices.size());
   sum.setZero(n, n);
-  for (const std::int32_t cell : assembly.cells_of(number))
-    add_cell(static_cast<std::size_t>(cell), piece, sum);
+  LinearProducts::Sum of_plain{};
+  for (const std::int32_t i : assembly.cells_of(number)) {
+    const ComplexCell& cell = fine_.cells[static_cast<std::size_t>(i)];
+    if (of_coefficients_.is_empty() || !is_plain(cell)) {
+      add_cell(cell, piece, sum);
+      continue;
+    }
+    CellCoefficients c = coefficients(kind_of(cell));
+    for (double& coefficient : c)
+      coefficient *= elasticity_.weight(grid_.cell(cell.at));
+    of_coefficients_.add_cell(PieceAssembly::octant(cell), c, of_plain);
+  }
+  if (!of_coefficients_.is_empty())
+    LinearProducts::add_to(sum, of_plain);
   return sum.data();
 }
 
-void CellProducts::add_cell(std::size_t number, const Piece& piece, PieceMatrix& sum) const {
-  const ComplexCell& cell = fine_.cells[number];
+void CellProducts::add_cell(const ComplexCell& cell, const Piece& piece, PieceMatrix& sum) const {
   const std::size_t kind = kind_of(cell);
   const double of_cell = elasticity_.weight(grid_.cell(cell.at));
-  if (!remembered_.empty() && is_plain(cell)) {
+  if (is_plain(cell)) {
     sum.topLeftCorner<24, 24>() += of_cell * remembered_[8 * kind + PieceAssembly::octant(cell)];
     return;
   }
-  CellMatrix K = of_cell * cell_matrix_of(kind);
-  if (is_plain(cell)) {
-    PieceAssembly::take_to_piece(PieceAssembly::octant(cell), K);
-    sum.topLeftCorner<24, 24>() += K;
-    return;
-  }
+  CellMatrix K = of_cell * (of_kind_.empty() ? cell_matrix(coefficients(kind)) : of_kind_[kind]);
   for (int i = 0; i < 24; ++i)
     if (is_fixed(cell.vertex[i / 3], i % 3)) {
       K.row(i).setZero();
       K.col(i).setZero();
     }
+  if (std::ranges::none_of(cell.vertex, [&](std::int32_t slot) { return assembly.is_hinge(slot); })) {
+    PieceAssembly::take_to_piece(PieceAssembly::octant(cell), K);
+    sum.topLeftCorner<24, 24>() += K;
+    return;
+  }
   assembly.add_cell(cell, K, piece, sum);
 }
 
@@ -146,22 +213,27 @@ CellMatrix matrix_of(const PatternedPieces& known, std::int32_t pattern) {
 }
 
 /// Matrices of patterns as pieces of twice the size have them, by the eighth that they are in: those that
-/// cells ask for first, in no more memory than some of the pieces themselves.
+/// most cells ask for, in no more memory than some of the pieces themselves.
 class ProductsOfPatterns {
 public:
-  ProductsOfPatterns(const PatternedPieces& known, const CellComplex& fine, std::size_t n_pieces)
+  ProductsOfPatterns(const PatternedPieces& known, const CellComplex& fine, std::size_t n_pieces,
+                     ThreadTeam& team)
       : known_(known), place_(8 * (known.matrices.size() / PatternedPieces::matrix_size), -1) {
-    const std::size_t most = n_pieces / 32;
-    for (std::size_t i = 0; i < known.pieces.size() && products_.size() < most; ++i) {
-      const std::int32_t pattern = known.pieces[i].pattern;
-      if (pattern == PatternedPiece::no_pattern)
-        continue;
-      const std::size_t octant = PieceAssembly::octant(fine.cells[i]);
-      if (std::int32_t& place = place_[8 * static_cast<std::size_t>(pattern) + octant]; place < 0) {
-        place = static_cast<std::int32_t>(products_.size());
-        products_.push_back(product(pattern, octant).cast<float>());
-      }
-    }
+    std::vector<std::int32_t> uses(place_.size(), 0);
+    for (std::size_t i = 0; i < known.pieces.size(); ++i)
+      if (const std::int32_t pattern = known.pieces[i].pattern; pattern != PatternedPiece::no_pattern)
+        ++uses[8 * static_cast<std::size_t>(pattern) + PieceAssembly::octant(fine.cells[i])];
+    std::vector<std::size_t> order(uses.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::stable_sort(order, std::greater(), [&](std::size_t i) { return uses[i]; });
+    order.resize(std::min(order.size(), n_pieces / 32));
+    products_.resize(order.size());
+    for (std::size_t i = 0; i < order.size(); ++i)
+      place_[order[i]] = static_cast<std::int32_t>(i);
+    team.run(static_cast<int>(order.size()), [&](int item, int) {
+      const auto i = static_cast<std::size_t>(item);
+      products_[i] = product(static_cast<std::int32_t>(order[i] / 8), order[i] % 8).cast<float>();
+    });
   }
   void add_to(PieceMatrix& sum, std::int32_t pattern, std::size_t octant) const {
     const std::int32_t place = place_[8 * static_cast<std::size_t>(pattern) + octant];
@@ -196,7 +268,7 @@ std::unordered_map<std::uint64_t, std::int32_t> common_patterns(const List<std::
 
 CoarseOperator MaskedLevel::galerkin_product(const CellComplex& fine, const Coarsened& coarsened,
                                              bool by_patterns, ThreadTeam& team) const {
-  const CellProducts products(*this, elasticity_, scene_.specimen.grid, fine, coarsened);
+  const CellProducts products(*this, elasticity_, scene_.specimen.grid, fine, coarsened, team);
   const PieceAssembly& assembly = products.assembly;
   List<std::int32_t> all(assembly.n_pieces());
   std::iota(all.begin(), all.end(), 0);
@@ -228,6 +300,7 @@ CoarseOperator MaskedLevel::galerkin_product(const CellComplex& fine, const Coar
       piece.pattern = PatternedPiece::no_pattern;
     return CoarseOperator(assembly.sum_of_pieces(all, team, matrix), std::move(pieces));
   }
+  pieces.set_by_pattern(team);
   pieces.matrices = AlignedArray<float>(PatternedPieces::matrix_size * numbers.size());
   for (const auto& [pattern, number] : numbers)
     put_matrix(products.matrix(pattern),
@@ -236,15 +309,13 @@ CoarseOperator MaskedLevel::galerkin_product(const CellComplex& fine, const Coar
 }
 
 CoarseOperator galerkin_product(const CoarseOperator& A, const CellComplex& fine, const Coarsened& coarsened,
-                                ThreadTeam& team) {
-  const std::int32_t n = coarsened.complex.n_vertices;
-  BlockMatrix of_blocks =
-      galerkin_product(A.blocks(), coarsened.interpolation, coarsened.interpolation.transposed(n), team);
+                                const Weights& P_transposed, ThreadTeam& team) {
+  BlockMatrix of_blocks = galerkin_product(A.blocks(), coarsened.interpolation, P_transposed, team);
   if (!A.has_pieces())
     return CoarseOperator(std::move(of_blocks));
   const PieceAssembly assembly(fine, coarsened);
   const PatternedPieces& known = A.pieces();
-  const ProductsOfPatterns products(known, fine, assembly.n_pieces());
+  const ProductsOfPatterns products(known, fine, assembly.n_pieces(), team);
   const auto matrix = [&](std::size_t number, const Piece& piece, PieceMatrix& sum) {
     const auto size = static_cast<Eigen::Index>(3 * piece.vertices.size());
     sum.setZero(size, size);

@@ -35,19 +35,31 @@ constexpr int mean_coefficient(int p, int q) {
 /// forces += A u of the cells of some runs, one after another.
 void add_matter_forces(const MaskedOperator& A, std::span<const CellRun> runs, const float* u, float* forces);
 
+/// sum += columns times c: n columns of so many numbers, one after another. @pre size is a multiple of 32
+void add_columns(std::int64_t size, int n, const float* columns, const double* c, double* sum);
+
+/// f = eigenvalue_noise() of the entries from `first` on. @param inverse, f of the first one
+void noise_entries(std::int64_t n, std::int64_t first, const float* inverse, float* f);
 /// Entries of fields, all components after one another; `inverse` of the diagonal, 0 where a node may not
-/// move. u = weight f / diagonal
+/// move. Multiples of 16, where nothing else is said. u = weight f / diagonal
 void start_entries(std::int64_t n, float weight, const float* inverse, const float* f, float* u);
 /// u += weight (f - Au) / diagonal
 void relax_entries(std::int64_t n, float weight, const float* inverse, const float* f, const float* Au,
                    float* u);
-/// Au = f - Au where nodes may move, 0 elsewhere
+/// Au = u + weight (f - Au) / diagonal; for any n. @return where it is asked for, f . that
+void step_from_entries(std::int64_t n, float weight, const float* inverse, const float* f, const float* u,
+                       float* Au);
+double step_and_dot_entries(std::int64_t n, float weight, const float* inverse, const float* f,
+                            const float* u, float* Au);
+/// Au = f - Au where nodes may move, 0 elsewhere; for any n
 void subtract_entries(std::int64_t n, const float* inverse, const float* f, float* Au);
-/// Ap = 0 where nodes may not move. @return p . Ap
+/// Ap = 0 where nodes may not move; for any n. @return p . Ap
 double mask_and_dot_entries(std::int64_t n, const float* inverse, const float* p, float* Ap);
 double dot_entries(std::int64_t n, const float* a, const float* b);
 /// p = v + beta p
 void direct_entries(std::int64_t n, const float* v, float beta, float* p);
+/// u = of_a a + of_u u
+void combine_entries(std::int64_t n, float of_a, const float* a, float of_u, float* u);
 /// r -= step q
 void step_entries(std::int64_t n, float step, const float* q, float* r);
 

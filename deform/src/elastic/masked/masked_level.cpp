@@ -11,154 +11,10 @@ namespace maille::deform {
 
 namespace {
 
-/// The two axes of a shear, in the order yz xz xy.
-constexpr int pairs[3][2] = {{1, 2}, {0, 2}, {0, 1}};
-
-/// Place of a pair of a plate's three curvatures across axis a. @pre p <= q
-constexpr std::size_t bending_coefficient(std::size_t a, int p, int q) {
-  return MaskedOperator::bending + 6 * a + static_cast<std::size_t>(p * 3 - p * (p - 1) / 2 + q - p);
-}
-
-} // namespace
-
-CellCoefficients coefficients_of(const LatticeElasticity::Kind& kind, const Vec3& spacing, const Vec3& scale,
-                                 double unit) {
-  double length[6]; // a strain is a sum of differences over 4 of it
-  for (std::size_t a = 0; a < 3; ++a) {
-    length[a] = spacing[a] * scale[a];
-    const auto b = static_cast<std::size_t>(pairs[a][0]), c = static_cast<std::size_t>(pairs[a][1]);
-    length[3 + a] = spacing[b] * scale[c];
-  }
-  CellCoefficients coefficients{};
-  for (int p = 0; p < 6; ++p)
-    for (int q = p; q < 6; ++q)
-      coefficients[static_cast<std::size_t>(mean_coefficient(p, q))] =
-          kind.mean(p, q) / (16 * length[p] * length[q] * unit);
-  for (std::size_t a = 0; a < 3; ++a) {
-    coefficients[MaskedOperator::twist + a] = kind.shear[a] / (4 * length[3 + a] * length[3 + a] * unit);
-    coefficients[MaskedOperator::edge + a] = kind.edge[a] / (scale[a] * scale[a] * unit);
-    const double along[3] = {length[(a + 1) % 3], length[(a + 2) % 3], length[3 + a]};
-    for (int p = 0; p < 3 && kind.thin != 0; ++p)
-      for (int q = p; q < 3; ++q)
-        coefficients[bending_coefficient(a, p, q)] = kind.bending[a](p, q) / (4 * along[p] * along[q] * unit);
-  }
-  return coefficients;
-}
-
-namespace {
-
-/// Of a column of a cell's differences: which there are, and their sign; its strain, its two shears, the two
-/// twists that it takes part in, and the differences of faces across both other axes.
-struct CellColumn {
-  std::array<int, 3> strain{};
-  std::array<double, 3> of_strain{};
-  std::array<int, 2> across{}; ///< the other axes
-  std::array<double, 2> of_twist{}, of_face{};
-  std::array<int, 2>
-      face{}; ///< its place among the three differences of that pair of faces; the twist is third
-};
-
-CellColumn cell_column(int corner, int component) {
-  const auto side = [&](int axis) { return (corner >> axis & 1) != 0 ? 1.0 : -1.0; };
-  CellColumn column;
-  column.strain[0] = component;
-  column.of_strain[0] = side(component);
-  for (int i = 0; i < 2; ++i) {
-    const int across = (component + 1 + i) % 3, other = 3 - component - across;
-    const auto k = static_cast<std::size_t>(i);
-    column.strain[k + 1] = 3 + across; // of the component and the other axis
-    column.of_strain[k + 1] = side(other);
-    column.across[k] = across;
-    column.of_twist[k] = side(other) * side(across);
-    column.of_face[k] = side(component) * side(across);
-    column.face[k] = (across + 1) % 3 == component ? 0 : 1;
-  }
-  return column;
-}
-
-/// What the differences of one column pull with, but for edges.
-struct CellPull {
-  std::array<double, 6> strain{};
-  std::array<double, 3> twist{};
-  std::array<std::array<double, 2>, 3> face{};
-
-  CellPull(const CellCoefficients& c, const CellColumn& column) {
-    for (int p = 0; p < 6; ++p)
-      for (std::size_t q = 0; q < 3; ++q)
-        strain[static_cast<std::size_t>(p)] +=
-            c[static_cast<std::size_t>(mean_coefficient(p, column.strain[q]))] * column.of_strain[q];
-    for (std::size_t q = 0; q < 2; ++q) {
-      const auto a = static_cast<std::size_t>(column.across[q]);
-      const int own = column.face[q];
-      const double twist_of_face = c[bending_coefficient(a, own, 2)];
-      twist[a] = (c[MaskedOperator::twist + a] + c[bending_coefficient(a, 2, 2)]) * column.of_twist[q] +
-                 twist_of_face * column.of_face[q];
-      for (int f = 0; f < 2; ++f)
-        face[a][static_cast<std::size_t>(f)] =
-            c[bending_coefficient(a, std::min(f, own), std::max(f, own))] * column.of_face[q] +
-            c[bending_coefficient(a, f, 2)] * column.of_twist[q];
-    }
-  }
-  /// The other's part in them: a number of the cell's matrix.
-  double at(const CellColumn& other) const {
-    double sum = 0;
-    for (std::size_t p = 0; p < 3; ++p)
-      sum += other.of_strain[p] * strain[static_cast<std::size_t>(other.strain[p])];
-    for (std::size_t p = 0; p < 2; ++p) {
-      const auto a = static_cast<std::size_t>(other.across[p]);
-      sum +=
-          other.of_twist[p] * twist[a] + other.of_face[p] * face[a][static_cast<std::size_t>(other.face[p])];
-    }
-    return sum;
-  }
-};
-
-/// [3 corner + component]
-std::array<CellColumn, 24> cell_columns() {
-  std::array<CellColumn, 24> columns;
-  for (int i = 0; i < 24; ++i)
-    columns[static_cast<std::size_t>(i)] = cell_column(i / 3, i % 3);
-  return columns;
-}
-
-} // namespace
-
-CellMatrix cell_matrix(const CellCoefficients& c) {
-  static const std::array<CellColumn, 24> columns = cell_columns();
-  CellMatrix K;
-  for (int j = 0; j < 24; ++j) {
-    const CellPull pull(c, columns[static_cast<std::size_t>(j)]);
-    for (int i = 0; i <= j; ++i)
-      K(i, j) = K(j, i) = pull.at(columns[static_cast<std::size_t>(i)]);
-  }
-  for (int a = 0; a < 3; ++a)
-    for (int corner = 0; corner < 8; ++corner)
-      if (!(corner & 1 << a)) {
-        const int i = 3 * corner + a, j = 3 * (corner | 1 << a) + a;
-        const double edge = c[static_cast<std::size_t>(MaskedOperator::edge + a)];
-        K(i, i) += edge;
-        K(j, j) += edge;
-        K(i, j) -= edge;
-        K(j, i) -= edge;
-      }
-  return K;
-}
-
-CellDiagonal cell_diagonal(const CellCoefficients& c) {
-  static const std::array<CellColumn, 24> columns = cell_columns();
-  CellDiagonal diagonal;
-  for (std::size_t i = 0; i < 24; ++i)
-    diagonal[i] = CellPull(c, columns[i]).at(columns[i]) + c[MaskedOperator::edge + i % 3];
-  return diagonal;
-}
-
-namespace {
-
 /// With no more kinds of matter, cells name them by a byte, which is 0 for none, and look their coefficients
 /// up in a table that stays in the cache; with more each has its own.
 constexpr std::size_t most_kinds_in_table = std::numeric_limits<std::uint8_t>::max();
-/// Layers of cells that are done in one go. Those of every second slab share no node, so the order of sums is
-/// always the same.
+/// Of cells that are done in one go.
 constexpr int layers_per_slab = MaskedRows::planes_per_slab;
 /// Of which the penalized links are done in one go.
 constexpr std::int64_t slots_per_part = 4096;
@@ -166,15 +22,36 @@ constexpr std::int64_t slots_per_part = 4096;
 } // namespace
 
 MaskedLevel::MaskedLevel(const Scene& scene, const LatticeElasticity& elasticity,
-                         const std::vector<Prescribed>& prescribed)
+                         const std::vector<Prescribed>& prescribed, ThreadTeam& team)
     : scene_(scene), elasticity_(elasticity), rows_(scene.specimen) {
   operator_.component_stride = (std::int64_t{rows_.n_slots()} + 15) / 16 * 16;
   choose_unit(elasticity);
-  set_coefficients(elasticity);
+  set_coefficients(elasticity, team);
   inverse_ = field();
-  set_inverse(elasticity);
+  set_inverse(elasticity, team);
   make_fields();
   set_fixed(prescribed);
+}
+
+/// Calls work(first layer, end) for slabs of layers of cells, those of every second one first: they have no
+/// node in common.
+template<class Work>
+void MaskedLevel::for_layers(ThreadTeam& team, const Work& work) const {
+  const int layers = rows_.n_layers(), slabs = (layers + layers_per_slab - 1) / layers_per_slab;
+  for (const int parity : {0, 1})
+    team.run((slabs - parity + 1) / 2, [&](int item, int) {
+      const int first = (2 * item + parity) * layers_per_slab;
+      work(first, std::min(first + layers_per_slab, layers));
+    });
+}
+
+/// Calls visit(place in the run, cell number) for the cells of matter of a run.
+template<class Visit>
+void MaskedLevel::for_each_cell(const CellRun& run, const Visit& visit) const {
+  const std::int64_t first = scene_.specimen.grid.cell(run.first);
+  for (int x = 0; x < run.cells; ++x)
+    if (scene_.specimen.is_matter(first + x))
+      visit(x, first + x);
 }
 
 void MaskedLevel::choose_unit(const LatticeElasticity& elasticity) {
@@ -192,7 +69,7 @@ bool MaskedLevel::has_table(const LatticeElasticity& elasticity) {
   return elasticity.kinds().size() <= most_kinds_in_table && !elasticity.has_weights();
 }
 
-void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity) {
+void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity, ThreadTeam& team) {
   const auto& kinds = elasticity.kinds();
   const bool bends = std::ranges::any_of(kinds, [](const auto& kind) { return kind.thin != 0; });
   operator_.n_coefficients = bends ? MaskedOperator::most_coefficients : MaskedOperator::bending;
@@ -218,51 +95,48 @@ void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity) {
         coefficients_[k * n_kinds + i + 1] = static_cast<float>(c[k]);
     }
   }
-  const Grid& grid = scene_.specimen.grid;
-  for (int z = 0; z < rows_.n_layers(); ++z)
-    for (const CellRun& run : rows_.runs_of_layer(z))
-      for (int x = 0; x < run.cells; ++x) {
-        const std::int64_t cell = grid.cell({run.first[0] + x, run.first[1], run.first[2]});
-        if (!scene_.specimen.is_matter(cell))
-          continue;
+  for_layers(team, [&](int first_layer, int end_layer) {
+    for (CellRun& run : rows_.runs_of_layers(first_layer, end_layer)) {
+      run.bends = false;
+      for_each_cell(run, [&](int x, std::int64_t cell) {
         const auto slot = static_cast<std::size_t>(run.cell_slot + x);
-        const std::int32_t number = elasticity.kind_number(cell);
+        const auto number = static_cast<std::size_t>(elasticity.kind_number(cell));
+        run.bends = run.bends || kinds[number].thin != 0;
         if (has_table) {
           kind_[slot] = static_cast<std::uint8_t>(number + 1);
-          continue;
+          return;
         }
-        const CellCoefficients c = of_kind(static_cast<std::size_t>(number));
+        const CellCoefficients c = of_kind(number);
+        float* const to = coefficients_.data() + slot / MaskedRows::block * n * MaskedRows::block +
+                          slot % MaskedRows::block;
         for (std::size_t k = 0; k < n; ++k)
-          coefficients_[(slot / MaskedRows::block * n + k) * MaskedRows::block + slot % MaskedRows::block] =
-              static_cast<float>(elasticity.weight(cell) * c[k]);
-      }
-  const auto is_thin = [&](const CellRun& run, int x) {
-    const Index3 at{run.first[0] + x, run.first[1], run.first[2]};
-    return scene_.specimen.is_matter(grid.cell(at)) &&
-           kinds[static_cast<std::size_t>(elasticity.kind_number(grid.cell(at)))].thin != 0;
-  };
-  for (CellRun& run : rows_.runs()) {
-    run.bends = false;
-    for (int x = 0; bends && !run.bends && x < run.cells; ++x)
-      run.bends = is_thin(run, x);
-  }
+          to[k * MaskedRows::block] = static_cast<float>(elasticity.weight(cell) * c[k]);
+      });
+    }
+  });
   block_kind_ = AlignedArray<std::uint8_t>(has_table ? n_cells / MaskedRows::block : 0);
-  for (std::size_t b = 0; b < block_kind_.size(); ++b) {
-    std::uint8_t least = 0, most = 0;
-    for (const std::uint8_t kind : kind_.all().subspan(b * MaskedRows::block, MaskedRows::block))
-      if (kind > 0) {
-        least = least == 0 ? kind : std::min(least, kind);
-        most = std::max(most, kind);
-      }
-    block_kind_[b] = least == most ? most : std::uint8_t{0};
-  }
+  set_kinds_of_blocks(team);
   operator_.coefficients = coefficients_.data();
   operator_.block_kind = block_kind_.data();
   operator_.kind = has_table ? kind_.data() : nullptr;
   operator_.n_kinds = static_cast<std::int32_t>(n_kinds);
 }
 
-void MaskedLevel::set_inverse(const LatticeElasticity& elasticity) {
+void MaskedLevel::set_kinds_of_blocks(ThreadTeam& team) {
+  for_parts(block_kind_.size(), team, [&](std::size_t first, std::size_t end, std::size_t) {
+    for (std::size_t b = first; b < end; ++b) {
+      std::uint8_t least = 0, most = 0;
+      for (const std::uint8_t kind : kind_.all().subspan(b * MaskedRows::block, MaskedRows::block))
+        if (kind > 0) {
+          least = least == 0 ? kind : std::min(least, kind);
+          most = std::max(most, kind);
+        }
+      block_kind_[b] = least == most ? most : std::uint8_t{0};
+    }
+  });
+}
+
+void MaskedLevel::set_inverse(const LatticeElasticity& elasticity, ThreadTeam& team) {
   const Grid& grid = scene_.specimen.grid;
   const auto n = static_cast<std::size_t>(rows_.n_slots());
   List<double> diagonal(3 * n, 0);
@@ -272,29 +146,31 @@ void MaskedLevel::set_inverse(const LatticeElasticity& elasticity) {
   std::vector<CellDiagonal> few;
   for (std::size_t kind = 0; kind < elasticity.kinds().size() && has_table(elasticity); ++kind)
     few.push_back(of_kind(kind));
-  for (const CellRun& run : std::as_const(rows_).runs())
-    for (int x = 0; x < run.cells; ++x) {
-      const std::int64_t cell = grid.cell({run.first[0] + x, run.first[1], run.first[2]});
-      if (!scene_.specimen.is_matter(cell))
-        continue;
-      const auto kind = static_cast<std::size_t>(elasticity.kind_number(cell));
-      const CellDiagonal of_cell = few.empty() ? of_kind(kind) : few[kind];
-      const double weight = elasticity.weight(cell);
-      for (std::size_t corner = 0; corner < 8; ++corner) {
-        const std::size_t slot = static_cast<std::size_t>(run.node_slot[corner >> 1] + x) + (corner & 1);
-        for (std::size_t c = 0; c < 3; ++c)
-          diagonal[3 * slot + c] += weight * of_cell[3 * corner + c];
-      }
-    }
+  for_layers(team, [&](int first_layer, int end_layer) {
+    for (const CellRun& run : rows_.runs_of_layers(first_layer, end_layer))
+      for_each_cell(run, [&](int x, std::int64_t cell) {
+        const auto kind = static_cast<std::size_t>(elasticity.kind_number(cell));
+        const CellDiagonal own = few.empty() ? of_kind(kind) : CellDiagonal{};
+        const CellDiagonal& of_cell = few.empty() ? own : few[kind];
+        const double weight = elasticity.weight(cell);
+        for (std::size_t corner = 0; corner < 8; ++corner) {
+          const std::size_t slot = static_cast<std::size_t>(run.node_slot[corner >> 1] + x) + (corner & 1);
+          for (std::size_t c = 0; c < 3; ++c)
+            diagonal[3 * slot + c] += weight * of_cell[3 * corner + c];
+        }
+      });
+  });
   for (const NodalSpring& spring : elasticity.springs())
     for (std::size_t c = 0; c < 3; ++c)
       diagonal[3 * static_cast<std::size_t>(rows_.slot(grid.node_at(spring.node))) + c] +=
           spring.stiffness(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(c)) /
           (unit_ * scale_[c] * scale_[c]);
-  for (std::size_t i = 0; i < diagonal.size(); ++i)
-    if (diagonal[i] > 0)
-      inverse_[i % 3 * static_cast<std::size_t>(component_stride()) + i / 3] =
-          static_cast<float>(1 / diagonal[i]);
+  for_parts(n, team, [&](std::size_t first, std::size_t end, std::size_t) {
+    for (std::size_t slot = first; slot < end; ++slot)
+      for (std::size_t c = 0; c < 3; ++c)
+        if (const double value = diagonal[3 * slot + c]; value > 0)
+          inverse_[c * static_cast<std::size_t>(component_stride()) + slot] = static_cast<float>(1 / value);
+  });
 }
 
 void MaskedLevel::set_fixed(const std::vector<Prescribed>& prescribed) {
@@ -314,9 +190,9 @@ void MaskedLevel::set_fixed(const std::vector<Prescribed>& prescribed) {
   set_springs(elasticity_); // which do not act where nothing may move
 }
 
-void MaskedLevel::renew_matter() {
-  set_coefficients(elasticity_);
-  set_inverse(elasticity_);
+void MaskedLevel::renew_matter(ThreadTeam& team) {
+  set_coefficients(elasticity_, team);
+  set_inverse(elasticity_, team);
   for (auto& [at, free] : fixed_)
     free = std::exchange(inverse_[at], 0.0F);
 }
@@ -342,6 +218,8 @@ void MaskedLevel::set_springs(const LatticeElasticity& elasticity) {
 
 BlockMatrix MaskedLevel::springs_as_matrix() const {
   BlockMatrix matrix;
+  if (springs_.empty())
+    return matrix;
   matrix.first.assign(static_cast<std::size_t>(rows_.n_slots()) + 1, 0);
   matrix.blocks = AlignedArray<float>(9 * springs_.size() + 16);
   for (const SlotSpring& spring : springs_) {
@@ -351,26 +229,6 @@ BlockMatrix MaskedLevel::springs_as_matrix() const {
   }
   std::partial_sum(matrix.first.begin(), matrix.first.end(), matrix.first.begin());
   return matrix;
-}
-
-void MaskedLevel::apply(const float* displacement, float* forces, ThreadTeam& team) const {
-  for_each_part(team, [&](std::int64_t first, std::int64_t n, int) { std::fill_n(forces + first, n, 0.0f); });
-  const int slabs = (rows_.n_layers() + layers_per_slab - 1) / layers_per_slab;
-  for (const int parity : {0, 1})
-    team.run((slabs - parity + 1) / 2, [&](int item, int) {
-      const int first = (2 * item + parity) * layers_per_slab;
-      for (int z = first; z < std::min(first + layers_per_slab, rows_.n_layers()); ++z)
-        add_matter_forces(operator_, rows_.runs_of_layer(z), displacement, forces);
-    });
-  team.run(penalties_.planes(), [&](int part, int) { penalties_.add(part, displacement, forces); });
-  const std::int64_t stride = component_stride();
-  for (const SlotSpring& spring : springs_)
-    for (std::int64_t a = 0; a < 3; ++a) {
-      float pull = 0;
-      for (std::int64_t b = 0; b < 3; ++b)
-        pull += spring.block[static_cast<std::size_t>(3 * b + a)] * displacement[b * stride + spring.slot];
-      forces[a * stride + spring.slot] += pull;
-    }
 }
 
 void MaskedLevel::set_penalties(const List<SlotLink>& links, double largest) {
@@ -399,20 +257,29 @@ void MaskedLevel::set_penalties(const List<SlotLink>& links, double largest) {
   }
 }
 
-CellComplex MaskedLevel::complex() const {
+CellComplex MaskedLevel::complex(ThreadTeam& team) const {
+  const int layers = rows_.n_layers();
+  std::vector<std::size_t> first(static_cast<std::size_t>(layers) + 1, 0); // of layers
+  team.run(layers, [&](int z, int) {
+    std::size_t n = 0;
+    for (const CellRun& run : rows_.runs_of_layer(z))
+      for_each_cell(run, [&](int, std::int64_t) { ++n; });
+    first[static_cast<std::size_t>(z) + 1] = n;
+  });
+  std::partial_sum(first.begin(), first.end(), first.begin());
   CellComplex complex;
   complex.n_vertices = rows_.n_slots();
-  const Grid& grid = scene_.specimen.grid;
-  for (int z = 0; z < rows_.n_layers(); ++z)
+  complex.cells.resize(first.back());
+  team.run(layers, [&](int z, int) {
+    std::size_t next = first[static_cast<std::size_t>(z)];
     for (const CellRun& run : rows_.runs_of_layer(z))
-      for (int x = 0; x < run.cells; ++x) {
-        const Index3 at{run.first[0] + x, run.first[1], run.first[2]};
-        if (!scene_.specimen.is_matter(grid.cell(at)))
-          continue;
-        ComplexCell& cell = complex.cells.emplace_back(ComplexCell{at, {}});
+      for_each_cell(run, [&](int x, std::int64_t) {
+        ComplexCell& cell = complex.cells[next++];
+        cell.at = {run.first[0] + x, run.first[1], run.first[2]};
         for (int corner = 0; corner < 8; ++corner)
           cell.vertex[corner] = run.node_slot[corner >> 1] + x + (corner & 1);
-      }
+      });
+  });
   return complex;
 }
 

@@ -43,7 +43,7 @@ class MaskedLevel {
 public:
   /// @param scene in 3D; must outlive this @param prescribed which components of which nodes do not move
   MaskedLevel(const Scene& scene, const LatticeElasticity& elasticity,
-              const std::vector<Prescribed>& prescribed);
+              const std::vector<Prescribed>& prescribed, ThreadTeam& team);
 
   const MaskedRows& rows() const { return rows_; }
   std::int64_t component_stride() const { return operator_.component_stride; }
@@ -60,16 +60,24 @@ public:
   void set_fixed(const std::vector<Prescribed>& prescribed);
   /// The constants of matter are those that `elasticity` has by now; kinds of matter and where they are, what
   /// is fixed, and the unit stay. @pre no penalties are set
-  void renew_matter();
+  void renew_matter(ThreadTeam& team);
   /// Links are stiffer by that from now on, and no others; in the units of fields, by slots, no link twice.
   /// @param largest eigenvalue of inverse diagonal times operator that relaxation was made for: it stays one
   void set_penalties(const List<SlotLink>& links, double largest);
   /// forces = A displacement, of fixed components too, with penalized links where components may move. Same
   /// bits for any number of threads.
   void apply(const float* displacement, float* forces, ThreadTeam& team) const;
+  // The same, and what is done with the forces of a plane of nodes while they are in the cache.
+  /// Ap = A p where components may move, 0 elsewhere. @return p . Ap
+  double apply_and_dot(const float* p, float* Ap, ThreadTeam& team);
+  /// u += weight (f - A u) / diagonal, in the memory of r. @return where it is asked for, u . f
+  void relax(float weight, ThreadTeam& team);
+  double relax_and_dot(float weight, ThreadTeam& team);
+  /// r = f - A u where components may move, 0 elsewhere.
+  void find_residual(ThreadTeam& team);
 
   /// Cells of matter, in the grid's order; vertices are slots.
-  CellComplex complex() const;
+  CellComplex complex(ThreadTeam& team) const;
   /// What springs to the ground add to the operator, by slots; no blocks without springs.
   BlockMatrix springs_as_matrix() const;
   /// The operator between the coarse functions of `coarsened`, which was made of complex(); zero where
@@ -102,10 +110,21 @@ public:
 private:
   static constexpr std::int64_t entries_per_part = 8192;
 
+  template<class Finish>
+  void apply_by_planes(const float* displacement, float* forces, ThreadTeam& team,
+                       const Finish& finish) const;
+  template<class Work>
+  void for_components(int plane, const Work& work) const;
+
   static bool has_table(const LatticeElasticity& elasticity);
   void choose_unit(const LatticeElasticity& elasticity);
-  void set_coefficients(const LatticeElasticity& elasticity);
-  void set_inverse(const LatticeElasticity& elasticity);
+  template<class Work>
+  void for_layers(ThreadTeam& team, const Work& work) const;
+  template<class Visit>
+  void for_each_cell(const CellRun& run, const Visit& visit) const;
+  void set_coefficients(const LatticeElasticity& elasticity, ThreadTeam& team);
+  void set_kinds_of_blocks(ThreadTeam& team);
+  void set_inverse(const LatticeElasticity& elasticity, ThreadTeam& team);
 
   void set_springs(const LatticeElasticity& elasticity);
 
@@ -126,12 +145,14 @@ private:
   AlignedArray<std::uint8_t> kind_, block_kind_;
   AlignedArray<float> inverse_;
   PenaltyRows penalties_;
+  std::vector<double> sums_; ///< of planes of nodes
   /// Of inverse_, and what was there before penalties were set, and before components were fixed.
   std::vector<std::pair<std::size_t, float>> changed_, fixed_;
 };
 
 /// The operator of the next coarser grid, as blocks. @param fine what A's grid was `coarsened` of
+/// @param P_transposed of its interpolation
 CoarseOperator galerkin_product(const CoarseOperator& A, const CellComplex& fine, const Coarsened& coarsened,
-                                ThreadTeam& team);
+                                const Weights& P_transposed, ThreadTeam& team);
 
 } // namespace maille::deform

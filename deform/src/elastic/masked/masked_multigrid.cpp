@@ -96,19 +96,23 @@ CoarseOperator MaskedMultigrid::operator_above_finest(const CellComplex& fine, c
 }
 
 void MaskedMultigrid::build(int steps) {
-  CellComplex complex = finest_->complex();
+  CellComplex complex = finest_->complex(team());
   do {
-    Coarsened next = coarsen(complex, Joining::faces);
+    Coarsened next = coarsen(complex, Joining::faces, team());
     if (next.complex.n_vertices > worst_coarsening * used_rows(next.interpolation))
-      next = coarsen(complex, Joining::places);
-    CoarseOperator A = levels_.empty() ? operator_above_finest(complex, next)
-                                       : galerkin_product(levels_.back()->A(), complex, next, team());
+      next = coarsen(complex, Joining::places, team());
+    Weights to_next;
+    if (!levels_.empty())
+      to_next = next.interpolation.transposed(next.complex.n_vertices);
+    CoarseOperator A = levels_.empty()
+                           ? operator_above_finest(complex, next)
+                           : galerkin_product(levels_.back()->A(), complex, next, to_next, team());
     if (levels_.empty()) {
       to_finest_ = SlotInterpolation(next);
       next.interpolation = {};
     }
-    levels_.push_back(
-        std::make_unique<BlockLevel>(std::move(A), std::move(next.interpolation), steps, team()));
+    levels_.push_back(std::make_unique<BlockLevel>(std::move(A), std::move(next.interpolation),
+                                                   std::move(to_next), steps, team()));
     if (levels_.size() <= n_corrected_twice)
       levels_.back()->correct_twice(true);
     complex = std::move(next.complex);
@@ -122,7 +126,7 @@ void MaskedMultigrid::round_operators() {
   if (n_levels() == 1)
     return;
   const std::size_t n_twice = std::min(n_levels(), n_corrected_twice);
-  level(0).set_noise();
+  level(0).set_noise(team());
   correct(0);
   for (std::size_t i = 0; i < n_twice; ++i)
     level(i).correct_twice(false); // for the memory
@@ -147,10 +151,7 @@ public:
     for_each_part([&](std::int64_t first, std::int64_t n) {
       direct_entries(n, level_.r.data() + first, static_cast<float>(beta), level_.u.data() + first);
     });
-    level_.apply(level_.u.data(), level_.r.data(), all_.team());
-    return product / all_.sum_over_parts([&](std::int64_t first, std::int64_t n) {
-      return mask_and_dot_entries(n, inverse_ + first, level_.u.data() + first, level_.r.data() + first);
-    });
+    return product / level_.apply_and_dot(level_.u.data(), level_.r.data(), all_.team());
   }
   void take_step(double step) override {
     for_each_part([&](std::int64_t first, std::int64_t n) {
@@ -170,8 +171,9 @@ private:
 };
 
 double MaskedMultigrid::largest_eigenvalue() {
-  for (std::size_t i = 0; i < static_cast<std::size_t>(finest_->field_size()); ++i)
-    finest_->f[i] = eigenvalue_noise(i, finest_->inverse()[i]);
+  finest_->for_each_part(team(), [&](std::int64_t first, std::int64_t n, int) {
+    noise_entries(n, first, finest_->inverse() + first, finest_->f.data() + first);
+  });
   Directions directions(*this);
   return largest_eigenvalue_seen_by(directions);
 }
@@ -183,7 +185,7 @@ void MaskedMultigrid::set_fixed(const std::vector<Prescribed>& prescribed) {
 
 void MaskedMultigrid::renew_matter() {
   set_penalties({});
-  finest_->renew_matter();
+  finest_->renew_matter(team());
   largest_ = largest_eigenvalue();
   weights_ = chebyshev_weights(largest_, static_cast<int>(weights_.size()));
 }
@@ -227,28 +229,17 @@ void MaskedMultigrid::correct(std::size_t i) {
 double MaskedMultigrid::precondition() {
   go_down_from_finest();
   correct(0);
-  come_up_to_finest();
-  return sum_over_parts([&](std::int64_t first, std::int64_t n) {
-    return dot_entries(n, finest_->u.data() + first, finest_->f.data() + first);
-  });
+  return come_up_to_finest();
 }
 
 void MaskedMultigrid::go_down_from_finest() {
-  const float* const inverse = finest_->inverse();
-  float *const u = finest_->u.data(), *const f = finest_->f.data(), *const r = finest_->r.data();
   finest_->for_each_part(team(), [&](std::int64_t first, std::int64_t n, int) {
-    start_entries(n, weights_[0], inverse + first, f + first, u + first);
+    start_entries(n, weights_[0], finest_->inverse() + first, finest_->f.data() + first,
+                  finest_->u.data() + first);
   });
-  for (std::size_t step = 1; step < weights_.size(); ++step) {
-    finest_->apply(u, r, team());
-    finest_->for_each_part(team(), [&](std::int64_t first, std::int64_t n, int) {
-      relax_entries(n, weights_[step], inverse + first, f + first, r + first, u + first);
-    });
-  }
-  finest_->apply(u, r, team());
-  finest_->for_each_part(team(), [&](std::int64_t first, std::int64_t n, int) {
-    subtract_entries(n, inverse + first, f + first, r + first);
-  });
+  for (std::size_t step = 1; step < weights_.size(); ++step)
+    finest_->relax(weights_[step], team());
+  finest_->find_residual(team());
   add_up_residuals();
 }
 
@@ -259,35 +250,27 @@ void MaskedMultigrid::add_up_residuals() {
   BlockLevel& coarse = level(0);
   std::ranges::fill(coarse.f.all(), 0.0F);
   const auto& pieces = coarse.A().pieces().pieces;
-  const auto rows = finest_->rows().node_rows();
-  const auto first_slot = [&](int plane) {
-    const auto row = std::ranges::lower_bound(rows, plane, {}, [](const NodeRow& r) { return r.first[2]; });
-    return row == rows.end() ? finest_->rows().n_slots() : row->slot;
-  };
-  const int planes = finest_->rows().n_layers() + 1, slabs = (planes + planes_per_slab - 1) / planes_per_slab;
+  const MaskedRows& rows = finest_->rows();
+  const int planes = rows.n_layers() + 1, slabs = (planes + planes_per_slab - 1) / planes_per_slab;
   for (const int parity : {0, 1})
     team().run((slabs - parity + 1) / 2, [&](int item, int) {
       const int first_plane = (2 * item + parity) * planes_per_slab;
-      const std::int32_t end = first_slot(first_plane + planes_per_slab);
-      to_finest_.add_up(pieces, first_slot(first_plane), end, finest_->r.data(), finest_->component_stride(),
-                        coarse.f.data());
+      const std::int32_t end = rows.first_slot(std::min(first_plane + planes_per_slab, planes));
+      to_finest_.add_up(pieces, rows.first_slot(first_plane), end, finest_->r.data(),
+                        finest_->component_stride(), coarse.f.data());
     });
 }
 
-void MaskedMultigrid::come_up_to_finest() {
-  const float* const inverse = finest_->inverse();
-  float *const u = finest_->u.data(), *const f = finest_->f.data(), *const r = finest_->r.data();
+/// @return u . f
+double MaskedMultigrid::come_up_to_finest() {
   const BlockLevel& coarse = level(0);
   for_rows(finest_->rows().n_slots(), team(), [&](std::int32_t first, std::int32_t end) {
-    to_finest_.interpolate(coarse.A().pieces().pieces, first, end, coarse.u.data(), inverse,
-                           finest_->component_stride(), u);
+    to_finest_.interpolate(coarse.A().pieces().pieces, first, end, coarse.u.data(), finest_->inverse(),
+                           finest_->component_stride(), finest_->u.data());
   });
-  for (std::size_t step = weights_.size(); step-- > 0;) {
-    finest_->apply(u, r, team());
-    finest_->for_each_part(team(), [&](std::int64_t first, std::int64_t n, int) {
-      relax_entries(n, weights_[step], inverse + first, f + first, r + first, u + first);
-    });
-  }
+  for (std::size_t step = weights_.size(); step-- > 1;)
+    finest_->relax(weights_[step], team());
+  return finest_->relax_and_dot(weights_[0], team());
 }
 
 MaskedGradients::MaskedGradients(MaskedMultigrid& multigrid, ThreadTeam& team)
@@ -299,15 +282,12 @@ void MaskedGradients::restart() {
 }
 
 std::optional<double> MaskedGradients::find_step(double beta, double product) {
-  const MaskedLevel& level = multigrid_.finest();
-  float *const p = direction_.data(), *const q = multigrid_.finest().r.data();
+  MaskedLevel& level = multigrid_.finest();
+  float* const p = direction_.data();
   level.for_each_part(team_, [&](std::int64_t at, std::int64_t n, int) {
-    direct_entries(n, multigrid_.finest().u.data() + at, static_cast<float>(beta), p + at);
+    direct_entries(n, level.u.data() + at, static_cast<float>(beta), p + at);
   });
-  level.apply(p, q, team_);
-  const double curvature = multigrid_.sum_over_parts([&](std::int64_t at, std::int64_t n) {
-    return mask_and_dot_entries(n, level.inverse() + at, p + at, q + at);
-  });
+  const double curvature = level.apply_and_dot(p, level.r.data(), team_);
   return curvature > 0 ? std::optional(product / curvature) : std::nullopt;
 }
 

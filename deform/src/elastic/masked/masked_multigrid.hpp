@@ -7,6 +7,7 @@
 #include "elastic/masked/slot_interpolation.hpp"
 #include "elastic/multigrid/multigrid.hpp"
 
+#include <numeric>
 #include <utility>
 
 namespace maille::deform {
@@ -17,14 +18,15 @@ public:
   static constexpr std::int64_t nodes_worth_threads = 0; ///< for_rows() decides
 
   /// @param from_here interpolation of the next finer level; none where that is the body's own
-  BlockLevel(CoarseOperator A, Weights from_here, int steps, ThreadTeam& team);
+  /// @param to_here transposed
+  BlockLevel(CoarseOperator A, Weights from_here, Weights to_here, int steps, ThreadTeam& team);
 
   const CoarseOperator& A() const { return A_; }
   const Weights& from_here() const { return from_here_; }
   const Weights& to_here() const { return to_here_; } ///< the sums of the finer level's residuals
   std::int32_t n() const { return A_.n_rows(); }
   /// Forces whose answers are made of soft motions more than of others, as those of conjugate gradients are.
-  void set_noise();
+  void set_noise(ThreadTeam& team);
   /// A is kept in numbers of 16 bits where that changes the energy of u by a small part at most.
   void round_operator(ThreadTeam& team);
   /// A and the diagonal as they were, and then A += S. A row's diagonal rises by as much of the absolute sum
@@ -54,20 +56,26 @@ public:
 
 private:
   class Directions;
-  void invert_diagonal();
+  void invert_diagonal(ThreadTeam& team);
   double largest_eigenvalue(ThreadTeam& team);
   double energy(ThreadTeam& team);
   void relax(float weight, ThreadTeam& team);
   void find_residual(ThreadTeam& team);
+  /// Calls work(first entry, how many) for parts of a field. @return the sum of what it returns
   template<class Work>
-  void for_entries_of_rows(ThreadTeam& team, const Work& work) {
-    for_rows(n(), team, [&](std::int32_t first, std::int32_t end) {
-      const std::int64_t at = std::int64_t{block_stride} * first;
-      const auto size = static_cast<std::int64_t>(u.size());
-      work(at, (end == n() ? size : std::int64_t{block_stride} * end) - at);
+  double sum_over_parts(ThreadTeam& team, const Work& work) {
+    for_parts(u.size(), team, [&](std::size_t first, std::size_t end, std::size_t part) {
+      sums_[part] = work(static_cast<std::int64_t>(first), static_cast<std::int64_t>(end - first));
+    });
+    return std::accumulate(sums_.begin(), sums_.end(), 0.0);
+  }
+  template<class Work>
+  void for_each_part(ThreadTeam& team, const Work& work) {
+    for_parts(u.size(), team, [&](std::size_t first, std::size_t end, std::size_t) {
+      work(static_cast<std::int64_t>(first), static_cast<std::int64_t>(end - first));
     });
   }
-  double dot(const float* a, const float* b) const;
+  double dot(const float* a, const float* b, ThreadTeam& team);
 
   CoarseOperator A_;
   Weights from_here_, to_here_;
@@ -75,6 +83,7 @@ private:
   double largest_ = 0;          ///< eigenvalue of inverse diagonal times A, or a little more
   std::vector<float> weights_;  ///< of the relaxation
   FirstCorrection first_;
+  std::vector<double> sums_;                                   ///< of parts of a field
   std::vector<std::pair<std::size_t, float>> changed_inverse_; ///< what was there before penalties were set
 };
 
@@ -126,7 +135,7 @@ private:
   void correct(std::size_t level);
   void go_down_from_finest();
   void add_up_residuals();
-  void come_up_to_finest();
+  double come_up_to_finest();
 
   std::unique_ptr<MaskedLevel> finest_;
   SlotInterpolation to_finest_;

@@ -65,6 +65,7 @@ void MaskedRows::place_nodes(const Grid& grid) {
   std::vector<std::pair<int, int>> reached; // first node, and the end
   for (int z = 0; z < nodes[2]; ++z) {
     n_slots_ += z % planes_per_slab == 0 ? block : 0;
+    first_slot_.push_back(z == 0 ? 0 : n_slots_);
     for (int y = 0; y < nodes[1]; ++y) {
       reached.clear();
       for (const int cell_z : {z - 1, z})
@@ -94,12 +95,7 @@ void MaskedRows::place_nodes(const Grid& grid) {
   }
   node_rows_.shrink_to_fit();
   n_slots_ = (n_slots_ + 2 * block - 1) / block * block; // the last run reaches beyond its nodes, too
-}
-
-std::span<const CellRun> MaskedRows::runs_of_layer(int z) const {
-  const auto layer = static_cast<std::size_t>(z);
-  return std::span(runs_).subspan(static_cast<std::size_t>(first_run_[layer]),
-                                  static_cast<std::size_t>(first_run_[layer + 1] - first_run_[layer]));
+  first_slot_.push_back(n_slots_);
 }
 
 std::int32_t MaskedRows::slot(const Index3& node) const {

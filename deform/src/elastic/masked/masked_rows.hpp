@@ -46,16 +46,25 @@ public:
 
   std::span<const NodeRow> node_rows() const { return node_rows_; }
   /// Of layer z of cells.
-  std::span<const CellRun> runs_of_layer(int z) const;
-  std::span<CellRun> runs() { return runs_; }
-  std::span<const CellRun> runs() const { return runs_; }
+  std::span<const CellRun> runs_of_layer(int z) const { return runs_of_layers(z, z + 1); }
+  std::span<const CellRun> runs_of_layers(int first, int end) const {
+    return std::span(runs_).subspan(first_run(first), first_run(end) - first_run(first));
+  }
+  std::span<CellRun> runs_of_layers(int first, int end) {
+    return std::span(runs_).subspan(first_run(first), first_run(end) - first_run(first));
+  }
   int n_layers() const { return static_cast<int>(first_run_.size()) - 1; }
   std::int32_t n_slots() const { return n_slots_; } ///< a multiple of the block
+  /// Of plane z of nodes, or the end; slots between planes are of the one before.
+  std::int32_t first_slot(int z) const { return first_slot_[static_cast<std::size_t>(z)]; }
   std::int32_t n_cell_slots() const { return n_cell_slots_; }
   /// @pre the node is in a row that is kept, as all nodes of matter are
   std::int32_t slot(const Index3& node) const;
 
 private:
+  std::size_t first_run(int layer) const {
+    return static_cast<std::size_t>(first_run_[static_cast<std::size_t>(layer)]);
+  }
   void place_cells(const Specimen& body);
   void place_nodes(const Grid& grid);
 
@@ -63,7 +72,8 @@ private:
   List<NodeRow> node_rows_;
   List<std::int32_t> first_row_; ///< per y and z of nodes: into node_rows_
   List<CellRun> runs_;
-  List<std::int32_t> first_run_; ///< per layer
+  List<std::int32_t> first_run_;  ///< per layer
+  List<std::int32_t> first_slot_; ///< per plane of nodes
   std::int32_t n_slots_ = 0, n_cell_slots_ = 0;
 };
 

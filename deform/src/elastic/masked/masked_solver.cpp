@@ -112,8 +112,8 @@ double largest_contrast(const Scene& scene) {
 }
 
 MaskedBody::MaskedBody(const Scene& scene, const std::vector<Prescribed>& prescribed, ThreadTeam& team)
-    : elasticity(scene), multigrid(std::make_unique<MaskedLevel>(scene, elasticity, prescribed),
-                                   relaxation_steps(largest_contrast(scene)), team),
+    : elasticity(scene, team), multigrid(std::make_unique<MaskedLevel>(scene, elasticity, prescribed, team),
+                                         relaxation_steps(largest_contrast(scene)), team),
       fields(multigrid, team), made_for_(fixed_components(prescribed)), fixed_(made_for_) {}
 
 void MaskedBody::set_fixed(const std::vector<Prescribed>& prescribed) {
@@ -194,23 +194,31 @@ void MaskedSolver::find_forces(const Displacement& u, const Visit& visit) {
   const Grid& grid = task_.scene.specimen.grid;
   const auto rows = level.rows().node_rows();
   const auto& prescribed = task_.scene.prescribed;
+  constexpr std::size_t rows_per_item = 16;
+  std::vector<double> energies; // of parts of a window
   energy_ = 0;
   held_.assign(prescribed.size(), 0);
   body_.elasticity.for_each_window(u, task_.team, [&](const LatticeElasticity::Window& window) {
     const auto row_of_plane = [&](int plane) {
       return std::ranges::lower_bound(rows, plane, {}, [](const NodeRow& row) { return row.first[2]; });
     };
-    const auto end = row_of_plane(window.end_plane);
-    for (auto row = row_of_plane(window.first_plane); row != end; ++row)
-      for (std::size_t c = 0; c < 3; ++c) {
-        const std::int64_t node = grid.node(row->first);
-        const int n = row->nodes;
-        const double* const forces = window.forces[c] + (node - window.first_node);
-        for (int i = 0; i < n; ++i)
-          energy_ += u(c, static_cast<std::size_t>(node + i)) * forces[i];
-        visit(c, static_cast<std::int64_t>(c) * level.component_stride() + row->slot,
-              static_cast<std::size_t>(node), n, forces);
-      }
+    const std::span<const NodeRow> of_window(row_of_plane(window.first_plane),
+                                             row_of_plane(window.end_plane));
+    energies.assign((of_window.size() + rows_per_item - 1) / rows_per_item, 0);
+    task_.team.run(static_cast<int>(energies.size()), [&](int item, int) {
+      const auto part = static_cast<std::size_t>(item), first = part * rows_per_item;
+      for (const NodeRow& row : of_window.subspan(first, std::min(rows_per_item, of_window.size() - first)))
+        for (std::size_t c = 0; c < 3; ++c) {
+          const std::int64_t node = grid.node(row.first);
+          const int n = row.nodes;
+          const double* const forces = window.forces[c] + (node - window.first_node);
+          for (int i = 0; i < n; ++i)
+            energies[part] += u(c, static_cast<std::size_t>(node + i)) * forces[i];
+          visit(c, static_cast<std::int64_t>(c) * level.component_stride() + row.slot,
+                static_cast<std::size_t>(node), n, forces);
+        }
+    });
+    energy_ = std::accumulate(energies.begin(), energies.end(), energy_);
     for (std::size_t i = 0; i < prescribed.size(); ++i)
       if (const std::int64_t at = prescribed[i].node - window.first_node; at >= 0 && at < window.n_nodes)
         held_[i] = window.forces[static_cast<std::size_t>(prescribed[i].component)][at];

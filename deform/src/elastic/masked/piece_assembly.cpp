@@ -88,50 +88,90 @@ List<std::size_t> PieceAssembly::slabs_of(std::span<const std::int32_t> pieces) 
   return first;
 }
 
-BlockMatrix matrix_for(const List<Piece>& pieces, std::int32_t n_vertices, BlockMatrix others) {
+namespace {
+
+/// Per vertex: the numbers of the pieces that have it.
+struct PiecesOfVertices {
+  PiecesOfVertices(const List<Piece>& pieces, std::size_t n_vertices) : first(n_vertices + 1, 0) {
+    for (const Piece& piece : pieces)
+      for (const std::int32_t v : piece.vertices)
+        ++first[static_cast<std::size_t>(v) + 1];
+    std::partial_sum(first.begin(), first.end(), first.begin());
+    pieces_at.resize(static_cast<std::size_t>(first.back()));
+    List<std::int32_t> next(first.begin(), first.end() - 1);
+    for (std::size_t i = 0; i < pieces.size(); ++i)
+      for (const std::int32_t v : pieces[i].vertices)
+        pieces_at[static_cast<std::size_t>(next[static_cast<std::size_t>(v)]++)] =
+            static_cast<std::int32_t>(i);
+  }
+  std::span<const std::int32_t> at(std::int32_t vertex) const {
+    const auto v = static_cast<std::size_t>(vertex);
+    return std::span(pieces_at).subspan(static_cast<std::size_t>(first[v]),
+                                        static_cast<std::size_t>(first[v + 1] - first[v]));
+  }
+  List<std::int32_t> first, pieces_at;
+};
+
+/// Of some rows of a matrix.
+struct ColumnsOfRows {
+  List<std::int32_t> length, column;
+};
+
+} // namespace
+
+BlockMatrix matrix_for(const List<Piece>& pieces, std::int32_t n_vertices, BlockMatrix others,
+                       ThreadTeam& team) {
+  constexpr std::int32_t rows_per_item = 256;
   const auto n = static_cast<std::size_t>(n_vertices);
-  List<std::int32_t> first(n + 1, 0), pieces_at;
-  for (const Piece& piece : pieces)
-    for (const std::int32_t v : piece.vertices)
-      ++first[static_cast<std::size_t>(v) + 1];
-  std::partial_sum(first.begin(), first.end(), first.begin());
-  pieces_at.resize(static_cast<std::size_t>(first.back()));
-  List<std::int32_t> next(first.begin(), first.end() - 1);
-  for (std::size_t i = 0; i < pieces.size(); ++i)
-    for (const std::int32_t v : pieces[i].vertices)
-      pieces_at[static_cast<std::size_t>(next[static_cast<std::size_t>(v)]++)] = static_cast<std::int32_t>(i);
-  BlockMatrix matrix;
-  matrix.first.push_back(0);
-  List<std::int32_t> seen_by(n, -1), row;
-  for (std::int32_t v = 0; v < n_vertices; ++v) {
-    row.clear();
-    for (std::int32_t i = first[static_cast<std::size_t>(v)]; i < first[static_cast<std::size_t>(v) + 1]; ++i)
-      for (const std::int32_t other :
-           pieces[static_cast<std::size_t>(pieces_at[static_cast<std::size_t>(i)])].vertices)
+  const PiecesOfVertices of_vertices(pieces, n);
+  std::vector<ColumnsOfRows> parts((n + rows_per_item - 1) / rows_per_item);
+  std::vector<List<std::int32_t>> seen(static_cast<std::size_t>(team.threads()), List<std::int32_t>(n, -1));
+  const auto rows_of = [&](std::size_t part) {
+    const auto begin = static_cast<std::int32_t>(part) * rows_per_item;
+    return std::pair(begin, std::min(n_vertices, begin + rows_per_item));
+  };
+  team.run(static_cast<int>(parts.size()), [&](int item, int thread) {
+    ColumnsOfRows& part = parts[static_cast<std::size_t>(item)];
+    List<std::int32_t>& seen_by = seen[static_cast<std::size_t>(thread)];
+    const auto [begin, end] = rows_of(static_cast<std::size_t>(item));
+    for (std::int32_t v = begin; v < end; ++v) {
+      const std::size_t before = part.column.size();
+      const auto add = [&](std::int32_t other) {
         if (std::exchange(seen_by[static_cast<std::size_t>(other)], v) != v)
-          row.push_back(other);
-    if (!others.column.empty())
-      for (std::int32_t i = others.first[static_cast<std::size_t>(v)];
-           i < others.first[static_cast<std::size_t>(v) + 1]; ++i) {
-        const std::int32_t other = others.column[static_cast<std::size_t>(i)];
-        if (std::exchange(seen_by[static_cast<std::size_t>(other)], v) != v)
-          row.push_back(other);
-      }
-    std::ranges::sort(row);
-    matrix.column.insert(matrix.column.end(), row.begin(), row.end());
-    matrix.first.push_back(static_cast<std::int32_t>(matrix.column.size()));
-  }
-  matrix.column.shrink_to_fit();
-  matrix.blocks = AlignedArray<float>(9 * matrix.column.size() + 16);
-  for (std::size_t v = 0; v + 1 < others.first.size(); ++v) {
-    auto at = static_cast<std::size_t>(matrix.first[v]);
-    for (auto i = static_cast<std::size_t>(others.first[v]);
-         i < static_cast<std::size_t>(others.first[v + 1]); ++i) {
-      while (matrix.column[at] < others.column[i])
-        ++at;
-      std::copy_n(others.blocks.data() + 9 * i, 9, matrix.blocks.data() + 9 * at);
+          part.column.push_back(other);
+      };
+      for (const std::int32_t i : of_vertices.at(v))
+        std::ranges::for_each(pieces[static_cast<std::size_t>(i)].vertices, add);
+      if (!others.column.empty())
+        std::for_each(others.column.begin() + others.first[static_cast<std::size_t>(v)],
+                      others.column.begin() + others.first[static_cast<std::size_t>(v) + 1], add);
+      std::sort(part.column.begin() + static_cast<std::ptrdiff_t>(before), part.column.end());
+      part.length.push_back(static_cast<std::int32_t>(part.column.size() - before));
     }
-  }
+  });
+  BlockMatrix matrix;
+  matrix.first.reserve(n + 1);
+  matrix.first.push_back(0);
+  for (const ColumnsOfRows& part : parts)
+    for (const std::int32_t length : part.length)
+      matrix.first.push_back(matrix.first.back() + length);
+  matrix.column.resize(static_cast<std::size_t>(matrix.first.back()));
+  matrix.blocks = AlignedArray<float>(9 * matrix.column.size() + 16);
+  team.run(static_cast<int>(parts.size()), [&](int item, int) {
+    const auto [begin, end] = rows_of(static_cast<std::size_t>(item));
+    std::ranges::copy(parts[static_cast<std::size_t>(item)].column,
+                      matrix.column.begin() + matrix.first[static_cast<std::size_t>(begin)]);
+    for (auto v = static_cast<std::size_t>(begin);
+         v < static_cast<std::size_t>(end) && !others.column.empty(); ++v) {
+      auto at = static_cast<std::size_t>(matrix.first[v]);
+      for (auto i = static_cast<std::size_t>(others.first[v]);
+           i < static_cast<std::size_t>(others.first[v + 1]); ++i) {
+        while (matrix.column[at] < others.column[i])
+          ++at;
+        std::copy_n(others.blocks.data() + 9 * i, 9, matrix.blocks.data() + 9 * at);
+      }
+    }
+  });
   return matrix;
 }
 

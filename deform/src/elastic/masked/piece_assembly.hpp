@@ -73,7 +73,8 @@ private:
 };
 
 /// Which blocks there are: pairs of vertices of one piece, and those of `others`, whose numbers they have.
-BlockMatrix matrix_for(const List<Piece>& pieces, std::int32_t n_vertices, BlockMatrix others);
+BlockMatrix matrix_for(const List<Piece>& pieces, std::int32_t n_vertices, BlockMatrix others,
+                       ThreadTeam& team);
 /// @param local column after column @param order memory
 void add_piece(const Piece& piece, const double* local, std::vector<std::size_t>& order, BlockMatrix& matrix);
 
@@ -97,7 +98,7 @@ BlockMatrix PieceAssembly::sum_of_pieces(std::span<const std::int32_t> numbers, 
     for (std::size_t i = first; i < end; ++i)
       pieces[i] = piece(static_cast<std::size_t>(numbers[i]));
   });
-  BlockMatrix sum = matrix_for(pieces, coarsened_.complex.n_vertices, std::move(others));
+  BlockMatrix sum = matrix_for(pieces, coarsened_.complex.n_vertices, std::move(others), team);
   for_slabs(slabs, team, [&](std::size_t first, std::size_t end) {
     PieceMatrix memory;
     std::vector<std::size_t> order;

@@ -1,5 +1,6 @@
 #include "elastic/model/lattice_elasticity.hpp"
 
+#include "elastic/model/lattice_kernel.hpp"
 #include "elastic/model/thin_cells.hpp"
 
 #include <Eigen/LU>
@@ -39,44 +40,90 @@ constexpr Tails<dimension> edge_tails() {
   return tails;
 }
 
+/// Cells of one kind along x that are worth vectors.
+constexpr std::int64_t fewest_cells_of_run = 3;
+
 } // namespace
 
 LatticeElasticity::LatticeElasticity(const Scene& scene)
     : scene_(scene), grid_(scene.specimen.grid), springs_(nodal_springs(scene)) {
-  const Specimen& body = scene.specimen;
+  ThreadTeam alone(1);
+  find_kinds(alone);
+}
+
+LatticeElasticity::LatticeElasticity(const Scene& scene, ThreadTeam& team)
+    : scene_(scene), grid_(scene.specimen.grid), springs_(nodal_springs(scene)) {
+  find_kinds(team);
+}
+
+/// In the place of kinds, which are not known yet.
+void LatticeElasticity::find_thin(ThreadTeam& team) {
+  few_kinds_of_.assign(static_cast<std::size_t>(grid_.n_cells()), 0);
+  for_parts(few_kinds_of_.size(), team, [&](std::size_t first, std::size_t end, std::size_t) {
+    Index3 at = grid_.cell_at(static_cast<std::int64_t>(first));
+    for (std::size_t cell = first; cell < end; ++cell) {
+      if (scene_.specimen.is_matter(static_cast<std::int64_t>(cell)))
+        few_kinds_of_[cell] = thin_axes(scene_.specimen, at);
+      for (std::size_t a = 0; ++at[a] == grid_.cells()[a] && a < 2; ++a)
+        at[a] = 0;
+    }
+  });
+}
+
+void LatticeElasticity::find_kinds(ThreadTeam& team) {
+  const Specimen& body = scene_.specimen;
   using Matter = std::array<float, 5>; ///< material, thin axes and fibre
   std::map<Matter, std::int32_t> known;
   constexpr std::size_t n_thin = 8; // sets of axes
-  std::vector<std::int32_t> known_without_direction(n_thin * scene.materials.size(), -1);
+  std::vector<std::int32_t> known_without_direction(n_thin * scene_.materials.size(), -1);
   std::vector<bool> has_direction;
-  for (const Material& material : scene.materials)
+  for (const Material& material : scene_.materials)
     has_direction.push_back(!body.fibres.empty() && !material.elasticity.is_isotropic());
-  const auto new_kind = [&](std::int64_t cell, std::uint8_t thin) {
-    kinds_.push_back(kind_for(scene.cell_stiffness(cell) / body.stiffness_ratio_of(cell), thin));
-    return static_cast<std::int32_t>(kinds_.size()) - 1;
+  struct First {
+    std::int64_t cell;
+    std::uint8_t thin;
   };
-  few_kinds_of_.assign(static_cast<std::size_t>(grid_.n_cells()), 0);
+  List<First> first; // of a kind
+  find_thin(team);
   for (std::int64_t cell = 0; cell < grid_.n_cells(); ++cell) {
     if (!body.is_matter(cell))
       continue;
     const std::size_t material = body.material(cell);
-    const std::uint8_t thin = thin_axes(body, grid_.cell_at(cell));
-    if (!has_direction[material]) {
-      std::int32_t& of_thin = known_without_direction[n_thin * material + thin];
-      if (of_thin < 0)
-        of_thin = new_kind(cell, thin);
-      set_kind(cell, of_thin);
-      continue;
-    }
-    Matter matter{static_cast<float>(material), 0, 0, 0, static_cast<float>(thin)};
-    for (std::size_t a = 0; a < 3; ++a)
-      matter[a + 1] = static_cast<float>(body.fibre_of(cell)[a]);
-    const auto [place, is_new] = known.try_emplace(matter, static_cast<std::int32_t>(kinds_.size()));
-    set_kind(cell, is_new ? new_kind(cell, thin) : place->second);
+    const auto thin = static_cast<std::uint8_t>(kind_number(cell));
+    const auto next = static_cast<std::int32_t>(first.size());
+    std::int32_t kind = next;
+    if (has_direction[material]) {
+      Matter matter{static_cast<float>(material), 0, 0, 0, static_cast<float>(thin)};
+      for (std::size_t a = 0; a < 3; ++a)
+        matter[a + 1] = static_cast<float>(body.fibre_of(cell)[a]);
+      kind = known.try_emplace(matter, next).first->second;
+    } else if (std::int32_t& of_thin = known_without_direction[n_thin * material + thin]; of_thin < 0)
+      of_thin = next;
+    else
+      kind = of_thin;
+    if (kind == next)
+      first.push_back({cell, thin});
+    set_kind(cell, kind);
   }
+  std::vector<Matrix6> of_material;
+  for (const Material& material : scene_.materials)
+    of_material.push_back(stiffness(material.elasticity));
+  const auto stiffness_of = [&](std::int64_t cell) {
+    const std::size_t material = body.material(cell);
+    const Matrix6& C = of_material[material];
+    return reduced_stiffness(
+        scene_.materials[material].elasticity.is_isotropic() ? C : turned(C, scene_.material_axes(cell)),
+        grid_.dimension(), scene_.plane);
+  };
+  kinds_.resize(first.size());
+  constexpr std::size_t kinds_per_item = 32;
+  team.run(static_cast<int>((kinds_.size() + kinds_per_item - 1) / kinds_per_item), [&](int item, int) {
+    const std::size_t begin = static_cast<std::size_t>(item) * kinds_per_item;
+    for (std::size_t i = begin; i < std::min(begin + kinds_per_item, kinds_.size()); ++i)
+      kinds_[i] = kind_for(stiffness_of(first[i].cell), first[i].thin);
+  });
   if (kinds_.size() == 1)
     few_kinds_of_ = {};
-  kinds_.shrink_to_fit();
 }
 
 void LatticeElasticity::set_kind(std::int64_t cell, std::int32_t kind) {
@@ -112,7 +159,11 @@ LatticeElasticity::Kind LatticeElasticity::kind_for(const Eigen::MatrixXd& C, st
   double volume = 1;
   for (int a = 0; a < d; ++a)
     volume *= h[static_cast<std::size_t>(a)];
-  const Eigen::MatrixXd S = C.inverse();
+  Eigen::Matrix<double, 6, 6> S = Eigen::Matrix<double, 6, 6>::Identity();
+  if (d == 3)
+    S = Eigen::Matrix<double, 6, 6>(C).inverse();
+  else
+    S.topLeftCorner(C.rows(), C.cols()) = C.inverse();
   Kind kind;
   kind.mean.topLeftCorner(C.rows(), C.cols()) = volume * C;
   for (int a = 0; a < d; ++a) {
@@ -240,12 +291,45 @@ void LatticeElasticity::apply_to_layer(const Displacement& u, const std::array<d
             of_kind * of_force[b * corners + corner];
   };
   const std::int64_t in_row = std::min(in_layer, std::int64_t{cells[0]}); // in 1D layers are cells
+  const auto is_plain = [&](std::int64_t cell) {
+    return dimension == 3 && !scene_.specimen.has_weights() && kind(cell).thin == 0;
+  };
   for (std::int64_t row = first; row < first + in_layer; row += in_row) {
     const auto node = static_cast<std::size_t>(grid_.corner(grid_.cell_at(row), 0));
-    for (std::int64_t x = 0; x < in_row; ++x)
-      if (scene_.specimen.is_matter(row + x))
-        add_at(row + x, node + static_cast<std::size_t>(x));
+    for (std::int64_t x = 0, end = 0; x < in_row; x = end) {
+      end = x + 1;
+      if (!scene_.specimen.is_matter(row + x))
+        continue;
+      const std::int32_t number = kind_number(row + x);
+      while (end < in_row && scene_.specimen.is_matter(row + end) && kind_number(row + end) == number)
+        ++end;
+      if (end - x >= fewest_cells_of_run && is_plain(row + x))
+        add_run(u, forces, first_node, row + x, end - x);
+      else
+        for (std::int64_t i = x; i < end; ++i)
+          add_at(row + i, node + static_cast<std::size_t>(i));
+    }
   }
+}
+
+/// @param forces by component, of `first_node` on
+void LatticeElasticity::add_run(const Displacement& u, const std::array<double*, 3>& forces,
+                                std::int64_t first_node, std::int64_t cell, std::int64_t n) const {
+  const Kind& of = kind(cell);
+  const std::int64_t node = grid_.corner(grid_.cell_at(cell), 0);
+  LatticeRun run;
+  run.cells = static_cast<int>(n);
+  run.mean = of.mean.data();
+  run.edge = of.edge.data();
+  run.shear = of.shear.data();
+  run.next_y = grid_.stride(1);
+  run.next_z = grid_.stride(2);
+  for (std::size_t c = 0; c < 3; ++c) {
+    run.per_length[c] = 1 / grid_.spacing()[c];
+    run.u[c] = u.component(c).data() + node;
+    run.forces[c] = forces[c] + (node - first_node);
+  }
+  add_run_forces(run);
 }
 
 void LatticeElasticity::apply(const Displacement& u, Displacement& forces, ThreadTeam& team) const {
@@ -283,7 +367,9 @@ void LatticeElasticity::for_each_window(const Displacement& u, ThreadTeam& team,
   for (int first = 0; first < planes; first += planes_per_window) {
     const int end = std::min(first + planes_per_window, planes), lowest = std::max(first - 1, 0),
               end_layer = std::min(end, planes - 1);
-    std::ranges::fill(memory, 0.0);
+    for_parts(memory.size(), team, [&](std::size_t from, std::size_t until, std::size_t) {
+      std::fill_n(memory.data() + from, until - from, 0.0);
+    });
     const std::array<double*, 3> to{memory.data(), memory.data() + stride, memory.data() + 2 * stride};
     for (const int parity : {0, 1}) {
       const int least = lowest + (lowest % 2 == parity ? 0 : 1);

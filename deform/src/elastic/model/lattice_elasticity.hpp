@@ -43,6 +43,7 @@ public:
 
   /// @param scene must outlive this
   explicit LatticeElasticity(const Scene& scene);
+  LatticeElasticity(const Scene& scene, ThreadTeam& team);
 
   /// The scene's materials have other constants now; what cells are of is the same.
   void renew();
@@ -94,12 +95,16 @@ public:
   }
 
 private:
+  void find_thin(ThreadTeam& team);
+  void find_kinds(ThreadTeam& team);
   void set_kind(std::int64_t cell, std::int32_t kind);
   Kind kind_for(const Eigen::MatrixXd& C, std::uint8_t thin) const;
   const Kind& kind(std::int64_t cell) const { return kinds_[static_cast<std::size_t>(kind_number(cell))]; }
   template<int dimension>
   void apply_to_layer(const Displacement& u, const std::array<double*, 3>& forces, std::int64_t first_node,
                       int layer) const;
+  void add_run(const Displacement& u, const std::array<double*, 3>& forces, std::int64_t first_node,
+               std::int64_t cell, std::int64_t n) const;
   template<int dimension>
   void add_cell(const Kind& kind, const double* u, double* force) const;
 

@@ -22,10 +22,10 @@ namespace {
 /// Full elasticity, and what rubs.
 class TiedSystem : public TiedModel {
 public:
-  explicit TiedSystem(const CoupledTask& task) : TiedSystem(task, LatticeElasticity(task.scene)) {
+  explicit TiedSystem(const CoupledTask& task) : TiedSystem(task, LatticeElasticity(task.scene, task.team)) {
     held_softly_.set_springs(springs_at_ties(task.scene, diagonal()));
     multigrid_ = std::make_unique<MaskedMultigrid>(
-        std::make_unique<MaskedLevel>(task.scene, held_softly_, task.prescribed),
+        std::make_unique<MaskedLevel>(task.scene, held_softly_, task.prescribed, task.team),
         relaxation_steps(largest_contrast(task.scene)), task.team);
     of_single_bodies_ =
         std::make_unique<MaskedSystem>(task.scene.specimen.grid, held_softly_, *multigrid_, task.team);

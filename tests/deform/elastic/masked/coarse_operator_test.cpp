@@ -43,10 +43,11 @@ Scene porous_body(int materials, unsigned seed, unsigned one_in = 30) {
 /// The body's own grid and the coarser ones of it.
 struct Grids {
   Grids(const Scene& of, ThreadTeam& team)
-      : scene(of), elasticity(of), level(of, elasticity, of.prescribed), fine(level.complex()),
-        once(coarsen(fine, Joining::faces)), twice(coarsen(once.complex, Joining::faces)),
-        A(level.galerkin_product(fine, once, true, team)), B(galerkin_product(A, once.complex, twice, team)) {
-  }
+      : scene(of), elasticity(of), level(of, elasticity, of.prescribed, team), fine(level.complex(team)),
+        once(coarsen(fine, Joining::faces, team)), twice(coarsen(once.complex, Joining::faces, team)),
+        A(level.galerkin_product(fine, once, true, team)),
+        B(galerkin_product(A, once.complex, twice, twice.interpolation.transposed(twice.complex.n_vertices),
+                           team)) {}
   const Scene& scene;
   LatticeElasticity elasticity;
   MaskedLevel level;
@@ -148,7 +149,7 @@ TEST(CoarseOperatorOracle, PatternsAreProductsOfTheGeneralOperator) {
         summed(of.once.interpolation, forces_of_slots(of, interpolated(of.once.interpolation, once)), n), m);
     expect_values(product(of.B, v, team), of_twice, 2e-6);
     AlignedArray<float> diagonal(block_stride * static_cast<std::size_t>(n) + 16);
-    of.A.copy_diagonal(diagonal);
+    of.A.copy_diagonal(diagonal, team);
     for (std::size_t i = 0; i < u.size(); i += 97) {
       Values unit(u.size());
       unit[i] = 1;

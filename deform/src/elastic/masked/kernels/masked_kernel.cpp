@@ -1,7 +1,7 @@
 #include "elastic/masked/masked_kernel.hpp"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "elastic/masked/masked_kernel.cpp"
+#define HWY_TARGET_INCLUDE "elastic/masked/kernels/masked_kernel.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 

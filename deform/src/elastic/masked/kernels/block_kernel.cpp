@@ -1,7 +1,7 @@
 #include "elastic/masked/block_matrix.hpp"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "elastic/masked/block_kernel.cpp"
+#define HWY_TARGET_INCLUDE "elastic/masked/kernels/block_kernel.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -24,17 +24,6 @@ HWY_INLINE void for_vectors(std::int32_t first, std::int32_t end, Visit&& visit)
       visit(row, part);
 }
 
-/// Numbers of a block, in as many bits as they have.
-template<class D>
-HWY_INLINE hn::VFromD<D> load(D d, const float* at) {
-  return hn::LoadU(d, at);
-}
-template<class D>
-HWY_INLINE hn::VFromD<D> load(D d, const std::uint16_t* at) {
-  return hn::PromoteTo(
-      d, hn::LoadU(hn::Rebind<hwy::float16_t, D>(), reinterpret_cast<const hwy::float16_t*>(at)));
-}
-
 /// A block, column after column, times the displacement of its vertex: sums stay apart by columns until the
 /// row ends. In one vector where it holds nine numbers, else in three; the same operations.
 #if HWY_MAX_BYTES >= 64
@@ -43,12 +32,11 @@ class BlockSums {
 
 public:
   HWY_INLINE BlockSums() : sum_(hn::Zero(Whole())) {}
-  template<class Number>
-  HWY_INLINE void add(const Number* block, const float* of_u, int /*part*/) {
+  HWY_INLINE void add(const float* block, const float* of_u, int /*part*/) {
     const Whole d;
     const hn::FixedTag<float, 8> half;
     const auto u = hn::ZeroExtendVector(d, hn::ZeroExtendVector(half, hn::LoadU(F(), of_u)));
-    sum_ = hn::MulAdd(load(d, block), hn::TableLookupLanes(u, hn::SetTableIndices(d, component)), sum_);
+    sum_ = hn::MulAdd(hn::LoadU(d, block), hn::TableLookupLanes(u, hn::SetTableIndices(d, component)), sum_);
   }
   HWY_INLINE void add(const BlockSums& other) { sum_ = hn::Add(sum_, other.sum_); }
   HWY_INLINE VF total() const {
@@ -68,12 +56,15 @@ private:
 class BlockSums {
 public:
   HWY_INLINE BlockSums() : x_(hn::Zero(F())), y_(hn::Zero(F())), z_(hn::Zero(F())) {}
-  template<class Number>
-  HWY_INLINE void add(const Number* block, const float* of_u, int part) {
+  HWY_INLINE void add(const float* block, const float* of_u, int part) {
     const F d;
-    x_ = hn::MulAdd(load(d, block + part), hn::Set(d, of_u[0]), x_);
-    y_ = hn::MulAdd(load(d, block + 3 + part), hn::Set(d, of_u[1]), y_);
-    z_ = hn::MulAdd(load(d, block + 6 + part), hn::Set(d, of_u[2]), z_);
+    add(hn::LoadU(d, block + part), hn::LoadU(d, block + 3 + part), hn::LoadU(d, block + 6 + part), of_u);
+  }
+  HWY_INLINE void add(VF x, VF y, VF z, const float* of_u) {
+    const F d;
+    x_ = hn::MulAdd(x, hn::Set(d, of_u[0]), x_);
+    y_ = hn::MulAdd(y, hn::Set(d, of_u[1]), y_);
+    z_ = hn::MulAdd(z, hn::Set(d, of_u[2]), z_);
   }
   HWY_INLINE void add(const BlockSums& other) {
     x_ = hn::Add(x_, other.x_);
@@ -87,38 +78,132 @@ private:
 };
 #endif
 
-/// Of row `row` of A u; its fourth number does not count. Blocks take turns in four sums, which wait less for
-/// one another.
-template<class Matrix>
-HWY_INLINE VF sum_of_blocks(const Matrix& A, std::int32_t row, int part, const float* u) {
-  constexpr int stride = 9;
-  BlockSums sums[4];
-  const std::int32_t end = A.first.data()[row + 1];
-  std::int32_t i = A.first.data()[row];
-  const std::int32_t* const column = A.column.data();
-  const auto* block = A.blocks.data() + std::int64_t{stride} * i;
-  const auto add = [&](BlockSums& sum, int k) HWY_ATTR {
-    sum.add(block + k * stride, u + std::int64_t{block_stride} * column[i + k], part);
-  };
-  for (; i + 4 <= end; i += 4, block += 4 * stride) {
-    add(sums[0], 0);
-    add(sums[1], 1);
-    add(sums[2], 2);
-    add(sums[3], 3);
-  }
-  if (i + 2 <= end) {
-    add(sums[0], 0);
-    add(sums[1], 1);
+/// Calls add(sum, number of a block) for the blocks of a row: they take turns in four sums, which wait less
+/// for one another, and all_four(number of the first) for four of them at once.
+template<class Four, class Add>
+HWY_INLINE void in_turns(std::int32_t n, const Four& all_four, const Add& add) {
+  std::int32_t i = 0;
+  for (; i + 4 <= n; i += 4)
+    all_four(i);
+  if (i + 2 <= n) {
+    add(0, i);
+    add(1, i + 1);
     i += 2;
-    block += 2 * stride;
   }
-  if (i < end)
-    add(sums[2], 0);
+  if (i < n)
+    add(2, i);
+}
+
+template<class Sums>
+HWY_INLINE VF total(Sums* sums) {
   sums[0].add(sums[1]);
   sums[2].add(sums[3]);
   sums[0].add(sums[2]);
   return sums[0].total();
 }
+
+/// Of row `row` of A u; its fourth number does not count.
+HWY_INLINE VF sum_of_blocks(const BlockMatrix& A, std::int32_t row, int part, const float* u) {
+  constexpr int stride = 9;
+  BlockSums sums[4];
+  const std::int32_t begin = A.first.data()[row], n = A.first.data()[row + 1] - begin;
+  const std::int32_t* const column = A.column.data() + begin;
+  const float* const block = A.blocks.data() + std::int64_t{stride} * begin;
+  const auto add = [&](int sum, std::int32_t i) HWY_ATTR {
+    sums[sum].add(block + i * stride, u + std::int64_t{block_stride} * column[i], part);
+  };
+  in_turns(
+      n,
+      [&](std::int32_t i) HWY_ATTR {
+        for (int k = 0; k < 4; ++k)
+          add(k, i + k);
+      },
+      add);
+  return total(sums);
+}
+
+#if HWY_MAX_BYTES >= 32
+/// The first eight numbers of blocks in one vector for each of the four sums, the last ones of all four in
+/// another.
+HWY_INLINE VF sum_of_blocks(const RoundedBlockMatrix& A, std::int32_t row, int, const float* u) {
+  using Eight = hn::FixedTag<float, 8>;
+  using VE = hn::VFromD<Eight>;
+  const Eight d;
+  const F four;
+  const hn::Repartition<std::uint8_t, Eight> bytes;
+  alignas(32) static constexpr std::uint8_t component[32] = {
+      0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 4, 5, 6, 7, 4, 5, 6, 7, 4, 5, 6, 7, 8, 9, 10, 11, 8, 9, 10, 11};
+  const auto of_columns = hn::Load(bytes, component);
+  const std::int32_t begin = A.first.data()[row], n = A.first.data()[row + 1] - begin;
+  const std::int32_t* const column = A.column.data() + begin;
+  const std::uint16_t *const block = A.blocks.data() + std::int64_t{8} * begin, *const last =
+                                                                                    A.last.data() + begin;
+  VE sums[4] = {hn::Zero(d), hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+  VF of_last = hn::Zero(four);
+  const auto numbers = [](auto tag, const std::uint16_t* at) HWY_ATTR {
+    return hn::PromoteTo(tag, hn::LoadU(hn::Rebind<hwy::float16_t, decltype(tag)>(),
+                                        reinterpret_cast<const hwy::float16_t*>(at)));
+  };
+  const auto add_eight = [&](int sum, std::int32_t i) HWY_ATTR {
+    const VE of_u = hn::LoadDup128(d, u + std::int64_t{block_stride} * column[i]);
+    const VE factors = hn::BitCast(d, hn::TableLookupBytes(hn::BitCast(bytes, of_u), of_columns));
+    sums[sum] = hn::MulAdd(numbers(d, block + 8 * i), factors, sums[sum]);
+    return hn::LowerHalf(four, of_u);
+  };
+  const auto zs_of = [&](VF one, VF other) HWY_ATTR { return hn::InterleaveUpper(four, one, other); };
+  in_turns(
+      n,
+      [&](std::int32_t i) HWY_ATTR {
+        const VF a = add_eight(0, i), b = add_eight(1, i + 1), c = add_eight(2, i + 2),
+                 e = add_eight(3, i + 3);
+        of_last = hn::MulAdd(numbers(four, last + i), hn::ConcatLowerLower(four, zs_of(c, e), zs_of(a, b)),
+                             of_last);
+      },
+      [&](int sum, std::int32_t i) HWY_ATTR {
+        const VF of_u = add_eight(sum, i);
+        const VF own = hn::IfThenElseZero(hn::FirstN(four, 1), numbers(four, last + i)),
+                 z = hn::IfThenElseZero(hn::FirstN(four, 1), hn::ShiftRightLanes<2>(four, of_u));
+        of_last = sum == 0   ? hn::MulAdd(own, z, of_last)
+                  : sum == 1 ? hn::MulAdd(hn::ShiftLeftLanes<1>(own), hn::ShiftLeftLanes<1>(z), of_last)
+                             : hn::MulAdd(hn::ShiftLeftLanes<2>(own), hn::ShiftLeftLanes<2>(z), of_last);
+      });
+  const VE eight = hn::Add(hn::Add(sums[0], sums[1]), hn::Add(sums[2], sums[3]));
+  const VF pairs = hn::Add(of_last, hn::Shuffle2301(of_last)),
+           ninth = hn::Add(pairs, hn::ShiftRightLanes<2>(four, pairs));
+  const VF low = hn::LowerHalf(four, eight), high = hn::UpperHalf(four, eight);
+  const VF y = hn::CombineShiftRightBytes<12>(four, high, low),
+           z = hn::CombineShiftRightBytes<8>(four, ninth, high);
+  return hn::Add(hn::Add(low, y), z);
+}
+#else
+HWY_INLINE VF sum_of_blocks(const RoundedBlockMatrix& A, std::int32_t row, int part, const float* u) {
+  constexpr int stride = 8;
+  BlockSums sums[4];
+  const std::int32_t begin = A.first.data()[row], n = A.first.data()[row + 1] - begin;
+  const std::int32_t* const column = A.column.data() + begin;
+  const std::uint16_t *const block = A.blocks.data() + std::int64_t{stride} * begin, *const last =
+                                                                                         A.last.data() +
+                                                                                         begin;
+  const auto numbers = [&](const std::uint16_t* at) HWY_ATTR {
+    return hn::PromoteTo(
+        F(), hn::LoadU(hn::Rebind<hwy::float16_t, F>(), reinterpret_cast<const hwy::float16_t*>(at + part)));
+  };
+  const auto add = [&](int sum, std::int32_t i) HWY_ATTR {
+    const std::uint16_t* const at = block + i * stride;
+    const std::uint16_t column_of_z[8] = {at[6], at[7], last[i]};
+    sums[sum].add(numbers(at), numbers(at + 3), numbers(column_of_z),
+                  u + std::int64_t{block_stride} * column[i]);
+  };
+  in_turns(
+      n,
+      [&](std::int32_t i) HWY_ATTR {
+        for (int k = 0; k < 4; ++k)
+          add(k, i + k);
+      },
+      add);
+  return total(sums);
+}
+#endif
 
 HWY_INLINE VF row_of(const BlockMatrix& A, std::int32_t row, int part, const float* u) {
   return sum_of_blocks(A, row, part, u);

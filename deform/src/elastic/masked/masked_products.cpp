@@ -1,0 +1,116 @@
+#include "elastic/masked/masked_level.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <numeric>
+#include <utility>
+
+namespace maille::deform {
+
+namespace {
+
+/// Layers of cells that are done in one go. Those of every second slab share no node, so the order of sums is
+/// always the same.
+constexpr int layers_per_slab = MaskedRows::planes_per_slab;
+
+} // namespace
+
+/// Calls work(first place in a field, how many) for the three components of a plane of nodes.
+template<class Work>
+void MaskedLevel::for_components(int plane, const Work& work) const {
+  const std::int64_t first = rows_.first_slot(plane), n = rows_.first_slot(plane + 1) - first;
+  for (std::int64_t c = 0; c < 3; ++c)
+    work(c * component_stride() + first, n);
+}
+
+/// Calls finish(plane) once the forces of a plane of nodes are whole. The planes between two slabs are begun
+/// by the one that comes first, and ended by the other; what loops over runs of cells add beyond their rows
+/// is nothing, also to planes that are finished.
+template<class Finish>
+void MaskedLevel::apply_by_planes(const float* displacement, float* forces, ThreadTeam& team,
+                                  const Finish& finish) const {
+  const int layers = rows_.n_layers(), slabs = (layers + layers_per_slab - 1) / layers_per_slab;
+  const bool is_matter_alone = penalties_.is_empty() && springs_.empty();
+  const auto clear = [&](int plane) {
+    for_components(plane, [&](std::int64_t at, std::int64_t n) { std::fill_n(forces + at, n, 0.0F); });
+  };
+  const auto finish_whole = [&](int plane) {
+    if (is_matter_alone)
+      finish(plane);
+  };
+  for (const int parity : {0, 1})
+    team.run((slabs - parity + 1) / 2, [&](int item, int) {
+      const int first = (2 * item + parity) * layers_per_slab,
+                end = std::min(first + layers_per_slab, layers);
+      const bool is_first = parity == 0;
+      if (is_first)
+        clear(first);
+      for (int z = first; z < end; ++z) {
+        if (is_first || z + 1 < end || end == layers)
+          clear(z + 1);
+        add_matter_forces(operator_, rows_.runs_of_layer(z), displacement, forces);
+        if (!is_first || z > first || z == 0)
+          finish_whole(z);
+      }
+      if (!is_first || end == layers)
+        finish_whole(end);
+    });
+  if (is_matter_alone)
+    return;
+  team.run(penalties_.planes(), [&](int part, int) { penalties_.add(part, displacement, forces); });
+  const std::int64_t stride = component_stride();
+  for (const SlotSpring& spring : springs_)
+    for (std::int64_t a = 0; a < 3; ++a) {
+      float pull = 0;
+      for (std::int64_t b = 0; b < 3; ++b)
+        pull += spring.block[static_cast<std::size_t>(3 * b + a)] * displacement[b * stride + spring.slot];
+      forces[a * stride + spring.slot] += pull;
+    }
+  team.run(layers + 1, [&](int plane, int) { finish(plane); });
+}
+
+void MaskedLevel::apply(const float* displacement, float* forces, ThreadTeam& team) const {
+  apply_by_planes(displacement, forces, team, [](int) {});
+}
+
+double MaskedLevel::apply_and_dot(const float* p, float* Ap, ThreadTeam& team) {
+  sums_.assign(static_cast<std::size_t>(rows_.n_layers()) + 1, 0);
+  apply_by_planes(p, Ap, team, [&](int plane) {
+    for_components(plane, [&](std::int64_t at, std::int64_t n) {
+      sums_[static_cast<std::size_t>(plane)] +=
+          mask_and_dot_entries(n, inverse_.data() + at, p + at, Ap + at);
+    });
+  });
+  return std::accumulate(sums_.begin(), sums_.end(), 0.0);
+}
+
+void MaskedLevel::relax(float weight, ThreadTeam& team) {
+  apply_by_planes(u.data(), r.data(), team, [&](int plane) {
+    for_components(plane, [&](std::int64_t at, std::int64_t n) {
+      step_from_entries(n, weight, inverse_.data() + at, f.data() + at, u.data() + at, r.data() + at);
+    });
+  });
+  std::swap(u, r);
+}
+
+double MaskedLevel::relax_and_dot(float weight, ThreadTeam& team) {
+  sums_.assign(static_cast<std::size_t>(rows_.n_layers()) + 1, 0);
+  apply_by_planes(u.data(), r.data(), team, [&](int plane) {
+    for_components(plane, [&](std::int64_t at, std::int64_t n) {
+      sums_[static_cast<std::size_t>(plane)] +=
+          step_and_dot_entries(n, weight, inverse_.data() + at, f.data() + at, u.data() + at, r.data() + at);
+    });
+  });
+  std::swap(u, r);
+  return std::accumulate(sums_.begin(), sums_.end(), 0.0);
+}
+
+void MaskedLevel::find_residual(ThreadTeam& team) {
+  apply_by_planes(u.data(), r.data(), team, [&](int plane) {
+    for_components(plane, [&](std::int64_t at, std::int64_t n) {
+      subtract_entries(n, inverse_.data() + at, f.data() + at, r.data() + at);
+    });
+  });
+}
+
+} // namespace maille::deform

@@ -1,0 +1,24 @@
+#pragma once
+/// The innermost loop of LatticeElasticity, for every kind of vector that the machine may have.
+
+#include <cstdint>
+
+namespace maille::deform {
+
+/// Cells along x that follow one another, of one matter without thin axes, in 3D.
+struct LatticeRun {
+  int cells = 0;
+  const double* mean = nullptr; ///< 6 x 6, see LatticeElasticity::Kind
+  const double* edge = nullptr;
+  const double* shear = nullptr;
+  double per_length[3] = {}; ///< 1 over the spacing [1/m]
+  // Of the first cell's first node, by component; distances to the next nodes along y and z.
+  const double* u[3] = {};
+  double* forces[3] = {};
+  std::int64_t next_y = 0, next_z = 0;
+};
+
+/// forces += what pulls at the corners of the cells.
+void add_run_forces(const LatticeRun& run);
+
+} // namespace maille::deform
