@@ -25,7 +25,7 @@ WorldScene crowd(int n, int one_soft_in, const std::string& method, ContactLaw c
     // Every other row is off by half a box, so that rows do not push in line.
     world.objects.push_back(
         box_in(world, is_soft ? ObjectKind::deformable : ObjectKind::rigid, {2, 2}, 1,
-               {5 + 3.0 * (i % columns) + i / columns % 2, 1.5 + 3.0 * (i / columns), 0}));
+               {5.3 + 3.0 * (i % columns) + i / columns % 2, 1.5 + 3.0 * (i / columns), 0}));
   }
   return world;
 }
