@@ -219,11 +219,18 @@ private:
     return pixels;
   }
 
-  static void add_modifiers(Event& event) {
-    const SDL_Keymod keys = SDL_GetModState();
-    event.shift = (keys & KMOD_SHIFT) != 0;
-    event.control = (keys & KMOD_CTRL) != 0;
-    event.alt = (keys & KMOD_ALT) != 0;
+  /// As they were when an event came: SDL's own state is that of the last event that waits, by when a quick
+  /// Ctrl+Q is over.
+  void follow_modifiers(const SDL_Event& from) {
+    if (from.type == SDL_KEYDOWN || from.type == SDL_KEYUP)
+      modifiers_ = static_cast<SDL_Keymod>(from.key.keysym.mod);
+    else if (from.type == SDL_WINDOWEVENT && from.window.event == SDL_WINDOWEVENT_FOCUS_GAINED)
+      modifiers_ = SDL_GetModState();
+  }
+  void add_modifiers(Event& event) const {
+    event.shift = (modifiers_ & KMOD_SHIFT) != 0;
+    event.control = (modifiers_ & KMOD_CTRL) != 0;
+    event.alt = (modifiers_ & KMOD_ALT) != 0;
   }
 
   /// From the window's points to pixels.
@@ -237,6 +244,7 @@ private:
     if (from.type == wake_event_)
       return;
     ImGui_ImplSDL2_ProcessEvent(&from);
+    follow_modifiers(from);
     Event event;
     add_modifiers(event);
     const bool is_over_panel = ImGui::GetIO().WantCaptureMouse;
@@ -325,6 +333,7 @@ private:
   std::vector<Event> used_;
   Shown last_;
   int to_draw_ = 2;
+  SDL_Keymod modifiers_ = KMOD_NONE; ///< of the events that were taken
   bool wants_shot_ = false;
   std::vector<std::uint8_t> shot_;
 };
