@@ -289,10 +289,10 @@ int run_command(const RunOptions& options);
 /// Of whatever file there is: scenes, worlds, studies, trajectories with their worlds, materials.
 int check_any_command(const CheckOptions& options);
 int explain_command(const ExplainOptions& options);
-int materials_command(const MaterialsOptions& options);
 
 /// Weak: only maille-studies is linked with these. Elsewhere they are null, and the program that is asked for
 /// one becomes maille-studies (cli/other_programs.cpp).
+[[gnu::weak]] int materials_command(const MaterialsOptions& options);
 [[gnu::weak]] int export_command(const ExportOptions& options);
 [[gnu::weak]] int warp_command(const WarpCommandOptions& options);
 /// @throws UsageError for formats that are none. The images are kept from being written over.
