@@ -69,16 +69,17 @@ public:
   /// The map for invert. @pre is_mild()
   MildMap mild() const {
     MildMap map;
+    map.largest_row = jacobian_.cwiseAbs().rowwise().sum().maxCoeff();
+    const Eigen::Vector3d st = inverse_ * st_, su = inverse_ * su_, tu = inverse_ * tu_,
+                          stu = inverse_ * stu_;
     for (Eigen::Index a = 0; a < 3; ++a) {
       const auto row = static_cast<std::size_t>(a);
-      for (Eigen::Index b = 0; b < 3; ++b) {
-        map.jacobian[3 * row + static_cast<std::size_t>(b)] = jacobian_(a, b);
+      for (Eigen::Index b = 0; b < 3; ++b)
         map.inverse[3 * row + static_cast<std::size_t>(b)] = inverse_(a, b);
-      }
-      map.st[row] = st_[a];
-      map.su[row] = su_[a];
-      map.tu[row] = tu_[a];
-      map.stu[row] = stu_[a];
+      map.st[row] = st[a];
+      map.su[row] = su[a];
+      map.tu[row] = tu[a];
+      map.stu[row] = stu[a];
       map.spread[row] = spread_[a];
     }
     return map;

@@ -6,10 +6,11 @@
 
 namespace maille::warping {
 
-/// A map of a cell that is nearly affine: x(s) = J s + D s t + E s u + F t u + G s t u from its middle, and
-/// what is known of its inverse. Matrices row by row.
+/// A map of a cell that is nearly affine, carried back by J, its derivative in the middle:
+/// J^-1 x(s) = s + D s t + E s u + F t u + G s t u, x from the middle.
 struct MildMap {
-  std::array<double, 9> jacobian, inverse;
+  std::array<double, 9> inverse; ///< of J, row by row
+  double largest_row;            ///< sum of sizes in a row of J
   std::array<double, 3> st, su, tu, stu;
   std::array<double, 3> spread; ///< how far from affine the inverse is, at most
 };
@@ -42,7 +43,8 @@ struct PlaceRows {
   }
 };
 
-/// Finds `low` and `high`, a millionth of a voxel too far: places before and beyond are not in the cell.
+/// Finds `low` and `high`, a millionth of a voxel too far: places before and beyond are not in the cell. The
+/// obvious version, row by row, is CellMap::narrow.
 void narrow(const MildMap& map, double slack, PlaceRows& rows);
 
 /// Carries places, given from the middle of the cell, back to its (s, t, u); those outside of it are left

@@ -41,30 +41,14 @@ HWY_INLINE V largest(const V3& of) {
   return hn::Max(hn::Abs(of.x), hn::Max(hn::Abs(of.y), hn::Abs(of.z)));
 }
 
-/// What the map adds to J s, carried back by J: s + bent(s) is J^-1 x(s).
-struct Bent {
-  std::array<double, 3> st, su, tu, stu;
-};
-HWY_INLINE V3 bent(const Bent& map, const V3& s) {
+/// What J^-1 x(s) is beyond s.
+HWY_INLINE V3 bent(const MildMap& map, const V3& s) {
   const V st = hn::Mul(s.x, s.y), su = hn::Mul(s.x, s.z), tu = hn::Mul(s.y, s.z), stu = hn::Mul(st, s.z);
   const auto along = [&](std::size_t a) HWY_ATTR {
     const V two = hn::Add(hn::Mul(set(map.st[a]), st), hn::Mul(set(map.su[a]), su));
     return hn::Add(two, hn::Add(hn::Mul(set(map.tu[a]), tu), hn::Mul(set(map.stu[a]), stu)));
   };
   return {along(0), along(1), along(2)};
-}
-std::array<double, 3> times(const std::array<double, 9>& matrix, const std::array<double, 3>& of) {
-  std::array<double, 3> product{};
-  for (std::size_t row = 0; row < 3; ++row)
-    product[row] = matrix[3 * row] * of[0] + matrix[3 * row + 1] * of[1] + matrix[3 * row + 2] * of[2];
-  return product;
-}
-double largest_row(const std::array<double, 9>& matrix) {
-  double largest = 0;
-  for (std::size_t row = 0; row < 9; row += 3)
-    largest =
-        std::max(largest, std::abs(matrix[row]) + std::abs(matrix[row + 1]) + std::abs(matrix[row + 2]));
-  return largest;
 }
 
 void narrow_in_vectors(const MildMap& map, double slack, PlaceRows& rows) {
@@ -103,7 +87,7 @@ struct Walk {
     const auto n = static_cast<std::size_t>(places.n);
     asked = left_over = hn::FirstN(d, n > i ? n - i : 0);
   }
-  HWY_INLINE void step(const Bent& map, V near_enough) {
+  HWY_INLINE void step(const MildMap& map, V near_enough) {
     const V3 off = bent(map, s);
     const V3 next{hn::Sub(first.x, off.x), hn::Sub(first.y, off.y), hn::Sub(first.z, off.z)};
     const V3 change{hn::Sub(next.x, s.x), hn::Sub(next.y, s.y), hn::Sub(next.z, s.z)};
@@ -119,11 +103,9 @@ void invert_in_vectors(const MildMap& map, double slack, Places& places) {
   constexpr double tiny = 1e-3;
   const D d;
   const std::size_t lanes = hn::Lanes(d);
-  const Bent by{times(map.inverse, map.st), times(map.inverse, map.su), times(map.inverse, map.tu),
-                times(map.inverse, map.stu)};
   // Of a cell's places bent(s) differs by no more than `shrinks` times what s does: so much less is left.
   const double shrinks = std::max(tiny, 6 * std::max({map.spread[0], map.spread[1], map.spread[2]}));
-  const V near_enough = set(tolerance / largest_row(map.jacobian) * (1 - shrinks) / shrinks);
+  const V near_enough = set(tolerance / map.largest_row * (1 - shrinks) / shrinks);
   std::size_t n = 0;
   const auto keep = [&](const Walk& walk, std::size_t i) HWY_ATTR {
     const M inside =
@@ -150,8 +132,8 @@ void invert_in_vectors(const MildMap& map, double slack, Places& places) {
     one.begin(map, places, i);
     other.begin(map, places, i + lanes);
     for (int step = 0; step < most_steps; ++step) {
-      one.step(by, near_enough);
-      other.step(by, near_enough);
+      one.step(map, near_enough);
+      other.step(map, near_enough);
       if (hn::AllFalse(d, hn::Or(one.left_over, other.left_over)))
         break;
     }

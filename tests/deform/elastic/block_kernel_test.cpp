@@ -1,6 +1,8 @@
 /// The loops over coarser levels of bodies of any shape against the obvious ones.
 
 #include "elastic/masked/block_matrix.hpp"
+#include "elastic/masked/masked_kernel.hpp"
+#include "elastic/multigrid/chebyshev.hpp"
 #include "support/vector_targets.hpp"
 
 #include <gtest/gtest.h>
@@ -173,6 +175,21 @@ TEST(BlockKernelOracle, InterpolationIsThatOfPlainLoops) {
         EXPECT_NEAR(double{alone[i]}, sum, rounding);
         EXPECT_NEAR(double{out[i]}, double{before[i]} + sum, rounding);
       }
+  }
+}
+
+TEST(BlockKernelOracle, NoiseIsThatOfOneEntryAfterAnother) {
+  constexpr unsigned seed = 8;
+  std::mt19937 random(seed);
+  constexpr std::size_t first = 4096, size = 160;
+  const auto inverse = random_field(random, size); // half of it below 0: as if fixed
+  for (const std::int64_t target : tests::vector_targets()) {
+    SCOPED_TRACE(target);
+    const tests::ForcedVectors forced(target);
+    std::vector<float> noise(size);
+    noise_entries(size, first, inverse.data(), noise.data());
+    for (std::size_t i = 0; i < size; ++i)
+      EXPECT_EQ(noise[i], eigenvalue_noise(first + i, inverse[i])) << i;
   }
 }
 

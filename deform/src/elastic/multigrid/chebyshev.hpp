@@ -23,7 +23,8 @@ constexpr int steps_of_low_contrast = 2;
 int relaxation_steps(double contrast);
 
 /// Where the search for the largest eigenvalue begins: a right-hand side of -1 or 1, the same on every
-/// machine, in units of the diagonal. @param i entry; @param inverse of its diagonal, 0 where it is fixed
+/// machine, in units of the diagonal. The obvious version of noise_entries (masked_kernel.hpp).
+/// @param i entry; @param inverse of its diagonal, 0 where it is fixed
 float eigenvalue_noise(std::size_t i, float inverse);
 /// Of inverse diagonal times operator, or a little more, from ten steps of conjugate gradients that are
 /// preconditioned by the diagonal.

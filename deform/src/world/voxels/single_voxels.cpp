@@ -15,7 +15,6 @@ namespace maille::deform {
 
 namespace {
 
-constexpr double skin = 1e-9;         ///< before a face, as hand_on has it [cells]
 constexpr double no_movement = 1e-12; ///< [cells]
 constexpr double same_spacing = 1e-9;
 
@@ -42,8 +41,8 @@ std::string why_not(const WorldParts& parts, int object) {
 
 /// Well within its cell, so that no rounding on the way back puts it into another.
 Eigen::Vector3d off_faces(const Eigen::Vector3d& place) {
-  const Eigen::Vector3d low = place.array().floor() + skin;
-  return place.cwiseMax(low).cwiseMin(Eigen::Vector3d(low.array() + 1 - 2 * skin));
+  const Eigen::Vector3d low = place.array().floor() + node_skin;
+  return place.cwiseMax(low).cwiseMin(Eigen::Vector3d(low.array() + 1 - 2 * node_skin));
 }
 
 } // namespace
@@ -89,10 +88,8 @@ void SingleVoxels::add_rigid(const WorldParts& parts, int object) {
   const RigidShape& shape = parts.rigid.shape(member.index);
   const bool is_free = member.kind == ObjectKind::rigid && !member.is_driven && shape.n_voxels() == 1;
   for (std::int32_t i = 0; i < shape.n_voxels(); ++i) {
-    const Index3 at = shape.index_of(i);
-    const Eigen::Vector3d within = (Eigen::Vector3d(at[0], at[1], at[2]).array() + 0.5) *
-                                   Eigen::Vector3d::Map(shape.spacing().data()).array();
-    Eigen::Vector3d place = (parts.rigid.pose(member.index).position + within).cwiseQuotient(cell_size_);
+    Eigen::Vector3d place =
+        (parts.rigid.pose(member.index).position + shape.centre_of(i)).cwiseQuotient(cell_size_);
     place.tail(3 - parts.scene.dimension).setConstant(0.5);
     voxels_.push_back({place, !is_free});
   }
@@ -186,7 +183,7 @@ double SingleVoxels::move_rigid(int object, const Eigen::Vector3d& by) {
   double part = 1;
   for (VoxelId id = begin; id < end; ++id)
     if (const auto met = in_the_way(object, id, by))
-      part = std::min(part, std::max(0.0, met->time - skin / by.cwiseAbs().maxCoeff()));
+      part = std::min(part, std::max(0.0, met->time - node_skin / by.cwiseAbs().maxCoeff()));
   for (VoxelId id = begin; id < end; ++id)
     map_.take(cell_of(voxel(id).place));
   for (VoxelId id = begin; id < end; ++id) {

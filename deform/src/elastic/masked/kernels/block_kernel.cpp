@@ -94,6 +94,18 @@ HWY_INLINE void in_turns(std::int32_t n, const Four& all_four, const Add& add) {
     add(2, i);
 }
 
+/// One after another of four, too.
+template<class Add>
+HWY_INLINE void in_turns(std::int32_t n, const Add& add) {
+  in_turns(
+      n,
+      [&](std::int32_t i) HWY_ATTR {
+        for (int k = 0; k < 4; ++k)
+          add(k, i + k);
+      },
+      add);
+}
+
 template<class Sums>
 HWY_INLINE VF total(Sums* sums) {
   sums[0].add(sums[1]);
@@ -112,13 +124,7 @@ HWY_INLINE VF sum_of_blocks(const BlockMatrix& A, std::int32_t row, int part, co
   const auto add = [&](int sum, std::int32_t i) HWY_ATTR {
     sums[sum].add(block + i * stride, u + std::int64_t{block_stride} * column[i], part);
   };
-  in_turns(
-      n,
-      [&](std::int32_t i) HWY_ATTR {
-        for (int k = 0; k < 4; ++k)
-          add(k, i + k);
-      },
-      add);
+  in_turns(n, add);
   return total(sums);
 }
 
@@ -194,13 +200,7 @@ HWY_INLINE VF sum_of_blocks(const RoundedBlockMatrix& A, std::int32_t row, int p
     sums[sum].add(numbers(at), numbers(at + 3), numbers(column_of_z),
                   u + std::int64_t{block_stride} * column[i]);
   };
-  in_turns(
-      n,
-      [&](std::int32_t i) HWY_ATTR {
-        for (int k = 0; k < 4; ++k)
-          add(k, i + k);
-      },
-      add);
+  in_turns(n, add);
   return total(sums);
 }
 #endif
