@@ -12,6 +12,8 @@
 
 #include <hwy/highway.h>
 
+#include <bit>
+#include <cstdint>
 #include <cstring>
 #include <type_traits>
 
@@ -64,6 +66,19 @@ HWY_INLINE Number loaded(const void* from) {
   Number number;
   std::memcpy(&number, from, sizeof number);
   return number;
+}
+
+/// One bit a lane.
+HWY_INLINE std::uint64_t bits_of(M lanes) {
+  HWY_ALIGN std::uint8_t bytes[8] = {};
+  hn::StoreMaskBits(DF(), lanes, bytes);
+  return loaded<std::uint64_t>(bytes);
+}
+/// Acts on the lanes of a mask, the first one first.
+template<class Do>
+HWY_INLINE void for_each_lane(M lanes, Do&& act) {
+  for (std::uint64_t left = bits_of(lanes); left != 0; left &= left - 1)
+    act(static_cast<std::size_t>(std::countr_zero(left)));
 }
 
 /// The cell between voxels that a point is in, and where in it.

@@ -147,7 +147,7 @@ std::shared_ptr<const PreparedObject::Tables> PreparedObject::make_tables(const 
   if (object.deformation) {
     tables->surface =
         surface_of(object.deformation->lattice(), volume, *object.look, tables->transfer, threads);
-    tables->is_empty = tables->surface.empty();
+    tables->is_empty = tables->surface.faces.empty();
     return tables;
   }
   tables->distances = brick_distances(volume, tables->transfer, *object.look);
@@ -391,8 +391,7 @@ std::optional<Vec3> PreparedObject::rest_at(int x, int y, double depth) const {
 }
 
 std::int64_t PreparedObject::bytes() const {
-  return static_cast<std::int64_t>(tables_->distances.size() +
-                                   tables_->surface.size() * sizeof(SurfaceFace)) +
+  return static_cast<std::int64_t>(tables_->distances.size()) + tables_->surface.bytes() +
          std::int64_t{5} * 4 * TransferTable::size;
 }
 

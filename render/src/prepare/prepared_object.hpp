@@ -39,7 +39,7 @@ private:
     std::vector<std::uint8_t> distances; ///< of bricks; rigid objects only
     CropBox visible;                     ///< of the bricks with something to see, in voxels
     bool is_empty = true;
-    std::vector<SurfaceFace> surface; ///< of deformed objects
+    Surface surface; ///< of deformed objects
   };
   static std::shared_ptr<const Tables> make_tables(const SceneObject& object, double step, int threads);
   void set_values();
