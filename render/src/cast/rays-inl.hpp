@@ -115,8 +115,11 @@ public:
     cut = begin; // where an image ends its matter is cut as by a plane
     clip(task_, rays_, begin, end, cut);
     const V inverse_step = set(1 / task_.step);
-    sample = first_sample(begin, inverse_step);
-    last = hn::IfThenElse(hn::Le(begin, end), last_sample(end, inverse_step), set(-1));
+    const auto depth = [&](const std::array<float, most_lanes>& ahead)
+                           HWY_ATTR { return hn::Div(hn::LoadU(DF(), ahead.data()), rays_.scale); };
+    sample = first_sample(hn::Max(begin, depth(block.nearest)), inverse_step);
+    last = hn::IfThenElse(hn::Le(begin, end), last_sample(hn::Min(end, depth(block.farthest)), inverse_step),
+                          set(-1));
     // Never 0 / 0 where a ray runs along a plane of voxels.
     inverse_ = {inverse(rays_.direction.x), inverse(rays_.direction.y), inverse(rays_.direction.z)};
     return hn::And(hn::FirstN(DF(), static_cast<std::size_t>(block.n)), hn::Le(sample, last));
