@@ -1,8 +1,10 @@
 #include "bodies/brick_depths.hpp"
 
+#include "data/parallel.hpp"
 #include "data/vectors.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
@@ -13,31 +15,118 @@ namespace maille::render {
 namespace {
 
 constexpr float beyond = 1e30f;
-constexpr double slack = 1e-5; ///< of depths: rays are reckoned in single precision
+constexpr double slack = 1e-5;     ///< of depths: rays are reckoned in single precision
+constexpr double box_slack = 0.02; ///< voxels, likewise
+constexpr int edge_cells = Volume::brick_edge, edge_nodes = edge_cells + 1;
+
+/// Whether everything is seen whose code is in a range.
+bool is_all_seen(const Volume::Range& range, const TransferTable& table, const Look& look,
+                 const Volume& volume) {
+  if (look.mode == LookMode::isosurface || range.least > range.largest)
+    return false;
+  const double scale = static_cast<double>(TransferTable::size - 1) / volume.largest_code();
+  const auto first = static_cast<std::size_t>(range.least * scale);
+  const auto last = std::min(static_cast<std::size_t>(std::ceil(range.largest * scale)),
+                             static_cast<std::size_t>(TransferTable::size - 1));
+  return table.visible_before[last + 1] - table.visible_before[first] ==
+         static_cast<std::int32_t>(last + 1 - first);
+}
+
+/// Least and largest codes of a brick's cells.
+class CellRanges {
+public:
+  CellRanges(const Volume& volume, const Index3& brick) {
+    const Index3& size = volume.grid().size;
+    const auto node = [&](std::size_t a, int i) {
+      return std::int64_t{1} * std::min(edge_cells * brick[a] + i, size[a] - 1);
+    };
+    std::size_t out = 0;
+    for (int k = 0; k < edge_nodes; ++k)
+      for (int j = 0; j < edge_nodes; ++j)
+        for (int i = 0; i < edge_nodes; ++i, ++out) {
+          const std::int64_t voxel = node(0, i) + size[0] * (node(1, j) + size[1] * node(2, k));
+          const auto code = static_cast<std::uint16_t>(
+              volume.depth() == Volume::Depth::bits8 ? volume.codes8()[voxel] : volume.codes16()[voxel]);
+          of_[out] = {code, code};
+        }
+    // Along one axis after the other each number takes in the next.
+    for (const std::size_t stride :
+         {std::size_t{1}, std::size_t{edge_nodes}, std::size_t{edge_nodes * edge_nodes}})
+      for (std::size_t at = 0; at + stride < of_.size(); ++at)
+        of_[at] = {std::min(of_[at].least, of_[at + stride].least),
+                   std::max(of_[at].largest, of_[at + stride].largest)};
+  }
+  const Volume::Range& at(int i, int j, int k) const {
+    return of_[static_cast<std::size_t>(i + edge_nodes * (j + edge_nodes * k))];
+  }
+
+private:
+  std::array<Volume::Range, static_cast<std::size_t>(edge_nodes* edge_nodes* edge_nodes)> of_;
+};
 
 } // namespace
 
-std::vector<Brick> border_bricks(const Volume& volume, const std::vector<std::uint8_t>& distances) {
-  const Index3 n = volume.bricks();
+std::vector<SeenBox> seen_boxes(const Volume& volume, const TransferTable& table, const Look& look,
+                                const std::vector<std::uint8_t>& distances, int threads) {
+  const Index3 n = volume.bricks(), size = volume.grid().size;
   const Index3 stride{1, n[0], n[0] * n[1]};
-  std::vector<Brick> border;
-  Index3 at{};
-  const std::uint8_t* distance = distances.data();
-  for (at[2] = 0; at[2] < n[2]; ++at[2])
+  std::vector<std::uint8_t> is_full(distances.size(), 0);
+  for (std::size_t brick = 0; brick < distances.size(); ++brick)
+    is_full[brick] =
+        distances[brick] == 0 && is_all_seen(volume.brick_ranges()[brick], table, look, volume) ? 1 : 0;
+  const auto is_at_end = [&](const Index3& at, std::size_t brick) {
+    for (std::size_t a = 0; a < 3; ++a)
+      if (at[a] == 0 || at[a] == n[a] - 1 || is_full[brick - static_cast<std::size_t>(stride[a])] == 0 ||
+          is_full[brick + static_cast<std::size_t>(stride[a])] == 0)
+        return true;
+    return false;
+  };
+  const auto box_of = [&](const Index3& low, const Index3& high) { // cells, high not one of them
+    SeenBox box{};
+    for (std::size_t a = 0; a < 3; ++a) {
+      box.low[a] = static_cast<std::uint16_t>(std::min(low[a], size[a] - 1));
+      box.high[a] = static_cast<std::uint16_t>(std::min(high[a], size[a] - 1));
+    }
+    return box;
+  };
+  std::vector<std::vector<SeenBox>> in_plane(static_cast<std::size_t>(n[2]));
+  for_each_item(threads, n[2], [&](int plane, int) {
+    Index3 at{0, 0, plane};
+    std::size_t brick = static_cast<std::size_t>(stride[2]) * static_cast<std::size_t>(plane);
     for (at[1] = 0; at[1] < n[1]; ++at[1])
-      for (at[0] = 0; at[0] < n[0]; ++at[0], ++distance) {
-        bool is_border = false;
-        for (std::size_t a = 0; a < 3; ++a)
-          is_border = is_border || at[a] == 0 || at[a] == n[a] - 1 || distance[-stride[a]] != 0 ||
-                      distance[stride[a]] != 0;
-        if (*distance == 0 && is_border)
-          border.push_back({static_cast<std::uint16_t>(at[0]), static_cast<std::uint16_t>(at[1]),
-                            static_cast<std::uint16_t>(at[2])});
+      for (at[0] = 0; at[0] < n[0]; ++at[0], ++brick) {
+        if (distances[brick] != 0 || (is_full[brick] != 0 && !is_at_end(at, brick)))
+          continue;
+        const Index3 first{edge_cells * at[0], edge_cells * at[1], edge_cells * at[2]},
+            end{first[0] + edge_cells, first[1] + edge_cells, first[2] + edge_cells};
+        // The surface between two samples is looked for from samples around it.
+        if (is_full[brick] != 0 || look.mode == LookMode::isosurface) {
+          in_plane[static_cast<std::size_t>(plane)].push_back(box_of(first, end));
+          continue;
+        }
+        const CellRanges ranges(volume, at);
+        Index3 low = end, high = first;
+        for (int k = 0; k < edge_cells; ++k)
+          for (int j = 0; j < edge_cells; ++j)
+            for (int i = 0; i < edge_cells; ++i)
+              if (is_visible(ranges.at(i, j, k), table, look, volume)) {
+                const Index3 cell{first[0] + i, first[1] + j, first[2] + k};
+                for (std::size_t a = 0; a < 3; ++a) {
+                  low[a] = std::min(low[a], cell[a]);
+                  high[a] = std::max(high[a], cell[a] + 1);
+                }
+              }
+        if (low[0] < high[0])
+          in_plane[static_cast<std::size_t>(plane)].push_back(box_of(low, high));
       }
-  return border;
+  });
+  std::vector<SeenBox> boxes;
+  for (const auto& of_plane : in_plane)
+    boxes.insert(boxes.end(), of_plane.begin(), of_plane.end());
+  return boxes;
 }
 
-BrickDepths::BrickDepths(const VoxelGrid& grid, const std::vector<Brick>& bricks, const Pose& pose,
+BrickDepths::BrickDepths(const VoxelGrid& grid, const std::vector<SeenBox>& boxes, const Pose& pose,
                          const View& view)
     : squares_x_((view.width + edge - 1) / edge), squares_y_((view.height + edge - 1) / edge),
       parallel_(view.camera.parallel), middle_x_(0.5 * view.width - 0.5), middle_y_(0.5 * view.height - 0.5) {
@@ -52,21 +141,21 @@ BrickDepths::BrickDepths(const VoxelGrid& grid, const std::vector<Brick>& bricks
   const Vec3 first = seen({0, 0, 0});
   const std::array<Vec3, 3> along{minus(seen({1, 0, 0}), first), minus(seen({0, 1, 0}), first),
                                   minus(seen({0, 0, 1}), first)};
-  constexpr double half_edge = 0.5 * Volume::brick_edge;
-  Vec3 extent{};
-  for (std::size_t a = 0; a < 3; ++a)
-    extent[a] = 1.01 * half_edge * (std::abs(along[0][a]) + std::abs(along[1][a]) + std::abs(along[2][a]));
   const auto n_squares = static_cast<std::size_t>(squares_x_) * static_cast<std::size_t>(squares_y_);
   squares_.assign(n_squares, {beyond, -beyond});
-  for (const Brick& brick : bricks) {
-    Vec3 middle = first;
-    for (std::size_t a = 0; a < 3; ++a)
-      middle = plus(middle, times(Volume::brick_edge * brick[a] + half_edge, along[a]));
-    if (middle[2] - extent[2] <= extent[2]) { // near the eye, which may be within
+  for (const SeenBox& box : boxes) {
+    Vec3 middle = first, half_box{};
+    for (std::size_t a = 0; a < 3; ++a) {
+      const double half_edge = 0.5 * (box.high[a] - box.low[a]);
+      middle = plus(middle, times(box.low[a] + half_edge, along[a]));
+      for (std::size_t c = 0; c < 3; ++c)
+        half_box[c] += (half_edge + box_slack) * std::abs(along[a][c]);
+    }
+    if (middle[2] - half_box[2] <= half_box[2]) { // near the eye, which may be within
       squares_.assign(n_squares, {0, beyond});
       return;
     }
-    add(middle, extent);
+    add(middle, half_box);
   }
 }
 

@@ -9,20 +9,25 @@
 
 namespace maille::render {
 
-/// Numbers of a brick along the axes.
-using Brick = std::array<std::uint16_t, 3>;
+/// What may be seen within a brick, from voxel to voxel, both inclusive.
+struct SeenBox {
+  std::array<std::uint16_t, 3> low, high;
+};
 
-/// Bricks with something to see that have one beside them, or the volume's end, where there is nothing: whoever
-/// enters or leaves what is seen passes one.
-std::vector<Brick> border_bricks(const Volume& volume, const std::vector<std::uint8_t>& distances);
+/// Boxes, one a brick, in one of which every ray is where it first sees something and where it last does: of
+/// bricks in which not everything is seen, and those beside them and at the volume's end.
+/// @param distances of bricks
+/// Cost  O(bricks), and 64 cells of each in which not everything is seen
+std::vector<SeenBox> seen_boxes(const Volume& volume, const TransferTable& table, const Look& look,
+                                const std::vector<std::uint8_t>& distances, int threads);
 
-/// The nearest and farthest of such bricks in each small square of a picture. Rays begin and end there instead
+/// The nearest and farthest of such boxes in each small square of a picture. Rays begin and end there instead
 /// of leaping through what is empty.
 class BrickDepths {
 public:
   static constexpr int edge = 4; ///< of a square [pixels]
 
-  BrickDepths(const VoxelGrid& grid, const std::vector<Brick>& bricks, const Pose& pose, const View& view);
+  BrickDepths(const VoxelGrid& grid, const std::vector<SeenBox>& boxes, const Pose& pose, const View& view);
 
   /// Along the line of sight [m]; nearest above farthest: nothing is seen there. From 0 to far beyond
   /// everything where the eye is too near to tell.

@@ -105,7 +105,7 @@ private:
   HWY_INLINE bool is_to_change(M active) const {
     if constexpr (!Path::changes_early)
       return hn::AllFalse(DF(), active);
-    constexpr std::size_t lanes = hn::MaxLanes(DF()), few = lanes < 4 ? 1 : lanes / 4;
+    constexpr std::size_t lanes = hn::MaxLanes(DF()), few = lanes < 2 ? 1 : lanes / 2;
     const std::size_t n = hn::CountTrue(DF(), active);
     return n == 0 || (has_pixels() ? lanes : n_alive_) - n >= few;
   }

@@ -135,7 +135,7 @@ PreparedObject::PreparedObject(const SceneObject& object, const View& view, int 
     set_lattice();
     events_.emplace(*object_.deformation, tables_->surface, object_.pose, view, threads);
   } else {
-    depths_.emplace(object_.volume->grid(), tables_->border, object_.pose, view);
+    depths_.emplace(object_.volume->grid(), tables_->boxes, object_.pose, view);
   }
   box_ = box_on(view);
 }
@@ -153,7 +153,7 @@ std::shared_ptr<const PreparedObject::Tables> PreparedObject::make_tables(const 
     return tables;
   }
   tables->distances = brick_distances(volume, tables->transfer, *object.look);
-  tables->border = border_bricks(volume, tables->distances);
+  tables->boxes = seen_boxes(volume, tables->transfer, *object.look, tables->distances, threads);
   const Index3 n = volume.bricks();
   constexpr int edge = Volume::brick_edge;
   Vec3 low{1e30, 1e30, 1e30}, high{-1e30, -1e30, -1e30};
@@ -404,7 +404,7 @@ std::optional<Vec3> PreparedObject::rest_at(int x, int y, double depth) const {
 }
 
 std::int64_t PreparedObject::bytes() const {
-  return static_cast<std::int64_t>(tables_->distances.size() + tables_->border.size() * sizeof(Brick)) +
+  return static_cast<std::int64_t>(tables_->distances.size() + tables_->boxes.size() * sizeof(SeenBox)) +
          tables_->surface.bytes() + std::int64_t{5} * 4 * TransferTable::size;
 }
 

@@ -38,7 +38,7 @@ private:
     TransferTable transfer;
     std::vector<float> gloss;
     std::vector<std::uint8_t> distances; ///< of bricks; rigid objects only
-    std::vector<Brick> border;           ///< likewise
+    std::vector<SeenBox> boxes;          ///< likewise
     CropBox visible;                     ///< of the bricks with something to see, in voxels
     bool is_empty = true;
     Surface surface; ///< of deformed objects
