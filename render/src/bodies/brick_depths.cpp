@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 namespace maille::render {
@@ -15,8 +17,9 @@ namespace maille::render {
 namespace {
 
 constexpr float beyond = 1e30f;
-constexpr double slack = 1e-5;     ///< of depths: rays are reckoned in single precision
-constexpr double box_slack = 0.02; ///< voxels, likewise
+constexpr double slack = 1e-5;          ///< of depths: rays are reckoned in single precision
+constexpr double box_slack = 0.02;      ///< voxels, likewise
+constexpr std::size_t few_boxes = 2048; ///< that a second thread does not pay for
 constexpr int edge_cells = Volume::brick_edge, edge_nodes = edge_cells + 1;
 
 /// Whether everything is seen whose code is in a range.
@@ -127,7 +130,7 @@ std::vector<SeenBox> seen_boxes(const Volume& volume, const TransferTable& table
 }
 
 BrickDepths::BrickDepths(const VoxelGrid& grid, const std::vector<SeenBox>& boxes, const Pose& pose,
-                         const View& view)
+                         const View& view, int threads)
     : squares_x_((view.width + edge - 1) / edge), squares_y_((view.height + edge - 1) / edge),
       parallel_(view.camera.parallel), middle_x_(0.5 * view.width - 0.5), middle_y_(0.5 * view.height - 0.5) {
   const Camera& camera = view.camera;
@@ -142,25 +145,39 @@ BrickDepths::BrickDepths(const VoxelGrid& grid, const std::vector<SeenBox>& boxe
   const std::array<Vec3, 3> along{minus(seen({1, 0, 0}), first), minus(seen({0, 1, 0}), first),
                                   minus(seen({0, 0, 1}), first)};
   const auto n_squares = static_cast<std::size_t>(squares_x_) * static_cast<std::size_t>(squares_y_);
-  squares_.assign(n_squares, {beyond, -beyond});
-  for (const SeenBox& box : boxes) {
-    Vec3 middle = first, half_box{};
-    for (std::size_t a = 0; a < 3; ++a) {
-      const double half_edge = 0.5 * (box.high[a] - box.low[a]);
-      middle = plus(middle, times(box.low[a] + half_edge, along[a]));
-      for (std::size_t c = 0; c < 3; ++c)
-        half_box[c] += (half_edge + box_slack) * std::abs(along[a][c]);
+  const int n_parts = boxes.size() < few_boxes ? 1 : threads;
+  std::vector<std::vector<Range>> parts(static_cast<std::size_t>(n_parts));
+  std::atomic<bool> is_near = false; // the eye may be within
+  for_each_item(n_parts, n_parts, [&](int part, int) {
+    const auto p = static_cast<std::size_t>(part), n = static_cast<std::size_t>(n_parts);
+    parts[p].assign(n_squares, {beyond, -beyond});
+    for (std::size_t b = boxes.size() * p / n; b < boxes.size() * (p + 1) / n && !is_near; ++b) {
+      const SeenBox& box = boxes[b];
+      Vec3 middle = first, half_box{};
+      for (std::size_t a = 0; a < 3; ++a) {
+        const double half_edge = 0.5 * (box.high[a] - box.low[a]);
+        middle = plus(middle, times(box.low[a] + half_edge, along[a]));
+        for (std::size_t c = 0; c < 3; ++c)
+          half_box[c] += (half_edge + box_slack) * std::abs(along[a][c]);
+      }
+      if (middle[2] <= 2 * half_box[2])
+        is_near = true;
+      else
+        add(middle, half_box, parts[p]);
     }
-    if (middle[2] - half_box[2] <= half_box[2]) { // near the eye, which may be within
-      squares_.assign(n_squares, {0, beyond});
-      return;
+  });
+  squares_ = std::move(parts[0]);
+  if (is_near)
+    squares_.assign(n_squares, {0, beyond});
+  for (std::size_t p = 1; p < parts.size() && !is_near; ++p)
+    for (std::size_t s = 0; s < n_squares; ++s) {
+      squares_[s].nearest = std::min(squares_[s].nearest, parts[p][s].nearest);
+      squares_[s].farthest = std::max(squares_[s].farthest, parts[p][s].farthest);
     }
-    add(middle, half_box);
-  }
 }
 
 /// @param middle, half  of a box in the camera's axes
-void BrickDepths::add(const Vec3& middle, const Vec3& half) {
+void BrickDepths::add(const Vec3& middle, const Vec3& half, std::vector<Range>& squares) const {
   const double nearest = middle[2] - half[2], farthest = middle[2] + half[2];
   const double low_x = middle[0] - half[0], high_x = middle[0] + half[0], low_y = middle[1] - half[1],
                high_y = middle[1] + half[1];
@@ -171,16 +188,18 @@ void BrickDepths::add(const Vec3& middle, const Vec3& half) {
                right = middle_x_ + high_x * (high_x > 0 ? by_near : by_far),
                top = middle_y_ - high_y * (high_y > 0 ? by_near : by_far),
                bottom = middle_y_ - low_y * (low_y < 0 ? by_near : by_far);
-  const auto square = [](double pixel) { return std::floor(pixel * (1.0 / edge)); };
-  const int x0 = static_cast<int>(std::max(square(left), 0.0)),
-            x1 = static_cast<int>(std::min(square(right), squares_x_ - 1.0)),
-            y0 = static_cast<int>(std::max(square(top), 0.0)),
-            y1 = static_cast<int>(std::min(square(bottom), squares_y_ - 1.0));
+  const auto square = [](double pixel, int n) {
+    return static_cast<int>(std::clamp(std::floor(pixel * (1.0 / edge)), -1.0, 1.0 * n));
+  };
+  const int x0 = std::max(square(left, squares_x_), 0),
+            x1 = std::min(square(right, squares_x_), squares_x_ - 1),
+            y0 = std::max(square(top, squares_y_), 0),
+            y1 = std::min(square(bottom, squares_y_), squares_y_ - 1);
   const auto from = static_cast<float>(nearest * (1 - slack)),
              to = static_cast<float>(farthest * (1 + slack));
   for (int y = y0; y <= y1; ++y)
     for (int x = x0; x <= x1; ++x) {
-      Range& range = squares_[static_cast<std::size_t>(x + squares_x_ * y)];
+      Range& range = squares[static_cast<std::size_t>(x + squares_x_ * y)];
       range.nearest = std::min(range.nearest, from);
       range.farthest = std::max(range.farthest, to);
     }

@@ -27,7 +27,8 @@ class BrickDepths {
 public:
   static constexpr int edge = 4; ///< of a square [pixels]
 
-  BrickDepths(const VoxelGrid& grid, const std::vector<SeenBox>& boxes, const Pose& pose, const View& view);
+  BrickDepths(const VoxelGrid& grid, const std::vector<SeenBox>& boxes, const Pose& pose, const View& view,
+              int threads);
 
   /// Along the line of sight [m]; nearest above farthest: nothing is seen there. From 0 to far beyond
   /// everything where the eye is too near to tell.
@@ -39,7 +40,7 @@ public:
   }
 
 private:
-  void add(const Vec3& middle, const Vec3& half);
+  void add(const Vec3& middle, const Vec3& half, std::vector<Range>& squares) const;
 
   int squares_x_, squares_y_;
   bool parallel_;

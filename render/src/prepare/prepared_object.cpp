@@ -135,7 +135,7 @@ PreparedObject::PreparedObject(const SceneObject& object, const View& view, int 
     set_lattice();
     events_.emplace(*object_.deformation, tables_->surface, object_.pose, view, threads);
   } else {
-    depths_.emplace(object_.volume->grid(), tables_->boxes, object_.pose, view);
+    depths_.emplace(object_.volume->grid(), tables_->boxes, object_.pose, view, threads);
   }
   box_ = box_on(view);
 }
