@@ -101,10 +101,10 @@ bool WorldFrame::make_way(int object, const RigidMotion& rest, const Contact& co
   if (other < 0)
     return false;
   if (parts_.is_body(other)) {
-    // Where nodes stand closer than cells, one beside those that make way may come into their cell: it is
-    // asked too, while they stay out.
+    // One beside those that make way may come into a cell on the way: it is asked too, while they stay out.
+    // Asked by itself at its own contact it would go, and they come back.
     PinRequests asked;
-    for (int turn = 0; turn < most_turns && parts_.map().is_occupied(contact.cell); ++turn)
+    for (int turn = 0; turn < most_turns; ++turn)
       if (!ask_bodies_in_the_way(object, rest, asked))
         break;
   } else if (is_movable(other)) {

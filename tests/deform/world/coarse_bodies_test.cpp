@@ -109,6 +109,27 @@ TEST(TurnedBodiesContract, ATipIsStoppedByTheFlankOfATurnedBody) {
       }
 }
 
+// Contract: nodes beside those that make way for a tool come into its way themselves. They are asked while the
+// others stay out; asked by themselves they went, the others came back, and the tool stood still.
+TEST(PunchContract, WhoComesIntoTheWayBesideAPunchMakesWayToo) {
+  World world(parse_world_scene("units = \"m\"\n[world]\ncells = [120, 120, 192]\nspacing = 1\n"
+                                "[[object]]\nname = \"block\"\nkind = \"deformable\"\nshape = \"box\"\n"
+                                "cells = [18, 18, 24]\nspacing = 4\n"
+                                "material = { youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }\n"
+                                "hold = [{ where = \"z-\" }, { where = \"x-\", axes = \"x\" }, "
+                                "{ where = \"y-\", axes = \"y\" }]\nposition = [43.2, 43.2, 25.2]\n"
+                                "[[object]]\nname = \"punch\"\nkind = \"rigid\"\nshape = \"box\"\n"
+                                "cells = [60, 60, 3]\nposition = [12, 12, 123]\n"));
+  Drive drive;
+  drive.object = 1;
+  drive.motion.by = {0, 0, -3};
+  const FrameResult result = world.advance({&drive, 1});
+  EXPECT_EQ(result.status, Status::done) << result.message;
+  EXPECT_NEAR(world.pose(1).position[2], 120, 1e-9);
+  EXPECT_LT(result.rounds, 40);
+  EXPECT_EQ(world.n_penetrations(), 0);
+}
+
 INSTANTIATE_TEST_SUITE_P(Bodies, CoarseBodiesContract,
                          testing::Values(Kind{1, 3, "limits"}, Kind{2, 2, "limits"}, Kind{2, 3, "limits"},
                                          Kind{3, 2, "limits"}, Kind{2, 3, "coupled"}, Kind{3, 2, "coupled"}),
