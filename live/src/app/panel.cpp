@@ -195,7 +195,9 @@ std::vector<OverlayText> App::corner() const {
   }
   if (session_->is_holding() && session_->felt().norm() > 0)
     add("force shown at 1 kHz " + newtons(session_->felt().norm()));
-  if (!state_->message.empty())
+  // Of a frame that time has cut short nothing is left to say once all is at rest.
+  const bool is_over = state_->status == Status::budget_reached && state_->is_settled;
+  if (!state_->message.empty() && !is_over)
     add(state_->message.substr(0, 110), state_->status == Status::clamped ? ink : red);
   return texts;
 }
