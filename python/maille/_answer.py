@@ -28,9 +28,9 @@ class Errors:
     relative_max: float  #: largest |u - r| over largest |r|
     rms: float  #: root mean square of |u - r| [m]
     force: Optional[float]  #: of the reactions on moves (holds where there are none), relative
-    strain_energy: Optional[float]
+    strain_energy: Optional[float]  #: relative
     strain: Optional[float]  #: L2 over cells, away from edges of holds and moves, relative
-    stress: Optional[float]
+    stress: Optional[float]  #: the same of stress
 
 
 class Answer:
@@ -156,7 +156,7 @@ class Answer:
     def labels(self) -> List[Record]:
         """A record a label: cells, volumes [m^3], strains [1] and stresses [Pa] as mean, min, max and percentiles.
 
-        ``pandas.DataFrame(answer.labels)`` reads them. Empty where the body is no segmentation.
+        Read them by ``pandas.DataFrame(answer.labels)``. Empty where the body is no segmentation.
         """
         return self._of_mechanics("labels")
 
