@@ -109,6 +109,10 @@ with tempfile.TemporaryDirectory(dir=BUILD) as name:
         said = run(["/usr/bin/python3", "-c", code], env=clean | {"PYTHONPATH": f"{root}/usr/lib/python3/dist-packages"}, cwd=work)
         check(said.split() == ["done", "False"], said)
 
+    # The pages that help speaks of.
+    pages_of_help = re.findall(r"^ *More: +(docs/\S+?\.md)", run(["maille", "help", "compare"], env=clean, cwd=work), re.M)
+    check(pages_of_help and all((root / "usr/share/doc/maille" / page).is_file() for page in [*pages_of_help, "docs/glossary.md"]), f"{pages_of_help}")
+
     # Pages of the manual and completions, made from the command's own help.
     pages = sorted((root / "usr/share/man/man1").iterdir())
     commands = re.findall(r"^  (\w+) ", run(["maille", "--help"], env=clean, cwd=work).split("Subcommands:")[1], re.M)
