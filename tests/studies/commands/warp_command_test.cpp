@@ -100,5 +100,23 @@ TEST_F(WarpCommandContract, NewScenesAreReadyToRun) {
   EXPECT_EQ(maille_command("new strip " + labels_ + " --out " + out("b.toml")).code, 2);
 }
 
+// Two legs, further apart than they are long: pulled along themselves, both of them.
+TEST_F(WarpCommandContract, ANewSceneOfPartsThatDoNotTouchHoldsThemAll) {
+  test::LabelArray legs = test::bent_body();
+  legs.size = {12, 3, 8};
+  legs.values.assign(12 * 3 * 8, 0);
+  for (int k = 0; k < 8; ++k)
+    for (int j = 0; j < 3; ++j)
+      for (const int i : {0, 1, 2, 9, 10, 11})
+        legs.values[static_cast<std::size_t>(i + 12 * (j + 3 * k))] = i < 3 ? 3 : 4;
+  const std::string file = out("legs.toml");
+  const std::string image = folder_.write("legs.nii", test::nifti_of(legs)).string();
+  ASSERT_EQ(maille_command("new image " + image + " --out " + file).code, 0);
+  const Scene scene = read_scene(file);
+  EXPECT_EQ(scene.specimen.n_matter_cells(), 2 * 3 * 3 * 8);
+  EXPECT_TRUE(scene.left_out.empty());
+  EXPECT_EQ(scene.prescribed.size(), std::size_t{3 * 2 * 2 * 4 * 4}) << "both ends of both legs";
+}
+
 } // namespace
 } // namespace maille
