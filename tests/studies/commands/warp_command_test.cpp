@@ -103,12 +103,12 @@ TEST_F(WarpCommandContract, NewScenesAreReadyToRun) {
 // Two legs, further apart than they are long: pulled along themselves, both of them.
 TEST_F(WarpCommandContract, ANewSceneOfPartsThatDoNotTouchHoldsThemAll) {
   test::LabelArray legs = test::bent_body();
-  legs.size = {12, 3, 8};
-  legs.values.assign(12 * 3 * 8, 0);
+  legs.size = {24, 3, 8};
+  legs.values.assign(24 * 3 * 8, 0);
   for (int k = 0; k < 8; ++k)
     for (int j = 0; j < 3; ++j)
-      for (const int i : {0, 1, 2, 9, 10, 11})
-        legs.values[static_cast<std::size_t>(i + 12 * (j + 3 * k))] = i < 3 ? 3 : 4;
+      for (const int i : {0, 1, 2, 21, 22, 23})
+        legs.values[static_cast<std::size_t>(i + 24 * (j + 3 * k))] = i < 3 ? 3 : 4;
   const std::string file = out("legs.toml");
   const std::string image = folder_.write("legs.nii", test::nifti_of(legs)).string();
   ASSERT_EQ(maille_command("new image " + image + " --out " + file).code, 0);
