@@ -100,6 +100,28 @@ TEST_F(WarpCommandContract, NewScenesAreReadyToRun) {
   EXPECT_EQ(maille_command("new strip " + labels_ + " --out " + out("b.toml")).code, 2);
 }
 
+TEST_F(WarpCommandContract, SaysWhatHasLeftTheImage) {
+  test::LabelArray block = test::bent_body();
+  block.size = {10, 10, 12};
+  block.values.assign(10 * 10 * 12, 17);
+  folder_.write("block.nii", test::nifti_of(block));
+  const auto pulled = [&](const char* by) {
+    return folder_
+        .write("block.toml",
+               std::string("[specimen]\nshape = \"image\"\nimage = \"block.nii\"\nlabels = { 17 = "
+                           "\"muscle/soleus\" }\n[[hold]]\nwhere = \"z-\"\n[[move]]\nwhere = "
+                           "\"z+\"\nby = [0, 0, \"") +
+                   by + "\"]\n")
+        .string();
+  };
+  const Outcome out_of_it = maille_command("warp " + pulled("6 mm") + " --out " + out("a"));
+  ASSERT_EQ(out_of_it.code, 0) << out_of_it.err;
+  EXPECT_NE(out_of_it.out.find("label 17's volume is not in the warped image"), std::string::npos)
+      << out_of_it.out;
+  const Outcome within = maille_command("warp " + pulled("-6 mm") + " --out " + out("b"));
+  EXPECT_EQ(within.out.find("not in the warped image"), std::string::npos) << within.out;
+}
+
 // Two legs, further apart than they are long: pulled along themselves, both of them.
 TEST_F(WarpCommandContract, ANewSceneOfPartsThatDoNotTouchHoldsThemAll) {
   test::LabelArray legs = test::bent_body();
