@@ -51,7 +51,8 @@ def labels_of(array: npt.ArrayLike) -> npt.NDArray[Any]:
     if values.dtype == np.bool_:
         values = values.view(np.uint8)
     if values.dtype.kind == "f":
-        whole = values.astype(np.int32)
+        with np.errstate(invalid="ignore"):  # what is no number is told below
+            whole = values.astype(np.int32)
         if not np.array_equal(whole, values):
             raise TypeError("expected labels, whole numbers, found others")
         values = whole

@@ -78,6 +78,11 @@ void add_running(CLI::App* command, AnswerOptions& options) {
   add_list(command, "--methods,--method", options.methods,
            "methods, separated by commas; see below for their names, and for what is asked without");
   command->add_option("--out", options.out, "folder for the files that ParaView opens");
+  command
+      ->add_option(
+          "--unit", options.unit,
+          "with --out: lengths in files for viewers, mm or m; default: m in .vti and .vtu, mm in surfaces")
+      ->check(CLI::IsMember({"mm", "m"}));
   add_overwrite(command, options.overwrite);
   add_fem_solver(command, options.fem_solver);
   add_threads(command, options.threads);
@@ -97,9 +102,6 @@ void add_images(CLI::App* command, WarpOptions& options, const std::string& when
       ->capture_default_str();
   add_list(command, "--surface", options.surfaces,
            when + "formats of the deformed labels' (else materials') surfaces: stl, ply, vtp");
-  command->add_option("--unit", options.unit, when + "of surfaces: mm or m")
-      ->check(CLI::IsMember({"mm", "m"}))
-      ->capture_default_str();
 }
 
 } // namespace
@@ -150,6 +152,9 @@ void add_warp(CLI::App* command, WarpCommandOptions& options) {
   add_common(command, options);
   add_list(command, "--methods,--method", options.methods, "methods, separated by commas; default: coupled");
   add_images(command, options.warp, "");
+  command->add_option("--unit", options.warp.unit, "of surfaces: mm or m")
+      ->check(CLI::IsMember({"mm", "m"}))
+      ->capture_default_str();
   command->add_option("--out", options.out, "folder for warped images and labels, and the fields");
   add_fem_solver(command, options.fem_solver);
   add_threads(command, options.threads);
@@ -360,6 +365,9 @@ void add_play(CLI::App* command, PlayOptions& options) {
       "--out", options.out,
       "folder for files that ParaView opens, a picture a frame, and a film where there is ffmpeg");
   add_overwrite(command, options.overwrite);
+  command->add_option("--unit", options.unit, "with --out: lengths in files for ParaView, mm or m")
+      ->check(CLI::IsMember({"mm", "m"}))
+      ->capture_default_str();
   command->add_flag("!--no-pictures", options.pictures, "with --out: neither pictures nor a film");
   command->add_option("--picture", options.picture, "PNG of four moments side by side");
   command
