@@ -135,6 +135,7 @@ with tempfile.TemporaryDirectory(dir=BUILD) as name:
     check(completed(["maille", "compare", "--"]) >= options, "options of compare")
     check(completed(["maille", "compare", "--picture-of", ""]) == {"displacement", "strain", "stress"}, "choices of --picture-of")
     check(completed(["maille", "run", "--methods", "limits,cou"]) == {"limits,coupled"}, f"{completed(['maille', 'run', '--methods', 'limits,cou'])}")
+    check(completed(["maille", "warp", "--also", "mha,n"]) == {"mha,nrrd"}, "formats in a list")
     check(completed(["maille", "help", "meth"]) == {"methods"}, "topics of help")
     if shutil.which("zsh"):
         run(["zsh", "-n", root / "usr/share/zsh/vendor-completions/_maille"])

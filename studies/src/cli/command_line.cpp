@@ -91,17 +91,20 @@ void add_running(CLI::App* command, AnswerOptions& options) {
 /// Which images go with an answer.
 void add_images(CLI::App* command, WarpOptions& options, const std::string& when) {
   command->add_option("--image", options.image,
-                      when + "image of grey values (.nii, .nii.gz, .mha, .mhd, .nrrd, .vti)");
+                      when +
+                          "image of grey values (.nii, .nii.gz, .mha, .mhd, .nrrd, .vti, or a DICOM folder)");
   command->add_option("--labels", options.labels,
                       when + "image of labels; default: the one that the body was read from");
   add_list(command, "--also", options.also,
-           when + "formats beside .nii.gz, of warped images and the pull field: mha, nrrd");
+           when + "formats beside .nii.gz, of warped images and the pull field");
+  command->get_option("--also")->type_name("TEXT:{mha,nrrd}");
   command
       ->add_option("--background", options.background,
                    when + "value of the warped image where there is no matter")
       ->capture_default_str();
   add_list(command, "--surface", options.surfaces,
-           when + "formats of the deformed labels' (else materials') surfaces: stl, ply, vtp");
+           when + "formats of the deformed labels' (else materials') surfaces");
+  command->get_option("--surface")->type_name("TEXT:{stl,ply,vtp}");
 }
 
 } // namespace

@@ -102,8 +102,12 @@ TEST_F(WarpCommandContract, NewScenesAreReadyToRun) {
 
 TEST_F(WarpCommandContract, SaysWhatHasLeftTheImage) {
   test::LabelArray block = test::bent_body();
-  block.size = {10, 10, 12};
-  block.values.assign(10 * 10 * 12, 17);
+  block.size = {14, 14, 12}; // room at its sides, none at its ends
+  block.values.assign(14 * 14 * 12, 0);
+  for (int k = 0; k < 12; ++k)
+    for (int j = 2; j < 12; ++j)
+      for (int i = 2; i < 12; ++i)
+        block.values[static_cast<std::size_t>(i + 14 * (j + 14 * k))] = 17;
   folder_.write("block.nii", test::nifti_of(block));
   const auto pulled = [&](const char* by) {
     return folder_
