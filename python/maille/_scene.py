@@ -334,8 +334,8 @@ class Scene:
             return (i, j, k), self._image.rows(), "ras"
         if not self._built.image:
             raise ValueError("expected an image whose grid is meant: the scene's body is from none")
-        size, rows, world = _core.image_grid(self._built.image)
-        return size, rows, world
+        (i, j, k), rows, world = _core.image_grid(self._built.image)
+        return (i, j, k), rows, world
 
 
 class Drag:
