@@ -1,5 +1,9 @@
 """Scenes from arrays, files and mappings, and what is wrong with them."""
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -152,3 +156,12 @@ def test_scenes_contract_what_drives_a_bone_is_that_of_files():
         holds=[maille.hold("z-")], drives=[{"label": 5, "by": ["0.1 mm", 0, 0]}])
     u = scene.run("coupled", threads=1).displacement
     assert np.allclose(u[-1, ..., 0], 1e-4)
+
+
+def test_imports_contract_a_numpy_that_the_module_does_not_know_is_said(tmp_path):
+    if maille._core.knows_numpy_2:
+        pytest.skip("built with a pybind11 that knows numpy 2")
+    program = "import numpy; numpy.__version__ = '2.1.0'; import maille"
+    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True,
+                         env={**os.environ, "PYTHONPATH": os.environ["MAILLE_PYTHON_PATH"]})
+    assert run.returncode != 0 and "numpy 2.1.0 is installed" in run.stderr
