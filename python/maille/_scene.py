@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from . import _core, _toml
 from ._answer import Answer, Floats, Progress, Record, compare
+from ._faults import SceneFaults
 from ._images import Image, Rows
 
 Table = Dict[str, Any]
@@ -155,9 +156,22 @@ class Scene:
                 self._made = _core.build_scene(self._name, self._image.voxels(), self._image.rows(),
                                                self._image.affine is not None, _toml.dumps(self._document), self._folder)
             else:
-                text = self._text if self._text is not None else _toml.dumps(self._document)
-                self._made = _core.parse_scene(text, os.path.join(self._folder, self._name + ".toml"))
+                self._made = self._parsed()
         return self._made
+
+    def _parsed(self) -> _core.Scene:
+        file = os.path.join(self._folder, self._name + ".toml")
+        if self._text is not None:
+            return _core.parse_scene(self._text, file)
+        try:
+            return _core.parse_scene(_toml.dumps(self._document), file)
+        except SceneFaults as error:  # of no file, so that none of its lines helps
+            faults = [fault._replace(file="", line=0) if fault.file == file else fault for fault in error.faults]
+            raise SceneFaults("\n".join(str(fault) for fault in faults), faults) from None
+
+    def __getstate__(self) -> Dict[str, Any]:
+        """Without what was read: a copy, in another process too, reads it anew."""
+        return {**self.__dict__, "_made": None}
 
     @property
     def name(self) -> str:
@@ -325,7 +339,7 @@ class Scene:
         if self._image is not None:
             return self._image
         if not self._built.image:
-            raise ValueError("expected an image: the scene's body is from none")
+            raise ValueError("expected an image of labels: the scene's body is from none")
         return _core.read_voxels(self._built.image).T
 
     def _grid(self) -> Tuple[Tuple[int, int, int], Rows, str]:

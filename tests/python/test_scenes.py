@@ -1,6 +1,8 @@
 """Scenes from arrays, files and mappings, and what is wrong with them."""
 
+import copy
 import os
+import pickle
 import subprocess
 import sys
 
@@ -165,3 +167,19 @@ def test_imports_contract_a_numpy_that_the_module_does_not_know_is_said(tmp_path
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True,
                          env={**os.environ, "PYTHONPATH": os.environ["MAILLE_PYTHON_PATH"]})
     assert run.returncode != 0 and "numpy 2.1.0 is installed" in run.stderr
+
+
+def test_scenes_contract_faults_of_what_is_in_memory_name_no_file():
+    with pytest.raises(maille.SceneFaults) as raised:
+        maille.Scene(maille.box((8, 4), "1 mm", "muscle/solus"), holds=[maille.hold("q-")]).check()
+    assert len(raised.value.faults) == 2
+    assert all(fault.file == "" and fault.line == 0 for fault in raised.value.faults)
+    assert "scene.toml" not in str(raised.value) and "hold[1].where: expected" in str(raised.value)
+
+
+def test_scenes_oracle_copies_and_pickles_are_the_scene():
+    """Truth: the scene's own answer."""
+    scene = label_scene(two_labels())
+    u = scene.run("coupled", threads=1).displacement
+    for other in (copy.deepcopy(scene), copy.copy(scene), pickle.loads(pickle.dumps(scene))):
+        assert np.array_equal(other.run("coupled", threads=1).displacement, u)
