@@ -81,3 +81,18 @@ def test_fem_contract_ctrl_c_and_progress_end_a_run():
     with pytest.raises(ArithmeticError):
         scene.run("fem_q1", threads=1, progress=enough)
     assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+
+
+@needs_fem
+def test_fem_contract_an_interpreter_ends_well_with_work_left_behind():
+    """A step that cannot be stopped is left to itself; Python then ends with its own exit code, and at once."""
+    run = ended("import maille, maille.fem, sys\n"
+                "scene = maille.Scene(maille.box((48, 48, 48), '1 mm', 'muscle/soleus'), holds=[maille.hold('x-')],\n"
+                "                     moves=[maille.move('x+', by=(0, '1 mm', 0))])\n"
+                "def enough(fraction, what):\n    raise ArithmeticError(what)\n"
+                "try:\n    scene.run('fem_q2', threads=1, progress=enough)\n"
+                "except ArithmeticError:\n    pass\n"
+                "print('left behind:', maille.fem._module().works_left_behind())\n"
+                "sys.exit(3)")
+    assert run.returncode == 3, run.stderr
+    assert run.stdout == "left behind: 1\n", "else nothing was tried"

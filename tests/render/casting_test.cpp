@@ -5,6 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <random>
+
 namespace maille::render::test {
 namespace {
 
@@ -109,6 +112,35 @@ TEST_P(OneObjectOracle, ByEachKindOfVector) {
           << hwy::TargetName(target);
     }
   }
+}
+
+// Single voxels far from each other and a block: rays begin and end anywhere, many see nothing at all.
+TEST(ScatteredOracle, NothingIsLostFromAnywhereNotEvenFromWithin) {
+  std::mt19937 random(5);
+  const auto grain = [&](const Vec3& x) {
+    const bool is_block = x[0] > 4e-3 && x[1] > 2e-3 && x[2] < -3e-3;
+    return is_block || random() % 97 == 0 ? 1.0 : 0.0;
+  };
+  Look look = half_clear({0.9f, 0.4f, 0.2f}, 0.7);
+  SceneObject of = cube(31, grain, look);
+  of.pose = turned({1e-3, -2e-3, 0}, 0.7, 0.3);
+  std::uniform_real_distribution<double> anywhere(-0.05, 0.05);
+  int n_seen = 0;
+  for (int eye = 0; eye < 24; ++eye) {
+    View view = view_from({anywhere(random), anywhere(random), anywhere(random)}, 33);
+    if (eye % 6 == 0)
+      view.camera.position = {2e-3, 1e-3 * eye / 6, -4e-3}; // within
+    view.camera.view_angle = 35;
+    view.camera.parallel = eye % 4 == 1;
+    view.camera.parallel_scale = 0.02;
+    if (eye % 5 == 2)
+      view.clips = {{{0, 0, 0}, {0.2, 0.3, -1}}};
+    Renderer renderer;
+    const Picture& picture = renderer.render(std::span(&of, 1), view);
+    EXPECT_LE(difference(picture, {of}, view, 2), 1.0) << eye;
+    n_seen += static_cast<int>(std::ranges::count_if(picture.rgba, [](const auto& c) { return c[3] > 0; }));
+  }
+  EXPECT_GT(n_seen, 5000);
 }
 
 TEST(CutAnalytic, ItsFaceLooksTheSameAtAnyStep) {

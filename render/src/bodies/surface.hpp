@@ -6,20 +6,29 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace maille::render {
 
 /// A face of a cell, with the rest of the world on its other side.
 struct SurfaceFace {
-  std::int32_t cell = 0;
+  Index3 cell{};
   std::uint8_t axis = 0;
   std::uint8_t upper = 0; ///< which of the two faces along `axis`
+  std::array<std::uint32_t, 4>
+      corners{}; ///< numbers in Surface::nodes, counterclockwise as seen from outside
+};
+
+struct Surface {
+  std::vector<SurfaceFace> faces;
+  std::vector<std::int64_t> nodes; ///< of the lattice, those that faces have, each once, in their order
+  std::int64_t bytes() const;
 };
 
 /// The faces around the cells that carry something visible.
-std::vector<SurfaceFace> surface_of(const Lattice& lattice, const Volume& volume, const Look& look,
-                                    const TransferTable& table, int threads);
+Surface surface_of(const Lattice& lattice, const Volume& volume, const Look& look, const TransferTable& table,
+                   int threads);
 
 /// Where rays are inside a deformed body, tile by tile.
 ///
@@ -30,8 +39,8 @@ std::vector<SurfaceFace> surface_of(const Lattice& lattice, const Volume& volume
 class SurfaceEvents {
 public:
   /// @param view the picture's; @param pose of the object
-  SurfaceEvents(const Deformation& deformation, const std::vector<SurfaceFace>& faces, const Pose& pose,
-                const View& view, int threads);
+  SurfaceEvents(const Deformation& deformation, const Surface& surface, const Pose& pose, const View& view,
+                int threads);
 
   int tiles_x() const { return tiles_x_; }
   int tiles_y() const { return tiles_y_; }
@@ -53,26 +62,32 @@ private:
     std::array<double, tile_edge> across{}, up{};
     std::array<double, tile_pixels> length{}; ///< along the ray where z is 1
   };
+  using Triangle = std::array<const Corner*, 3>;
+  using Entry = std::array<float, 3>; ///< the middle of a face, in cells of the lattice
+  struct Covering;
+  class Events;
   TileRays rays_of(int tile) const;
-  std::array<std::size_t, 4> nodes_of(const SurfaceFace& face) const;
-  Corner corner(std::size_t node) const;
+  Corner corner(const std::array<float, 4>& node) const;
   /// Column and row [pixels], of a point ahead of the eye.
   std::array<double, 2> in_picture(const Vec3& at) const;
   /// Rows and columns of tiles that a face may be in; false where it is in none.
-  bool tiles_of(const std::array<Corner, 4>& corners, std::array<int, 4>& range) const;
-  struct Event;
-  static void put_in_order(std::vector<Event>& events);
-  void add_triangle(const TileRays& tile, const std::array<Corner, 3>& corners, std::uint32_t face,
-                    std::vector<Event>& events) const;
+  bool tiles_of(const SurfaceFace& face, std::array<int, 4>& range) const;
+  /// The same, of a face that comes too near to the eye, or reaches far beyond the picture.
+  bool tiles_of_far_face(const SurfaceFace& face, std::array<int, 4>& range) const;
+  void add_face(const TileRays& tile, const SurfaceFace& face, Events& events) const;
+  /// Triangles whose corners are snapped to parts of pixels, at most two.
+  void rasterise(const TileRays& tile, std::span<const Triangle> triangles, const Entry& entry,
+                 Events& events) const;
+  void cast_at(const TileRays& tile, const Triangle& triangle, const Entry& entry, Events& events) const;
 
   const Deformation& deformation_;
-  const std::vector<SurfaceFace>& faces_;
+  const Surface& surface_;
   std::array<Vec3, 3> to_camera_{};
   Vec3 camera_offset_{};
   int width_, height_, tiles_x_, tiles_y_;
   bool parallel_;
-  double scale_;                               ///< pixels a metre (parallel) or a unit of slope
-  std::vector<std::array<Corner, 4>> corners_; ///< of faces; each is asked for once a tile
+  double scale_;                ///< pixels a metre (parallel) or a unit of slope
+  std::vector<Corner> corners_; ///< of the surface's nodes
   std::vector<std::uint32_t> from_, in_tile_;
 };
 

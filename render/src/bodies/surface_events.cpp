@@ -11,6 +11,8 @@
 #include <cstdint>
 #include <limits>
 #include <numbers>
+#include <span>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -18,25 +20,18 @@ namespace maille::render {
 
 namespace {
 
-constexpr std::uint32_t faces_ahead = 6;  ///< whose corners are asked for while one is at work
-constexpr std::size_t faces_at_once = 16; ///< whose nodes are asked for before the first is at work
-constexpr int n_chunks = 64;              ///< of faces, whatever the threads: their order is the same
-constexpr double snap = 65536;            ///< parts of a pixel
-constexpr double nearest = 1e-9;          ///< ahead of the eye [m]; what is nearer is treated ray by ray
-constexpr double farthest_off = 1 << 14;  ///< pixels off the picture whose triangles' areas 64 bits hold
+constexpr std::uint32_t faces_ahead = 6; ///< whose corners are asked for while one is at work
+constexpr std::size_t nodes_ahead = 16;  ///< scattered over a lattice
+constexpr int n_chunks = 64;             ///< of faces, whatever the threads: their order is the same
+constexpr double snap = 65536;           ///< parts of a pixel
+constexpr double nearest = 1e-9;         ///< ahead of the eye [m]; what is nearer is treated ray by ray
+constexpr double farthest_off = 1 << 14; ///< pixels off the picture whose triangles' areas 64 bits hold
 constexpr std::int32_t far_off = std::numeric_limits<std::int32_t>::min();
 
-/// Corners (bits: upper along x, y, z) of a face, counterclockwise as seen from outside the cell.
-std::array<int, 4> corners_of_face(int axis, bool upper) {
-  const int b = 1 << ((axis + 1) % 3), c = 1 << ((axis + 2) % 3), a = upper ? 1 << axis : 0;
-  return upper ? std::array{a, a | b, a | b | c, a | c} : std::array{a, a | c, a | b | c, a | b};
-}
-
 /// The middle of a face, in cells of the lattice.
-std::array<float, 3> entry_at(const SurfaceFace& face, const Index3& n) {
-  std::array<float, 3> entry{static_cast<float>(face.cell % n[0]) + 0.5f,
-                             static_cast<float>(face.cell / n[0] % n[1]) + 0.5f,
-                             static_cast<float>(face.cell / (n[0] * n[1])) + 0.5f};
+std::array<float, 3> entry_at(const SurfaceFace& face) {
+  std::array<float, 3> entry{static_cast<float>(face.cell[0]) + 0.5f, static_cast<float>(face.cell[1]) + 0.5f,
+                             static_cast<float>(face.cell[2]) + 0.5f};
   entry[face.axis] += face.upper != 0 ? 0.5f : -0.5f;
   return entry;
 }
@@ -50,16 +45,64 @@ std::int32_t rounded(double x) {
 
 } // namespace
 
-struct SurfaceEvents::Event {
-  std::int32_t pixel;
-  float t;
-  std::int32_t enters; ///< 1 or -1
-  std::uint32_t face;
+/// Where the rays of a tile meet faces, pixel by pixel, nearest first. Events of one depth (bodies that touch
+/// themselves) stay in the order in which they came.
+class SurfaceEvents::Events {
+public:
+  struct Event {
+    float t;
+    std::int32_t enters;        ///< 1 or -1
+    std::array<float, 3> entry; ///< see entry_at
+  };
+
+  Events() { counts_.fill(0); }
+  void add(std::size_t pixel, const Event& event) {
+    const std::size_t n = counts_[pixel]++;
+    if (n < room)
+      return put(events_.data() + room * pixel, n, event);
+    further_.emplace_back(static_cast<std::uint32_t>(pixel), event);
+  }
+  /// Those of a pixel, until the next pixel is asked for.
+  std::span<const Event> of(std::size_t pixel) {
+    const std::size_t n = counts_[pixel];
+    const Event* const first = events_.data() + room * pixel;
+    if (n <= room)
+      return {first, n};
+    many_.assign(first, first + room);
+    many_.resize(n);
+    std::size_t there = room;
+    for (const auto& [of_pixel, event] : further_)
+      if (of_pixel == pixel)
+        put(many_.data(), there++, event);
+    return many_;
+  }
+
+private:
+  static void put(Event* events, std::size_t n, const Event& event) {
+    for (; n > 0 && event.t < events[n - 1].t; --n)
+      events[n] = events[n - 1];
+    events[n] = event;
+  }
+
+  static constexpr std::size_t room = 4; ///< of each pixel; few rays meet more faces
+  std::array<std::uint32_t, tile_pixels> counts_;
+  std::array<Event, room * tile_pixels> events_;
+  std::vector<std::pair<std::uint32_t, Event>> further_;
+  std::vector<Event> many_;
 };
 
-SurfaceEvents::SurfaceEvents(const Deformation& deformation, const std::vector<SurfaceFace>& faces,
-                             const Pose& pose, const View& view, int threads)
-    : deformation_(deformation), faces_(faces), width_(view.width), height_(view.height),
+/// What tells the pixels in a triangle, and their depths.
+struct SurfaceEvents::Covering {
+  bool enters;
+  /// Of each edge: twice the area with a pixel, and how it changes from pixel to pixel.
+  std::array<std::int64_t, 3> in_row, beside, below;
+  Vec3 normal;
+  double offset, least_z, largest_z;
+};
+
+SurfaceEvents::SurfaceEvents(const Deformation& deformation, const Surface& surface, const Pose& pose,
+                             const View& view, int threads)
+    : deformation_(deformation), surface_(surface), width_(view.width), height_(view.height),
       tiles_x_((view.width + tile_edge - 1) / tile_edge), tiles_y_((view.height + tile_edge - 1) / tile_edge),
       parallel_(view.camera.parallel) {
   const Camera& camera = view.camera;
@@ -70,34 +113,33 @@ SurfaceEvents::SurfaceEvents(const Deformation& deformation, const std::vector<S
   const double half = 0.5 * height_;
   scale_ = parallel_ ? half / camera.parallel_scale
                      : half / std::tan(0.5 * camera.view_angle * std::numbers::pi / 180);
+  const auto in_chunks = [&](std::size_t n, auto&& act) {
+    for_each_item(threads, n_chunks, [&](int chunk, int) {
+      const auto c = static_cast<std::size_t>(chunk);
+      act(c, n * c / n_chunks, n * (c + 1) / n_chunks);
+    });
+  };
+  corners_.resize(surface.nodes.size());
+  in_chunks(corners_.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+    const auto node = [&](std::size_t i) -> const std::array<float, 4>& {
+      return deformation_.nodes()[static_cast<std::size_t>(surface.nodes[i])];
+    };
+    for (std::size_t i = begin; i < end; ++i) {
+      hwy::Prefetch(&node(std::min(i + nodes_ahead, end - 1)));
+      corners_[i] = corner(node(i));
+    }
+  });
   // Which faces are in which tile: counted chunk by chunk, then put in order.
-  const auto n_faces = faces.size();
   std::vector<std::vector<std::pair<std::uint32_t, std::uint32_t>>> found(n_chunks);
-  corners_.resize(n_faces);
-  for_each_item(threads, n_chunks, [&](int chunk, int) {
-    auto& list = found[static_cast<std::size_t>(chunk)];
-    const std::size_t begin = n_faces * static_cast<std::size_t>(chunk) / n_chunks,
-                      end = n_faces * (static_cast<std::size_t>(chunk) + 1) / n_chunks;
-    std::array<std::array<std::size_t, 4>, faces_at_once> nodes{};
-    for (std::size_t first = begin; first < end; first += faces_at_once) {
-      const std::size_t n = std::min<std::size_t>(faces_at_once, end - first);
-      for (std::size_t f = 0; f < n; ++f) {
-        nodes[f] = nodes_of(faces_[first + f]);
-        for (const std::size_t node : nodes[f])
-          hwy::Prefetch(&deformation_.nodes()[node]); // scattered over a lattice
-      }
-      for (std::size_t f = 0; f < n; ++f) {
-        auto& corners = corners_[first + f];
-        std::ranges::transform(nodes[f], corners.begin(), [&](std::size_t node) { return corner(node); });
-        std::array<int, 4> range{};
-        if (!tiles_of(corners, range))
-          continue;
+  in_chunks(surface.faces.size(), [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+    auto& list = found[chunk];
+    list.reserve(2 * (end - begin));
+    std::array<int, 4> range{};
+    for (std::size_t face = begin; face < end; ++face)
+      if (tiles_of(surface.faces[face], range))
         for (int y = range[2]; y <= range[3]; ++y)
           for (int x = range[0]; x <= range[1]; ++x)
-            list.emplace_back(static_cast<std::uint32_t>(x + tiles_x_ * y),
-                              static_cast<std::uint32_t>(first + f));
-      }
-    }
+            list.emplace_back(static_cast<std::uint32_t>(x + tiles_x_ * y), static_cast<std::uint32_t>(face));
   });
   const auto n_tiles = static_cast<std::size_t>(tiles_x_) * static_cast<std::size_t>(tiles_y_);
   from_.assign(n_tiles + 1, 0);
@@ -113,20 +155,7 @@ SurfaceEvents::SurfaceEvents(const Deformation& deformation, const std::vector<S
       in_tile_[place[tile]++] = face;
 }
 
-std::array<std::size_t, 4> SurfaceEvents::nodes_of(const SurfaceFace& face) const {
-  const Index3 n = deformation_.lattice().cells;
-  const std::int32_t row = face.cell / n[0], i = face.cell - row * n[0], k = row / n[1], j = row - k * n[1];
-  std::array<std::size_t, 4> nodes{};
-  std::ranges::transform(corners_of_face(face.axis, face.upper != 0), nodes.begin(), [&](int corner) {
-    return static_cast<std::size_t>(
-        i + (corner & 1) +
-        (n[0] + 1) * (j + ((corner >> 1) & 1) + (n[1] + std::int64_t{1}) * (k + (corner >> 2))));
-  });
-  return nodes;
-}
-
-SurfaceEvents::Corner SurfaceEvents::corner(std::size_t node) const {
-  const auto& x = deformation_.nodes()[node];
+SurfaceEvents::Corner SurfaceEvents::corner(const std::array<float, 4>& x) const {
   const Vec3 at = plus(times(to_camera_, Vec3{x[0], x[1], x[2]}), camera_offset_);
   const auto [column, row] = in_picture(at);
   const bool can_snap =
@@ -140,17 +169,38 @@ std::array<double, 2> SurfaceEvents::in_picture(const Vec3& at) const {
   return {0.5 * width_ - 0.5 + s * at[0], 0.5 * height_ - 0.5 - s * at[1]};
 }
 
-bool SurfaceEvents::tiles_of(const std::array<Corner, 4>& corners, std::array<int, 4>& range) const {
+bool SurfaceEvents::tiles_of(const SurfaceFace& face, std::array<int, 4>& range) const {
+  std::int32_t left = std::numeric_limits<std::int32_t>::max(), right = far_off, top = left, bottom = far_off;
+  double farthest = -1e30;
+  for (const std::uint32_t number : face.corners) {
+    const Corner& corner = corners_[number];
+    if (corner.column == far_off)
+      return tiles_of_far_face(face, range);
+    left = std::min(left, corner.column);
+    right = std::max(right, corner.column);
+    top = std::min(top, corner.row);
+    bottom = std::max(bottom, corner.row);
+    farthest = std::max(farthest, corner.z);
+  }
+  constexpr auto unit = static_cast<std::int32_t>(snap);
+  if (farthest < 0 || right < 0 || bottom < 0 || left > unit * (width_ - 1) || top > unit * (height_ - 1))
+    return false;
+  const auto tile = [](std::int32_t at, int n) { return std::clamp(at / (unit * tile_edge), 0, n - 1); };
+  range = {tile(left, tiles_x_), tile(right, tiles_x_), tile(top, tiles_y_), tile(bottom, tiles_y_)};
+  return true;
+}
+
+bool SurfaceEvents::tiles_of_far_face(const SurfaceFace& face, std::array<int, 4>& range) const {
   double least_x = 1e30, largest_x = -1e30, least_y = 1e30, largest_y = -1e30, farthest = -1e30;
   bool is_near = false;
-  for (const Corner& corner : corners) {
+  for (const std::uint32_t number : face.corners) {
+    const Corner& corner = corners_[number];
     farthest = std::max(farthest, corner.z);
     if (!parallel_ && corner.z < nearest) {
       is_near = true;
       continue;
     }
-    const auto [x, y] = corner.column == far_off ? in_picture({corner.x, corner.y, corner.z})
-                                                 : std::array{corner.column / snap, corner.row / snap};
+    const auto [x, y] = in_picture({corner.x, corner.y, corner.z});
     least_x = std::min(least_x, x);
     largest_x = std::max(largest_x, x);
     least_y = std::min(least_y, y);
@@ -188,82 +238,107 @@ SurfaceEvents::TileRays SurfaceEvents::rays_of(int tile) const {
   return rays;
 }
 
-void SurfaceEvents::add_triangle(const TileRays& tile, const std::array<Corner, 3>& corners,
-                                 std::uint32_t face, std::vector<Event>& events) const {
-  std::array<std::int64_t, 3> x{}, y{};
-  bool can_snap = true;
-  for (std::size_t c = 0; c < 3; ++c) {
-    can_snap = can_snap && corners[c].column != far_off;
-    x[c] = corners[c].column;
-    y[c] = corners[c].row;
+void SurfaceEvents::add_face(const TileRays& tile, const SurfaceFace& face, Events& events) const {
+  const Entry entry = entry_at(face);
+  std::array<const Corner*, 4> corners{};
+  std::ranges::transform(face.corners, corners.begin(),
+                         [&](std::uint32_t number) { return &corners_[number]; });
+  std::array<Triangle, 2> snapped{};
+  std::size_t n_snapped = 0;
+  for (const Triangle& triangle :
+       {Triangle{corners[0], corners[1], corners[2]}, Triangle{corners[0], corners[2], corners[3]}}) {
+    if (std::ranges::none_of(triangle, [](const Corner* corner) { return corner->column == far_off; }))
+      snapped[n_snapped++] = triangle;
+    else
+      cast_at(tile, triangle, entry, events);
   }
-  const Vec3 a{corners[0].x, corners[0].y, corners[0].z}, b{corners[1].x, corners[1].y, corners[1].z},
-      c{corners[2].x, corners[2].y, corners[2].z};
-  const Vec3 normal = cross(minus(b, a), minus(c, a));
-  const double offset = dot(normal, a);
-  const auto [least_z, largest_z] = std::minmax({corners[0].z, corners[1].z, corners[2].z});
-  /// Depth along the ray of a pixel where it meets the plane of the triangle.
-  const auto add = [&](int px, int py, bool enters, bool is_exact) {
-    const auto i = static_cast<std::size_t>(px - tile.x), j = static_cast<std::size_t>(py - tile.y);
-    const double across = tile.across[i], up = tile.up[j];
-    double z = parallel_ ? (offset - normal[0] * across - normal[1] * up) / normal[2]
-                         : offset / (normal[0] * across + normal[1] * up + normal[2]);
-    if (!is_exact) // a triangle on edge
-      z = z >= least_z && z <= largest_z ? z : std::clamp(std::isnan(z) ? least_z : z, least_z, largest_z);
-    const std::size_t pixel = i + tile_edge * j;
-    events.push_back({static_cast<std::int32_t>(pixel), static_cast<float>(z * tile.length[pixel]),
-                      enters ? 1 : -1, face});
-  };
-  if (can_snap) {
+  rasterise(tile, std::span(snapped).first(n_snapped), entry, events);
+}
+
+void SurfaceEvents::rasterise(const TileRays& tile, std::span<const Triangle> triangles, const Entry& entry,
+                              Events& events) const {
+  constexpr auto unit = static_cast<std::int64_t>(snap);
+  std::int32_t left = std::numeric_limits<std::int32_t>::max(), right = far_off, top = left, bottom = far_off;
+  for (const Triangle& triangle : triangles)
+    for (const Corner* const corner : triangle) {
+      left = std::min(left, corner->column);
+      right = std::max(right, corner->column);
+      top = std::min(top, corner->row);
+      bottom = std::max(bottom, corner->row);
+    }
+  const auto ceiling = [](std::int64_t v) { return static_cast<int>((v + unit - 1) >> 16); };
+  const int x0 = std::max(ceiling(left), tile.x),
+            x1 = std::min({right >> 16, tile.x + tile_edge - 1, width_ - 1});
+  const int y0 = std::max(ceiling(top), tile.y),
+            y1 = std::min({bottom >> 16, tile.y + tile_edge - 1, height_ - 1});
+  if (x0 > x1 || y0 > y1)
+    return;
+  std::array<Covering, 2> coverings; // n of them; to clear them would take a tenth of the time
+  std::size_t n = 0;
+  for (const auto& [one, two, three] : triangles) {
+    std::array<std::int64_t, 3> x{one->column, two->column, three->column}, y{one->row, two->row, three->row};
     // Rows run downwards: what is counterclockwise from outside has a negative area when it faces the eye.
-    std::int64_t area = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]);
+    const std::int64_t area = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]);
     if (area == 0)
-      return;
-    const bool enters = area < 0;
-    if (enters) {
+      continue;
+    Covering& of = coverings[n++];
+    of.enters = area < 0;
+    if (of.enters) {
       std::swap(x[1], x[2]);
       std::swap(y[1], y[2]);
     }
-    const auto [left, right] = std::minmax({x[0], x[1], x[2]});
-    const auto [top, bottom] = std::minmax({y[0], y[1], y[2]});
-    constexpr auto unit = static_cast<std::int64_t>(snap);
-    const auto ceiling = [](std::int64_t v) { return static_cast<int>((v + unit - 1) >> 16); };
-    const auto floor = [](std::int64_t v) { return static_cast<int>(v >> 16); };
-    const int x0 = std::max(ceiling(left), tile.x),
-              x1 = std::min({floor(right), tile.x + tile_edge - 1, width_ - 1});
-    const int y0 = std::max(ceiling(top), tile.y),
-              y1 = std::min({floor(bottom), tile.y + tile_edge - 1, height_ - 1});
-    // Of each edge: twice the area with a pixel, and how it changes from pixel to pixel.
-    std::array<std::int64_t, 3> in_row{}, beside{}, below{};
     for (std::size_t e = 0; e < 3; ++e) {
       const std::size_t to = (e + 1) % 3;
       const std::int64_t dx = x[to] - x[e], dy = y[to] - y[e];
       // Pixels on an edge belong to the triangle whose left or upper edge it is.
       const std::int64_t bias = dy < 0 || (dy == 0 && dx > 0) ? 0 : -1;
-      in_row[e] = dx * (y0 * unit - y[e]) - dy * (x0 * unit - x[e]) + bias;
-      beside[e] = -dy * unit;
-      below[e] = dx * unit;
+      of.in_row[e] = dx * (y0 * unit - y[e]) - dy * (x0 * unit - x[e]) + bias;
+      of.beside[e] = -dy * unit;
+      of.below[e] = dx * unit;
     }
-    for (int py = y0; py <= y1; ++py) {
-      auto [a_side, b_side, c_side] = in_row;
+    const Vec3 a{one->x, one->y, one->z}, b{two->x, two->y, two->z}, c{three->x, three->y, three->z};
+    of.normal = cross(minus(b, a), minus(c, a));
+    of.offset = dot(of.normal, a);
+    std::tie(of.least_z, of.largest_z) = std::minmax({one->z, two->z, three->z});
+  }
+  for (int py = y0; py <= y1; ++py)
+    for (std::size_t t = 0; t < n; ++t) {
+      Covering& of = coverings[t];
+      auto [a_side, b_side, c_side] = of.in_row;
       for (int px = x0; px <= x1; ++px) {
-        if ((a_side | b_side | c_side) >= 0)
-          add(px, py, enters, false);
-        a_side += beside[0];
-        b_side += beside[1];
-        c_side += beside[2];
+        if ((a_side | b_side | c_side) >= 0) {
+          const auto i = static_cast<std::size_t>(px - tile.x), j = static_cast<std::size_t>(py - tile.y);
+          const double across = tile.across[i], up = tile.up[j];
+          // Where the ray meets the plane; a triangle on edge has its own depths all the same.
+          const double z = parallel_ ? (of.offset - of.normal[0] * across - of.normal[1] * up) / of.normal[2]
+                                     : of.offset / (of.normal[0] * across + of.normal[1] * up + of.normal[2]);
+          const double depth = z >= of.least_z && z <= of.largest_z ? z
+                               : std::isnan(z)                      ? of.least_z
+                                                                    : std::clamp(z, of.least_z, of.largest_z);
+          const std::size_t pixel = i + tile_edge * j;
+          events.add(pixel, {static_cast<float>(depth * tile.length[pixel]), of.enters ? 1 : -1, entry});
+        }
+        a_side += of.beside[0];
+        b_side += of.beside[1];
+        c_side += of.beside[2];
       }
       for (std::size_t e = 0; e < 3; ++e)
-        in_row[e] += below[e];
+        of.in_row[e] += of.below[e];
     }
-    return;
-  }
-  // Near the eye or far off the picture: ray by ray, by the signs of volumes.
+}
+
+/// Near the eye or far off the picture: ray by ray, by the signs of volumes.
+void SurfaceEvents::cast_at(const TileRays& tile, const Triangle& triangle, const Entry& entry,
+                            Events& events) const {
+  const auto& [one, two, three] = triangle;
+  const Vec3 a{one->x, one->y, one->z}, b{two->x, two->y, two->z}, c{three->x, three->y, three->z};
+  const Vec3 normal = cross(minus(b, a), minus(c, a));
+  const double offset = dot(normal, a);
   const int y1 = std::min(tile.y + tile_edge, height_), x1 = std::min(tile.x + tile_edge, width_);
   for (int py = tile.y; py < y1; ++py)
     for (int px = tile.x; px < x1; ++px) {
-      const double across = tile.across[static_cast<std::size_t>(px - tile.x)],
-                   up = tile.up[static_cast<std::size_t>(py - tile.y)];
+      const auto i = static_cast<std::size_t>(px - tile.x), j = static_cast<std::size_t>(py - tile.y);
+      const double across = tile.across[i], up = tile.up[j];
       const Vec3 from = parallel_ ? Vec3{across, up, 0} : Vec3{0, 0, 0};
       const Vec3 along = parallel_ ? Vec3{0, 0, 1} : Vec3{across, up, 1};
       const Vec3 p = minus(a, from), q = minus(b, from), r = minus(c, from);
@@ -272,62 +347,40 @@ void SurfaceEvents::add_triangle(const TileRays& tile, const std::array<Corner, 
         continue;
       const double z = parallel_ ? (offset - normal[0] * across - normal[1] * up) / normal[2]
                                  : offset / dot(normal, along);
-      if (z > 0)
-        add(px, py, dot(normal, along) > 0, true); // right, up, ahead: a left-handed frame
+      const std::size_t pixel = i + tile_edge * j;
+      if (z > 0) // right, up, ahead: a left-handed frame
+        events.add(pixel,
+                   {static_cast<float>(z * tile.length[pixel]), dot(normal, along) > 0 ? 1 : -1, entry});
     }
 }
 
-/// Pixel by pixel, nearest first. Events of one depth (bodies that touch themselves) stay in the order of
-/// faces.
-void SurfaceEvents::put_in_order(std::vector<Event>& events) {
-  std::array<std::uint32_t, tile_pixels + 1> from{};
-  for (const Event& event : events)
-    ++from[static_cast<std::size_t>(event.pixel) + 1];
-  for (std::size_t p = 0; p < tile_pixels; ++p)
-    from[p + 1] += from[p];
-  std::array<std::uint32_t, tile_pixels> count{};
-  std::vector<Event> ordered(events.size());
-  for (const Event& event : events) {
-    const auto p = static_cast<std::size_t>(event.pixel);
-    // Few events a pixel: each goes to its place among those that are there.
-    std::uint32_t place = from[p] + count[p]++;
-    for (; place > from[p] && event.t < ordered[place - 1].t; --place)
-      ordered[place] = ordered[place - 1];
-    ordered[place] = event;
-  }
-  events.swap(ordered);
-}
-
 void SurfaceEvents::stretches(int tile, TileStretches& out) const {
-  std::vector<Event> events;
+  Events events;
   const TileRays rays = rays_of(tile);
   const std::uint32_t first = from_[static_cast<std::size_t>(tile)],
                       last = from_[static_cast<std::size_t>(tile) + 1];
   for (std::uint32_t i = first; i < last; ++i) {
-    const std::uint32_t face = in_tile_[i];
-    const auto& four = corners_[face];
-    hwy::Prefetch(&corners_[in_tile_[std::min(i + faces_ahead, last - 1)]]);
-    add_triangle(rays, {four[0], four[1], four[2]}, face, events);
-    add_triangle(rays, {four[0], four[2], four[3]}, face, events);
+    const auto& ahead = surface_.faces[in_tile_[std::min(i + faces_ahead, last - 1)]].corners;
+    hwy::Prefetch(&corners_[ahead[0]]);
+    hwy::Prefetch(&corners_[ahead[2]]);
+    add_face(rays, surface_.faces[in_tile_[i]], events);
   }
-  put_in_order(events);
   out.first.assign(tile_pixels + 1, 0);
   out.stretches.clear();
-  const Lattice& lattice = deformation_.lattice();
-  std::size_t e = 0;
-  for (int pixel = 0; pixel < tile_pixels; ++pixel) {
-    out.first[static_cast<std::size_t>(pixel)] = static_cast<std::uint32_t>(out.stretches.size());
+  for (std::size_t pixel = 0; pixel < tile_pixels; ++pixel) {
+    out.first[pixel] = static_cast<std::uint32_t>(out.stretches.size());
+    const auto of_pixel = events.of(pixel);
     int inside = 0;
-    for (std::size_t later = e; later < events.size() && events[later].pixel == pixel; ++later)
-      inside -= events[later].enters; // other than 0 where the eye is inside
+    for (const auto& event : of_pixel)
+      inside -= event.enters; // other than 0 where the eye is inside
     if (inside != 0)
-      out.stretches.push_back({0, 0, entry_at(faces_[events[e].face], lattice.cells)});
-    for (; e < events.size() && events[e].pixel == pixel; ++e) {
+      out.stretches.push_back({0, 0, of_pixel.front().entry});
+    for (const auto& event : of_pixel) {
       const int before = inside;
-      inside += events[e].enters;
-      const float t = std::max(events[e].t, 0.0f);
+      inside += event.enters;
+      const float t = std::max(event.t, 0.0f);
       if (before == 0)
-        out.stretches.push_back({t, t, entry_at(faces_[events[e].face], lattice.cells)});
+        out.stretches.push_back({t, t, event.entry});
       else if (inside == 0)
         out.stretches.back().end = t;
     }

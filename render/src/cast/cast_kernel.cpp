@@ -25,12 +25,13 @@ constexpr float spent = 1.0f / 1024;
 /// Samples without anything to see that end a run.
 constexpr float gap = 3.5f;
 
-/// One block of pixels on its way through one object.
+/// Pixels on their way through one object: each lane goes with one ray until that has ended, and takes the
+/// next. Rays of a block end at different depths; by the time the last one has, most lanes would be idle.
 /// @tparam is_surface  isosurfaces: what they remember and look for would slow down all other modes
 template<class Path, bool is_wide, bool is_surface>
 class Cast {
 public:
-  /// One sample of every ray of the block.
+  /// One sample of every ray that is on its way.
   struct Step {
     M active, there; ///< rays that go on; those that may see something here
     V t, next;       ///< depth; number of the sample after this one
@@ -42,48 +43,37 @@ public:
 
   /// @param of_path  what the path wants beside
   template<class... Of>
-  Cast(const CastTask& task, const PixelBlock& block, bool one_by_one, RunSink& sink, Shading<Path>& shading,
+  Cast(const CastTask& task, std::span<const PixelBlock> blocks, bool one_by_one, RunSink& sink,
        Of&... of_path)
-      : task_(task), block_(block), path_(task, block, of_path...), one_by_one_(one_by_one), sink_(sink),
-        shading_(shading), pixels_(hn::FirstN(DF(), static_cast<std::size_t>(block.n))) {
-    alpha_ = begin_ = end_ = half_ = hn::Zero(DF());
-    clear_ = set(1);
+      : task_(task), blocks_(blocks), path_(task, of_path...), started_(task, of_path...),
+        one_by_one_(one_by_one), sink_(sink), shading_(task, sink) {
+    alive_ = hn::MaskFromVec(hn::Zero(DF()));
+    alpha_ = begin_ = end_ = half_ = clear_ = hn::Zero(DF());
     largest_ = {set(-1), alpha_, hn::Zero(DI()), {alpha_, alpha_, alpha_}};
     before_ = {set(-1), set(-1), alpha_};
   }
 
   /// To the end of all rays.
   void run() {
-    const DF df;
     Step step;
     for (;;) {
-      if (!begin(step)) {
-        if constexpr (is_surface)
-          look_at_the_end();
-        if (!path_.goes_on(hn::AndNot(step.active, pixels_)))
+      step.active = hn::And(alive_, hn::Le(path_.sample, path_.last));
+      if (is_to_change(step.active)) {
+        change(hn::AndNot(step.active, alive_));
+        if (n_alive_ == 0)
           break;
         continue;
       }
       locate(step);
-      if (!hn::AllFalse(df, step.there)) {
+      if (!hn::AllFalse(DF(), step.there)) {
         look(step);
         take(step);
       }
       advance(step);
     }
-    const M seen = hn::Gt(alpha_, set(0));
-    if (task_.mode == LookMode::maximum && !hn::AllFalse(df, seen)) {
-      open(seen, largest_.t, largest_.t);
-      push(seen, largest_.t, largest_.entry, largest_.at, alpha_);
-    }
-    close(seen);
+    shading_.finish();
   }
 
-  /// @return whether any ray goes on
-  HWY_INLINE bool begin(Step& step) const {
-    step.active = hn::And(pixels_, hn::Le(path_.sample, path_.last));
-    return !hn::AllFalse(DF(), step.active);
-  }
   HWY_INLINE void locate(Step& step) {
     step.t = hn::Mul(hn::Add(path_.sample, set(0.5f)), set(task_.step));
     step.next = hn::Add(path_.sample, set(1));
@@ -111,6 +101,58 @@ public:
   }
 
 private:
+  /// A change takes the time of some samples: it waits until it is worth that.
+  HWY_INLINE bool is_to_change(M active) const {
+    if constexpr (!Path::changes_early)
+      return hn::AllFalse(DF(), active);
+    constexpr std::size_t lanes = hn::MaxLanes(DF()), few = lanes < 2 ? 1 : lanes / 2;
+    const std::size_t n = hn::CountTrue(DF(), active);
+    return n == 0 || (has_pixels() ? lanes : n_alive_) - n >= few;
+  }
+  HWY_INLINE bool has_pixels() const { return left_ != 0 || next_block_ < blocks_.size(); }
+  /// Rays that have ended, or left one part of their object, go to its next part or make room.
+  HWY_INLINE void change(M ended) {
+    if constexpr (is_surface)
+      look_at_the_end(ended);
+    const M over = hn::AndNot(path_.goes_on(ended), ended);
+    const M seen = hn::And(over, hn::Gt(alpha_, set(0)));
+    if (task_.mode == LookMode::maximum && !hn::AllFalse(DF(), seen)) {
+      open(seen, largest_.t, largest_.t);
+      push(seen, largest_.t, largest_.entry, largest_.at, alpha_);
+    }
+    close(seen);
+    alive_ = hn::AndNot(over, alive_);
+    n_alive_ = hn::CountTrue(DF(), alive_);
+    while (n_alive_ < hn::Lanes(DF()) && has_pixels())
+      fill();
+  }
+  /// Puts rays of a block that has been started into free lanes.
+  HWY_INLINE void fill() {
+    if (left_ == 0) {
+      left_ = bits_of(started_.start(blocks_[next_block_++]));
+      return;
+    }
+    const PixelBlock& block = blocks_[next_block_ - 1];
+    HWY_ALIGN std::int32_t from[most_lanes] = {}, is_taken[most_lanes] = {};
+    for_each_lane(hn::Not(alive_), [&](std::size_t lane) {
+      if (left_ == 0)
+        return;
+      const int other = std::countr_zero(left_);
+      left_ &= left_ - 1;
+      from[lane] = other;
+      is_taken[lane] = 1;
+      in_tile_[lane] = block.in_tile[static_cast<std::size_t>(other)];
+    });
+    const M taken = hn::RebindMask(DF(), hn::Gt(hn::Load(DI(), is_taken), hn::Zero(DI())));
+    path_.take(Change(taken, from), started_, in_tile_);
+    clear_ = hn::IfThenElse(taken, set(1), clear_);
+    largest_.code = hn::IfThenElse(taken, set(-1), largest_.code);
+    before_.earlier = hn::IfThenElse(taken, set(-1), before_.earlier);
+    before_.code = hn::IfThenElse(taken, set(-1), before_.code);
+    alive_ = hn::Or(alive_, taken);
+    n_alive_ = hn::CountTrue(DF(), alive_);
+  }
+
   HWY_INLINE const void* codes() const {
     return is_wide ? static_cast<const void*>(task_.codes16) : task_.codes8;
   }
@@ -168,9 +210,12 @@ private:
     before_.code = hn::IfThenElse(hn::Or(hit, inside), set(-1), code);
     before_.t = hn::IfThenElse(step.there, step.t, before_.t);
   }
-  HWY_INLINE void look_at_the_end() {
+  HWY_INLINE void look_at_the_end(M ended) {
+    const V code = before_.code, earlier = before_.earlier;
+    before_.code = hn::IfThenElse(ended, code, set(-1));
     look_around_before(set(-1));
-    before_.code = before_.earlier = set(-1);
+    before_.code = hn::IfThenElse(ended, set(-1), code);
+    before_.earlier = hn::IfThenElse(ended, set(-1), earlier);
   }
   /// @param after  codes of the samples after those that are kept; -1: none. @return rays that have ended
   HWY_INLINE M look_around_before(V after) {
@@ -248,9 +293,9 @@ private:
     half_ = hn::IfThenElse(lanes, end, half_);
     std::size_t number = sink_.runs.size();
     sink_.runs.resize(number + hn::CountTrue(df, lanes));
-    for_each(lanes, [&](std::size_t lane) {
+    for_each_lane(lanes, [&](std::size_t lane) {
       run_[lane] = static_cast<std::int32_t>(number);
-      sink_.runs[number++].first = block_.in_tile[lane];
+      sink_.runs[number++].first = in_tile_[lane];
     });
   }
   /// Ends runs: only their light may still come.
@@ -263,7 +308,7 @@ private:
     hn::Store(begin_, df, begin);
     hn::Store(end_, df, end);
     hn::Store(half_, df, half);
-    for_each(lanes, [&](std::size_t lane) {
+    for_each_lane(lanes, [&](std::size_t lane) {
       Run& run = sink_.runs[static_cast<std::size_t>(run_[lane])].second;
       run.begin = begin[lane];
       run.end = end[lane];
@@ -272,22 +317,17 @@ private:
     });
     alpha_ = hn::IfThenZeroElse(lanes, alpha_);
   }
-  /// Acts on the lanes of a mask, none of which lies beyond the block.
-  template<class Do>
-  static HWY_INLINE void for_each(M lanes, Do&& act) {
-    HWY_ALIGN std::uint8_t bytes[8] = {};
-    hn::StoreMaskBits(DF(), lanes, bytes);
-    for (auto left = loaded<std::uint64_t>(bytes); left != 0; left &= left - 1)
-      act(static_cast<std::size_t>(std::countr_zero(left)));
-  }
 
   const CastTask& task_;
-  const PixelBlock& block_;
-  Path path_;
+  std::span<const PixelBlock> blocks_;
+  std::size_t next_block_ = 0;
+  std::uint64_t left_ = 0; ///< rays of the block before that no lane has taken, one bit each
+  Path path_, started_;
   bool one_by_one_;
   RunSink& sink_;
-  Shading<Path>& shading_;
-  M pixels_;
+  Shading<Path> shading_;
+  M alive_; ///< lanes that have a ray
+  std::size_t n_alive_ = 0;
   V alpha_, begin_, end_, half_; ///< of the run that is open
   V clear_;                      ///< what is left of the ray's transparency
   struct {
@@ -297,25 +337,17 @@ private:
   } largest_; ///< met so far, of maxima
   struct {
     V earlier, code, t;
-  } before_;                                    ///< the last two samples, of isosurfaces; codes -1: none
-  HWY_ALIGN std::int32_t run_[most_lanes] = {}; ///< numbers of the runs that are open
+  } before_;                                        ///< the last two samples, of isosurfaces; codes -1: none
+  HWY_ALIGN std::int32_t run_[most_lanes] = {};     ///< numbers of the runs that are open
+  HWY_ALIGN std::int32_t in_tile_[most_lanes] = {}; ///< the pixels of the lanes
 };
 
 template<bool is_wide, bool is_surface>
 void cast_wide(const CastTask& task, std::span<const PixelBlock> blocks, const TileStretches* stretches,
                bool one_by_one, RunSink& sink) {
-  if (stretches != nullptr) {
-    Shading<DeformedRays> shading(task, sink);
-    MappedNumbers mapped;
-    for (const PixelBlock& block : blocks)
-      Cast<DeformedRays, is_wide, is_surface>(task, block, one_by_one, sink, shading, *stretches, mapped)
-          .run();
-    return shading.finish();
-  }
-  Shading<RigidRays> shading(task, sink);
-  for (const PixelBlock& block : blocks)
-    Cast<RigidRays, is_wide, is_surface>(task, block, one_by_one, sink, shading).run();
-  shading.finish();
+  if (stretches == nullptr)
+    return Cast<RigidRays, is_wide, is_surface>(task, blocks, one_by_one, sink).run();
+  Cast<DeformedRays, is_wide, is_surface>(task, blocks, one_by_one, sink, *stretches).run();
 }
 
 std::int64_t lanes() {

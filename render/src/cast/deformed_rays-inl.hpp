@@ -19,60 +19,87 @@ HWY_BEFORE_NAMESPACE();
 namespace maille::render {
 namespace HWY_NAMESPACE {
 
-/// Nodes have four numbers each: as many nodes at once as there is room for up to two, or a part of one.
-using DN = hn::CappedTag<float, 8>;
-using VN = hn::Vec<DN>;
-constexpr std::size_t n_parts = hn::MaxLanes(DN()) >= 4 ? 1 : 4;
-#if HWY_TARGET == HWY_SCALAR || HWY_MAX_BYTES < 32
-constexpr std::size_t n_at_once = 1;
-HWY_INLINE VN nodes_at(const float* one, const float* /*other*/) {
-  return hn::LoadU(DN(), one);
+// Nodes have four numbers each. Of every four lanes that follow one another the first one's nodes are in one
+// vector, the second one's in the next, and so on; turned, each vector has one number of all lanes.
+constexpr std::size_t n_groups = 4;
+#if HWY_TARGET == HWY_SCALAR // one lane: each group is one number of it
+HWY_INLINE V nodes_at(const float* nodes, const std::int32_t* at, std::size_t group) {
+  return set(nodes[std::ptrdiff_t{4} * at[0] + static_cast<std::ptrdiff_t>(group)]);
 }
-HWY_INLINE VN spread(const float* of) {
-  return hn::Set(DN(), of[0]);
+template<int group>
+HWY_INLINE V of_group(V number) {
+  return number;
+}
+constexpr std::uint64_t lanes_of_group(int /*group*/) {
+  return 1;
+}
+HWY_INLINE V3 of_lanes(const V (&of)[n_groups]) {
+  return {of[0], of[1], of[2]};
 }
 #else
-constexpr std::size_t n_at_once = 2;
-HWY_INLINE VN nodes_at(const float* one, const float* other) {
-  const hn::Half<DN> half;
-  return hn::Combine(DN(), hn::LoadU(half, other), hn::LoadU(half, one));
+template<class D>
+HWY_INLINE hn::Vec<D> node_blocks(D d, const float* nodes, const std::int32_t* at) {
+  if constexpr (hn::MaxLanes(D()) == 4) {
+    return hn::LoadU(d, nodes + std::ptrdiff_t{4} * at[0]);
+  } else {
+    const hn::Half<D> half;
+    return hn::Combine(d, node_blocks(half, nodes, at + hn::MaxLanes(half)), node_blocks(half, nodes, at));
+  }
 }
-/// A number for all of one node, and the next for the other's.
-HWY_INLINE VN spread(const float* of) {
-  const hn::Half<DN> half;
-  return hn::Combine(DN(), hn::Set(half, of[1]), hn::Set(half, of[0]));
+HWY_INLINE V nodes_at(const float* nodes, const std::int32_t* at, std::size_t group) {
+  return node_blocks(DF(), nodes, at + group);
+}
+template<int group>
+HWY_INLINE V of_group(V number) {
+  return hn::Broadcast<group>(number); // in every four lanes
+}
+constexpr std::uint64_t lanes_of_group(int group) {
+  return 0x1111ull << group;
+}
+HWY_INLINE V3 of_lanes(const V (&of)[n_groups]) {
+  const DF df;
+  const V low = hn::InterleaveLower(df, of[0], of[2]), next = hn::InterleaveLower(df, of[1], of[3]);
+  return {
+      hn::InterleaveLower(df, low, next), hn::InterleaveUpper(df, low, next),
+      hn::InterleaveLower(df, hn::InterleaveUpper(df, of[0], of[2]), hn::InterleaveUpper(df, of[1], of[3]))};
 }
 #endif
-
-/// Points and derivatives of the lanes' maps as they are found; lanes that nobody asked for keep what they
-/// had, and nobody reads it.
-struct MappedNumbers {
-  HWY_ALIGN float of[4][4 * most_lanes] = {};
-};
 
 /// Rays through a deformed lattice: every sample is carried back to rest by Newton's method on the cell's
 /// trilinear map, from where the sample before has led. A ray goes through several stretches of matter.
 class DeformedRays {
 public:
-  DeformedRays(const CastTask& task, const PixelBlock& block, const TileStretches& stretches,
-               MappedNumbers& mapped)
-      : task_(task), stretches_(stretches), mapped_(mapped) {
+  static constexpr bool changes_early = true;
+  DeformedRays(const CastTask& task, const TileStretches& stretches)
+      : task_(task), stretches_(stretches), next_{}, end_{} {
     const V none = hn::Zero(DF());
-    rays_ = rays_of(task, task.object, block);
-    open_ = none;
+    begin = end = cut = sample = open_ = close_ = depth_ = beyond_ = none;
+    last = set(-1);
+    rays_.origin = rays_.direction = rest_ = rate_ = across_x_ = across_y_ = across_z_ = {none, none, none};
+  }
+
+  /// As of RigidRays; the stretches are found by the one that takes.
+  HWY_INLINE M start(const PixelBlock& block) {
+    rays_ = rays_of(task_, task_.object, block);
+    open_ = hn::Zero(DF());
     close_ = set(far_away);
     cut = set(-far_away);
-    clip(task, rays_, open_, close_, cut);
-    for (std::size_t lane = 0; lane < most_lanes; ++lane) {
-      const bool is_pixel = static_cast<int>(lane) < block.n;
-      const auto pixel = static_cast<std::size_t>(is_pixel ? block.in_tile[lane] : 0);
-      next_[lane] = stretches.first[pixel];
-      end_[lane] = is_pixel ? stretches.first[pixel + 1] : next_[lane];
-    }
-    begin = end = sample = depth_ = beyond_ = none;
-    last = set(-1);
-    rest_ = rate_ = across_x_ = across_y_ = across_z_ = {none, none, none};
-    goes_on(hn::FirstN(DF(), static_cast<std::size_t>(block.n)));
+    clip(task_, rays_, open_, close_, cut);
+    return hn::FirstN(DF(), static_cast<std::size_t>(block.n));
+  }
+  HWY_INLINE void take(const Change& change, const DeformedRays& started, const std::int32_t* in_tile) {
+    change(rays_.origin, started.rays_.origin);
+    change(rays_.direction, started.rays_.direction);
+    change(open_, started.open_);
+    change(close_, started.close_);
+    change(cut, started.cut);
+    for_each_lane(change.lanes(), [&](std::size_t lane) {
+      const auto pixel = static_cast<std::size_t>(in_tile[lane]);
+      next_[lane] = stretches_.first[pixel];
+      end_[lane] = stretches_.first[pixel + 1];
+    });
+    end_stretch(change.lanes());
+    goes_on(change.lanes());
   }
 
   HWY_INLINE M locate(V t, M active, V3& at, Place& place, V& /*next*/) {
@@ -120,35 +147,29 @@ public:
     };
     return {sum(0), sum(1), sum(2)};
   }
-  /// Takes lanes that have ended to their next stretch. @return whether there is one
-  HWY_INLINE bool goes_on(M ended) {
+  /// Takes lanes that have ended to their next stretch. @return those that have one
+  HWY_INLINE M goes_on(M ended) {
     const DF df;
-    HWY_ALIGN float is_ended[most_lanes], from[most_lanes], to[most_lanes], x[most_lanes], y[most_lanes],
-        z[most_lanes], opens[most_lanes];
-    hn::Store(hn::IfThenElseZero(ended, set(1)), df, is_ended);
+    HWY_ALIGN float from[most_lanes], to[most_lanes] = {}, x[most_lanes] = {}, y[most_lanes] = {},
+                                      z[most_lanes] = {}, opens[most_lanes];
+    hn::Store(set(-1), df, from);
     hn::Store(open_, df, opens);
-    bool is_any = false;
-    for (std::size_t lane = 0; lane < hn::Lanes(df); ++lane) {
-      from[lane] = -1;
-      to[lane] = x[lane] = y[lane] = z[lane] = 0;
-      if (is_ended[lane] == 0)
-        continue;
+    for_each_lane(ended, [&](std::size_t lane) {
       while (next_[lane] < end_[lane] && stretches_.stretches[next_[lane]].end <= opens[lane])
         ++next_[lane];
       if (next_[lane] >= end_[lane])
-        continue;
+        return;
       const Stretch& stretch = stretches_.stretches[next_[lane]++];
-      is_any = true;
       from[lane] = stretch.begin;
       to[lane] = stretch.end;
       x[lane] = stretch.entry[0];
       y[lane] = stretch.entry[1];
       z[lane] = stretch.entry[2];
-    }
-    if (!is_any)
-      return false;
+    });
     const V start = hn::Load(df, from);
     const M taken = hn::Ge(start, set(0));
+    if (hn::AllFalse(df, taken))
+      return taken;
     const V inverse_step = set(1 / task_.step);
     begin = hn::IfThenElse(taken, hn::Max(start, open_), begin);
     sample = hn::IfThenElse(taken, first_sample(start, inverse_step), sample);
@@ -158,23 +179,19 @@ public:
     beyond_ = hn::IfThenZeroElse(taken, beyond_);
     rest_ = {hn::IfThenElse(taken, hn::Load(df, x), rest_.x), hn::IfThenElse(taken, hn::Load(df, y), rest_.y),
              hn::IfThenElse(taken, hn::Load(df, z), rest_.z)};
-    const V none = hn::Zero(df);
-    rate_ = {hn::IfThenElse(taken, none, rate_.x), hn::IfThenElse(taken, none, rate_.y),
-             hn::IfThenElse(taken, none, rate_.z)};
-    return true;
+    rate_ = {hn::IfThenZeroElse(taken, rate_.x), hn::IfThenZeroElse(taken, rate_.y),
+             hn::IfThenZeroElse(taken, rate_.z)};
+    return taken;
   }
   HWY_INLINE void end_lanes(M lanes) {
-    last = hn::IfThenElse(lanes, set(-1), last);
-    HWY_ALIGN float is_ended[most_lanes];
-    hn::Store(hn::IfThenElseZero(lanes, set(1)), DF(), is_ended);
-    for (std::size_t lane = 0; lane < hn::Lanes(DF()); ++lane)
-      if (is_ended[lane] != 0)
-        next_[lane] = end_[lane];
+    end_stretch(lanes);
+    for_each_lane(lanes, [&](std::size_t lane) { next_[lane] = end_[lane]; });
   }
 
   V begin, end, cut, sample, last;
 
 private:
+  HWY_INLINE void end_stretch(M lanes) { last = hn::IfThenElse(lanes, set(-1), last); }
   HWY_INLINE V3 predicted(V t) const {
     const V ahead = hn::Sub(t, depth_);
     return {hn::MulAdd(rate_.x, ahead, rest_.x), hn::MulAdd(rate_.y, ahead, rest_.y),
@@ -229,51 +246,49 @@ private:
   struct Mapped {
     V3 at, along_x, along_y, along_z;
   };
-  HWY_INLINE Mapped map(VI node, const V3& part, M wanted) {
-    const DF df;
-    HWY_ALIGN std::int32_t nodes[most_lanes];
-    HWY_ALIGN float u[most_lanes], v[most_lanes], w[most_lanes], is_wanted[most_lanes];
-    auto& out = mapped_.of;
-    hn::Store(node, DI(), nodes);
-    hn::Store(part.x, df, u);
-    hn::Store(part.y, df, v);
-    hn::Store(part.z, df, w);
-    hn::Store(hn::IfThenElseZero(wanted, set(1)), df, is_wanted);
+  /// The same, of one group of lanes, not yet turned.
+  struct MappedGroups {
+    V at[n_groups], along_x[n_groups], along_y[n_groups], along_z[n_groups];
+  };
+  template<int group>
+  HWY_INLINE void map_group(const std::int32_t* nodes, const V3& part, MappedGroups& out) const {
     const std::ptrdiff_t row = std::ptrdiff_t{4} * task_.node_stride[1],
                          plane = std::ptrdiff_t{4} * task_.node_stride[2];
-    const DN dn;
-    for (std::size_t lane = 0; lane < hn::Lanes(df); lane += n_at_once) {
-      const std::size_t next = lane + n_at_once - 1;
-      if (is_wanted[lane] == 0 && is_wanted[next] == 0)
-        continue;
-      const VN x = spread(u + lane), y = spread(v + lane), z = spread(w + lane);
-      for (std::size_t number = 0; number < n_parts; ++number) {
-        const float *const one = task_.nodes + std::ptrdiff_t{4} * nodes[lane] + number,
-                           *const other = task_.nodes + std::ptrdiff_t{4} * nodes[next] + number;
-        const auto corner = [&](std::ptrdiff_t at) HWY_ATTR { return nodes_at(one + at, other + at); };
-        // Edges along x, then faces, then the cell.
-        const VN a = corner(0), b = corner(row), c = corner(plane), d = corner(plane + row);
-        const VN ax = hn::Sub(corner(4), a), bx = hn::Sub(corner(row + 4), b),
-                 cx = hn::Sub(corner(plane + 4), c), dx = hn::Sub(corner(plane + row + 4), d);
-        const VN ea = hn::MulAdd(ax, x, a), eb = hn::MulAdd(bx, x, b), ec = hn::MulAdd(cx, x, c),
-                 ed = hn::MulAdd(dx, x, d);
-        const VN near = hn::Sub(eb, ea), far = hn::Sub(ed, ec);
-        const VN low = hn::MulAdd(near, y, ea), high = hn::MulAdd(far, y, ec);
-        const VN rise = hn::Sub(high, low);
-        const VN low_x = hn::MulAdd(hn::Sub(bx, ax), y, ax), high_x = hn::MulAdd(hn::Sub(dx, cx), y, cx);
-        hn::StoreU(hn::MulAdd(rise, z, low), dn, out[0] + 4 * lane + number);
-        hn::StoreU(hn::MulAdd(hn::Sub(high_x, low_x), z, low_x), dn, out[1] + 4 * lane + number);
-        hn::StoreU(hn::MulAdd(hn::Sub(far, near), z, near), dn, out[2] + 4 * lane + number);
-        hn::StoreU(rise, dn, out[3] + 4 * lane + number);
-      }
-    }
-    Mapped mapped;
-    V rest;
-    hn::LoadInterleaved4(df, out[0], mapped.at.x, mapped.at.y, mapped.at.z, rest);
-    hn::LoadInterleaved4(df, out[1], mapped.along_x.x, mapped.along_x.y, mapped.along_x.z, rest);
-    hn::LoadInterleaved4(df, out[2], mapped.along_y.x, mapped.along_y.y, mapped.along_y.z, rest);
-    hn::LoadInterleaved4(df, out[3], mapped.along_z.x, mapped.along_z.y, mapped.along_z.z, rest);
-    return mapped;
+    const auto corner = [&](std::ptrdiff_t further)
+                            HWY_ATTR { return nodes_at(task_.nodes + further, nodes, group); };
+    const V x = of_group<group>(part.x), y = of_group<group>(part.y), z = of_group<group>(part.z);
+    // Edges along x, then faces, then the cell.
+    const V a = corner(0), b = corner(row), c = corner(plane), d = corner(plane + row);
+    const V ax = hn::Sub(corner(4), a), bx = hn::Sub(corner(row + 4), b), cx = hn::Sub(corner(plane + 4), c),
+            dx = hn::Sub(corner(plane + row + 4), d);
+    const V ea = hn::MulAdd(ax, x, a), eb = hn::MulAdd(bx, x, b), ec = hn::MulAdd(cx, x, c),
+            ed = hn::MulAdd(dx, x, d);
+    const V near = hn::Sub(eb, ea), far = hn::Sub(ed, ec);
+    const V low = hn::MulAdd(near, y, ea), high = hn::MulAdd(far, y, ec);
+    const V rise = hn::Sub(high, low);
+    const V low_x = hn::MulAdd(hn::Sub(bx, ax), y, ax), high_x = hn::MulAdd(hn::Sub(dx, cx), y, cx);
+    out.at[group] = hn::MulAdd(rise, z, low);
+    out.along_x[group] = hn::MulAdd(hn::Sub(high_x, low_x), z, low_x);
+    out.along_y[group] = hn::MulAdd(hn::Sub(far, near), z, near);
+    out.along_z[group] = rise;
+  }
+  HWY_INLINE Mapped map(VI node, const V3& part, M wanted) const {
+    HWY_ALIGN std::int32_t nodes[most_lanes];
+    hn::Store(node, DI(), nodes);
+    const std::uint64_t bits = bits_of(wanted);
+    MappedGroups of;
+    const V none = hn::Zero(DF());
+    for (std::size_t group = 0; group < n_groups; ++group)
+      of.at[group] = of.along_x[group] = of.along_y[group] = of.along_z[group] = none;
+    if ((bits & lanes_of_group(0)) != 0)
+      map_group<0>(nodes, part, of);
+    if ((bits & lanes_of_group(1)) != 0)
+      map_group<1>(nodes, part, of);
+    if ((bits & lanes_of_group(2)) != 0)
+      map_group<2>(nodes, part, of);
+    if ((bits & lanes_of_group(3)) != 0)
+      map_group<3>(nodes, part, of);
+    return {of_lanes(of.at), of_lanes(of.along_x), of_lanes(of.along_y), of_lanes(of.along_z)};
   }
 
   static HWY_INLINE void cell_along(V rest, std::int32_t cells, VI& cell, V& part) {
@@ -355,7 +370,6 @@ private:
 
   const CastTask& task_;
   const TileStretches& stretches_;
-  MappedNumbers& mapped_;
   Rays rays_;
   V open_, close_, depth_;
   V beyond_;                          ///< 1: the last point was where the image has ended

@@ -73,23 +73,66 @@ HWY_INLINE V last_sample(V end, V inverse_step) {
   return hn::Floor(hn::Sub(hn::Mul(end, inverse_step), set(0.5f)));
 }
 
+/// Lanes of other rays that take the places of those that have ended.
+class Change {
+public:
+  /// @param from  for each lane, the other rays' that takes its place, where `lanes` says so
+  Change(M lanes, const std::int32_t* from) : lanes_(lanes), from_(hn::SetTableIndices(DF(), from)) {}
+  M lanes() const { return lanes_; }
+  HWY_INLINE void operator()(V& to, V of) const {
+    to = hn::IfThenElse(lanes_, hn::TableLookupLanes(of, from_), to);
+  }
+  HWY_INLINE void operator()(V3& to, const V3& of) const {
+    (*this)(to.x, of.x);
+    (*this)(to.y, of.y);
+    (*this)(to.z, of.z);
+  }
+
+private:
+  M lanes_;
+  decltype(hn::SetTableIndices(DF(), static_cast<const std::int32_t*>(nullptr))) from_;
+};
+
 /// Rays through voxels of a rigid object.
 class RigidRays {
 public:
-  RigidRays(const CastTask& task, const PixelBlock& block) : task_(task) {
-    rays_ = rays_of(task, task.voxels, block);
+  /// Rays of a block leap together: lanes that end wait for the others.
+  static constexpr bool changes_early = false;
+  explicit RigidRays(const CastTask& task) : task_(task) {
+    begin = end = cut = sample = hn::Zero(DF());
+    last = set(-1);
+    rays_.origin = rays_.direction = inverse_ = {begin, begin, begin};
+  }
+
+  /// Begins the rays of a block, all lanes. @return those that meet the volume
+  HWY_INLINE M start(const PixelBlock& block) {
+    rays_ = rays_of(task_, task_.voxels, block);
     begin = hn::Zero(DF());
     end = set(far_away);
-    slab(rays_.origin.x, rays_.direction.x, task.size[0], begin, end);
-    slab(rays_.origin.y, rays_.direction.y, task.size[1], begin, end);
-    slab(rays_.origin.z, rays_.direction.z, task.size[2], begin, end);
+    slab(rays_.origin.x, rays_.direction.x, task_.size[0], begin, end);
+    slab(rays_.origin.y, rays_.direction.y, task_.size[1], begin, end);
+    slab(rays_.origin.z, rays_.direction.z, task_.size[2], begin, end);
     cut = begin; // where an image ends its matter is cut as by a plane
-    clip(task, rays_, begin, end, cut);
-    const V inverse_step = set(1 / task.step);
-    sample = first_sample(begin, inverse_step);
-    last = hn::IfThenElse(hn::Le(begin, end), last_sample(end, inverse_step), set(-1));
+    clip(task_, rays_, begin, end, cut);
+    const V inverse_step = set(1 / task_.step);
+    const auto depth = [&](const std::array<float, most_lanes>& ahead)
+                           HWY_ATTR { return hn::Div(hn::LoadU(DF(), ahead.data()), rays_.scale); };
+    sample = first_sample(hn::Max(begin, depth(block.nearest)), inverse_step);
+    last = hn::IfThenElse(hn::Le(begin, end), last_sample(hn::Min(end, depth(block.farthest)), inverse_step),
+                          set(-1));
     // Never 0 / 0 where a ray runs along a plane of voxels.
     inverse_ = {inverse(rays_.direction.x), inverse(rays_.direction.y), inverse(rays_.direction.z)};
+    return hn::And(hn::FirstN(DF(), static_cast<std::size_t>(block.n)), hn::Le(sample, last));
+  }
+  HWY_INLINE void take(const Change& change, const RigidRays& started, const std::int32_t* /*in_tile*/) {
+    change(rays_.origin, started.rays_.origin);
+    change(rays_.direction, started.rays_.direction);
+    change(inverse_, started.inverse_);
+    change(begin, started.begin);
+    change(end, started.end);
+    change(cut, started.cut);
+    change(sample, started.sample);
+    change(last, started.last);
   }
 
   /// Points at depth t. @return lanes of `active` that have something to see; `next` leaps over what has not
@@ -125,7 +168,7 @@ public:
   static HWY_INLINE V3 turned(const CastTask&, const V3& gradient, const Turning&) {
     return gradient;
   }
-  HWY_INLINE bool goes_on(M /*ended*/) { return false; }
+  HWY_INLINE M goes_on(M /*ended*/) { return hn::MaskFromVec(hn::Zero(DF())); }
   HWY_INLINE void end_lanes(M lanes) { last = hn::IfThenElse(lanes, set(-1), last); }
 
   V begin, end, cut, sample, last;

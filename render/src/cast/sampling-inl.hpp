@@ -12,6 +12,8 @@
 
 #include <hwy/highway.h>
 
+#include <bit>
+#include <cstdint>
 #include <cstring>
 #include <type_traits>
 
@@ -64,6 +66,19 @@ HWY_INLINE Number loaded(const void* from) {
   Number number;
   std::memcpy(&number, from, sizeof number);
   return number;
+}
+
+/// One bit a lane.
+HWY_INLINE std::uint64_t bits_of(M lanes) {
+  HWY_ALIGN std::uint8_t bytes[8] = {};
+  hn::StoreMaskBits(DF(), lanes, bytes);
+  return loaded<std::uint64_t>(bytes);
+}
+/// Acts on the lanes of a mask, the first one first.
+template<class Do>
+HWY_INLINE void for_each_lane(M lanes, Do&& act) {
+  for (std::uint64_t left = bits_of(lanes); left != 0; left &= left - 1)
+    act(static_cast<std::size_t>(std::countr_zero(left)));
 }
 
 /// The cell between voxels that a point is in, and where in it.
@@ -125,32 +140,33 @@ HWY_INLINE V between_codes(const void* codes, const Place& at, const std::array<
 /// Interpolated gradients, in 1/127.
 HWY_INLINE V3 between_gradients(const std::int8_t* gradients, const Place& at,
                                 const std::array<std::int32_t, 3>& stride) {
+  static_assert(std::endian::native == std::endian::little);
   const DF df;
   const DI di;
   HWY_ALIGN std::int32_t base[most_lanes];
   hn::Store(at.base, di, base);
   const std::ptrdiff_t further[4] = {0, 3 * std::ptrdiff_t{stride[1]}, 3 * std::ptrdiff_t{stride[2]},
                                      3 * (std::ptrdiff_t{stride[1]} + stride[2])};
-  HWY_ALIGN std::uint32_t first[4][most_lanes], second[4][most_lanes]; // of neighbours along x
+  HWY_ALIGN std::uint64_t pairs[4][most_lanes]; // of neighbours along x: three bytes, three bytes
   for (std::size_t lane = 0; lane < hn::Lanes(df); ++lane)
-    for (std::size_t row = 0; row < 4; ++row) {
-      const std::int8_t* const from = gradients + 3 * std::ptrdiff_t{base[lane]} + further[row];
-      first[row][lane] = loaded<std::uint32_t>(from);
-      second[row][lane] = loaded<std::uint32_t>(from + 3 * stride[0]);
-    }
+    for (std::size_t row = 0; row < 4; ++row)
+      pairs[row][lane] = loaded<std::uint64_t>(gradients + 3 * std::ptrdiff_t{base[lane]} + further[row]);
   V3 sum{hn::Zero(df), hn::Zero(df), hn::Zero(df)};
   const V one = set(1);
-  const auto add = [&](const std::uint32_t* bits, V weight) HWY_ATTR {
-    const VI three = hn::BitCast(di, hn::Load(DU(), bits));
-    sum.x = hn::MulAdd(weight, hn::ConvertTo(df, hn::ShiftRight<24>(hn::ShiftLeft<24>(three))), sum.x);
-    sum.y = hn::MulAdd(weight, hn::ConvertTo(df, hn::ShiftRight<24>(hn::ShiftLeft<16>(three))), sum.y);
-    sum.z = hn::MulAdd(weight, hn::ConvertTo(df, hn::ShiftRight<24>(hn::ShiftLeft<8>(three))), sum.z);
+  const auto add = [&](VI x, VI y, VI z, V weight) HWY_ATTR {
+    sum.x = hn::MulAdd(weight, hn::ConvertTo(df, hn::ShiftRight<24>(x)), sum.x);
+    sum.y = hn::MulAdd(weight, hn::ConvertTo(df, hn::ShiftRight<24>(y)), sum.y);
+    sum.z = hn::MulAdd(weight, hn::ConvertTo(df, hn::ShiftRight<24>(z)), sum.z);
   };
   for (std::size_t row = 0; row < 4; ++row) {
     const V wy = (row & 1) != 0 ? at.part.y : hn::Sub(one, at.part.y);
     const V wz = (row & 2) != 0 ? at.part.z : hn::Sub(one, at.part.z);
-    add(first[row], hn::Mul(hn::Mul(hn::Sub(one, at.part.x), wy), wz));
-    add(second[row], hn::Mul(hn::Mul(at.part.x, wy), wz));
+    VI low, high;
+    hn::LoadInterleaved2(di, reinterpret_cast<const std::int32_t*>(pairs[row]), low, high);
+    // Each byte to the upper end, so that its sign comes along.
+    add(hn::ShiftLeft<24>(low), hn::ShiftLeft<16>(low), hn::ShiftLeft<8>(low),
+        hn::Mul(hn::Mul(hn::Sub(one, at.part.x), wy), wz));
+    add(low, hn::ShiftLeft<24>(high), hn::ShiftLeft<16>(high), hn::Mul(hn::Mul(at.part.x, wy), wz));
   }
   return sum;
 }

@@ -16,7 +16,7 @@ namespace maille::render {
 
 namespace {
 
-/// Bytes past the end that vectors may read: pairs of values, three bytes of a gradient by four.
+/// Bytes past the end that vectors may read: pairs of values, six bytes of two gradients by eight.
 constexpr std::size_t padding = 8;
 
 /// Zeros for rays that cross rows and planes: the system is asked for large pages, so that fewer are looked

@@ -134,6 +134,8 @@ PreparedObject::PreparedObject(const SceneObject& object, const View& view, int 
   if (object.deformation) {
     set_lattice();
     events_.emplace(*object_.deformation, tables_->surface, object_.pose, view, threads);
+  } else {
+    depths_.emplace(object_.volume->grid(), tables_->boxes, object_.pose, view, threads);
   }
   box_ = box_on(view);
 }
@@ -147,10 +149,11 @@ std::shared_ptr<const PreparedObject::Tables> PreparedObject::make_tables(const 
   if (object.deformation) {
     tables->surface =
         surface_of(object.deformation->lattice(), volume, *object.look, tables->transfer, threads);
-    tables->is_empty = tables->surface.empty();
+    tables->is_empty = tables->surface.faces.empty();
     return tables;
   }
   tables->distances = brick_distances(volume, tables->transfer, *object.look);
+  tables->boxes = seen_boxes(volume, tables->transfer, *object.look, tables->distances, threads);
   const Index3 n = volume.bricks();
   constexpr int edge = Volume::brick_edge;
   Vec3 low{1e30, 1e30, 1e30}, high{-1e30, -1e30, -1e30};
@@ -340,6 +343,11 @@ std::int64_t PreparedObject::cast_pixels(int tile, std::span<const std::int32_t>
       block.in_tile[lane] = pixel;
       block.x[lane] = x + pixel % tile_edge;
       block.y[lane] = y + pixel / tile_edge;
+      if (depths_) {
+        const BrickDepths::Range& range = depths_->at(block.x[lane], block.y[lane]);
+        block.nearest[lane] = range.nearest;
+        block.farthest[lane] = range.farthest;
+      }
     }
   }
   cast_blocks(task_, blocks, stretches, one_by_one, sink);
@@ -356,11 +364,16 @@ std::int64_t PreparedObject::cast(int tile, RunSink& sink) const {
       return 0;
     events_->stretches(tile, stretches);
   }
+  const auto meets = [&](int px, int py, std::size_t pixel) {
+    if (events_)
+      return stretches.first[pixel] < stretches.first[pixel + 1];
+    const BrickDepths::Range& range = depths_->at(px, py);
+    return range.nearest <= range.farthest;
+  };
   for (const std::int32_t pixel : block_order()) {
     const int px = x + pixel % tile_edge, py = y + pixel / tile_edge;
-    const auto p = static_cast<std::size_t>(pixel);
     if (px >= box_.x0 && px < box_.x1 && py >= box_.y0 && py < box_.y1 &&
-        (!events_ || stretches.first[p] < stretches.first[p + 1]))
+        meets(px, py, static_cast<std::size_t>(pixel)))
       pixels[n++] = pixel;
   }
   return cast_pixels(tile, std::span(pixels).first(n), events_ ? &stretches : nullptr, false, sink);
@@ -391,9 +404,8 @@ std::optional<Vec3> PreparedObject::rest_at(int x, int y, double depth) const {
 }
 
 std::int64_t PreparedObject::bytes() const {
-  return static_cast<std::int64_t>(tables_->distances.size() +
-                                   tables_->surface.size() * sizeof(SurfaceFace)) +
-         std::int64_t{5} * 4 * TransferTable::size;
+  return static_cast<std::int64_t>(tables_->distances.size() + tables_->boxes.size() * sizeof(SeenBox)) +
+         tables_->surface.bytes() + std::int64_t{5} * 4 * TransferTable::size;
 }
 
 } // namespace maille::render

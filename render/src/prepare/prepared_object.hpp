@@ -1,6 +1,7 @@
 #pragma once
 /// One object made ready for a view: its tables, its rays, the tiles it may be in. Private to render.
 
+#include "bodies/brick_depths.hpp"
 #include "bodies/surface.hpp"
 #include "cast/cast_task.hpp"
 
@@ -37,9 +38,10 @@ private:
     TransferTable transfer;
     std::vector<float> gloss;
     std::vector<std::uint8_t> distances; ///< of bricks; rigid objects only
+    std::vector<SeenBox> boxes;          ///< likewise
     CropBox visible;                     ///< of the bricks with something to see, in voxels
     bool is_empty = true;
-    std::vector<SurfaceFace> surface; ///< of deformed objects
+    Surface surface; ///< of deformed objects
   };
   static std::shared_ptr<const Tables> make_tables(const SceneObject& object, double step, int threads);
   void set_values();
@@ -57,7 +59,8 @@ private:
   int tiles_x_;
   std::shared_ptr<const Tables> tables_;
   CastTask task_;
-  std::optional<SurfaceEvents> events_;
+  std::optional<SurfaceEvents> events_; ///< of deformed objects
+  std::optional<BrickDepths> depths_;   ///< of rigid ones
   PixelBox box_;
 };
 
