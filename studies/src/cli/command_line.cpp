@@ -331,6 +331,9 @@ void add_study(CLI::App* command, StudyCommandOptions& options) {
   command->add_option("STUDY", options.study, "study file (TOML)")->required();
   command->add_option("--out", options.out,
                       "folder for the table and for files that ParaView opens; default out/NAME");
+  command->add_option("--unit", options.unit, "lengths in files for ParaView, mm or m")
+      ->check(CLI::IsMember({"mm", "m"}))
+      ->capture_default_str();
   add_overwrite(command, options.overwrite);
   command->add_flag("--resume", options.resume, "go on with the table that is there");
   command->add_option("--jobs", options.jobs, "cases at a time; their seconds are then marked")

@@ -261,6 +261,7 @@ struct StudyCommandOptions {
   std::optional<std::string> picture;
   std::string picture_of; ///< a column of the table, or of a measure; empty: default_response()
   std::string shard;      ///< `i/N`; empty: the whole study
+  std::string unit = "m"; ///< of lengths in files for viewers
   std::string fem_solver = "automatic";
   bool resume = false;
   int jobs = 1;
