@@ -8,7 +8,7 @@ import subprocess
 import sys
 import tempfile
 
-from commands_of_page import blocks
+from commands_of_page import blocks, print_figure
 
 DEVICE = """#include <maille/deform/probe/servo_loop.hpp>
 #include <maille/scene/world/world_scene.hpp>
@@ -59,6 +59,7 @@ def main():
                     faults.append(f"{name}:\n{text}\n{run.stderr[:3000]}")
     print(f"{n_compiled} snippets of C++ compiled, {len(faults)} failed")
     print("\n".join(faults))
+    print_figure(len(faults))
     return 1 if faults or n_compiled == 0 else 0
 
 

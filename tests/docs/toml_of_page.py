@@ -14,7 +14,7 @@ import subprocess
 import sys
 import tempfile
 
-from commands_of_page import blocks
+from commands_of_page import blocks, print_figure
 
 HELD = '\n[[hold]]\nwhere = "z-"\n'
 MOVED = '\n[[move]]\nwhere = "z+"\nby = [0, 0, "0.5 mm"]\n'
@@ -160,6 +160,7 @@ def main():
                         faults.append("\n".join(variant) + "\n" + fault)
     print(f"{name}: {n_checked} snippets of TOML checked, {len(faults)} faulty")
     print("\n".join(faults))
+    print_figure(len(faults))
     return 1 if faults else 0
 
 
