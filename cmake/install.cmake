@@ -27,4 +27,8 @@ if(TARGET maille_command)
   install(DIRECTORY ${PROJECT_BINARY_DIR}/share/ DESTINATION ${CMAKE_INSTALL_DATADIR} COMPONENT command)
   install(FILES ${PROJECT_SOURCE_DIR}/docs/scene.schema.json DESTINATION ${CMAKE_INSTALL_DATADIR}/maille COMPONENT command)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/scripts/paraview DESTINATION ${CMAKE_INSTALL_DATADIR}/maille COMPONENT command)
+  # The pages that help speaks of, where links between them find each other.
+  install(FILES README.md NOTATION.md CHANGELOG.md CONTRIBUTING.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/maille COMPONENT command)
+  install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/maille COMPONENT command)
+  install(DIRECTORY python/examples DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/maille/python COMPONENT command)
 endif()

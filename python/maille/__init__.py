@@ -12,7 +12,13 @@ from __future__ import annotations
 
 from typing import List
 
+import numpy as _numpy
+
 from . import _core
+
+if int(_numpy.__version__.split(".")[0]) >= 2 and not _core.knows_numpy_2:
+    raise ImportError(f"maille was built with a pybind11 before 2.12, which knows numpy 1 alone, and numpy {_numpy.__version__} is installed: "
+                      "pip install 'numpy<2', or build maille with a newer pybind11")
 from ._answer import Answer, Errors, compare
 from ._faults import Fault, SceneFaults
 from ._images import Image

@@ -28,9 +28,9 @@ class Errors:
     relative_max: float  #: largest |u - r| over largest |r|
     rms: float  #: root mean square of |u - r| [m]
     force: Optional[float]  #: of the reactions on moves (holds where there are none), relative
-    strain_energy: Optional[float]
+    strain_energy: Optional[float]  #: relative
     strain: Optional[float]  #: L2 over cells, away from edges of holds and moves, relative
-    stress: Optional[float]
+    stress: Optional[float]  #: the same of stress
 
 
 class Answer:
@@ -156,7 +156,7 @@ class Answer:
     def labels(self) -> List[Record]:
         """A record a label: cells, volumes [m^3], strains [1] and stresses [Pa] as mean, min, max and percentiles.
 
-        ``pandas.DataFrame(answer.labels)`` reads them. Empty where the body is no segmentation.
+        Read them by ``pandas.DataFrame(answer.labels)``. Empty where the body is no segmentation.
         """
         return self._of_mechanics("labels")
 
@@ -194,15 +194,15 @@ class Answer:
             found[row["name"]] = row["line"] or (row["value"] if row["vector"] is None else row["vector"])
         return found
 
-    def to_vtk(self) -> Any:
-        """A vtkImageData with Displacement [m] at points, and MaterialId, Strain, Stress, VonMises of cells.
+    def to_vtk(self, unit: str = "m") -> Any:
+        """A vtkImageData with Displacement at points, and MaterialId, Label, Strain, Stress, VonMises of cells.
 
-        In the world's place and frame, in metres; ``pyvista.wrap`` takes it. One copy: VTK keeps vectors
-        interleaved. Needs VTK for Python (python3-vtk9, or pip install vtk).
+        In the world's place and frame, lengths in ``unit``, m or mm; ``pyvista.wrap`` takes it. Cells without matter
+        are hidden. One copy: VTK keeps vectors interleaved. Needs VTK for Python (python3-vtk9, or pip install vtk).
         """
         from ._vtk import image_data
 
-        return image_data(self)
+        return image_data(self, unit)
 
     def warp(self, image: Any, *, labels: Optional[bool] = None, background: float = 0.0) -> Any:
         """The image where its matter has gone, on the same grid: what is no matter is ``background``.

@@ -11,8 +11,8 @@ class Fault(NamedTuple):
     file: str  #: empty where the scene is from no file
     line: int  #: from 1; 0 where there is none
     key: str  #: dotted path, such as ``move[1].by``
-    expected: str
-    found: str
+    expected: str  #: what would have been right
+    found: str  #: what is there
 
     def __str__(self) -> str:
         place = self.file + (f":{self.line}" if self.line else "")

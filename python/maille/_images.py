@@ -51,7 +51,8 @@ def labels_of(array: npt.ArrayLike) -> npt.NDArray[Any]:
     if values.dtype == np.bool_:
         values = values.view(np.uint8)
     if values.dtype.kind == "f":
-        whole = values.astype(np.int32)
+        with np.errstate(invalid="ignore"):  # what is no number is told below
+            whole = values.astype(np.int32)
         if not np.array_equal(whole, values):
             raise TypeError("expected labels, whole numbers, found others")
         values = whole
@@ -80,7 +81,9 @@ class Image:
                 columns perpendicular; its world is right, anterior, superior, as nibabel's. Without one, ``spacing`` says how far voxels are apart
     ``labels``  which label is which material: a name of the library or a table of constants. Without it,
                 ``material`` is that of every voxel that is not 0
-    ``coarsen`` voxels that one cell has along each axis
+    ``fibre``   how fibres run, as ``fibre`` of scene files: a direction, or a mapping
+    ``coarsen`` voxels that one cell has along each axis: a number, or three
+    ``keys``    further keys of ``[specimen]``, such as ``{"partial_volume": True}``
     """
 
     array: Any

@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from . import _core, _toml
 from ._answer import Answer, Floats, Progress, Record, compare
+from ._faults import SceneFaults
 from ._images import Image, Rows
 
 Table = Dict[str, Any]
@@ -25,19 +26,29 @@ PathLike = Union[str, "os.PathLike[str]"]
 FEM_METHODS = ("fem_q1", "fem_q2")
 
 
-def hold(where: Where, axes: Optional[str] = None) -> Table:
+def hold(where: Where, axes: Optional[str] = None, *, frame: Optional[str] = None) -> Table:
     """Nodes that are kept where they are, as ``[[hold]]`` of a scene file.
 
     ``where`` a face (``x-``), or a region as scene files have it: ``{"label": 17, "touching": 30}``
     ``axes``  components, such as ``xz``; all without it
+    ``frame`` of the places in ``where``: ``grid`` (the body's own axes, default), ``world``, ``ras`` or ``lps``
     """
-    return _without_none(where=where, axes=axes)
+    return _without_none(where=where, axes=axes, frame=frame)
 
 
 def move(where: Where, *, by: Optional[Sequence[Length]] = None, axes: Optional[str] = None,
-         turn: Optional[Mapping[str, Any]] = None) -> Table:
-    """Nodes that are put elsewhere, as ``[[move]]``. ``by``: three lengths, numbers in metres or texts with a unit."""
-    return _without_none(where=where, by=None if by is None else list(by), axes=axes, turn=turn)
+         turn: Optional[Mapping[str, Any]] = None, frame: Optional[str] = None,
+         field: Optional[Mapping[str, Any]] = None) -> Table:
+    """Nodes that are put elsewhere, as ``[[move]]``.
+
+    ``where`` as of ``hold``
+    ``by``    three lengths, numbers in metres or texts with a unit
+    ``axes``  components, such as ``xz``; all without it
+    ``turn``  ``{"angle": "20 deg", "axis": (0, 0, 1), "about": ("1 mm", 0, 0)}``
+    ``frame`` of ``by``, ``turn`` and places: ``grid`` (the body's own axes, default), ``world``, ``ras`` or ``lps``
+    ``field`` displacements from a file in place of ``by``: ``{"image": "u.nii.gz", "unit": "mm"}``
+    """
+    return _without_none(where=where, by=None if by is None else list(by), axes=axes, turn=turn, frame=frame, field=field)
 
 
 def load_on(where: Optional[Where] = None, **what: Any) -> Table:
@@ -68,7 +79,7 @@ class Report:
     move_over_length: float  #: that over the longest side [1]
     mean_strain: Optional[float]  #: that the moves ask for on the way [1]
     strain_of_loads: Optional[float]  #: largest traction or contraction over the least Young's modulus [1]
-    warnings: List[str]
+    warnings: List[str]  #: what is out of all proportion, in words
     cells: int  #: of matter
     nodes: int  #: of the body
     left_out: List[str]  #: pieces that nothing holds
@@ -78,9 +89,9 @@ class Report:
 class Comparison:
     """Answers of several methods to one question; ``rows`` is a record a method, which pandas reads."""
 
-    answers: Dict[str, Answer]
-    reference: str
-    rows: List[Record]
+    answers: Dict[str, Answer]  #: by method
+    reference: str  #: the method that the others are measured against
+    rows: List[Record]  #: method, status, seconds, bytes, iterations, and the norms of ``Errors``
 
 
 class Scene:
@@ -88,16 +99,19 @@ class Scene:
 
     ``specimen`` a ``maille.Image`` of labels, a ``box``, or any ``[specimen]`` of a scene file as a mapping
     ``holds``, ``moves``, ``loads``, ``measures``  what ``hold``, ``move``, ``load_on`` and ``measure`` make
-    ``limits``, ``relaxation``, ``test``, ``plane``, ``title``  as in scene files (docs/scene.md)
+    ``drives``, ``sliding``  tables of ``[[drive]]`` and ``[[sliding]]``: ``{"between": [17, 19], "friction": 0.3}``
+    ``limits``, ``relaxation``, ``test``, ``title``  as in scene files (docs/scene.md)
+    ``name``     of files and results
     ``folder``   where files that it names are looked for
 
-    Numbers without a unit are in SI: metres, radians, pascals. Nothing is read before the scene is first used;
+    Numbers without a unit are in SI: metres, radians, pascals. Nothing is read before the scene is first used.
     ``check`` then raises SceneFaults with every fault at once, and so does all else.
     """
 
     def __init__(self, specimen: Union[Image, Mapping[str, Any]], holds: Iterable[Mapping[str, Any]] = (),
                  moves: Iterable[Mapping[str, Any]] = (), loads: Iterable[Mapping[str, Any]] = (),
-                 measures: Iterable[Mapping[str, Any]] = (), *, limits: Optional[Mapping[str, Any]] = None,
+                 measures: Iterable[Mapping[str, Any]] = (), *, drives: Iterable[Mapping[str, Any]] = (),
+                 sliding: Iterable[Mapping[str, Any]] = (), limits: Optional[Mapping[str, Any]] = None,
                  relaxation: Optional[Mapping[str, Any]] = None, test: Optional[Mapping[str, Any]] = None,
                  title: Optional[str] = None, name: str = "scene", folder: PathLike = ".") -> None:
         self._image = specimen if isinstance(specimen, Image) else None
@@ -105,7 +119,8 @@ class Scene:
         self._document: Table = _without_none(
             units="m, rad", title=title, specimen=table, limits=limits, relaxation=relaxation, test=test,
             hold=[dict(h) for h in holds] or None, move=[dict(m) for m in moves] or None,
-            load=[dict(one) for one in loads] or None, measure=[dict(m) for m in measures] or None)
+            load=[dict(one) for one in loads] or None, measure=[dict(m) for m in measures] or None,
+            drive=[dict(d) for d in drives] or None, sliding=[dict(pair) for pair in sliding] or None)
         self._name = name
         self._folder = os.fspath(folder)
         self._text: Optional[str] = None
@@ -141,9 +156,22 @@ class Scene:
                 self._made = _core.build_scene(self._name, self._image.voxels(), self._image.rows(),
                                                self._image.affine is not None, _toml.dumps(self._document), self._folder)
             else:
-                text = self._text if self._text is not None else _toml.dumps(self._document)
-                self._made = _core.parse_scene(text, os.path.join(self._folder, self._name + ".toml"))
+                self._made = self._parsed()
         return self._made
+
+    def _parsed(self) -> _core.Scene:
+        file = os.path.join(self._folder, self._name + ".toml")
+        if self._text is not None:
+            return _core.parse_scene(self._text, file)
+        try:
+            return _core.parse_scene(_toml.dumps(self._document), file)
+        except SceneFaults as error:  # of no file, so that none of its lines helps
+            faults = [fault._replace(file="", line=0) if fault.file == file else fault for fault in error.faults]
+            raise SceneFaults("\n".join(str(fault) for fault in faults), faults) from None
+
+    def __getstate__(self) -> Dict[str, Any]:
+        """Without what was read: a copy, in another process too, reads it anew."""
+        return {**self.__dict__, "_made": None}
 
     @property
     def name(self) -> str:
@@ -152,6 +180,7 @@ class Scene:
 
     @property
     def title(self) -> str:
+        """Of the file, or its name."""
         return self._built.title
 
     @property
@@ -224,8 +253,8 @@ class Scene:
         ``seconds``   a budget: what is there by then, with status budget_reached
         ``bytes``     memory that the method may take; what does not fit is refused before anything is allocated
         ``progress``  called some 20 times a second at most with the fraction done and what is being done
-        Other Python threads go on meanwhile. Ctrl-C stops it and raises KeyboardInterrupt; so does what
-        ``progress`` raises.
+        Other Python threads go on meanwhile. Ctrl-C stops it and raises KeyboardInterrupt; what
+        ``progress`` raises stops it too.
         """
         count = threads or os.cpu_count() or 1
         if method in FEM_METHODS:
@@ -306,9 +335,12 @@ class Scene:
         path.write_text(_toml.dumps(document), encoding="utf-8")
 
     def _own_image(self) -> Any:
+        """The labels that the body is of: of a file an array on its grid."""
         if self._image is not None:
             return self._image
-        raise ValueError("expected an image: the scene's body is from none in memory")
+        if not self._built.image:
+            raise ValueError("expected an image of labels: the scene's body is from none")
+        return _core.read_voxels(self._built.image).T
 
     def _grid(self) -> Tuple[Tuple[int, int, int], Rows, str]:
         if self._image is not None:
@@ -316,8 +348,8 @@ class Scene:
             return (i, j, k), self._image.rows(), "ras"
         if not self._built.image:
             raise ValueError("expected an image whose grid is meant: the scene's body is from none")
-        size, rows, world = _core.image_grid(self._built.image)
-        return size, rows, world
+        (i, j, k), rows, world = _core.image_grid(self._built.image)
+        return (i, j, k), rows, world
 
 
 class Drag:

@@ -10,7 +10,10 @@ if TYPE_CHECKING:
     from ._answer import Answer
 
 
-def image_data(answer: "Answer") -> Any:
+_HIDDEN = 32  # vtkDataSetAttributes.HIDDENCELL
+
+
+def image_data(answer: "Answer", unit: str = "m") -> Any:
     """See Answer.to_vtk. Vectors and tensors are turned into the world's frame, as in files for viewers."""
     try:
         from vtkmodules.util.numpy_support import numpy_to_vtk  # type: ignore[import]
@@ -19,14 +22,17 @@ def image_data(answer: "Answer") -> Any:
         from vtkmodules.vtkCommonMath import vtkMatrix3x3  # type: ignore[import]
     except ImportError as error:
         raise ImportError("to_vtk needs VTK for Python: apt install python3-vtk9, or pip install vtk") from error
+    scale = {"m": 1.0, "mm": 1e3}.get(unit)
+    if scale is None:
+        raise ValueError(f'expected unit = "m" or "mm", found {unit!r}')
     core = answer._core.scene
     rows = np.array(core.node_affine)
     spacing = np.array(core.spacing)
     direction = rows[:3, :3] / spacing
     grid = vtkImageData()
     grid.SetDimensions(*core.nodes)
-    grid.SetSpacing(*core.spacing)
-    grid.SetOrigin(*rows[:3, 3])
+    grid.SetSpacing(*(scale * spacing))
+    grid.SetOrigin(*(scale * rows[:3, 3]))
     matrix = vtkMatrix3x3()
     for row in range(3):
         for column in range(3):
@@ -41,16 +47,20 @@ def image_data(answer: "Answer") -> Any:
     u = answer.displacement
     vectors = np.zeros((u[..., 0].size, 3))
     vectors[:, : u.shape[-1]] = u.reshape(-1, u.shape[-1])
-    add(grid.GetPointData(), "Displacement", vectors @ direction.T)
+    add(grid.GetPointData(), "Displacement", scale * (vectors @ direction.T))
     cells = grid.GetCellData()
-    add(cells, "MaterialId", core.material_id.reshape(-1))
+    material = core.material_id.reshape(-1)
+    add(cells, "MaterialId", material)
+    add(cells, "vtkGhostType", np.where(material == 255, _HIDDEN, 0).astype(np.uint8))
+    if core.labels is not None:
+        add(cells, "Label", core.labels.reshape(-1))
     add(cells, "Strain", _turned(answer.strain.reshape(-1, 6), direction))
     if answer._core.has_stress:
         add(cells, "Stress", _turned(answer.stress.reshape(-1, 6), direction))
         add(cells, "VonMises", answer.von_mises.reshape(-1))
     units = vtkStringArray()
     units.SetName("Units")
-    units.InsertNextValue("m, Pa")
+    units.InsertNextValue(f"{unit}, Pa")
     grid.GetFieldData().AddArray(units)
     return grid
 

@@ -39,9 +39,9 @@ class Frame:
 
     number: int  #: from 1
     status: str  #: done, clamped (a drive was cut back), budget_reached or interrupted
-    message: str
-    seconds: float
-    rounds: int
+    message: str  #: why it is not done; else empty
+    seconds: float  #: that it took [s]
+    rounds: int  #: answers until everything stood still
     drives: List[Record]  #: object, fraction of its motion that was done, force that the hand needs [N]
     contacts: List[Record]  #: object, other (empty: the border), voxel, axis, direction, force [N]
     handed_on: int  #: movements that one voxel handed on to the next
@@ -66,6 +66,7 @@ class World:
 
     @property
     def title(self) -> str:
+        """Of the file, or its name."""
         return self._core.title
 
     @property

@@ -38,6 +38,7 @@ PYBIND11_MODULE(_core, module) {
       raise_faults(error);
     }
   });
+  module.attr("knows_numpy_2") = PYBIND11_VERSION_HEX >= 0x020C0000;
   module.def("materials", [] {
     std::vector<std::string> names;
     for (const LibraryEntry& entry : material_library())

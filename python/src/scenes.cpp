@@ -193,6 +193,18 @@ void bind_scenes(py::module_& module) {
     }
     return py::make_tuple(info.size, rows, info.world == WorldAxes::lps ? "lps" : "ras");
   });
+  module.def("read_voxels", [](const std::string& file) {
+    Image image;
+    {
+      const py::gil_scoped_release unlocked;
+      image = read_image(file);
+    }
+    py::array_t<float> voxels({image.info.size[2], image.info.size[1], image.info.size[0]});
+    if (image.info.components != 1)
+      throw py::value_error("expected an image of one value a voxel: " + file);
+    std::copy(image.values.begin(), image.values.end(), voxels.mutable_data());
+    return voxels;
+  });
   module.def("write_labels", [](const Labels& labels, const std::array<std::array<double, 4>, 4>& affine,
                                 const std::string& file) {
     // The builder's rules for affines are those of images; a body of everything shows what it made of them.

@@ -41,6 +41,17 @@ def block_names(source):
     return [data.GetMetaData(i).Get(key) for i in range(data.GetNumberOfBlocks())]
 
 
+def unit_of(source, field):
+    """As the first method's file states it in its field data Units: "Displacement, ...: m; ...; Stress: Pa"; empty where it does not."""
+    data = source.GetClientSideObject().GetOutputDataObject(0)
+    units = data.GetBlock(0).GetFieldData().GetAbstractArray("Units") if data.GetNumberOfBlocks() else None
+    for part in units.GetValue(0).split("; ") if units else ():
+        names, _, unit = part.partition(": ")
+        if field in names.split(", "):
+            return unit.split(",")[0]
+    return ""
+
+
 def array_of(source, field):
     """POINTS or CELLS, whichever has the field, and its number of components; nothing where neither has."""
     for where, arrays in (("POINTS", source.PointData), ("CELLS", source.CellData)):
@@ -89,7 +100,7 @@ def side_by_side(methods):
     return up, long, 3 - up - long
 
 
-def colour(methods, field, view):
+def colour(methods, field, unit, view):
     """The same scale for all; what lacks the field stays grey."""
     largest, smallest, vector = 0.0, 0.0, False
     for method in methods:
@@ -109,7 +120,7 @@ def colour(methods, field, view):
     table = simple.GetColorTransferFunction(field)
     table.RescaleTransferFunction(0.0 if vector else smallest, largest if largest > smallest else smallest + 1)
     bar = simple.GetScalarBar(table, view)
-    bar.Title, bar.ComponentTitle = field, "length" if vector else ""
+    bar.Title, bar.ComponentTitle = f"{field} [{unit}]" if unit not in ("", "1") else field, "length" if vector else ""
     bar.TitleColor = bar.LabelColor = [0.0, 0.0, 0.0]
     bar_display.SetScalarBarVisibility(view, True)
     return largest
@@ -161,7 +172,7 @@ def compare(file, field="Displacement", warp=1.0):
     if not any(array_of(method.body, field) for method in methods):
         raise SystemExit(f"no method has a field {field}; docs/files.md lists those that there are")
     axes = side_by_side(methods)
-    largest = colour(methods, field, view)
+    largest = colour(methods, field, unit_of(source, field), view)
     label(methods, axes, look(axes, view), view)
     simple.Render(view)
     return view, methods, largest

@@ -5,6 +5,7 @@ with faults, never passes unnoticed. One that is still busy after SECONDS has be
 TOML of the page that begins with `# NAME.toml` is written as that file first, and is checked. Words in capitals (SCENE.toml, DIR) stand for
 something: such lines are usage, not examples. Lines with MAILLE_DATA are skipped where it is unset, as is what says so itself.
 """
+import json
 import os
 import pathlib
 import re
@@ -100,9 +101,14 @@ def main():
                 if fault:
                     faults.append(f"{name}: {' '.join(words)}\n  {fault}")
     print(f"{name}: {n_run} commands run, {skipped} skipped without MAILLE_DATA, {len(faults)} failed")
+    print_figure(len(faults))
     for fault in faults:
         print(fault)
     return 1 if faults else 0
+
+
+def print_figure(n_failed):
+    print(json.dumps({"name": "docs_snippets_failing", "value": n_failed, "goal": 0}))
 
 
 def expanded(words, folder):

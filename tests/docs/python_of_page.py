@@ -11,6 +11,8 @@ import subprocess
 import sys
 import tempfile
 
+from commands_of_page import print_figure
+
 sys.path.insert(0, os.environ["MAILLE_PYTHON_PATH"])
 
 STRIP = """
@@ -63,6 +65,7 @@ def main():
         run = subprocess.run([sys.executable, "page.py"], cwd=folder, capture_output=True, text=True,
                              env={**os.environ, "PYTHONPATH": os.environ["MAILLE_PYTHON_PATH"], "MPLCONFIGDIR": temporary, "MPLBACKEND": "Agg"})
     print(f"{name}: {len(snippets)} snippets, exit {run.returncode}\n{run.stderr}")
+    print_figure(int(run.returncode != 0))
     return 1 if run.returncode or not snippets else 0
 
 

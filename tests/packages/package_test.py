@@ -109,6 +109,10 @@ with tempfile.TemporaryDirectory(dir=BUILD) as name:
         said = run(["/usr/bin/python3", "-c", code], env=clean | {"PYTHONPATH": f"{root}/usr/lib/python3/dist-packages"}, cwd=work)
         check(said.split() == ["done", "False"], said)
 
+    # The pages that help speaks of.
+    pages_of_help = re.findall(r"^ *More: +(docs/\S+?\.md)", run(["maille", "help", "compare"], env=clean, cwd=work), re.M)
+    check(pages_of_help and all((root / "usr/share/doc/maille" / page).is_file() for page in [*pages_of_help, "docs/glossary.md"]), f"{pages_of_help}")
+
     # Pages of the manual and completions, made from the command's own help.
     pages = sorted((root / "usr/share/man/man1").iterdir())
     commands = re.findall(r"^  (\w+) ", run(["maille", "--help"], env=clean, cwd=work).split("Subcommands:")[1], re.M)
@@ -131,6 +135,7 @@ with tempfile.TemporaryDirectory(dir=BUILD) as name:
     check(completed(["maille", "compare", "--"]) >= options, "options of compare")
     check(completed(["maille", "compare", "--picture-of", ""]) == {"displacement", "strain", "stress"}, "choices of --picture-of")
     check(completed(["maille", "run", "--methods", "limits,cou"]) == {"limits,coupled"}, f"{completed(['maille', 'run', '--methods', 'limits,cou'])}")
+    check(completed(["maille", "warp", "--also", "mha,n"]) == {"mha,nrrd"}, "formats in a list")
     check(completed(["maille", "help", "meth"]) == {"methods"}, "topics of help")
     if shutil.which("zsh"):
         run(["zsh", "-n", root / "usr/share/zsh/vendor-completions/_maille"])

@@ -51,7 +51,10 @@ TABLES = {
         scene(BOX + LINE), scene(FLAT + LINE), scene(BOX.replace("box", "ellipsoid") + LINE),
         scene(BOX.replace("box", "muscle") + f'tendon = {{ material = "tendon/achilles", fraction = 0.2 }}\n{LINE}'),
         scene(BOX + 'look = { colour = "#aa3322" }\n' + LINE),
-        scene(IMAGE + LABELS + LINE), scene(IMAGE + 'material = "muscle/soleus"\nthreshold = 0\n' + LINE)],
+        scene(IMAGE + LABELS + 'stiffness = { image = "labels.mha", unit = "kPa" }\n' + LINE),
+        scene('shape = "surface"\nsurface = "a.stl"\nspacing = "1 mm"\nunit = "mm"\n' + LINE), scene(IMAGE + 'material = "muscle/soleus"\nthreshold = 0\n' + LINE)],
+    "definitions/specimen/properties/stiffness": [scene(IMAGE + LABELS + f'stiffness = {{ image = "labels.mha", {keys}{INSIDE} }}\n') for keys in (
+        'unit = "kPa", quantity = "shear_modulus", labels = 1', 'law = "morgan_2003_vertebra", density = ["0.02 g/cm^3", "0.1 g/cm^3"]')],
     "definitions/specimen/properties/tendon": [
         scene(BOX.replace("box", "muscle") + f'tendon = {{ material = "tendon/achilles", fraction = 0.2{INSIDE} }}\n')],
     MATERIAL: [scene(BOX.replace('"muscle/soleus"', form.replace(" }", INSIDE + " }"))) for form in (
@@ -67,7 +70,10 @@ TABLES = {
         scene(IMAGE + LABELS + f'fibre = {{ tensor_image = "tensors.nii.gz", smooth = "2 mm"{INSIDE} }}\n')],
     "definitions/hold": [scene(rest='[[hold]]\nwhere = "x-"\nframe = "grid"\n' + LINE)],
     "definitions/move": [scene(rest='[[move]]\nwhere = "x-"\nby = ["1 mm", 0, 0]\nframe = "grid"\n' + LINE),
+                         scene(rest='[[move]]\nwhere = "x-"\nfield = { points = "a.csv", within = "1 mm" }\n' + LINE),
                          scene(rest='[[move]]\nwhere = "x-"\nturn = { angle = "2 deg", axis = [0, 0, 1] }\n' + LINE)],
+    "definitions/move/properties/field": [scene(rest=f'[[move]]\nwhere = "x-"\nfield = {{ {keys}{INSIDE} }}\n') for keys in (
+        'points = "a.csv", within = "1 mm"', 'image = "a.nii", unit = "mm"')],
     "definitions/turn": [scene(rest=f'[[move]]\nwhere = "x-"\nturn = {{ angle = "2 deg", axis = [0, 0, 1], about = {PLACE}{INSIDE} }}\n')],
     "definitions/load": [scene(rest=f"[[load]]\n{text}\n{LINE}") for text in (
         'where = "x+"\ntraction = ["1 kPa", 0, 0]', 'where = "x+"\nframe = "grid"\nforce = ["1 N", 0, 0]', 'where = "x+"\npressure = "1 kPa"', 'gravity = [0, 0, -9.81]',
@@ -92,7 +98,7 @@ TABLES = {
     "definitions/relaxation": [scene(rest="[relaxation]\n" + LINE)],
     "definitions/test": [scene(rest=f'[test]\naxis = "z"\nstrain = "1 %"\nkind = "{kind}"\n{LINE}') for kind in
                          ("axial", "shear", "bend", "indent", "confined")],
-    "definitions/measure": [scene(rest=f'[[hold]]\nwhere = "x-"\n[[measure]]\nname = "m"\n{text}\n{LINE}') for text in (
+    "definitions/measure": [scene(rest=f'[[hold]]\nwhere = "x-"\n[[measure]]\nname = "m"\nframe = "grid"\n{text}\n{LINE}') for text in (
         'force = "hold[1]"', f"displacement = {{ at = {PLACE} }}", f"strain = {{ at = {PLACE} }}", 'stress = { mean = "body" }',
         f'length = [{PLACE}, ["1 mm", 0, 0]]', f'angle = [{PLACE}, ["1 mm", 0, 0], [0, "1 mm", 0]]', 'volume = "body"', 'energy = "body"')],
     "definitions/measure/properties/force/anyOf/1": [
@@ -169,6 +175,40 @@ def judge_scenes():
     return wrong
 
 
-faults = compare_keys() + judge_scenes()
+def judge_examples():
+    """Every key has one, which obeys what the key takes."""
+    try:
+        import jsonschema
+    except ImportError:
+        return []
+    wrong, n_judged = [], 0
+
+    def look(node, place):
+        nonlocal n_judged
+        if isinstance(node, list):
+            for n, one in enumerate(node):
+                look(one, f"{place}/{n}")
+        if not isinstance(node, dict):
+            return
+        keys = node.get("properties", {})
+        for key, taken in keys.items() if "type" in node or place == "" else ():
+            examples = taken.get("examples", [])
+            wrong.extend([] if examples else [f"{place}/properties/{key} has no example"])
+            judge = jsonschema.Draft7Validator({**taken, "definitions": SCHEMA["definitions"]})
+            if "$ref" in taken:
+                judge = jsonschema.Draft7Validator({"$ref": taken["$ref"], "definitions": SCHEMA["definitions"]})
+            for example in examples:
+                n_judged += 1
+                wrong.extend(f"{place}/properties/{key}: {example}: {error.message}" for error in judge.iter_errors(example))
+        for key, one in node.items():
+            if key != "examples":
+                look(one, f"{place}/{key}")
+
+    look(SCHEMA, "")
+    print(f"{n_judged} examples judged")
+    return wrong
+
+
+faults = compare_keys() + judge_scenes() + judge_examples()
 print("\n".join(faults))
 sys.exit(1 if faults else 0)

@@ -219,3 +219,23 @@ def test_help_contract_says_shapes_and_units():
                 assert inspect.getdoc(member) or name in ("title", "name"), (kind, name)
     assert "(nz, ny, nx, 3)" in inspect.getdoc(maille.Answer.displacement) and "[m]" in inspect.getdoc(
         maille.Answer.displacement)
+
+
+def test_vtk_contract_hides_cells_without_matter_and_has_millimetres():
+    pytest.importorskip("vtkmodules")
+    from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
+
+    labels = np.zeros((5, 4, 3), dtype=np.uint8)
+    labels[:3], labels[3:, :2] = 17, 5
+    answer = label_scene(labels).run("coupled")
+    shown = vtkDataSetSurfaceFilter()
+    shown.SetInputData(answer.to_vtk("mm"))
+    shown.Update()
+    outer = sum(int(np.count_nonzero(np.diff(np.pad(labels > 0, 1).astype(int), axis=axis))) for axis in range(3))
+    assert shown.GetOutput().GetNumberOfPolys() == outer
+    metres, millimetres = answer.to_vtk(), answer.to_vtk("mm")
+    assert np.allclose(millimetres.GetBounds(), 1e3 * np.array(metres.GetBounds()))
+    assert np.allclose(millimetres.GetPointData().GetArray("Displacement").GetRange(2), 1e3 * np.array(metres.GetPointData().GetArray("Displacement").GetRange(2)))
+    assert metres.GetCellData().GetArray("Label").GetRange() == (0, 17)
+    with pytest.raises(ValueError, match="unit"):
+        answer.to_vtk("cm")

@@ -1,4 +1,4 @@
-"""The examples of the gallery: each runs as it stands, and makes a picture that shows something."""
+"""The examples of the gallery and the figures of pages: each runs as it stands, and makes a picture that shows something."""
 
 import os
 import re
@@ -12,9 +12,10 @@ pytest.importorskip("matplotlib")
 
 SOURCES = Path(__file__).resolve().parents[2]
 EXAMPLES = sorted((SOURCES / "python/examples").glob("*.py"))
+FIGURES = sorted(path for path in (SOURCES / "docs/figures").glob("*.py") if "import maille" in path.read_text())
 
 
-@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("example", EXAMPLES + FIGURES, ids=lambda path: path.stem)
 def test_examples_contract_make_their_pictures(example, tmp_path):
     if "MAILLE_DATA" in example.read_text() and not os.environ.get("MAILLE_DATA"):
         pytest.skip("MAILLE_DATA is not set")
@@ -37,3 +38,11 @@ def test_examples_contract_are_all_in_the_gallery():
         assert f"gallery/{example.stem}.png" in page and (SOURCES / f"docs/gallery/{example.stem}.png").is_file()
     for picture in re.findall(r"\]\(([\w/.]+\.png)\)", page):
         assert (SOURCES / "docs" / picture).is_file(), picture
+
+
+def test_figures_contract_are_on_pages():
+    pages = "".join(page.read_text() for page in (SOURCES / "docs").glob("*.md"))
+    assert len(FIGURES) >= 3
+    for figure in FIGURES:
+        assert f"]({figure.stem}.png)" in pages and f"](figures/{figure.name})" in pages, figure.name
+        assert (SOURCES / f"docs/{figure.stem}.png").is_file()

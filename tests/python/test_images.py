@@ -169,3 +169,14 @@ def test_transforms_independent_transformix_warps_labels_as_we_do(tmp_path, endi
                    stdout=subprocess.DEVNULL)
     theirs = np.asarray(nib.load(tmp_path / "result.nii.gz").dataobj)
     assert (theirs != expected).sum() <= 0.002 * (expected != 0).sum()
+
+
+def test_warps_oracle_labels_of_a_file_are_those_of_its_array(tmp_path):
+    """Truth: the same body from the array; places are rounded to float32 in the file."""
+    scene = label_scene(two_labels())
+    scene.save(tmp_path / "saved.toml")
+    answers = [one.run("coupled", threads=1) for one in (scene, maille.load(tmp_path / "saved.toml"))]
+    of_array, of_file = (answer.warped_labels() for answer in answers)
+    assert [row["label"] for row in of_file] == [row["label"] for row in of_array] == [5, 17]
+    for a, b in zip(of_array, of_file):
+        assert b["sub_voxel_volume"] == pytest.approx(a["sub_voxel_volume"], rel=1e-5)

@@ -1,5 +1,11 @@
 """Scenes from arrays, files and mappings, and what is wrong with them."""
 
+import copy
+import os
+import pickle
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -128,3 +134,52 @@ def test_comparisons_contract_rows_and_errors(strip):
     assert compared.rows[0]["relative_l2"] > 0.01 and "relative_l2" not in compared.rows[1]
     errors = maille.compare(compared.answers["coupled"], reference=compared.answers["coupled"])
     assert errors.relative_l2 == 0 and errors.force == 0
+
+
+def test_scenes_oracle_frames_and_sliding_borders_are_those_of_files(tmp_path):
+    """Truth: the file's own answer. In RAS the move is along the affine's axes, not the array's."""
+    scene = maille.Scene(
+        maille.Image(two_labels(), affine=AFFINE, labels={17: "muscle/soleus", 5: "muscle/soleus"}, fibre=(1, 0, 0)),
+        holds=[maille.hold("x-")], moves=[maille.move("x+", by=("0.1 mm", "0.2 mm", 0), frame="ras")],
+        sliding=[{"between": [5, 17]}])
+    file = tmp_path / "glides.toml"
+    scene.save(file)
+    text = file.read_text()
+    assert 'frame = "ras"' in text and "[[sliding]]" in text
+    by_array = scene.run("coupled", threads=1).displacement
+    assert np.allclose(maille.load(file).run("coupled", threads=1).displacement, by_array, atol=1e-9)
+    prescribed = by_array[:, :, -1].reshape(-1, 3)
+    assert np.allclose(prescribed, np.array([0.8 * 0.1 + 0.6 * 0.2, -0.6 * 0.1 + 0.8 * 0.2, 0]) * 1e-3)
+
+
+def test_scenes_contract_what_drives_a_bone_is_that_of_files():
+    scene = maille.Scene(
+        maille.Image(two_labels(), affine=AFFINE, labels={17: "muscle/soleus", 5: "bone/cortical_tibia"}),
+        holds=[maille.hold("z-")], drives=[{"label": 5, "by": ["0.1 mm", 0, 0]}])
+    u = scene.run("coupled", threads=1).displacement
+    assert np.allclose(u[-1, ..., 0], 1e-4)
+
+
+def test_imports_contract_a_numpy_that_the_module_does_not_know_is_said(tmp_path):
+    if maille._core.knows_numpy_2:
+        pytest.skip("built with a pybind11 that knows numpy 2")
+    program = "import numpy; numpy.__version__ = '2.1.0'; import maille"
+    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True,
+                         env={**os.environ, "PYTHONPATH": os.environ["MAILLE_PYTHON_PATH"]})
+    assert run.returncode != 0 and "numpy 2.1.0 is installed" in run.stderr
+
+
+def test_scenes_contract_faults_of_what_is_in_memory_name_no_file():
+    with pytest.raises(maille.SceneFaults) as raised:
+        maille.Scene(maille.box((8, 4), "1 mm", "muscle/solus"), holds=[maille.hold("q-")]).check()
+    assert len(raised.value.faults) == 2
+    assert all(fault.file == "" and fault.line == 0 for fault in raised.value.faults)
+    assert "scene.toml" not in str(raised.value) and "hold[1].where: expected" in str(raised.value)
+
+
+def test_scenes_oracle_copies_and_pickles_are_the_scene():
+    """Truth: the scene's own answer."""
+    scene = label_scene(two_labels())
+    u = scene.run("coupled", threads=1).displacement
+    for other in (copy.deepcopy(scene), copy.copy(scene), pickle.loads(pickle.dumps(scene))):
+        assert np.array_equal(other.run("coupled", threads=1).displacement, u)

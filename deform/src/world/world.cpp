@@ -27,6 +27,13 @@ namespace {
   throw std::invalid_argument("World: " + what);
 }
 
+/// @param other  whose cell an object would take as the world begins; -1: no one's, beyond the border
+[[noreturn]] void fail_to_place(const WorldScene& scene, const std::string& name, int other) {
+  fail("object `" + name + "` " +
+       (other < 0 ? "reaches beyond the border"
+                  : "is where `" + scene.objects[static_cast<std::size_t>(other)].name + "` is"));
+}
+
 Pose pose_of(const WorldObject& object, int dimension) {
   Pose pose;
   for (int a = 0; a < dimension; ++a)
@@ -123,7 +130,7 @@ void WorldParts::add_rigid(int object) {
   member(object).first = rigid.n_voxels();
   const auto added = rigid.add(shape_of(what.scene.specimen, scene), pose);
   if (!added.object)
-    fail("object `" + what.name + "` is where another is, or reaches beyond the border");
+    fail_to_place(scene, what.name, added.refused_at ? object_in(added.refused_at->cell) : -1);
   member(object).index = *added.object;
   by_number.push_back(object);
 }
@@ -140,14 +147,13 @@ void WorldParts::add_body(int object) {
     if (is_blocked && scene.contact == ContactLaw::surfaces)
       continue; // two may meet in a cell: Balance looks at their surfaces
     if (is_blocked)
-      fail("object `" + what.name + "` is where another is, or reaches beyond the border");
+      fail_to_place(scene, what.name, object_in(cell));
     body.cells().put(map(), voxel, cell);
   }
   for (std::int32_t point = 0; point < body.matter().n_points(); ++point)
-    if (scene.contact != ContactLaw::surfaces &&
-        body.cells().is_blocked(map(),
-                                cell_at(body.matter().place(point, body.lattice(), body.displacement()))))
-      fail("object `" + what.name + "` is where another is, or reaches beyond the border");
+    if (const Index3 cell = cell_at(body.matter().place(point, body.lattice(), body.displacement()));
+        scene.contact != ContactLaw::surfaces && body.cells().is_blocked(map(), cell))
+      fail_to_place(scene, what.name, object_in(cell));
   body.put_matter(map());
   by_number.push_back(object);
 }

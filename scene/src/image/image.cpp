@@ -92,7 +92,7 @@ OpenImage open_image(const std::filesystem::path& file, std::int64_t largest, Fa
     faults.fail("",
                 "a file that ends in .nii, .nii.gz, .mha, .mhd, .nrrd, .nhdr or .vti, or a folder of DICOM "
                 "files",
-                in_quotes(file.filename().string()));
+                std::filesystem::exists(file) ? in_quotes(file.filename().string()) : "nothing of that name");
   if (ending == ".vti")
     return open_vti(file, largest, faults);
   if (ending == ".mha" || ending == ".mhd")

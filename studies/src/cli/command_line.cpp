@@ -78,6 +78,11 @@ void add_running(CLI::App* command, AnswerOptions& options) {
   add_list(command, "--methods,--method", options.methods,
            "methods, separated by commas; see below for their names, and for what is asked without");
   command->add_option("--out", options.out, "folder for the files that ParaView opens");
+  command
+      ->add_option(
+          "--unit", options.unit,
+          "with --out: lengths in files for viewers, mm or m; default: m in .vti and .vtu, mm in surfaces")
+      ->check(CLI::IsMember({"mm", "m"}));
   add_overwrite(command, options.overwrite);
   add_fem_solver(command, options.fem_solver);
   add_threads(command, options.threads);
@@ -86,20 +91,20 @@ void add_running(CLI::App* command, AnswerOptions& options) {
 /// Which images go with an answer.
 void add_images(CLI::App* command, WarpOptions& options, const std::string& when) {
   command->add_option("--image", options.image,
-                      when + "image of grey values (.nii, .nii.gz, .mha, .mhd, .nrrd, .vti)");
+                      when +
+                          "image of grey values (.nii, .nii.gz, .mha, .mhd, .nrrd, .vti, or a DICOM folder)");
   command->add_option("--labels", options.labels,
                       when + "image of labels; default: the one that the body was read from");
   add_list(command, "--also", options.also,
-           when + "formats beside .nii.gz, of warped images and the pull field: mha, nrrd");
+           when + "formats beside .nii.gz, of warped images and the pull field");
+  command->get_option("--also")->type_name("TEXT:{mha,nrrd}");
   command
       ->add_option("--background", options.background,
                    when + "value of the warped image where there is no matter")
       ->capture_default_str();
   add_list(command, "--surface", options.surfaces,
-           when + "formats of the deformed labels' (else materials') surfaces: stl, ply, vtp");
-  command->add_option("--unit", options.unit, when + "of surfaces: mm or m")
-      ->check(CLI::IsMember({"mm", "m"}))
-      ->capture_default_str();
+           when + "formats of the deformed labels' (else materials') surfaces");
+  command->get_option("--surface")->type_name("TEXT:{stl,ply,vtp}");
 }
 
 } // namespace
@@ -150,6 +155,9 @@ void add_warp(CLI::App* command, WarpCommandOptions& options) {
   add_common(command, options);
   add_list(command, "--methods,--method", options.methods, "methods, separated by commas; default: coupled");
   add_images(command, options.warp, "");
+  command->add_option("--unit", options.warp.unit, "of surfaces: mm or m")
+      ->check(CLI::IsMember({"mm", "m"}))
+      ->capture_default_str();
   command->add_option("--out", options.out, "folder for warped images and labels, and the fields");
   add_fem_solver(command, options.fem_solver);
   add_threads(command, options.threads);
@@ -323,6 +331,9 @@ void add_study(CLI::App* command, StudyCommandOptions& options) {
   command->add_option("STUDY", options.study, "study file (TOML)")->required();
   command->add_option("--out", options.out,
                       "folder for the table and for files that ParaView opens; default out/NAME");
+  command->add_option("--unit", options.unit, "lengths in files for ParaView, mm or m")
+      ->check(CLI::IsMember({"mm", "m"}))
+      ->capture_default_str();
   add_overwrite(command, options.overwrite);
   command->add_flag("--resume", options.resume, "go on with the table that is there");
   command->add_option("--jobs", options.jobs, "cases at a time; their seconds are then marked")
@@ -360,6 +371,9 @@ void add_play(CLI::App* command, PlayOptions& options) {
       "--out", options.out,
       "folder for files that ParaView opens, a picture a frame, and a film where there is ffmpeg");
   add_overwrite(command, options.overwrite);
+  command->add_option("--unit", options.unit, "with --out: lengths in files for ParaView, mm or m")
+      ->check(CLI::IsMember({"mm", "m"}))
+      ->capture_default_str();
   command->add_flag("!--no-pictures", options.pictures, "with --out: neither pictures nor a film");
   command->add_option("--picture", options.picture, "PNG of four moments side by side");
   command

@@ -77,7 +77,8 @@ struct CommonOptions {
 
 /// What both commands that answer scenes can be asked for.
 struct AnswerOptions : CommonOptions {
-  bool estimate = false; ///< of the errors, see add_estimates
+  bool estimate = false;           ///< of the errors, see add_estimates
+  std::optional<std::string> unit; ///< of lengths in files for viewers; nothing: as each kind of file has it
 };
 
 struct ExplainOptions : CommonOptions {
@@ -146,6 +147,7 @@ struct PlayOptions {
   std::filesystem::path scene, trajectory;
   std::optional<std::filesystem::path> out; ///< folder for files; nothing: none are written
   bool overwrite = false;                   ///< results of other scenes in that folder
+  std::string unit = "m";                   ///< of lengths in these files
   std::optional<std::string> picture;       ///< of four moments side by side
   bool pictures = true;                     ///< one a frame, and a film of them, in `out`
   std::string render = "surfaces";          ///< how pictures are made: surfaces or volume
@@ -259,6 +261,7 @@ struct StudyCommandOptions {
   std::optional<std::string> picture;
   std::string picture_of; ///< a column of the table, or of a measure; empty: default_response()
   std::string shard;      ///< `i/N`; empty: the whole study
+  std::string unit = "m"; ///< of lengths in files for viewers
   std::string fem_solver = "automatic";
   bool resume = false;
   int jobs = 1;

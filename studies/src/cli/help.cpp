@@ -215,7 +215,7 @@ std::string footer_of(const Command& command) {
 
 std::string footer_of_all() {
   return "\nmaille help COMMAND, maille help methods, maille help results. Start: maille run SCENE.toml\n"
-         "Documents: docs/ beside the README";
+         "Documents: docs/ of the sources; share/doc/maille/docs of what is installed";
 }
 
 std::vector<std::string> in_parsers_words(std::vector<std::string> words) {

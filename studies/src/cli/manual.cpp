@@ -210,9 +210,16 @@ std::string zsh_completion(const CLI::App& app) {
         const auto choices = choices_of(*option);
         const std::string value = !takes_value(*option) ? ""
                                   : choices.empty()     ? ":value:_files"
-                                                        : fmt::format(":value:({})", fmt::join(choices, " "));
+                                  : option->get_delimiter() == ','
+                                      ? fmt::format(":value:_sequence compadd - {}", fmt::join(choices, " "))
+                                      : fmt::format(":value:({})", fmt::join(choices, " "));
         arguments += fmt::format(" \\\n        '{}[{}]{}'", name, in_zsh(option->get_description()), value);
       }
+    // The command itself is the first word that is no option.
+    for (const CLI::Option* option : command->get_options())
+      if (const auto choices = choices_of(*option); option->get_positional() && !choices.empty())
+        arguments += fmt::format(" \\\n        '1: : ' \\\n        '2:{}:({})'", command->get_name(),
+                                 fmt::join(choices, " "));
     cases += fmt::format("      {})\n      _arguments{} \\\n        '*:file:_files' ;;\n",
                          command->get_name(), arguments);
   }

@@ -4,6 +4,7 @@
 #include "view/seen_scene.hpp"
 
 #include <stdexcept>
+#include <string_view>
 
 namespace maille::studies {
 
@@ -11,8 +12,9 @@ deform::World world_of(const WorldScene& scene, const std::filesystem::path& fil
   try {
     return deform::World(scene);
   } catch (const std::invalid_argument& error) {
-    throw InputError(
-        {{file.string(), 0, "object", "objects that fit into the world and keep apart", error.what()}});
+    const std::string_view what = error.what();
+    throw InputError({{file.string(), 0, "object", "objects that fit into the world and keep apart",
+                       std::string(what.substr(what.starts_with("World: ") ? 7 : 0))}});
   }
 }
 

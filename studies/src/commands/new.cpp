@@ -10,8 +10,11 @@
 
 #include <algorithm>
 #include <cctype>
+#include <climits>
 #include <cmath>
+#include <functional>
 #include <map>
+#include <optional>
 
 namespace maille::studies {
 
@@ -103,16 +106,31 @@ std::string with_name(std::string text, std::string_view key, const std::string&
   return text;
 }
 
+/// A box around voxels.
+struct Extent {
+  Index3 low{INT_MAX, INT_MAX, INT_MAX}, high{-1, -1, -1};
+
+  void take(const Index3& at) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      low[a] = std::min(low[a], at[a]);
+      high[a] = std::max(high[a], at[a]);
+    }
+  }
+  double length(std::size_t axis, const Vec3& spacing) const {
+    return (high[axis] - low[axis] + 1) * spacing[axis];
+  }
+};
+
 struct FoundLabel {
   std::int64_t voxels = 0;
+  Extent extent;
   std::string name; ///< of its segment; empty: it has none
 };
 
 struct LabelImage {
   ImageInfo info;
   std::map<std::int32_t, FoundLabel> labels;
-  std::size_t longest_axis = 0; ///< of the box around them
-  double length = 0;            ///< along it [m]
+  Extent extent;
   std::int64_t voxels = 0;
 };
 
@@ -123,7 +141,6 @@ LabelImage look_at(const fs::path& file) {
   if (image.info.components != 1)
     throw UsageError(fmt::format("{}: expected an image of labels, found {} values a voxel", file.string(),
                                  image.info.components));
-  Index3 low = image.info.size, high{-1, -1, -1};
   std::size_t voxel = 0;
   for (int k = 0; k < image.info.size[2]; ++k)
     for (int j = 0; j < image.info.size[1]; ++j)
@@ -135,21 +152,14 @@ LabelImage look_at(const fs::path& file) {
           throw UsageError(
               fmt::format("{}: expected labels, at most 255 whole numbers, found grey values such as {}",
                           file.string(), value));
-        ++found.labels[static_cast<std::int32_t>(value)].voxels;
+        FoundLabel& label = found.labels[static_cast<std::int32_t>(value)];
+        ++label.voxels;
+        label.extent.take({i, j, k});
         ++found.voxels;
-        const Index3 at{i, j, k};
-        for (std::size_t a = 0; a < 3; ++a) {
-          low[a] = std::min(low[a], at[a]);
-          high[a] = std::max(high[a], at[a]);
-        }
+        found.extent.take({i, j, k});
       }
   if (found.labels.empty())
     throw UsageError(file.string() + ": expected labels, found voxels of 0 alone");
-  for (std::size_t a = 0; a < 3; ++a)
-    if (const double length = (high[a] - low[a] + 1) * image.info.spacing[a]; length > found.length) {
-      found.length = length;
-      found.longest_axis = a;
-    }
   for (const NamedSegment& segment : named_segments(file))
     if (const auto label = found.labels.find(segment.label); label != found.labels.end())
       label->second.name = segment.name;
@@ -180,38 +190,70 @@ double millilitres(const LabelImage& image, std::int64_t voxels) {
   return 1e6 * h[0] * h[1] * h[2] * static_cast<double>(voxels);
 }
 
-/// @param only one label, the largest, is the body; the others stand as comments
-std::string scene_of(const LabelImage& image, const std::string& file, const std::string& name, bool only) {
-  const auto largest =
-      std::ranges::max_element(image.labels, {}, [](const auto& label) { return label.second.voxels; });
+/// The body of a scene, and where it is pulled.
+struct Body {
+  std::optional<std::int32_t> only; ///< of one label; the others stand as comments
+  std::size_t axis = 0;
+};
+
+std::string scene_of(const LabelImage& image, const std::string& file, const std::string& name,
+                     const Body& body) {
   constexpr double most_cells = 2e5; // some seconds, and a first picture
-  const double taken = static_cast<double>(only ? largest->second.voxels : image.voxels);
+  const FoundLabel* const one = body.only ? &image.labels.at(*body.only) : nullptr;
+  const double taken = static_cast<double>(one ? one->voxels : image.voxels);
   const int coarsen = std::max(1, static_cast<int>(std::ceil(std::cbrt(taken / most_cells))));
+  const double length = (one ? one->extent : image.extent).length(body.axis, image.info.spacing);
+  std::array<std::string, 3> fibre{"0", "0", "0"}, by{"0", "0", "0"};
+  fibre[body.axis] = "1";
+  by[body.axis] = fmt::format("\"{:.3g} mm\"", 1e3 * 0.02 * length);
   std::string text = fmt::format(
       "# A body from {0}.\n# Run it:          maille run {1} --out out\n# Over the scan:   maille warp {1} "
       "--out out\n"
       "# Every key:       docs/scene.md; tissues: maille materials\n\ntitle = \"a body from "
       "{0}\"\n\n[specimen]\n"
       "shape   = \"image\"\nimage   = \"{2}\"\ncoarsen = {3}   # voxels of a cell along each axis\n"
-      "fibre   = [{4}]\n\n# Which label is what. Take a line out, and its voxels are no part of the body.\n"
+      "fibre   = [{4}]\n\n# Which label is what. Take a line out, and its voxels are no part of the "
+      "body.{5}\n"
       "[specimen.labels]\n",
-      fs::path(file).filename().string(), name, file, coarsen,
-      image.longest_axis == 0   ? "1, 0, 0"
-      : image.longest_axis == 1 ? "0, 1, 0"
-                                : "0, 0, 1");
+      fs::path(file).filename().string(), name, file, coarsen, fmt::join(fibre, ", "),
+      one ? "\n# Labels that are held at no end of the body would not move: they are comments here." : "");
   for (const auto& [label, found] : image.labels)
     text +=
-        fmt::format("{}{} = \"{}\"   # {} voxels, {:.4g} ml{}\n", only && label != largest->first ? "# " : "",
-                    label, tissue_for(found.name), found.voxels, millilitres(image, found.voxels),
-                    found.name.empty() ? "" : ": " + found.name);
-  const char axis = "xyz"[image.longest_axis];
-  std::array<std::string, 3> by{"0", "0", "0"};
-  by[image.longest_axis] = fmt::format("\"{:.3g} mm\"", 1e3 * 0.02 * image.length);
+        fmt::format("{}{} = \"{}\"   # {} voxels, {:.4g} ml{}\n",
+                    body.only && label != *body.only ? "# " : "", label, tissue_for(found.name), found.voxels,
+                    millilitres(image, found.voxels), found.name.empty() ? "" : ": " + found.name);
   text += fmt::format(
       "\n[[hold]]\nwhere = \"{0}-\"   # a face of the box around the body, or a region\n\n[[move]]\n"
-      "where = \"{0}+\"\nby    = [{1}, {2}, {3}]   # 2 % of the body's length\n",
-      axis, by[0], by[1], by[2]);
+      "where = \"{0}+\"\nby    = [{1}]   # 2 % of the body's length\n",
+      "xyz"[body.axis], fmt::join(by, ", "));
   return text;
+}
+
+/// Axes, the longest of the box first.
+std::array<std::size_t, 3> by_length(const Extent& extent, const Vec3& spacing) {
+  std::array<std::size_t, 3> axes{0, 1, 2};
+  std::ranges::stable_sort(axes, std::greater{}, [&](std::size_t a) { return extent.length(a, spacing); });
+  return axes;
+}
+
+/// Of all labels, along the longest axis on which nearly all of them is held (specks of a segmentation never
+/// are); else of the largest label.
+Body body_to_begin_with(const LabelImage& image, const std::string& file, const fs::path& out) {
+  constexpr double specks = 0.01;
+  for (const std::size_t axis : by_length(image.extent, image.info.spacing)) {
+    try {
+      const Scene scene = parse_scene(scene_of(image, file, out.string(), {{}, axis}), out);
+      std::int64_t left_out = 0;
+      for (const LeftOutPiece& piece : scene.left_out)
+        left_out += piece.cells;
+      if (static_cast<double>(left_out) <= specks * static_cast<double>(scene.specimen.n_matter_cells()))
+        return {{}, axis};
+    } catch (const InputError&) { // what is moved is held nowhere
+    }
+  }
+  const auto largest =
+      std::ranges::max_element(image.labels, {}, [](const auto& label) { return label.second.voxels; });
+  return {largest->first, by_length(largest->second.extent, image.info.spacing)[0]};
 }
 
 void write_new(const fs::path& file, const std::string& text, bool overwrite) {
@@ -240,17 +282,17 @@ void new_image(const NewOptions& options) {
     stem = stem.stem();
   const fs::path out = options.out ? fs::path(*options.out) : fs::path(stem.string() + ".toml");
   const std::string file = name_from(out.parent_path(), options.labels);
-  std::string text = scene_of(image, file, out.string(), false);
-  try {
-    parse_scene(text, out);
-  } catch (const InputError&) { // parts that do not touch: one of them is a body for sure
-    text = scene_of(image, file, out.string(), true);
-    parse_scene(text, out);
-  }
+  const Body body = body_to_begin_with(image, file, out);
+  const std::string text = scene_of(image, file, out.string(), body);
+  parse_scene(text, out);
   fmt::print("{:>8} {:>10} {:>12}  {}\n", "label", "voxels", "volume", "name");
   for (const auto& [label, found] : image.labels)
     fmt::print("{:>8} {:>10} {:>9.4g} ml  {}\n", label, found.voxels, millilitres(image, found.voxels),
                for_terminal(found.name));
+  if (body.only && image.labels.size() > 1)
+    fmt::print(
+        "the scene is of label {} alone: the labels together are several bodies, not all of them held\n",
+        *body.only);
   write_new(out, text, options.overwrite);
 }
 

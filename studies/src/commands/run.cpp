@@ -26,15 +26,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Images and surfaces that go along with a run.
+WarpOptions warp_options(const RunOptions& options) {
+  WarpOptions warp = options.warp;
+  warp.unit = options.unit.value_or(warp.unit);
+  return warp;
+}
+
 /// The files of one method: of several steps a series that begins with the body at rest, so that it can be
 /// played from there; of one the end alone.
 class MethodFiles {
 public:
   MethodFiles(const Scene& scene, const std::string& method, const RunOptions& options, ResultsFolder& folder)
       : scene_(scene), method_(method), steps_(options.steps), threads_(options.threads),
-        has_maps_(options.maps),
-        warp_(options.is_warped ? std::optional(warp_request(options.warp)) : std::nullopt), folder_(folder),
-        stem_(folder.file("_" + method)), series_(stem_, static_cast<std::size_t>(options.steps) + 1) {}
+        has_maps_(options.maps), unit_(options.unit == "mm" ? LengthUnit::millimetre : LengthUnit::metre),
+        warp_(options.is_warped ? std::optional(warp_request(warp_options(options))) : std::nullopt),
+        folder_(folder), stem_(folder.file("_" + method)),
+        series_(stem_, static_cast<std::size_t>(options.steps) + 1) {}
 
   /// Nothing is written before there is a first answer.
   void add(const Scene& part, const ComparisonRow& row, double fraction) {
@@ -43,6 +51,7 @@ public:
     if (const auto& found = row.estimation; found && found->estimate)
       fields.error_estimate = &found->estimate->error;
     fields.provenance = provenance(part, row.answer, threads_);
+    fields.unit = unit_;
     if (has_maps_)
       maps_ = write_voxel_maps(part, row.answer, has_stress(method_), stem_);
     if (warp_ && fraction == 1)
@@ -94,6 +103,7 @@ private:
     ExportFields fields;
     fields.has_stress = has_stress(method_);
     fields.displacement = &rest;
+    fields.unit = unit_;
     files_.push_back(series_.add(scene_, fields, 0));
   }
 
@@ -101,6 +111,7 @@ private:
   const std::string& method_;
   int steps_, threads_;
   bool has_maps_;
+  LengthUnit unit_;
   std::optional<WarpRequest> warp_;
   std::optional<WarpedFiles> warped_;
   ResultsFolder& folder_;
@@ -225,7 +236,7 @@ void check_warp(const RunOptions& options, const Scene& scene) {
     return;
   if (!options.out)
     throw UsageError("--warp: expected --out, the folder for the images, found none");
-  if (const std::string why_not = why_no_warp(scene, warp_request(options.warp)); !why_not.empty())
+  if (const std::string why_not = why_no_warp(scene, warp_request(warp_options(options))); !why_not.empty())
     throw UsageError("--warp: expected " + why_not);
 }
 

@@ -1,6 +1,7 @@
 #include "answer_fields.hpp"
 
 #include "body_grid.hpp"
+#include "data_set_parts.hpp"
 
 #include <vtkDataArray.h>
 #include <vtkDataSet.h>
@@ -23,12 +24,14 @@ std::optional<Displacement> field(vtkDataSet& body, const char* name, const Scen
   if (array == nullptr || array->GetNumberOfComponents() != 3)
     return std::nullopt;
   Displacement result(scene.specimen.grid);
+  const double in_a_metre = is_in_millimetres(body) ? 1e3 : 1;
   for (vtkIdType i = 0; i < array->GetNumberOfTuples(); ++i) {
     Vec3 value{};
     array->GetTuple(i, value.data());
     value = to_object(scene.specimen.placement, value);
     for (int c = 0; c < scene.dimension(); ++c)
-      result(c, numbering.nodes[static_cast<std::size_t>(i)]) = value[static_cast<std::size_t>(c)];
+      result(c, numbering.nodes[static_cast<std::size_t>(i)]) =
+          value[static_cast<std::size_t>(c)] / in_a_metre;
   }
   return result;
 }

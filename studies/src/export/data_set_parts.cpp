@@ -8,14 +8,19 @@
 #include <vtkCallbackCommand.h>
 #include <vtkErrorCode.h>
 #include <vtkExecutive.h>
+#include <vtkImageData.h>
 #include <vtkIntArray.h>
 #include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPointSet.h>
+#include <vtkPoints.h>
 #include <vtkStringArray.h>
 #include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
 #include <map>
 #include <stdexcept>
+#include <string_view>
 
 namespace maille::studies {
 namespace fs = std::filesystem;
@@ -51,6 +56,41 @@ void add_text(vtkFieldData& arrays, const char* name, const std::string& text) {
   array->SetName(name);
   array->InsertNextValue(text);
   arrays.AddArray(array);
+}
+
+void use_millimetres(vtkDataSet& body) {
+  constexpr double millimetres = 1e3;
+  if (auto* const image = vtkImageData::SafeDownCast(&body)) {
+    std::array<double, 3> origin{}, spacing{};
+    image->GetOrigin(origin.data());
+    image->GetSpacing(spacing.data());
+    image->SetOrigin(millimetres * origin[0], millimetres * origin[1], millimetres * origin[2]);
+    image->SetSpacing(millimetres * spacing[0], millimetres * spacing[1], millimetres * spacing[2]);
+  } else if (auto* const points = vtkPointSet::SafeDownCast(&body)) {
+    for (vtkIdType i = 0; i < points->GetNumberOfPoints(); ++i) {
+      std::array<double, 3> at{};
+      points->GetPoint(i, at.data());
+      points->GetPoints()->SetPoint(i, millimetres * at[0], millimetres * at[1], millimetres * at[2]);
+    }
+  }
+  for (int a = 0; a < body.GetPointData()->GetNumberOfArrays(); ++a)
+    if (vtkDataArray* const array = body.GetPointData()->GetArray(a);
+        array != nullptr && std::string_view(array->GetName()).starts_with("Displacement"))
+      for (vtkIdType i = 0; i < array->GetNumberOfTuples(); ++i)
+        for (int c = 0; c < array->GetNumberOfComponents(); ++c)
+          array->SetComponent(i, c, millimetres * array->GetComponent(i, c));
+  if (auto* const units = vtkStringArray::SafeDownCast(body.GetFieldData()->GetAbstractArray("Units"))) {
+    std::string text = units->GetValue(0);
+    for (std::size_t at = text.find(": m;"); at != std::string::npos; at = text.find(": m;", at + 1))
+      text.replace(at, 4, ": mm;");
+    units->SetValue(0, text);
+  }
+}
+
+bool is_in_millimetres(vtkDataSet& body) {
+  auto* const units = vtkStringArray::SafeDownCast(body.GetFieldData()->GetAbstractArray("Units"));
+  return units != nullptr && units->GetNumberOfValues() > 0 &&
+         std::string(units->GetValue(0)).starts_with("lengths: mm");
 }
 
 void write_data_set(vtkXMLWriter& writer, vtkDataSet& body, const fs::path& file) {

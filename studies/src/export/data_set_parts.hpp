@@ -28,6 +28,11 @@ vtkSmartPointer<vtkDoubleArray> tensor_array(const char* name,
 
 void add_text(vtkFieldData& arrays, const char* name, const std::string& text);
 
+/// Places, displacements and what Units says of them, from metres to millimetres.
+void use_millimetres(vtkDataSet& body);
+/// Whether Units says so.
+bool is_in_millimetres(vtkDataSet& body);
+
 /// Appended, compressed, whole or not at all. @throws std::filesystem::filesystem_error, std::runtime_error
 void write_data_set(vtkXMLWriter& writer, vtkDataSet& body, const std::filesystem::path& file);
 

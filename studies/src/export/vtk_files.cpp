@@ -151,6 +151,8 @@ fs::path write_vtk(const Scene& scene, const ExportFields& fields, const fs::pat
     add_rotation(*body->GetCellData(), scene, *fields.displacement, numbering);
   add_names(*body->GetFieldData(), scene);
   add_field_data(*body->GetFieldData(), fields);
+  if (fields.unit == LengthUnit::millimetre)
+    use_millimetres(*body);
 
   fs::path file = stem;
   file += is_whole ? ".vti" : ".vtu"; // not replace_extension: a stem may hold a point

@@ -103,6 +103,16 @@ void add_warnings(WarpedFiles& made) {
   if (made.reached_twice > 0)
     made.warnings.push_back(
         fmt::format("{} voxels are covered by two cells or more: the first has them", made.reached_twice));
+  // Parts of voxels count volumes to half a percent from a thousand voxels on.
+  constexpr std::int64_t countable = 1000;
+  constexpr double told_apart = 0.01;
+  for (const WarpedLabel& label : made.labels)
+    if (const double lost = 1 - label.sub_voxel_volume / label.integral_of_det_f;
+        label.voxels >= countable && label.folded == 0 && lost > told_apart)
+      made.warnings.push_back(
+          fmt::format("{:.2g} % of label {}'s volume is not in the warped image: it has left the image, or "
+                      "other matter has its place",
+                      100 * lost, label.label));
   std::int64_t left_out = 0;
   for (const WarpedLabel& label : made.labels)
     left_out += label.left_out;

@@ -35,10 +35,11 @@ std::vector<std::string> names_in_files(const WorldScene& world) {
 } // namespace
 
 WorldSeries::WorldSeries(const WorldScene& world, fs::path stem, std::size_t n_moments,
-                         std::string provenance)
+                         std::string provenance, LengthUnit unit)
     : world_(world), stem_(std::move(stem)),
       n_digits_(std::max(4, static_cast<int>(fmt::formatted_size("{}", n_moments > 0 ? n_moments - 1 : 0)))),
-      provenance_(std::move(provenance)), names_(names_in_files(world)), shown_(world.objects.size()) {}
+      provenance_(std::move(provenance)), unit_(unit), names_(names_in_files(world)),
+      shown_(world.objects.size()) {}
 
 void WorldSeries::add(const WorldMoment& moment) {
   for (std::size_t i = 0; i < shown_.size(); ++i) {
@@ -48,7 +49,7 @@ void WorldSeries::add(const WorldMoment& moment) {
     if (shown.last != moment.objects[i]) {
       fs::path file = stem_;
       file += fmt::format("_{}_{:0{}}.vtu", names_[i], n_moments_, n_digits_);
-      write_world_object(world_, i, moment, *shown.start, provenance_, file);
+      write_world_object(world_, i, moment, *shown.start, provenance_, file, unit_);
       shown.last = moment.objects[i];
       shown.file = file;
       files_.push_back(file);

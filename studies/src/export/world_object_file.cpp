@@ -72,7 +72,8 @@ Displacement in_own_frame(const WorldObject& object, const std::vector<Vec3>& no
 } // namespace
 
 void write_world_object(const WorldScene& world, std::size_t object, const WorldMoment& moment,
-                        const std::vector<Vec3>& start, const std::string& provenance, const fs::path& file) {
+                        const std::vector<Vec3>& start, const std::string& provenance, const fs::path& file,
+                        LengthUnit unit) {
   const WorldObject& what = world.objects[object];
   const std::vector<Vec3>& now = *moment.objects[object];
   const BodyNumbering numbering = matter_only(what.scene.specimen);
@@ -97,6 +98,8 @@ void write_world_object(const WorldScene& world, std::size_t object, const World
   time->SetName("TimeValue");
   time->InsertNextValue(moment.time);
   field.AddArray(time);
+  if (unit == LengthUnit::millimetre)
+    use_millimetres(*body);
   write_data_set(*vtkNew<vtkXMLUnstructuredGridWriter>(), *body, file);
 }
 

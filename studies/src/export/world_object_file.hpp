@@ -5,10 +5,11 @@
 
 namespace maille::studies {
 
-/// @param start  where the nodes of its grid were in the first moment [m] @param file  *.vtu
+/// @param start  where the nodes of its grid were in the first moment [m] @param file  *.vtu @param unit  of
+/// places and displacements
 /// @throws as write_vtk
 void write_world_object(const WorldScene& world, std::size_t object, const WorldMoment& moment,
                         const std::vector<Vec3>& start, const std::string& provenance,
-                        const std::filesystem::path& file);
+                        const std::filesystem::path& file, LengthUnit unit);
 
 } // namespace maille::studies

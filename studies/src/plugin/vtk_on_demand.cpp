@@ -22,8 +22,8 @@ std::filesystem::path write_vtk(const Scene& scene, const ExportFields& fields,
 
 void write_world_object(const WorldScene& world, std::size_t object, const WorldMoment& moment,
                         const std::vector<Vec3>& start, const std::string& provenance,
-                        const std::filesystem::path& file) {
-  plugin().write_object(world, object, moment, start, provenance, file);
+                        const std::filesystem::path& file, LengthUnit unit) {
+  plugin().write_object(world, object, moment, start, provenance, file, unit);
 }
 
 AnswerFields read_answer_fields(const Scene& scene, const std::filesystem::path& file) {

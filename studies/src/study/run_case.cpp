@@ -198,6 +198,7 @@ std::string CaseRunner::write_file(const StudyRow& row, const ComparisonRow& res
   ExportFields fields;
   fields.show(result.answer);
   fields.time = case_.number;
+  fields.unit = options_.unit;
   const ComparisonRow* reference = comparison.reference_row();
   fields.reference = result.error && reference ? &reference->answer.displacement : nullptr;
   fields.provenance = json_line(row);

@@ -100,5 +100,49 @@ TEST_F(WarpCommandContract, NewScenesAreReadyToRun) {
   EXPECT_EQ(maille_command("new strip " + labels_ + " --out " + out("b.toml")).code, 2);
 }
 
+TEST_F(WarpCommandContract, SaysWhatHasLeftTheImage) {
+  test::LabelArray block = test::bent_body();
+  block.size = {14, 14, 12}; // room at its sides, none at its ends
+  block.values.assign(14 * 14 * 12, 0);
+  for (int k = 0; k < 12; ++k)
+    for (int j = 2; j < 12; ++j)
+      for (int i = 2; i < 12; ++i)
+        block.values[static_cast<std::size_t>(i + 14 * (j + 14 * k))] = 17;
+  folder_.write("block.nii", test::nifti_of(block));
+  const auto pulled = [&](const char* by) {
+    return folder_
+        .write("block.toml",
+               std::string("[specimen]\nshape = \"image\"\nimage = \"block.nii\"\nlabels = { 17 = "
+                           "\"muscle/soleus\" }\n[[hold]]\nwhere = \"z-\"\n[[move]]\nwhere = "
+                           "\"z+\"\nby = [0, 0, \"") +
+                   by + "\"]\n")
+        .string();
+  };
+  const Outcome out_of_it = maille_command("warp " + pulled("6 mm") + " --out " + out("a"));
+  ASSERT_EQ(out_of_it.code, 0) << out_of_it.err;
+  EXPECT_NE(out_of_it.out.find("label 17's volume is not in the warped image"), std::string::npos)
+      << out_of_it.out;
+  const Outcome within = maille_command("warp " + pulled("-6 mm") + " --out " + out("b"));
+  EXPECT_EQ(within.out.find("not in the warped image"), std::string::npos) << within.out;
+}
+
+// Two legs, further apart than they are long: pulled along themselves, both of them.
+TEST_F(WarpCommandContract, ANewSceneOfPartsThatDoNotTouchHoldsThemAll) {
+  test::LabelArray legs = test::bent_body();
+  legs.size = {24, 3, 8};
+  legs.values.assign(24 * 3 * 8, 0);
+  for (int k = 0; k < 8; ++k)
+    for (int j = 0; j < 3; ++j)
+      for (const int i : {0, 1, 2, 21, 22, 23})
+        legs.values[static_cast<std::size_t>(i + 24 * (j + 3 * k))] = i < 3 ? 3 : 4;
+  const std::string file = out("legs.toml");
+  const std::string image = folder_.write("legs.nii", test::nifti_of(legs)).string();
+  ASSERT_EQ(maille_command("new image " + image + " --out " + file).code, 0);
+  const Scene scene = read_scene(file);
+  EXPECT_EQ(scene.specimen.n_matter_cells(), 2 * 3 * 3 * 8);
+  EXPECT_TRUE(scene.left_out.empty());
+  EXPECT_EQ(scene.prescribed.size(), std::size_t{3 * 2 * 2 * 4 * 4}) << "both ends of both legs";
+}
+
 } // namespace
 } // namespace maille

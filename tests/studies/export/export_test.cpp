@@ -159,6 +159,29 @@ TEST_P(ExportedFileContract, KeepsEveryBitOfTheValues) {
   }
 }
 
+// Lengths alone: strain has none, stress stays in pascal.
+TEST_P(ExportedFileContract, InMillimetresWhereThatIsAsked) {
+  ExportFields fields{&displacement_, &reference_};
+  fields.unit = LengthUnit::millimetre;
+  const auto data = read_back(write_vtk(scene(), fields, folder_ / "in_mm"));
+  for (vtkIdType point = 0; point < data_->GetNumberOfPoints(); ++point)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      EXPECT_NEAR(data->GetPoint(point)[axis], 1e3 * data_->GetPoint(point)[axis], 1e-14);
+      for (const char* name : {"Displacement", "DisplacementReference", "DisplacementError"})
+        EXPECT_DOUBLE_EQ(tuple3(*data->GetPointData()->GetArray(name), point)[axis],
+                         1e3 * tuple3(*data_->GetPointData()->GetArray(name), point)[axis]);
+    }
+  for (vtkIdType cell = 0; cell < data_->GetNumberOfCells(); ++cell)
+    for (const char* name : {"Strain", "Stress", "VonMises", "FiberDirection"})
+      EXPECT_EQ(data->GetCellData()->GetArray(name)->GetComponent(cell, 0),
+                data_->GetCellData()->GetArray(name)->GetComponent(cell, 0));
+  auto* units = vtkStringArray::SafeDownCast(data->GetFieldData()->GetAbstractArray("Units"));
+  const std::string text = units->GetValue(0);
+  EXPECT_TRUE(text.starts_with("lengths: mm;")) << text;
+  EXPECT_NE(text.find("DisplacementErrorEstimate: mm;"), std::string::npos) << text;
+  EXPECT_NE(text.find("Stress: Pa"), std::string::npos) << text;
+}
+
 TEST_P(ExportedFileContract, PutsNodesAndCellsWhereTheyAre) {
   const Specimen& specimen = scene().specimen;
   ASSERT_EQ(data_->GetNumberOfPoints(), specimen.n_matter_nodes()); // no unused points

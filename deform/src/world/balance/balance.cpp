@@ -168,9 +168,11 @@ Balance::Balance(WorldParts& parts) : parts_(parts) {
   find_touches();
   for (const Touch& touch : touches_)
     if (touch.gap < -overlap_over_cell * cell_)
-      throw std::invalid_argument("World: object `" +
-                                  parts.scene.objects[static_cast<std::size_t>(touch.object)].name +
-                                  "` is where another is, or reaches beyond the border");
+      throw std::invalid_argument(
+          "World: object `" + parts_.scene.objects[static_cast<std::size_t>(touch.object)].name +
+          (touch.other < 0
+               ? "` reaches beyond the border"
+               : "` is where `" + parts_.scene.objects[static_cast<std::size_t>(touch.other)].name + "` is"));
 }
 
 void Balance::hold() {

@@ -1,6 +1,7 @@
 #pragma once
 /// Runs studies: case after case, or several side by side, into a table that survives being killed.
 
+#include "maille/scene/warp/surface.hpp"
 #include "maille/studies/methods.hpp"
 #include "maille/studies/study_table.hpp"
 
@@ -15,7 +16,8 @@ struct StudyOptions {
   int jobs = 1;              ///< cases at a time, each in a process of its own
   int shard = 1, shards = 1; ///< this run's part: cases shard, shard + shards, ...
   fem_ref::LinearSolver solver = fem_ref::LinearSolver::automatic;
-  int threads = 1; ///< of every method
+  LengthUnit unit = LengthUnit::metre; ///< of lengths in files for viewers
+  int threads = 1;                     ///< of every method
 };
 
 /// What has been done so far, after every case.

@@ -125,7 +125,9 @@ void check_keys(TableReader& table, const StudyParameter& parameter, const Study
     for (const std::string& key : parameter.keys)
       if (const DottedNode found = find_dotted(document, key); !found.node)
         table.fault(
-            "key", fmt::format("a key that {} has", scene.file.filename().string()),
+            "key",
+            fmt::format("a key that {} has{}", scene.file.filename().string(),
+                        key.find('[') != key.npos ? ", lists counted from 0, as in move.0.by" : ""),
             fmt::format("\"{}\", of which {}", key,
                         found.last.empty() ? "it has nothing" : fmt::format("it has only {}", found.last)));
   }

@@ -2,6 +2,7 @@
 /// Scenes and answers as files for ParaView: one grid per answer, and a list of files that makes a series.
 
 #include "maille/scene/answer.hpp"
+#include "maille/scene/warp/surface.hpp"
 
 #include <array>
 #include <cstddef>
@@ -28,7 +29,8 @@ struct ExportFields {
   const std::vector<std::array<double, 6>>*nodal_strain = nullptr, *nodal_stress = nullptr;
   /// Answer::cell_strain; null or empty: what the displacement of the corners says
   const std::vector<std::array<double, 6>>* cell_strain = nullptr;
-  bool has_stress = true; ///< false: no Stress, VonMises, FiberStress and NodalStress
+  bool has_stress = true;              ///< false: no Stress, VonMises, FiberStress and NodalStress
+  LengthUnit unit = LengthUnit::metre; ///< of places and displacements in the file; all else is in SI units
 
   /// Everything that an answer has to show: stress of methods that know one.
   void show(const Answer& answer);

@@ -38,9 +38,10 @@ struct WorldMoment {
 /// opened.
 class WorldSeries {
 public:
-  /// @param world  outlives this @param n_moments  to come; decides how many digits names get
+  /// @param world  outlives this @param n_moments  to come; decides how many digits names get @param unit  of
+  /// places and displacements
   WorldSeries(const WorldScene& world, std::filesystem::path stem, std::size_t n_moments,
-              std::string provenance);
+              std::string provenance, LengthUnit unit = LengthUnit::metre);
   /// @throws as write_vtk
   void add(const WorldMoment& moment);
   /// @return the list's path; @throws as write_pvd
@@ -59,6 +60,7 @@ private:
   std::filesystem::path stem_;
   int n_digits_;
   std::string provenance_;
+  LengthUnit unit_;
   std::vector<std::string> names_; ///< of the objects, in files' names
   std::vector<Shown> shown_;
   std::vector<PvdEntry> entries_;
