@@ -23,7 +23,7 @@ Volume::Range codes_in(const Lattice& lattice, const Index3& at, const Volume& v
     const Vec3 index = volume.grid().index_of(point);
     for (std::size_t a = 0; a < 3; ++a) {
       const double within = std::clamp(index[a], -2.0, volume.grid().size[a] + 2.0);
-      // A corner on a voxel's middle, but for rounding, is on it: the voxel behind weighs nothing in the cell.
+      // A corner on a voxel's middle, but for rounding, is on it: the voxel behind weighs nothing.
       constexpr double rounding = 1e-6;
       first[a] = std::min(first[a], static_cast<int>(std::floor(within + rounding)));
       last[a] = std::max(last[a], static_cast<int>(std::ceil(within - rounding)));

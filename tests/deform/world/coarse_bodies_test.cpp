@@ -109,8 +109,8 @@ TEST(TurnedBodiesContract, ATipIsStoppedByTheFlankOfATurnedBody) {
       }
 }
 
-// Contract: nodes beside those that make way for a tool come into its way themselves. They are asked while the
-// others stay out; asked by themselves they went, the others came back, and the tool stood still.
+// Contract: nodes beside those that make way for a tool come into its way themselves. They are asked while
+// the others stay out; asked by themselves they went, the others came back, and the tool stood still.
 TEST(PunchContract, WhoComesIntoTheWayBesideAPunchMakesWayToo) {
   World world(parse_world_scene("units = \"m\"\n[world]\ncells = [120, 120, 192]\nspacing = 1\n"
                                 "[[object]]\nname = \"block\"\nkind = \"deformable\"\nshape = \"box\"\n"
