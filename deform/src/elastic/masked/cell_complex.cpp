@@ -26,7 +26,7 @@ class Coarsening {
 public:
   /// @pre cells come plane after plane
   Coarsening(const CellComplex& fine, Joining joining, ThreadTeam& team);
-  Coarsened run();
+  Coarsened run(bool of_hinges_alone);
 
 private:
   int n_planes() const { return static_cast<int>(first_of_plane_.size()) - 1; } ///< of blocks
@@ -51,7 +51,7 @@ private:
   List<HingeStar> hinges();
   void add_mean(std::span<const HingeStar> star, Weights& weights) const;
   void set_row(std::int32_t place, std::size_t at);
-  void interpolate();
+  void interpolate(bool of_hinges_alone);
   const Index3& place(std::int32_t cell) const { return fine_.cells[static_cast<std::size_t>(cell)].at; }
   std::int32_t piece(std::int32_t cell) const { return result_.cell_of[static_cast<std::size_t>(cell)]; }
   int slab_of_piece(std::int32_t piece) const {
@@ -353,7 +353,7 @@ void Coarsening::set_row(std::int32_t place, std::size_t at) {
   });
 }
 
-void Coarsening::interpolate() {
+void Coarsening::interpolate(bool of_hinges_alone) {
   find_places();
   const List<HingeStar> stars = hinges();
   Weights means; // a row for every hinge
@@ -369,7 +369,7 @@ void Coarsening::interpolate() {
   Weights& weights = result_.interpolation;
   const auto n = static_cast<std::size_t>(fine_.n_vertices);
   weights.first.assign(n + 1, 0);
-  for_parts(n, team_, [&](std::size_t first, std::size_t end, std::size_t) {
+  for_parts(of_hinges_alone ? 0 : n, team_, [&](std::size_t first, std::size_t end, std::size_t) {
     for (std::size_t v = first; v < end; ++v)
       if (const std::int32_t place = result_.place[v]; place >= 0)
         weights.first[v + 1] = place_weights[static_cast<std::size_t>(place % PlaceWeights::n_places)].size;
@@ -379,7 +379,7 @@ void Coarsening::interpolate() {
   std::partial_sum(weights.first.begin(), weights.first.end(), weights.first.begin());
   weights.column.resize(static_cast<std::size_t>(weights.first.back()));
   weights.weight.resize(weights.column.size());
-  for_parts(n, team_, [&](std::size_t first, std::size_t end, std::size_t) {
+  for_parts(of_hinges_alone ? 0 : n, team_, [&](std::size_t first, std::size_t end, std::size_t) {
     for (std::size_t v = first; v < end; ++v)
       if (result_.place[v] >= 0)
         set_row(result_.place[v], static_cast<std::size_t>(weights.first[v]));
@@ -393,10 +393,10 @@ void Coarsening::interpolate() {
   }
 }
 
-Coarsened Coarsening::run() {
+Coarsened Coarsening::run(bool of_hinges_alone) {
   find_pieces();
   find_vertices();
-  interpolate();
+  interpolate(of_hinges_alone);
   return std::move(result_);
 }
 
@@ -421,8 +421,8 @@ Weights Weights::transposed(std::int32_t n_columns) const {
   return other;
 }
 
-Coarsened coarsen(const CellComplex& fine, Joining joining, ThreadTeam& team) {
-  return Coarsening(fine, joining, team).run();
+Coarsened coarsen(const CellComplex& fine, Joining joining, ThreadTeam& team, bool of_hinges_alone) {
+  return Coarsening(fine, joining, team).run(of_hinges_alone);
 }
 
 } // namespace maille::deform

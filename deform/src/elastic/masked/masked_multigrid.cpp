@@ -25,10 +25,10 @@ constexpr double worst_coarsening = 0.6;
 constexpr std::size_t n_corrected_twice = 2;
 
 /// The finest level has slots without matter.
-double used_rows(const Weights& P) {
-  std::int32_t n = 0;
-  for (std::size_t row = 0; row < static_cast<std::size_t>(P.n_rows()); ++row)
-    n += P.first[row + 1] > P.first[row] ? 1 : 0;
+std::int64_t used_vertices(const Coarsened& coarsened) {
+  std::int64_t n = 0;
+  for (std::size_t v = 0; v < coarsened.place.size(); ++v)
+    n += coarsened.place[v] >= 0 || coarsened.is_hinge[v] != 0 ? 1 : 0;
   return n;
 }
 
@@ -86,31 +86,34 @@ MaskedMultigrid::MaskedMultigrid(std::unique_ptr<MaskedLevel> finest, int steps,
   finest_->make_fields();
 }
 
-CoarseOperator MaskedMultigrid::operator_above_finest(const CellComplex& fine, const Coarsened& coarsened) {
+/// Takes the interpolation out of `coarsened`.
+CoarseOperator MaskedMultigrid::operator_above_finest(const CellComplex& fine, Coarsened& coarsened) {
   const std::int32_t n = coarsened.complex.n_vertices;
   CoarseOperator A = finest_->galerkin_product(fine, coarsened, n > most_vertices_solved_directly, team());
-  if (const BlockMatrix springs = finest_->springs_as_matrix(); !springs.column.empty())
-    A.blocks() = sum_of(A.blocks(), galerkin_product(springs, coarsened.interpolation,
-                                                     coarsened.interpolation.transposed(n), team()));
+  to_finest_ = SlotInterpolation({{},
+                                  {},
+                                  std::exchange(coarsened.interpolation, {}),
+                                  std::move(coarsened.place),
+                                  std::move(coarsened.is_hinge)});
+  if (const BlockMatrix springs = finest_->springs_as_matrix(); !springs.column.empty()) {
+    const Weights P = to_finest_.rows_of(springs, A.pieces().pieces);
+    A.blocks() = sum_of(A.blocks(), galerkin_product(springs, P, P.transposed(n), team()));
+  }
   return A;
 }
 
 void MaskedMultigrid::build(int steps) {
   CellComplex complex = finest_->complex(team());
   do {
-    Coarsened next = coarsen(complex, Joining::faces, team());
-    if (next.complex.n_vertices > worst_coarsening * used_rows(next.interpolation))
-      next = coarsen(complex, Joining::places, team());
+    const bool is_finest = levels_.empty();
+    Coarsened next = coarsen(complex, Joining::faces, team(), is_finest);
+    if (next.complex.n_vertices > worst_coarsening * static_cast<double>(used_vertices(next)))
+      next = coarsen(complex, Joining::places, team(), is_finest);
     Weights to_next;
-    if (!levels_.empty())
+    if (!is_finest)
       to_next = next.interpolation.transposed(next.complex.n_vertices);
-    CoarseOperator A = levels_.empty()
-                           ? operator_above_finest(complex, next)
-                           : galerkin_product(levels_.back()->A(), complex, next, to_next, team());
-    if (levels_.empty()) {
-      to_finest_ = SlotInterpolation(next);
-      next.interpolation = {};
-    }
+    CoarseOperator A = is_finest ? operator_above_finest(complex, next)
+                                 : galerkin_product(levels_.back()->A(), complex, next, to_next, team());
     levels_.push_back(std::make_unique<BlockLevel>(std::move(A), std::move(next.interpolation),
                                                    std::move(to_next), steps, team()));
     if (levels_.size() <= n_corrected_twice)

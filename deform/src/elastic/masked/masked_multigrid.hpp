@@ -130,7 +130,7 @@ private:
   class Directions;
   double largest_eigenvalue();
   void build(int steps);
-  CoarseOperator operator_above_finest(const CellComplex& fine, const Coarsened& coarsened);
+  CoarseOperator operator_above_finest(const CellComplex& fine, Coarsened& coarsened);
   void round_operators();
   void correct(std::size_t level);
   void go_down_from_finest();

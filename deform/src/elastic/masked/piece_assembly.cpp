@@ -44,6 +44,14 @@ void PieceAssembly::add_cell(const ComplexCell& cell, const CellMatrix& K, const
   const auto for_each_weight = [&](const auto& visit) {
     for (int corner = 0; corner < 8; ++corner) {
       const auto vertex = static_cast<std::size_t>(cell.vertex[corner]);
+      if (const std::int32_t place = coarsened_.place[vertex]; place >= 0) {
+        const PlaceWeights& of = place_weights[static_cast<std::size_t>(place % PlaceWeights::n_places)];
+        const std::int32_t* const vertices =
+            coarsened_.complex.cells[static_cast<std::size_t>(place / PlaceWeights::n_places)].vertex;
+        for (int i = 0; i < of.size; ++i)
+          visit(3 * corner, 3 * piece.local(vertices[of.corner[i]]), double{of.weight[i]});
+        continue;
+      }
       for (auto k = static_cast<std::size_t>(P.first[vertex]);
            k < static_cast<std::size_t>(P.first[vertex + 1]); ++k)
         visit(3 * corner, 3 * piece.local(P.column[k]), double{P.weight[k]});
