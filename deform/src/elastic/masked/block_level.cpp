@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+
 #include <cstdint>
 #include <optional>
 #include <utility>
@@ -21,6 +22,10 @@ BlockLevel::BlockLevel(CoarseOperator A, Weights from_here, Weights to_here, int
   sums_.resize(n_parts_of(size));
   invert_diagonal(team);
   largest_ = largest_eigenvalue(team);
+  relax_in(steps);
+}
+
+void BlockLevel::relax_in(int steps) {
   weights_ = chebyshev_weights(largest_, steps);
 }
 

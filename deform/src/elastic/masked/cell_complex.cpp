@@ -37,7 +37,7 @@ private:
   template<class Work>
   void for_slabs_in_turn(const Work& work);
   template<class Visit>
-  void for_each_shared_face(std::int32_t cell, const Visit& visit) const;
+  void for_each_shared_face(std::int32_t cell, bool within, const Visit& visit) const;
   void sort_by_blocks(int plane, List<std::int32_t>& order) const;
   void find_pieces();
   void join_faces(std::int32_t first, std::int32_t end, bool to_next_slab, DisjointSets& sets) const;
@@ -79,21 +79,20 @@ Coarsening::Coarsening(const CellComplex& fine, Joining joining, ThreadTeam& tea
         fine.cells.begin()));
 }
 
-/// Calls work(first cell, end, slab) for all slabs, those of every second one first.
+/// Calls work(first cell, end, slab) as run_slabs() does.
 template<class Work>
 void Coarsening::for_slabs_in_turn(const Work& work) {
-  for (const int parity : {0, 1})
-    team_.run((n_slabs() - parity + 1) / 2, [&](int item, int) {
-      const int slab = 2 * item + parity;
-      work(first_of_slab(slab), first_of_slab(slab + 1), slab);
-    });
+  run_slabs(team_, n_slabs(), [&](int slab) { work(first_of_slab(slab), first_of_slab(slab + 1), slab); });
 }
 
-/// Calls visit(other, axis) for cells that share the face with it that lies beyond it along an axis.
+/// Calls visit(other, axis) for cells that share the face with it that lies beyond it along an axis, within
+/// its block or in another.
 template<class Visit>
-void Coarsening::for_each_shared_face(std::int32_t cell, const Visit& visit) const {
+void Coarsening::for_each_shared_face(std::int32_t cell, bool within, const Visit& visit) const {
   const std::int32_t* const vertex = fine_.cells[static_cast<std::size_t>(cell)].vertex;
-  for (int axis = 0; axis < 3; ++axis)
+  for (int axis = 0; axis < 3; ++axis) {
+    if ((place(cell)[static_cast<std::size_t>(axis)] % 2 == 0) != within)
+      continue;
     first_corners_.for_each_at(vertex[1 << axis], [&](std::int32_t other) {
       const std::int32_t* const of_other = fine_.cells[static_cast<std::size_t>(other)].vertex;
       bool is_shared = true;
@@ -103,6 +102,7 @@ void Coarsening::for_each_shared_face(std::int32_t cell, const Visit& visit) con
       if (is_shared)
         visit(other, axis);
     });
+  }
 }
 
 /// The cells of a plane of blocks block after block, x fastest; those of one block in their order: sorted by
@@ -140,10 +140,7 @@ void Coarsening::find_pieces() {
                end = static_cast<std::size_t>(first_of_plane_[static_cast<std::size_t>(plane) + 1]);
     for (std::size_t i = begin; i < end; ++i)
       if (joining_ == Joining::faces)
-        for_each_shared_face(order[i], [&](std::int32_t other, int) {
-          if (half(place(order[i])) == half(place(other)))
-            sets.join(order[i], other);
-        });
+        for_each_shared_face(order[i], true, [&](std::int32_t other, int) { sets.join(order[i], other); });
       else if (i > begin && half(place(order[i])) == half(place(order[i - 1])))
         sets.join(order[i], order[i - 1]);
     std::int32_t n = 0;
@@ -174,9 +171,9 @@ void Coarsening::join_faces(std::int32_t first, std::int32_t end, bool to_next_s
   for (std::int32_t cell = first; cell < end; ++cell) {
     const std::int32_t from = piece(cell);
     std::int32_t last[3] = {-1, -1, -1};
-    for_each_shared_face(cell, [&](std::int32_t other, int axis) {
+    for_each_shared_face(cell, false, [&](std::int32_t other, int axis) {
       const std::int32_t to = piece(other);
-      if (from == to || last[axis] == to || (slab_of_piece(from) != slab_of_piece(to)) != to_next_slab)
+      if (last[axis] == to || (slab_of_piece(from) != slab_of_piece(to)) != to_next_slab)
         return;
       last[axis] = to;
       for (int k = 0; k < 8; ++k)
@@ -283,7 +280,9 @@ void Coarsening::find_places() {
       for (int corner = 0; corner < 8; ++corner) {
         const auto v = static_cast<std::size_t>(fine_.cells[static_cast<std::size_t>(cell)].vertex[corner]);
         std::int32_t& place = result_.place[v];
-        if (place >= 0 && place / PlaceWeights::n_places == piece(cell))
+        // Places of its own piece, the others beyond them.
+        const auto beyond = static_cast<std::uint32_t>(place - PlaceWeights::n_places * piece(cell));
+        if (beyond < PlaceWeights::n_places)
           continue;
         const std::int32_t found = place_in_piece(cell, corner);
         if (place < 0)

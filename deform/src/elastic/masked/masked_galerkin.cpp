@@ -277,7 +277,9 @@ CoarseOperator MaskedLevel::galerkin_product(const CellComplex& fine, const Coar
   };
   List<std::uint64_t> of_piece(by_patterns ? all.size() : 0);
   PatternedPieces pieces;
-  pieces.first_of_slab = assembly.slabs_of(all);
+  constexpr int slabs_worth_threads = 12, thickest = 4;
+  pieces.first_of_slab =
+      assembly.slabs_of(all, std::clamp(assembly.n_planes() / slabs_worth_threads, 1, thickest));
   if (by_patterns)
     for_slabs(pieces.first_of_slab, team, [&](std::size_t first, std::size_t end) {
       for (std::size_t i = first; i < end; ++i)

@@ -24,6 +24,9 @@ constexpr double worst_coarsening = 0.6;
 /// would pay for it.
 constexpr std::size_t n_corrected_twice = 2;
 
+/// With one step a chain of 500 cells is not told from what may be rounded.
+constexpr int most_steps_to_ask = 3;
+
 /// The finest level has slots without matter.
 std::int64_t used_vertices(const Coarsened& coarsened) {
   std::int64_t n = 0;
@@ -82,7 +85,7 @@ MaskedMultigrid::MaskedMultigrid(std::unique_ptr<MaskedLevel> finest, int steps,
   finest_->release_fields();
   build(steps);
   factor_coarsest();
-  round_operators();
+  round_operators(steps);
   finest_->make_fields();
 }
 
@@ -124,11 +127,14 @@ void MaskedMultigrid::build(int steps) {
 
 /// What rounding does to a body depends on what is soft in it: stiff parts that hang on thin or soft ones
 /// turn at next to no energy, which 2^-11 of their own stiffness may be more than. So every level is asked by
-/// what one cycle makes of forces at random. The smallest first: the largest is in memory twice for a while.
-void MaskedMultigrid::round_operators() {
+/// what one cycle makes of forces at random, of few steps of relaxation, as what is soft is not their task.
+/// The smallest first: the largest is in memory twice for a while.
+void MaskedMultigrid::round_operators(int steps) {
   if (n_levels() == 1)
     return;
   const std::size_t n_twice = std::min(n_levels(), n_corrected_twice);
+  for (const auto& level : levels_)
+    level->relax_in(std::min(steps, most_steps_to_ask));
   level(0).set_noise(team());
   correct(0);
   for (std::size_t i = 0; i < n_twice; ++i)
@@ -137,6 +143,8 @@ void MaskedMultigrid::round_operators() {
     level(i).round_operator(team());
   for (std::size_t i = 0; i < n_twice; ++i)
     level(i).correct_twice(true);
+  for (const auto& level : levels_)
+    level->relax_in(steps);
 }
 
 /// Preconditioned by the diagonal of the finest level: u is the direction, f the residual. The state is not
@@ -249,19 +257,18 @@ void MaskedMultigrid::go_down_from_finest() {
 /// What vertices of the first coarser grid take part in, slot after slot: so nothing but the interpolation
 /// need be kept. Planes of nodes in slabs, of which those of every second one have no vertex in common.
 void MaskedMultigrid::add_up_residuals() {
-  constexpr int planes_per_slab = 2 * PieceAssembly::planes_per_slab;
+  constexpr int planes_per_slab = 4;
   BlockLevel& coarse = level(0);
   std::ranges::fill(coarse.f.all(), 0.0F);
   const auto& pieces = coarse.A().pieces().pieces;
   const MaskedRows& rows = finest_->rows();
   const int planes = rows.n_layers() + 1, slabs = (planes + planes_per_slab - 1) / planes_per_slab;
-  for (const int parity : {0, 1})
-    team().run((slabs - parity + 1) / 2, [&](int item, int) {
-      const int first_plane = (2 * item + parity) * planes_per_slab;
-      const std::int32_t end = rows.first_slot(std::min(first_plane + planes_per_slab, planes));
-      to_finest_.add_up(pieces, rows.first_slot(first_plane), end, finest_->r.data(),
-                        finest_->component_stride(), coarse.f.data());
-    });
+  run_slabs(team(), slabs, [&](int slab) {
+    const int first_plane = slab * planes_per_slab;
+    const std::int32_t end = rows.first_slot(std::min(first_plane + planes_per_slab, planes));
+    to_finest_.add_up(pieces, rows.first_slot(first_plane), end, finest_->r.data(),
+                      finest_->component_stride(), coarse.f.data());
+  });
 }
 
 /// @return u . f

@@ -83,14 +83,13 @@ void PieceAssembly::take_to_piece(std::size_t octant, CellMatrix& K) {
     }
 }
 
-List<std::size_t> PieceAssembly::slabs_of(std::span<const std::int32_t> pieces) const {
+List<std::size_t> PieceAssembly::slabs_of(std::span<const std::int32_t> pieces, int planes) const {
   const auto& cells = coarsened_.complex.cells;
-  const int planes = cells.empty() ? 0 : cells.back().at[2] + 1,
-            slabs = (planes + planes_per_slab - 1) / planes_per_slab;
+  const int slabs = (n_planes() + planes - 1) / planes;
   List<std::size_t> first;
   for (int slab = 0; slab <= slabs; ++slab)
     first.push_back(static_cast<std::size_t>(
-        std::ranges::lower_bound(pieces, slab * planes_per_slab, {},
+        std::ranges::lower_bound(pieces, slab * planes, {},
                                  [&](std::int32_t i) { return cells[static_cast<std::size_t>(i)].at[2]; }) -
         pieces.begin()));
   return first;

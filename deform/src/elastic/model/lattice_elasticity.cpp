@@ -338,17 +338,14 @@ void LatticeElasticity::apply(const Displacement& u, Displacement& forces, Threa
   for (std::size_t c = 0; c < forces.n_components(); ++c)
     to[c] = forces.component(c).data();
   const int d = grid_.dimension(), layers = grid_.cells()[static_cast<std::size_t>(d - 1)];
-  // Every second layer of cells: none of them share a node, so the order of sums is always the same.
-  for (const int parity : {0, 1})
-    team.run((layers - parity + 1) / 2, [&](int item, int) {
-      const int layer = 2 * item + parity;
-      if (d == 1)
-        apply_to_layer<1>(u, to, 0, layer);
-      else if (d == 2)
-        apply_to_layer<2>(u, to, 0, layer);
-      else
-        apply_to_layer<3>(u, to, 0, layer);
-    });
+  run_slabs(team, layers, [&](int layer) {
+    if (d == 1)
+      apply_to_layer<1>(u, to, 0, layer);
+    else if (d == 2)
+      apply_to_layer<2>(u, to, 0, layer);
+    else
+      apply_to_layer<3>(u, to, 0, layer);
+  });
   for (const NodalSpring& spring : springs_) {
     const Vec3 pull = pull_of(spring, u);
     for (int b = 0; b < d; ++b)
