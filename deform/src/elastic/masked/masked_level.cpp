@@ -68,7 +68,7 @@ bool MaskedLevel::has_table(const LatticeElasticity& elasticity) {
 void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity, ThreadTeam& team) {
   const auto& kinds = elasticity.kinds();
   const bool bends = std::ranges::any_of(kinds, [](const auto& kind) { return kind.thin != 0; });
-  operator_.n_coefficients = bends ? MaskedOperator::most_coefficients : MaskedOperator::bending;
+  operator_.n_coefficients = MaskedOperator::coefficients_of(bends);
   const auto n = static_cast<std::size_t>(operator_.n_coefficients);
   const bool has_table = this->has_table(elasticity);
   const auto n_cells = static_cast<std::size_t>(rows_.n_cell_slots());
