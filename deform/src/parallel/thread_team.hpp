@@ -86,12 +86,10 @@ void run_slabs(ThreadTeam& team, int n_slabs, const Work& work) {
   std::vector<std::atomic<bool>> is_done(static_cast<std::size_t>(std::max(n_slabs, 0)));
   team.run(n_slabs, [&](int item, int) { // 0, 2, 1, 4, 3, ...
     const int slab = item % 2 == 0 ? std::max(item - 1, 0) : std::min(item + 1, n_slabs - 1);
-    const auto at = static_cast<std::size_t>(slab);
-    if (slab % 2 != 0)
-      for (std::size_t beside = at - 1; beside < std::min(at + 2, is_done.size()); beside += 2)
-        ThreadTeam::wait_for(is_done[beside]);
+    for (int beside = slab - 1; slab % 2 != 0 && beside < std::min(slab + 2, n_slabs); beside += 2)
+      ThreadTeam::wait_for(is_done[static_cast<std::size_t>(beside)]);
     work(slab);
-    is_done[at] = true;
+    is_done[static_cast<std::size_t>(slab)] = true;
   });
 }
 
