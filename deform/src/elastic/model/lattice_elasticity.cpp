@@ -393,37 +393,37 @@ void LatticeElasticity::apply(const Displacement& u, Displacement& forces, Threa
 
 void LatticeElasticity::for_each_window(const Displacement& u, ThreadTeam& team,
                                         const std::function<void(const Window&)>& visit) const {
-  constexpr int planes_per_window = 3;
+  // The layer below a window is of an even number, which apply() takes before the one above it.
+  constexpr int planes_per_window = 4, planes_of_first = 3;
   const int planes = grid_.nodes()[2];
   const std::int64_t in_plane = grid_.n_nodes() / planes;
-  // Layers of cells reach one plane beyond the window on both sides.
-  const std::int64_t stride = (std::min(planes, planes_per_window) + 2) * in_plane;
-  List<double> memory(static_cast<std::size_t>(3 * stride));
-  for (int first = 0; first < planes; first += planes_per_window) {
-    const int end = std::min(first + planes_per_window, planes), lowest = std::max(first - 1, 0),
-              end_layer = std::min(end, planes - 1);
-    for_parts(memory.size(), team, [&](std::size_t from, std::size_t until, std::size_t) {
-      std::fill_n(memory.data() + from, until - from, 0.0);
-    });
-    const std::array<double*, 3> to{memory.data(), memory.data() + stride, memory.data() + 2 * stride};
+  // Layers of cells reach one plane beyond the window, which is the next one's first.
+  const std::int64_t stride = (std::min(planes, planes_per_window) + 1) * in_plane;
+  List<double> memory(static_cast<std::size_t>(3 * stride), 0);
+  const std::array<double*, 3> to{memory.data(), memory.data() + stride, memory.data() + 2 * stride};
+  for (int first = 0, end = planes_of_first; first < planes; first = end, end += planes_per_window) {
+    end = std::min(end, planes);
+    const int end_layer = std::min(end, planes - 1);
     for (const int parity : {0, 1}) {
-      const int least = lowest + (lowest % 2 == parity ? 0 : 1);
+      const int least = first + (first % 2 == parity ? 0 : 1);
       team.run(std::max(0, (end_layer - least + 1) / 2),
-               [&](int item, int) { apply_to_layer<3>(u, to, lowest * in_plane, least + 2 * item); });
+               [&](int item, int) { apply_to_layer<3>(u, to, first * in_plane, least + 2 * item); });
     }
-    Window window{first, end, first * in_plane, (end - first) * in_plane, {}};
-    const std::int64_t offset = window.first_node - lowest * in_plane;
+    const Window window{first, end, first * in_plane, (end - first) * in_plane, {to[0], to[1], to[2]}};
     for (const NodalSpring& spring : springs_) {
       const std::int64_t at = spring.node - window.first_node;
       if (at < 0 || at >= window.n_nodes)
         continue;
       const Vec3 pull = pull_of(spring, u);
       for (std::size_t b = 0; b < 3; ++b)
-        to[b][offset + at] -= pull[b];
+        to[b][at] -= pull[b];
     }
-    for (std::size_t b = 0; b < 3; ++b)
-      window.forces[b] = to[b] + offset;
     visit(window);
+    team.run(3, [&](int b, int) {
+      double* const of = to[static_cast<std::size_t>(b)];
+      std::copy_n(of + window.n_nodes, end < planes ? in_plane : 0, of);
+      std::fill(of + in_plane, of + stride, 0.0);
+    });
   }
 }
 
