@@ -84,6 +84,8 @@ MaskedMultigrid::MaskedMultigrid(std::unique_ptr<MaskedLevel> finest, int steps,
   weights_ = chebyshev_weights(largest_, steps);
   finest_->release_fields();
   build(steps);
+  for (const auto& level : levels_)
+    level->make_fields(true);
   factor_coarsest();
   round_operators(steps);
   finest_->make_fields();
@@ -93,11 +95,7 @@ MaskedMultigrid::MaskedMultigrid(std::unique_ptr<MaskedLevel> finest, int steps,
 CoarseOperator MaskedMultigrid::operator_above_finest(const CellComplex& fine, Coarsened& coarsened) {
   const std::int32_t n = coarsened.complex.n_vertices;
   CoarseOperator A = finest_->galerkin_product(fine, coarsened, n > most_vertices_solved_directly, team());
-  to_finest_ = SlotInterpolation({{},
-                                  {},
-                                  std::exchange(coarsened.interpolation, {}),
-                                  std::move(coarsened.place),
-                                  std::move(coarsened.is_hinge)});
+  to_finest_ = SlotInterpolation(coarsened);
   if (const BlockMatrix springs = finest_->springs_as_matrix(); !springs.column.empty()) {
     const Weights P = to_finest_.rows_of(springs, A.pieces().pieces);
     A.blocks() = sum_of(A.blocks(), galerkin_product(springs, P, P.transposed(n), team()));
@@ -119,8 +117,6 @@ void MaskedMultigrid::build(int steps) {
                                  : galerkin_product(levels_.back()->A(), complex, next, to_next, team());
     levels_.push_back(std::make_unique<BlockLevel>(std::move(A), std::move(next.interpolation),
                                                    std::move(to_next), steps, team()));
-    if (levels_.size() <= n_corrected_twice)
-      levels_.back()->correct_twice(true);
     complex = std::move(next.complex);
   } while (complex.n_vertices > most_vertices_solved_directly);
 }
@@ -130,9 +126,11 @@ void MaskedMultigrid::build(int steps) {
 /// what one cycle makes of forces at random, of few steps of relaxation, as what is soft is not their task.
 /// The smallest first: the largest is in memory twice for a while.
 void MaskedMultigrid::round_operators(int steps) {
+  const std::size_t n_twice = std::min(n_levels(), n_corrected_twice);
+  for (std::size_t i = 0; i < n_twice; ++i)
+    level(i).correct_twice(true);
   if (n_levels() == 1)
     return;
-  const std::size_t n_twice = std::min(n_levels(), n_corrected_twice);
   for (const auto& level : levels_)
     level->relax_in(std::min(steps, most_steps_to_ask));
   level(0).set_noise(team());

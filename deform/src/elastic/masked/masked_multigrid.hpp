@@ -37,6 +37,11 @@ public:
   void set_penalties(BlockMatrix S);
 
   AlignedArray<float> u, f, r; ///< block_stride numbers a vertex
+  /// While coarser grids are made, nobody needs them; they are not there at first.
+  void make_fields(bool does) {
+    for (AlignedArray<float>* const field : {&u, &f, &r})
+      *field = AlignedArray<float>(does ? inverse_.size() : 0);
+  }
   /// The first of two corrections. @pre is_corrected_twice()
   struct FirstCorrection {
     AlignedArray<float> correction;

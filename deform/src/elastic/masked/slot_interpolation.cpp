@@ -106,8 +106,8 @@ namespace maille::deform {
 HWY_EXPORT(interpolate);
 HWY_EXPORT(add_up);
 
-SlotInterpolation::SlotInterpolation(Coarsened coarsened) : place_(std::move(coarsened.place)) {
-  const Weights& P = coarsened.interpolation;
+SlotInterpolation::SlotInterpolation(Coarsened& coarsened) : place_(std::move(coarsened.place)) {
+  const Weights P = std::exchange(coarsened.interpolation, {});
   hinges_.first.push_back(0);
   for (std::size_t slot = 0; slot < place_.size(); ++slot) {
     if (coarsened.is_hinge[slot] == 0)
