@@ -126,7 +126,12 @@ std::string reason_not_to_begin(const Way& way, const Scene& scene, const Contro
   std::string reason = unusable_number(scene);
   if (reason.empty() && !way.knows_forces)
     reason = reason_to_refuse(scene, way.name());
-  if (reason.empty())
+  // The forecast of `coupled` looks at every cell, which is not worth it where memory is plenty: more than a
+  // row for everything that one can ask of it.
+  constexpr std::int64_t plenty_a_node = 16 << 10, plenty = 256 << 20;
+  const std::int64_t most = plenty_a_node * scene.specimen.grid.n_nodes() + plenty;
+  if (reason.empty() &&
+      (way.method != Method::coupled || !reason_of_memory(way.name(), most, control).empty()))
     reason = reason_of_memory(way.name(), way.bytes(scene) - held, control);
   return reason;
 }

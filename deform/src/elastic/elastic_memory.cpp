@@ -95,7 +95,7 @@ constexpr MemoryRow table[]{
     {masked, limits, whole_body, 6 << 19},
     {masked, nothing, cell, 2},
     {masked, nothing, plane_node, 5 * 24}, // forces in float64
-    {masked, nothing, matter_node, 90},
+    {masked, nothing, matter_node, 80},
     {masked, nothing, odd_block, 1800},
     {masked, unlike, matter_node, 296},
     {masked, nothing, slot, 100},

@@ -16,6 +16,13 @@ void pause_a_little() {
 #endif
 }
 
+void pause_or_yield(int looks) {
+  if (looks < looks_before_sleep)
+    pause_a_little();
+  else
+    std::this_thread::yield();
+}
+
 } // namespace
 
 ThreadTeam::ThreadTeam(int threads) {
@@ -59,12 +66,13 @@ void ThreadTeam::run_all(int n_items, Call call, void* callable) {
   take_items(0);
   // Shut the gate behind those who came; the late ones find it shut.
   std::int32_t nobody = 0;
-  for (int looks = 0; !inside_.compare_exchange_weak(nobody, -1); nobody = 0, ++looks) {
-    if (looks < looks_before_sleep)
-      pause_a_little();
-    else
-      std::this_thread::yield();
-  }
+  for (int looks = 0; !inside_.compare_exchange_weak(nobody, -1); nobody = 0, ++looks)
+    pause_or_yield(looks);
+}
+
+void ThreadTeam::wait_for(const std::atomic<bool>& is_done) {
+  for (int looks = 0; !is_done; ++looks)
+    pause_or_yield(looks);
 }
 
 bool ThreadTeam::join() {

@@ -29,8 +29,8 @@ public:
   int threads() const { return static_cast<int>(others_.size()) + 1; }
 
   /// Calls work(item, thread) once for every item in 0 ... n_items - 1, on any of the threads 0 ...
-  /// threads() - 1, in any order. `work` must not throw, and what it writes must not depend on the order. An
-  /// arena that is open counts what `work` allocates, and refuses nothing.
+  /// threads() - 1, begun in their order. `work` must not throw, and what it writes must not depend on the
+  /// order. An arena that is open counts what `work` allocates, and refuses nothing.
   template<class Work>
   void run(int n_items, Work&& work) {
     using Callable = std::remove_reference_t<Work>;
@@ -39,6 +39,9 @@ public:
     };
     run_all(n_items, call, const_cast<void*>(static_cast<const void*>(&work)));
   }
+
+  /// For items that need what one before them does.
+  static void wait_for(const std::atomic<bool>& is_done);
 
 private:
   using Call = void (*)(void*, int, int);
@@ -72,6 +75,21 @@ void for_parts(std::size_t n, ThreadTeam& team, const Work& work) {
   team.run(static_cast<int>(n_parts_of(n)), [&](int item, int) {
     const auto part = static_cast<std::size_t>(item);
     work(part * entries_of_part, std::min(n, (part + 1) * entries_of_part), part);
+  });
+}
+
+/// Calls work(slab) for all slabs of something whose neighbours share what they write, and no others do:
+/// those of even numbers, and each between two of them as soon as both are done, while what they share is in
+/// the cache. So the order of sums is the same for any number of threads.
+template<class Work>
+void run_slabs(ThreadTeam& team, int n_slabs, const Work& work) {
+  std::vector<std::atomic<bool>> is_done(static_cast<std::size_t>(std::max(n_slabs, 0)));
+  team.run(n_slabs, [&](int item, int) { // 0, 2, 1, 4, 3, ...
+    const int slab = item % 2 == 0 ? std::max(item - 1, 0) : std::min(item + 1, n_slabs - 1);
+    for (int beside = slab - 1; slab % 2 != 0 && beside < std::min(slab + 2, n_slabs); beside += 2)
+      ThreadTeam::wait_for(is_done[static_cast<std::size_t>(beside)]);
+    work(slab);
+    is_done[static_cast<std::size_t>(slab)] = true;
   });
 }
 

@@ -45,6 +45,25 @@ TEST(ThreadTeamOracle, TeamsComeAndGo) {
   EXPECT_EQ(sum, 133 * 21);
 }
 
+// Even slabs share nothing with one another, the others with the two beside them.
+TEST(SlabsContract, EverySlabIsDoneOnceAndOddOnesAfterTheirNeighbours) {
+  for (const int threads : {1, 2, 3}) {
+    ThreadTeam team(threads);
+    for (int n = 0; n < 300; ++n) {
+      std::vector<int> done(static_cast<std::size_t>(n % 13));
+      run_slabs(team, n % 13, [&](int slab) {
+        const auto at = static_cast<std::size_t>(slab);
+        if (slab % 2 != 0) {
+          EXPECT_EQ(done[at - 1], 1);
+          EXPECT_TRUE(at + 1 == done.size() || done[at + 1] == 1);
+        }
+        ++done[at];
+      });
+      EXPECT_EQ(std::accumulate(done.begin(), done.end(), 0), n % 13);
+    }
+  }
+}
+
 // Every stage of a plane reads the stage before of the plane and of its neighbours.
 TEST(PlanePipelineOracle, AsStageByStage) {
   constexpr int n_planes = 90, n_stages = 4;

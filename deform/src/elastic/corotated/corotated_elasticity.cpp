@@ -104,13 +104,12 @@ CorotatedElasticity::CorotatedElasticity(const Scene& scene, const LatticeElasti
 template<class Work>
 void CorotatedElasticity::for_each_layer(ThreadTeam& team, Work&& work) const {
   const int d = grid_.dimension(), layers = grid_.cells()[static_cast<std::size_t>(d - 1)];
-  for (const int parity : {0, 1})
-    team.run((layers - parity + 1) / 2, [&](int item, int) {
-      if (d == 2)
-        work.template operator()<2>(2 * item + parity);
-      else
-        work.template operator()<3>(2 * item + parity);
-    });
+  run_slabs(team, layers, [&](int layer) {
+    if (d == 2)
+      work.template operator()<2>(layer);
+    else
+      work.template operator()<3>(layer);
+  });
 }
 
 template<class Visit>

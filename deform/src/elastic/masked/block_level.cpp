@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+
 #include <cstdint>
 #include <optional>
 #include <utility>
@@ -14,13 +15,16 @@ BlockLevel::BlockLevel(CoarseOperator A, Weights from_here, Weights to_here, int
   constexpr std::size_t whole = 16; // entries that loops over entries take at once
   const auto used = static_cast<std::size_t>(block_stride) * static_cast<std::size_t>(n());
   const std::size_t size = (used + whole - 1) / whole * whole;
-  u = AlignedArray<float>(size);
-  f = AlignedArray<float>(size);
-  r = AlignedArray<float>(size);
   inverse_ = AlignedArray<float>(size);
   sums_.resize(n_parts_of(size));
+  make_fields(true);
   invert_diagonal(team);
   largest_ = largest_eigenvalue(team);
+  make_fields(false);
+  relax_in(steps);
+}
+
+void BlockLevel::relax_in(int steps) {
   weights_ = chebyshev_weights(largest_, steps);
 }
 

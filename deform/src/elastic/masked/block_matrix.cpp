@@ -1,7 +1,5 @@
 #include "elastic/masked/block_matrix.hpp"
 
-#include <Eigen/Core>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -107,20 +105,16 @@ RoundedBlockMatrix rounded(BlockMatrix& A, ThreadTeam& team) {
   team.run((n + rows_per_item - 1) / rows_per_item, [&](int item, int) {
     for (auto row = static_cast<std::size_t>(item * rows_per_item);
          row < static_cast<std::size_t>(std::min(n, (item + 1) * rows_per_item)); ++row) {
-      const auto begin = 9 * static_cast<std::size_t>(A.first[row]),
-                 end = 9 * static_cast<std::size_t>(A.first[row + 1]);
+      const auto begin = static_cast<std::size_t>(A.first[row]);
+      const std::int32_t n_blocks = A.first[row + 1] - A.first[row];
+      const float* const blocks = A.blocks.data() + 9 * begin;
       float largest = 0;
-      for (std::size_t i = begin; i < end; ++i)
-        largest = std::max(largest, std::abs(A.blocks[i]));
+      for (std::int32_t i = 0; i < 9 * n_blocks; ++i)
+        largest = std::max(largest, std::abs(blocks[i]));
       int exponent = 0;
       std::frexp(largest, &exponent);
-      exponent -= exponent_of_largest;
-      B.scale[row] = std::ldexp(1.0F, exponent);
-      const float inverse = std::ldexp(1.0F, -exponent);
-      for (std::size_t i = begin; i < end; ++i) {
-        std::uint16_t& to = i % 9 < 8 ? B.blocks[8 * (i / 9) + i % 9] : B.last[i / 9];
-        to = Eigen::half(inverse * A.blocks[i]).x;
-      }
+      B.scale[row] = std::ldexp(1.0F, exponent - exponent_of_largest);
+      round_blocks(blocks, n_blocks, B.scale[row], B.blocks.data() + 8 * begin, B.last.data() + begin);
     }
   });
   B.first = std::move(A.first);

@@ -64,6 +64,8 @@ void relax_blocks(const BlockMatrix& A, std::int32_t first, std::int32_t end, fl
                   const float* inverse, const float* f, const float* u, float* next);
 void relax_blocks(const RoundedBlockMatrix& A, std::int32_t first, std::int32_t end, float weight,
                   const float* inverse, const float* f, const float* u, float* next);
+/// Of n blocks the numbers over `unit`, a power of 2, in 16 bits: the first eight of each, and the last ones.
+void round_blocks(const float* blocks, std::int32_t n, float unit, std::uint16_t* eight, std::uint16_t* last);
 /// out = sum of weights times entries of u, or that added to it
 void interpolate_blocks(const Weights& P, std::int32_t first, std::int32_t end, const float* u, bool adds,
                         float* out);

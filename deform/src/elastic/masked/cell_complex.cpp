@@ -26,7 +26,7 @@ class Coarsening {
 public:
   /// @pre cells come plane after plane
   Coarsening(const CellComplex& fine, Joining joining, ThreadTeam& team);
-  Coarsened run();
+  Coarsened run(bool of_hinges_alone);
 
 private:
   int n_planes() const { return static_cast<int>(first_of_plane_.size()) - 1; } ///< of blocks
@@ -37,7 +37,7 @@ private:
   template<class Work>
   void for_slabs_in_turn(const Work& work);
   template<class Visit>
-  void for_each_shared_face(std::int32_t cell, const Visit& visit) const;
+  void for_each_shared_face(std::int32_t cell, bool within, const Visit& visit) const;
   void sort_by_blocks(int plane, List<std::int32_t>& order) const;
   void find_pieces();
   void join_faces(std::int32_t first, std::int32_t end, bool to_next_slab, DisjointSets& sets) const;
@@ -51,7 +51,7 @@ private:
   List<HingeStar> hinges();
   void add_mean(std::span<const HingeStar> star, Weights& weights) const;
   void set_row(std::int32_t place, std::size_t at);
-  void interpolate();
+  void interpolate(bool of_hinges_alone);
   const Index3& place(std::int32_t cell) const { return fine_.cells[static_cast<std::size_t>(cell)].at; }
   std::int32_t piece(std::int32_t cell) const { return result_.cell_of[static_cast<std::size_t>(cell)]; }
   int slab_of_piece(std::int32_t piece) const {
@@ -79,21 +79,20 @@ Coarsening::Coarsening(const CellComplex& fine, Joining joining, ThreadTeam& tea
         fine.cells.begin()));
 }
 
-/// Calls work(first cell, end, slab) for all slabs, those of every second one first.
+/// Calls work(first cell, end, slab) as run_slabs() does.
 template<class Work>
 void Coarsening::for_slabs_in_turn(const Work& work) {
-  for (const int parity : {0, 1})
-    team_.run((n_slabs() - parity + 1) / 2, [&](int item, int) {
-      const int slab = 2 * item + parity;
-      work(first_of_slab(slab), first_of_slab(slab + 1), slab);
-    });
+  run_slabs(team_, n_slabs(), [&](int slab) { work(first_of_slab(slab), first_of_slab(slab + 1), slab); });
 }
 
-/// Calls visit(other, axis) for cells that share the face with it that lies beyond it along an axis.
+/// Calls visit(other, axis) for cells that share the face with it that lies beyond it along an axis, within
+/// its block or in another.
 template<class Visit>
-void Coarsening::for_each_shared_face(std::int32_t cell, const Visit& visit) const {
+void Coarsening::for_each_shared_face(std::int32_t cell, bool within, const Visit& visit) const {
   const std::int32_t* const vertex = fine_.cells[static_cast<std::size_t>(cell)].vertex;
-  for (int axis = 0; axis < 3; ++axis)
+  for (int axis = 0; axis < 3; ++axis) {
+    if ((place(cell)[static_cast<std::size_t>(axis)] % 2 == 0) != within)
+      continue;
     first_corners_.for_each_at(vertex[1 << axis], [&](std::int32_t other) {
       const std::int32_t* const of_other = fine_.cells[static_cast<std::size_t>(other)].vertex;
       bool is_shared = true;
@@ -103,6 +102,7 @@ void Coarsening::for_each_shared_face(std::int32_t cell, const Visit& visit) con
       if (is_shared)
         visit(other, axis);
     });
+  }
 }
 
 /// The cells of a plane of blocks block after block, x fastest; those of one block in their order: sorted by
@@ -140,10 +140,7 @@ void Coarsening::find_pieces() {
                end = static_cast<std::size_t>(first_of_plane_[static_cast<std::size_t>(plane) + 1]);
     for (std::size_t i = begin; i < end; ++i)
       if (joining_ == Joining::faces)
-        for_each_shared_face(order[i], [&](std::int32_t other, int) {
-          if (half(place(order[i])) == half(place(other)))
-            sets.join(order[i], other);
-        });
+        for_each_shared_face(order[i], true, [&](std::int32_t other, int) { sets.join(order[i], other); });
       else if (i > begin && half(place(order[i])) == half(place(order[i - 1])))
         sets.join(order[i], order[i - 1]);
     std::int32_t n = 0;
@@ -174,9 +171,9 @@ void Coarsening::join_faces(std::int32_t first, std::int32_t end, bool to_next_s
   for (std::int32_t cell = first; cell < end; ++cell) {
     const std::int32_t from = piece(cell);
     std::int32_t last[3] = {-1, -1, -1};
-    for_each_shared_face(cell, [&](std::int32_t other, int axis) {
+    for_each_shared_face(cell, false, [&](std::int32_t other, int axis) {
       const std::int32_t to = piece(other);
-      if (from == to || last[axis] == to || (slab_of_piece(from) != slab_of_piece(to)) != to_next_slab)
+      if (last[axis] == to || (slab_of_piece(from) != slab_of_piece(to)) != to_next_slab)
         return;
       last[axis] = to;
       for (int k = 0; k < 8; ++k)
@@ -283,7 +280,9 @@ void Coarsening::find_places() {
       for (int corner = 0; corner < 8; ++corner) {
         const auto v = static_cast<std::size_t>(fine_.cells[static_cast<std::size_t>(cell)].vertex[corner]);
         std::int32_t& place = result_.place[v];
-        if (place >= 0 && place / PlaceWeights::n_places == piece(cell))
+        // Places of its own piece, the others beyond them.
+        const auto beyond = static_cast<std::uint32_t>(place - PlaceWeights::n_places * piece(cell));
+        if (beyond < PlaceWeights::n_places)
           continue;
         const std::int32_t found = place_in_piece(cell, corner);
         if (place < 0)
@@ -353,7 +352,7 @@ void Coarsening::set_row(std::int32_t place, std::size_t at) {
   });
 }
 
-void Coarsening::interpolate() {
+void Coarsening::interpolate(bool of_hinges_alone) {
   find_places();
   const List<HingeStar> stars = hinges();
   Weights means; // a row for every hinge
@@ -369,7 +368,7 @@ void Coarsening::interpolate() {
   Weights& weights = result_.interpolation;
   const auto n = static_cast<std::size_t>(fine_.n_vertices);
   weights.first.assign(n + 1, 0);
-  for_parts(n, team_, [&](std::size_t first, std::size_t end, std::size_t) {
+  for_parts(of_hinges_alone ? 0 : n, team_, [&](std::size_t first, std::size_t end, std::size_t) {
     for (std::size_t v = first; v < end; ++v)
       if (const std::int32_t place = result_.place[v]; place >= 0)
         weights.first[v + 1] = place_weights[static_cast<std::size_t>(place % PlaceWeights::n_places)].size;
@@ -379,7 +378,7 @@ void Coarsening::interpolate() {
   std::partial_sum(weights.first.begin(), weights.first.end(), weights.first.begin());
   weights.column.resize(static_cast<std::size_t>(weights.first.back()));
   weights.weight.resize(weights.column.size());
-  for_parts(n, team_, [&](std::size_t first, std::size_t end, std::size_t) {
+  for_parts(of_hinges_alone ? 0 : n, team_, [&](std::size_t first, std::size_t end, std::size_t) {
     for (std::size_t v = first; v < end; ++v)
       if (result_.place[v] >= 0)
         set_row(result_.place[v], static_cast<std::size_t>(weights.first[v]));
@@ -393,10 +392,10 @@ void Coarsening::interpolate() {
   }
 }
 
-Coarsened Coarsening::run() {
+Coarsened Coarsening::run(bool of_hinges_alone) {
   find_pieces();
   find_vertices();
-  interpolate();
+  interpolate(of_hinges_alone);
   return std::move(result_);
 }
 
@@ -421,8 +420,8 @@ Weights Weights::transposed(std::int32_t n_columns) const {
   return other;
 }
 
-Coarsened coarsen(const CellComplex& fine, Joining joining, ThreadTeam& team) {
-  return Coarsening(fine, joining, team).run();
+Coarsened coarsen(const CellComplex& fine, Joining joining, ThreadTeam& team, bool of_hinges_alone) {
+  return Coarsening(fine, joining, team).run(of_hinges_alone);
 }
 
 } // namespace maille::deform

@@ -70,7 +70,7 @@ enum class Joining {
 struct Coarsened {
   CellComplex complex;
   List<std::int32_t> cell_of; ///< per fine cell
-  Weights interpolation;      ///< of fine vertices from coarse ones
+  Weights interpolation;      ///< of fine vertices from coarse ones; where asked for so, of hinges alone
   /// Per fine vertex: PlaceWeights::n_places times the number of its piece, and its place in that. -1 at
   /// hinges, and of no cell.
   List<std::int32_t> place;
@@ -84,6 +84,6 @@ struct Coarsened {
 /// on the coarse grid pieces move by themselves, and the energy of the hinge between them is in the matrix.
 ///
 /// The same for any number of threads. @pre cells come plane after plane
-Coarsened coarsen(const CellComplex& fine, Joining joining, ThreadTeam& team);
+Coarsened coarsen(const CellComplex& fine, Joining joining, ThreadTeam& team, bool of_hinges_alone = false);
 
 } // namespace maille::deform

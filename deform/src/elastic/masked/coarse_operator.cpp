@@ -37,15 +37,11 @@ void CoarseOperator::undo_rounding() {
   is_rounded_ = false;
 }
 
-/// Calls work(first piece, end) for slabs of planes, those of every second one first.
+/// Calls work(first piece, end) for slabs of planes, as run_slabs() does.
 template<class Work>
 void CoarseOperator::for_slabs_of_pieces(ThreadTeam& team, const Work& work) const {
-  const int slabs = has_pieces() ? pieces_.n_slabs() : 0;
-  for (const int parity : {0, 1})
-    team.run((slabs - parity + 1) / 2, [&](int item, int) {
-      const auto slab = static_cast<std::size_t>(2 * item + parity);
-      work(pieces_.first_of_slab[slab], pieces_.first_of_slab[slab + 1]);
-    });
+  if (has_pieces())
+    for_slabs(pieces_.first_of_slab, team, work);
 }
 
 void CoarseOperator::copy_diagonal(AlignedArray<float>& to, ThreadTeam& team) const {

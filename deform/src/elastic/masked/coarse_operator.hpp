@@ -16,12 +16,22 @@ namespace maille::deform {
 /// Calls work(first row, end) for parts of n rows.
 template<class Work>
 void for_rows(std::int32_t n, ThreadTeam& team, Work&& work) {
-  constexpr std::int32_t rows_per_item = 64, rows_worth_threads = 256;
+  constexpr std::int32_t rows_worth_threads = 256, few = 2048;
+  const std::int32_t rows_per_item = n < few ? 32 : 64;
   if (n < rows_worth_threads)
     work(0, n);
   else
     team.run((n + rows_per_item - 1) / rows_per_item,
              [&](int item, int) { work(item * rows_per_item, std::min(n, (item + 1) * rows_per_item)); });
+}
+
+/// Calls work(first, end) for slabs, as run_slabs() does.
+template<class Work>
+void for_slabs(const List<std::size_t>& first_of_slab, ThreadTeam& team, const Work& work) {
+  run_slabs(team, static_cast<int>(first_of_slab.size()) - 1, [&](int slab) {
+    const auto at = static_cast<std::size_t>(slab);
+    work(first_of_slab[at], first_of_slab[at + 1]);
+  });
 }
 
 /// A piece of matter, which is stiff between its eight vertices.
@@ -39,7 +49,7 @@ struct PatternedPieces {
   /// Of a vertex and component (24), in the order of vertices, the forces at all.
   static constexpr std::size_t column_size = 24, matrix_size = 24 * column_size;
   List<PatternedPiece> pieces; ///< of all planes, one after another, whether they have patterns or not
-  /// Of slabs of planes: those of every second one share no vertex, so the order of sums is always the same.
+  /// Of slabs of planes: those of every second one share no vertex.
   List<std::size_t> first_of_slab;
   /// Of every slab the numbers of its pieces, those of one pattern after another: products then find its
   /// matrix in the cache. Those without a pattern come last.

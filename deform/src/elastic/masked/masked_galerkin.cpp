@@ -26,9 +26,9 @@ public:
   using Sum = std::array<double, n_entries>;
 
   LinearProducts() = default;
-  LinearProducts(std::size_t n_coefficients, ThreadTeam& team)
-      : n_coefficients_(n_coefficients), tables_(8 * n_coefficients * n_entries) {
-    team.run(static_cast<int>(n_coefficients), [&](int item, int) {
+  LinearProducts(int n_coefficients, ThreadTeam& team)
+      : n_coefficients_(static_cast<std::size_t>(n_coefficients)), tables_(8 * n_coefficients_ * n_entries) {
+    team.run(n_coefficients, [&](int item, int) {
       const auto k = static_cast<std::size_t>(item);
       CellCoefficients one{};
       one[k] = 1;
@@ -44,9 +44,9 @@ public:
     });
   }
   bool is_empty() const { return tables_.empty(); }
-  void add_cell(std::size_t octant, const CellCoefficients& c, Sum& sum) const {
-    add_columns(n_entries, static_cast<int>(n_coefficients_), tables_.data() + table(octant), c.data(),
-                sum.data());
+  /// @param n coefficients, the others are 0
+  void add_cell(std::size_t octant, const CellCoefficients& c, int n, Sum& sum) const {
+    add_columns(n_entries, n, tables_.data() + table(octant), c.data(), sum.data());
   }
   static void add_to(PieceMatrix& matrix, const Sum& sum) {
     const double* from = sum.data();
@@ -111,8 +111,7 @@ CellProducts::CellProducts(const MaskedLevel& level, const LatticeElasticity& el
   if (elasticity.kinds().size() > most_kinds_remembered) {
     const bool bends =
         std::ranges::any_of(elasticity.kinds(), [](const auto& kind) { return kind.thin != 0; });
-    of_coefficients_ =
-        LinearProducts(bends ? MaskedOperator::most_coefficients : MaskedOperator::bending, team);
+    of_coefficients_ = LinearProducts(MaskedOperator::coefficients_of(bends), team);
     return;
   }
   for (std::size_t kind = 0; kind < elasticity.kinds().size(); ++kind) {
@@ -162,10 +161,12 @@ const double* CellProducts::matrix(std::size_t number, const Piece& piece, Piece
       add_cell(cell, piece, sum);
       continue;
     }
-    CellCoefficients c = coefficients(kind_of(cell));
+    const std::size_t kind = kind_of(cell);
+    CellCoefficients c = coefficients(kind);
     for (double& coefficient : c)
       coefficient *= elasticity_.weight(grid_.cell(cell.at));
-    of_coefficients_.add_cell(PieceAssembly::octant(cell), c, of_plain);
+    of_coefficients_.add_cell(PieceAssembly::octant(cell), c,
+                              MaskedOperator::coefficients_of(elasticity_.kinds()[kind].thin != 0), of_plain);
   }
   if (!of_coefficients_.is_empty())
     LinearProducts::add_to(sum, of_plain);
@@ -277,7 +278,9 @@ CoarseOperator MaskedLevel::galerkin_product(const CellComplex& fine, const Coar
   };
   List<std::uint64_t> of_piece(by_patterns ? all.size() : 0);
   PatternedPieces pieces;
-  pieces.first_of_slab = assembly.slabs_of(all);
+  constexpr int slabs_worth_threads = 12, thickest = 4;
+  pieces.first_of_slab =
+      assembly.slabs_of(all, std::clamp(assembly.n_planes() / slabs_worth_threads, 1, thickest));
   if (by_patterns)
     for_slabs(pieces.first_of_slab, team, [&](std::size_t first, std::size_t end) {
       for (std::size_t i = first; i < end; ++i)

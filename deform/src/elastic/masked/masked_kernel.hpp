@@ -17,6 +17,7 @@ namespace maille::deform {
 /// axis (upper triangle of 3 x 3); all 0 where there is no matter.
 struct MaskedOperator {
   static constexpr int most_coefficients = 45, mean = 0, twist = 21, edge = 24, bending = 27;
+  static constexpr int coefficients_of(bool bends) { return bends ? most_coefficients : bending; }
   int n_coefficients = bending; ///< or all
   /// [coefficient][kind] if there is `kind`, else [block of cells][coefficient][cell].
   const float* coefficients = nullptr;

@@ -33,16 +33,12 @@ MaskedLevel::MaskedLevel(const Scene& scene, const LatticeElasticity& elasticity
   set_fixed(prescribed);
 }
 
-/// Calls work(first layer, end) for slabs of layers of cells, those of every second one first: they have no
-/// node in common.
+/// Calls work(first layer, end) for slabs of layers of cells, as run_slabs() does.
 template<class Work>
 void MaskedLevel::for_layers(ThreadTeam& team, const Work& work) const {
   const int layers = rows_.n_layers(), slabs = (layers + layers_per_slab - 1) / layers_per_slab;
-  for (const int parity : {0, 1})
-    team.run((slabs - parity + 1) / 2, [&](int item, int) {
-      const int first = (2 * item + parity) * layers_per_slab;
-      work(first, std::min(first + layers_per_slab, layers));
-    });
+  run_slabs(team, slabs,
+            [&](int slab) { work(slab * layers_per_slab, std::min((slab + 1) * layers_per_slab, layers)); });
 }
 
 /// Calls visit(place in the run, cell number) for the cells of matter of a run.
@@ -72,7 +68,7 @@ bool MaskedLevel::has_table(const LatticeElasticity& elasticity) {
 void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity, ThreadTeam& team) {
   const auto& kinds = elasticity.kinds();
   const bool bends = std::ranges::any_of(kinds, [](const auto& kind) { return kind.thin != 0; });
-  operator_.n_coefficients = bends ? MaskedOperator::most_coefficients : MaskedOperator::bending;
+  operator_.n_coefficients = MaskedOperator::coefficients_of(bends);
   const auto n = static_cast<std::size_t>(operator_.n_coefficients);
   const bool has_table = this->has_table(elasticity);
   const auto n_cells = static_cast<std::size_t>(rows_.n_cell_slots());

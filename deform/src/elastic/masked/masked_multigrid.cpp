@@ -24,11 +24,14 @@ constexpr double worst_coarsening = 0.6;
 /// would pay for it.
 constexpr std::size_t n_corrected_twice = 2;
 
+/// With one step a chain of 500 cells is not told from what may be rounded.
+constexpr int most_steps_to_ask = 3;
+
 /// The finest level has slots without matter.
-double used_rows(const Weights& P) {
-  std::int32_t n = 0;
-  for (std::size_t row = 0; row < static_cast<std::size_t>(P.n_rows()); ++row)
-    n += P.first[row + 1] > P.first[row] ? 1 : 0;
+std::int64_t used_vertices(const Coarsened& coarsened) {
+  std::int64_t n = 0;
+  for (std::size_t v = 0; v < coarsened.place.size(); ++v)
+    n += coarsened.place[v] >= 0 || coarsened.is_hinge[v] != 0 ? 1 : 0;
   return n;
 }
 
@@ -81,51 +84,55 @@ MaskedMultigrid::MaskedMultigrid(std::unique_ptr<MaskedLevel> finest, int steps,
   weights_ = chebyshev_weights(largest_, steps);
   finest_->release_fields();
   build(steps);
+  for (const auto& level : levels_)
+    level->make_fields(true);
   factor_coarsest();
-  round_operators();
+  round_operators(steps);
   finest_->make_fields();
 }
 
-CoarseOperator MaskedMultigrid::operator_above_finest(const CellComplex& fine, const Coarsened& coarsened) {
+/// Takes the interpolation out of `coarsened`.
+CoarseOperator MaskedMultigrid::operator_above_finest(const CellComplex& fine, Coarsened& coarsened) {
   const std::int32_t n = coarsened.complex.n_vertices;
   CoarseOperator A = finest_->galerkin_product(fine, coarsened, n > most_vertices_solved_directly, team());
-  if (const BlockMatrix springs = finest_->springs_as_matrix(); !springs.column.empty())
-    A.blocks() = sum_of(A.blocks(), galerkin_product(springs, coarsened.interpolation,
-                                                     coarsened.interpolation.transposed(n), team()));
+  to_finest_ = SlotInterpolation(coarsened);
+  if (const BlockMatrix springs = finest_->springs_as_matrix(); !springs.column.empty()) {
+    const Weights P = to_finest_.rows_of(springs, A.pieces().pieces);
+    A.blocks() = sum_of(A.blocks(), galerkin_product(springs, P, P.transposed(n), team()));
+  }
   return A;
 }
 
 void MaskedMultigrid::build(int steps) {
   CellComplex complex = finest_->complex(team());
   do {
-    Coarsened next = coarsen(complex, Joining::faces, team());
-    if (next.complex.n_vertices > worst_coarsening * used_rows(next.interpolation))
-      next = coarsen(complex, Joining::places, team());
+    const bool is_finest = levels_.empty();
+    Coarsened next = coarsen(complex, Joining::faces, team(), is_finest);
+    if (next.complex.n_vertices > worst_coarsening * static_cast<double>(used_vertices(next)))
+      next = coarsen(complex, Joining::places, team(), is_finest);
     Weights to_next;
-    if (!levels_.empty())
+    if (!is_finest)
       to_next = next.interpolation.transposed(next.complex.n_vertices);
-    CoarseOperator A = levels_.empty()
-                           ? operator_above_finest(complex, next)
-                           : galerkin_product(levels_.back()->A(), complex, next, to_next, team());
-    if (levels_.empty()) {
-      to_finest_ = SlotInterpolation(next);
-      next.interpolation = {};
-    }
+    CoarseOperator A = is_finest ? operator_above_finest(complex, next)
+                                 : galerkin_product(levels_.back()->A(), complex, next, to_next, team());
     levels_.push_back(std::make_unique<BlockLevel>(std::move(A), std::move(next.interpolation),
                                                    std::move(to_next), steps, team()));
-    if (levels_.size() <= n_corrected_twice)
-      levels_.back()->correct_twice(true);
     complex = std::move(next.complex);
   } while (complex.n_vertices > most_vertices_solved_directly);
 }
 
 /// What rounding does to a body depends on what is soft in it: stiff parts that hang on thin or soft ones
 /// turn at next to no energy, which 2^-11 of their own stiffness may be more than. So every level is asked by
-/// what one cycle makes of forces at random. The smallest first: the largest is in memory twice for a while.
-void MaskedMultigrid::round_operators() {
+/// what one cycle makes of forces at random, of few steps of relaxation, as what is soft is not their task.
+/// The smallest first: the largest is in memory twice for a while.
+void MaskedMultigrid::round_operators(int steps) {
+  const std::size_t n_twice = std::min(n_levels(), n_corrected_twice);
+  for (std::size_t i = 0; i < n_twice; ++i)
+    level(i).correct_twice(true);
   if (n_levels() == 1)
     return;
-  const std::size_t n_twice = std::min(n_levels(), n_corrected_twice);
+  for (const auto& level : levels_)
+    level->relax_in(std::min(steps, most_steps_to_ask));
   level(0).set_noise(team());
   correct(0);
   for (std::size_t i = 0; i < n_twice; ++i)
@@ -134,6 +141,8 @@ void MaskedMultigrid::round_operators() {
     level(i).round_operator(team());
   for (std::size_t i = 0; i < n_twice; ++i)
     level(i).correct_twice(true);
+  for (const auto& level : levels_)
+    level->relax_in(steps);
 }
 
 /// Preconditioned by the diagonal of the finest level: u is the direction, f the residual. The state is not
@@ -246,19 +255,18 @@ void MaskedMultigrid::go_down_from_finest() {
 /// What vertices of the first coarser grid take part in, slot after slot: so nothing but the interpolation
 /// need be kept. Planes of nodes in slabs, of which those of every second one have no vertex in common.
 void MaskedMultigrid::add_up_residuals() {
-  constexpr int planes_per_slab = 2 * PieceAssembly::planes_per_slab;
+  constexpr int planes_per_slab = 4;
   BlockLevel& coarse = level(0);
   std::ranges::fill(coarse.f.all(), 0.0F);
   const auto& pieces = coarse.A().pieces().pieces;
   const MaskedRows& rows = finest_->rows();
   const int planes = rows.n_layers() + 1, slabs = (planes + planes_per_slab - 1) / planes_per_slab;
-  for (const int parity : {0, 1})
-    team().run((slabs - parity + 1) / 2, [&](int item, int) {
-      const int first_plane = (2 * item + parity) * planes_per_slab;
-      const std::int32_t end = rows.first_slot(std::min(first_plane + planes_per_slab, planes));
-      to_finest_.add_up(pieces, rows.first_slot(first_plane), end, finest_->r.data(),
-                        finest_->component_stride(), coarse.f.data());
-    });
+  run_slabs(team(), slabs, [&](int slab) {
+    const int first_plane = slab * planes_per_slab;
+    const std::int32_t end = rows.first_slot(std::min(first_plane + planes_per_slab, planes));
+    to_finest_.add_up(pieces, rows.first_slot(first_plane), end, finest_->r.data(),
+                      finest_->component_stride(), coarse.f.data());
+  });
 }
 
 /// @return u . f

@@ -27,6 +27,8 @@ public:
   std::int32_t n() const { return A_.n_rows(); }
   /// Forces whose answers are made of soft motions more than of others, as those of conjugate gradients are.
   void set_noise(ThreadTeam& team);
+  /// In so many steps before and after each coarser level.
+  void relax_in(int steps);
   /// A is kept in numbers of 16 bits where that changes the energy of u by a small part at most.
   void round_operator(ThreadTeam& team);
   /// A and the diagonal as they were, and then A += S. A row's diagonal rises by as much of the absolute sum
@@ -35,6 +37,11 @@ public:
   void set_penalties(BlockMatrix S);
 
   AlignedArray<float> u, f, r; ///< block_stride numbers a vertex
+  /// While coarser grids are made, nobody needs them; they are not there at first.
+  void make_fields(bool does) {
+    for (AlignedArray<float>* const field : {&u, &f, &r})
+      *field = AlignedArray<float>(does ? inverse_.size() : 0);
+  }
   /// The first of two corrections. @pre is_corrected_twice()
   struct FirstCorrection {
     AlignedArray<float> correction;
@@ -130,8 +137,8 @@ private:
   class Directions;
   double largest_eigenvalue();
   void build(int steps);
-  CoarseOperator operator_above_finest(const CellComplex& fine, const Coarsened& coarsened);
-  void round_operators();
+  CoarseOperator operator_above_finest(const CellComplex& fine, Coarsened& coarsened);
+  void round_operators(int steps);
   void correct(std::size_t level);
   void go_down_from_finest();
   void add_up_residuals();

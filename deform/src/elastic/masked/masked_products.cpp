@@ -38,23 +38,21 @@ void MaskedLevel::apply_by_planes(const float* displacement, float* forces, Thre
     if (is_matter_alone)
       finish(plane);
   };
-  for (const int parity : {0, 1})
-    team.run((slabs - parity + 1) / 2, [&](int item, int) {
-      const int first = (2 * item + parity) * layers_per_slab,
-                end = std::min(first + layers_per_slab, layers);
-      const bool is_first = parity == 0;
-      if (is_first)
-        clear(first);
-      for (int z = first; z < end; ++z) {
-        if (is_first || z + 1 < end || end == layers)
-          clear(z + 1);
-        add_matter_forces(operator_, rows_.runs_of_layer(z), displacement, forces);
-        if (!is_first || z > first || z == 0)
-          finish_whole(z);
-      }
-      if (!is_first || end == layers)
-        finish_whole(end);
-    });
+  run_slabs(team, slabs, [&](int slab) {
+    const int first = slab * layers_per_slab, end = std::min(first + layers_per_slab, layers);
+    const bool is_first = slab % 2 == 0;
+    if (is_first)
+      clear(first);
+    for (int z = first; z < end; ++z) {
+      if (is_first || z + 1 < end || end == layers)
+        clear(z + 1);
+      add_matter_forces(operator_, rows_.runs_of_layer(z), displacement, forces);
+      if (!is_first || z > first || z == 0)
+        finish_whole(z);
+    }
+    if (!is_first || end == layers)
+      finish_whole(end);
+  });
   if (is_matter_alone)
     return;
   team.run(penalties_.planes(), [&](int part, int) { penalties_.add(part, displacement, forces); });

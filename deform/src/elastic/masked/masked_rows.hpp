@@ -39,7 +39,7 @@ struct CellRun {
 class MaskedRows {
 public:
   static constexpr int block = CellRun::block;
-  static constexpr int planes_per_slab = 4;
+  static constexpr int planes_per_slab = 3;
 
   /// @param body in 3D; must outlive this
   explicit MaskedRows(const Specimen& body);

@@ -44,6 +44,14 @@ void PieceAssembly::add_cell(const ComplexCell& cell, const CellMatrix& K, const
   const auto for_each_weight = [&](const auto& visit) {
     for (int corner = 0; corner < 8; ++corner) {
       const auto vertex = static_cast<std::size_t>(cell.vertex[corner]);
+      if (const std::int32_t place = coarsened_.place[vertex]; place >= 0) {
+        const PlaceWeights& of = place_weights[static_cast<std::size_t>(place % PlaceWeights::n_places)];
+        const std::int32_t* const vertices =
+            coarsened_.complex.cells[static_cast<std::size_t>(place / PlaceWeights::n_places)].vertex;
+        for (int i = 0; i < of.size; ++i)
+          visit(3 * corner, 3 * piece.local(vertices[of.corner[i]]), double{of.weight[i]});
+        continue;
+      }
       for (auto k = static_cast<std::size_t>(P.first[vertex]);
            k < static_cast<std::size_t>(P.first[vertex + 1]); ++k)
         visit(3 * corner, 3 * piece.local(P.column[k]), double{P.weight[k]});
@@ -75,14 +83,13 @@ void PieceAssembly::take_to_piece(std::size_t octant, CellMatrix& K) {
     }
 }
 
-List<std::size_t> PieceAssembly::slabs_of(std::span<const std::int32_t> pieces) const {
+List<std::size_t> PieceAssembly::slabs_of(std::span<const std::int32_t> pieces, int planes) const {
   const auto& cells = coarsened_.complex.cells;
-  const int planes = cells.empty() ? 0 : cells.back().at[2] + 1,
-            slabs = (planes + planes_per_slab - 1) / planes_per_slab;
+  const int slabs = (n_planes() + planes - 1) / planes;
   List<std::size_t> first;
   for (int slab = 0; slab <= slabs; ++slab)
     first.push_back(static_cast<std::size_t>(
-        std::ranges::lower_bound(pieces, slab * planes_per_slab, {},
+        std::ranges::lower_bound(pieces, slab * planes, {},
                                  [&](std::int32_t i) { return cells[static_cast<std::size_t>(i)].at[2]; }) -
         pieces.begin()));
   return first;

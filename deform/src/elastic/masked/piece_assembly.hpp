@@ -3,6 +3,7 @@
 
 #include "elastic/masked/block_matrix.hpp"
 #include "elastic/masked/cell_complex.hpp"
+#include "elastic/masked/coarse_operator.hpp"
 #include "parallel/thread_team.hpp"
 
 #include <Eigen/Core>
@@ -34,7 +35,7 @@ class PieceAssembly {
 public:
   /// Planes of pieces that are added up in one go: those of every second slab share no row, not even at
   /// hinges.
-  static constexpr int planes_per_slab = 4;
+  static constexpr int planes_per_slab = 3;
 
   /// Both must outlive this.
   PieceAssembly(const CellComplex& fine, const Coarsened& coarsened);
@@ -58,7 +59,8 @@ public:
   static void take_to_piece(std::size_t octant, CellMatrix& K);
 
   /// Parts of pieces, in the order of planes: the first of each slab, and the end.
-  List<std::size_t> slabs_of(std::span<const std::int32_t> pieces) const;
+  List<std::size_t> slabs_of(std::span<const std::int32_t> pieces, int planes = planes_per_slab) const;
+  int n_planes() const { return n_pieces() == 0 ? 0 : coarsened_.complex.cells.back().at[2] + 1; }
   /// The sum of the matrices of some pieces, in ascending order, and of others.
   /// @param matrix gives it the matrix of a piece, column after column: (number, Piece, memory) -> const
   ///        double*; from several threads
@@ -77,17 +79,6 @@ BlockMatrix matrix_for(const List<Piece>& pieces, std::int32_t n_vertices, Block
                        ThreadTeam& team);
 /// @param local column after column @param order memory
 void add_piece(const Piece& piece, const double* local, std::vector<std::size_t>& order, BlockMatrix& matrix);
-
-/// Calls work(first, end) for slabs, those of every second one first.
-template<class Work>
-void for_slabs(const List<std::size_t>& first_of_slab, ThreadTeam& team, const Work& work) {
-  const int slabs = static_cast<int>(first_of_slab.size()) - 1;
-  for (const int parity : {0, 1})
-    team.run((slabs - parity + 1) / 2, [&](int item, int) {
-      const auto slab = static_cast<std::size_t>(2 * item + parity);
-      work(first_of_slab[slab], first_of_slab[slab + 1]);
-    });
-}
 
 template<class Matrix>
 BlockMatrix PieceAssembly::sum_of_pieces(std::span<const std::int32_t> numbers, ThreadTeam& team,

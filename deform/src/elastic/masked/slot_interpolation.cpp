@@ -7,18 +7,23 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <utility>
 
 // Compiled once per kind of vector: see feasible/box/cone_kernel.cpp for what that forbids. Vectors hold the
 // components of one vertex or slot, in the same order of sums on every machine and any number of threads.
 
-#ifndef MAILLE_SLOT_WEIGHTS
-#define MAILLE_SLOT_WEIGHTS
+HWY_BEFORE_NAMESPACE();
 namespace maille::deform {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+using F = hn::CappedTag<float, block_stride>;
+using VF = hn::VFromD<F>;
 
 /// Calls visit(vertex, weight) for what slots in a piece, or at a hinge, have. @param place not `nowhere`
 template<class Visit>
-inline void for_each_weight(std::int32_t place, const PatternedPiece* pieces, const Weights& hinges,
-                            const Visit& visit) {
+HWY_INLINE void for_each_weight(std::int32_t place, const PatternedPiece* pieces, const Weights& hinges,
+                                const Visit& visit) {
   if (place >= 0) {
     const PatternedPiece& piece = pieces[place / PlaceWeights::n_places];
     const PlaceWeights& of = place_weights.data()[place % PlaceWeights::n_places];
@@ -30,17 +35,6 @@ inline void for_each_weight(std::int32_t place, const PatternedPiece* pieces, co
   for (std::int32_t i = hinges.first.data()[hinge]; i < hinges.first.data()[hinge + 1]; ++i)
     visit(hinges.column.data()[i], hinges.weight.data()[i]);
 }
-
-} // namespace maille::deform
-#endif
-
-HWY_BEFORE_NAMESPACE();
-namespace maille::deform {
-namespace HWY_NAMESPACE {
-
-namespace hn = hwy::HWY_NAMESPACE;
-using F = hn::CappedTag<float, block_stride>;
-using VF = hn::VFromD<F>;
 
 /// As many slots at once as a vector has numbers: what their vertices have lies transposed to the fields of
 /// the body's own grid.
@@ -82,19 +76,22 @@ void add_up(const std::int32_t* place, const PatternedPiece* pieces, const Weigh
             std::int32_t first, std::int32_t end, const float* f, std::int64_t stride, float* vertices) {
   const F d;
   const int lanes = static_cast<int>(hn::Lanes(d));
-  alignas(16) float force[block_stride] = {};
-  for (std::int32_t slot = first; slot < end; ++slot) {
-    const std::int32_t at = place[slot];
-    if (at == -1)
-      continue;
-    for (int c = 0; c < 3; ++c)
-      force[c] = f[c * stride + slot];
-    for (int part = 0; part < block_stride; part += lanes) {
-      const VF of_slot = hn::LoadU(d, force + part);
-      for_each_weight(at, pieces, hinges, [&](std::int32_t vertex, float weight) HWY_ATTR {
-        float* const to = vertices + std::int64_t{block_stride} * vertex + part;
-        hn::StoreU(hn::MulAdd(hn::Set(d, weight), of_slot, hn::LoadU(d, to)), d, to);
-      });
+  alignas(16) float forces[block_stride * block_stride];
+  for (std::int32_t slot = first; slot < end; slot += lanes) {
+    const float* const at_slot = f + slot; // and some beyond, which do not count
+    hn::StoreInterleaved4(hn::LoadU(d, at_slot), hn::LoadU(d, at_slot + stride),
+                          hn::LoadU(d, at_slot + 2 * stride), hn::Zero(d), d, forces);
+    for (int i = 0; i < std::min(lanes, end - slot); ++i) {
+      const std::int32_t at = place[slot + i];
+      if (at == -1)
+        continue;
+      for (int part = 0; part < block_stride; part += lanes) {
+        const VF of_slot = hn::Load(d, forces + block_stride * i + part);
+        for_each_weight(at, pieces, hinges, [&](std::int32_t vertex, float weight) HWY_ATTR {
+          float* const to = vertices + std::int64_t{block_stride} * vertex + part;
+          hn::StoreU(hn::MulAdd(hn::Set(d, weight), of_slot, hn::LoadU(d, to)), d, to);
+        });
+      }
     }
   }
 }
@@ -109,8 +106,8 @@ namespace maille::deform {
 HWY_EXPORT(interpolate);
 HWY_EXPORT(add_up);
 
-SlotInterpolation::SlotInterpolation(const Coarsened& coarsened) : place_(coarsened.place) {
-  const Weights& P = coarsened.interpolation;
+SlotInterpolation::SlotInterpolation(Coarsened& coarsened) : place_(std::move(coarsened.place)) {
+  const Weights P = std::exchange(coarsened.interpolation, {});
   hinges_.first.push_back(0);
   for (std::size_t slot = 0; slot < place_.size(); ++slot) {
     if (coarsened.is_hinge[slot] == 0)
@@ -133,10 +130,11 @@ Weights SlotInterpolation::rows_of(const BlockMatrix& S, const List<PatternedPie
   rows.first.push_back(0);
   for (std::size_t slot = 0; slot < place_.size(); ++slot) {
     if (S.first[slot] < S.first[slot + 1] && place_[slot] != nowhere)
-      for_each_weight(place_[slot], pieces.data(), hinges_, [&](std::int32_t vertex, float weight) {
-        rows.column.push_back(vertex);
-        rows.weight.push_back(weight);
-      });
+      HWY_STATIC_DISPATCH(for_each_weight)
+    (place_[slot], pieces.data(), hinges_, [&](std::int32_t vertex, float weight) {
+      rows.column.push_back(vertex);
+      rows.weight.push_back(weight);
+    });
     rows.first.push_back(static_cast<std::int32_t>(rows.column.size()));
   }
   return rows;

@@ -18,8 +18,8 @@ namespace maille::deform {
 class SlotInterpolation {
 public:
   SlotInterpolation() = default;
-  /// @param coarsened of the body's own cells
-  explicit SlotInterpolation(const Coarsened& coarsened);
+  /// Takes the interpolation out of what the body's own cells were coarsened to.
+  explicit SlotInterpolation(Coarsened& coarsened);
 
   /// The rows that have blocks in S, the others empty.
   Weights rows_of(const BlockMatrix& S, const List<PatternedPiece>& pieces) const;

@@ -58,7 +58,7 @@ public:
     std::array<const double*, 3> forces{}; ///< by component, of first_node on [N]
   };
   /// Calls visit(window) for windows that follow one another, whose forces are gone when it returns: the same
-  /// bits as apply()'s in the memory of some planes, for a third more work. @pre in 3D
+  /// bits as apply()'s in the memory of some planes. @pre in 3D
   void for_each_window(const Displacement& u, ThreadTeam& team,
                        const std::function<void(const Window&)>& visit) const;
   /// The diagonal of K [N/m].

@@ -211,7 +211,8 @@ TEST(SlotInterpolationOracle, IsThatOfWeights) {
   const Scene scene = porous_body(1, 14, 3);
   ThreadTeam team(1);
   const Grids of(scene, team);
-  const SlotInterpolation P(of.once);
+  Coarsened taken = of.once;
+  const SlotInterpolation P(taken);
   const auto& pieces = of.A.pieces().pieces;
   ASSERT_GT(std::ranges::count(of.once.is_hinge, 1), 3);
   const std::int32_t n = of.once.complex.n_vertices, slots = of.level.rows().n_slots();

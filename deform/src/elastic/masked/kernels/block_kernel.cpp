@@ -5,6 +5,10 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include <Eigen/Core>
+
+#include <cstdint>
+
 // Compiled once per kind of vector: see feasible/box/cone_kernel.cpp for what that forbids. Vectors hold the
 // components of one row, in the same order of sums on every machine and any number of threads.
 
@@ -205,6 +209,25 @@ HWY_INLINE VF sum_of_blocks(const RoundedBlockMatrix& A, std::int32_t row, int p
 }
 #endif
 
+/// Of n blocks: of their numbers over `unit`, a power of 2, the first eight of each and the last ones.
+void round_numbers(const float* blocks, std::int32_t n, float unit, std::uint16_t* eight,
+                   std::uint16_t* last) {
+#if HWY_MAX_BYTES >= 32
+  const auto put = [&](auto d, const float* from, std::uint16_t* to) HWY_ATTR {
+    const hn::Rebind<hwy::float16_t, decltype(d)> half;
+    hn::StoreU(hn::DemoteTo(half, hn::Mul(hn::LoadU(d, from), hn::Set(d, 1 / unit))), half,
+               reinterpret_cast<hwy::float16_t*>(to));
+  };
+  for (std::int32_t i = 0; i < n; ++i) {
+    put(hn::FixedTag<float, 8>(), blocks + 9 * i, eight + 8 * i);
+    put(hn::FixedTag<float, 1>(), blocks + 9 * i + 8, last + i);
+  }
+#else // where vectors round towards 0
+  for (std::int32_t i = 0; i < 9 * n; ++i)
+    (i % 9 < 8 ? eight[8 * (i / 9) + i % 9] : last[i / 9]) = Eigen::half(blocks[i] / unit).x;
+#endif
+}
+
 HWY_INLINE VF row_of(const BlockMatrix& A, std::int32_t row, int part, const float* u) {
   return sum_of_blocks(A, row, part, u);
 }
@@ -307,6 +330,7 @@ HWY_EXPORT(residual_rounded);
 HWY_EXPORT(relax);
 HWY_EXPORT(relax_rounded);
 HWY_EXPORT(interpolate);
+HWY_EXPORT(round_numbers);
 
 void apply_blocks(const BlockMatrix& A, std::int32_t first, std::int32_t end, const float* u, float* out) {
   HWY_DYNAMIC_DISPATCH(apply)(A, first, end, u, out);
@@ -317,6 +341,10 @@ void apply_blocks(const RoundedBlockMatrix& A, std::int32_t first, std::int32_t 
 }
 void add_blocks(const BlockMatrix& A, std::int32_t first, std::int32_t end, const float* u, float* out) {
   HWY_DYNAMIC_DISPATCH(add)(A, first, end, u, out);
+}
+void round_blocks(const float* blocks, std::int32_t n, float unit, std::uint16_t* eight,
+                  std::uint16_t* last) {
+  HWY_DYNAMIC_DISPATCH(round_numbers)(blocks, n, unit, eight, last);
 }
 void find_block_residual(const RoundedBlockMatrix& A, std::int32_t first, std::int32_t end, const float* f,
                          const float* u, float* out) {

@@ -81,40 +81,46 @@ void subtract(std::int64_t n, const float* inverse, const float* f, float* Au) {
   });
 }
 
-/// Sixteen running sums of products, whatever the length of vectors. @param loop is given them
-template<class Loop>
-HWY_INLINE double sum_of_parts(const Loop& loop) {
-  HWY_ALIGN float parts[16] = {};
-  loop(parts);
+/// Sixteen running sums of products, whatever the length of vectors: the next number of visit(tag, i, sums)
+/// belongs to sum i % 16. Visits what is left of sixteen one by one.
+template<class Visit>
+HWY_INLINE double sum_of_parts(std::int64_t n, const Visit& visit) {
+  constexpr int whole = 16, vectors = whole / static_cast<int>(hn::MaxLanes(Line()));
+  const Line d;
+  const auto lanes = static_cast<std::int64_t>(hn::Lanes(d));
+  hn::VFromD<Line> sums[vectors]; // in registers
+  for (auto& sum : sums)
+    sum = hn::Zero(d);
+  std::int64_t i = 0;
+  for (; i + whole <= n; i += whole)
+    for (int k = 0; k < vectors; ++k)
+      visit(d, i + k * lanes, sums[k]);
+  HWY_ALIGN float parts[whole];
+  for (int k = 0; k < vectors; ++k)
+    hn::Store(sums[k], d, parts + k * lanes);
+  for (float* part = parts; i < n; ++i, ++part) {
+    auto of_one = hn::Load(One(), part);
+    visit(One(), i, of_one);
+    hn::Store(of_one, One(), part);
+  }
   double sum = 0;
   for (const float part : parts)
     sum += double{part};
   return sum;
 }
 
-/// part[i % 16] += a b
-template<class D, class V>
-HWY_INLINE void add_product(D d, std::int64_t i, V a, V b, float* parts) {
-  float* const part = parts + i % 16;
-  hn::Store(hn::MulAdd(a, b, hn::Load(d, part)), d, part);
-}
-
 double mask_and_dot(std::int64_t n, const float* inverse, const float* p, float* Ap) {
-  return sum_of_parts([&](float* parts) HWY_ATTR {
-    for_any_entries(n, [&](auto d, std::int64_t i) HWY_ATTR {
-      const auto may_move = hn::Gt(hn::LoadU(d, inverse + i), hn::Zero(d));
-      const auto force = hn::IfThenElseZero(may_move, hn::LoadU(d, Ap + i));
-      hn::StoreU(force, d, Ap + i);
-      add_product(d, i, hn::LoadU(d, p + i), force, parts);
-    });
+  return sum_of_parts(n, [&](auto d, std::int64_t i, auto& sum) HWY_ATTR {
+    const auto may_move = hn::Gt(hn::LoadU(d, inverse + i), hn::Zero(d));
+    const auto force = hn::IfThenElseZero(may_move, hn::LoadU(d, Ap + i));
+    hn::StoreU(force, d, Ap + i);
+    sum = hn::MulAdd(hn::LoadU(d, p + i), force, sum);
   });
 }
 
 double dot(std::int64_t n, const float* a, const float* b) {
-  return sum_of_parts([&](float* parts) HWY_ATTR {
-    for_entries(n, [&](auto d, std::int64_t i)
-                       HWY_ATTR { add_product(d, i, hn::LoadU(d, a + i), hn::LoadU(d, b + i), parts); });
-  });
+  return sum_of_parts(n, [&](auto d, std::int64_t i, auto& sum)
+                             HWY_ATTR { sum = hn::MulAdd(hn::LoadU(d, a + i), hn::LoadU(d, b + i), sum); });
 }
 
 void step_from(std::int64_t n, float weight, const float* inverse, const float* f, const float* u,
@@ -125,12 +131,10 @@ void step_from(std::int64_t n, float weight, const float* inverse, const float* 
 
 double step_and_dot(std::int64_t n, float weight, const float* inverse, const float* f, const float* u,
                     float* Au) {
-  return sum_of_parts([&](float* parts) HWY_ATTR {
-    for_any_entries(n, [&](auto d, std::int64_t i) HWY_ATTR {
-      const auto next = step_of(d, i, weight, inverse, f, u, Au);
-      hn::StoreU(next, d, Au + i);
-      add_product(d, i, next, hn::LoadU(d, f + i), parts);
-    });
+  return sum_of_parts(n, [&](auto d, std::int64_t i, auto& sum) HWY_ATTR {
+    const auto next = step_of(d, i, weight, inverse, f, u, Au);
+    hn::StoreU(next, d, Au + i);
+    sum = hn::MulAdd(next, hn::LoadU(d, f + i), sum);
   });
 }
 
