@@ -8,7 +8,6 @@
 #include <atomic>
 #include <cmath>
 #include <cstdint>
-#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -21,19 +20,6 @@ constexpr double slack = 1e-5;          ///< of depths: rays are reckoned in sin
 constexpr double box_slack = 0.02;      ///< voxels, likewise
 constexpr std::size_t few_boxes = 2048; ///< that a second thread does not pay for
 constexpr int edge_cells = Volume::brick_edge, edge_nodes = edge_cells + 1;
-
-/// Whether everything is seen whose code is in a range.
-bool is_all_seen(const Volume::Range& range, const TransferTable& table, const Look& look,
-                 const Volume& volume) {
-  if (look.mode == LookMode::isosurface || range.least > range.largest)
-    return false;
-  const double scale = static_cast<double>(TransferTable::size - 1) / volume.largest_code();
-  const auto first = static_cast<std::size_t>(range.least * scale);
-  const auto last = std::min(static_cast<std::size_t>(std::ceil(range.largest * scale)),
-                             static_cast<std::size_t>(TransferTable::size - 1));
-  return table.visible_before[last + 1] - table.visible_before[first] ==
-         static_cast<std::int32_t>(last + 1 - first);
-}
 
 /// Least and largest codes of a brick's cells.
 class CellRanges {
@@ -76,7 +62,7 @@ std::vector<SeenBox> seen_boxes(const Volume& volume, const TransferTable& table
   std::vector<std::uint8_t> is_full(distances.size(), 0);
   for (std::size_t brick = 0; brick < distances.size(); ++brick)
     is_full[brick] =
-        distances[brick] == 0 && is_all_seen(volume.brick_ranges()[brick], table, look, volume) ? 1 : 0;
+        distances[brick] == 0 && is_all_visible(volume.brick_ranges()[brick], table, look, volume) ? 1 : 0;
   const auto is_at_end = [&](const Index3& at, std::size_t brick) {
     for (std::size_t a = 0; a < 3; ++a)
       if (at[a] == 0 || at[a] == n[a] - 1 || is_full[brick - static_cast<std::size_t>(stride[a])] == 0 ||
@@ -87,8 +73,8 @@ std::vector<SeenBox> seen_boxes(const Volume& volume, const TransferTable& table
   const auto box_of = [&](const Index3& low, const Index3& high) { // cells, high not one of them
     SeenBox box{};
     for (std::size_t a = 0; a < 3; ++a) {
-      box.low[a] = static_cast<std::uint16_t>(std::min(low[a], size[a] - 1));
-      box.high[a] = static_cast<std::uint16_t>(std::min(high[a], size[a] - 1));
+      box.low[a] = std::min(low[a], size[a] - 1);
+      box.high[a] = std::min(high[a], size[a] - 1);
     }
     return box;
   };
@@ -134,9 +120,7 @@ BrickDepths::BrickDepths(const VoxelGrid& grid, const std::vector<SeenBox>& boxe
     : squares_x_((view.width + edge - 1) / edge), squares_y_((view.height + edge - 1) / edge),
       parallel_(view.camera.parallel), middle_x_(0.5 * view.width - 0.5), middle_y_(0.5 * view.height - 0.5) {
   const Camera& camera = view.camera;
-  const double half = 0.5 * view.height;
-  scale_ = parallel_ ? half / camera.parallel_scale
-                     : half / std::tan(0.5 * camera.view_angle * std::numbers::pi / 180);
+  scale_ = 0.5 * view.height / camera.half_height();
   const auto axes = camera.axes();
   const auto seen = [&](const Vec3& index) {
     return times(axes, minus(pose.to_world(grid.point_of(index)), camera.position));

@@ -11,7 +11,7 @@ namespace maille::render {
 
 /// What may be seen within a brick, from voxel to voxel, both inclusive.
 struct SeenBox {
-  std::array<std::uint16_t, 3> low, high;
+  Index3 low, high;
 };
 
 /// Boxes, one a brick, in one of which every ray is where it first sees something and where it last does: of

@@ -10,7 +10,6 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <numbers>
 #include <span>
 #include <tuple>
 #include <utility>
@@ -110,9 +109,7 @@ SurfaceEvents::SurfaceEvents(const Deformation& deformation, const Surface& surf
   for (std::size_t row = 0; row < 3; ++row)
     to_camera_[row] = transposed_times(pose.rotation, axes[row]);
   camera_offset_ = times(axes, minus(pose.position, camera.position));
-  const double half = 0.5 * height_;
-  scale_ = parallel_ ? half / camera.parallel_scale
-                     : half / std::tan(0.5 * camera.view_angle * std::numbers::pi / 180);
+  scale_ = 0.5 * height_ / camera.half_height();
   const auto in_chunks = [&](std::size_t n, auto&& act) {
     for_each_item(threads, n_chunks, [&](int chunk, int) {
       const auto c = static_cast<std::size_t>(chunk);

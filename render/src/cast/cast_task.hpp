@@ -145,5 +145,8 @@ std::vector<std::uint8_t> brick_distances(const Volume& volume, const TransferTa
 /// Whether something may be seen of codes in a range.
 bool is_visible(const Volume::Range& range, const TransferTable& table, const Look& look,
                 const Volume& volume);
+/// Whether everything is; of an isosurface nothing is known to be.
+bool is_all_visible(const Volume::Range& range, const TransferTable& table, const Look& look,
+                    const Volume& volume);
 
 } // namespace maille::render

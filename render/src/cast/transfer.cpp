@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace maille::render {
@@ -35,18 +37,36 @@ std::vector<float> gloss_table(const Shading& shading) {
   return gloss;
 }
 
+namespace {
+
+/// Entries of a table that codes of a range, not an empty one, may come to, both inclusive.
+std::pair<std::size_t, std::size_t> entries_of(const Volume::Range& range, const Volume& volume) {
+  const double scale = static_cast<double>(TransferTable::size - 1) / volume.largest_code();
+  return {static_cast<std::size_t>(std::max(0.0, std::floor(range.least * scale))),
+          static_cast<std::size_t>(
+              std::min(static_cast<double>(TransferTable::size - 1), std::ceil(range.largest * scale)))};
+}
+
+} // namespace
+
 bool is_visible(const Volume::Range& range, const TransferTable& table, const Look& look,
                 const Volume& volume) {
   if (range.least > range.largest)
     return false; // of no voxel
-  const double scale = static_cast<double>(TransferTable::size - 1) / volume.largest_code();
   if (look.mode == LookMode::isosurface)
     return volume.low() + range.largest * (volume.high() - volume.low()) / volume.largest_code() >=
            look.isovalue;
-  const auto first = static_cast<std::size_t>(std::max(0.0, std::floor(range.least * scale)));
-  const auto last = static_cast<std::size_t>(
-      std::min(static_cast<double>(TransferTable::size - 1), std::ceil(range.largest * scale)));
+  const auto [first, last] = entries_of(range, volume);
   return table.visible_before[last + 1] > table.visible_before[first];
+}
+
+bool is_all_visible(const Volume::Range& range, const TransferTable& table, const Look& look,
+                    const Volume& volume) {
+  if (look.mode == LookMode::isosurface || range.least > range.largest)
+    return false;
+  const auto [first, last] = entries_of(range, volume);
+  return table.visible_before[last + 1] - table.visible_before[first] ==
+         static_cast<std::int32_t>(last + 1 - first);
 }
 
 } // namespace maille::render

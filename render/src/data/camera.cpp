@@ -29,25 +29,29 @@ std::array<Vec3, 3> Camera::axes() const {
   return {right, cross(right, ahead), ahead};
 }
 
+double Camera::half_height() const {
+  return parallel ? parallel_scale : std::tan(0.5 * radians(view_angle));
+}
+
 Ray Camera::ray(int width, int height, double x, double y) const {
   const auto [right, up, ahead] = axes();
   const double half = 0.5 * height;
   const double across = (x + 0.5 - 0.5 * width) / half, upwards = (half - y - 0.5) / half;
+  const double reach = half_height();
+  const Vec3 aside = plus(times(reach * across, right), times(reach * upwards, up));
   if (parallel)
-    return {plus(position, plus(times(parallel_scale * across, right), times(parallel_scale * upwards, up))),
-            ahead};
-  const double slope = std::tan(0.5 * radians(view_angle));
-  return {position, unit(plus(ahead, plus(times(slope * across, right), times(slope * upwards, up))))};
+    return {plus(position, aside), ahead};
+  return {position, unit(plus(ahead, aside))};
 }
 
 Vec3 Camera::project(int width, int height, const Vec3& point) const {
   const auto [right, up, ahead] = axes();
   const Vec3 from_eye = minus(point, position);
   const double depth = dot(from_eye, ahead);
-  const double half_height = parallel ? parallel_scale : depth * std::tan(0.5 * radians(view_angle));
+  const double reach = parallel ? half_height() : depth * half_height();
   const double half = 0.5 * height;
-  return {0.5 * width - 0.5 + half * dot(from_eye, right) / half_height,
-          half - 0.5 - half * dot(from_eye, up) / half_height, depth};
+  return {0.5 * width - 0.5 + half * dot(from_eye, right) / reach,
+          half - 0.5 - half * dot(from_eye, up) / reach, depth};
 }
 
 Camera Camera::turned(double azimuth, double elevation) const {

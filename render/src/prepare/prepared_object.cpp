@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
-#include <numbers>
 #include <optional>
 #include <span>
 #include <vector>
@@ -203,9 +202,7 @@ void PreparedObject::set_rays(const View& view) {
   const Camera& camera = view.camera;
   task_.parallel = camera.parallel;
   const double half = 0.5 * view.height;
-  const double reach =
-      camera.parallel ? camera.parallel_scale : std::tan(0.5 * camera.view_angle * std::numbers::pi / 180);
-  task_.pixel_scale = static_cast<float>(reach / half);
+  task_.pixel_scale = static_cast<float>(camera.half_height() / half);
   task_.middle_x = static_cast<float>(0.5 * view.width - 0.5);
   task_.middle_y = static_cast<float>(half - 0.5);
   const Affine to_object = object_from_world(object_.pose);

@@ -26,6 +26,8 @@ struct Camera {
 
   /// Unit vectors to the right, up and ahead.
   std::array<Vec3, 3> axes() const;
+  /// Half of the picture's height: in metres where parallel, else 1 m ahead of the eye.
+  double half_height() const;
   /// Through the middle of a pixel; x from the left, y from the top. Fractions are points between.
   Ray ray(int width, int height, double x, double y) const;
   /// Where a point is on the picture: x, y in pixels as of `ray`, and how far ahead of the eye [m].

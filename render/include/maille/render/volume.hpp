@@ -54,6 +54,7 @@ public:
 
   // ---- for the kernels ----
   int largest_code() const { return depth_ == Depth::bits8 ? 255 : 65535; }
+  int code(std::int64_t voxel) const;
   const std::uint8_t* codes8() const { return codes8_.data(); }
   const std::uint16_t* codes16() const { return codes16_.data(); }
   const std::int8_t* gradients() const { return gradients_.data(); }
@@ -70,7 +71,6 @@ public:
 private:
   void fill_gradients(std::span<const float> values);
   void fill_bricks();
-  int code(std::int64_t voxel) const;
 
   VoxelGrid grid_;
   double low_, high_;
