@@ -27,13 +27,6 @@ namespace {
   throw std::invalid_argument("World: " + what);
 }
 
-/// @param other  whose cell an object would take as the world begins; -1: no one's, beyond the border
-[[noreturn]] void fail_to_place(const WorldScene& scene, const std::string& name, int other) {
-  fail("object `" + name + "` " +
-       (other < 0 ? "reaches beyond the border"
-                  : "is where `" + scene.objects[static_cast<std::size_t>(other)].name + "` is"));
-}
-
 Pose pose_of(const WorldObject& object, int dimension) {
   Pose pose;
   for (int a = 0; a < dimension; ++a)
@@ -85,6 +78,12 @@ RigidShape shape_of(const Specimen& specimen, const WorldScene& scene) {
 
 } // namespace
 
+void fail_to_place(const WorldScene& scene, int object, int other) {
+  const auto name = [&](int of) { return "`" + scene.objects[static_cast<std::size_t>(of)].name + "` "; };
+  fail("object " + name(object) +
+       (other < 0 ? std::string("reaches beyond the border") : "is where " + name(other) + "is"));
+}
+
 WorldParts::WorldParts(WorldScene asked)
     : scene((check(asked), std::move(asked))), rigid(scene.cells, scene.spacing) {
   if (scene.is_open) {
@@ -130,7 +129,7 @@ void WorldParts::add_rigid(int object) {
   member(object).first = rigid.n_voxels();
   const auto added = rigid.add(shape_of(what.scene.specimen, scene), pose);
   if (!added.object)
-    fail_to_place(scene, what.name, added.refused_at ? object_in(added.refused_at->cell) : -1);
+    fail_to_place(scene, object, added.refused_at ? object_in(added.refused_at->cell) : -1);
   member(object).index = *added.object;
   by_number.push_back(object);
 }
@@ -147,13 +146,13 @@ void WorldParts::add_body(int object) {
     if (is_blocked && scene.contact == ContactLaw::surfaces)
       continue; // two may meet in a cell: Balance looks at their surfaces
     if (is_blocked)
-      fail_to_place(scene, what.name, object_in(cell));
+      fail_to_place(scene, object, object_in(cell));
     body.cells().put(map(), voxel, cell);
   }
   for (std::int32_t point = 0; point < body.matter().n_points(); ++point)
     if (const Index3 cell = cell_at(body.matter().place(point, body.lattice(), body.displacement()));
         scene.contact != ContactLaw::surfaces && body.cells().is_blocked(map(), cell))
-      fail_to_place(scene, what.name, object_in(cell));
+      fail_to_place(scene, object, object_in(cell));
   body.put_matter(map());
   by_number.push_back(object);
 }

@@ -71,4 +71,8 @@ private:
   void add_body(int object);
 };
 
+/// @param other  whose place an object would take as the world begins; -1: no one's, beyond the border
+/// @throws std::invalid_argument
+[[noreturn]] void fail_to_place(const WorldScene& scene, int object, int other);
+
 } // namespace maille::deform

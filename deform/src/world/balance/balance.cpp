@@ -168,11 +168,7 @@ Balance::Balance(WorldParts& parts) : parts_(parts) {
   find_touches();
   for (const Touch& touch : touches_)
     if (touch.gap < -overlap_over_cell * cell_)
-      throw std::invalid_argument(
-          "World: object `" + parts_.scene.objects[static_cast<std::size_t>(touch.object)].name +
-          (touch.other < 0
-               ? "` reaches beyond the border"
-               : "` is where `" + parts_.scene.objects[static_cast<std::size_t>(touch.other)].name + "` is"));
+      fail_to_place(parts_.scene, touch.object, touch.other);
 }
 
 void Balance::hold() {
