@@ -188,8 +188,9 @@ void bench_bodies(const BenchOptions& options, BenchReport& report) {
         "than 2 minutes and 6 GB; deal.II's geometric multigrid takes boxes alone.",
         "bytes_per_unknown: what the method counts of its arrays, without the answer in float64 (24 bytes a "
         "grid point).",
-        "finger_on_calf_fps is measured by maille bench world. ranks_2_difference omitted: coupled runs in "
-        "one process."})
+        "finger_on_calf_fps omitted: nothing measures it yet. ranks_2_difference omitted: coupled runs in "
+        "one "
+        "process."})
     report.notes.emplace_back(note);
 }
 
