@@ -16,6 +16,12 @@ void add_overwrite(CLI::App* command, bool& overwrite) {
                     "with --out: replace results of another scene or version that are there");
 }
 
+/// Of lengths in files; where it has one, the default is shown.
+template<class Unit>
+void add_unit(CLI::App* command, Unit& unit, const std::string& of_what) {
+  command->add_option("--unit", unit, of_what)->check(CLI::IsMember({"mm", "m"}))->capture_default_str();
+}
+
 /// Of what is timed.
 void add_one_thread(CLI::App* command, int& threads) {
   command->add_option("--threads", threads, "threads; one is what times repeat at")
@@ -78,11 +84,8 @@ void add_running(CLI::App* command, AnswerOptions& options) {
   add_list(command, "--methods,--method", options.methods,
            "methods, separated by commas; see below for their names, and for what is asked without");
   command->add_option("--out", options.out, "folder for the files that ParaView opens");
-  command
-      ->add_option(
-          "--unit", options.unit,
-          "with --out: lengths in files for viewers, mm or m; default: m in .vti and .vtu, mm in surfaces")
-      ->check(CLI::IsMember({"mm", "m"}));
+  add_unit(command, options.unit,
+           "with --out: lengths in files for viewers, mm or m; default: m in .vti and .vtu, mm in surfaces");
   add_overwrite(command, options.overwrite);
   add_fem_solver(command, options.fem_solver);
   add_threads(command, options.threads);
@@ -155,9 +158,7 @@ void add_warp(CLI::App* command, WarpCommandOptions& options) {
   add_common(command, options);
   add_list(command, "--methods,--method", options.methods, "methods, separated by commas; default: coupled");
   add_images(command, options.warp, "");
-  command->add_option("--unit", options.warp.unit, "of surfaces: mm or m")
-      ->check(CLI::IsMember({"mm", "m"}))
-      ->capture_default_str();
+  add_unit(command, options.warp.unit, "of surfaces: mm or m");
   command->add_option("--out", options.out, "folder for warped images and labels, and the fields");
   add_fem_solver(command, options.fem_solver);
   add_threads(command, options.threads);
@@ -331,9 +332,7 @@ void add_study(CLI::App* command, StudyCommandOptions& options) {
   command->add_option("STUDY", options.study, "study file (TOML)")->required();
   command->add_option("--out", options.out,
                       "folder for the table and for files that ParaView opens; default out/NAME");
-  command->add_option("--unit", options.unit, "lengths in files for ParaView, mm or m")
-      ->check(CLI::IsMember({"mm", "m"}))
-      ->capture_default_str();
+  add_unit(command, options.unit, "lengths in files for ParaView, mm or m");
   add_overwrite(command, options.overwrite);
   command->add_flag("--resume", options.resume, "go on with the table that is there");
   command->add_option("--jobs", options.jobs, "cases at a time; their seconds are then marked")
@@ -371,9 +370,7 @@ void add_play(CLI::App* command, PlayOptions& options) {
       "--out", options.out,
       "folder for files that ParaView opens, a picture a frame, and a film where there is ffmpeg");
   add_overwrite(command, options.overwrite);
-  command->add_option("--unit", options.unit, "with --out: lengths in files for ParaView, mm or m")
-      ->check(CLI::IsMember({"mm", "m"}))
-      ->capture_default_str();
+  add_unit(command, options.unit, "with --out: lengths in files for ParaView, mm or m");
   command->add_flag("!--no-pictures", options.pictures, "with --out: neither pictures nor a film");
   command->add_option("--picture", options.picture, "PNG of four moments side by side");
   command

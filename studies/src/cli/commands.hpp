@@ -11,9 +11,15 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace maille::studies {
+
+/// What --unit says, mm or m.
+inline LengthUnit length_unit(std::string_view text) {
+  return text == "mm" ? LengthUnit::millimetre : LengthUnit::metre;
+}
 
 /// A folder with the results of one scene, replaced as a set.
 ///

@@ -33,7 +33,7 @@ std::vector<std::filesystem::path> write_files(const Scene& scene, const Compari
     fields.show(row.answer);
     if (row.estimation && row.estimation->estimate)
       fields.error_estimate = &row.estimation->estimate->error;
-    fields.unit = options.unit == "mm" ? LengthUnit::millimetre : LengthUnit::metre;
+    fields.unit = length_unit(options.unit.value_or("m"));
     fields.reference = row.error ? &reference->answer.displacement : nullptr;
     fields.provenance = provenance(scene, row.answer, options.threads);
     files.push_back(write_vtk(scene, fields, folder.file("_" + row.answer.method)));

@@ -284,7 +284,8 @@ void new_image(const NewOptions& options) {
   const std::string file = name_from(out.parent_path(), options.labels);
   const Body body = body_to_begin_with(image, file, out);
   const std::string text = scene_of(image, file, out.string(), body);
-  parse_scene(text, out);
+  if (body.only) // that of all labels has been read
+    parse_scene(text, out);
   fmt::print("{:>8} {:>10} {:>12}  {}\n", "label", "voxels", "volume", "name");
   for (const auto& [label, found] : image.labels)
     fmt::print("{:>8} {:>10} {:>9.4g} ml  {}\n", label, found.voxels, millilitres(image, found.voxels),

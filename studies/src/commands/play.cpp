@@ -44,8 +44,7 @@ public:
         stem_(folder ? folder->file("") : std::filesystem::path()) {
     if (folder)
       series_.emplace(scene_, stem_, static_cast<std::size_t>(n_moments_),
-                      provenance(scene_, trajectory, options),
-                      options.unit == "mm" ? LengthUnit::millimetre : LengthUnit::metre);
+                      provenance(scene_, trajectory, options), length_unit(options.unit));
     if (folder && options.pictures && options.render == "volume")
       seen_ = seen_world(scene_, options.scene);
   }

@@ -39,7 +39,7 @@ class MethodFiles {
 public:
   MethodFiles(const Scene& scene, const std::string& method, const RunOptions& options, ResultsFolder& folder)
       : scene_(scene), method_(method), steps_(options.steps), threads_(options.threads),
-        has_maps_(options.maps), unit_(options.unit == "mm" ? LengthUnit::millimetre : LengthUnit::metre),
+        has_maps_(options.maps), unit_(length_unit(options.unit.value_or("m"))),
         warp_(options.is_warped ? std::optional(warp_request(warp_options(options))) : std::nullopt),
         folder_(folder), stem_(folder.file("_" + method)),
         series_(stem_, static_cast<std::size_t>(options.steps) + 1) {}

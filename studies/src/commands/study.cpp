@@ -87,7 +87,7 @@ StudyOptions options_of(const StudyCommandOptions& asked, const StudyFile& study
   options.resume = asked.resume;
   options.jobs = asked.jobs;
   options.solver = check_fem_solver(asked.fem_solver);
-  options.unit = asked.unit == "mm" ? LengthUnit::millimetre : LengthUnit::metre;
+  options.unit = length_unit(asked.unit);
   const auto cores = static_cast<int>(std::thread::hardware_concurrency());
   options.threads = asked.threads > 0 ? asked.threads : std::max(1, cores / asked.jobs);
   if (!asked.shard.empty())

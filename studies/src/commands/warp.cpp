@@ -22,9 +22,8 @@ WarpRequest warp_request(const WarpOptions& options) {
   for (const std::string& ending : options.surfaces)
     if (ending != "stl" && ending != "ply" && ending != "vtp")
       throw UsageError(fmt::format("--surface: expected some of stl, ply, vtp, found \"{}\"", ending));
-  return {options.image,    options.labels,
-          options.also,     options.background,
-          options.surfaces, options.unit == "m" ? LengthUnit::metre : LengthUnit::millimetre};
+  return {options.image,      options.labels,   options.also,
+          options.background, options.surfaces, length_unit(options.unit)};
 }
 
 int warp_command(const WarpCommandOptions& options) {
