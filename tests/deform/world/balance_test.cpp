@@ -5,13 +5,17 @@
 #include "support/worlds/worlds.hpp"
 #include "world/surface/contact_program.hpp"
 #include "world/surface/flexibility.hpp"
+#include "world/surface/skin.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numeric>
 #include <random>
 #include <string>
+#include <tuple>
+#include <vector>
 
 namespace maille::deform {
 namespace {
@@ -85,9 +89,99 @@ TEST(ContactProgramOracle, FindsTheForcesThatTryingEverySetFinds) {
   }
 }
 
-// Oracle: `coupled`, which solves the same elasticity by multigrid.
+// Oracle: all faces of the other skin are looked at, for every node. Skins that wander: what is kept of where
+// they were before is enough.
+TEST(NearFacesOracle, NothingThatIsNearIsMissed) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> any(-1, 1);
+  const Skin ball(elastic_object("ball", {5, 5, 5}, {}).scene.specimen),
+      plate(elastic_object("plate", {8, 8, 1}, {}).scene.specimen);
+  const auto places_of = [](const Skin& of, const Grid& grid) {
+    std::vector<Eigen::Vector3d> places;
+    for (std::int32_t node = 0; node < of.n_nodes(); ++node) {
+      const Index3 at = grid.node_at(of.node(node));
+      places.emplace_back(at[0], at[1], at[2]);
+    }
+    return places;
+  };
+  std::vector<Eigen::Vector3d> of_ball =
+                                   places_of(ball, elastic_object("", {5, 5, 5}, {}).scene.specimen.grid),
+                               of_plate =
+                                   places_of(plate, elastic_object("", {8, 8, 1}, {}).scene.specimen.grid);
+  for (Eigen::Vector3d& x : of_ball)
+    x += Eigen::Vector3d(1, 1, 1.2);
+  NearFaces kept;
+  int n_near = 0;
+  constexpr double reach = 0.5;
+  for (int step = 0; step < 60; ++step) {
+    const Eigen::Vector3d way = 0.1 * Eigen::Vector3d(any(random), any(random), any(random));
+    for (Eigen::Vector3d& x : of_ball)
+      x += way + 0.02 * Eigen::Vector3d(any(random), any(random), any(random));
+    kept.update(ball, of_ball, plate, of_plate, reach, 0.5);
+    const PlacedSkin placed(plate, of_plate, reach);
+    std::vector<std::int32_t> all(plate.faces().size());
+    std::iota(all.begin(), all.end(), 0);
+    std::size_t next = 0;
+    for (std::int32_t node = 0; node < ball.n_nodes(); ++node) {
+      const Eigen::Vector3d& point = of_ball[static_cast<std::size_t>(node)];
+      const auto expected = placed.near(point, all);
+      const bool is_known = next < kept.nodes().size() && kept.nodes()[next].node == node;
+      const auto found =
+          is_known ? placed.near(point, kept.faces(kept.nodes()[next])) : std::vector<PlacedSkin::Near>{};
+      next += is_known;
+      ASSERT_EQ(found.size(), expected.size()) << "step " << step << ", node " << node;
+      for (std::size_t i = 0; i < found.size(); ++i) {
+        EXPECT_EQ(found[i].face, expected[i].face);
+        EXPECT_EQ(found[i].gap, expected[i].gap);
+        EXPECT_EQ(found[i].normal, expected[i].normal);
+      }
+      n_near += static_cast<int>(found.size());
+    }
+  }
+  EXPECT_GT(n_near, 500);
+}
+
+// Oracle: cells near a node by hand: of a C the ends of its arms are near one another in space alone.
+TEST(NearFacesOracle, OfASkinAndItselfWhatIsFarInTheBodyCounts) {
+  const Specimen body = parse_world_scene(R"([world]
+cells = [12, 12]
+spacing = "1 mm"
+contact = "surfaces"
+[[object]]
+name = "c"
+kind = "deformable"
+shape = "rows"
+rows = ["######","#.....","######"]
+material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
+)")
+                            .objects[0]
+                            .scene.specimen;
+  const Skin of_body(body);
+  std::vector<Eigen::Vector3d> places;
+  for (std::int32_t node = 0; node < of_body.n_nodes(); ++node) {
+    const Index3 at = body.grid.node_at(of_body.node(node));
+    places.emplace_back(at[0], at[1], 0);
+  }
+  NearFaces near;
+  near.update(of_body, places, of_body, places, 1.01, 0);
+  const PlacedSkin placed(of_body, places, 1.01);
+  int n_near = 0;
+  for (const NearFaces::OfNode& one : near.nodes()) {
+    const Index3 at = body.grid.node_at(of_body.node(one.node));
+    if (placed.near(places[static_cast<std::size_t>(one.node)], near.faces(one)).empty())
+      continue;
+    ++n_near;
+    EXPECT_TRUE(at[1] == 1 || at[1] == 2) << "only sides that face the gap";
+    EXPECT_GE(at[0], 2) << "from the C's back it is two steps to the other side";
+  }
+  EXPECT_EQ(n_near, 10); // x = 2 to 6 on both sides
+}
+
+// Oracle: `coupled`, which is given the displacement of one node and finds the force.
 TEST(FlexibilityOracle, ColumnsAreTheAnswersOfCoupled) {
-  for (const int dimension : {2, 3}) {
+  for (const auto& [dimension, solver, error] :
+       {std::tuple(2, StiffnessSolver::factor, 1e-6), std::tuple(3, StiffnessSolver::factor, 1e-6),
+        std::tuple(3, StiffnessSolver::multigrid, 1e-4)}) {
     WorldObject object =
         dimension == 2 ? elastic_object("body", {6, 5}, {}) : elastic_object("body", {4, 3, 3}, {});
     hold_face(object, 0, false);
@@ -97,7 +191,7 @@ TEST(FlexibilityOracle, ColumnsAreTheAnswersOfCoupled) {
     for (const Prescribed& p : scene.prescribed)
       fixed.push_back(dimension * p.node + p.component);
     std::ranges::sort(fixed);
-    Flexibility flexibility(scene, fixed);
+    Flexibility flexibility(scene, fixed, {}, false, 1, solver);
     const std::int64_t node = scene.specimen.grid.n_nodes() - 1;
     const Eigen::VectorXd column = flexibility.column(dimension * node + 1);
     Scene moved = scene; // by so much, by a force along y alone
@@ -109,11 +203,49 @@ TEST(FlexibilityOracle, ColumnsAreTheAnswersOfCoupled) {
     for (std::int64_t i = 0; i < scene.specimen.grid.n_nodes(); ++i)
       for (int b = 0; b < dimension; ++b)
         EXPECT_NEAR(answer.displacement(b, i), column[dimension * i + b],
-                    1e-6 * column.cwiseAbs().maxCoeff());
+                    error * column.cwiseAbs().maxCoeff());
     for (std::size_t i = 0; i < moved.prescribed.size(); ++i)
       if (!moved.prescribed[i].held) {
-        EXPECT_NEAR(answer.reaction[i], 1, 1e-5); // the unit force
+        EXPECT_NEAR(answer.reaction[i], 1, 10 * error); // the unit force
       }
+  }
+}
+
+// Oracle: the factor, of an anisotropic body with a hole and cells that are partly tissue: columns, what held
+// components that are moved do, forces at components, and the same with inertia.
+TEST(FlexibilityOracle, MultigridIsTheFactor) {
+  WorldObject object = elastic_object("body", {5, 4, 6}, {});
+  hold_face(object, 2, false);
+  Scene& scene = object.scene;
+  Specimen& body = scene.specimen;
+  body.material_id.assign(static_cast<std::size_t>(body.grid.n_cells()), 0);
+  body.material_id[static_cast<std::size_t>(body.grid.cell({2, 1, 3}))] =
+      body.material_id[static_cast<std::size_t>(body.grid.cell({2, 2, 3}))] = no_material;
+  body.tissue.assign(static_cast<std::size_t>(body.grid.n_cells()), 1);
+  for (std::size_t cell = 0; cell < body.tissue.size(); cell += 3)
+    body.tissue[cell] = 0.4F;
+  std::vector<std::int64_t> fixed;
+  for (const Prescribed& p : scene.prescribed)
+    fixed.push_back(3 * p.node + p.component); // every node of the grid is the body's
+  std::ranges::sort(fixed);
+  const std::int64_t n = 3 * body.grid.n_nodes();
+  for (const bool has_inertia : {false, true}) {
+    const Eigen::VectorXd inertia =
+        has_inertia ? Eigen::VectorXd(Eigen::VectorXd::LinSpaced(n, 1e3, 3e3)) : Eigen::VectorXd();
+    Flexibility factor(scene, fixed, inertia, false, 1, StiffnessSolver::factor),
+        multigrid(scene, fixed, inertia, false, 2, StiffnessSolver::multigrid);
+    const double error = has_inertia ? 1e-8 : 1e-4;
+    for (const std::int64_t component : {n - 1, n / 2, n / 3 + 1}) {
+      const Eigen::VectorXd& expected = factor.column(component);
+      EXPECT_LT((multigrid.column(component) - expected).norm(), error * expected.norm());
+      EXPECT_NEAR(multigrid.force_at(component, expected), factor.force_at(component, expected), 1e-9);
+      EXPECT_NEAR(multigrid.energy(expected), factor.energy(expected), 1e-9 * factor.energy(expected));
+    }
+    Eigen::VectorXd given = Eigen::VectorXd::Zero(n);
+    for (const std::int64_t component : fixed)
+      given[component] = 1e-3 * static_cast<double>(component % 7);
+    const Eigen::VectorXd expected = factor.moved(given);
+    EXPECT_LT((multigrid.moved(given) - expected).norm(), 1e-8 * expected.norm());
   }
 }
 

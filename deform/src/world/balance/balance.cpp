@@ -24,7 +24,7 @@ constexpr double stiff_hand = 1e4, free_drag = 1e-4;
 /// At the beginning, as rounding of places may have it.
 constexpr double overlap_over_cell = 1e-3;
 /// A body's factor grows faster than the body.
-constexpr std::int64_t most_components_2d = 400'000, most_components_3d = 60'000;
+constexpr std::int64_t most_components_2d = 400'000;
 
 Eigen::Vector3d vector(const Vec3& v) {
   return Eigen::Vector3d::Map(v.data());
@@ -157,21 +157,23 @@ Balance::Balance(WorldParts& parts) : parts_(parts) {
       fail("has limits that bind: contact = \"cells\" keeps them");
     if (what.scene.relaxation.frame == StrainFrame::blocks)
       fail("measures strains in blocks: contact = \"cells\" knows them");
-    if (objects_.back().displacement.size() >
-        (parts.scene.dimension == 3 ? most_components_3d : most_components_2d))
+    if (parts.scene.dimension == 2 && objects_.back().displacement.size() > most_components_2d)
       fail("has too many nodes to factor its stiffness: contact = \"cells\", or a coarser body");
     stiffest = std::max(stiffest, body.cell_stiffness());
   }
   if (stiffest > 0)
     stiffness_ = stiffest;
-  hold();
+  hold(1);
   find_touches();
   for (const Touch& touch : touches_)
     if (touch.gap < -overlap_over_cell * cell_)
       fail_to_place(parts_.scene, touch.object, touch.other);
 }
 
-void Balance::hold() {
+void Balance::hold(int threads) {
+  if (std::exchange(threads_, threads) != threads)
+    for (BalancedObject& one : objects_)
+      one.flexibility.reset();
   for (int i = 0; i < parts_.n_objects(); ++i) {
     BalancedObject& one = object(i);
     if (one.is_body()) {
@@ -214,7 +216,7 @@ void Balance::hold_body(int number) {
     one.moves = false;
     one.pulled.clear();
     if (!one.flexibility || kept != one.fixed) {
-      one.flexibility = std::make_unique<Flexibility>(body.scene(), kept, one.inertia);
+      one.flexibility = std::make_unique<Flexibility>(body.scene(), kept, one.inertia, false, threads_);
       one.fixed = std::move(kept);
     }
     return;
@@ -228,7 +230,7 @@ void Balance::hold_body(int number) {
   if (floats)
     kept = supports(lattice);
   if (!one.flexibility || kept != one.fixed) { // what floats has others than what is held
-    one.flexibility = std::make_unique<Flexibility>(body.scene(), kept, Eigen::VectorXd(), floats);
+    one.flexibility = std::make_unique<Flexibility>(body.scene(), kept, Eigen::VectorXd(), floats, threads_);
     one.fixed = std::move(kept);
   }
 }

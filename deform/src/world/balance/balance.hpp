@@ -14,6 +14,7 @@
 #include <memory>
 #include <optional>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 namespace maille::deform {
@@ -97,7 +98,7 @@ public:
   const std::vector<Touch>& touches() const { return touches_; }
   double cell() const { return cell_; }
   /// Whose hand is on what: to be called when handles or drives have changed.
-  void hold();
+  void hold(int threads);
   /// Puts handles' values into what bodies are without contacts.
   void prescribe();
   /// What is near what, where everything is now.
@@ -135,7 +136,7 @@ private:
     Eigen::Vector3d shift = Eigen::Vector3d::Zero(), turn = Eigen::Vector3d::Zero();
   };
 
-  void add_touches(int object, int other, const PlacedSkin& skin);
+  void add_touches(int object, int other);
   void add_borders(int object);
   /// Where a contact holds on to the other's skin, or to the world.
   struct Grip {
@@ -148,7 +149,10 @@ private:
   Grip grip_at(const Touch& touch) const;
   Eigen::Vector3d place_of(const Touch& touch, const Grip& grip) const;
   void push_apart(const Touch& touch, const Eigen::Vector3d& along, int row, Program& program) const;
+  /// All that is near, without how objects give way.
   Program program() const;
+  Program part_of(const Program& whole, const std::vector<char>& is_chosen);
+  Eigen::VectorXd gaps_after(const Program& program, const std::vector<Answered>& answers) const;
   void add_friction(Program& program, std::vector<double>& gap) const;
   void add_compliance_of_body(int object, Program& program);
   void add_compliance_as_a_whole(int object, Program& program) const;
@@ -165,11 +169,13 @@ private:
   double missed(int object, std::int64_t component) const;
 
   WorldParts& parts_;
+  int threads_ = 1;
   std::vector<BalancedObject> objects_;
   double cell_ = 0;      ///< least spacing of all objects [m]
   double stiffness_ = 1; ///< of a cell of the stiffest body [N/m]
   std::vector<Touch> touches_, pressing_;
-  double length_ = 1; ///< of steps, over what rounds ask for
+  std::map<std::pair<int, int>, NearFaces> near_faces_; ///< of objects whose boxes have met
+  double length_ = 1;                                   ///< of steps, over what rounds ask for
   double drag_ = 1;   ///< by how much more than usual free objects are held where a round begins
   double wanted_ = 0; ///< how far anything wanted to go in the last round [m]
   int rounds_ = 0;    ///< since a step of the hand began

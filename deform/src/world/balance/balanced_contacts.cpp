@@ -34,6 +34,8 @@ constexpr double nearer = 0.8;
 constexpr double too_far = 2, drag_step = 10, most_drag = 1e6;
 /// Of the largest: so little of a force is left out of a mean of rounds.
 constexpr double forgotten = 1e-12;
+/// Of the largest gap: a contact that would be no deeper than this does not press.
+constexpr double rounding = 1e-12;
 
 } // namespace
 
@@ -80,9 +82,66 @@ Balance::Program Balance::program() const {
     }
   add_friction(program, gap);
   program.gap = Eigen::VectorXd::Map(gap.data(), static_cast<Eigen::Index>(gap.size()));
-  program.compliance = Eigen::MatrixXd::Zero(program.gap.size(), program.gap.size());
-  program.compliance.diagonal().setConstant(1 / (contact_over_cell_stiffness * stiffness_));
   return program;
+}
+
+/// Of the rows those that are chosen, with how everything gives way to them.
+Balance::Program Balance::part_of(const Program& whole, const std::vector<char>& is_chosen) {
+  Program part;
+  std::vector<int> place(is_chosen.size(), -1);
+  std::vector<Eigen::Index> rows;
+  for (std::size_t row = 0; row < is_chosen.size(); ++row)
+    if (is_chosen[row] != 0) {
+      place[row] = static_cast<int>(rows.size());
+      rows.push_back(static_cast<Eigen::Index>(row));
+      part.may_pull.push_back(whole.may_pull[row]);
+      part.active.push_back(whole.active[row]);
+    }
+  part.gap = whole.gap(rows);
+  for (const std::vector<Push>& pushes : whole.pushes) {
+    std::vector<Push>& own = part.pushes.emplace_back();
+    for (Push push : pushes)
+      if (const int row = place[static_cast<std::size_t>(push.row)]; row >= 0) {
+        push.row = row;
+        own.push_back(push);
+      }
+  }
+  for (FrictionRows rub : whole.rubs) {
+    rub.normal = place[static_cast<std::size_t>(rub.normal)];
+    rub.first = place[static_cast<std::size_t>(rub.first)];
+    part.rubs.push_back(rub);
+  }
+  part.compliance = Eigen::MatrixXd::Zero(part.gap.size(), part.gap.size());
+  part.compliance.diagonal().setConstant(1 / (contact_over_cell_stiffness * stiffness_));
+  for (int i = 0; i < parts_.n_objects(); ++i) {
+    if (part.pushes[static_cast<std::size_t>(i)].empty())
+      continue;
+    if (object(i).is_body())
+      add_compliance_of_body(i, part);
+    if (object(i).moves)
+      add_compliance_as_a_whole(i, part);
+  }
+  return part;
+}
+
+/// What gaps would be where everything goes where it is to go.
+Eigen::VectorXd Balance::gaps_after(const Program& program, const std::vector<Answered>& answers) const {
+  Eigen::VectorXd gaps = program.gap;
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    const BalancedObject& one = objects_[i];
+    const Answered& answered = answers[i];
+    for (const Push& push : program.pushes[i]) {
+      if (one.is_body())
+        gaps[push.row] += (one.pose.rotation.transpose() * push.force)
+                              .head(one.dimension)
+                              .dot(answered.displacement.segment(push.first_component, one.dimension) -
+                                   one.displacement.segment(push.first_component, one.dimension));
+      if (one.moves)
+        gaps[push.row] +=
+            answered.shift.dot(push.force) + answered.turn.dot((push.at - one.middle).cross(push.force));
+    }
+  }
+  return gaps;
 }
 
 void Balance::grip() {
@@ -320,24 +379,48 @@ void Balance::share_forces(double part) {
 
 void Balance::begin() {
   grip();
+  for (BalancedObject& one : objects_)
+    if (one.flexibility)
+      one.flexibility->forget_unused();
   length_ = drag_ = 1;
   rounds_ = 0;
 }
 
 std::vector<Balance::Answered> Balance::answers() {
   Program asked = program();
-  for (int i = 0; i < parts_.n_objects(); ++i) {
-    if (asked.pushes[static_cast<std::size_t>(i)].empty())
-      continue;
-    if (object(i).is_body())
-      add_compliance_of_body(i, asked);
-    if (object(i).moves)
-      add_compliance_as_a_whole(i, asked);
+  // Most of what is near does not press: how bodies give way to it need not be known, only where it comes to.
+  const std::size_t n = asked.active.size(), n_touches = touches_.size();
+  std::vector<char> is_chosen(n, 1);
+  for (std::size_t i = 0; i < n_touches; ++i)
+    is_chosen[i] = asked.active[i];
+  for (const FrictionRows& rub : asked.rubs)
+    is_chosen[static_cast<std::size_t>(rub.normal)] = 1;
+  Eigen::VectorXd force = Eigen::VectorXd::Zero(asked.gap.size());
+  std::vector<Answered> answers;
+  for (bool is_whole = false; !is_whole;) {
+    Program part = part_of(asked, is_chosen);
+    const Eigen::VectorXd of_part =
+        part.rubs.empty() ? contact_forces(part.compliance, part.gap, part.may_pull, part.active)
+                          : frictional_forces(part.compliance, part.gap, part.may_pull, part.active,
+                                              part.rubs, parts_.scene.friction);
+    Eigen::Index next = 0;
+    for (std::size_t row = 0; row < n; ++row)
+      if (is_chosen[row] != 0) {
+        asked.active[row] = part.active[static_cast<std::size_t>(next)];
+        force[static_cast<Eigen::Index>(row)] = of_part[next++];
+      }
+    answers.clear();
+    for (int i = 0; i < parts_.n_objects(); ++i)
+      answers.push_back(answer(i, asked, force));
+    const Eigen::VectorXd gaps = gaps_after(asked, answers);
+    const double least = n > 0 ? -rounding * asked.gap.cwiseAbs().maxCoeff() : 0;
+    is_whole = true;
+    for (std::size_t row = 0; row < n_touches; ++row)
+      if (is_chosen[row] == 0 && gaps[static_cast<Eigen::Index>(row)] < least) {
+        is_chosen[row] = asked.active[row] = 1;
+        is_whole = false;
+      }
   }
-  const Eigen::VectorXd force =
-      asked.rubs.empty() ? contact_forces(asked.compliance, asked.gap, asked.may_pull, asked.active)
-                         : frictional_forces(asked.compliance, asked.gap, asked.may_pull, asked.active,
-                                             asked.rubs, parts_.scene.friction);
   for (std::size_t i = 0; i < touches_.size(); ++i) {
     touches_[i].force = force[static_cast<Eigen::Index>(i)];
     touches_[i].rubbing.setZero();
@@ -351,9 +434,6 @@ std::vector<Balance::Answered> Balance::answers() {
     one.pull = force.segment(row, static_cast<Eigen::Index>(one.pulled.size()));
     row += one.pull.size();
   }
-  std::vector<Answered> answers;
-  for (int i = 0; i < parts_.n_objects(); ++i)
-    answers.push_back(answer(i, asked, force));
   return answers;
 }
 

@@ -47,7 +47,7 @@ void WorldFrame::take_handles() {
 FrameResult WorldFrame::run_balanced() {
   Balance& balance = *parts_.balance;
   take_handles();
-  balance.hold();
+  balance.hold(clock_.control.threads);
   for (int object = 0; object < parts_.n_objects(); ++object)
     if (!parts_.is_body(object) && behind(balance.object(object)) > blocked_from * balance.cell())
       balance.object(object).target = balance.object(object).pose; // a spring that led it is gone

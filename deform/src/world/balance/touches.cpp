@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <optional>
 #include <tuple>
 #include <vector>
 
@@ -13,6 +12,8 @@ namespace maille::deform {
 namespace {
 
 constexpr double reach_over_cell = 0.5; ///< what is nearer than this is looked at
+/// That skins may move before it is looked anew what may come near.
+constexpr double margin_over_cell = 0.5;
 
 } // namespace
 
@@ -20,12 +21,6 @@ void Balance::find_touches() {
   std::vector<Touch> before;
   before.swap(touches_);
   const double reach = reach_over_cell * cell_;
-  std::vector<std::optional<PlacedSkin>> skins(objects_.size());
-  const auto skin = [&](std::size_t i) -> const PlacedSkin& {
-    if (!skins[i])
-      skins[i].emplace(objects_[i].skin, objects_[i].at, reach);
-    return *skins[i];
-  };
   for (std::size_t i = 0; i < objects_.size(); ++i) {
     const BalancedObject& one = objects_[i];
     Eigen::AlignedBox3d box = one.box;
@@ -40,7 +35,7 @@ void Balance::find_touches() {
                                                   reach)
                  : (one.kind != ObjectKind::fixed || other.kind != ObjectKind::fixed) &&
                        box.intersects(other.box))
-        add_touches(static_cast<int>(i), static_cast<int>(j), skin(j));
+        add_touches(static_cast<int>(i), static_cast<int>(j));
     }
     if (one.kind != ObjectKind::fixed)
       add_borders(static_cast<int>(i));
@@ -54,24 +49,26 @@ void Balance::find_touches() {
   }
 }
 
-void Balance::add_touches(int object, int other, const PlacedSkin& skin) {
-  const BalancedObject& one = objects_[static_cast<std::size_t>(object)];
-  for (std::int32_t node = 0; node < one.skin.n_nodes(); ++node) {
-    const auto passes_over = [&](std::int32_t face) {
-      return object == other && one.skin.is_near(node, face);
-    };
-    for (const PlacedSkin::Near& near : skin.near(one.at[static_cast<std::size_t>(node)], passes_over)) {
+void Balance::add_touches(int object, int other) {
+  const BalancedObject &one = objects_[static_cast<std::size_t>(object)],
+                       &two = objects_[static_cast<std::size_t>(other)];
+  const double reach = reach_over_cell * cell_;
+  NearFaces& near_faces = near_faces_[{object, other}];
+  near_faces.update(one.skin, one.at, two.skin, two.at, reach, margin_over_cell * cell_);
+  const PlacedSkin skin(two.skin, two.at, reach);
+  for (const NearFaces::OfNode& of_node : near_faces.nodes())
+    for (const PlacedSkin::Near& near :
+         skin.near(one.at[static_cast<std::size_t>(of_node.node)], near_faces.faces(of_node))) {
       Touch touch;
       touch.object = object;
       touch.other = other;
-      touch.node = node;
+      touch.node = of_node.node;
       touch.nodes = near.node;
       touch.weights = near.weight;
       touch.normal = near.normal;
       touch.gap = near.gap;
       touches_.push_back(touch);
     }
-  }
 }
 
 void Balance::add_borders(int object) {

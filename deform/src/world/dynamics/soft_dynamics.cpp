@@ -251,7 +251,7 @@ FrameResult WorldFrame::run_soft_dynamic(double seconds) {
   const double step = seconds / n;
   take_handles();
   parts_.soft_dynamics->hold(step);
-  parts_.balance->hold();
+  parts_.balance->hold(clock_.control.threads);
   bool has_settled = true;
   for (int i = 0; i < n && clock_.may_go_on(); ++i) {
     parts_.soft_dynamics->fly(step);

@@ -1,5 +1,6 @@
 #include "world/occupancy/body_matter.hpp"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 
 #include <algorithm>
@@ -33,6 +34,26 @@ Index3 parts_of_faces(const Specimen& specimen, const PosedLattice& lattice) {
       parts[i] = static_cast<int>(std::ceil(closeness * length - rounding));
   }
   return parts;
+}
+
+} // namespace
+
+namespace {
+
+/// A box that lies in a cell whose corners are not far from those of the box about it. By how much a corner is
+/// off along an axis, at most, by so much the box is smaller: on each of its sides the cell's face is then
+/// beyond it, and a continuous map that does so meets every point between (theorem of Poincare and Miranda).
+Eigen::AlignedBox3d surely_in_cell(std::span<const Eigen::Vector3d> corners, int dimension,
+                                   const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
+  Eigen::AlignedBox3d inner(low, high);
+  for (int a = 0; a < dimension; ++a) {
+    double off = rounding;
+    for (std::size_t i = 0; i < corners.size(); ++i)
+      off = std::max(off, (i >> a & 1U) != 0 ? high[a] - corners[i][a] : corners[i][a] - low[a]);
+    inner.min()[a] += off;
+    inner.max()[a] -= off;
+  }
+  return inner;
 }
 
 } // namespace
@@ -267,19 +288,23 @@ void BodyMatter::put(OccupancyMap& map, VoxelId first, const PosedLattice& latti
   };
   std::ranges::for_each(points_, take_at);
   std::ranges::for_each(points_of_stretched(lattice, displacement, displacement), take_at);
+  std::vector<Eigen::Vector3d> of_nodes;
+  for (std::int32_t node = 0; node < lattice.n_voxels(); ++node)
+    of_nodes.push_back(Eigen::Vector3d::Map(lattice.place(node, displacement).data()));
   std::array<Eigen::Vector3d, 8> at;
   for (std::int32_t number = 0; number < n_cells(); ++number) {
     Eigen::Vector3d low = Eigen::Vector3d::Constant(1e9), high = -low;
     const auto nodes = corners(number);
     for (std::size_t i = 0; i < nodes.size(); ++i) {
-      const InCells place = lattice.place(nodes[i], displacement);
-      at[i] = {place[0], place[1], place[2]};
+      at[i] = of_nodes[static_cast<std::size_t>(nodes[i])];
       low = low.cwiseMin(at[i]);
       high = high.cwiseMax(at[i]);
     }
     // A node lies in the cell about every middle of a cell that is no longer than cells of the world.
     if (!is_coarse_ && (dimension_ == 1 || (high - low).head(dimension_).maxCoeff() <= 1 + rounding))
       continue;
+    const Eigen::AlignedBox3d inner =
+        surely_in_cell(std::span(at).first(nodes.size()), dimension_, low, high);
     Index3 begin, end, cell;
     for (std::size_t a = 0; a < 3; ++a) {
       const auto i = static_cast<Eigen::Index>(a);
@@ -289,8 +314,8 @@ void BodyMatter::put(OccupancyMap& map, VoxelId first, const PosedLattice& latti
     for (cell[2] = begin[2]; cell[2] <= end[2]; ++cell[2])
       for (cell[1] = begin[1]; cell[1] <= end[1]; ++cell[1])
         for (cell[0] = begin[0]; cell[0] <= end[0]; ++cell[0])
-          if (!map.is_occupied(cell) &&
-              is_in_cell(at, {cell[0] + 0.5, cell[1] + 0.5, cell[2] + 0.5}, dimension_))
+          if (const Eigen::Vector3d middle(cell[0] + 0.5, cell[1] + 0.5, cell[2] + 0.5);
+              !map.is_occupied(cell) && (inner.contains(middle) || is_in_cell(at, middle, dimension_)))
             take_free(cell, number);
   }
 }

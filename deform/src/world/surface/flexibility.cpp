@@ -1,13 +1,20 @@
 #include "world/surface/flexibility.hpp"
 
+#include "elastic/masked/masked_solver.hpp"
 #include "elastic/model/lattice_elasticity.hpp"
+#include "elastic/multigrid/chebyshev.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/QR>
+#include <Eigen/SparseCholesky>
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 namespace maille::deform {
@@ -53,20 +60,58 @@ Eigen::MatrixXd rigid_motions(const Specimen& body, const std::vector<std::int64
 
 } // namespace
 
-Flexibility::Flexibility(const Scene& scene, const std::vector<std::int64_t>& fixed,
-                         const Eigen::VectorXd& inertia, bool floats) {
+namespace {
+
+/// Of bodies in three dimensions with more components than this a column by multigrid takes less time than one
+/// by the factor.
+constexpr std::int64_t most_factored = 15'000;
+
+/// Residuals over forces: of columns, of whose sum contacts are the small part; of everything else, and of
+/// columns where momentum hangs on them.
+constexpr double of_columns = 1e-4, of_all = 1e-9;
+/// By how much one round of float32 lowers it, and from when on rounding stands in its way.
+constexpr double reduction = 1e-5, no_better = 0.3;
+constexpr std::int64_t most_column_bytes = std::int64_t{1} << 30;
+constexpr int most_rounds = 6, most_iterations = 400;
+
+/// Nodes of matter, in the order of the grid.
+std::vector<std::int64_t> nodes_of(const Specimen& body) {
+  std::vector<std::int64_t> nodes;
+  for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node)
+    if (body.is_node(body.grid.node_at(node)))
+      nodes.push_back(node);
+  return nodes;
+}
+
+class FactoredStiffness : public BodyStiffness {
+public:
+  FactoredStiffness(const Scene& scene, const std::vector<std::int64_t>& nodes,
+                    const std::vector<char>& is_fixed, const Eigen::VectorXd& inertia);
+  Eigen::VectorXd solve(const Eigen::VectorXd& forces, double accuracy) override;
+  Eigen::VectorXd forces(const Eigen::VectorXd& displacement) const override {
+    return stiffness_ * displacement;
+  }
+  double force_at(std::int64_t component, const Eigen::VectorXd& displacement) const override {
+    return stiffness_.col(component).dot(displacement); // it is symmetric
+  }
+
+private:
+  using Sparse = Eigen::SparseMatrix<double>;
+
+  std::vector<std::int64_t> free_; ///< among the free components; -1: fixed
+  std::int64_t n_free_ = 0;
+  Sparse stiffness_;
+  Eigen::SimplicialLLT<Sparse> factor_;
+};
+
+FactoredStiffness::FactoredStiffness(const Scene& scene, const std::vector<std::int64_t>& nodes,
+                                     const std::vector<char>& is_fixed, const Eigen::VectorXd& inertia) {
   const Specimen& body = scene.specimen;
   const Grid& grid = body.grid;
   const int d = grid.dimension(), corners = grid.corners_per_cell();
   std::vector<std::int64_t> number(static_cast<std::size_t>(grid.n_nodes()), -1);
-  std::vector<std::int64_t> nodes;
-  for (std::int64_t node = 0; node < grid.n_nodes(); ++node)
-    if (body.is_node(grid.node_at(node))) {
-      number[static_cast<std::size_t>(node)] = static_cast<std::int64_t>(nodes.size());
-      nodes.push_back(node);
-    }
-  if (floats)
-    rigid_ = rigid_motions(body, nodes);
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    number[static_cast<std::size_t>(nodes[i])] = static_cast<std::int64_t>(i);
   const LatticeElasticity elasticity(scene);
   std::map<std::int32_t, Eigen::MatrixXd> by_kind;
   std::vector<Eigen::Triplet<double>> entries;
@@ -75,8 +120,9 @@ Flexibility::Flexibility(const Scene& scene, const std::vector<std::int64_t>& fi
       continue;
     auto [entry, is_new] = by_kind.try_emplace(elasticity.kind_number(cell));
     if (is_new)
-      entry->second = d == 2 ? cell_stiffness<2>(elasticity, cell) : cell_stiffness<3>(elasticity, cell);
-    const Eigen::MatrixXd& matrix = entry->second;
+      entry->second = (d == 2 ? cell_stiffness<2>(elasticity, cell) : cell_stiffness<3>(elasticity, cell)) /
+                      elasticity.weight(cell);
+    const Eigen::MatrixXd matrix = elasticity.weight(cell) * entry->second;
     const auto component = [&](int i) {
       return d * number[static_cast<std::size_t>(grid.corner(grid.cell_at(cell), i / d))] + i % d;
     };
@@ -89,12 +135,10 @@ Flexibility::Flexibility(const Scene& scene, const std::vector<std::int64_t>& fi
   const std::int64_t n = d * static_cast<std::int64_t>(nodes.size());
   stiffness_.resize(n, n);
   stiffness_.setFromTriplets(entries.begin(), entries.end());
-  free_.assign(static_cast<std::size_t>(n), 0);
-  for (const std::int64_t component : fixed)
-    free_[static_cast<std::size_t>(component)] = -1;
-  for (std::int64_t& place : free_)
-    if (place >= 0)
-      place = n_free_++;
+  free_.assign(static_cast<std::size_t>(n), -1);
+  for (std::size_t i = 0; i < free_.size(); ++i)
+    if (is_fixed[i] == 0)
+      free_[i] = n_free_++;
   std::vector<Eigen::Triplet<double>> of_free;
   for (int column = 0; column < stiffness_.outerSize(); ++column)
     for (Sparse::InnerIterator entry(stiffness_, column); entry; ++entry)
@@ -112,7 +156,7 @@ Flexibility::Flexibility(const Scene& scene, const std::vector<std::int64_t>& fi
     throw std::invalid_argument("Flexibility: a body that is held so that no rigid motion is left");
 }
 
-Eigen::VectorXd Flexibility::solve(const Eigen::VectorXd& forces) const {
+Eigen::VectorXd FactoredStiffness::solve(const Eigen::VectorXd& forces, double) {
   Eigen::VectorXd right(n_free_), whole = Eigen::VectorXd::Zero(forces.size());
   for (std::size_t i = 0; i < free_.size(); ++i)
     if (free_[i] >= 0)
@@ -124,34 +168,195 @@ Eigen::VectorXd Flexibility::solve(const Eigen::VectorXd& forces) const {
   return whole;
 }
 
+/// By refinement: residuals in float64, corrections by conjugate gradients around multigrid in float32.
+class MultigridStiffness : public BodyStiffness {
+public:
+  MultigridStiffness(const Scene& scene, std::vector<std::int64_t> nodes, const std::vector<char>& is_fixed,
+                     const Eigen::VectorXd& inertia, int threads);
+  Eigen::VectorXd solve(const Eigen::VectorXd& forces, double accuracy) override;
+  Eigen::VectorXd forces(const Eigen::VectorXd& displacement) const override;
+  double force_at(std::int64_t component, const Eigen::VectorXd& displacement) const override;
+
+private:
+  static LatticeElasticity with_inertia(const Scene& scene, const std::vector<std::int64_t>& nodes,
+                                        const Eigen::VectorXd& inertia, ThreadTeam& team);
+  void hold(Eigen::VectorXd& values) const;
+  void spread(const Eigen::VectorXd& values, Displacement& field) const;
+  Eigen::VectorXd gathered(const Displacement& field) const;
+  static std::vector<Prescribed> prescribed(const std::vector<std::int64_t>& nodes,
+                                            const std::vector<char>& is_fixed);
+
+  const Specimen& body_;
+  std::vector<std::int64_t> nodes_;
+  const std::vector<char>& is_fixed_;
+  Eigen::VectorXd inertia_;
+  mutable ThreadTeam team_;
+  LatticeElasticity elasticity_; ///< springs stand for inertia
+  MaskedMultigrid multigrid_;
+  MaskedSystem system_;
+};
+
+MultigridStiffness::MultigridStiffness(const Scene& scene, std::vector<std::int64_t> nodes,
+                                       const std::vector<char>& is_fixed, const Eigen::VectorXd& inertia,
+                                       int threads)
+    : body_(scene.specimen), nodes_(std::move(nodes)), is_fixed_(is_fixed), inertia_(inertia), team_(threads),
+      elasticity_(with_inertia(scene, nodes_, inertia, team_)),
+      multigrid_(std::make_unique<MaskedLevel>(scene, elasticity_, prescribed(nodes_, is_fixed), team_),
+                 relaxation_steps(largest_contrast(scene)), team_),
+      system_(body_.grid, elasticity_, multigrid_, team_) {}
+
+LatticeElasticity MultigridStiffness::with_inertia(const Scene& scene, const std::vector<std::int64_t>& nodes,
+                                                   const Eigen::VectorXd& inertia, ThreadTeam& team) {
+  LatticeElasticity elasticity(scene, team);
+  List<NodalSpring> springs;
+  for (std::size_t i = 0; i < nodes.size() && inertia.size() > 0; ++i)
+    springs.push_back(
+        {nodes[i], Eigen::Matrix3d(inertia.segment<3>(3 * static_cast<Eigen::Index>(i)).asDiagonal())});
+  elasticity.set_springs(std::move(springs));
+  return elasticity;
+}
+
+std::vector<Prescribed> MultigridStiffness::prescribed(const std::vector<std::int64_t>& nodes,
+                                                       const std::vector<char>& is_fixed) {
+  std::vector<Prescribed> list;
+  for (std::size_t b = 0; b < 3; ++b)
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+      if (is_fixed[3 * i + b] != 0)
+        list.push_back({nodes[i], static_cast<int>(b), 0, true});
+  return list;
+}
+
+void MultigridStiffness::hold(Eigen::VectorXd& values) const {
+  for (std::size_t i = 0; i < is_fixed_.size(); ++i)
+    if (is_fixed_[i] != 0)
+      values[static_cast<Eigen::Index>(i)] = 0;
+}
+
+void MultigridStiffness::spread(const Eigen::VectorXd& values, Displacement& field) const {
+  for (std::size_t i = 0; i < nodes_.size(); ++i)
+    for (int b = 0; b < 3; ++b)
+      field(b, nodes_[i]) = values[3 * static_cast<Eigen::Index>(i) + b];
+}
+
+Eigen::VectorXd MultigridStiffness::gathered(const Displacement& field) const {
+  Eigen::VectorXd values(3 * static_cast<Eigen::Index>(nodes_.size()));
+  for (std::size_t i = 0; i < nodes_.size(); ++i)
+    for (int b = 0; b < 3; ++b)
+      values[3 * static_cast<Eigen::Index>(i) + b] = field(b, nodes_[i]);
+  return values;
+}
+
+Eigen::VectorXd MultigridStiffness::solve(const Eigen::VectorXd& forces, double accuracy) {
+  Eigen::VectorXd residual = forces, answer = Eigen::VectorXd::Zero(forces.size());
+  hold(residual);
+  Displacement field(body_.grid), correction(body_.grid);
+  const double enough = accuracy * residual.norm();
+  double left = residual.norm();
+  for (int round = 0; round < most_rounds && left > enough; ++round) {
+    spread(residual, field);
+    system_.find_direction(
+        field, most_iterations, reduction, [] { return false; }, correction);
+    answer += gathered(correction);
+    spread(answer, field);
+    elasticity_.apply(field, correction, team_);
+    residual = forces - gathered(correction);
+    hold(residual);
+    if (const double before = std::exchange(left, residual.norm()); !(left < no_better * before))
+      break; // as far as rounding lets it
+  }
+  return answer;
+}
+
+Eigen::VectorXd MultigridStiffness::forces(const Eigen::VectorXd& displacement) const {
+  Displacement field(body_.grid), pulls(body_.grid);
+  spread(displacement, field);
+  elasticity_.apply(field, pulls, team_);
+  Eigen::VectorXd forces = gathered(pulls);
+  if (inertia_.size() > 0)
+    forces -= inertia_.cwiseProduct(displacement);
+  return forces;
+}
+
+double MultigridStiffness::force_at(std::int64_t component, const Eigen::VectorXd& displacement) const {
+  const std::int64_t node = nodes_[static_cast<std::size_t>(component / 3)];
+  double force = 0;
+  body_.for_each_cell_at(body_.grid.node_at(node), [&](std::int64_t cell) {
+    Eigen::Matrix<double, 3, 8> u;
+    int own = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+      const std::int64_t at = body_.grid.corner(body_.grid.cell_at(cell), corner);
+      if (at == node)
+        own = corner;
+      const auto place = std::ranges::lower_bound(nodes_, at) - nodes_.begin();
+      u.col(corner) = displacement.segment<3>(3 * place);
+    }
+    force += elasticity_.cell_forces<3>(cell, u)(component % 3, own);
+  });
+  return force;
+}
+
+} // namespace
+
+Flexibility::Flexibility(const Scene& scene, const std::vector<std::int64_t>& fixed,
+                         const Eigen::VectorXd& inertia, bool floats, int threads, StiffnessSolver solver)
+    : column_accuracy_(inertia.size() > 0 ? of_all : of_columns) {
+  std::vector<std::int64_t> nodes = nodes_of(scene.specimen);
+  const int d = scene.dimension();
+  if (floats)
+    rigid_ = rigid_motions(scene.specimen, nodes);
+  is_fixed_.assign(nodes.size() * static_cast<std::size_t>(d), 0);
+  for (const std::int64_t component : fixed)
+    is_fixed_[static_cast<std::size_t>(component)] = 1;
+  if (solver == StiffnessSolver::quickest)
+    solver = d == 3 && n_components() > most_factored ? StiffnessSolver::multigrid : StiffnessSolver::factor;
+  if (solver == StiffnessSolver::multigrid)
+    stiffness_ = std::make_unique<MultigridStiffness>(scene, std::move(nodes), is_fixed_, inertia, threads);
+  else
+    stiffness_ = std::make_unique<FactoredStiffness>(scene, nodes, is_fixed_, inertia);
+}
+
 const Eigen::VectorXd& Flexibility::column(std::int64_t component) {
   auto [entry, is_new] = columns_.try_emplace(component);
+  Column& column = entry->second;
+  column.is_used = true;
   if (is_new) {
     Eigen::VectorXd unit = Eigen::VectorXd::Zero(n_components());
     if (rigid_.size() > 0) {
       unit[component] = 1;
       const Eigen::VectorXd balanced = unit - rigid_ * rigid_.row(component).transpose(),
-                            found = solve(balanced);
-      entry->second = found - rigid_ * (rigid_.transpose() * found);
+                            found = stiffness_->solve(balanced, column_accuracy_);
+      column.values = found - rigid_ * (rigid_.transpose() * found);
     } else {
       if (!is_fixed(component))
         unit[component] = 1;
-      entry->second = is_fixed(component) ? unit : solve(unit);
+      column.values = is_fixed(component) ? unit : stiffness_->solve(unit, column_accuracy_);
     }
   }
-  return entry->second;
+  return column.values;
+}
+
+void Flexibility::forget_unused() {
+  const auto bytes = static_cast<std::int64_t>(columns_.size() * sizeof(double)) * n_components();
+  const bool are_many = bytes > most_column_bytes;
+  std::erase_if(columns_, [&](auto& column) { return are_many && !column.second.is_used; });
+  for (auto& [component, column] : columns_)
+    column.is_used = false;
+}
+
+Eigen::VectorXd Flexibility::solve(const Eigen::VectorXd& forces) const {
+  return stiffness_->solve(forces, of_all);
 }
 
 Eigen::VectorXd Flexibility::moved(const Eigen::VectorXd& prescribed) const {
   if (rigid_.size() > 0)
     return rigid_ * (rigid_.transpose() * prescribed);
   Eigen::VectorXd given = prescribed;
-  for (std::size_t i = 0; i < free_.size(); ++i)
-    if (free_[i] >= 0)
+  for (std::size_t i = 0; i < is_fixed_.size(); ++i)
+    if (is_fixed_[i] == 0)
       given[static_cast<Eigen::Index>(i)] = 0;
   if (given.isZero(0))
     return given;
-  return given - solve(stiffness_ * given);
+  return given - solve(stiffness_->forces(given));
 }
 
 } // namespace maille::deform

@@ -5,7 +5,6 @@
 #include "maille/scene/scene.hpp"
 
 #include <Eigen/Core>
-#include <Eigen/SparseCholesky>
 
 #include <cstdint>
 #include <map>
@@ -14,26 +13,50 @@
 
 namespace maille::deform {
 
-/// The elasticity of `coupled` (see LatticeElasticity) with some components of nodes held, factored once.
+/// The stiffness of a body, on components of its nodes, some of which are held.
+class BodyStiffness {
+public:
+  virtual ~BodyStiffness() = default;
+  /// Displacement for forces; those on held components count for nothing.
+  /// @param accuracy  of the residual over them, where it is found by iterations
+  virtual Eigen::VectorXd solve(const Eigen::VectorXd& forces, double accuracy) = 0;
+  /// What elasticity pulls with, of all components.
+  virtual Eigen::VectorXd forces(const Eigen::VectorXd& displacement) const = 0;
+  /// The same of one of them.
+  virtual double force_at(std::int64_t component, const Eigen::VectorXd& displacement) const = 0;
+};
+
+/// Which way a body's stiffness is inverted.
+enum class StiffnessSolver {
+  quickest,  ///< the factor in two dimensions and for 5,000 nodes, else multigrid
+  factor,    ///< a sparse Cholesky factor: in two dimensions 0.1 s for 10^4 nodes, in three 10 s; then 5 ms a
+             ///< column; some 6,000 numbers a node in three dimensions
+  multigrid, ///< of `coupled`: in three dimensions
+};
+
+/// How nodes of a body give way to forces on others: the elasticity of `coupled` (see LatticeElasticity) with
+/// some components of nodes held.
 ///
 /// A component of a node has the number dimension * node + component, of the nodes of the body alone, in the
 /// order of its grid.
 ///
-/// Cost    a sparse Cholesky factor: in two dimensions 0.1 s for 10^4 nodes, in three 10 s; then 5 ms a
-///         column
-/// Memory  the factor: some 500 numbers a node in three dimensions
+/// Memory      a displacement for each column that is kept
+/// Repeatable  same bits for any number of threads
 class Flexibility {
 public:
+  /// @param scene must outlive this
   /// @param fixed numbers of components that are held @pre no rigid motion is left, or there is inertia
   /// @param inertia of every component, its mass over the square of a step of time [N/m]; empty: none
+  /// @param solver multigrid: three dimensions
   /// @param floats nothing holds the body, `fixed` only takes its rigid motions away. Forces then act with
   ///        their resultants spread evenly over all nodes against them, and displacements have no mean shift
   ///        or turn, so that neither knows which components were chosen
   Flexibility(const Scene& scene, const std::vector<std::int64_t>& fixed,
-              const Eigen::VectorXd& inertia = Eigen::VectorXd(), bool floats = false);
+              const Eigen::VectorXd& inertia = Eigen::VectorXd(), bool floats = false, int threads = 1,
+              StiffnessSolver solver = StiffnessSolver::quickest);
 
-  std::int64_t n_components() const { return static_cast<std::int64_t>(free_.size()); }
-  bool is_fixed(std::int64_t component) const { return free_[static_cast<std::size_t>(component)] < 0; }
+  std::int64_t n_components() const { return static_cast<std::int64_t>(is_fixed_.size()); }
+  bool is_fixed(std::int64_t component) const { return is_fixed_[static_cast<std::size_t>(component)] != 0; }
   /// Displacement of everything for a force of 1 N on a component; zero for a fixed one. Kept.
   const Eigen::VectorXd& column(std::int64_t component);
   /// Displacement where fixed components have the values that they have in `prescribed`, without forces; of
@@ -41,24 +64,27 @@ public:
   Eigen::VectorXd moved(const Eigen::VectorXd& prescribed) const;
   /// Displacement for forces on all components; those on fixed ones count for nothing.
   Eigen::VectorXd solve(const Eigen::VectorXd& forces) const;
+  /// Forgets columns that nobody has asked for since the last call, where all take more than a gibibyte.
+  void forget_unused();
   /// Elastic energy [J].
   double energy(const Eigen::VectorXd& displacement) const {
-    return 0.5 * displacement.dot(stiffness_ * displacement);
+    return 0.5 * displacement.dot(stiffness_->forces(displacement));
   }
   /// What pulls at a component to keep the body so [N].
   double force_at(std::int64_t component, const Eigen::VectorXd& displacement) const {
-    return stiffness_.col(component).dot(displacement); // it is symmetric
+    return stiffness_->force_at(component, displacement);
   }
 
 private:
-  using Sparse = Eigen::SparseMatrix<double>;
-
-  std::vector<std::int64_t> free_; ///< among the free components; -1: fixed
-  Sparse stiffness_;
-  Eigen::SimplicialLLT<Sparse> factor_;
-  std::int64_t n_free_ = 0;
+  std::vector<char> is_fixed_;
+  std::unique_ptr<BodyStiffness> stiffness_;
   Eigen::MatrixXd rigid_; ///< of what floats: its rigid motions, of length 1 and across one another
-  std::map<std::int64_t, Eigen::VectorXd> columns_;
+  double column_accuracy_;
+  struct Column {
+    Eigen::VectorXd values;
+    bool is_used = false;
+  };
+  std::map<std::int64_t, Column> columns_;
 };
 
 } // namespace maille::deform

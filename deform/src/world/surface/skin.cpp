@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace maille::deform {
@@ -114,59 +115,130 @@ void Skin::add_faces(const Specimen& specimen, const std::vector<std::int32_t>& 
   }
 }
 
-bool Skin::is_near(std::int32_t node, std::int32_t face) const {
-  const std::int32_t cell = faces_[static_cast<std::size_t>(face)].cell;
-  return std::ranges::any_of(faces_at(node), [&](std::int32_t own) {
-    return are_near(faces_[static_cast<std::size_t>(own)].cell, cell);
-  });
+void Skin::mark_near(std::int32_t node, std::int32_t mark, std::vector<std::int32_t>& marks) const {
+  std::vector<std::int32_t> known;
+  const auto add = [&](std::int32_t cell) {
+    if (cell >= 0 && std::exchange(marks[static_cast<std::size_t>(cell)], mark) != mark)
+      known.push_back(cell);
+  };
+  for (const std::int32_t face : faces_at(node))
+    add(faces_[static_cast<std::size_t>(face)].cell);
+  std::size_t begin = 0;
+  for (int step = 0; step < near_steps; ++step)
+    for (const std::size_t end = known.size(); begin < end; ++begin)
+      for (const std::int32_t next : beside_[static_cast<std::size_t>(known[begin])])
+        add(next);
 }
 
-bool Skin::are_near(std::int32_t one, std::int32_t other) const {
-  auto [entry, is_new] = near_.try_emplace(one);
-  std::vector<std::int32_t>& known = entry->second;
-  if (is_new) {
-    known.push_back(one);
-    std::size_t begin = 0;
-    for (int step = 0; step < near_steps; ++step)
-      for (const std::size_t end = known.size(); begin < end; ++begin)
-        for (const std::int32_t next : beside_[static_cast<std::size_t>(known[begin])])
-          if (next >= 0 && std::ranges::find(known, next) == known.end())
-            known.push_back(next);
-    std::ranges::sort(known);
-  }
-  return std::ranges::binary_search(known, other);
+namespace {
+
+double furthest_between(std::span<const Eigen::Vector3d> now, std::span<const Eigen::Vector3d> then) {
+  double most = 0;
+  for (std::size_t i = 0; i < now.size(); ++i)
+    most = std::max(most, (now[i] - then[i]).squaredNorm());
+  return std::sqrt(most);
 }
 
-PlacedSkin::PlacedSkin(const Skin& skin, std::span<const Eigen::Vector3d> places, double reach)
-    : skin_(skin), places_(places), reach_(reach), edge_(0) {
-  std::vector<Eigen::AlignedBox3d> boxes;
-  for (const Skin::Face& face : skin.faces()) {
-    Eigen::AlignedBox3d box;
-    for (const std::int32_t node : face.node)
-      if (node >= 0)
-        box.extend(at(node));
-    box_.extend(box);
-    edge_ = std::max(edge_, box.sizes().maxCoeff());
-    boxes.push_back(box);
-  }
-  edge_ += 2 * reach;
-  for (std::size_t face = 0; face < boxes.size(); ++face) {
-    const Key first = key_of(boxes[face].min().array() - reach),
-              last = key_of(boxes[face].max().array() + reach);
+/// Boxes in the bins of a lattice that they reach into.
+class BoxBins {
+public:
+  using Key = std::array<int, 3>;
+  explicit BoxBins(double edge) : edge_(edge) {}
+
+  void add(const Eigen::AlignedBox3d& box, std::int32_t number) {
+    const Key first = key_of(box.min()), last = key_of(box.max());
     Key key;
     for (key[2] = first[2]; key[2] <= last[2]; ++key[2])
       for (key[1] = first[1]; key[1] <= last[1]; ++key[1])
         for (key[0] = first[0]; key[0] <= last[0]; ++key[0])
-          bins_.emplace_back(key, static_cast<std::int32_t>(face));
+          bins_.emplace_back(key, number);
   }
-  std::ranges::sort(bins_);
+  void sort() { std::ranges::sort(bins_); }
+  /// Calls visit(number) for what may have the point, in the order of numbers.
+  template<class Visit>
+  void for_each_at(const Eigen::Vector3d& point, const Visit& visit) const {
+    const Key key = key_of(point);
+    for (auto entry = std::ranges::lower_bound(bins_, std::pair(key, std::int32_t{-1}));
+         entry != bins_.end() && entry->first == key; ++entry)
+      visit(entry->second);
+  }
+
+private:
+  Key key_of(const Eigen::Vector3d& x) const {
+    Key key;
+    for (std::size_t a = 0; a < 3; ++a)
+      key[a] = static_cast<int>(std::floor(x[static_cast<Eigen::Index>(a)] / edge_));
+    return key;
+  }
+
+  double edge_;
+  std::vector<std::pair<Key, std::int32_t>> bins_;
+};
+
+} // namespace
+
+void NearFaces::update(const Skin& of_nodes, std::span<const Eigen::Vector3d> nodes, const Skin& of_faces,
+                       std::span<const Eigen::Vector3d> faces, double reach, double margin) {
+  if (nodes_then_.size() == nodes.size() && faces_then_.size() == faces.size() &&
+      furthest_between(nodes, nodes_then_) + furthest_between(faces, faces_then_) <= margin)
+    return;
+  nodes_then_.assign(nodes.begin(), nodes.end());
+  faces_then_.assign(faces.begin(), faces.end());
+  find(of_nodes, of_faces, reach + margin);
 }
 
-PlacedSkin::Key PlacedSkin::key_of(const Eigen::Vector3d& x) const {
-  Key key;
-  for (std::size_t a = 0; a < 3; ++a)
-    key[a] = static_cast<int>(std::floor(x[static_cast<Eigen::Index>(a)] / edge_));
-  return key;
+void NearFaces::find(const Skin& of_nodes, const Skin& of_faces, double reach) {
+  nodes_.clear();
+  faces_.clear();
+  const Eigen::Vector3d around = Eigen::Vector3d::Constant(reach);
+  Eigen::AlignedBox3d of_all_nodes, of_all_faces;
+  for (const Eigen::Vector3d& x : nodes_then_)
+    of_all_nodes.extend(x);
+  std::vector<Eigen::AlignedBox3d> boxes;
+  double edge = 0;
+  for (const Skin::Face& face : of_faces.faces()) {
+    Eigen::AlignedBox3d box;
+    for (const std::int32_t node : face.node)
+      if (node >= 0)
+        box.extend(faces_then_[static_cast<std::size_t>(node)]);
+    box = Eigen::AlignedBox3d(box.min() - around, box.max() + around);
+    edge = std::max(edge, box.sizes().maxCoeff());
+    of_all_faces.extend(box);
+    boxes.push_back(box);
+  }
+  BoxBins bins(edge);
+  for (std::size_t face = 0; face < boxes.size(); ++face)
+    if (boxes[face].intersects(of_all_nodes))
+      bins.add(boxes[face], static_cast<std::int32_t>(face));
+  bins.sort();
+  const bool is_itself = &of_nodes == &of_faces;
+  std::vector<std::int32_t> marks(static_cast<std::size_t>(is_itself ? of_faces.n_cells() : 0), -1);
+  for (std::int32_t node = 0; node < of_nodes.n_nodes(); ++node) {
+    const Eigen::Vector3d& point = nodes_then_[static_cast<std::size_t>(node)];
+    if (!of_all_faces.contains(point))
+      continue;
+    if (is_itself)
+      of_faces.mark_near(node, node, marks);
+    OfNode one{node, faces_.size(), 0};
+    bins.for_each_at(point, [&](std::int32_t face) {
+      const std::int32_t cell = of_faces.faces()[static_cast<std::size_t>(face)].cell;
+      if (boxes[static_cast<std::size_t>(face)].contains(point) &&
+          !(is_itself && marks[static_cast<std::size_t>(cell)] == node))
+        faces_.push_back(face);
+    });
+    one.end = faces_.size();
+    if (one.end > one.first)
+      nodes_.push_back(one);
+  }
+}
+
+std::vector<PlacedSkin::Near> PlacedSkin::near(const Eigen::Vector3d& point,
+                                               std::span<const std::int32_t> faces) const {
+  std::vector<Closest> found;
+  for (const std::int32_t face : faces)
+    if (const Closest one = closest(face, point); one.distance <= reach_)
+      found.push_back(one);
+  return nearest(point, found);
 }
 
 Eigen::Vector3d PlacedSkin::normal_of(std::int32_t number) const {

@@ -8,9 +8,7 @@
 
 #include <array>
 #include <cstdint>
-#include <map>
 #include <span>
-#include <utility>
 #include <vector>
 
 namespace maille::deform {
@@ -38,25 +36,26 @@ public:
   std::int32_t cell_at(std::int32_t node) const {
     return faces_[static_cast<std::size_t>(faces_at(node).front())].cell;
   }
-  /// Whether a face is one of those at a node, or its cell within two steps through faces of one of theirs:
-  /// all cells that meet at a corner are near it, whatever is between them.
-  bool is_near(std::int32_t node, std::int32_t face) const;
+  std::int32_t n_cells() const { return static_cast<std::int32_t>(beside_.size()); }
+  /// Puts `mark` on the cells near a node: those of its faces, and what is within two steps of one of them
+  /// through faces of cells. All cells that meet at a corner are near it, whatever is between them.
+  /// @param marks of all cells of matter
+  void mark_near(std::int32_t node, std::int32_t mark, std::vector<std::int32_t>& marks) const;
 
 private:
-  bool are_near(std::int32_t cell, std::int32_t other) const;
   void add_faces(const Specimen& specimen, const std::vector<std::int32_t>& cell_number);
   int dimension_;
   std::vector<std::int64_t> nodes_;
   std::vector<Face> faces_;
   std::vector<std::vector<std::int32_t>> at_node_;
   std::vector<std::array<std::int32_t, 6>> beside_; ///< of a cell, through its faces; -1: nothing
-  mutable std::map<std::int32_t, std::vector<std::int32_t>> near_;
 };
 
-/// A skin with its nodes at places in the world [m], sorted so that what is near a point is found.
+/// A skin with its nodes at places in the world [m].
 class PlacedSkin {
 public:
-  PlacedSkin(const Skin& skin, std::span<const Eigen::Vector3d> places, double reach);
+  PlacedSkin(const Skin& skin, std::span<const Eigen::Vector3d> places, double reach)
+      : skin_(skin), places_(places), reach_(reach) {}
 
   /// A place of the skin near a point.
   struct Near {
@@ -68,10 +67,8 @@ public:
   };
   /// Where the point is outside: every place within `reach` that no place beside it is nearer than. Where it
   /// is inside: the nearest place alone.
-  /// @param passes_over (face) says which faces do not count
-  template<class PassesOver>
-  std::vector<Near> near(const Eigen::Vector3d& point, PassesOver&& passes_over) const;
-  const Eigen::AlignedBox3d& box() const { return box_; }
+  /// @param faces  that count, in their order: all that are within reach may be among them
+  std::vector<Near> near(const Eigen::Vector3d& point, std::span<const std::int32_t> faces) const;
 
 private:
   struct Closest {
@@ -81,8 +78,6 @@ private:
     double distance;
     bool is_within; ///< the face, not on its border
   };
-  using Key = std::array<int, 3>;
-  Key key_of(const Eigen::Vector3d& x) const;
   const Eigen::Vector3d& at(std::int32_t node) const { return places_[static_cast<std::size_t>(node)]; }
   Closest closest(std::int32_t face, const Eigen::Vector3d& point) const;
   Eigen::Vector3d normal_of(std::int32_t face) const;
@@ -90,28 +85,37 @@ private:
 
   const Skin& skin_;
   std::span<const Eigen::Vector3d> places_;
-  double reach_, edge_;
-  Eigen::AlignedBox3d box_;
-  std::vector<std::pair<Key, std::int32_t>> bins_;
+  double reach_;
 };
 
-template<class PassesOver>
-std::vector<PlacedSkin::Near> PlacedSkin::near(const Eigen::Vector3d& point, PassesOver&& passes_over) const {
-  std::vector<Closest> found;
-  if (box_.squaredExteriorDistance(point) > reach_ * reach_)
-    return {};
-  const Key key = key_of(point);
-  const auto less = [](const std::pair<Key, std::int32_t>& entry, const Key& wanted) {
-    return entry.first < wanted;
+/// For nodes of one skin, the faces of another that are near them, or may soon be: found once, and kept while
+/// everything has moved so little that none can be missing.
+class NearFaces {
+public:
+  /// @param nodes, faces  where nodes of the two skins are [m]; of a skin and itself the same, and faces of
+  ///                      cells near a node (Skin::mark_near) do not count
+  /// @param reach         that the caller looks at
+  /// @param margin        that all may move before it is looked anew
+  void update(const Skin& of_nodes, std::span<const Eigen::Vector3d> nodes, const Skin& of_faces,
+              std::span<const Eigen::Vector3d> faces, double reach, double margin);
+
+  struct OfNode {
+    std::int32_t node = 0;
+    std::size_t first = 0, end = 0; ///< into faces()
   };
-  for (auto entry = std::lower_bound(bins_.begin(), bins_.end(), key, less);
-       entry != bins_.end() && entry->first == key; ++entry) {
-    if (passes_over(entry->second))
-      continue;
-    if (const Closest one = closest(entry->second, point); one.distance <= reach_)
-      found.push_back(one);
+  /// By node.
+  std::span<const OfNode> nodes() const { return nodes_; }
+  /// Sorted for each node.
+  std::span<const std::int32_t> faces(const OfNode& one) const {
+    return std::span(faces_).subspan(one.first, one.end - one.first);
   }
-  return nearest(point, found);
-}
+
+private:
+  void find(const Skin& of_nodes, const Skin& of_faces, double reach);
+
+  std::vector<OfNode> nodes_;
+  std::vector<std::int32_t> faces_;
+  std::vector<Eigen::Vector3d> nodes_then_, faces_then_; ///< when it was looked
+};
 
 } // namespace maille::deform
