@@ -12,12 +12,14 @@ namespace maille::warping {
 
 namespace {
 
-constexpr std::int32_t far = std::numeric_limits<std::int32_t>::max() / 2;
-
 /// Distances in steps along axes add up axis by axis, so that two passes along each axis find the nearest.
 /// A layer is taken along all axes while the cache has it.
+/// @tparam Steps an integer that holds twice as many steps as an image has
+template<class Steps>
 class Passes {
 public:
+  static constexpr Steps far = std::numeric_limits<Steps>::max() / 2;
+
   Passes(const Index3& size, std::vector<std::int32_t> known)
       : row_(static_cast<std::size_t>(size[0])), layer_(row_ * static_cast<std::size_t>(size[1])),
         nearest_(std::move(known)) {
@@ -40,7 +42,7 @@ public:
 private:
   /// Fills the gaps of a row; steps are 0 to begin with.
   void take_along(std::size_t first) {
-    std::int32_t* const steps = steps_.data() + first;
+    Steps* const steps = steps_.data() + first;
     std::int32_t* const nearest = nearest_.data() + first;
     for (std::size_t begin = 0, end = 0; begin < row_; begin = end + 1) {
       while (begin < row_ && nearest[begin] >= 0)
@@ -50,8 +52,8 @@ private:
       const std::int32_t before = begin > 0 ? nearest[begin - 1] : -1,
                          behind = end < row_ ? nearest[end] : -1;
       for (std::size_t i = begin; i < end; ++i) {
-        const std::int32_t to_before = before >= 0 ? static_cast<std::int32_t>(i + 1 - begin) : far,
-                           to_behind = behind >= 0 ? static_cast<std::int32_t>(end - i) : far;
+        const Steps to_before = before >= 0 ? static_cast<Steps>(i + 1 - begin) : far,
+                    to_behind = behind >= 0 ? static_cast<Steps>(end - i) : far;
         steps[i] = std::min(to_before, to_behind);
         nearest[i] = to_behind < to_before ? behind : before;
       }
@@ -59,24 +61,43 @@ private:
   }
   /// From a row or layer beside.
   void take(std::size_t to, std::size_t from, std::size_t count) {
-    const std::int32_t *const steps_from = steps_.data() + from, *const nearest_from = nearest_.data() + from;
-    std::int32_t *const steps_to = steps_.data() + to, *const nearest_to = nearest_.data() + to;
-#pragma GCC ivdep // without branches, so that compilers take many at a time
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::int32_t is_nearer = -static_cast<std::int32_t>(steps_from[i] + 1 < steps_to[i]); // all bits
-      steps_to[i] += is_nearer & (steps_from[i] + 1 - steps_to[i]);
+    for (std::size_t i = 0; i < count; i += row_)
+      if (is_any_nearer(to + i, from + i))
+        take_row(to + i, from + i);
+  }
+  // Without branches, so that compilers take many at a time.
+  bool is_any_nearer(std::size_t to, std::size_t from) const {
+    const Steps *const steps_from = steps_.data() + from, *const steps_to = steps_.data() + to;
+    Steps any = 0;
+    for (std::size_t i = 0; i < row_; ++i)
+      any = static_cast<Steps>(any | (steps_from[i] + Steps{1} < steps_to[i] ? 1 : 0));
+    return any != 0;
+  }
+  void take_row(std::size_t to, std::size_t from) {
+    const Steps* const steps_from = steps_.data() + from;
+    const std::int32_t* const nearest_from = nearest_.data() + from;
+    Steps* const steps_to = steps_.data() + to;
+    std::int32_t* const nearest_to = nearest_.data() + to;
+#pragma GCC ivdep
+    for (std::size_t i = 0; i < row_; ++i) {
+      const std::int32_t is_nearer = steps_from[i] + 1 < steps_to[i] ? -1 : 0; // all bits
       nearest_to[i] ^= is_nearer & (nearest_from[i] ^ nearest_to[i]);
+      steps_to[i] = std::min(static_cast<Steps>(steps_from[i] + 1), steps_to[i]);
     }
   }
 
   std::size_t row_, layer_; ///< voxels of a row, of a layer
-  std::vector<std::int32_t> steps_, nearest_;
+  std::vector<Steps> steps_;
+  std::vector<std::int32_t> nearest_;
 };
 
 } // namespace
 
 std::vector<std::int32_t> nearest_known(const Index3& size, std::vector<std::int32_t> known) {
-  return Passes(size, std::move(known)).nearest();
+  const std::int64_t most = std::int64_t{size[0]} + size[1] + size[2];
+  if (most < Passes<std::int16_t>::far)
+    return Passes<std::int16_t>(size, std::move(known)).nearest();
+  return Passes<std::int32_t>(size, std::move(known)).nearest();
 }
 
 } // namespace maille::warping

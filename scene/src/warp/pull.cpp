@@ -134,14 +134,18 @@ Pull pull_of(const ImageInfo& grid, std::span<const DeformedBody> bodies) {
   std::vector<RestCells> rest;
   for (const DeformedBody& body : bodies)
     rest.emplace_back(grid, *body.specimen);
-  for_each_voxel(grid, [&](std::size_t voxel, const Vector3d& at) {
-    for (const RestCells& cells : rest)
-      if (cells.cell_at(at) >= 0) {
-        ++pull.at_rest;
-        pull.vacated += pull.source[voxel] == Pull::nothing ? 1 : 0;
-        break;
+  std::vector<char> is_matter(static_cast<std::size_t>(grid.size[0]));
+  const std::int32_t* source = pull.source.data();
+  for (int k = 0; k < grid.size[2]; ++k)
+    for (int j = 0; j < grid.size[1]; ++j, source += is_matter.size()) {
+      std::fill(is_matter.begin(), is_matter.end(), char{0});
+      for (const RestCells& cells : rest)
+        cells.mark(j, k, is_matter);
+      for (std::size_t i = 0; i < is_matter.size(); ++i) {
+        pull.at_rest += is_matter[i];
+        pull.vacated += source[i] == Pull::nothing ? is_matter[i] : 0;
       }
-  });
+    }
   return pull;
 }
 
