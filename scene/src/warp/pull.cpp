@@ -28,6 +28,7 @@ public:
 
   void add(const DeformedBody& body) {
     const CellsAtRest rest(pull_.grid, *body.specimen);
+    rest_map_ = rest.map(size_);
     pull_.folded_cells += for_each_cell_in_turn(
         pull_.grid, body,
         [&](const Index3& at, const Corners& corners, const CellMap& map) { take(rest, at, corners, map); });
@@ -44,8 +45,11 @@ private:
         map.narrow(Vector3d(0, j, k), first, last);
         const std::int64_t row = std::int64_t{size_[0]} * (j + std::int64_t{size_[1]} * k);
         for (int i = first; i <= last; ++i)
-          if (const auto s = map.inverse(Vector3d(i, j, k)))
-            put(static_cast<std::size_t>(row + i), {i, j, k}, *s, rest.place(cell, *s));
+          if (const auto s = map.inverse(Vector3d(i, j, k))) {
+            const Vector3d place = rest.place(cell, *s);
+            put({static_cast<std::size_t>(row + i), {1.0 * i, 1.0 * j, 1.0 * k}}, s->cwiseAbs().maxCoeff(),
+                {place[0], place[1], place[2]}, voxel_at(size_, place));
+          }
       }
   }
 
@@ -53,15 +57,13 @@ private:
   void take_many(const CellsAtRest& rest, const Index3& cell, const VoxelBox& box, const CellMap& map) {
     const MildMap mild = map.mild();
     const Vector3d &middle = map.middle(), middle_at_rest = rest.middle(cell);
+    rest_map_.middle = {middle_at_rest[0], middle_at_rest[1], middle_at_rest[2]};
     const auto carry_back = [&] {
       invert(mild, CellMap::slack, places_);
-      for (std::size_t p = 0; p < static_cast<std::size_t>(places_.n); ++p) {
-        const Index3& at = at_[static_cast<std::size_t>(places_.number[p])];
-        const Vector3d s(places_.x[p], places_.y[p], places_.z[p]);
-        put(static_cast<std::size_t>(at[0] +
-                                     std::int64_t{size_[0]} * (at[1] + std::int64_t{size_[1]} * at[2])),
-            at, s, rest.place(middle_at_rest, s));
-      }
+      take_to_rest(rest_map_, places_);
+      for (std::size_t p = 0; p < static_cast<std::size_t>(places_.n); ++p)
+        put(at_[static_cast<std::size_t>(places_.number[p])], places_.depth[p],
+            {places_.x[p], places_.y[p], places_.z[p]}, static_cast<std::int64_t>(places_.source[p]));
       places_.n = 0;
     };
     const auto take_rows = [&] {
@@ -72,9 +74,13 @@ private:
         if (!(low <= high))
           continue;
         const auto [j, k] = row_at_[r];
+        const std::size_t row =
+            static_cast<std::size_t>(size_[0]) *
+            (static_cast<std::size_t>(j) + static_cast<std::size_t>(size_[1]) * static_cast<std::size_t>(k));
         const int below = static_cast<int>(low), last = static_cast<int>(high); // neither is negative
         for (int i = below < low ? below + 1 : below; i <= last; ++i) {
-          at_[static_cast<std::size_t>(places_.n)] = {i, j, k};
+          at_[static_cast<std::size_t>(places_.n)] = {row + static_cast<std::size_t>(i),
+                                                      {1.0 * i, 1.0 * j, 1.0 * k}};
           places_.add(i - middle[0], rows_.y[r], rows_.z[r], places_.n);
           if (places_.n == Places::most)
             carry_back();
@@ -93,15 +99,21 @@ private:
     carry_back();
   }
 
-  void put(std::size_t voxel, const Index3& at, const Vector3d& s, const Vector3d& rest) {
+  /// A voxel, and its indices.
+  struct Voxel {
+    std::size_t number;
+    std::array<double, 3> at;
+  };
+  /// @param depth in its cell @param rest where its matter rests @param source the voxel there
+  void put(const Voxel& to, double depth, const std::array<double, 3>& rest, std::int64_t source) {
+    const std::size_t voxel = to.number;
     if (pull_.source[voxel] != Pull::nothing) {
-      if ((s.array().abs() < surely_inside).all())
+      if (depth < surely_inside)
         ++pull_.reached_twice;
       return;
     }
     for (std::size_t a = 0; a < 3; ++a)
-      pull_.shift[a * n_ + voxel] = static_cast<float>(rest[static_cast<Eigen::Index>(a)] - at[a]);
-    const std::int64_t source = voxel_at(size_, rest);
+      pull_.shift[a * n_ + voxel] = static_cast<float>(rest[a] - to.at[a]);
     pull_.source[voxel] = source < 0 ? Pull::outside : static_cast<std::int32_t>(source);
     ++pull_.reached;
   }
@@ -112,7 +124,8 @@ private:
   PlaceRows rows_;
   std::array<std::array<int, 2>, PlaceRows::most> row_at_{}; ///< of rows: along y, z
   Places places_;
-  std::array<Index3, Places::most> at_{}; ///< of places
+  RestMap rest_map_{};                   ///< of the cell in turn
+  std::array<Voxel, Places::most> at_{}; ///< of places
 };
 
 } // namespace
