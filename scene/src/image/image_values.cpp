@@ -1,7 +1,6 @@
 // From bytes to float32 values, and from a header's grid to ours.
 
 #include "image/image_formats.hpp"
-#include "maille/scene/memory.hpp"
 
 #include <fmt/format.h>
 
@@ -85,10 +84,8 @@ std::vector<float> read_as(const OpenImage& image, ByteSource& source, Faults& f
   const Decoder<T> decode(image.layout, faults);
   const auto wanted = static_cast<std::size_t>(n_values(image.info));
   std::vector<float> values;
-  if (const auto there = static_cast<std::size_t>(source.bytes_left()) / sizeof(T); there >= wanted) {
+  if (static_cast<std::size_t>(source.bytes_left()) / sizeof(T) >= wanted)
     values.reserve(wanted);
-    ask_for_large_pages(values.data(), wanted * sizeof(float));
-  }
   std::vector<char> buffer(std::min(chunk_values, wanted) * sizeof(T));
   while (values.size() < wanted) {
     const std::size_t first = values.size();

@@ -1,7 +1,5 @@
 #include "warp/continuation.hpp"
 
-#include "maille/scene/memory.hpp"
-
 #include <algorithm>
 #include <cstdint>
 #include <limits>
@@ -23,7 +21,7 @@ public:
   Passes(const Index3& size, std::vector<std::int32_t> known)
       : row_(static_cast<std::size_t>(size[0])), layer_(row_ * static_cast<std::size_t>(size[1])),
         nearest_(std::move(known)) {
-    resize_in_large_pages(steps_, nearest_.size());
+    steps_.resize(nearest_.size());
     for (std::size_t layer = 0; layer < nearest_.size(); layer += layer_) {
       for (std::size_t row = layer; row < layer + layer_; row += row_)
         take_along(row);

@@ -1,6 +1,5 @@
 // The fields that other programs carry images and points with, and how much larger matter has become.
 
-#include "maille/scene/memory.hpp"
 #include "maille/scene/warp/warp.hpp"
 #include "mechanics/volume_ratio.hpp"
 #include "warp/continuation.hpp"
@@ -28,7 +27,7 @@ public:
       : n_(static_cast<std::size_t>(grid.n_voxels())), row_(static_cast<std::size_t>(grid.size[0])) {
     image_.info = grid;
     image_.info.components = 3;
-    resize_in_large_pages(image_.values, 3 * n_);
+    image_.values.resize(3 * n_);
     to_world_ = millimetres * voxels_to_world(grid).linear;
     if (grid.world != WorldAxes::lps)
       to_world_ = Vector3d(-1, -1, 1).asDiagonal() * to_world_;
@@ -115,8 +114,7 @@ Vector3d displacement_at(const DeformedBody& body, std::int64_t cell, const Vect
 } // namespace
 
 Image pull_field(const Pull& pull, std::span<const DeformedBody> bodies) {
-  std::vector<std::int32_t> known;
-  resize_in_large_pages(known, pull.source.size());
+  std::vector<std::int32_t> known(pull.source.size());
   for (std::size_t voxel = 0; voxel < known.size(); ++voxel)
     known[voxel] = pull.source[voxel] != Pull::nothing ? static_cast<std::int32_t>(voxel) : -1;
   const std::vector<RestCells> rest = rest_cells(pull.grid, bodies);

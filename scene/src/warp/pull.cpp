@@ -1,7 +1,6 @@
 // Every deformed cell is inverted at the voxels' middles that it may cover: those in the box around its
 // corners, within which a trilinear map keeps what is between them.
 
-#include "maille/scene/memory.hpp"
 #include "warp/deformed_cells.hpp"
 
 #include <algorithm>
@@ -137,8 +136,8 @@ Pull pull_of(const ImageInfo& grid, std::span<const DeformedBody> bodies) {
   pull.grid = grid;
   pull.grid.components = 1;
   const auto n = static_cast<std::size_t>(grid.n_voxels());
-  resize_in_large_pages(pull.shift, 3 * n);
-  resize_in_large_pages(pull.source, n, Pull::nothing);
+  pull.shift.assign(3 * n, 0);
+  pull.source.assign(n, Pull::nothing);
   Inversion inversion(pull);
   for (const DeformedBody& body : bodies) {
     check(body);

@@ -1,6 +1,5 @@
 // Images and labels where their matter has gone, and what became of each label.
 
-#include "maille/scene/memory.hpp"
 #include "maille/scene/warp/warp.hpp"
 #include "warp/deformed_cells.hpp"
 #include "warp/label_parts.hpp"
@@ -148,8 +147,7 @@ Image warped(const Pull& pull, const Image& image, float background) {
   check_grid(pull, image);
   const Index3& size = pull.grid.size;
   const auto n = static_cast<std::size_t>(pull.grid.n_voxels()), row = static_cast<std::size_t>(size[0]);
-  Image out{image.info, {}};
-  resize_in_large_pages(out.values, image.values.size(), background);
+  Image out{image.info, std::vector<float>(image.values.size(), background)};
   RowOfPlaces places(size);
   std::vector<double> along(row);
   std::size_t first = 0;
