@@ -31,6 +31,7 @@ public:
     pull_.folded_cells += for_each_cell_in_turn(
         pull_.grid, body,
         [&](const Index3& at, const Corners& corners, const CellMap& map) { take(rest, at, corners, map); });
+    store_shifts();
   }
 
 private:
@@ -111,11 +112,31 @@ private:
         ++pull_.reached_twice;
       return;
     }
+    if (n_shifts_ == shifts_.size())
+      store_shifts();
+    Shift& shift = shifts_[n_shifts_++];
+    shift.voxel = static_cast<std::int32_t>(voxel);
     for (std::size_t a = 0; a < 3; ++a)
-      pull_.shift[a * n_ + voxel] = static_cast<float>(rest[a] - to.at[a]);
+      shift.along[a] = static_cast<float>(rest[a] - to.at[a]);
     pull_.source[voxel] = source < 0 ? Pull::outside : static_cast<std::int32_t>(source);
     ++pull_.reached;
   }
+
+  /// One component after the other: where images are of 2^n voxels, the same place in all three and in the
+  /// layers beside it wants the same few lines of a cache.
+  void store_shifts() {
+    for (std::size_t a = 0; a < 3; ++a) {
+      float* const to = pull_.shift.data() + a * n_;
+      for (std::size_t i = 0; i < n_shifts_; ++i)
+        to[shifts_[i].voxel] = shifts_[i].along[a];
+    }
+    n_shifts_ = 0;
+  }
+
+  struct Shift {
+    std::int32_t voxel;
+    std::array<float, 3> along;
+  };
 
   Pull& pull_;
   std::size_t n_;
@@ -125,6 +146,8 @@ private:
   Places places_;
   RestMap rest_map_{};                   ///< of the cell in turn
   std::array<Voxel, Places::most> at_{}; ///< of places
+  std::array<Shift, 4096> shifts_{};     ///< that are found but not stored
+  std::size_t n_shifts_ = 0;
 };
 
 } // namespace
