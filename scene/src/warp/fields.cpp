@@ -64,7 +64,8 @@ std::vector<RestCells> rest_cells(const ImageInfo& grid, std::span<const Deforme
   return cells;
 }
 
-/// A field that is known at some voxels, as nearest_known has them, and goes on at the others as at the nearest.
+/// A field that is known at some voxels, as nearest_known has them, and goes on at the others as at the
+/// nearest.
 /// @param shift [voxels], n_voxels x 3 @param amended (where a voxel is that is not known, shift) -> shift
 template<class Amended>
 Image continued(const ImageInfo& grid, const std::vector<float>& shift, std::vector<std::int32_t> known,

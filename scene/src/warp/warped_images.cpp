@@ -29,8 +29,8 @@ void check_grid(const Pull& pull, const Image& image) {
     throw std::invalid_argument("expected an image on the grid of the pull");
 }
 
-/// A row of places among an image's voxels, and values there that are linear between the middles of voxels; the
-/// outermost half voxel has the value of the voxel.
+/// A row of places among an image's voxels, and values there that are linear between the middles of voxels;
+/// the outermost half voxel has the value of the voxel.
 class RowOfPlaces {
 public:
   explicit RowOfPlaces(const Index3& size)
