@@ -1,32 +1,15 @@
 #include "maille/scene/answer.hpp"
+#include "maille/scene/memory.hpp"
 
 #include <algorithm>
-
-#ifdef __linux__
-#include <cstdint>
-#include <sys/mman.h>
-#endif
 
 namespace maille {
 
 namespace {
 
-/// Zeros in memory of which the system is asked to bring it in large pages, where there is much: that takes a
-/// tenth of the time. What lies beside it in the same pages is the allocator's too, so the wish does no harm
-/// there.
 List<double> zeros(std::size_t n) {
-  constexpr std::size_t much = std::size_t{1} << 20;
   List<double> values;
-  values.reserve(n);
-#ifdef __linux__
-  if (n * sizeof(double) >= much) {
-    constexpr std::uintptr_t page = 4096;
-    const auto begin = reinterpret_cast<std::uintptr_t>(values.data()) / page * page,
-               end = reinterpret_cast<std::uintptr_t>(values.data() + n) / page * page;
-    madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
-  }
-#endif
-  values.resize(n, 0.0);
+  resize_in_large_pages(values, n);
   return values;
 }
 

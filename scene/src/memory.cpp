@@ -9,6 +9,9 @@
 #include <limits>
 #include <string>
 
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -60,6 +63,18 @@ std::string bytes_in_words(double bytes) {
     ++unit;
   return bytes < carries ? fmt::format("{:.3g} {}", bytes, units[unit])
                          : fmt::format("{:.0f} {}", bytes, units[unit]);
+}
+
+void ask_for_large_pages([[maybe_unused]] void* begin, [[maybe_unused]] std::size_t bytes) {
+#ifdef __linux__
+  constexpr std::size_t much = std::size_t{1} << 20;
+  if (bytes < much)
+    return;
+  constexpr std::uintptr_t page = 4096;
+  const auto first = reinterpret_cast<std::uintptr_t>(begin) / page * page,
+             last = (reinterpret_cast<std::uintptr_t>(begin) + bytes) / page * page;
+  madvise(reinterpret_cast<void*>(first), last - first, MADV_HUGEPAGE);
+#endif
 }
 
 } // namespace maille

@@ -1,6 +1,7 @@
 #include "maille/render/volume.hpp"
 
 #include "data/vectors.hpp"
+#include "maille/scene/memory.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,31 +9,12 @@
 #include <span>
 #include <vector>
 
-#ifdef __linux__
-#include <sys/mman.h>
-#endif
-
 namespace maille::render {
 
 namespace {
 
 /// Bytes past the end that vectors may read: pairs of values, six bytes of two gradients by eight.
 constexpr std::size_t padding = 8;
-
-/// Zeros for rays that cross rows and planes: the system is asked for large pages, so that fewer are looked
-/// up.
-template<class T>
-void resize_in_large_pages(std::vector<T>& values, std::size_t n) {
-  values.reserve(n);
-#ifdef __linux__
-  constexpr std::uintptr_t page = std::uintptr_t{2} << 20;
-  const auto begin = (reinterpret_cast<std::uintptr_t>(values.data()) + page - 1) / page * page,
-             end = reinterpret_cast<std::uintptr_t>(values.data() + n) / page * page;
-  if (end > begin)
-    madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE); // a wish; the system may decline it
-#endif
-  values.resize(n);
-}
 
 } // namespace
 

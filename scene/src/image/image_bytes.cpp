@@ -24,6 +24,13 @@ public:
       faults_.fail("", "a readable file", "an error of the device");
     return static_cast<std::size_t>(stream_.gcount());
   }
+  std::int64_t bytes_left() override {
+    const auto here = stream_.tellg();
+    stream_.seekg(0, std::ios::end);
+    const auto end = stream_.tellg();
+    stream_.seekg(here);
+    return here < 0 ? 0 : std::max<std::int64_t>(0, end - here);
+  }
 
 private:
   std::ifstream stream_;

@@ -49,6 +49,8 @@ public:
   virtual std::size_t read(std::span<char> to) = 0;
   /// Whether the end came earlier than the encoding itself announces; known once read() gave too few.
   virtual bool is_cut_short() const { return false; }
+  /// How many are surely left, as far as that is known without reading: 0 where it is not.
+  virtual std::int64_t bytes_left() { return 0; }
 };
 using ByteSourcePtr = std::shared_ptr<ByteSource>;
 

@@ -38,6 +38,8 @@ public:
   Decoder(const ValueLayout& layout, Faults& faults)
       : layout_(layout), is_scaled_(layout.slope != 1 || layout.intercept != 0), faults_(faults) {}
 
+  /// Whether values stand in the file as they are given.
+  bool is_plain() const { return std::is_same_v<T, float> && !is_scaled_ && !layout_.swap_bytes; }
   float operator()(const char* bytes) const {
     const T value = number_at<T>(bytes, layout_.swap_bytes);
     if constexpr (std::is_integral_v<T>) {
@@ -82,6 +84,8 @@ std::vector<float> read_as(const OpenImage& image, ByteSource& source, Faults& f
   const Decoder<T> decode(image.layout, faults);
   const auto wanted = static_cast<std::size_t>(n_values(image.info));
   std::vector<float> values;
+  if (static_cast<std::size_t>(source.bytes_left()) / sizeof(T) >= wanted)
+    values.reserve(wanted);
   std::vector<char> buffer(std::min(chunk_values, wanted) * sizeof(T));
   while (values.size() < wanted) {
     const std::size_t first = values.size();
@@ -92,8 +96,11 @@ std::vector<float> read_as(const OpenImage& image, ByteSource& source, Faults& f
                   fmt::format("{} bytes{}", first * sizeof(T) + got,
                               source.is_cut_short() ? "; the encoded data ends early" : ""));
     grow(values, first + count, wanted);
-    for (std::size_t i = 0; i < count; ++i)
-      values[first + i] = decode(buffer.data() + i * sizeof(T));
+    if (decode.is_plain())
+      std::memcpy(values.data() + first, buffer.data(), count * sizeof(T));
+    else
+      for (std::size_t i = 0; i < count; ++i)
+        values[first + i] = decode(buffer.data() + i * sizeof(T));
   }
   // Reading on has compressed data check its own sum, and finds sizes that are too small.
   char surplus = 0;

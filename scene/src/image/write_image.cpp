@@ -104,13 +104,14 @@ void write_interleaved(WrittenFile& file, const Image& image, StoredType type) {
   if (components == 1)
     return write_values(file, image.values, type);
   const auto n = static_cast<std::size_t>(image.info.n_voxels());
-  constexpr std::size_t most = std::size_t{1} << 16;
+  constexpr std::size_t most = std::size_t{1} << 14; // while caches have them
   std::vector<float> part;
   for (std::size_t first = 0; first < n; first += most) {
-    part.clear();
-    for (std::size_t voxel = first; voxel < std::min(n, first + most); ++voxel)
-      for (std::size_t c = 0; c < components; ++c)
-        part.push_back(image.values[c * n + voxel]);
+    const std::size_t count = std::min(most, n - first);
+    part.resize(components * count);
+    for (std::size_t c = 0; c < components; ++c)
+      for (std::size_t i = 0; i < count; ++i)
+        part[components * i + c] = image.values[c * n + first + i];
     write_values(file, part, type);
   }
 }

@@ -1,5 +1,6 @@
 #include "warp/continuation.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <utility>
@@ -9,55 +10,92 @@ namespace maille::warping {
 
 namespace {
 
-constexpr std::int32_t far = std::numeric_limits<std::int32_t>::max() / 2;
-
 /// Distances in steps along axes add up axis by axis, so that two passes along each axis find the nearest.
+/// A layer is taken along all axes while the cache has it.
+/// @tparam Steps an integer that holds twice as many steps as an image has
+template<class Steps>
 class Passes {
 public:
-  Passes(const Index3& size, const std::vector<bool>& is_known)
-      : size_(size), steps_(is_known.size(), far), nearest_(is_known.size(), -1) {
-    for (std::size_t voxel = 0; voxel < is_known.size(); ++voxel)
-      if (is_known[voxel]) {
-        steps_[voxel] = 0;
-        nearest_[voxel] = static_cast<std::int32_t>(voxel);
-      }
-  }
-  void along(std::size_t axis) {
-    const std::size_t stride = axis == 0 ? 1
-                               : axis == 1
-                                   ? static_cast<std::size_t>(size_[0])
-                                   : static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]);
-    const auto length = static_cast<std::size_t>(size_[axis]);
-    const std::size_t block = stride * length;
-    for (std::size_t first = 0; first < steps_.size(); first += block) {
-      for (std::size_t row = 1; row < length; ++row)
-        take(first + row * stride, first + (row - 1) * stride, stride);
-      for (std::size_t row = length - 1; row-- > 0;)
-        take(first + row * stride, first + (row + 1) * stride, stride);
+  static constexpr Steps far = std::numeric_limits<Steps>::max() / 2;
+
+  Passes(const Index3& size, std::vector<std::int32_t> known)
+      : row_(static_cast<std::size_t>(size[0])), layer_(row_ * static_cast<std::size_t>(size[1])),
+        nearest_(std::move(known)) {
+    steps_.resize(nearest_.size());
+    for (std::size_t layer = 0; layer < nearest_.size(); layer += layer_) {
+      for (std::size_t row = layer; row < layer + layer_; row += row_)
+        take_along(row);
+      for (std::size_t row = layer + row_; row < layer + layer_; row += row_)
+        take(row, row - row_, row_);
+      for (std::size_t row = layer + layer_ - row_; row > layer; row -= row_)
+        take(row - row_, row, row_);
+      if (layer > 0)
+        take(layer, layer - layer_, layer_);
     }
+    for (std::size_t layer = nearest_.size(); layer > layer_; layer -= layer_)
+      take(layer - 2 * layer_, layer - layer_, layer_);
   }
   std::vector<std::int32_t> nearest() && { return std::move(nearest_); }
 
 private:
-  void take(std::size_t to, std::size_t from, std::size_t count) {
-    for (std::size_t i = 0; i < count; ++i)
-      if (steps_[from + i] + 1 < steps_[to + i]) {
-        steps_[to + i] = steps_[from + i] + 1;
-        nearest_[to + i] = nearest_[from + i];
+  /// Fills the gaps of a row; steps are 0 to begin with.
+  void take_along(std::size_t first) {
+    Steps* const steps = steps_.data() + first;
+    std::int32_t* const nearest = nearest_.data() + first;
+    for (std::size_t begin = 0, end = 0; begin < row_; begin = end + 1) {
+      while (begin < row_ && nearest[begin] >= 0)
+        ++begin;
+      for (end = begin; end < row_ && nearest[end] < 0;)
+        ++end;
+      const std::int32_t before = begin > 0 ? nearest[begin - 1] : -1,
+                         behind = end < row_ ? nearest[end] : -1;
+      for (std::size_t i = begin; i < end; ++i) {
+        const Steps to_before = before >= 0 ? static_cast<Steps>(i + 1 - begin) : far,
+                    to_behind = behind >= 0 ? static_cast<Steps>(end - i) : far;
+        steps[i] = std::min(to_before, to_behind);
+        nearest[i] = to_behind < to_before ? behind : before;
       }
+    }
+  }
+  /// From a row or layer beside.
+  void take(std::size_t to, std::size_t from, std::size_t count) {
+    for (std::size_t i = 0; i < count; i += row_)
+      if (is_any_nearer(to + i, from + i))
+        take_row(to + i, from + i);
+  }
+  // Without branches, so that compilers take many at a time.
+  bool is_any_nearer(std::size_t to, std::size_t from) const {
+    const Steps *const steps_from = steps_.data() + from, *const steps_to = steps_.data() + to;
+    Steps any = 0;
+    for (std::size_t i = 0; i < row_; ++i)
+      any = static_cast<Steps>(any | (steps_from[i] + Steps{1} < steps_to[i] ? 1 : 0));
+    return any != 0;
+  }
+  void take_row(std::size_t to, std::size_t from) {
+    const Steps* const steps_from = steps_.data() + from;
+    const std::int32_t* const nearest_from = nearest_.data() + from;
+    Steps* const steps_to = steps_.data() + to;
+    std::int32_t* const nearest_to = nearest_.data() + to;
+#pragma GCC ivdep
+    for (std::size_t i = 0; i < row_; ++i) {
+      const std::int32_t is_nearer = steps_from[i] + 1 < steps_to[i] ? -1 : 0; // all bits
+      nearest_to[i] ^= is_nearer & (nearest_from[i] ^ nearest_to[i]);
+      steps_to[i] = std::min(static_cast<Steps>(steps_from[i] + 1), steps_to[i]);
+    }
   }
 
-  Index3 size_;
-  std::vector<std::int32_t> steps_, nearest_;
+  std::size_t row_, layer_; ///< voxels of a row, of a layer
+  std::vector<Steps> steps_;
+  std::vector<std::int32_t> nearest_;
 };
 
 } // namespace
 
-std::vector<std::int32_t> nearest_known(const Index3& size, const std::vector<bool>& is_known) {
-  Passes passes(size, is_known);
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    passes.along(axis);
-  return std::move(passes).nearest();
+std::vector<std::int32_t> nearest_known(const Index3& size, std::vector<std::int32_t> known) {
+  const std::int64_t most = std::int64_t{size[0]} + size[1] + size[2];
+  if (most < Passes<std::int16_t>::far)
+    return Passes<std::int16_t>(size, std::move(known)).nearest();
+  return Passes<std::int32_t>(size, std::move(known)).nearest();
 }
 
 } // namespace maille::warping

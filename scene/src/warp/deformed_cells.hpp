@@ -38,6 +38,17 @@ public:
   Eigen::Vector3d place(const Eigen::Vector3d& middle, const Eigen::Vector3d& s) const {
     return middle + per_cell_ * s.cwiseMin(within_cell).cwiseMax(-within_cell);
   }
+  /// The same for take_to_rest, of a cell with its middle at 0.
+  RestMap map(const Index3& size) const {
+    RestMap map{};
+    map.within = within_cell;
+    for (std::size_t a = 0; a < 3; ++a) {
+      map.size[a] = size[a];
+      for (std::size_t b = 0; b < 3; ++b)
+        map.linear[3 * a + b] = per_cell_(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b));
+    }
+    return map;
+  }
   /// Half of the box around a cell.
   Eigen::Vector3d half() const { return per_cell_.cwiseAbs().rowwise().sum() / 2; }
   /// 1, or -1 where the image's axes are of the other hand.

@@ -15,11 +15,22 @@ struct MildMap {
   std::array<double, 3> spread; ///< how far from affine the inverse is, at most
 };
 
+/// Where a cell and what is in it rest, in indices of an image's voxels.
+struct RestMap {
+  std::array<double, 9> linear; ///< of (s, t, u), row by row
+  std::array<double, 3> middle;
+  double within;              ///< how far from the middle places are kept, so that rounding takes none out
+  std::array<double, 3> size; ///< of the image [voxels]
+};
+
 /// Places on their way back, with numbers of whoever asked.
 struct Places {
   static constexpr int most = 64;
   int n = 0;
   alignas(64) std::array<double, most> x, y, z, number;
+  alignas(64) std::array<double, most> depth; ///< of (s, t, u) the largest in size: 1/2 on a face
+  alignas(64)
+      std::array<double, most> source; ///< the number of the voxel that holds a place; less than 0 outside
 
   void add(double at_x, double at_y, double at_z, int of) {
     const auto i = static_cast<std::size_t>(n++);
@@ -52,5 +63,9 @@ void narrow(const MildMap& map, double slack, PlaceRows& rows);
 ///
 /// No products are fused with sums, so that all processors find the same bits.
 void invert(const MildMap& map, double slack, Places& places);
+
+/// Leads places of a cell from (s, t, u) to where they rest, and finds `depth` and `source`. The obvious
+/// version, place by place, is CellsAtRest::place and voxel_at. @pre the image has less than 2^31 voxels
+void take_to_rest(const RestMap& map, Places& places);
 
 } // namespace maille::warping

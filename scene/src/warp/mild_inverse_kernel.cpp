@@ -143,6 +143,32 @@ void invert_in_vectors(const MildMap& map, double slack, Places& places) {
   places.n = static_cast<int>(n);
 }
 
+void take_to_rest_in_vectors(const RestMap& map, Places& places) {
+  const D d;
+  const V most = set(map.within), least = set(-map.within), half = set(0.5), zero = hn::Zero(d);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(places.n); i += hn::Lanes(d)) {
+    const V3 s{hn::Load(d, &places.x[i]), hn::Load(d, &places.y[i]), hn::Load(d, &places.z[i])};
+    const auto kept = [&](V along) HWY_ATTR { return hn::Max(hn::Min(along, most), least); };
+    const V3 from_middle = product(map.linear, {kept(s.x), kept(s.y), kept(s.z)});
+    const V3 rest{hn::Add(set(map.middle[0]), from_middle.x), hn::Add(set(map.middle[1]), from_middle.y),
+                  hn::Add(set(map.middle[2]), from_middle.z)};
+    M is_inside = hn::FirstN(d, hn::Lanes(d));
+    const auto index = [&](V along, double size) HWY_ATTR {
+      const V at = hn::Add(along, half);
+      is_inside = hn::And(is_inside, hn::And(hn::Ge(at, zero), hn::Lt(at, set(size))));
+      return hn::Floor(at);
+    };
+    const V x = index(rest.x, map.size[0]), y = index(rest.y, map.size[1]), z = index(rest.z, map.size[2]);
+    const V row = hn::Add(y, hn::Mul(z, set(map.size[1])));
+    hn::Store(hn::IfThenElse(is_inside, hn::Add(x, hn::Mul(row, set(map.size[0]))), set(-1)), d,
+              &places.source[i]);
+    hn::Store(largest(s), d, &places.depth[i]);
+    hn::Store(rest.x, d, &places.x[i]);
+    hn::Store(rest.y, d, &places.y[i]);
+    hn::Store(rest.z, d, &places.z[i]);
+  }
+}
+
 } // namespace HWY_NAMESPACE
 } // namespace maille::warping
 HWY_AFTER_NAMESPACE();
@@ -152,6 +178,7 @@ namespace maille::warping {
 
 HWY_EXPORT(narrow_in_vectors);
 HWY_EXPORT(invert_in_vectors);
+HWY_EXPORT(take_to_rest_in_vectors);
 
 void narrow(const MildMap& map, double slack, PlaceRows& rows) {
   HWY_DYNAMIC_DISPATCH(narrow_in_vectors)(map, slack, rows);
@@ -159,6 +186,10 @@ void narrow(const MildMap& map, double slack, PlaceRows& rows) {
 
 void invert(const MildMap& map, double slack, Places& places) {
   HWY_DYNAMIC_DISPATCH(invert_in_vectors)(map, slack, places);
+}
+
+void take_to_rest(const RestMap& map, Places& places) {
+  HWY_DYNAMIC_DISPATCH(take_to_rest_in_vectors)(map, places);
 }
 
 } // namespace maille::warping

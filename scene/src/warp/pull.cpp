@@ -27,9 +27,11 @@ public:
 
   void add(const DeformedBody& body) {
     const CellsAtRest rest(pull_.grid, *body.specimen);
+    rest_map_ = rest.map(size_);
     pull_.folded_cells += for_each_cell_in_turn(
         pull_.grid, body,
         [&](const Index3& at, const Corners& corners, const CellMap& map) { take(rest, at, corners, map); });
+    store_shifts();
   }
 
 private:
@@ -43,8 +45,11 @@ private:
         map.narrow(Vector3d(0, j, k), first, last);
         const std::int64_t row = std::int64_t{size_[0]} * (j + std::int64_t{size_[1]} * k);
         for (int i = first; i <= last; ++i)
-          if (const auto s = map.inverse(Vector3d(i, j, k)))
-            put(static_cast<std::size_t>(row + i), {i, j, k}, *s, rest.place(cell, *s));
+          if (const auto s = map.inverse(Vector3d(i, j, k))) {
+            const Vector3d place = rest.place(cell, *s);
+            put({static_cast<std::size_t>(row + i), {1.0 * i, 1.0 * j, 1.0 * k}}, s->cwiseAbs().maxCoeff(),
+                {place[0], place[1], place[2]}, voxel_at(size_, place));
+          }
       }
   }
 
@@ -52,15 +57,13 @@ private:
   void take_many(const CellsAtRest& rest, const Index3& cell, const VoxelBox& box, const CellMap& map) {
     const MildMap mild = map.mild();
     const Vector3d &middle = map.middle(), middle_at_rest = rest.middle(cell);
+    rest_map_.middle = {middle_at_rest[0], middle_at_rest[1], middle_at_rest[2]};
     const auto carry_back = [&] {
       invert(mild, CellMap::slack, places_);
-      for (std::size_t p = 0; p < static_cast<std::size_t>(places_.n); ++p) {
-        const Index3& at = at_[static_cast<std::size_t>(places_.number[p])];
-        const Vector3d s(places_.x[p], places_.y[p], places_.z[p]);
-        put(static_cast<std::size_t>(at[0] +
-                                     std::int64_t{size_[0]} * (at[1] + std::int64_t{size_[1]} * at[2])),
-            at, s, rest.place(middle_at_rest, s));
-      }
+      take_to_rest(rest_map_, places_);
+      for (std::size_t p = 0; p < static_cast<std::size_t>(places_.n); ++p)
+        put(at_[static_cast<std::size_t>(places_.number[p])], places_.depth[p],
+            {places_.x[p], places_.y[p], places_.z[p]}, static_cast<std::int64_t>(places_.source[p]));
       places_.n = 0;
     };
     const auto take_rows = [&] {
@@ -71,9 +74,13 @@ private:
         if (!(low <= high))
           continue;
         const auto [j, k] = row_at_[r];
+        const std::size_t row =
+            static_cast<std::size_t>(size_[0]) *
+            (static_cast<std::size_t>(j) + static_cast<std::size_t>(size_[1]) * static_cast<std::size_t>(k));
         const int below = static_cast<int>(low), last = static_cast<int>(high); // neither is negative
         for (int i = below < low ? below + 1 : below; i <= last; ++i) {
-          at_[static_cast<std::size_t>(places_.n)] = {i, j, k};
+          at_[static_cast<std::size_t>(places_.n)] = {row + static_cast<std::size_t>(i),
+                                                      {1.0 * i, 1.0 * j, 1.0 * k}};
           places_.add(i - middle[0], rows_.y[r], rows_.z[r], places_.n);
           if (places_.n == Places::most)
             carry_back();
@@ -92,18 +99,44 @@ private:
     carry_back();
   }
 
-  void put(std::size_t voxel, const Index3& at, const Vector3d& s, const Vector3d& rest) {
+  /// A voxel, and its indices.
+  struct Voxel {
+    std::size_t number;
+    std::array<double, 3> at;
+  };
+  /// @param depth in its cell @param rest where its matter rests @param source the voxel there
+  void put(const Voxel& to, double depth, const std::array<double, 3>& rest, std::int64_t source) {
+    const std::size_t voxel = to.number;
     if (pull_.source[voxel] != Pull::nothing) {
-      if ((s.array().abs() < surely_inside).all())
+      if (depth < surely_inside)
         ++pull_.reached_twice;
       return;
     }
+    if (n_shifts_ == shifts_.size())
+      store_shifts();
+    Shift& shift = shifts_[n_shifts_++];
+    shift.voxel = static_cast<std::int32_t>(voxel);
     for (std::size_t a = 0; a < 3; ++a)
-      pull_.shift[a * n_ + voxel] = static_cast<float>(rest[static_cast<Eigen::Index>(a)] - at[a]);
-    const std::int64_t source = voxel_at(size_, rest);
+      shift.along[a] = static_cast<float>(rest[a] - to.at[a]);
     pull_.source[voxel] = source < 0 ? Pull::outside : static_cast<std::int32_t>(source);
     ++pull_.reached;
   }
+
+  /// One component after the other: where images are of 2^n voxels, the same place in all three and in the
+  /// layers beside it wants the same few lines of a cache.
+  void store_shifts() {
+    for (std::size_t a = 0; a < 3; ++a) {
+      float* const to = pull_.shift.data() + a * n_;
+      for (std::size_t i = 0; i < n_shifts_; ++i)
+        to[shifts_[i].voxel] = shifts_[i].along[a];
+    }
+    n_shifts_ = 0;
+  }
+
+  struct Shift {
+    std::int32_t voxel;
+    std::array<float, 3> along;
+  };
 
   Pull& pull_;
   std::size_t n_;
@@ -111,7 +144,10 @@ private:
   PlaceRows rows_;
   std::array<std::array<int, 2>, PlaceRows::most> row_at_{}; ///< of rows: along y, z
   Places places_;
-  std::array<Index3, Places::most> at_{}; ///< of places
+  RestMap rest_map_{};                   ///< of the cell in turn
+  std::array<Voxel, Places::most> at_{}; ///< of places
+  std::array<Shift, 4096> shifts_{};     ///< that are found but not stored
+  std::size_t n_shifts_ = 0;
 };
 
 } // namespace
@@ -133,14 +169,18 @@ Pull pull_of(const ImageInfo& grid, std::span<const DeformedBody> bodies) {
   std::vector<RestCells> rest;
   for (const DeformedBody& body : bodies)
     rest.emplace_back(grid, *body.specimen);
-  for_each_voxel(grid, [&](std::size_t voxel, const Vector3d& at) {
-    for (const RestCells& cells : rest)
-      if (cells.cell_at(at) >= 0) {
-        ++pull.at_rest;
-        pull.vacated += pull.source[voxel] == Pull::nothing ? 1 : 0;
-        break;
+  std::vector<char> is_matter(static_cast<std::size_t>(grid.size[0]));
+  const std::int32_t* source = pull.source.data();
+  for (int k = 0; k < grid.size[2]; ++k)
+    for (int j = 0; j < grid.size[1]; ++j, source += is_matter.size()) {
+      std::fill(is_matter.begin(), is_matter.end(), char{0});
+      for (const RestCells& cells : rest)
+        cells.mark(j, k, is_matter);
+      for (std::size_t i = 0; i < is_matter.size(); ++i) {
+        pull.at_rest += is_matter[i];
+        pull.vacated += source[i] == Pull::nothing ? is_matter[i] : 0;
       }
-  });
+    }
   return pull;
 }
 

@@ -7,7 +7,9 @@
 #include <Eigen/Core>
 #include <Eigen/LU>
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace maille::warping {
 
@@ -59,7 +61,45 @@ public:
     return body_.is_matter(number) ? number : -1;
   }
 
+  /// Marks those of the voxels (0 to row.size() - 1, j, k) that have their middle in matter.
+  void mark(int j, int k, std::vector<char>& row) const {
+    const Index3& cells = body_.grid.cells();
+    const auto along = [&](std::size_t axis, int i) {
+      const auto a = static_cast<Eigen::Index>(axis);
+      return to_cells_.linear(a, 0) * i + to_cells_.linear(a, 1) * j + to_cells_.linear(a, 2) * k +
+             to_cells_.shift[a];
+    };
+    // Along a row places go one way, rounded or not: those within the grid follow each other.
+    int first = 0, last = static_cast<int>(row.size());
+    for (std::size_t a = 0; a < 3; ++a) {
+      const bool is_up = to_cells_.linear(static_cast<Eigen::Index>(a), 0) >= 0;
+      const auto before = [&](int i) { return is_up ? !(along(a, i) >= 0) : !(along(a, i) < cells[a]); };
+      const auto within = [&](int i) { return is_up ? along(a, i) < cells[a] : along(a, i) >= 0; };
+      first = first_without(first, last, before);
+      last = first_without(first, last, within);
+    }
+    if (body_.material_id.empty())
+      return std::fill(row.begin() + first, row.begin() + last, char{1});
+    for (int i = first; i < last; ++i)
+      if (body_.is_matter(body_.grid.cell(
+              {static_cast<int>(along(0, i)), static_cast<int>(along(1, i)), static_cast<int>(along(2, i))})))
+        row[static_cast<std::size_t>(i)] = 1;
+  }
+
 private:
+  /// The first number from `first` on that has not what those before it have; `last` where all have.
+  template<class Has>
+  static int first_without(int first, int last, const Has& has) {
+    while (first < last) {
+      const int middle = first + (last - first) / 2;
+      if (has(middle))
+        first = middle + 1;
+      else
+        last = middle;
+    }
+    return first;
+  }
+
   const Specimen& body_;
   Affine3 to_cells_;
 };

@@ -29,40 +29,59 @@ void check_grid(const Pull& pull, const Image& image) {
     throw std::invalid_argument("expected an image on the grid of the pull");
 }
 
-/// Linear between middles of voxels; the outermost half voxel has the value of the voxel.
-float linear(const float* values, const Index3& size, const Vector3d& at) {
-  std::array<std::size_t, 3> low{}, high{};
-  std::array<double, 3> part{};
-  bool is_between = true; // eight voxels, along every axis
-  for (std::size_t a = 0; a < 3; ++a) {
-    const double x = std::clamp(at[static_cast<Eigen::Index>(a)], 0.0, size[a] - 1.0);
-    low[a] = static_cast<std::size_t>(x);
-    high[a] = std::min(low[a] + 1, static_cast<std::size_t>(size[a]) - 1);
-    part[a] = x - static_cast<double>(low[a]);
-    is_between = is_between && part[a] > 0;
+/// A row of places among an image's voxels, and values there that are linear between the middles of voxels;
+/// the outermost half voxel has the value of the voxel.
+class RowOfPlaces {
+public:
+  explicit RowOfPlaces(const Index3& size)
+      : row_(static_cast<std::size_t>(size[0])), layer_(row_ * static_cast<std::size_t>(size[1])) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      last_[a] = size[a] - 1;
+      low_[a].resize(row_);
+      part_[a].resize(row_);
+    }
   }
-  const auto row = static_cast<std::size_t>(size[0]), layer = row * static_cast<std::size_t>(size[1]);
-  if (is_between) {
-    const float* const from = values + low[0] + low[1] * row + low[2] * layer;
-    const auto mean = [](double a, double b, double of) { return (1 - of) * a + of * b; };
-    const auto along_x = [&](const float* two) { return mean(double{two[0]}, double{two[1]}, part[0]); };
-    return static_cast<float>(mean(mean(along_x(from), along_x(from + row), part[1]),
-                                   mean(along_x(from + layer), along_x(from + layer + row), part[1]),
-                                   part[2]));
+  /// Places of a row, each so far along `axis`.
+  void put(std::size_t axis, const std::vector<double>& along) {
+    int* const low = low_[axis].data();
+    double* const part = part_[axis].data();
+    const double last = last_[axis];
+    for (std::size_t i = 0; i < row_; ++i) {
+      const double x = std::min(std::max(along[i], 0.0), last);
+      low[i] = static_cast<int>(x);
+      part[i] = x - low[i];
+    }
   }
-  const auto between = [&](std::size_t j, std::size_t k) {
-    const float* const begin = values + j * row + k * layer;
-    // Equal neighbours, infinities among them, keep their value.
-    return part[0] == 0 ? double{begin[low[0]]}
-                        : (1 - part[0]) * double{begin[low[0]]} + part[0] * double{begin[high[0]]};
-  };
-  const auto in_layer = [&](std::size_t k) {
-    return part[1] == 0 ? between(low[1], k)
-                        : (1 - part[1]) * between(low[1], k) + part[1] * between(high[1], k);
-  };
-  return static_cast<float>(part[2] == 0 ? in_layer(low[2])
-                                         : (1 - part[2]) * in_layer(low[2]) + part[2] * in_layer(high[2]));
-}
+  float linear(const float* values, std::size_t i) const {
+    const double x = part_[0][i], y = part_[1][i], z = part_[2][i];
+    const float* const from = values + static_cast<std::size_t>(low_[0][i]) +
+                              static_cast<std::size_t>(low_[1][i]) * row_ +
+                              static_cast<std::size_t>(low_[2][i]) * layer_;
+    // Equal neighbours, infinities among them, keep their value; beyond the last there is none.
+    const auto along_x = [&](const float* two) {
+      return x > 0 ? mean(double{two[0]}, double{two[1]}, x) : double{two[0]};
+    };
+    const auto along_y = [&](const float* four) {
+      return y > 0 ? mean(along_x(four), along_x(four + row_), y) : along_x(four);
+    };
+    if (x > 0 && y > 0 && z > 0)
+      return static_cast<float>(
+          mean(mean(mean(double{from[0]}, double{from[1]}, x),
+                    mean(double{from[row_]}, double{from[row_ + 1]}, x), y),
+               mean(mean(double{from[layer_]}, double{from[layer_ + 1]}, x),
+                    mean(double{from[layer_ + row_]}, double{from[layer_ + row_ + 1]}, x), y),
+               z));
+    return static_cast<float>(z > 0 ? mean(along_y(from), along_y(from + layer_), z) : along_y(from));
+  }
+
+private:
+  static double mean(double a, double b, double of) { return (1 - of) * a + of * b; }
+
+  std::size_t row_, layer_; ///< voxels of a row, of a layer
+  std::array<double, 3> last_{};
+  std::array<std::vector<int>, 3> low_;
+  std::array<std::vector<double>, 3> part_;
+};
 
 struct Sum {
   std::int64_t voxels = 0;
@@ -126,15 +145,26 @@ void count_folded(const ImageInfo& grid, const DeformedBody& body, const Image& 
 
 Image warped(const Pull& pull, const Image& image, float background) {
   check_grid(pull, image);
-  const auto n = static_cast<std::size_t>(pull.grid.n_voxels());
+  const Index3& size = pull.grid.size;
+  const auto n = static_cast<std::size_t>(pull.grid.n_voxels()), row = static_cast<std::size_t>(size[0]);
   Image out{image.info, std::vector<float>(image.values.size(), background)};
-  for_each_voxel(pull.grid, [&](std::size_t voxel, const Vector3d& at) {
-    if (pull.source[voxel] < 0)
-      return;
-    const Vector3d rest = at + Vector3d(pull.shift[voxel], pull.shift[n + voxel], pull.shift[2 * n + voxel]);
-    for (std::size_t c = 0; c < static_cast<std::size_t>(image.info.components); ++c)
-      out.values[c * n + voxel] = linear(image.values.data() + c * n, pull.grid.size, rest);
-  });
+  RowOfPlaces places(size);
+  std::vector<double> along(row);
+  std::size_t first = 0;
+  for (int k = 0; k < size[2]; ++k)
+    for (int j = 0; j < size[1]; ++j, first += row) {
+      for (std::size_t a = 0; a < 3; ++a) {
+        const float* const shift = pull.shift.data() + a * n + first;
+        const double step = a == 0 ? 1 : 0, begin = a == 0 ? 0 : a == 1 ? j : k;
+        for (std::size_t i = 0; i < row; ++i)
+          along[i] = begin + step * static_cast<double>(static_cast<int>(i)) + double{shift[i]};
+        places.put(a, along);
+      }
+      for (std::size_t from = first; from < image.values.size(); from += n)
+        for (std::size_t i = 0; i < row; ++i)
+          if (pull.source[first + i] >= 0)
+            out.values[from + i] = places.linear(image.values.data() + (from - first), i);
+    }
   return out;
 }
 

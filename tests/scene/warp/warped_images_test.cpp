@@ -211,7 +211,11 @@ TEST(ContinuationOracle, IsAKnownVoxelOfTheFewestSteps) {
   std::vector<bool> is_known(9 * 7 * 5);
   for (std::size_t i = 0; i < is_known.size(); ++i)
     is_known[i] = random() % 40 == 0;
-  const auto nearest = warping::nearest_known(size, is_known);
+  std::vector<std::int32_t> known(is_known.size(), -1);
+  for (std::size_t i = 0; i < is_known.size(); ++i)
+    if (is_known[i])
+      known[i] = static_cast<std::int32_t>(i);
+  const auto nearest = warping::nearest_known(size, known);
   const auto steps = [&](std::size_t a, std::size_t b) {
     const auto part = [](std::size_t v, std::size_t div, std::size_t mod) {
       return static_cast<int>(v / div % mod);
@@ -228,7 +232,28 @@ TEST(ContinuationOracle, IsAKnownVoxelOfTheFewestSteps) {
     EXPECT_TRUE(is_known[static_cast<std::size_t>(nearest[voxel])]);
     EXPECT_EQ(steps(voxel, static_cast<std::size_t>(nearest[voxel])), least);
   }
-  EXPECT_EQ(warping::nearest_known(size, std::vector<bool>(is_known.size(), false))[0], -1);
+  EXPECT_EQ(warping::nearest_known(size, std::vector<std::int32_t>(is_known.size(), -1))[0], -1);
+}
+
+/// Truth: of two voxels at the ends of a long row each has the half next to it.
+TEST(ContinuationAnalytic, LongWaysAreCountedToTheirEnd) {
+  for (const int n : {101, 16'401, 33'001}) {
+    const Index3 size{3, 2, n};
+    std::vector<std::int32_t> known(6 * static_cast<std::size_t>(n), -1);
+    const auto last = static_cast<std::int32_t>(known.size() - 1);
+    known.front() = 0;
+    known.back() = last;
+    const auto nearest = warping::nearest_known(size, known);
+    std::size_t voxel = 0;
+    for (int k = 0; k < n; ++k)
+      for (int j = 0; j < 2; ++j)
+        for (int i = 0; i < 3; ++i, ++voxel) {
+          const int to_first = i + j + k, to_last = 2 - i + 1 - j + n - 1 - k;
+          if (to_first == to_last)
+            continue;
+          ASSERT_EQ(nearest[voxel], to_first < to_last ? 0 : last) << i << " " << j << " " << k;
+        }
+  }
 }
 
 /// Truth: what was written, as our readers read it, whose numbers other tests hold against the formats.

@@ -47,7 +47,7 @@ struct Pull {
 ///
 /// Frames  a body's world and the image's may be RAS and LPS; where one of them does not say, they are the
 ///         same
-/// Cost    O(cells + voxels), about 0.2 and 0.1 us each; 16 bytes a voxel; same input, same bits
+/// Cost    O(cells + voxels), about 0.2 and 0.02 us each; 16 bytes a voxel; same input, same bits
 /// Source  Newton's method on the multilinear map of a hexahedron, as for isoparametric elements
 /// @throws std::invalid_argument  bodies that are not of three dimensions, or 2^31 voxels and more
 Pull pull_of(const ImageInfo& grid, std::span<const DeformedBody> bodies);
