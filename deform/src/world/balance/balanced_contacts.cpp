@@ -34,6 +34,8 @@ constexpr double nearer = 0.8;
 constexpr double too_far = 2, drag_step = 10, most_drag = 1e6;
 /// Of the largest: so little of a force is left out of a mean of rounds.
 constexpr double forgotten = 1e-12;
+/// A free object on which forces and moments leave no more than this of the sum of their sizes is in balance.
+constexpr double in_balance = 1e-6;
 /// Of the largest gap: a contact that would be no deeper than this does not press.
 constexpr double rounding = 1e-12;
 
@@ -382,6 +384,7 @@ void Balance::begin() {
   for (BalancedObject& one : objects_)
     if (one.flexibility)
       one.flexibility->forget_unused();
+  edges_.clear();
   length_ = drag_ = 1;
   rounds_ = 0;
 }
@@ -434,7 +437,27 @@ std::vector<Balance::Answered> Balance::answers() {
     one.pull = force.segment(row, static_cast<Eigen::Index>(one.pulled.size()));
     row += one.pull.size();
   }
+  let_rest(answers);
   return answers;
+}
+
+/// What is in balance stays where it is: where nothing keeps it from gliding, the least rest of a force would
+/// take it on and on.
+void Balance::let_rest(std::vector<Answered>& answers) const {
+  std::vector<double> felt(objects_.size(), 0); // sums of forces' sizes
+  for (const Touch& touch : touches_) {
+    const double force = touch.force + touch.rubbing.norm();
+    felt[static_cast<std::size_t>(touch.object)] += force;
+    if (touch.other >= 0)
+      felt[static_cast<std::size_t>(touch.other)] += force;
+  }
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    const BalancedObject& one = objects_[i];
+    Answered& answered = answers[i];
+    const double way = answered.shift.norm() + answered.turn.norm() * one.radius;
+    if (one.is_free() && one.stiffness * drag_ * way <= in_balance * felt[i])
+      answered.shift = answered.turn = Eigen::Vector3d::Zero();
+  }
 }
 
 double Balance::furthest(const std::vector<Answered>& answers) const {
@@ -463,6 +486,7 @@ double Balance::round() {
     for (const Touch& touch : touches_)
       if (touch.force > 0)
         grips_.try_emplace(key_of(touch), grip_at(touch));
+  find_edges();
   const bool goes_back = onwards(answers) < 0 && furthest > nearer * wanted_;
   wanted_ = furthest;
   const bool jumps = !goes_back && furthest > step_over_cell * cell_; // out of a state that could not last

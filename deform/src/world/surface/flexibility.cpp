@@ -62,9 +62,9 @@ Eigen::MatrixXd rigid_motions(const Specimen& body, const std::vector<std::int64
 
 namespace {
 
-/// Of bodies in three dimensions with more components than this a column by multigrid takes less time than one
-/// by the factor.
-constexpr std::int64_t most_factored = 15'000;
+/// Of bodies in three dimensions with more components than this a column by multigrid takes less time than the
+/// factor and one by it; where time passes all steps have the factor in common, and columns have to be exact.
+constexpr std::int64_t most_factored = 3'000, most_factored_with_inertia = 15'000;
 
 /// Residuals over forces: of columns, of whose sum contacts are the small part; of everything else, and of
 /// columns where momentum hangs on them.
@@ -308,7 +308,9 @@ Flexibility::Flexibility(const Scene& scene, const std::vector<std::int64_t>& fi
   for (const std::int64_t component : fixed)
     is_fixed_[static_cast<std::size_t>(component)] = 1;
   if (solver == StiffnessSolver::quickest)
-    solver = d == 3 && n_components() > most_factored ? StiffnessSolver::multigrid : StiffnessSolver::factor;
+    solver = d == 3 && n_components() > (inertia.size() > 0 ? most_factored_with_inertia : most_factored)
+                 ? StiffnessSolver::multigrid
+                 : StiffnessSolver::factor;
   if (solver == StiffnessSolver::multigrid)
     stiffness_ = std::make_unique<MultigridStiffness>(scene, std::move(nodes), is_fixed_, inertia, threads);
   else

@@ -28,7 +28,7 @@ public:
 
 /// Which way a body's stiffness is inverted.
 enum class StiffnessSolver {
-  quickest,  ///< the factor in two dimensions and for 5,000 nodes, else multigrid
+  quickest,  ///< the factor in two dimensions and for a thousand nodes, else multigrid
   factor,    ///< a sparse Cholesky factor: in two dimensions 0.1 s for 10^4 nodes, in three 10 s; then 5 ms a
              ///< column; some 6,000 numbers a node in three dimensions
   multigrid, ///< of `coupled`: in three dimensions

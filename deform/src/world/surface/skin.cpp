@@ -4,7 +4,9 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <limits>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -17,6 +19,10 @@ constexpr int near_steps = 2; ///< from cell to cell: no further is near
 constexpr double on_border = 1e-9;
 /// Two places as near as this beside the reach are one.
 constexpr double same_place = 1e-7;
+/// Faces at an angle less than that of this have a common normal where they meet: 40 degrees.
+constexpr double least_smooth_cosine = 0.766;
+/// A gap along that normal is no gap where the point is this part of its distance before the place.
+constexpr double least_part = 0.5;
 
 /// The place of a triangle that is nearest to a point, as weights of its corners.
 /// Source  Ericson, Real-Time Collision Detection (2005), 5.1.5
@@ -232,13 +238,14 @@ void NearFaces::find(const Skin& of_nodes, const Skin& of_faces, double reach) {
   }
 }
 
-std::vector<PlacedSkin::Near> PlacedSkin::near(const Eigen::Vector3d& point,
-                                               std::span<const std::int32_t> faces) const {
+std::vector<PlacedSkin::Near>
+PlacedSkin::near(const Eigen::Vector3d& point, std::span<const std::int32_t> faces,
+                 const std::function<bool(const Eigen::Vector3d&)>& may_press) const {
   std::vector<Closest> found;
   for (const std::int32_t face : faces)
     if (const Closest one = closest(face, point); one.distance <= reach_)
       found.push_back(one);
-  return nearest(point, found);
+  return nearest(point, found, may_press);
 }
 
 Eigen::Vector3d PlacedSkin::normal_of(std::int32_t number) const {
@@ -288,9 +295,38 @@ PlacedSkin::Closest PlacedSkin::closest(std::int32_t number, const Eigen::Vector
   return best;
 }
 
+PlacedSkin::Near PlacedSkin::at_plane(const Eigen::Vector3d& point, std::int32_t face) const {
+  const Closest one = closest(face, point);
+  Near near;
+  near.node = skin_.faces()[static_cast<std::size_t>(face)].node;
+  near.weight = one.weight;
+  near.face = face;
+  near.normal = normal_of(face);
+  near.gap = near.normal.dot(point - one.place);
+  return near;
+}
+
+/// At a place of a face, from those at its corners.
+Eigen::Vector3d PlacedSkin::smooth_normal(const Closest& one) const {
+  const Eigen::Vector3d own = normal_of(one.face);
+  const auto& nodes = skin_.faces()[static_cast<std::size_t>(one.face)].node;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    if (nodes[i] < 0 || one.weight[i] == 0)
+      continue;
+    Eigen::Vector3d at_corner = Eigen::Vector3d::Zero();
+    for (const std::int32_t face : skin_.faces_at(nodes[i]))
+      if (const Eigen::Vector3d normal = normal_of(face); normal.dot(own) > least_smooth_cosine)
+        at_corner += normal;
+    sum += one.weight[i] * at_corner.normalized();
+  }
+  return sum.normalized();
+}
+
 /// Of places on borders of faces those count that are the nearest of all faces about them.
-std::vector<PlacedSkin::Near> PlacedSkin::nearest(const Eigen::Vector3d& point,
-                                                  std::vector<Closest>& found) const {
+std::vector<PlacedSkin::Near>
+PlacedSkin::nearest(const Eigen::Vector3d& point, std::vector<Closest>& found,
+                    const std::function<bool(const Eigen::Vector3d&)>& may_press) const {
   std::vector<Near> list;
   if (found.empty())
     return list;
@@ -315,9 +351,8 @@ std::vector<PlacedSkin::Near> PlacedSkin::nearest(const Eigen::Vector3d& point,
   const Closest& first = found.front();
   const bool is_inside = outwards(first).dot(point - first.place) < 0;
   std::vector<Eigen::Vector3d> places;
+  std::optional<Near> inside; // that may not press, where none else does
   for (const Closest& one : found) {
-    if (is_inside && &one != &first)
-      break;
     bool counts = std::ranges::none_of(
         places, [&](const Eigen::Vector3d& known) { return (known - one.place).norm() < same; });
     if (!one.is_within)
@@ -335,8 +370,24 @@ std::vector<PlacedSkin::Near> PlacedSkin::nearest(const Eigen::Vector3d& point,
     near.face = one.face;
     near.gap = is_inside ? -one.distance : one.distance;
     near.normal = one.distance > same ? Eigen::Vector3d(off / near.gap) : outwards(one).normalized();
-    list.push_back(near);
+    const bool is_sharp = !one.is_within && std::ranges::any_of(found, [&](const Closest& other) {
+      return is_of_face(one, other.face) &&
+             normal_of(other.face).dot(normal_of(one.face)) <= least_smooth_cosine;
+    });
+    if (const Eigen::Vector3d smooth = smooth_normal(one);
+        !is_sharp && (one.distance <= same || std::abs(smooth.dot(off)) > least_part * one.distance)) {
+      near.normal = smooth;
+      near.gap = smooth.dot(off);
+    }
+    if (may_press(near.normal))
+      list.push_back(near);
+    else if (is_inside && !inside)
+      inside = near;
+    if (is_inside && !list.empty())
+      break;
   }
+  if (list.empty() && inside)
+    list.push_back(*inside);
   return list;
 }
 

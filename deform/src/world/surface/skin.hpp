@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -52,6 +53,13 @@ private:
 };
 
 /// A skin with its nodes at places in the world [m].
+///
+/// Normals go over from one face to the next where these are at less than 40 degrees to one another: a face's
+/// normal at a corner is the mean of those about it, and between corners it is interpolated. So a point that
+/// slides over creases of a surface that is bent meets no edge, and an edge of a box stays one.
+///
+/// Source  Phong 1975 (Comm. ACM 18), for shading; Puso and Laursen 2004 (Comput. Methods Appl. Mech. Eng. 193)
+///         for contact
 class PlacedSkin {
 public:
   PlacedSkin(const Skin& skin, std::span<const Eigen::Vector3d> places, double reach)
@@ -63,12 +71,22 @@ public:
     std::array<double, 4> weight{};                   ///< of the nodes at the place; they add up to 1
     std::int32_t face = 0;
     Eigen::Vector3d normal; ///< of length 1, from the matter to the point, or where that is inside, outwards
-    double gap = 0;         ///< from the place to the point along it [m]; less than 0 inside
+    double gap = 0;         ///< of the point before the place, along it [m]; less than 0 inside
   };
   /// Where the point is outside: every place within `reach` that no place beside it is nearer than. Where it
   /// is inside: the nearest place alone.
   /// @param faces  that count, in their order: all that are within reach may be among them
-  std::vector<Near> near(const Eigen::Vector3d& point, std::span<const std::int32_t> faces) const;
+  /// @param may_press  (direction of length 1 from the skin to the point) where it says no, a place does not
+  ///                   count, unless the point is inside and it says so of all
+  std::vector<Near> near(
+      const Eigen::Vector3d& point, std::span<const std::int32_t> faces,
+      const std::function<bool(const Eigen::Vector3d&)>& may_press = [](const Eigen::Vector3d&) {
+        return true;
+      }) const;
+  /// The place of one face that is nearest to a point, and the gap between the point and the face's plane.
+  Near at_plane(const Eigen::Vector3d& point, std::int32_t face) const;
+  /// Outwards, of length 1.
+  Eigen::Vector3d normal_of(std::int32_t face) const;
 
 private:
   struct Closest {
@@ -80,8 +98,9 @@ private:
   };
   const Eigen::Vector3d& at(std::int32_t node) const { return places_[static_cast<std::size_t>(node)]; }
   Closest closest(std::int32_t face, const Eigen::Vector3d& point) const;
-  Eigen::Vector3d normal_of(std::int32_t face) const;
-  std::vector<Near> nearest(const Eigen::Vector3d& point, std::vector<Closest>& found) const;
+  Eigen::Vector3d smooth_normal(const Closest& one) const;
+  std::vector<Near> nearest(const Eigen::Vector3d& point, std::vector<Closest>& found,
+                            const std::function<bool(const Eigen::Vector3d&)>& may_press) const;
 
   const Skin& skin_;
   std::span<const Eigen::Vector3d> places_;
