@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <random>
 #include <string>
@@ -175,6 +176,98 @@ material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
     EXPECT_GE(at[0], 2) << "from the C's back it is two steps to the other side";
   }
   EXPECT_EQ(n_near, 10); // x = 2 to 6 on both sides
+}
+
+/// The skin of a plate of cells in a row along x, its upper side bent over a cylinder.
+struct BentPlate {
+  static constexpr int n = 12;
+  static constexpr double radius = 6, angle = 10 * std::numbers::pi / 180; ///< of a face
+  Skin of{elastic_object("plate", {n, 2, 1}, {}).scene.specimen};
+  std::vector<Eigen::Vector3d> places;
+
+  BentPlate() {
+    const Grid grid = elastic_object("plate", {n, 2, 1}, {}).scene.specimen.grid;
+    for (std::int32_t node = 0; node < of.n_nodes(); ++node) {
+      const Index3 at = grid.node_at(of.node(node));
+      const double turn = (at[0] - 0.5 * n) * angle, from_axis = at[2] == 1 ? radius : radius - 1;
+      places.emplace_back(from_axis * std::sin(turn), at[1], from_axis * std::cos(turn));
+    }
+  }
+};
+
+// Analytic: a cylinder's normals are radial; those of its 12 faces are 5 degrees off where they meet, and go
+// over into one another. Contract: at the ends of the plate its edges stay edges.
+TEST(PlacedSkinAnalytic, NormalsGoOverFromFaceToFace) {
+  const BentPlate plate;
+  const PlacedSkin placed(plate.of, plate.places, 0.5);
+  std::vector<std::int32_t> all(plate.of.faces().size());
+  std::iota(all.begin(), all.end(), 0);
+  double worst = 0, before = 0;
+  bool is_first = true;
+  for (double turn = -0.8; turn < 0.8; turn += 0.01) { // the last face on each side knows no face beyond it
+    const Eigen::Vector3d radial(std::sin(turn), 0, std::cos(turn));
+    const auto near = placed.near(Eigen::Vector3d(0, 1, 0) + (BentPlate::radius + 0.05) * radial, all);
+    ASSERT_EQ(near.size(), 1) << turn;
+    worst = std::max(worst, std::acos(std::min(1.0, near[0].normal.dot(radial))));
+    const double along = std::atan2(near[0].normal[0], near[0].normal[2]);
+    if (!is_first) {
+      EXPECT_GT(along, before) << turn; // without a leap
+      EXPECT_LT(along - before, 0.02) << turn;
+    }
+    before = along;
+    is_first = false;
+    EXPECT_NEAR(near[0].gap, 0.05 + BentPlate::radius * (1 - std::cos(0.5 * BentPlate::angle)) / 2,
+                BentPlate::radius * (1 - std::cos(0.5 * BentPlate::angle)) / 2 + 1e-3);
+  }
+  EXPECT_LT(worst, 0.01); // of 5 degrees, which are 0.087
+  const Eigen::Vector3d end = plate.places[static_cast<std::size_t>(plate.of.faces()[0].node[0])];
+  for (const auto& near : placed.near(end + Eigen::Vector3d(0, -0.2, 0), all))
+    EXPECT_NEAR(near.normal[1], -1, 1e-9); // beside the plate, before its flat side
+}
+
+// Contract: a point beside an edge is pushed aside by it, but not what lies in a plane that the edge slides
+// along.
+TEST(PlacedSkinContract, WhatMayNotPressDoesNotCount) {
+  const Skin skin_of_box(elastic_object("box", {2, 2, 2}, {}).scene.specimen);
+  std::vector<Eigen::Vector3d> places;
+  const Grid grid = elastic_object("box", {2, 2, 2}, {}).scene.specimen.grid;
+  for (std::int32_t node = 0; node < skin_of_box.n_nodes(); ++node) {
+    const Index3 at = grid.node_at(skin_of_box.node(node));
+    places.emplace_back(at[0], at[1], at[2]);
+  }
+  const PlacedSkin box(skin_of_box, places, 0.5);
+  std::vector<std::int32_t> all(skin_of_box.faces().size());
+  std::iota(all.begin(), all.end(), 0);
+  const Eigen::Vector3d beside(2.2, 0.5, -1e-4); // a node of the floor, before the box's lower edge
+  ASSERT_EQ(box.near(beside, all).size(), 1);
+  EXPECT_GT(box.near(beside, all)[0].normal[0], 0.9);
+  const auto upwards = [](const Eigen::Vector3d& direction) { return direction[2] < -0.5; };
+  EXPECT_TRUE(box.near(beside, all, upwards).empty());
+  // Within the box, nearest to its side: it is put out below.
+  const auto within = box.near({1.95, 0.5, 0.1}, all, upwards);
+  ASSERT_EQ(within.size(), 1);
+  EXPECT_NEAR(within[0].normal[2], -1, 1e-12);
+  EXPECT_NEAR(within[0].gap, -0.1, 1e-12);
+}
+
+// Analytic: a free bar (nu = 0) of 1,573 nodes, which multigrid carries, between two plates: E A strain, and it
+// neither glides nor turns, though nothing keeps it from that.
+TEST(BalanceAnalytic, AFreeBarBetweenPlatesIsPressed) {
+  WorldScene scene = surfaces({20, 20, 22});
+  scene.objects = {bar("bar", {10, 10, 12}, {5.2, 5.3, 2.1}, 1e4),
+                   box_object("floor", ObjectKind::fixed, {16, 16, 1}, {2, 2, 1}),
+                   box_object("plate", ObjectKind::rigid, {16, 16, 1}, {2, 2, 14.2})};
+  World world(scene);
+  for (int frame = 1; frame <= 4; ++frame) {
+    const Drive drive = drive_of(2, {0, 0, -0.3});
+    const FrameResult result = world.advance({&drive, 1});
+    ASSERT_EQ(result.status, Status::done) << "frame " << frame << ": " << result.message;
+    const double pressed = 0.3 * frame - 0.2 + 2 * skin, force = 1e4 * 100 * pressed / 12;
+    EXPECT_NEAR(result.drives[0].force[2], -force, 1e-3 * force) << "frame " << frame;
+    EXPECT_NEAR((force_on(result, 0, 1) + force_on(result, 0, 2)).norm(), 0, 1e-3 * force);
+  }
+  EXPECT_NEAR(world.position(0, 0)[0], 5.2, 0.05); // it has gone nowhere
+  EXPECT_NEAR(world.position(0, 0)[1], 5.3, 0.05);
 }
 
 // Oracle: `coupled`, which is given the displacement of one node and finds the force.

@@ -37,6 +37,8 @@ struct BalancedObject {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero(); ///< of its skin, or its centre of mass, in the world [m]
   double radius = 0;                                ///< about the middle [m]
   double stiffness = 0;       ///< with which it is kept where it is to be: little where it is free [N/m]
+  double felt = 0;            ///< sum of the sizes of its contacts' forces [N]
+  double kept_by = 0;         ///< what is free is kept where a round begins by this, or more [N/m]
   std::optional<Pose> target; ///< of what a hand has, or where it would fly to
   /// Where time passes, of a rigid object that is free: its centre of mass in its frame [m], and its mass and
   /// inertia about that over the square of a step, of shifts and then turns.
@@ -54,8 +56,9 @@ struct BalancedObject {
   /// [N].
   Eigen::VectorXd inertia, carried;
   Eigen::VectorXd way; ///< that the last round asked for [m]
-  Eigen::Matrix<double, 6, 1> way_as_a_whole =
-      Eigen::Matrix<double, 6, 1>::Zero(); ///< likewise, turns by radius
+  /// Likewise, turns by radius; and before what rests was told to.
+  Eigen::Matrix<double, 6, 1> way_as_a_whole = Eigen::Matrix<double, 6, 1>::Zero(),
+                              asked_as_a_whole = Eigen::Matrix<double, 6, 1>::Zero();
   Eigen::VectorXd pull; ///< with which they are kept, along the axes of the frame that it had at first [N]
 
   bool is_body() const { return kind == ObjectKind::deformable; }
@@ -170,7 +173,8 @@ private:
   void grip();
   /// What all touches ask for, and with which forces.
   std::vector<Answered> answers();
-  void let_rest(std::vector<Answered>& answers) const;
+  void keep_free();
+  void let_rest(std::vector<Answered>& answers);
   /// How far anything would go [m].
   double furthest(const std::vector<Answered>& answers) const;
   double onwards(const std::vector<Answered>& answers);

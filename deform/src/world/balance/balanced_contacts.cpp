@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <Eigen/SparseCore>
 
 #include <algorithm>
 #include <cmath>
@@ -34,8 +35,11 @@ constexpr double nearer = 0.8;
 constexpr double too_far = 2, drag_step = 10, most_drag = 1e6;
 /// Of the largest: so little of a force is left out of a mean of rounds.
 constexpr double forgotten = 1e-12;
-/// A free object on which forces and moments leave no more than this of the sum of their sizes is in balance.
-constexpr double in_balance = 1e-6;
+/// What keeps a free object where a round begins: of its contacts' forces, over a cell.
+constexpr double drag_of_forces = 1e-3;
+/// A free object on which forces and moments leave no more than this of the sum of their sizes is in balance, if
+/// it would go no further than so many cells, and as it went in the round before but for this part.
+constexpr double in_balance = 1e-5, rest_over_cell = 0.1, steady = 0.1;
 /// Of the largest gap: a contact that would be no deeper than this does not press.
 constexpr double rounding = 1e-12;
 
@@ -207,7 +211,7 @@ namespace {
 /// The components that are pushed, and by how much for 1 N of each contact.
 struct Components {
   std::vector<std::int64_t> list;
-  Eigen::MatrixXd pushes; ///< contacts x components
+  Eigen::SparseMatrix<double, Eigen::RowMajor> pushes; ///< own contacts x components
 };
 
 } // namespace
@@ -224,14 +228,24 @@ void Balance::add_compliance_of_body(int number, Program& program) {
   const auto same = std::ranges::unique(components.list);
   components.list.erase(same.begin(), same.end());
   const auto n = static_cast<Eigen::Index>(components.list.size());
-  components.pushes = Eigen::MatrixXd::Zero(program.gap.size(), n);
+  std::vector<Eigen::Index> rows; // contacts that do not concern the body have none
+  for (const Push& push : pushes)
+    rows.push_back(push.row);
+  std::ranges::sort(rows);
+  const auto again = std::ranges::unique(rows);
+  rows.erase(again.begin(), again.end());
+  std::vector<Eigen::Triplet<double>> entries;
   for (const Push& push : pushes) {
     const Eigen::Vector3d force = one.pose.rotation.transpose() * push.force;
+    const auto row = std::ranges::lower_bound(rows, Eigen::Index{push.row}) - rows.begin();
     for (int b = 0; b < d; ++b) {
       const auto place = std::ranges::lower_bound(components.list, push.first_component + b);
-      components.pushes(push.row, place - components.list.begin()) += force[b];
+      entries.emplace_back(static_cast<int>(row), static_cast<int>(place - components.list.begin()),
+                           force[b]);
     }
   }
+  components.pushes.resize(static_cast<Eigen::Index>(rows.size()), n);
+  components.pushes.setFromTriplets(entries.begin(), entries.end());
   Eigen::MatrixXd compliance(n, n);
   Eigen::VectorXd missing(n); // of what it would be without contacts
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -240,16 +254,10 @@ void Balance::add_compliance_of_body(int number, Program& program) {
     missing[i] = one.unloaded[component] - one.displacement[component];
   }
   compliance = 0.5 * (compliance + compliance.transpose()).eval();
-  // Contacts that do not concern the body have no rows.
-  std::vector<Eigen::Index> rows;
-  for (const Push& push : pushes)
-    rows.push_back(push.row);
-  std::ranges::sort(rows);
-  const auto again = std::ranges::unique(rows);
-  rows.erase(again.begin(), again.end());
-  const Eigen::MatrixXd own = components.pushes(rows, Eigen::all);
-  program.compliance(rows, rows) += own * compliance * own.transpose();
-  program.gap(rows) += own * missing;
+  const Eigen::MatrixXd half = components.pushes * compliance; // rows x components
+  const Eigen::MatrixXd given_way = components.pushes * half.transpose();
+  program.compliance(rows, rows) += given_way;
+  program.gap(rows) += components.pushes * missing;
 }
 
 namespace {
@@ -283,7 +291,7 @@ Eigen::Matrix<double, 6, 6> compliance_of(const BalancedObject& one, double drag
   if (one.inertia_as_a_whole)
     return one.inertia_as_a_whole->inverse();
   Eigen::Matrix<double, 6, 1> diagonal;
-  const double stiffness = one.stiffness * (one.is_free() ? drag : 1);
+  const double stiffness = one.is_free() ? one.kept_by * drag : one.stiffness;
   diagonal.head<3>().setConstant(1 / stiffness);
   diagonal.tail<3>().setConstant(1 / (stiffness * one.radius * one.radius));
   return diagonal.asDiagonal();
@@ -437,26 +445,37 @@ std::vector<Balance::Answered> Balance::answers() {
     one.pull = force.segment(row, static_cast<Eigen::Index>(one.pulled.size()));
     row += one.pull.size();
   }
-  let_rest(answers);
   return answers;
 }
 
-/// What is in balance stays where it is: where nothing keeps it from gliding, the least rest of a force would
-/// take it on and on.
-void Balance::let_rest(std::vector<Answered>& answers) const {
-  std::vector<double> felt(objects_.size(), 0); // sums of forces' sizes
+/// By what is free is kept where a round begins: by ever so little, but not by less than what faces lean makes of
+/// its contacts' forces.
+void Balance::keep_free() {
+  for (BalancedObject& one : objects_)
+    one.felt = 0;
   for (const Touch& touch : touches_) {
     const double force = touch.force + touch.rubbing.norm();
-    felt[static_cast<std::size_t>(touch.object)] += force;
+    object(touch.object).felt += force;
     if (touch.other >= 0)
-      felt[static_cast<std::size_t>(touch.other)] += force;
+      object(touch.other).felt += force;
   }
+  for (BalancedObject& one : objects_)
+    one.kept_by = std::max(one.stiffness, drag_of_forces * one.felt / cell_);
+}
+
+/// A free object that goes the same way round after round, by forces that are next to nothing, glides where
+/// nothing keeps it: it is in balance, and stays where it is.
+void Balance::let_rest(std::vector<Answered>& answers) {
   for (std::size_t i = 0; i < objects_.size(); ++i) {
-    const BalancedObject& one = objects_[i];
-    Answered& answered = answers[i];
-    const double way = answered.shift.norm() + answered.turn.norm() * one.radius;
-    if (one.is_free() && one.stiffness * drag_ * way <= in_balance * felt[i])
-      answered.shift = answered.turn = Eigen::Vector3d::Zero();
+    BalancedObject& one = objects_[i];
+    if (!one.is_free())
+      continue;
+    Eigen::Matrix<double, 6, 1> way;
+    way << answers[i].shift, one.radius * answers[i].turn;
+    const double steadily = (way - std::exchange(one.asked_as_a_whole, way)).norm();
+    if (rounds_ > 1 && steadily < steady * way.norm() && way.norm() < rest_over_cell * cell_ &&
+        one.kept_by * drag_ * way.norm() < in_balance * one.felt)
+      answers[i].shift = answers[i].turn = Eigen::Vector3d::Zero();
   }
 }
 
@@ -474,7 +493,9 @@ double Balance::furthest(const std::vector<Answered>& answers) const {
 
 double Balance::round() {
   find_touches();
+  keep_free();
   std::vector<Answered> answers = this->answers();
+  let_rest(answers);
   double furthest = this->furthest(answers);
   const bool has_free = std::ranges::any_of(objects_, &BalancedObject::is_free);
   for (; has_free && furthest > too_far * step_over_cell * cell_ && drag_ < most_drag;

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 namespace maille::deform {
@@ -23,10 +24,69 @@ Eigen::VectorXd forces_of(const Eigen::MatrixXd& compliance, const Eigen::Vector
   if (!set.empty()) {
     const Eigen::MatrixXd of_set = compliance(set, set);
     const Eigen::VectorXd missing = -gap0(set);
-    const Eigen::VectorXd found = of_set.ldlt().solve(missing);
+    const Eigen::LLT<Eigen::MatrixXd> factor(of_set); // quicker, and where rounding has its way the other
+    const Eigen::VectorXd found = factor.info() == Eigen::Success
+                                      ? Eigen::VectorXd(factor.solve(missing))
+                                      : Eigen::VectorXd(of_set.ldlt().solve(missing));
     force(set) = found;
   }
   return force;
+}
+
+/// The same by an interior point: for contacts of which several say the same, where sets come and go for long.
+/// Source  Mehrotra 1992 (SIAM J. Optim. 2)
+Eigen::VectorXd forces_by_interior_point(const Eigen::MatrixXd& compliance, const Eigen::VectorXd& gap0,
+                                         const std::vector<char>& may_pull) {
+  constexpr int most_steps = 80;
+  constexpr double most_of_the_way = 0.995, closed = 1e-11;
+  const Eigen::Index n = gap0.size();
+  Eigen::ArrayXd presses(n); // 1, or 0 where a force may pull
+  for (Eigen::Index i = 0; i < n; ++i)
+    presses[i] = may_pull[static_cast<std::size_t>(i)] == 0 ? 1 : 0;
+  const double n_press = std::max(1.0, presses.sum()), length = gap0.cwiseAbs().maxCoeff();
+  const double size = length / compliance.diagonal().mean(); // of a force [N]
+  if (!(length > 0))
+    return Eigen::VectorXd::Zero(n);
+  Eigen::ArrayXd force = presses * size, gap = presses * length;
+  const auto along = [&](const Eigen::ArrayXd& from, const Eigen::ArrayXd& way) {
+    double part = 1;
+    for (Eigen::Index i = 0; i < n; ++i)
+      if (presses[i] > 0 && way[i] < 0)
+        part = std::min(part, -from[i] / way[i]);
+    return part;
+  };
+  for (int step = 0; step < most_steps; ++step) {
+    const Eigen::ArrayXd left = (compliance * force.matrix() + gap0).array() - gap;
+    const double mean = (force * gap).sum() / n_press;
+    if (mean <= closed * size * length && left.abs().maxCoeff() <= closed * length)
+      break;
+    Eigen::MatrixXd matrix = compliance;
+    const Eigen::ArrayXd safe = force + (1 - presses); // not to divide by 0
+    matrix.diagonal().array() += presses * gap / safe;
+    const Eigen::LLT<Eigen::MatrixXd> factor(matrix);
+    if (factor.info() != Eigen::Success)
+      break; // as far as rounding lets it
+    const auto way_of_force = [&](const Eigen::ArrayXd& target) -> Eigen::ArrayXd {
+      return factor.solve((-left + presses * (target / safe - gap)).matrix()).array();
+    };
+    const auto way_of_gap = [&](const Eigen::ArrayXd& target,
+                                const Eigen::ArrayXd& of_force) -> Eigen::ArrayXd {
+      return presses * ((target - gap * of_force) / safe - gap);
+    };
+    const Eigen::ArrayXd zero = Eigen::ArrayXd::Zero(n), force_first = way_of_force(zero),
+                         gap_first = way_of_gap(zero, force_first);
+    const double far = std::min(along(force, force_first), along(gap, gap_first)),
+                 mean_there = ((force + far * force_first) * (gap + far * gap_first)).sum() / n_press,
+                 centring = std::pow(std::max(0.0, mean_there / mean), 3);
+    const Eigen::ArrayXd target = presses * (centring * mean) - force_first * gap_first;
+    const Eigen::ArrayXd force_way = way_of_force(target), gap_way = way_of_gap(target, force_way);
+    force += std::min(1.0, most_of_the_way * along(force, force_way)) * force_way;
+    gap += std::min(1.0, most_of_the_way * along(gap, gap_way)) * gap_way;
+  }
+  for (Eigen::Index i = 0; i < n; ++i)
+    if (presses[i] > 0 && force[i] * length < gap[i] * size)
+      force[i] = 0;
+  return force.matrix();
 }
 
 } // namespace
@@ -59,7 +119,10 @@ Eigen::VectorXd contact_forces(const Eigen::MatrixXd& compliance, const Eigen::V
       fewest = wrong.size();
       left = patience;
     } else if (--left <= 0) {
-      wrong = {wrong.back()}; // by the rule of Murty this ends
+      force = forces_by_interior_point(compliance, gap0, may_pull);
+      for (std::size_t i = 0; i < n; ++i)
+        active[i] = may_pull[i] != 0 || force[static_cast<Eigen::Index>(i)] > 0;
+      break;
     }
     for (const std::size_t i : wrong)
       active[i] = active[i] == 0;

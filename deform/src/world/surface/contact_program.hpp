@@ -12,9 +12,11 @@ namespace maille::deform {
 ///
 /// An active set: forces of which nothing is asked are 0, the others follow from a Cholesky factor; those
 /// that come to pull leave it, and contacts whose gap would be less than 0 come in, all at once as long as
-/// fewer and fewer are wrong, else one by one.
+/// fewer and fewer are wrong. Where they are not, as where faces lie on faces and many contacts say the same,
+/// by an interior point, to 1e-11 of the product of largest force and gap.
 ///
-/// Source  Portugal, Judice and Vicente 1994 (Math. Comp. 63), block principal pivoting
+/// Source  Portugal, Judice and Vicente 1994 (Math. Comp. 63), block principal pivoting; Mehrotra 1992 (SIAM
+///         J. Optim. 2), interior points
 /// @param compliance symmetric, positive definite [m/N] @param gap0 [m]
 /// @param may_pull by contact @param active where to begin; then the active set
 /// @return forces [N]; what was found last where 200 sets were not enough

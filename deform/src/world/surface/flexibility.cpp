@@ -68,7 +68,7 @@ constexpr std::int64_t most_factored = 3'000, most_factored_with_inertia = 15'00
 
 /// Residuals over forces: of columns, of whose sum contacts are the small part; of everything else, and of
 /// columns where momentum hangs on them.
-constexpr double of_columns = 1e-4, of_all = 1e-9;
+constexpr double of_columns = 1e-8, of_all = 1e-9;
 /// By how much one round of float32 lowers it, and from when on rounding stands in its way.
 constexpr double reduction = 1e-5, no_better = 0.3;
 constexpr std::int64_t most_column_bytes = std::int64_t{1} << 30;
