@@ -225,31 +225,6 @@ TEST(PlacedSkinAnalytic, NormalsGoOverFromFaceToFace) {
     EXPECT_NEAR(near.normal[1], -1, 1e-9); // beside the plate, before its flat side
 }
 
-// Contract: a point beside an edge is pushed aside by it, but not what lies in a plane that the edge slides
-// along.
-TEST(PlacedSkinContract, WhatMayNotPressDoesNotCount) {
-  const Skin skin_of_box(elastic_object("box", {2, 2, 2}, {}).scene.specimen);
-  std::vector<Eigen::Vector3d> places;
-  const Grid grid = elastic_object("box", {2, 2, 2}, {}).scene.specimen.grid;
-  for (std::int32_t node = 0; node < skin_of_box.n_nodes(); ++node) {
-    const Index3 at = grid.node_at(skin_of_box.node(node));
-    places.emplace_back(at[0], at[1], at[2]);
-  }
-  const PlacedSkin box(skin_of_box, places, 0.5);
-  std::vector<std::int32_t> all(skin_of_box.faces().size());
-  std::iota(all.begin(), all.end(), 0);
-  const Eigen::Vector3d beside(2.2, 0.5, -1e-4); // a node of the floor, before the box's lower edge
-  ASSERT_EQ(box.near(beside, all).size(), 1);
-  EXPECT_GT(box.near(beside, all)[0].normal[0], 0.9);
-  const auto upwards = [](const Eigen::Vector3d& direction) { return direction[2] < -0.5; };
-  EXPECT_TRUE(box.near(beside, all, upwards).empty());
-  // Within the box, nearest to its side: it is put out below.
-  const auto within = box.near({1.95, 0.5, 0.1}, all, upwards);
-  ASSERT_EQ(within.size(), 1);
-  EXPECT_NEAR(within[0].normal[2], -1, 1e-12);
-  EXPECT_NEAR(within[0].gap, -0.1, 1e-12);
-}
-
 // Analytic: a free bar (nu = 0) of 1,573 nodes, which multigrid carries, between two plates: E A strain, and it
 // neither glides nor turns, though nothing keeps it from that.
 TEST(BalanceAnalytic, AFreeBarBetweenPlatesIsPressed) {

@@ -75,7 +75,6 @@ struct Touch {
   std::int32_t node = 0;                             ///< of the object's skin
   std::array<std::int32_t, 4> nodes{-1, -1, -1, -1}; ///< of the other's
   std::array<double, 4> weights{};
-  std::int32_t face = -1;                            ///< of the other's skin
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< from the other to the node
   double gap = 0;                                    ///< [m]
   double force = 0;                                  ///< along the normal, on the node [N]
@@ -150,14 +149,6 @@ private:
   };
   using Key = std::tuple<int, int, std::int32_t>; ///< object, other, node
   static Key key_of(const Touch& touch) { return {touch.object, touch.other, touch.node}; }
-  /// Faces between which a node goes to and fro from round to round: it lies on their edge, and none of them is
-  /// to be passed.
-  struct Edge {
-    std::vector<std::int32_t> faces; ///< that it has pressed on, the last one last
-    int returns = 0;                 ///< to one that it had left
-  };
-  bool add_edge_touches(const Key& key, const PlacedSkin& skin);
-  void find_edges();
   Grip grip_at(const Touch& touch) const;
   Eigen::Vector3d place_of(const Touch& touch, const Grip& grip) const;
   void push_apart(const Touch& touch, const Eigen::Vector3d& along, int row, Program& program) const;
@@ -194,7 +185,6 @@ private:
   double wanted_ = 0; ///< how far anything wanted to go in the last round [m]
   int rounds_ = 0;    ///< since a step of the hand began
   std::map<Key, Grip> grips_;
-  std::map<Key, Edge> edges_; ///< of nodes that have pressed in this step of the hand
 };
 
 } // namespace maille::deform

@@ -392,7 +392,6 @@ void Balance::begin() {
   for (BalancedObject& one : objects_)
     if (one.flexibility)
       one.flexibility->forget_unused();
-  edges_.clear();
   length_ = drag_ = 1;
   rounds_ = 0;
 }
@@ -507,7 +506,6 @@ double Balance::round() {
     for (const Touch& touch : touches_)
       if (touch.force > 0)
         grips_.try_emplace(key_of(touch), grip_at(touch));
-  find_edges();
   const bool goes_back = onwards(answers) < 0 && furthest > nearer * wanted_;
   wanted_ = furthest;
   const bool jumps = !goes_back && furthest > step_over_cell * cell_; // out of a state that could not last

@@ -3,7 +3,6 @@
 #include "world/balance/balance.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <tuple>
 #include <vector>
@@ -15,25 +14,6 @@ namespace {
 constexpr double reach_over_cell = 0.5; ///< what is nearer than this is looked at
 /// That skins may move before it is looked anew what may come near.
 constexpr double margin_over_cell = 0.5;
-/// A node presses along the normal of one of its faces, give or take 60 degrees: all directions from a corner
-/// of a cell are as near to one. Of a plane a node does not press aside, against an edge that slides over it.
-constexpr double least_cosine = 0.5;
-
-/// So often a node has come back to a face that it had left before it counts as one on an edge; and so far off
-/// the plane of one of its faces it is not there any more.
-constexpr int returns_to_edge = 2;
-constexpr double off_edge_over_cell = 0.1;
-
-Touch touch_of(const std::tuple<int, int, std::int32_t>& key, const PlacedSkin::Near& near) {
-  Touch touch;
-  std::tie(touch.object, touch.other, touch.node) = key;
-  touch.nodes = near.node;
-  touch.weights = near.weight;
-  touch.face = near.face;
-  touch.normal = near.normal;
-  touch.gap = near.gap;
-  return touch;
-}
 
 } // namespace
 
@@ -75,59 +55,20 @@ void Balance::add_touches(int object, int other) {
   const double reach = reach_over_cell * cell_;
   NearFaces& near_faces = near_faces_[{object, other}];
   near_faces.update(one.skin, one.at, two.skin, two.at, reach, margin_over_cell * cell_);
-  const PlacedSkin skin(two.skin, two.at, reach), own(one.skin, one.at, reach);
-  for (const NearFaces::OfNode& of_node : near_faces.nodes()) {
-    if (add_edge_touches({object, other, of_node.node}, skin))
-      continue;
-    const auto faces_other = [&](const Eigen::Vector3d& direction) {
-      return std::ranges::any_of(one.skin.faces_at(of_node.node), [&](std::int32_t face) {
-        return own.normal_of(face).dot(direction) < -least_cosine;
-      });
-    };
+  const PlacedSkin skin(two.skin, two.at, reach);
+  for (const NearFaces::OfNode& of_node : near_faces.nodes())
     for (const PlacedSkin::Near& near :
-         skin.near(one.at[static_cast<std::size_t>(of_node.node)], near_faces.faces(of_node), faces_other))
-      touches_.push_back(touch_of({object, other, of_node.node}, near));
-  }
-}
-
-/// @return whether the node lies on an edge: then there is nothing else near it that counts
-bool Balance::add_edge_touches(const Key& key, const PlacedSkin& skin) {
-  const auto edge = edges_.find(key);
-  if (edge == edges_.end() || edge->second.returns < returns_to_edge)
-    return false;
-  const auto& [object, other, node] = key;
-  const Eigen::Vector3d& point =
-      objects_[static_cast<std::size_t>(object)].at[static_cast<std::size_t>(node)];
-  std::vector<PlacedSkin::Near> planes;
-  for (const std::int32_t face : edge->second.faces)
-    planes.push_back(skin.at_plane(point, face));
-  const auto is_off = [&](const PlacedSkin::Near& near) {
-    return std::abs(near.gap) > off_edge_over_cell * cell_;
-  };
-  if (std::ranges::any_of(planes, is_off)) { // it has come away from there
-    edges_.erase(edge);
-    return false;
-  }
-  for (const PlacedSkin::Near& near : planes)
-    touches_.push_back(touch_of(key, near));
-  return true;
-}
-
-/// Which faces nodes press on, now that forces are known.
-void Balance::find_edges() {
-  for (const Touch& touch : touches_) {
-    if (!(touch.force > 0) || touch.other < 0)
-      continue;
-    Edge& edge = edges_[key_of(touch)];
-    if (edge.returns >= returns_to_edge || (!edge.faces.empty() && edge.faces.back() == touch.face))
-      continue;
-    const auto known = std::ranges::find(edge.faces, touch.face);
-    if (known != edge.faces.end()) {
-      ++edge.returns;
-      edge.faces.erase(known);
+         skin.near(one.at[static_cast<std::size_t>(of_node.node)], near_faces.faces(of_node))) {
+      Touch touch;
+      touch.object = object;
+      touch.other = other;
+      touch.node = of_node.node;
+      touch.nodes = near.node;
+      touch.weights = near.weight;
+      touch.normal = near.normal;
+      touch.gap = near.gap;
+      touches_.push_back(touch);
     }
-    edge.faces.push_back(touch.face);
-  }
 }
 
 void Balance::add_borders(int object) {

@@ -4,9 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <functional>
 #include <limits>
-#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -238,14 +236,13 @@ void NearFaces::find(const Skin& of_nodes, const Skin& of_faces, double reach) {
   }
 }
 
-std::vector<PlacedSkin::Near>
-PlacedSkin::near(const Eigen::Vector3d& point, std::span<const std::int32_t> faces,
-                 const std::function<bool(const Eigen::Vector3d&)>& may_press) const {
+std::vector<PlacedSkin::Near> PlacedSkin::near(const Eigen::Vector3d& point,
+                                               std::span<const std::int32_t> faces) const {
   std::vector<Closest> found;
   for (const std::int32_t face : faces)
     if (const Closest one = closest(face, point); one.distance <= reach_)
       found.push_back(one);
-  return nearest(point, found, may_press);
+  return nearest(point, found);
 }
 
 Eigen::Vector3d PlacedSkin::normal_of(std::int32_t number) const {
@@ -295,17 +292,6 @@ PlacedSkin::Closest PlacedSkin::closest(std::int32_t number, const Eigen::Vector
   return best;
 }
 
-PlacedSkin::Near PlacedSkin::at_plane(const Eigen::Vector3d& point, std::int32_t face) const {
-  const Closest one = closest(face, point);
-  Near near;
-  near.node = skin_.faces()[static_cast<std::size_t>(face)].node;
-  near.weight = one.weight;
-  near.face = face;
-  near.normal = normal_of(face);
-  near.gap = near.normal.dot(point - one.place);
-  return near;
-}
-
 /// At a place of a face, from those at its corners.
 Eigen::Vector3d PlacedSkin::smooth_normal(const Closest& one) const {
   const Eigen::Vector3d own = normal_of(one.face);
@@ -324,9 +310,8 @@ Eigen::Vector3d PlacedSkin::smooth_normal(const Closest& one) const {
 }
 
 /// Of places on borders of faces those count that are the nearest of all faces about them.
-std::vector<PlacedSkin::Near>
-PlacedSkin::nearest(const Eigen::Vector3d& point, std::vector<Closest>& found,
-                    const std::function<bool(const Eigen::Vector3d&)>& may_press) const {
+std::vector<PlacedSkin::Near> PlacedSkin::nearest(const Eigen::Vector3d& point,
+                                                  std::vector<Closest>& found) const {
   std::vector<Near> list;
   if (found.empty())
     return list;
@@ -351,8 +336,9 @@ PlacedSkin::nearest(const Eigen::Vector3d& point, std::vector<Closest>& found,
   const Closest& first = found.front();
   const bool is_inside = outwards(first).dot(point - first.place) < 0;
   std::vector<Eigen::Vector3d> places;
-  std::optional<Near> inside; // that may not press, where none else does
   for (const Closest& one : found) {
+    if (is_inside && &one != &first)
+      break;
     bool counts = std::ranges::none_of(
         places, [&](const Eigen::Vector3d& known) { return (known - one.place).norm() < same; });
     if (!one.is_within)
@@ -379,15 +365,8 @@ PlacedSkin::nearest(const Eigen::Vector3d& point, std::vector<Closest>& found,
       near.normal = smooth;
       near.gap = smooth.dot(off);
     }
-    if (may_press(near.normal))
-      list.push_back(near);
-    else if (is_inside && !inside)
-      inside = near;
-    if (is_inside && !list.empty())
-      break;
+    list.push_back(near);
   }
-  if (list.empty() && inside)
-    list.push_back(*inside);
   return list;
 }
 

@@ -8,7 +8,6 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <vector>
 
@@ -76,15 +75,7 @@ public:
   /// Where the point is outside: every place within `reach` that no place beside it is nearer than. Where it
   /// is inside: the nearest place alone.
   /// @param faces  that count, in their order: all that are within reach may be among them
-  /// @param may_press  (direction of length 1 from the skin to the point) where it says no, a place does not
-  ///                   count, unless the point is inside and it says so of all
-  std::vector<Near> near(
-      const Eigen::Vector3d& point, std::span<const std::int32_t> faces,
-      const std::function<bool(const Eigen::Vector3d&)>& may_press = [](const Eigen::Vector3d&) {
-        return true;
-      }) const;
-  /// The place of one face that is nearest to a point, and the gap between the point and the face's plane.
-  Near at_plane(const Eigen::Vector3d& point, std::int32_t face) const;
+  std::vector<Near> near(const Eigen::Vector3d& point, std::span<const std::int32_t> faces) const;
   /// Outwards, of length 1.
   Eigen::Vector3d normal_of(std::int32_t face) const;
 
@@ -99,8 +90,7 @@ private:
   const Eigen::Vector3d& at(std::int32_t node) const { return places_[static_cast<std::size_t>(node)]; }
   Closest closest(std::int32_t face, const Eigen::Vector3d& point) const;
   Eigen::Vector3d smooth_normal(const Closest& one) const;
-  std::vector<Near> nearest(const Eigen::Vector3d& point, std::vector<Closest>& found,
-                            const std::function<bool(const Eigen::Vector3d&)>& may_press) const;
+  std::vector<Near> nearest(const Eigen::Vector3d& point, std::vector<Closest>& found) const;
 
   const Skin& skin_;
   std::span<const Eigen::Vector3d> places_;
