@@ -59,6 +59,7 @@ void MaskedLevel::choose_unit(const LatticeElasticity& elasticity) {
   for (const LatticeElasticity::Kind& kind : elasticity.kinds())
     stiffest = std::max(stiffest, kind.mean.diagonal().maxCoeff());
   unit_ = stiffest / (shortest * shortest);
+  factors_ = coefficient_factors(h, scale_, unit_);
 }
 
 bool MaskedLevel::has_table(const LatticeElasticity& elasticity) {
@@ -74,7 +75,7 @@ void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity, ThreadTe
   const auto n_cells = static_cast<std::size_t>(rows_.n_cell_slots());
   const std::size_t n_kinds = kinds.size() + 1; // the first is void
   const auto of_kind = [&](std::size_t kind) {
-    return coefficients_of(kinds[kind], scene_.specimen.grid.spacing(), scale_, unit_);
+    return coefficients_of(kinds[kind]);
   };
   operator_.couples_all = false;
   for (const auto& kind : kinds) {
@@ -137,7 +138,8 @@ void MaskedLevel::set_inverse(const LatticeElasticity& elasticity, ThreadTeam& t
   const auto n = static_cast<std::size_t>(rows_.n_slots());
   List<double> diagonal(3 * n, 0);
   const auto of_kind = [&](std::size_t kind) {
-    return cell_diagonal(coefficients_of(elasticity.kinds()[kind], grid.spacing(), scale_, unit_));
+    const LatticeElasticity::Kind& of = elasticity.kinds()[kind];
+    return cell_diagonal(coefficients_of(of), of.thin != 0);
   };
   std::vector<CellDiagonal> few;
   for (std::size_t kind = 0; kind < elasticity.kinds().size() && has_table(elasticity); ++kind)
