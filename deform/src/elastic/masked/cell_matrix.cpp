@@ -45,9 +45,8 @@ CellCoefficients coefficient_factors(const Vec3& spacing, const Vec3& scale, dou
 CellCoefficients coefficients_of(const LatticeElasticity::Kind& kind, const CellCoefficients& factors) {
   CellCoefficients coefficients{};
   const auto set = [&](std::size_t at, double value) { coefficients[at] = factors[at] * value; };
-  for (int p = 0; p < 6; ++p)
-    for (int q = p; q < 6; ++q)
-      set(static_cast<std::size_t>(mean_coefficient(p, q)), kind.mean(p, q));
+  for (std::size_t k = 0; k < kind.mean.size(); ++k)
+    set(MaskedOperator::mean + k, kind.mean[k]);
   for (std::size_t a = 0; a < 3; ++a) {
     set(MaskedOperator::twist + a, kind.shear[a]);
     set(MaskedOperator::edge + a, kind.edge[a]);

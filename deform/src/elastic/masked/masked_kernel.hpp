@@ -3,6 +3,7 @@
 /// every kind of vector that the machine may have.
 
 #include "elastic/masked/masked_rows.hpp"
+#include "elastic/model/lattice_kernel.hpp"
 
 #include <cstdint>
 #include <span>
@@ -27,11 +28,6 @@ struct MaskedOperator {
   bool couples_all = false; ///< strains of different kinds, as fibres do that are turned out of the axes
   std::int64_t component_stride = 0;
 };
-
-/// Place of a pair of strains among the 21.
-constexpr int mean_coefficient(int p, int q) {
-  return p <= q ? p * 6 - p * (p - 1) / 2 + q - p : mean_coefficient(q, p);
-}
 
 /// forces += A u of the cells of some runs, one after another.
 void add_matter_forces(const MaskedOperator& A, std::span<const CellRun> runs, const float* u, float* forces);

@@ -57,7 +57,7 @@ void MaskedLevel::choose_unit(const LatticeElasticity& elasticity) {
     scale_[a] = h[a] / shortest;
   double stiffest = 0;
   for (const LatticeElasticity::Kind& kind : elasticity.kinds())
-    stiffest = std::max(stiffest, kind.mean.diagonal().maxCoeff());
+    stiffest = std::max(stiffest, kind.largest_mean());
   unit_ = stiffest / (shortest * shortest);
   factors_ = coefficient_factors(h, scale_, unit_);
 }
@@ -79,9 +79,9 @@ void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity, ThreadTe
   };
   operator_.couples_all = false;
   for (const auto& kind : kinds) {
-    const auto last = kind.mean.rightCols<3>();
-    operator_.couples_all = operator_.couples_all || !last.topRows<3>().isZero() || last(3, 1) != 0 ||
-                            last(3, 2) != 0 || last(4, 2) != 0;
+    for (int q = 3; q < 6; ++q)
+      for (int p = 0; p < q; ++p)
+        operator_.couples_all = operator_.couples_all || kind.mean_at(p, q) != 0;
   }
   coefficients_ = AlignedArray<float>(n * (has_table ? n_kinds : n_cells));
   if (has_table) {
