@@ -19,8 +19,8 @@ namespace maille::deform {
 struct MaskedOperator {
   static constexpr int most_coefficients = 45, mean = 0, twist = 21, edge = 24, bending = 27;
   static constexpr int coefficients_of(bool bends) { return bends ? most_coefficients : bending; }
-  int n_coefficients = bending; ///< or all
-  /// [coefficient][kind] if there is `kind`, else [block of cells][coefficient][cell].
+  /// [coefficient][kind] if there is `kind`; else [block of cells][coefficient][cell], of every run as many
+  /// as it has, one run after another.
   const float* coefficients = nullptr;
   const std::uint8_t* kind = nullptr;       ///< per slot of cells, and a block more; 0: no matter
   const std::uint8_t* block_kind = nullptr; ///< per block of cells: of all that hold matter, 0 if they differ

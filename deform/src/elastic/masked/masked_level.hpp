@@ -127,6 +127,8 @@ private:
   template<class Visit>
   void for_each_cell(const CellRun& run, const Visit& visit) const;
   void set_coefficients(const LatticeElasticity& elasticity, ThreadTeam& team);
+  void set_table(const LatticeElasticity& elasticity, ThreadTeam& team);
+  void set_own_coefficients(const LatticeElasticity& elasticity, ThreadTeam& team);
   void set_kinds_of_blocks(ThreadTeam& team);
   void set_inverse(const LatticeElasticity& elasticity, ThreadTeam& team);
 
