@@ -31,8 +31,11 @@ public:
   template<class Number>
   void add(std::int32_t column, double weight, const Number* block) {
     double* const sum = at(column);
+    double product[sum_stride]; // or compilers take the block for a part of the sum
     for (std::size_t e = 0; e < sum_stride; ++e)
-      sum[e] += weight * double{block[e]};
+      product[e] = weight * double{block[e]};
+    for (std::size_t e = 0; e < sum_stride; ++e)
+      sum[e] += product[e];
   }
   /// Calls visit(column, sum) for all of them; then there are none.
   template<class Visit>
@@ -48,11 +51,13 @@ public:
     order_.resize(columns_.size());
     std::iota(order_.begin(), order_.end(), std::size_t{0});
     std::ranges::sort(order_, {}, [&](std::size_t i) { return columns_[i]; });
+    rows.blocks.resize(rows.blocks.size() + 9 * order_.size());
+    float* to = rows.blocks.data() + (rows.blocks.size() - 9 * order_.size());
     for (const std::size_t i : order_) {
       rows.column.push_back(columns_[i]);
       const double* const sum = sums_.data() + sum_stride * i;
-      std::transform(sum, sum + 9, std::back_inserter(rows.blocks),
-                     [](double value) { return static_cast<float>(value); });
+      for (std::size_t e = 0; e < 9; ++e)
+        *to++ = static_cast<float>(sum[e]);
     }
     rows.length.push_back(static_cast<std::int32_t>(order_.size()));
     empty_into([](std::int32_t, const double*) {});
