@@ -1,6 +1,7 @@
 #include "elastic/masked/block_matrix.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <iterator>
@@ -113,11 +114,11 @@ RoundedBlockMatrix rounded(BlockMatrix& A, ThreadTeam& team) {
       const auto begin = static_cast<std::size_t>(A.first[row]);
       const std::int32_t n_blocks = A.first[row + 1] - A.first[row];
       const float* const blocks = A.blocks.data() + 9 * begin;
-      float largest = 0;
+      std::int32_t largest = 0; // numbers without their sign are ordered as their bits are
       for (std::int32_t i = 0; i < 9 * n_blocks; ++i)
-        largest = std::max(largest, std::abs(blocks[i]));
+        largest = std::max(largest, std::bit_cast<std::int32_t>(blocks[i]) & 0x7fffffff);
       int exponent = 0;
-      std::frexp(largest, &exponent);
+      std::frexp(std::bit_cast<float>(largest), &exponent);
       B.scale[row] = std::ldexp(1.0F, exponent - exponent_of_largest);
       round_blocks(blocks, n_blocks, B.scale[row], B.blocks.data() + 8 * begin, B.last.data() + begin);
     }

@@ -169,10 +169,13 @@ void MaskedLevel::set_inverse(const LatticeElasticity& elasticity, ThreadTeam& t
         const CellDiagonal own = few.empty() ? of_kind(kind) : CellDiagonal{};
         const CellDiagonal& of_cell = few.empty() ? own : few[kind];
         const double weight = elasticity.weight(cell);
-        for (std::size_t corner = 0; corner < 8; ++corner) {
-          const std::size_t slot = static_cast<std::size_t>(run.node_slot[corner >> 1] + x) + (corner & 1);
-          for (std::size_t c = 0; c < 3; ++c)
-            diagonal[3 * slot + c] += weight * of_cell[3 * corner + c];
+        for (std::size_t row = 0; row < 4; ++row) { // of two corners
+          double more[6];
+          for (std::size_t i = 0; i < 6; ++i)
+            more[i] = weight * of_cell[6 * row + i];
+          double* const to = diagonal.data() + 3 * static_cast<std::size_t>(run.node_slot[row] + x);
+          for (std::size_t i = 0; i < 6; ++i)
+            to[i] += more[i];
         }
       });
   });

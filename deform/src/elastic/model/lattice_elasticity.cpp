@@ -347,7 +347,7 @@ void LatticeElasticity::apply_to_layer(const Displacement& u, const std::array<d
       while (end < in_row && scene_.specimen.is_matter(row + end) && kind_number(row + end) == number)
         ++end;
       if (end - x >= fewest_cells_of_run && is_plain(row + x))
-        add_run(u, forces, first_node, row + x, end - x);
+        add_run(u, forces, first_node, kind(row + x), static_cast<std::int64_t>(node) + x, end - x);
       else
         for (std::int64_t i = x; i < end; ++i)
           add_at(row + i, node + static_cast<std::size_t>(i));
@@ -357,9 +357,8 @@ void LatticeElasticity::apply_to_layer(const Displacement& u, const std::array<d
 
 /// @param forces by component, of `first_node` on
 void LatticeElasticity::add_run(const Displacement& u, const std::array<double*, 3>& forces,
-                                std::int64_t first_node, std::int64_t cell, std::int64_t n) const {
-  const Kind& of = kind(cell);
-  const std::int64_t node = grid_.corner(grid_.cell_at(cell), 0);
+                                std::int64_t first_node, const Kind& of, std::int64_t node,
+                                std::int64_t n) const {
   const auto is_at_rest = [&](std::size_t c, std::int64_t row) {
     const double* const first = u.component(c).data() + node + row;
     return std::all_of(first, first + n + 1, [](double value) { return value == 0; });

@@ -109,7 +109,7 @@ private:
   void apply_to_layer(const Displacement& u, const std::array<double*, 3>& forces, std::int64_t first_node,
                       int layer) const;
   void add_run(const Displacement& u, const std::array<double*, 3>& forces, std::int64_t first_node,
-               std::int64_t cell, std::int64_t n) const;
+               const Kind& of, std::int64_t node, std::int64_t n) const;
   template<int dimension>
   void add_cell(const Kind& kind, const double* u, double* force) const;
 
