@@ -18,8 +18,8 @@ namespace {
 constexpr std::size_t most_kinds_remembered = 64;
 
 /// The matrix of a plain cell as its piece has it is linear in the cell's coefficients: what each of them
-/// gives, by the eighth of the piece that the cell is in. By pairs of components, each of which fewer than half
-/// of the coefficients have a part in; of every pair the corners of both, one after another.
+/// gives, by the eighth of the piece that the cell is in. By pairs of components, each of which fewer than
+/// half of the coefficients have a part in; of every pair the corners of both, one after another.
 class LinearProducts {
 public:
   static constexpr std::size_t n_pairs = 6, pair_size = 64;

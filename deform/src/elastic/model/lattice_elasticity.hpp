@@ -1,9 +1,9 @@
 #pragma once
 /// Elasticity on the lattice: the energy of every cell from the displacements of its corners.
 
+#include "elastic/model/lattice_kernel.hpp"
 #include "maille/scene/answer.hpp"
 #include "maille/scene/arena.hpp"
-#include "elastic/model/lattice_kernel.hpp"
 #include "parallel/thread_team.hpp"
 
 #include <Eigen/Core>
@@ -74,8 +74,8 @@ public:
   struct Kind {
     /// V (C - alpha diag E), order of the scene's dimension, by mean_coefficient().
     std::array<double, 21> mean{};
-    std::array<double, 3> edge{};            ///< alpha V / n E_a / h_a^2
-    std::array<double, 3> shear{};           ///< V / 12 G_ab, by the third axis
+    std::array<double, 3> edge{};  ///< alpha V / n E_a / h_a^2
+    std::array<double, 3> shear{}; ///< V / 12 G_ab, by the third axis
     /// Of thin cells: V / 12 (Q - diag(E_a, E_b, G_ab)) by the axis c across, a and b the next two; zero
     /// along axes that are not thin. Else none: kinds are many where every cell has its fibres.
     List<Eigen::Matrix3d> bending;
