@@ -1,11 +1,6 @@
 #include "maille/scene/arena.hpp"
 
-#include <algorithm>
 #include <atomic>
-#include <cstdint>
-#ifdef __linux__
-#include <sys/mman.h>
-#endif
 
 namespace maille {
 
@@ -111,51 +106,11 @@ Charge::~Charge() {
   give_back(ledger_, static_cast<std::int64_t>(bytes_));
 }
 
-namespace {
-
-#ifdef __linux__
-constexpr std::size_t large_page = std::size_t{2} << 20; ///< of the largest kind
-/// Arrays from here on are mapped for themselves; smaller ones soon find memory again that others have left.
-constexpr std::size_t least_mapped = 4 * large_page;
-
-/// From such a page on, which comes in a tenth of the time that small ones take where the system grants it.
-void* map(std::size_t bytes) {
-  const std::size_t spare = bytes + large_page;
-  void* const mapped = mmap(nullptr, spare, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-  if (mapped == MAP_FAILED)
-    return nullptr;
-  char* const memory =
-      static_cast<char*>(mapped) + (large_page - reinterpret_cast<std::uintptr_t>(mapped) % large_page);
-  munmap(mapped, static_cast<std::size_t>(memory - static_cast<char*>(mapped)));
-  madvise(memory, bytes / large_page * large_page, MADV_HUGEPAGE);
-  return memory;
-}
-#endif
-
-void* allocate(std::size_t bytes, std::size_t alignment) {
-#ifdef __linux__
-  if (bytes >= least_mapped)
-    return map(bytes);
-#endif
-  return ::operator new (bytes, std::align_val_t{alignment}, std::nothrow);
-}
-void release(void* memory, [[maybe_unused]] std::size_t bytes, std::size_t alignment) {
-#ifdef __linux__
-  if (bytes >= least_mapped) {
-    munmap(memory, bytes);
-    return;
-  }
-#endif
-  ::operator delete (memory, std::align_val_t{alignment});
-}
-
-} // namespace
-
 void* allocate_charged(std::size_t bytes, std::size_t alignment) {
   static_assert(sizeof(Head) <= 16);
   const std::size_t all = bytes + alignment;
   const Head head{take_from_open(all), static_cast<std::int64_t>(all)};
-  void* const begin = allocate(all, alignment);
+  void* const begin = ::operator new (all, std::align_val_t{alignment}, std::nothrow);
   if (begin == nullptr) {
     give_back(head.ledger, head.bytes);
     throw std::bad_alloc();
@@ -166,7 +121,7 @@ void* allocate_charged(std::size_t bytes, std::size_t alignment) {
 void release_charged(void* memory, std::size_t alignment) noexcept {
   char* const begin = static_cast<char*>(memory) - alignment;
   const Head head = *reinterpret_cast<Head*>(begin);
-  release(begin, static_cast<std::size_t>(head.bytes), alignment);
+  ::operator delete (begin, std::align_val_t{alignment});
   give_back(head.ledger, head.bytes);
 }
 
