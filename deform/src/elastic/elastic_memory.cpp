@@ -100,7 +100,7 @@ constexpr MemoryRow table[]{
     {masked, unlike, matter_node, 296},
     {masked, nothing, slot, 100},
     {masked, loads, component, 8},
-    {masked, fibres, matter_cell, 700},
+    {masked, fibres, matter_cell, 460},
     // Five fields of float64 of gradients, and what is shared, the diagonal, loads and marks.
     {masked, ties, component, 9 * 8 + 1},
     // The same of `relaxed`, the hierarchies of all three components, and its links; within limits parts and

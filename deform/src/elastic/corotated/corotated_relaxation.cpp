@@ -76,7 +76,7 @@ double energy_of_unit_strain(const Scene& scene, const LatticeElasticity& linear
   for (std::int64_t cell = 0; cell < scene.specimen.grid.n_cells(); ++cell)
     if (scene.specimen.is_matter(cell))
       sum += linear.weight(cell) *
-             linear.kinds()[static_cast<std::size_t>(linear.kind_number(cell))].mean.diagonal().maxCoeff();
+             linear.kinds()[static_cast<std::size_t>(linear.kind_number(cell))].largest_mean();
   return sum;
 }
 

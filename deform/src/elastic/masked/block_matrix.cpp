@@ -1,6 +1,7 @@
 #include "elastic/masked/block_matrix.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <iterator>
@@ -31,8 +32,11 @@ public:
   template<class Number>
   void add(std::int32_t column, double weight, const Number* block) {
     double* const sum = at(column);
+    double product[sum_stride]; // or compilers take the block for a part of the sum
     for (std::size_t e = 0; e < sum_stride; ++e)
-      sum[e] += weight * double{block[e]};
+      product[e] = weight * double{block[e]};
+    for (std::size_t e = 0; e < sum_stride; ++e)
+      sum[e] += product[e];
   }
   /// Calls visit(column, sum) for all of them; then there are none.
   template<class Visit>
@@ -48,11 +52,13 @@ public:
     order_.resize(columns_.size());
     std::iota(order_.begin(), order_.end(), std::size_t{0});
     std::ranges::sort(order_, {}, [&](std::size_t i) { return columns_[i]; });
+    rows.blocks.resize(rows.blocks.size() + 9 * order_.size());
+    float* to = rows.blocks.data() + (rows.blocks.size() - 9 * order_.size());
     for (const std::size_t i : order_) {
       rows.column.push_back(columns_[i]);
       const double* const sum = sums_.data() + sum_stride * i;
-      std::transform(sum, sum + 9, std::back_inserter(rows.blocks),
-                     [](double value) { return static_cast<float>(value); });
+      for (std::size_t e = 0; e < 9; ++e)
+        *to++ = static_cast<float>(sum[e]);
     }
     rows.length.push_back(static_cast<std::int32_t>(order_.size()));
     empty_into([](std::int32_t, const double*) {});
@@ -108,11 +114,11 @@ RoundedBlockMatrix rounded(BlockMatrix& A, ThreadTeam& team) {
       const auto begin = static_cast<std::size_t>(A.first[row]);
       const std::int32_t n_blocks = A.first[row + 1] - A.first[row];
       const float* const blocks = A.blocks.data() + 9 * begin;
-      float largest = 0;
+      std::int32_t largest = 0; // numbers without their sign are ordered as their bits are
       for (std::int32_t i = 0; i < 9 * n_blocks; ++i)
-        largest = std::max(largest, std::abs(blocks[i]));
+        largest = std::max(largest, std::bit_cast<std::int32_t>(blocks[i]) & 0x7fffffff);
       int exponent = 0;
-      std::frexp(largest, &exponent);
+      std::frexp(std::bit_cast<float>(largest), &exponent);
       B.scale[row] = std::ldexp(1.0F, exponent - exponent_of_largest);
       round_blocks(blocks, n_blocks, B.scale[row], B.blocks.data() + 8 * begin, B.last.data() + begin);
     }

@@ -275,15 +275,14 @@ void Coarsening::find_places() {
   const auto n = static_cast<std::size_t>(fine_.n_vertices);
   result_.is_hinge.assign(n, 0);
   result_.place.assign(n, -1);
+  List<std::int32_t> seen(n, -1); // the last piece that asked
   for_slabs_in_turn([&](std::int32_t first, std::int32_t end, int) {
     for (std::int32_t cell = first; cell < end; ++cell)
       for (int corner = 0; corner < 8; ++corner) {
         const auto v = static_cast<std::size_t>(fine_.cells[static_cast<std::size_t>(cell)].vertex[corner]);
-        std::int32_t& place = result_.place[v];
-        // Places of its own piece, the others beyond them.
-        const auto beyond = static_cast<std::uint32_t>(place - PlaceWeights::n_places * piece(cell));
-        if (beyond < PlaceWeights::n_places)
+        if (std::exchange(seen[v], piece(cell)) == piece(cell))
           continue;
+        std::int32_t& place = result_.place[v];
         const std::int32_t found = place_in_piece(cell, corner);
         if (place < 0)
           place = found;

@@ -20,26 +20,39 @@ constexpr std::size_t bending_coefficient(std::size_t a, int p, int q) {
 
 } // namespace
 
-CellCoefficients coefficients_of(const LatticeElasticity::Kind& kind, const Vec3& spacing, const Vec3& scale,
-                                 double unit) {
+CellCoefficients coefficient_factors(const Vec3& spacing, const Vec3& scale, double unit) {
   double length[6]; // a strain is a sum of differences over 4 of it
   for (std::size_t a = 0; a < 3; ++a) {
     length[a] = spacing[a] * scale[a];
     const auto b = static_cast<std::size_t>(pairs[a][0]), c = static_cast<std::size_t>(pairs[a][1]);
     length[3 + a] = spacing[b] * scale[c];
   }
-  CellCoefficients coefficients{};
+  CellCoefficients factors{};
   for (int p = 0; p < 6; ++p)
     for (int q = p; q < 6; ++q)
-      coefficients[static_cast<std::size_t>(mean_coefficient(p, q))] =
-          kind.mean(p, q) / (16 * length[p] * length[q] * unit);
+      factors[static_cast<std::size_t>(mean_coefficient(p, q))] = 1 / (16 * length[p] * length[q] * unit);
   for (std::size_t a = 0; a < 3; ++a) {
-    coefficients[MaskedOperator::twist + a] = kind.shear[a] / (4 * length[3 + a] * length[3 + a] * unit);
-    coefficients[MaskedOperator::edge + a] = kind.edge[a] / (scale[a] * scale[a] * unit);
+    factors[MaskedOperator::twist + a] = 1 / (4 * length[3 + a] * length[3 + a] * unit);
+    factors[MaskedOperator::edge + a] = 1 / (scale[a] * scale[a] * unit);
     const double along[3] = {length[(a + 1) % 3], length[(a + 2) % 3], length[3 + a]};
+    for (int p = 0; p < 3; ++p)
+      for (int q = p; q < 3; ++q)
+        factors[bending_coefficient(a, p, q)] = 1 / (4 * along[p] * along[q] * unit);
+  }
+  return factors;
+}
+
+CellCoefficients coefficients_of(const LatticeElasticity::Kind& kind, const CellCoefficients& factors) {
+  CellCoefficients coefficients{};
+  const auto set = [&](std::size_t at, double value) { coefficients[at] = factors[at] * value; };
+  for (std::size_t k = 0; k < kind.mean.size(); ++k)
+    set(MaskedOperator::mean + k, kind.mean[k]);
+  for (std::size_t a = 0; a < 3; ++a) {
+    set(MaskedOperator::twist + a, kind.shear[a]);
+    set(MaskedOperator::edge + a, kind.edge[a]);
     for (int p = 0; p < 3 && kind.thin != 0; ++p)
       for (int q = p; q < 3; ++q)
-        coefficients[bending_coefficient(a, p, q)] = kind.bending[a](p, q) / (4 * along[p] * along[q] * unit);
+        set(bending_coefficient(a, p, q), kind.bending[a](p, q));
   }
   return coefficients;
 }
@@ -164,10 +177,11 @@ std::vector<float> diagonals_of_coefficients() {
 
 } // namespace
 
-CellDiagonal cell_diagonal(const CellCoefficients& c) {
+CellDiagonal cell_diagonal(const CellCoefficients& c, bool bends) {
   static const std::vector<float> of_coefficients = diagonals_of_coefficients();
   std::array<double, diagonal_size> sum{};
-  add_columns(diagonal_size, MaskedOperator::most_coefficients, of_coefficients.data(), c.data(), sum.data());
+  add_columns(diagonal_size, MaskedOperator::coefficients_of(bends), of_coefficients.data(), c.data(),
+              sum.data());
   CellDiagonal diagonal;
   std::copy_n(sum.begin(), diagonal.size(), diagonal.begin());
   return diagonal;

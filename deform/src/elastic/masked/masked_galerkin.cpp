@@ -18,51 +18,82 @@ namespace {
 constexpr std::size_t most_kinds_remembered = 64;
 
 /// The matrix of a plain cell as its piece has it is linear in the cell's coefficients: what each of them
-/// gives, by the eighth of the piece that the cell is in. Of symmetric matrices the upper triangle, column
-/// after column.
+/// gives, by the eighth of the piece that the cell is in. By pairs of components, each of which fewer than
+/// half of the coefficients have a part in; of every pair the corners of both, one after another.
 class LinearProducts {
 public:
-  static constexpr std::size_t n_entries = 320; ///< 24 * 25 / 2, rounded up for the loops
-  using Sum = std::array<double, n_entries>;
+  static constexpr std::size_t n_pairs = 6, pair_size = 64;
+  using Sum = std::array<double, n_pairs * pair_size>;
 
   LinearProducts() = default;
-  LinearProducts(int n_coefficients, ThreadTeam& team)
-      : n_coefficients_(static_cast<std::size_t>(n_coefficients)), tables_(8 * n_coefficients_ * n_entries) {
-    team.run(n_coefficients, [&](int item, int) {
-      const auto k = static_cast<std::size_t>(item);
+  LinearProducts(int n_coefficients, ThreadTeam& team) {
+    List<CellMatrix> of_one(static_cast<std::size_t>(n_coefficients));
+    for (std::size_t k = 0; k < of_one.size(); ++k) {
       CellCoefficients one{};
       one[k] = 1;
-      const CellMatrix of_one = cell_matrix(one);
-      for (std::size_t octant = 0; octant < 8; ++octant) {
-        CellMatrix K = of_one;
-        PieceAssembly::take_to_piece(octant, K);
-        float* to = tables_.data() + table(octant) + k * n_entries;
-        for (Eigen::Index j = 0; j < 24; ++j)
-          for (Eigen::Index i = 0; i <= j; ++i)
-            *to++ = static_cast<float>(K(i, j)); // multiples of 2^-8: exact
-      }
+      of_one[k] = cell_matrix(one);
+      for (std::size_t pair = 0; pair < n_pairs; ++pair)
+        if (!of_pair(of_one[k], pair).isZero(0))
+          pairs_[pair].coefficients.push_back(k);
+    }
+    for (Pair& pair : pairs_) {
+      pair.first = size_;
+      size_ += pair.coefficients.size() * pair_size;
+    }
+    tables_.resize(8 * size_);
+    team.run(8, [&](int octant, int) {
+      List<CellMatrix> of_piece = of_one;
+      for (CellMatrix& K : of_piece)
+        PieceAssembly::take_to_piece(static_cast<std::size_t>(octant), K);
+      float* to = tables_.data() + static_cast<std::size_t>(octant) * size_;
+      for (std::size_t pair = 0; pair < n_pairs; ++pair)
+        for (const std::size_t k : pairs_[pair].coefficients) {
+          const OfPair numbers = of_pair(of_piece[k], pair).cast<float>(); // multiples of 2^-8: exact
+          to = std::copy_n(numbers.data(), pair_size, to);
+        }
     });
   }
   bool is_empty() const { return tables_.empty(); }
   /// @param n coefficients, the others are 0
   void add_cell(std::size_t octant, const CellCoefficients& c, int n, Sum& sum) const {
-    add_columns(n_entries, n, tables_.data() + table(octant), c.data(), sum.data());
+    const float* const tables = tables_.data() + octant * size_;
+    CellCoefficients of_pair;
+    for (std::size_t i = 0; i < n_pairs; ++i) {
+      int n_of_pair = 0;
+      for (const std::size_t k : pairs_[i].coefficients)
+        if (k < static_cast<std::size_t>(n)) // they ascend
+          of_pair[static_cast<std::size_t>(n_of_pair++)] = c[k];
+      add_columns(pair_size, n_of_pair, tables + pairs_[i].first, of_pair.data(), sum.data() + i * pair_size);
+    }
   }
   static void add_to(PieceMatrix& matrix, const Sum& sum) {
-    const double* from = sum.data();
-    for (Eigen::Index j = 0; j < 24; ++j)
-      for (Eigen::Index i = 0; i <= j; ++i, ++from) {
-        matrix(i, j) += *from;
-        if (i < j)
-          matrix(j, i) += *from;
-      }
+    for (std::size_t pair = 0; pair < n_pairs; ++pair) {
+      const Eigen::Map<const Eigen::Matrix<double, 8, 8>> of_pair(sum.data() + pair * pair_size);
+      const auto [a, b] = components[pair];
+      for (Eigen::Index j = 0; j < 8; ++j)
+        for (Eigen::Index i = 0; i < 8; ++i) {
+          matrix(3 * i + a, 3 * j + b) += of_pair(i, j);
+          if (a != b)
+            matrix(3 * j + b, 3 * i + a) += of_pair(i, j);
+        }
+    }
   }
 
 private:
-  std::size_t table(std::size_t octant) const { return octant * n_coefficients_ * n_entries; }
+  using OfPair = Eigen::Matrix<float, 8, 8>;
+  static constexpr std::pair<int, int> components[n_pairs] = {{0, 0}, {1, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}};
+  static Eigen::Matrix<double, 8, 8> of_pair(const CellMatrix& K, std::size_t pair) {
+    const auto [a, b] = components[pair];
+    return K(Eigen::seqN(a, 8, 3), Eigen::seqN(b, 8, 3));
+  }
 
-  std::size_t n_coefficients_ = 0;
-  List<float> tables_; ///< [octant][coefficient][entry]
+  struct Pair {
+    List<std::size_t> coefficients; ///< those that are not nothing there
+    std::size_t first = 0;          ///< in the table of an eighth
+  };
+  std::array<Pair, n_pairs> pairs_;
+  std::size_t size_ = 0; ///< of a table
+  List<float> tables_;   ///< [octant][pair][coefficient][entry]
 };
 
 class CellProducts {
@@ -80,7 +111,7 @@ public:
 private:
   void find_plain_slots(ThreadTeam& team);
   CellCoefficients coefficients(std::size_t kind) const {
-    return coefficients_of(elasticity_.kinds()[kind], grid_.spacing(), level_.scale(), level_.unit());
+    return level_.coefficients_of(elasticity_.kinds()[kind]);
   }
   std::size_t kind_of(const ComplexCell& cell) const {
     return static_cast<std::size_t>(elasticity_.kind_number(grid_.cell(cell.at)));

@@ -3,6 +3,7 @@
 /// every kind of vector that the machine may have.
 
 #include "elastic/masked/masked_rows.hpp"
+#include "elastic/model/lattice_kernel.hpp"
 
 #include <cstdint>
 #include <span>
@@ -18,8 +19,8 @@ namespace maille::deform {
 struct MaskedOperator {
   static constexpr int most_coefficients = 45, mean = 0, twist = 21, edge = 24, bending = 27;
   static constexpr int coefficients_of(bool bends) { return bends ? most_coefficients : bending; }
-  int n_coefficients = bending; ///< or all
-  /// [coefficient][kind] if there is `kind`, else [block of cells][coefficient][cell].
+  /// [coefficient][kind] if there is `kind`; else [block of cells][coefficient][cell], of every run as many
+  /// as it has, one run after another.
   const float* coefficients = nullptr;
   const std::uint8_t* kind = nullptr;       ///< per slot of cells, and a block more; 0: no matter
   const std::uint8_t* block_kind = nullptr; ///< per block of cells: of all that hold matter, 0 if they differ
@@ -27,11 +28,6 @@ struct MaskedOperator {
   bool couples_all = false; ///< strains of different kinds, as fibres do that are turned out of the axes
   std::int64_t component_stride = 0;
 };
-
-/// Place of a pair of strains among the 21.
-constexpr int mean_coefficient(int p, int q) {
-  return p <= q ? p * 6 - p * (p - 1) / 2 + q - p : mean_coefficient(q, p);
-}
 
 /// forces += A u of the cells of some runs, one after another.
 void add_matter_forces(const MaskedOperator& A, std::span<const CellRun> runs, const float* u, float* forces);

@@ -57,8 +57,9 @@ void MaskedLevel::choose_unit(const LatticeElasticity& elasticity) {
     scale_[a] = h[a] / shortest;
   double stiffest = 0;
   for (const LatticeElasticity::Kind& kind : elasticity.kinds())
-    stiffest = std::max(stiffest, kind.mean.diagonal().maxCoeff());
+    stiffest = std::max(stiffest, kind.largest_mean());
   unit_ = stiffest / (shortest * shortest);
+  factors_ = coefficient_factors(h, scale_, unit_);
 }
 
 bool MaskedLevel::has_table(const LatticeElasticity& elasticity) {
@@ -67,55 +68,73 @@ bool MaskedLevel::has_table(const LatticeElasticity& elasticity) {
 
 void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity, ThreadTeam& team) {
   const auto& kinds = elasticity.kinds();
-  const bool bends = std::ranges::any_of(kinds, [](const auto& kind) { return kind.thin != 0; });
-  operator_.n_coefficients = MaskedOperator::coefficients_of(bends);
-  const auto n = static_cast<std::size_t>(operator_.n_coefficients);
-  const bool has_table = this->has_table(elasticity);
-  const auto n_cells = static_cast<std::size_t>(rows_.n_cell_slots());
-  const std::size_t n_kinds = kinds.size() + 1; // the first is void
-  const auto of_kind = [&](std::size_t kind) {
-    return coefficients_of(kinds[kind], scene_.specimen.grid.spacing(), scale_, unit_);
-  };
   operator_.couples_all = false;
-  for (const auto& kind : kinds) {
-    const auto last = kind.mean.rightCols<3>();
-    operator_.couples_all = operator_.couples_all || !last.topRows<3>().isZero() || last(3, 1) != 0 ||
-                            last(3, 2) != 0 || last(4, 2) != 0;
-  }
-  coefficients_ = AlignedArray<float>(n * (has_table ? n_kinds : n_cells));
-  if (has_table) {
-    kind_ = AlignedArray<std::uint8_t>(n_cells + MaskedRows::block);
-    for (std::size_t i = 0; i < kinds.size(); ++i) {
-      const CellCoefficients c = of_kind(i);
-      for (std::size_t k = 0; k < n; ++k)
-        coefficients_[k * n_kinds + i + 1] = static_cast<float>(c[k]);
-    }
-  }
+  for (const auto& kind : kinds)
+    for (int q = 3; q < 6; ++q)
+      for (int p = 0; p < q; ++p)
+        operator_.couples_all = operator_.couples_all || kind.mean_at(p, q) != 0;
   for_layers(team, [&](int first_layer, int end_layer) {
     for (CellRun& run : rows_.runs_of_layers(first_layer, end_layer)) {
       run.bends = false;
-      for_each_cell(run, [&](int x, std::int64_t cell) {
-        const auto slot = static_cast<std::size_t>(run.cell_slot + x);
-        const auto number = static_cast<std::size_t>(elasticity.kind_number(cell));
-        run.bends = run.bends || kinds[number].thin != 0;
-        if (has_table) {
-          kind_[slot] = static_cast<std::uint8_t>(number + 1);
-          return;
-        }
-        const CellCoefficients c = of_kind(number);
-        float* const to = coefficients_.data() + slot / MaskedRows::block * n * MaskedRows::block +
-                          slot % MaskedRows::block;
-        for (std::size_t k = 0; k < n; ++k)
-          to[k * MaskedRows::block] = static_cast<float>(elasticity.weight(cell) * c[k]);
+      for_each_cell(run, [&](int, std::int64_t cell) {
+        run.bends = run.bends || kinds[static_cast<std::size_t>(elasticity.kind_number(cell))].thin != 0;
       });
     }
   });
-  block_kind_ = AlignedArray<std::uint8_t>(has_table ? n_cells / MaskedRows::block : 0);
-  set_kinds_of_blocks(team);
+  if (has_table(elasticity))
+    set_table(elasticity, team);
+  else
+    set_own_coefficients(elasticity, team);
   operator_.coefficients = coefficients_.data();
+}
+
+void MaskedLevel::set_table(const LatticeElasticity& elasticity, ThreadTeam& team) {
+  const auto& kinds = elasticity.kinds();
+  const std::size_t n_kinds = kinds.size() + 1; // the first is void
+  const auto n_cells = static_cast<std::size_t>(rows_.n_cell_slots());
+  coefficients_ = AlignedArray<float>(MaskedOperator::most_coefficients * n_kinds);
+  for (std::size_t i = 0; i < kinds.size(); ++i) {
+    const CellCoefficients c = coefficients_of(kinds[i]);
+    for (std::size_t k = 0; k < c.size(); ++k)
+      coefficients_[k * n_kinds + i + 1] = static_cast<float>(c[k]);
+  }
+  kind_ = AlignedArray<std::uint8_t>(n_cells + MaskedRows::block);
+  for_layers(team, [&](int first_layer, int end_layer) {
+    for (const CellRun& run : rows_.runs_of_layers(first_layer, end_layer))
+      for_each_cell(run, [&](int x, std::int64_t cell) {
+        kind_[static_cast<std::size_t>(run.cell_slot + x)] =
+            static_cast<std::uint8_t>(elasticity.kind_number(cell) + 1);
+      });
+  });
+  block_kind_ = AlignedArray<std::uint8_t>(n_cells / MaskedRows::block);
+  set_kinds_of_blocks(team);
   operator_.block_kind = block_kind_.data();
-  operator_.kind = has_table ? kind_.data() : nullptr;
+  operator_.kind = kind_.data();
   operator_.n_kinds = static_cast<std::int32_t>(n_kinds);
+}
+
+void MaskedLevel::set_own_coefficients(const LatticeElasticity& elasticity, ThreadTeam& team) {
+  constexpr std::size_t block = MaskedRows::block;
+  std::int32_t n_blocks = 0;
+  for (CellRun& run : rows_.runs_of_layers(0, rows_.n_layers())) {
+    run.cell_slot = n_blocks;
+    n_blocks += run.blocks() * MaskedOperator::coefficients_of(run.bends);
+  }
+  coefficients_ = AlignedArray<float>(block * static_cast<std::size_t>(n_blocks));
+  for_layers(team, [&](int first_layer, int end_layer) {
+    for (const CellRun& run : rows_.runs_of_layers(first_layer, end_layer)) {
+      const auto n = static_cast<std::size_t>(MaskedOperator::coefficients_of(run.bends));
+      float* const of_run = coefficients_.data() + block * static_cast<std::size_t>(run.cell_slot);
+      for_each_cell(run, [&](int x, std::int64_t cell) {
+        const CellCoefficients c =
+            coefficients_of(elasticity.kinds()[static_cast<std::size_t>(elasticity.kind_number(cell))]);
+        const auto at = static_cast<std::size_t>(x);
+        float* const to = of_run + at / block * n * block + at % block;
+        for (std::size_t k = 0; k < n; ++k)
+          to[k * block] = static_cast<float>(elasticity.weight(cell) * c[k]);
+      });
+    }
+  });
 }
 
 void MaskedLevel::set_kinds_of_blocks(ThreadTeam& team) {
@@ -137,7 +156,8 @@ void MaskedLevel::set_inverse(const LatticeElasticity& elasticity, ThreadTeam& t
   const auto n = static_cast<std::size_t>(rows_.n_slots());
   List<double> diagonal(3 * n, 0);
   const auto of_kind = [&](std::size_t kind) {
-    return cell_diagonal(coefficients_of(elasticity.kinds()[kind], grid.spacing(), scale_, unit_));
+    const LatticeElasticity::Kind& of = elasticity.kinds()[kind];
+    return cell_diagonal(coefficients_of(of), of.thin != 0);
   };
   std::vector<CellDiagonal> few;
   for (std::size_t kind = 0; kind < elasticity.kinds().size() && has_table(elasticity); ++kind)
@@ -149,10 +169,13 @@ void MaskedLevel::set_inverse(const LatticeElasticity& elasticity, ThreadTeam& t
         const CellDiagonal own = few.empty() ? of_kind(kind) : CellDiagonal{};
         const CellDiagonal& of_cell = few.empty() ? own : few[kind];
         const double weight = elasticity.weight(cell);
-        for (std::size_t corner = 0; corner < 8; ++corner) {
-          const std::size_t slot = static_cast<std::size_t>(run.node_slot[corner >> 1] + x) + (corner & 1);
-          for (std::size_t c = 0; c < 3; ++c)
-            diagonal[3 * slot + c] += weight * of_cell[3 * corner + c];
+        for (std::size_t row = 0; row < 4; ++row) { // of two corners
+          double more[6];
+          for (std::size_t i = 0; i < 6; ++i)
+            more[i] = weight * of_cell[6 * row + i];
+          double* const to = diagonal.data() + 3 * static_cast<std::size_t>(run.node_slot[row] + x);
+          for (std::size_t i = 0; i < 6; ++i)
+            to[i] += more[i];
         }
       });
   });

@@ -23,12 +23,13 @@ namespace maille::deform {
 
 using CellCoefficients = std::array<double, MaskedOperator::most_coefficients>;
 
+/// What coefficients are of the numbers of a kind of matter, each of its own.
 /// @param scale per axis: spacing over the unit of length; forces are those of displacements times it
-CellCoefficients coefficients_of(const LatticeElasticity::Kind& kind, const Vec3& spacing, const Vec3& scale,
-                                 double unit);
+CellCoefficients coefficient_factors(const Vec3& spacing, const Vec3& scale, double unit);
+CellCoefficients coefficients_of(const LatticeElasticity::Kind& kind, const CellCoefficients& factors);
 CellMatrix cell_matrix(const CellCoefficients& c);
 using CellDiagonal = std::array<double, 24>;
-CellDiagonal cell_diagonal(const CellCoefficients& c); ///< of the same
+CellDiagonal cell_diagonal(const CellCoefficients& c, bool bends); ///< of the same
 
 /// A link that is stiffer than the matter about it, between slots of MaskedRows.
 struct SlotLink {
@@ -54,6 +55,9 @@ public:
   }
   double unit() const { return unit_; } ///< of forces over displacements [N/m]
   const Vec3& scale() const { return scale_; }
+  CellCoefficients coefficients_of(const LatticeElasticity::Kind& kind) const {
+    return deform::coefficients_of(kind, factors_);
+  }
   /// Of the diagonal; 0 where a component may not move, or there is no matter.
   const float* inverse() const { return inverse_.data(); }
   /// Other components than before do not move from now on. @pre no penalties are set
@@ -123,6 +127,8 @@ private:
   template<class Visit>
   void for_each_cell(const CellRun& run, const Visit& visit) const;
   void set_coefficients(const LatticeElasticity& elasticity, ThreadTeam& team);
+  void set_table(const LatticeElasticity& elasticity, ThreadTeam& team);
+  void set_own_coefficients(const LatticeElasticity& elasticity, ThreadTeam& team);
   void set_kinds_of_blocks(ThreadTeam& team);
   void set_inverse(const LatticeElasticity& elasticity, ThreadTeam& team);
 
@@ -140,6 +146,7 @@ private:
   List<SlotSpring> springs_;
   double unit_ = 1;
   Vec3 scale_{1, 1, 1};
+  CellCoefficients factors_{}; ///< of coefficients
   MaskedOperator operator_;
   AlignedArray<float> coefficients_;
   AlignedArray<std::uint8_t> kind_, block_kind_;

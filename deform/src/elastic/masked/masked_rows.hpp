@@ -23,7 +23,9 @@ struct CellRun {
   Index3 first{}; ///< cell
   std::int32_t node_slot[4] =
       {}; ///< of the first node of its four rows of nodes: (y, z), (y + 1, z), (y, z + 1), (y + 1, z + 1)
-  std::int32_t cell_slot = 0; ///< of the first cell, a multiple of the block
+  /// Of the first cell, a multiple of the block; where cells have coefficients of their own, of all of their
+  /// blocks the number of the first.
+  std::int32_t cell_slot = 0;
   int cells = 0;
   bool bends = false; ///< some of the cells are thin
 

@@ -52,22 +52,6 @@ struct HashOfMatter {
   }
 };
 
-/// Of a positive definite one, by Cholesky's factors: a fifth of the time of pivots.
-Matrix6 inverse_of_symmetric(const Matrix6& C) {
-  Matrix6 inverse = Matrix6::Zero(); // of the lower factor at first, row after row
-  for (int i = 0; i < 6; ++i) {
-    Eigen::Matrix<double, 6, 1> row = Eigen::Matrix<double, 6, 1>::Unit(i);
-    double pivot = C(i, i);
-    for (int j = 0; j < i; ++j) {
-      const double factor = inverse.row(j).head(j + 1).dot(C.row(i).head(j + 1));
-      pivot -= factor * factor;
-      row.head(j + 1) -= factor * inverse.row(j).head(j + 1).transpose();
-    }
-    inverse.row(i) = row.transpose() / std::sqrt(pivot);
-  }
-  return inverse.transpose() * inverse;
-}
-
 /// Cells of one kind along x that are worth vectors.
 constexpr std::int64_t fewest_cells_of_run = 3;
 
@@ -96,6 +80,45 @@ void LatticeElasticity::find_thin(ThreadTeam& team) {
         at[a] = 0;
     }
   });
+}
+
+/// What matter of kinds is made of: stiffness and compliance are those of its material, turned.
+class LatticeElasticity::Stiffnesses {
+public:
+  explicit Stiffnesses(const LatticeElasticity& of) : of_(of), scene_(of.scene_) {
+    for (const Material& material : scene_.materials) {
+      C_.push_back(stiffness(material.elasticity));
+      S_.push_back(C_.back().inverse());
+    }
+  }
+  Kind kind_of(std::int64_t cell, std::uint8_t thin) const {
+    const std::size_t material = scene_.specimen.material(cell);
+    if (scene_.materials[material].elasticity.is_isotropic())
+      return kind_for(C_[material], S_[material], thin);
+    const Eigen::Matrix3d axes = scene_.material_axes(cell);
+    return kind_for(turned(C_[material], axes), turned_compliance(S_[material], axes), thin);
+  }
+
+private:
+  Kind kind_for(const Matrix6& C, const Matrix6& S, std::uint8_t thin) const {
+    if (of_.grid_.dimension() == 3)
+      return of_.kind_for(C, S, thin);
+    const Eigen::MatrixXd reduced = reduced_stiffness(C, of_.grid_.dimension(), scene_.plane);
+    Matrix6 of_reduced = Matrix6::Identity();
+    of_reduced.topLeftCorner(reduced.rows(), reduced.cols()) = reduced.inverse();
+    return of_.kind_for(reduced, of_reduced, thin);
+  }
+
+  const LatticeElasticity& of_;
+  const Scene& scene_;
+  std::vector<Matrix6> C_, S_; ///< of materials
+};
+
+double LatticeElasticity::Kind::largest_mean() const {
+  double largest = 0;
+  for (int p = 0; p < 6; ++p)
+    largest = std::max(largest, mean_at(p, p));
+  return largest;
 }
 
 void LatticeElasticity::find_kinds(ThreadTeam& team) {
@@ -132,22 +155,13 @@ void LatticeElasticity::find_kinds(ThreadTeam& team) {
       first.push_back({cell, thin});
     set_kind(cell, kind);
   }
-  std::vector<Matrix6> of_material;
-  for (const Material& material : scene_.materials)
-    of_material.push_back(stiffness(material.elasticity));
-  const auto stiffness_of = [&](std::int64_t cell) {
-    const std::size_t material = body.material(cell);
-    const Matrix6& C = of_material[material];
-    return reduced_stiffness(
-        scene_.materials[material].elasticity.is_isotropic() ? C : turned(C, scene_.material_axes(cell)),
-        grid_.dimension(), scene_.plane);
-  };
+  const Stiffnesses stiffnesses(*this);
   kinds_.resize(first.size());
   constexpr std::size_t kinds_per_item = 32;
   team.run(static_cast<int>((kinds_.size() + kinds_per_item - 1) / kinds_per_item), [&](int item, int) {
     const std::size_t begin = static_cast<std::size_t>(item) * kinds_per_item;
     for (std::size_t i = begin; i < std::min(begin + kinds_per_item, kinds_.size()); ++i)
-      kinds_[i] = kind_for(stiffness_of(first[i].cell), first[i].thin);
+      kinds_[i] = stiffnesses.kind_of(first[i].cell, first[i].thin);
   });
   if (kinds_.size() == 1)
     few_kinds_of_ = {};
@@ -165,6 +179,7 @@ void LatticeElasticity::set_kind(std::int64_t cell, std::int32_t kind) {
 }
 
 void LatticeElasticity::renew() {
+  const Stiffnesses stiffnesses(*this);
   std::vector<bool> is_renewed(kinds_.size(), false);
   std::size_t left = kinds_.size();
   for (std::int64_t cell = 0; cell < grid_.n_cells() && left > 0; ++cell) {
@@ -173,29 +188,30 @@ void LatticeElasticity::renew() {
     const auto kind = static_cast<std::size_t>(kind_number(cell));
     if (is_renewed[kind])
       continue;
-    kinds_[kind] =
-        kind_for(scene_.cell_stiffness(cell) / scene_.specimen.stiffness_ratio_of(cell), kinds_[kind].thin);
+    kinds_[kind] = stiffnesses.kind_of(cell, kinds_[kind].thin);
     is_renewed[kind] = true;
     --left;
   }
 }
 
-LatticeElasticity::Kind LatticeElasticity::kind_for(const Eigen::MatrixXd& C, std::uint8_t thin) const {
+/// @param S compliance, in 3D all of it, else its diagonal counts alone
+LatticeElasticity::Kind LatticeElasticity::kind_for(const Eigen::MatrixXd& C, const Matrix6& S,
+                                                    std::uint8_t thin) const {
   const int d = grid_.dimension();
   const Vec3& h = grid_.spacing();
   double volume = 1;
   for (int a = 0; a < d; ++a)
     volume *= h[static_cast<std::size_t>(a)];
-  Eigen::Matrix<double, 6, 6> S = Eigen::Matrix<double, 6, 6>::Identity();
-  if (d == 3)
-    S = inverse_of_symmetric(C);
-  else
-    S.topLeftCorner(C.rows(), C.cols()) = C.inverse();
   Kind kind;
-  kind.mean.topLeftCorner(C.rows(), C.cols()) = volume * C;
+  const auto mean = [&](int p, int q) -> double& {
+    return kind.mean[static_cast<std::size_t>(mean_coefficient(p, q))];
+  };
+  for (int p = 0; p < C.rows(); ++p)
+    for (int q = p; q < C.cols(); ++q)
+      mean(p, q) = volume * C(p, q);
   for (int a = 0; a < d; ++a) {
     const auto i = static_cast<std::size_t>(a);
-    kind.mean(a, a) -= alpha * volume / S(a, a);
+    mean(a, a) -= alpha * volume / S(a, a);
     kind.edge[i] = alpha * volume / (1 << (d - 1)) / S(a, a) / (h[i] * h[i]);
     if (d == 3)
       kind.shear[i] = volume / 12 / S(3 + a, 3 + a); // rows 23 13 12: the pair whose third axis is a
@@ -238,7 +254,7 @@ void LatticeElasticity::add_cell(const Kind& kind, const double* u, double* forc
   for (int i = 0; i < n_strains; ++i) {
     stress[i] = 0;
     for (int j = 0; j < n_strains; ++j)
-      stress[i] += kind.mean(i, j) * strain[j];
+      stress[i] += kind.mean_at(i, j) * strain[j];
   }
   // V / 12 G D_c gamma_ab, for each third axis c
   double twist[3] = {0, 0, 0};
@@ -331,7 +347,7 @@ void LatticeElasticity::apply_to_layer(const Displacement& u, const std::array<d
       while (end < in_row && scene_.specimen.is_matter(row + end) && kind_number(row + end) == number)
         ++end;
       if (end - x >= fewest_cells_of_run && is_plain(row + x))
-        add_run(u, forces, first_node, row + x, end - x);
+        add_run(u, forces, first_node, kind(row + x), static_cast<std::int64_t>(node) + x, end - x);
       else
         for (std::int64_t i = x; i < end; ++i)
           add_at(row + i, node + static_cast<std::size_t>(i));
@@ -341,9 +357,8 @@ void LatticeElasticity::apply_to_layer(const Displacement& u, const std::array<d
 
 /// @param forces by component, of `first_node` on
 void LatticeElasticity::add_run(const Displacement& u, const std::array<double*, 3>& forces,
-                                std::int64_t first_node, std::int64_t cell, std::int64_t n) const {
-  const Kind& of = kind(cell);
-  const std::int64_t node = grid_.corner(grid_.cell_at(cell), 0);
+                                std::int64_t first_node, const Kind& of, std::int64_t node,
+                                std::int64_t n) const {
   const auto is_at_rest = [&](std::size_t c, std::int64_t row) {
     const double* const first = u.component(c).data() + node + row;
     return std::all_of(first, first + n + 1, [](double value) { return value == 0; });

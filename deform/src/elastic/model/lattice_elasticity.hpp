@@ -1,6 +1,7 @@
 #pragma once
 /// Elasticity on the lattice: the energy of every cell from the displacements of its corners.
 
+#include "elastic/model/lattice_kernel.hpp"
 #include "maille/scene/answer.hpp"
 #include "maille/scene/arena.hpp"
 #include "parallel/thread_team.hpp"
@@ -71,14 +72,17 @@ public:
 
   /// What a kind of matter gives a cell [N/m], [N].
   struct Kind {
-    Eigen::Matrix<double, 6, 6> mean =
-        Eigen::Matrix<double, 6, 6>::Zero(); ///< V (C - alpha diag E), order of the scene's dimension
-    std::array<double, 3> edge{};            ///< alpha V / n E_a / h_a^2
-    std::array<double, 3> shear{};           ///< V / 12 G_ab, by the third axis
+    /// V (C - alpha diag E), order of the scene's dimension, by mean_coefficient().
+    std::array<double, 21> mean{};
+    std::array<double, 3> edge{};  ///< alpha V / n E_a / h_a^2
+    std::array<double, 3> shear{}; ///< V / 12 G_ab, by the third axis
     /// Of thin cells: V / 12 (Q - diag(E_a, E_b, G_ab)) by the axis c across, a and b the next two; zero
     /// along axes that are not thin. Else none: kinds are many where every cell has its fibres.
     List<Eigen::Matrix3d> bending;
     std::uint8_t thin = 0; ///< bit c for an axis across which it is
+
+    double mean_at(int p, int q) const { return mean[static_cast<std::size_t>(mean_coefficient(p, q))]; }
+    double largest_mean() const; ///< of the diagonal
   };
   const List<Kind>& kinds() const { return kinds_; }
   /// What a cell's energy is over that of its kind (see Specimen::weight_of).
@@ -98,13 +102,14 @@ private:
   void find_thin(ThreadTeam& team);
   void find_kinds(ThreadTeam& team);
   void set_kind(std::int64_t cell, std::int32_t kind);
-  Kind kind_for(const Eigen::MatrixXd& C, std::uint8_t thin) const;
+  class Stiffnesses;
+  Kind kind_for(const Eigen::MatrixXd& C, const Eigen::Matrix<double, 6, 6>& S, std::uint8_t thin) const;
   const Kind& kind(std::int64_t cell) const { return kinds_[static_cast<std::size_t>(kind_number(cell))]; }
   template<int dimension>
   void apply_to_layer(const Displacement& u, const std::array<double*, 3>& forces, std::int64_t first_node,
                       int layer) const;
   void add_run(const Displacement& u, const std::array<double*, 3>& forces, std::int64_t first_node,
-               std::int64_t cell, std::int64_t n) const;
+               const Kind& of, std::int64_t node, std::int64_t n) const;
   template<int dimension>
   void add_cell(const Kind& kind, const double* u, double* force) const;
 

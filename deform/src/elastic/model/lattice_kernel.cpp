@@ -75,9 +75,9 @@ HWY_INLINE void find_pulls(D d, const LatticeRun& run, const std::int64_t* row, 
                        hn::MulAdd(per[0], of_y.along_x, hn::Mul(per[1], of_x.along_y))};
   V stress[6];
   for (int p = 0; p < 6; ++p) {
-    stress[p] = hn::Mul(hn::Set(d, run.mean[6 * p]), strain[0]);
+    stress[p] = hn::Mul(hn::Set(d, run.mean[mean_coefficient(p, 0)]), strain[0]);
     for (int q = 1; q < 6; ++q)
-      stress[p] = hn::MulAdd(hn::Set(d, run.mean[6 * p + q]), strain[q], stress[p]);
+      stress[p] = hn::MulAdd(hn::Set(d, run.mean[mean_coefficient(p, q)]), strain[q], stress[p]);
   }
   // By the axis across: the difference of shears of the two faces, times its stiffness.
   const auto twist = [&](int across, V one, V other) HWY_ATTR {

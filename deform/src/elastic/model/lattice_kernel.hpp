@@ -5,10 +5,15 @@
 
 namespace maille::deform {
 
+/// Place of a pair of strains among the 21 numbers of a symmetric matrix: the upper triangle, row after row.
+constexpr int mean_coefficient(int p, int q) {
+  return p <= q ? p * 6 - p * (p - 1) / 2 + q - p : mean_coefficient(q, p);
+}
+
 /// Cells along x that follow one another, of one matter without thin axes, in 3D.
 struct LatticeRun {
   int cells = 0;
-  const double* mean = nullptr; ///< 6 x 6, see LatticeElasticity::Kind
+  const double* mean = nullptr; ///< see LatticeElasticity::Kind
   const double* edge = nullptr;
   const double* shear = nullptr;
   double per_length[3] = {}; ///< 1 over the spacing [1/m]

@@ -11,15 +11,15 @@ std::uint8_t thin_axes(const Specimen& body, const Index3& cell) {
   const Grid& grid = body.grid;
   if (grid.dimension() != 3)
     return 0;
+  const std::int64_t number = grid.cell(cell);
+  std::int64_t to_next = 1; // along the axis
   std::uint8_t axes = 0;
-  for (std::size_t a = 0; a < 3; ++a) {
+  for (std::size_t a = 0; a < 3; to_next *= grid.cells()[a++]) {
     int in_a_row = 1;
     for (const int direction : {-1, 1})
-      for (Index3 at = cell; in_a_row <= most_cells_of_thin; ++in_a_row) {
-        at[a] += direction;
-        if (at[a] < 0 || at[a] >= grid.cells()[a] || !body.is_matter(grid.cell(at)))
+      for (int at = cell[a] + direction; in_a_row <= most_cells_of_thin; ++in_a_row, at += direction)
+        if (at < 0 || at >= grid.cells()[a] || !body.is_matter(number + to_next * (at - cell[a])))
           break;
-      }
     if (in_a_row <= most_cells_of_thin)
       axes = static_cast<std::uint8_t>(axes | 1u << a);
   }

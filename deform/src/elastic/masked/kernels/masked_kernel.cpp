@@ -176,12 +176,14 @@ HWY_INLINE void find_pulls_of_run(const MaskedOperator& A, const CellRun& run, c
   const F d;
   const hn::RebindToSigned<F> integer;
   const Rows rows(run);
-  const std::int64_t at = std::int64_t{run.cell_slot} + x;
   if (A.kind == nullptr) {
-    const std::int64_t first = at / block * block * A.n_coefficients + x % block;
+    const std::int64_t at = run.cell_slot;
+    constexpr int n = MaskedOperator::coefficients_of(bends);
+    const std::int64_t first = block * (at + std::int64_t{n} * (x / block)) + x % block;
     find_pulls<couples_all, bends>(OwnCoefficients{A.coefficients + first}, u, rows, x, pulls);
     return;
   }
+  const std::int64_t at = std::int64_t{run.cell_slot} + x;
   const auto kinds =
       hn::PromoteTo(integer, hn::LoadU(hn::Rebind<std::uint8_t, decltype(integer)>(), A.kind + at));
   const std::int32_t kind = A.block_kind[at / block];
