@@ -225,8 +225,8 @@ TEST(PlacedSkinAnalytic, NormalsGoOverFromFaceToFace) {
     EXPECT_NEAR(near.normal[1], -1, 1e-9); // beside the plate, before its flat side
 }
 
-// Analytic: a free bar (nu = 0) of 1,573 nodes, which multigrid carries, between two plates: E A strain, and it
-// neither glides nor turns, though nothing keeps it from that.
+// Analytic: a free bar (nu = 0) of 1,573 nodes, which multigrid carries, between two plates: E A strain, and
+// it does not glide away, though nothing keeps it from that.
 TEST(BalanceAnalytic, AFreeBarBetweenPlatesIsPressed) {
   WorldScene scene = surfaces({20, 20, 22});
   scene.objects = {bar("bar", {10, 10, 12}, {5.2, 5.3, 2.1}, 1e4),

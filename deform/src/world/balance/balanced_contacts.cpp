@@ -37,8 +37,8 @@ constexpr double too_far = 2, drag_step = 10, most_drag = 1e6;
 constexpr double forgotten = 1e-12;
 /// What keeps a free object where a round begins: of its contacts' forces, over a cell.
 constexpr double drag_of_forces = 1e-3;
-/// A free object on which forces and moments leave no more than this of the sum of their sizes is in balance, if
-/// it would go no further than so many cells, and as it went in the round before but for this part.
+/// A free object on which forces and moments leave no more than this of the sum of their sizes is in balance,
+/// if it would go no further than so many cells, and as it went in the round before but for this part.
 constexpr double in_balance = 1e-5, rest_over_cell = 0.1, steady = 0.1;
 /// Of the largest gap: a contact that would be no deeper than this does not press.
 constexpr double rounding = 1e-12;
@@ -447,8 +447,8 @@ std::vector<Balance::Answered> Balance::answers() {
   return answers;
 }
 
-/// By what is free is kept where a round begins: by ever so little, but not by less than what faces lean makes of
-/// its contacts' forces.
+/// Finds by what free objects are kept where a round begins: by ever so little, but by a part of the forces
+/// of their contacts, of which faces that lean leave something.
 void Balance::keep_free() {
   for (BalancedObject& one : objects_)
     one.felt = 0;

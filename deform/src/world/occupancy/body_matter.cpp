@@ -40,9 +40,9 @@ Index3 parts_of_faces(const Specimen& specimen, const PosedLattice& lattice) {
 
 namespace {
 
-/// A box that lies in a cell whose corners are not far from those of the box about it. By how much a corner is
-/// off along an axis, at most, by so much the box is smaller: on each of its sides the cell's face is then
-/// beyond it, and a continuous map that does so meets every point between (theorem of Poincare and Miranda).
+/// A box that lies in a cell whose corners are not far from those of the box about it: smaller by as much as
+/// a corner is off along an axis, at most. On each of its sides the cell's face is then beyond it, and a
+/// continuous map that does so meets every point between (theorem of Poincare and Miranda).
 Eigen::AlignedBox3d surely_in_cell(std::span<const Eigen::Vector3d> corners, int dimension,
                                    const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
   Eigen::AlignedBox3d inner(low, high);

@@ -62,8 +62,8 @@ Eigen::MatrixXd rigid_motions(const Specimen& body, const std::vector<std::int64
 
 namespace {
 
-/// Of bodies in three dimensions with more components than this a column by multigrid takes less time than the
-/// factor and one by it; where time passes all steps have the factor in common, and columns have to be exact.
+/// Of bodies in three dimensions with more components than this a column by multigrid takes less time than
+/// the factor and one by it; where time passes all steps share the factor, and columns have to be exact.
 constexpr std::int64_t most_factored = 3'000, most_factored_with_inertia = 15'000;
 
 /// Residuals over forces: of columns, of whose sum contacts are the small part; of everything else, and of

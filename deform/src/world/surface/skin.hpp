@@ -57,8 +57,8 @@ private:
 /// normal at a corner is the mean of those about it, and between corners it is interpolated. So a point that
 /// slides over creases of a surface that is bent meets no edge, and an edge of a box stays one.
 ///
-/// Source  Phong 1975 (Comm. ACM 18), for shading; Puso and Laursen 2004 (Comput. Methods Appl. Mech. Eng. 193)
-///         for contact
+/// Source  Phong 1975 (Comm. ACM 18), for shading; Puso and Laursen 2004 (Comput. Methods Appl. Mech.
+///         Eng. 193), for contact
 class PlacedSkin {
 public:
   PlacedSkin(const Skin& skin, std::span<const Eigen::Vector3d> places, double reach)
