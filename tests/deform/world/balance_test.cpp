@@ -178,6 +178,33 @@ material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
   EXPECT_EQ(n_near, 10); // x = 2 to 6 on both sides
 }
 
+// Analytic: the conditions of Signorini, of contacts of which each says what five others say, all but for
+// rounding: none pulls, no gap is less than 0, and what presses has none.
+TEST(ContactProgramAnalytic, ManyContactsMaySayTheSame) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  for (int question = 0; question < 20; ++question) {
+    constexpr int different = 30, n = 6 * different;
+    const Eigen::MatrixXd root =
+        Eigen::MatrixXd::NullaryExpr(different, different, [&] { return normal(random); });
+    Eigen::MatrixXd own(n, different);
+    Eigen::VectorXd gap(n);
+    for (int i = 0; i < n; ++i) {
+      own.row(i) = root.row(i % different);
+      gap[i] = 0.1 * std::sin(i % different) - 0.05;
+    }
+    const Eigen::MatrixXd compliance =
+        own * own.transpose() + 1e-7 * Eigen::MatrixXd(Eigen::MatrixXd::Identity(n, n));
+    std::vector<char> active;
+    const Eigen::VectorXd force = contact_forces(compliance, gap, std::vector<char>(n, 0), active);
+    const Eigen::VectorXd left = gap + compliance * force;
+    EXPECT_GE(force.minCoeff(), 0);
+    EXPECT_GT(force.maxCoeff(), 0);
+    EXPECT_GT(left.minCoeff(), -1e-9);
+    EXPECT_LT(force.cwiseProduct(left).cwiseAbs().maxCoeff(), 1e-9 * force.maxCoeff());
+  }
+}
+
 /// The skin of a plate of cells in a row along x, its upper side bent over a cylinder.
 struct BentPlate {
   static constexpr int n = 12;

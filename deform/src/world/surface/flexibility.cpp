@@ -66,8 +66,8 @@ namespace {
 /// the factor and one by it; where time passes all steps share the factor, and columns have to be exact.
 constexpr std::int64_t most_factored = 3'000, most_factored_with_inertia = 15'000;
 
-/// Residuals over forces: of columns, of whose sum contacts are the small part; of everything else, and of
-/// columns where momentum hangs on them.
+/// Residuals over forces: of columns, far below what contacts that say nearly the same differ by; and of all
+/// else, and of columns where momentum hangs on them.
 constexpr double of_columns = 1e-8, of_all = 1e-9;
 /// By how much one round of float32 lowers it, and from when on rounding stands in its way.
 constexpr double reduction = 1e-5, no_better = 0.3;

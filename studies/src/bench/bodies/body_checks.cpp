@@ -106,6 +106,10 @@ void Checks::add_rest() {
   add("default_over_wide_box_65", figures_.default_over_wide, 1.1, false);
   if (figures_.next_frame_over_first_legs)
     add("next_frame_over_first_legs", *figures_.next_frame_over_first_legs, 0.2, false);
+  if (figures_.finger_on_calf_fps)
+    add("finger_on_calf_fps", *figures_.finger_on_calf_fps, 20, true,
+        fmt::format("by surfaces; the last force is {:.2g} of itself off that of one frame",
+                    figures_.finger_on_calf_error));
   std::vector<double> gains;
   for (const auto& [name, answered] : figures_.bodies)
     if (answered.unknowns >= unknowns_worth_threads)
