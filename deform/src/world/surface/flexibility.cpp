@@ -68,9 +68,11 @@ constexpr std::int64_t most_factored = 3'000, most_factored_with_inertia = 15'00
 
 /// Residuals over forces: of columns, far below what contacts that say nearly the same differ by; and of all
 /// else, and of columns where momentum hangs on them.
-constexpr double of_columns = 1e-8, of_all = 1e-9;
+constexpr double of_columns = 1e-7, of_all = 1e-9;
 /// By how much one round of float32 lowers it, and from when on rounding stands in its way.
 constexpr double reduction = 1e-5, no_better = 0.3;
+/// The norm that conjugate gradients lower is another: so much further than is asked.
+constexpr double safely = 0.2;
 constexpr std::int64_t most_column_bytes = std::int64_t{1} << 30;
 constexpr int most_rounds = 6, most_iterations = 400;
 
@@ -255,7 +257,8 @@ Eigen::VectorXd MultigridStiffness::solve(const Eigen::VectorXd& forces, double 
   for (int round = 0; round < most_rounds && left > enough; ++round) {
     spread(residual, field);
     system_.find_direction(
-        field, most_iterations, reduction, [] { return false; }, correction);
+        field, most_iterations, std::max(reduction, safely * enough / left), [] { return false; },
+        correction);
     answer += gathered(correction);
     spread(answer, field);
     elasticity_.apply(field, correction, team_);
