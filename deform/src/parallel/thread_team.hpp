@@ -56,6 +56,7 @@ private:
   void* callable_ = nullptr;
   Arena::Ledger* ledger_ = nullptr; ///< of the caller
   int n_items_ = 0;
+  int callers_ = -1; ///< the processor that the caller was on, which the others keep off
 
   std::atomic<int> next_item_{0};
   std::atomic<std::uint32_t> loop_{0};   ///< counts loops
