@@ -8,6 +8,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <span>
 #include <thread>
@@ -91,6 +93,11 @@ std::string BenchReport::table() const {
       text += fmt::format("     limit: {}\n", check.physical_limit);
   }
   return text;
+}
+
+bool has_data(std::string_view file) {
+  const char* const data = std::getenv("MAILLE_DATA");
+  return data != nullptr && std::filesystem::exists(std::filesystem::path(data) / file);
 }
 
 bool BenchReport::all_met() const {

@@ -90,6 +90,22 @@ TEST(ContactProgramOracle, FindsTheForcesThatTryingEverySetFinds) {
   }
 }
 
+/// A soft body of rows of cells in two dimensions, the lowest last.
+WorldScene soft_rows(const std::string& rows, const std::string& settings) {
+  return parse_world_scene(fmt::format(R"([world]
+cells = [40, 40]
+spacing = "1 mm"
+contact = "surfaces"
+[[object]]
+name = "body"
+kind = "deformable"
+shape = "rows"
+rows = [{}]
+material = {{ youngs_modulus = "10 kPa", poisson_ratio = 0.3 }}
+{})",
+                                       rows, settings));
+}
+
 // Oracle: all faces of the other skin are looked at, for every node. Skins that wander: what is kept of where
 // they were before is enough.
 TEST(NearFacesOracle, NothingThatIsNearIsMissed) {
@@ -144,19 +160,7 @@ TEST(NearFacesOracle, NothingThatIsNearIsMissed) {
 
 // Oracle: cells near a node by hand: of a C the ends of its arms are near one another in space alone.
 TEST(NearFacesOracle, OfASkinAndItselfWhatIsFarInTheBodyCounts) {
-  const Specimen body = parse_world_scene(R"([world]
-cells = [12, 12]
-spacing = "1 mm"
-contact = "surfaces"
-[[object]]
-name = "c"
-kind = "deformable"
-shape = "rows"
-rows = ["######","#.....","######"]
-material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
-)")
-                            .objects[0]
-                            .scene.specimen;
+  const Specimen body = soft_rows(R"("######","#.....","######")", "").objects[0].scene.specimen;
   const Skin of_body(body);
   std::vector<Eigen::Vector3d> places;
   for (std::int32_t node = 0; node < of_body.n_nodes(); ++node) {
@@ -498,19 +502,11 @@ TEST(BalanceAnalytic, APlankPushedAtItsEndTurns) {
 
 /// A C as in docs, its upper arm pushed down.
 World closing_c() {
-  return World(parse_world_scene(R"([world]
-cells = [40, 40]
-spacing = "1 mm"
-contact = "surfaces"
-[[object]]
-name = "c"
-kind = "deformable"
-shape = "rows"
-rows = ["####################","####################","####................","####................",
+  return World(soft_rows(
+      R"("####################","####################","####................","####................",
 "####................","####................","####................","####................",
-"####################","####################"]
-material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
-hold = [{ where = "x-" }]
+"####################","####################")",
+      R"(hold = [{ where = "x-" }]
 position = ["8.5 mm", "15.5 mm"]
 )"));
 }

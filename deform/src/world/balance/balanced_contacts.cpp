@@ -40,8 +40,6 @@ constexpr double drag_of_forces = 1e-3;
 /// A free object on which forces and moments leave no more than this of the sum of their sizes is in balance,
 /// if it would go no further than so many cells, and as it went in the round before but for this part.
 constexpr double in_balance = 1e-5, rest_over_cell = 0.1, steady = 0.1;
-/// Of the largest gap: a contact that would be no deeper than this does not press.
-constexpr double rounding = 1e-12;
 
 } // namespace
 
@@ -208,11 +206,12 @@ void Balance::add_friction(Program& program, std::vector<double>& gap) const {
 
 namespace {
 
-/// The components that are pushed, and by how much for 1 N of each contact.
-struct Components {
-  std::vector<std::int64_t> list;
-  Eigen::SparseMatrix<double, Eigen::RowMajor> pushes; ///< own contacts x components
-};
+template<class Number>
+void sort_uniquely(std::vector<Number>& numbers) {
+  std::ranges::sort(numbers);
+  const auto again = std::ranges::unique(numbers);
+  numbers.erase(again.begin(), again.end());
+}
 
 } // namespace
 
@@ -220,44 +219,39 @@ void Balance::add_compliance_of_body(int number, Program& program) {
   BalancedObject& one = object(number);
   const auto& pushes = program.pushes[static_cast<std::size_t>(number)];
   const int d = one.dimension;
-  Components components;
-  for (const Push& push : pushes)
-    for (int b = 0; b < d; ++b)
-      components.list.push_back(push.first_component + b);
-  std::ranges::sort(components.list);
-  const auto same = std::ranges::unique(components.list);
-  components.list.erase(same.begin(), same.end());
-  const auto n = static_cast<Eigen::Index>(components.list.size());
-  std::vector<Eigen::Index> rows; // contacts that do not concern the body have none
-  for (const Push& push : pushes)
+  std::vector<std::int64_t> components; // that are pushed
+  std::vector<Eigen::Index> rows;       // contacts that do not concern the body have none
+  for (const Push& push : pushes) {
     rows.push_back(push.row);
-  std::ranges::sort(rows);
-  const auto again = std::ranges::unique(rows);
-  rows.erase(again.begin(), again.end());
+    for (int b = 0; b < d; ++b)
+      components.push_back(push.first_component + b);
+  }
+  sort_uniquely(rows);
+  sort_uniquely(components);
+  const auto n = static_cast<Eigen::Index>(components.size());
   std::vector<Eigen::Triplet<double>> entries;
   for (const Push& push : pushes) {
     const Eigen::Vector3d force = one.pose.rotation.transpose() * push.force;
     const auto row = std::ranges::lower_bound(rows, Eigen::Index{push.row}) - rows.begin();
     for (int b = 0; b < d; ++b) {
-      const auto place = std::ranges::lower_bound(components.list, push.first_component + b);
-      entries.emplace_back(static_cast<int>(row), static_cast<int>(place - components.list.begin()),
-                           force[b]);
+      const auto place = std::ranges::lower_bound(components, push.first_component + b);
+      entries.emplace_back(static_cast<int>(row), static_cast<int>(place - components.begin()), force[b]);
     }
   }
-  components.pushes.resize(static_cast<Eigen::Index>(rows.size()), n);
-  components.pushes.setFromTriplets(entries.begin(), entries.end());
+  Eigen::SparseMatrix<double, Eigen::RowMajor> forces(static_cast<Eigen::Index>(rows.size()), n); // for 1 N
+  forces.setFromTriplets(entries.begin(), entries.end());
   Eigen::MatrixXd compliance(n, n);
   Eigen::VectorXd missing(n); // of what it would be without contacts
   for (Eigen::Index i = 0; i < n; ++i) {
-    const std::int64_t component = components.list[static_cast<std::size_t>(i)];
-    compliance.col(i) = one.flexibility->column(component)(components.list);
+    const std::int64_t component = components[static_cast<std::size_t>(i)];
+    compliance.col(i) = one.flexibility->column(component)(components);
     missing[i] = one.unloaded[component] - one.displacement[component];
   }
   compliance = 0.5 * (compliance + compliance.transpose()).eval();
-  const Eigen::MatrixXd half = components.pushes * compliance; // rows x components
-  const Eigen::MatrixXd given_way = components.pushes * half.transpose();
+  const Eigen::MatrixXd half = forces * compliance; // rows x components
+  const Eigen::MatrixXd given_way = forces * half.transpose();
   program.compliance(rows, rows) += given_way;
-  program.gap(rows) += components.pushes * missing;
+  program.gap(rows) += forces * missing;
 }
 
 namespace {
@@ -307,9 +301,7 @@ void Balance::add_compliance_as_a_whole(int number, Program& program) const {
     wrenches.row(push.row) += wrench(push.force, push.at, one.middle).transpose();
     rows.push_back(push.row);
   }
-  std::ranges::sort(rows);
-  const auto same = std::ranges::unique(rows);
-  rows.erase(same.begin(), same.end());
+  sort_uniquely(rows);
   const Eigen::MatrixXd own = wrenches(rows, Eigen::all);
   program.compliance(rows, rows) += own * compliance_of(one, drag_) * own.transpose();
   const auto [shift, turn] = asked_of(one);
@@ -423,7 +415,7 @@ std::vector<Balance::Answered> Balance::answers() {
     for (int i = 0; i < parts_.n_objects(); ++i)
       answers.push_back(answer(i, asked, force));
     const Eigen::VectorXd gaps = gaps_after(asked, answers);
-    const double least = n > 0 ? -rounding * asked.gap.cwiseAbs().maxCoeff() : 0;
+    const double least = n > 0 ? -rounding_of_gaps * asked.gap.cwiseAbs().maxCoeff() : 0;
     is_whole = true;
     for (std::size_t row = 0; row < n_touches; ++row)
       if (is_chosen[row] == 0 && gaps[static_cast<Eigen::Index>(row)] < least) {

@@ -1,5 +1,6 @@
 #include "world/occupancy/self_contact.hpp"
 
+#include "lattice/binned_boxes.hpp"
 #include "world/occupancy/crossing_tests.hpp"
 
 #include <Eigen/Geometry>

@@ -106,7 +106,7 @@ Eigen::VectorXd contact_forces(const Eigen::MatrixXd& compliance, const Eigen::V
     force = forces_of(compliance, gap0, active);
     const Eigen::VectorXd gap = gap0 + compliance * force;
     const double least_force = -rounding * force.cwiseAbs().maxCoeff(),
-                 least_gap = -rounding * gap0.cwiseAbs().maxCoeff();
+                 least_gap = -rounding_of_gaps * gap0.cwiseAbs().maxCoeff();
     std::vector<std::size_t> wrong;
     for (std::size_t i = 0; i < n; ++i) {
       const auto k = static_cast<Eigen::Index>(i);

@@ -58,10 +58,6 @@ Eigen::MatrixXd rigid_motions(const Specimen& body, const std::vector<std::int64
   return factor.householderQ() * Eigen::MatrixXd::Identity(motions.rows(), motions.cols());
 }
 
-} // namespace
-
-namespace {
-
 /// Of bodies in three dimensions with more components than this a column by multigrid takes less time than
 /// the factor and one by it; where time passes all steps share the factor, and columns have to be exact.
 constexpr std::int64_t most_factored = 3'000, most_factored_with_inertia = 15'000;

@@ -55,6 +55,9 @@ public:
               const Eigen::VectorXd& inertia = Eigen::VectorXd(), bool floats = false, int threads = 1,
               StiffnessSolver solver = StiffnessSolver::quickest);
 
+  Flexibility(const Flexibility&) = delete; // its stiffness refers to what is held
+  Flexibility& operator=(const Flexibility&) = delete;
+
   std::int64_t n_components() const { return static_cast<std::int64_t>(is_fixed_.size()); }
   bool is_fixed(std::int64_t component) const { return is_fixed_[static_cast<std::size_t>(component)] != 0; }
   /// Displacement of everything for a force of 1 N on a component; zero for a fixed one. Kept.
@@ -64,7 +67,7 @@ public:
   Eigen::VectorXd moved(const Eigen::VectorXd& prescribed) const;
   /// Displacement for forces on all components; those on fixed ones count for nothing.
   Eigen::VectorXd solve(const Eigen::VectorXd& forces) const;
-  /// Forgets columns that nobody has asked for since the last call, where all take more than a gibibyte.
+  /// Gives back columns that were not asked for between two calls, where all take more than 1 GiB.
   void forget_unused();
   /// Elastic energy [J].
   double energy(const Eigen::VectorXd& displacement) const {

@@ -1,5 +1,7 @@
 #include "world/surface/skin.hpp"
 
+#include "lattice/binned_boxes.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -143,42 +145,6 @@ double furthest_between(std::span<const Eigen::Vector3d> now, std::span<const Ei
   return std::sqrt(most);
 }
 
-/// Boxes in the bins of a lattice that they reach into.
-class BoxBins {
-public:
-  using Key = std::array<int, 3>;
-  explicit BoxBins(double edge) : edge_(edge) {}
-
-  void add(const Eigen::AlignedBox3d& box, std::int32_t number) {
-    const Key first = key_of(box.min()), last = key_of(box.max());
-    Key key;
-    for (key[2] = first[2]; key[2] <= last[2]; ++key[2])
-      for (key[1] = first[1]; key[1] <= last[1]; ++key[1])
-        for (key[0] = first[0]; key[0] <= last[0]; ++key[0])
-          bins_.emplace_back(key, number);
-  }
-  void sort() { std::ranges::sort(bins_); }
-  /// Calls visit(number) for what may have the point, in the order of numbers.
-  template<class Visit>
-  void for_each_at(const Eigen::Vector3d& point, const Visit& visit) const {
-    const Key key = key_of(point);
-    for (auto entry = std::ranges::lower_bound(bins_, std::pair(key, std::int32_t{-1}));
-         entry != bins_.end() && entry->first == key; ++entry)
-      visit(entry->second);
-  }
-
-private:
-  Key key_of(const Eigen::Vector3d& x) const {
-    Key key;
-    for (std::size_t a = 0; a < 3; ++a)
-      key[a] = static_cast<int>(std::floor(x[static_cast<Eigen::Index>(a)] / edge_));
-    return key;
-  }
-
-  double edge_;
-  std::vector<std::pair<Key, std::int32_t>> bins_;
-};
-
 } // namespace
 
 void NearFaces::update(const Skin& of_nodes, std::span<const Eigen::Vector3d> nodes, const Skin& of_faces,
@@ -210,10 +176,10 @@ void NearFaces::find(const Skin& of_nodes, const Skin& of_faces, double reach) {
     of_all_faces.extend(box);
     boxes.push_back(box);
   }
-  BoxBins bins(edge);
+  BinnedBoxes bins(edge);
   for (std::size_t face = 0; face < boxes.size(); ++face)
     if (boxes[face].intersects(of_all_nodes))
-      bins.add(boxes[face], static_cast<std::int32_t>(face));
+      bins.add(static_cast<std::int32_t>(face), boxes[face]);
   bins.sort();
   const bool is_itself = &of_nodes == &of_faces;
   std::vector<std::int32_t> marks(static_cast<std::size_t>(is_itself ? of_faces.n_cells() : 0), -1);
@@ -224,7 +190,7 @@ void NearFaces::find(const Skin& of_nodes, const Skin& of_faces, double reach) {
     if (is_itself)
       of_faces.mark_near(node, node, marks);
     OfNode one{node, faces_.size(), 0};
-    bins.for_each_at(point, [&](std::int32_t face) {
+    bins.visit({point, point}, [&](std::int32_t face) {
       const std::int32_t cell = of_faces.faces()[static_cast<std::size_t>(face)].cell;
       if (boxes[static_cast<std::size_t>(face)].contains(point) &&
           !(is_itself && marks[static_cast<std::size_t>(cell)] == node))
@@ -360,11 +326,12 @@ std::vector<PlacedSkin::Near> PlacedSkin::nearest(const Eigen::Vector3d& point,
       return is_of_face(one, other.face) &&
              normal_of(other.face).dot(normal_of(one.face)) <= least_smooth_cosine;
     });
-    if (const Eigen::Vector3d smooth = smooth_normal(one);
-        !is_sharp && (one.distance <= same || std::abs(smooth.dot(off)) > least_part * one.distance)) {
-      near.normal = smooth;
-      near.gap = smooth.dot(off);
-    }
+    if (!is_sharp)
+      if (const Eigen::Vector3d smooth = smooth_normal(one);
+          one.distance <= same || std::abs(smooth.dot(off)) > least_part * one.distance) {
+        near.normal = smooth;
+        near.gap = smooth.dot(off);
+      }
     list.push_back(near);
   }
   return list;

@@ -76,8 +76,6 @@ public:
   /// is inside: the nearest place alone.
   /// @param faces  that count, in their order: all that are within reach may be among them
   std::vector<Near> near(const Eigen::Vector3d& point, std::span<const std::int32_t> faces) const;
-  /// Outwards, of length 1.
-  Eigen::Vector3d normal_of(std::int32_t face) const;
 
 private:
   struct Closest {
@@ -89,6 +87,8 @@ private:
   };
   const Eigen::Vector3d& at(std::int32_t node) const { return places_[static_cast<std::size_t>(node)]; }
   Closest closest(std::int32_t face, const Eigen::Vector3d& point) const;
+  /// Outwards, of length 1.
+  Eigen::Vector3d normal_of(std::int32_t face) const;
   Eigen::Vector3d smooth_normal(const Closest& one) const;
   std::vector<Near> nearest(const Eigen::Vector3d& point, std::vector<Closest>& found) const;
 

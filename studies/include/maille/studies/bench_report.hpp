@@ -26,6 +26,9 @@ inline bool goes_on(const Control& control, double fraction, std::string_view wh
   return true;
 }
 
+/// Whether $MAILLE_DATA has an image: what is measured on it is left out where it does not.
+bool has_data(std::string_view file);
+
 /// One figure that was aimed for.
 struct BenchCheck {
   std::string name;

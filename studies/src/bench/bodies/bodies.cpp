@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 #include <numeric>
 #include <string>
@@ -204,7 +203,7 @@ position = ["250 mm", "240 mm", "70 mm"]
 }
 
 void Bodies::finger_on_calf() {
-  if (const char* data = std::getenv("MAILLE_DATA"); options_.quick || data == nullptr || *data == 0) {
+  if (options_.quick || !has_data("calf_mri/labels.nii.gz")) {
     report_.notes.emplace_back("finger_on_calf_fps omitted: MAILLE_DATA names no images, or --quick.");
     return;
   }

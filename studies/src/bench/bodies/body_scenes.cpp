@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <numbers>
 
@@ -91,11 +90,6 @@ Scene elastic(Scene scene) {
 
 Scene of_repository(const char* file) {
   return elastic(read_scene(fs::path(MAILLE_SCENES) / file));
-}
-
-bool has_data(const char* file) {
-  const char* const data = std::getenv("MAILLE_DATA");
-  return data != nullptr && fs::exists(fs::path(data) / file);
 }
 
 /// Bone of the head by a threshold, pressed together by 1 %.

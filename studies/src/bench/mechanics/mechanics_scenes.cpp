@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 
-#include <cstdlib>
 #include <filesystem>
 
 namespace maille::studies {
@@ -15,9 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 
 bool has_calf() {
-  const char* const data = std::getenv("MAILLE_DATA");
-  return data != nullptr && fs::exists(fs::path(data) / "calf_mri/labels.nii.gz") &&
-         fs::exists(fs::path(data) / "calf_mri/DTI-tensor.nii.gz");
+  return has_data("calf_mri/labels.nii.gz") && has_data("calf_mri/DTI-tensor.nii.gz");
 }
 
 /// The strip of strip_pulled.toml.

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <numbers>
 
@@ -91,9 +90,7 @@ std::int64_t iterations_on(const std::string& file, const BenchOptions& options,
 } // namespace
 
 void bench_muscles(const BenchOptions& options, BenchReport& report, RelaxFigures& figures) {
-  const char* const data = std::getenv("MAILLE_DATA");
-  const bool has_image =
-      data != nullptr && std::filesystem::exists(std::filesystem::path(data) / "calf_mri/labels.nii.gz");
+  const bool has_image = has_data("calf_mri/labels.nii.gz");
   figures.muscle = has_image ? "calf_soleus.toml" : "muscle_belly.toml";
   figures.muscle_iterations = iterations_on(figures.muscle, options, report);
   if (has_image)
