@@ -310,9 +310,9 @@ TEST(FlexibilityOracle, ColumnsAreTheAnswersOfCoupled) {
   }
 }
 
-// Oracle: the factor, of an anisotropic body with a hole and cells that are partly tissue: columns, what held
+// Oracle: Eigen's factor of a matrix put together entry by entry, of an anisotropic body with a hole and cells that are partly tissue: columns, what held
 // components that are moved do, forces at components, and the same with inertia.
-TEST(FlexibilityOracle, MultigridIsTheFactor) {
+TEST(FlexibilityOracle, MultigridAndTheSupernodalFactorAreEigensFactor) {
   WorldObject object = elastic_object("body", {5, 4, 6}, {});
   hold_face(object, 2, false);
   Scene& scene = object.scene;
@@ -332,8 +332,16 @@ TEST(FlexibilityOracle, MultigridIsTheFactor) {
     const Eigen::VectorXd inertia =
         has_inertia ? Eigen::VectorXd(Eigen::VectorXd::LinSpaced(n, 1e3, 3e3)) : Eigen::VectorXd();
     Flexibility factor(scene, fixed, inertia, false, 1, StiffnessSolver::factor),
-        multigrid(scene, fixed, inertia, false, 2, StiffnessSolver::multigrid);
+        multigrid(scene, fixed, inertia, false, 2, StiffnessSolver::multigrid),
+        supernodal(scene, fixed, inertia, false, 1, StiffnessSolver::supernodal);
     const double error = has_inertia ? 1e-8 : 1e-4;
+    std::vector<std::int64_t> all(static_cast<std::size_t>(n));
+    std::iota(all.begin(), all.end(), 0);
+    supernodal.find_columns(all);
+    for (const std::int64_t component : all)
+      ASSERT_LT((supernodal.column(component) - factor.column(component)).norm(),
+                1e-10 * factor.column(component).norm())
+          << "of component " << component;
     for (const std::int64_t component : {n - 1, n / 2, n / 3 + 1}) {
       const Eigen::VectorXd& expected = factor.column(component);
       EXPECT_LT((multigrid.column(component) - expected).norm(), error * expected.norm());
@@ -345,6 +353,7 @@ TEST(FlexibilityOracle, MultigridIsTheFactor) {
       given[component] = 1e-3 * static_cast<double>(component % 7);
     const Eigen::VectorXd expected = factor.moved(given);
     EXPECT_LT((multigrid.moved(given) - expected).norm(), 1e-8 * expected.norm());
+    EXPECT_LT((supernodal.moved(given) - expected).norm(), 1e-10 * expected.norm());
   }
 }
 

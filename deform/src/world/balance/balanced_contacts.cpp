@@ -240,6 +240,7 @@ void Balance::add_compliance_of_body(int number, Program& program) {
   }
   Eigen::SparseMatrix<double, Eigen::RowMajor> forces(static_cast<Eigen::Index>(rows.size()), n); // for 1 N
   forces.setFromTriplets(entries.begin(), entries.end());
+  one.flexibility->find_columns(components);
   Eigen::MatrixXd compliance(n, n);
   Eigen::VectorXd missing(n); // of what it would be without contacts
   for (Eigen::Index i = 0; i < n; ++i) {

@@ -3,16 +3,19 @@
 #include "elastic/masked/masked_solver.hpp"
 #include "elastic/model/lattice_elasticity.hpp"
 #include "elastic/multigrid/chebyshev.hpp"
+#include "world/surface/supernodal_factor.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/QR>
 #include <Eigen/SparseCholesky>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <span>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -71,6 +74,11 @@ constexpr double reduction = 1e-5, no_better = 0.3;
 constexpr double safely = 0.2;
 constexpr std::int64_t most_column_bytes = std::int64_t{1} << 30;
 constexpr int most_rounds = 6, most_iterations = 400;
+/// Of a supernodal factor, and of components whose order it is tried for.
+constexpr double most_factor_numbers = 6e7;
+constexpr std::int64_t most_ordered = 200'000;
+/// Columns that are found together.
+constexpr std::size_t columns_at_once = 48;
 
 /// Nodes of matter, in the order of the grid.
 std::vector<std::int64_t> nodes_of(const Specimen& body) {
@@ -79,6 +87,96 @@ std::vector<std::int64_t> nodes_of(const Specimen& body) {
     if (body.is_node(body.grid.node_at(node)))
       nodes.push_back(node);
   return nodes;
+}
+
+/// CHOLMOD's part, opened once. @throws std::runtime_error where it is not there
+const CholmodFunctions& cholmod() {
+  static const auto* const opened = static_cast<const CholmodFunctions*>(
+      open_plugin("maille-cholmod.so", "factors of large bodies (CHOLMOD)", cholmod_layout));
+  return *opened;
+}
+
+/// The stiffness of bodies in three dimensions, block by block: of a node with itself and with the 13 that
+/// come after it in the grid.
+class NodeBlocks {
+public:
+  NodeBlocks(const Specimen& body, const LatticeElasticity& elasticity,
+             const std::vector<std::int64_t>& nodes);
+  /// Of components that are not fixed, the lower triangle. @param group the node of each
+  Eigen::SparseMatrix<double> lower(const std::vector<char>& is_fixed, const Eigen::VectorXd& inertia,
+                                    std::vector<std::int32_t>& group) const;
+
+private:
+  static constexpr std::size_t n_after = 14;
+  struct Block {
+    std::int32_t node = -1;
+    Eigen::Matrix3d values = Eigen::Matrix3d::Zero();
+  };
+  std::vector<std::array<Block, n_after>> rows_;
+};
+
+NodeBlocks::NodeBlocks(const Specimen& body, const LatticeElasticity& elasticity,
+                       const std::vector<std::int64_t>& nodes)
+    : rows_(nodes.size()) {
+  const Grid& grid = body.grid;
+  std::vector<std::int32_t> number(static_cast<std::size_t>(grid.n_nodes()), -1);
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    number[static_cast<std::size_t>(nodes[i])] = static_cast<std::int32_t>(i);
+  std::map<std::int32_t, Eigen::MatrixXd> by_kind;
+  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
+    if (!body.is_matter(cell))
+      continue;
+    auto [entry, is_new] = by_kind.try_emplace(elasticity.kind_number(cell));
+    if (is_new)
+      entry->second = cell_stiffness<3>(elasticity, cell) / elasticity.weight(cell);
+    const Index3 index = grid.cell_at(cell);
+    for (int near = 0; near < 8; ++near)
+      for (int far = 0; far < 8; ++far) {
+        const auto along = [&](int axis) { return ((far >> axis) & 1) - ((near >> axis) & 1); };
+        const int after = along(0) + 3 * along(1) + 9 * along(2);
+        if (after < 0)
+          continue;
+        Block& block =
+            rows_[static_cast<std::size_t>(number[static_cast<std::size_t>(grid.corner(index, near))])]
+                 [static_cast<std::size_t>(after)];
+        block.node = number[static_cast<std::size_t>(grid.corner(index, far))];
+        block.values += elasticity.weight(cell) * entry->second.block<3, 3>(3 * far, 3 * near);
+      }
+  }
+}
+
+Eigen::SparseMatrix<double> NodeBlocks::lower(const std::vector<char>& is_fixed,
+                                              const Eigen::VectorXd& inertia,
+                                              std::vector<std::int32_t>& group) const {
+  std::vector<int> free(is_fixed.size(), -1);
+  int n_free = 0, n_groups = 0;
+  for (std::size_t node = 0; node < rows_.size(); ++node) {
+    const int before = n_free;
+    for (std::size_t i = 3 * node; i < 3 * node + 3; ++i)
+      if (is_fixed[i] == 0) {
+        free[i] = n_free++;
+        group.push_back(n_groups);
+      }
+    n_groups += n_free > before ? 1 : 0;
+  }
+  Eigen::SparseMatrix<double> matrix(n_free, n_free);
+  matrix.reserve(static_cast<Eigen::Index>(n_free) * 3 * n_after);
+  for (std::size_t column = 0; column < free.size(); ++column) {
+    if (free[column] < 0)
+      continue;
+    matrix.startVec(free[column]);
+    for (const Block& block : rows_[column / 3])
+      for (std::size_t b = 0; b < 3 && block.node >= 0; ++b) {
+        const std::size_t row = 3 * static_cast<std::size_t>(block.node) + b;
+        double value = block.values(static_cast<Eigen::Index>(b), static_cast<Eigen::Index>(column % 3));
+        if (row == column && inertia.size() > 0)
+          value += inertia[static_cast<Eigen::Index>(row)];
+        if (free[row] >= free[column])
+          matrix.insertBack(free[row], free[column]) = value;
+      }
+  }
+  matrix.finalize();
+  return matrix;
 }
 
 class FactoredStiffness : public BodyStiffness {
@@ -166,12 +264,17 @@ Eigen::VectorXd FactoredStiffness::solve(const Eigen::VectorXd& forces, double) 
   return whole;
 }
 
-/// By refinement: residuals in float64, corrections by conjugate gradients around multigrid in float32.
+/// By refinement: residuals in float64, corrections by conjugate gradients around multigrid in float32. Where
+/// it may, by a supernodal factor from the first time on that several are asked for together.
 class MultigridStiffness : public BodyStiffness {
 public:
   MultigridStiffness(const Scene& scene, std::vector<std::int64_t> nodes, const std::vector<char>& is_fixed,
                      const Eigen::VectorXd& inertia, int threads);
+  /// @return whether it was made. @throws std::runtime_error where CHOLMOD is not there
+  bool make_factor();
+  void factor_if_asked() { may_factor_ = true; }
   Eigen::VectorXd solve(const Eigen::VectorXd& forces, double accuracy) override;
+  Eigen::MatrixXd solve_all(const Eigen::MatrixXd& forces, double accuracy) override;
   Eigen::VectorXd forces(const Eigen::VectorXd& displacement) const override;
   double force_at(std::int64_t component, const Eigen::VectorXd& displacement) const override;
 
@@ -192,6 +295,8 @@ private:
   LatticeElasticity elasticity_; ///< springs stand for inertia
   MaskedMultigrid multigrid_;
   MaskedSystem system_;
+  bool may_factor_ = false;
+  std::unique_ptr<SupernodalFactor> factor_;
 };
 
 MultigridStiffness::MultigridStiffness(const Scene& scene, std::vector<std::int64_t> nodes,
@@ -244,7 +349,34 @@ Eigen::VectorXd MultigridStiffness::gathered(const Displacement& field) const {
   return values;
 }
 
+bool MultigridStiffness::make_factor() {
+  std::vector<std::int32_t> group;
+  const Eigen::SparseMatrix<double> lower =
+      NodeBlocks(body_, elasticity_, nodes_).lower(is_fixed_, inertia_, group);
+  factor_ = cholmod().factor(lower, group, most_factor_numbers);
+  return factor_ != nullptr;
+}
+
+Eigen::MatrixXd MultigridStiffness::solve_all(const Eigen::MatrixXd& forces, double accuracy) {
+  if (std::exchange(may_factor_, false) && forces.rows() <= most_ordered)
+    try {
+      make_factor();
+    } catch (const std::runtime_error&) { // CHOLMOD is not there: multigrid does it too
+    }
+  if (!factor_)
+    return BodyStiffness::solve_all(forces, accuracy);
+  std::vector<Eigen::Index> free;
+  for (std::size_t i = 0; i < is_fixed_.size(); ++i)
+    if (is_fixed_[i] == 0)
+      free.push_back(static_cast<Eigen::Index>(i));
+  Eigen::MatrixXd answer = Eigen::MatrixXd::Zero(forces.rows(), forces.cols());
+  answer(free, Eigen::all) = factor_->solve(forces(free, Eigen::all));
+  return answer;
+}
+
 Eigen::VectorXd MultigridStiffness::solve(const Eigen::VectorXd& forces, double accuracy) {
+  if (factor_)
+    return solve_all(forces, accuracy);
   Eigen::VectorXd residual = forces, answer = Eigen::VectorXd::Zero(forces.size());
   hold(residual);
   Displacement field(body_.grid), correction(body_.grid);
@@ -296,6 +428,13 @@ double MultigridStiffness::force_at(std::int64_t component, const Eigen::VectorX
 
 } // namespace
 
+Eigen::MatrixXd BodyStiffness::solve_all(const Eigen::MatrixXd& forces, double accuracy) {
+  Eigen::MatrixXd answer(forces.rows(), forces.cols());
+  for (Eigen::Index i = 0; i < forces.cols(); ++i)
+    answer.col(i) = solve(forces.col(i), accuracy);
+  return answer;
+}
+
 Flexibility::Flexibility(const Scene& scene, const std::vector<std::int64_t>& fixed,
                          const Eigen::VectorXd& inertia, bool floats, int threads, StiffnessSolver solver)
     : column_accuracy_(inertia.size() > 0 ? of_all : of_columns) {
@@ -306,34 +445,53 @@ Flexibility::Flexibility(const Scene& scene, const std::vector<std::int64_t>& fi
   is_fixed_.assign(nodes.size() * static_cast<std::size_t>(d), 0);
   for (const std::int64_t component : fixed)
     is_fixed_[static_cast<std::size_t>(component)] = 1;
-  if (solver == StiffnessSolver::quickest)
-    solver = d == 3 && n_components() > (inertia.size() > 0 ? most_factored_with_inertia : most_factored)
-                 ? StiffnessSolver::multigrid
-                 : StiffnessSolver::factor;
-  if (solver == StiffnessSolver::multigrid)
-    stiffness_ = std::make_unique<MultigridStiffness>(scene, std::move(nodes), is_fixed_, inertia, threads);
-  else
+  const bool is_small =
+      d == 2 || n_components() <= (inertia.size() > 0 ? most_factored_with_inertia : most_factored);
+  if (solver == StiffnessSolver::factor || (solver == StiffnessSolver::quickest && is_small)) {
     stiffness_ = std::make_unique<FactoredStiffness>(scene, nodes, is_fixed_, inertia);
+    return;
+  }
+  auto stiffness = std::make_unique<MultigridStiffness>(scene, std::move(nodes), is_fixed_, inertia, threads);
+  if (solver == StiffnessSolver::quickest)
+    stiffness->factor_if_asked();
+  if (solver == StiffnessSolver::supernodal && !stiffness->make_factor())
+    throw std::runtime_error("Flexibility: the factor would have too many numbers");
+  stiffness_ = std::move(stiffness);
+}
+
+Eigen::VectorXd Flexibility::force_for_column(std::int64_t component) const {
+  Eigen::VectorXd unit = Eigen::VectorXd::Zero(n_components());
+  if (rigid_.size() > 0 || !is_fixed(component))
+    unit[component] = 1;
+  if (rigid_.size() > 0)
+    unit -= rigid_ * rigid_.row(component).transpose();
+  return unit;
+}
+
+void Flexibility::find_columns(std::span<const std::int64_t> components) {
+  std::vector<std::int64_t> wanted;
+  for (const std::int64_t component : components) {
+    const auto [entry, is_new] = columns_.try_emplace(component);
+    entry->second.is_used = true;
+    if (is_new)
+      wanted.push_back(component);
+  }
+  for (std::size_t first = 0; first < wanted.size(); first += columns_at_once) {
+    const auto some = std::span(wanted).subspan(first, std::min(columns_at_once, wanted.size() - first));
+    Eigen::MatrixXd forces(n_components(), std::ssize(some));
+    for (std::size_t i = 0; i < some.size(); ++i)
+      forces.col(static_cast<Eigen::Index>(i)) = force_for_column(some[i]);
+    Eigen::MatrixXd found = stiffness_->solve_all(forces, column_accuracy_);
+    if (rigid_.size() > 0)
+      found -= rigid_ * (rigid_.transpose() * found);
+    for (std::size_t i = 0; i < some.size(); ++i)
+      columns_[some[i]].values = found.col(static_cast<Eigen::Index>(i));
+  }
 }
 
 const Eigen::VectorXd& Flexibility::column(std::int64_t component) {
-  auto [entry, is_new] = columns_.try_emplace(component);
-  Column& column = entry->second;
-  column.is_used = true;
-  if (is_new) {
-    Eigen::VectorXd unit = Eigen::VectorXd::Zero(n_components());
-    if (rigid_.size() > 0) {
-      unit[component] = 1;
-      const Eigen::VectorXd balanced = unit - rigid_ * rigid_.row(component).transpose(),
-                            found = stiffness_->solve(balanced, column_accuracy_);
-      column.values = found - rigid_ * (rigid_.transpose() * found);
-    } else {
-      if (!is_fixed(component))
-        unit[component] = 1;
-      column.values = is_fixed(component) ? unit : stiffness_->solve(unit, column_accuracy_);
-    }
-  }
-  return column.values;
+  find_columns({&component, 1});
+  return columns_[component].values;
 }
 
 void Flexibility::forget_unused() {

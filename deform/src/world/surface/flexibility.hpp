@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace maille::deform {
@@ -20,6 +21,8 @@ public:
   /// Displacement for forces; those on held components count for nothing.
   /// @param accuracy  of the residual over them, where it is found by iterations
   virtual Eigen::VectorXd solve(const Eigen::VectorXd& forces, double accuracy) = 0;
+  /// The same for several, as columns.
+  virtual Eigen::MatrixXd solve_all(const Eigen::MatrixXd& forces, double accuracy);
   /// What elasticity pulls with, of all components.
   virtual Eigen::VectorXd forces(const Eigen::VectorXd& displacement) const = 0;
   /// The same of one of them.
@@ -28,10 +31,12 @@ public:
 
 /// Which way a body's stiffness is inverted.
 enum class StiffnessSolver {
-  quickest,  ///< the factor in two dimensions and for a thousand nodes, else multigrid
-  factor,    ///< a sparse Cholesky factor: in two dimensions 0.1 s for 10^4 nodes, in three 10 s; then 5 ms a
-             ///< column; some 6,000 numbers a node in three dimensions
-  multigrid, ///< of `coupled`: in three dimensions
+  quickest, ///< the factor in two dimensions and for a thousand nodes, else multigrid, and as soon as columns
+            ///< are asked for the supernodal factor, where it has 6e7 numbers at most and CHOLMOD is there
+  factor,   ///< a sparse Cholesky factor by Eigen: in two dimensions 0.1 s for 10^4 nodes, in three 10 s
+  multigrid, ///< of `coupled`: in three dimensions; 10^4 nodes 15 ms a column
+  supernodal, ///< in three dimensions a Cholesky factor by CHOLMOD: for 10^4 nodes that are long and thin 0.5 s,
+              ///< then 3 ms a column, many at a time. @throws std::runtime_error where it cannot be made
 };
 
 /// How nodes of a body give way to forces on others: the elasticity of `coupled` (see LatticeElasticity) with
@@ -62,6 +67,8 @@ public:
   bool is_fixed(std::int64_t component) const { return is_fixed_[static_cast<std::size_t>(component)] != 0; }
   /// Displacement of everything for a force of 1 N on a component; zero for a fixed one. Kept.
   const Eigen::VectorXd& column(std::int64_t component);
+  /// Those that are not there yet, all at once.
+  void find_columns(std::span<const std::int64_t> components);
   /// Displacement where fixed components have the values that they have in `prescribed`, without forces; of
   /// a body that floats its mean shift and turn.
   Eigen::VectorXd moved(const Eigen::VectorXd& prescribed) const;
@@ -79,6 +86,8 @@ public:
   }
 
 private:
+  Eigen::VectorXd force_for_column(std::int64_t component) const;
+
   std::vector<char> is_fixed_;
   std::unique_ptr<BodyStiffness> stiffness_;
   Eigen::MatrixXd rigid_; ///< of what floats: its rigid motions, of length 1 and across one another

@@ -1,0 +1,160 @@
+#include "world/surface/supernodal_factor.hpp"
+
+#include <cholmod.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <new>
+#include <vector>
+
+namespace maille::deform {
+
+namespace {
+
+/// CHOLMOD's workspace and settings.
+class Common {
+public:
+  Common() { cholmod_start(&common_); }
+  ~Common() { cholmod_finish(&common_); }
+  Common(const Common&) = delete;
+  Common& operator=(const Common&) = delete;
+  cholmod_common* operator->() { return &common_; }
+  cholmod_common* get() { return &common_; }
+  /// @throws std::bad_alloc where the last call found no memory
+  void check() const {
+    if (common_.status == CHOLMOD_OUT_OF_MEMORY)
+      throw std::bad_alloc();
+  }
+
+private:
+  cholmod_common common_{};
+};
+
+/// The lower triangle of `matrix`, seen by CHOLMOD.
+cholmod_sparse seen(const Eigen::SparseMatrix<double>& matrix, int xtype) {
+  cholmod_sparse view{};
+  view.nrow = view.ncol = static_cast<std::size_t>(matrix.rows());
+  view.nzmax = static_cast<std::size_t>(matrix.nonZeros());
+  view.p = const_cast<int*>(matrix.outerIndexPtr()); // it is only read
+  view.i = const_cast<int*>(matrix.innerIndexPtr());
+  view.x = xtype == CHOLMOD_PATTERN ? nullptr : const_cast<double*>(matrix.valuePtr());
+  view.stype = -1;
+  view.itype = CHOLMOD_INT;
+  view.xtype = xtype;
+  view.dtype = CHOLMOD_DOUBLE;
+  view.sorted = view.packed = 1;
+  return view;
+}
+
+/// Of groups: which have entries in common.
+Eigen::SparseMatrix<double> graph(const Eigen::SparseMatrix<double>& lower,
+                                  std::span<const std::int32_t> group) {
+  const Eigen::Index n = group.empty() ? 0 : group.back() + 1;
+  Eigen::SparseMatrix<double> of_groups(n, n);
+  std::vector<std::int32_t> rows;
+  for (Eigen::Index column = 0; column < lower.cols();) {
+    const std::int32_t own = group[static_cast<std::size_t>(column)];
+    of_groups.startVec(own);
+    rows.clear();
+    for (; column < lower.cols() && group[static_cast<std::size_t>(column)] == own; ++column)
+      for (Eigen::SparseMatrix<double>::InnerIterator entry(lower, column); entry; ++entry)
+        rows.push_back(group[static_cast<std::size_t>(entry.row())]);
+    std::ranges::sort(rows);
+    const auto again = std::ranges::unique(rows);
+    rows.erase(again.begin(), again.end());
+    for (const std::int32_t row : rows)
+      of_groups.insertBack(row, own) = 1;
+  }
+  of_groups.finalize();
+  return of_groups;
+}
+
+/// Rows in an order of little fill: nested dissection (METIS) of the groups, whose rows stay together.
+std::vector<int> order(const Eigen::SparseMatrix<double>& lower, std::span<const std::int32_t> group,
+                       Common& common) {
+  const Eigen::SparseMatrix<double> of_groups = graph(lower, group);
+  cholmod_sparse view = seen(of_groups, CHOLMOD_PATTERN);
+  std::vector<int> groups(static_cast<std::size_t>(of_groups.rows()));
+  cholmod_metis(&view, nullptr, 0, 1, groups.data(), common.get());
+  common.check();
+  std::vector<int> first(groups.size() + 1, 0), rows;
+  for (const std::int32_t of : group)
+    ++first[static_cast<std::size_t>(of) + 1];
+  for (std::size_t i = 1; i < first.size(); ++i)
+    first[i] += first[i - 1];
+  rows.reserve(group.size());
+  for (const int next : groups)
+    for (int row = first[static_cast<std::size_t>(next)]; row < first[static_cast<std::size_t>(next) + 1];
+         ++row)
+      rows.push_back(row);
+  return rows;
+}
+
+class CholmodFactor : public SupernodalFactor {
+public:
+  CholmodFactor() = default;
+  ~CholmodFactor() override { cholmod_free_factor(&factor_, common_.get()); }
+  CholmodFactor(const CholmodFactor&) = delete;
+  CholmodFactor& operator=(const CholmodFactor&) = delete;
+
+  bool make(const Eigen::SparseMatrix<double>& lower, std::span<const std::int32_t> group, double most);
+  Eigen::MatrixXd solve(const Eigen::MatrixXd& forces) const override;
+
+private:
+  mutable Common common_;
+  cholmod_factor* factor_ = nullptr;
+};
+
+bool CholmodFactor::make(const Eigen::SparseMatrix<double>& lower, std::span<const std::int32_t> group,
+                         double most) {
+  common_->print = 0;
+  common_->supernodal = CHOLMOD_SUPERNODAL;
+  common_->nmethods = 1;
+  common_->method[0].ordering = CHOLMOD_GIVEN;
+  common_->postorder = 1;
+  cholmod_sparse view = seen(lower, CHOLMOD_REAL);
+  std::vector<int> rows = order(lower, group, common_);
+  factor_ = cholmod_analyze_p(&view, rows.data(), nullptr, 0, common_.get());
+  common_.check();
+  if (factor_ == nullptr || static_cast<double>(factor_->xsize) > most)
+    return false;
+  cholmod_factorize(&view, factor_, common_.get());
+  common_.check();
+  return common_->status == CHOLMOD_OK;
+}
+
+Eigen::MatrixXd CholmodFactor::solve(const Eigen::MatrixXd& forces) const {
+  cholmod_dense right{};
+  right.nrow = right.d = static_cast<std::size_t>(forces.rows());
+  right.ncol = static_cast<std::size_t>(forces.cols());
+  right.nzmax = right.nrow * right.ncol;
+  right.x = const_cast<double*>(forces.data()); // it is only read
+  right.xtype = CHOLMOD_REAL;
+  right.dtype = CHOLMOD_DOUBLE;
+  cholmod_dense* found = cholmod_solve(CHOLMOD_A, factor_, &right, common_.get());
+  common_.check();
+  Eigen::MatrixXd answer =
+      Eigen::Map<const Eigen::MatrixXd>(static_cast<const double*>(found->x), forces.rows(), forces.cols());
+  cholmod_free_dense(&found, common_.get());
+  return answer;
+}
+
+std::unique_ptr<SupernodalFactor> factor(const Eigen::SparseMatrix<double>& lower,
+                                         std::span<const std::int32_t> group, double most) {
+  auto made = std::make_unique<CholmodFactor>();
+  if (!made->make(lower, group, most))
+    return nullptr;
+  return made;
+}
+
+constexpr CholmodFunctions functions{.factor = factor};
+
+} // namespace
+
+} // namespace maille::deform
+
+extern "C" const void* maille_plugin(std::size_t layout, const void* host);
+
+extern "C" const void* maille_plugin(std::size_t layout, const void* /*host*/) {
+  return layout == maille::deform::cholmod_layout ? &maille::deform::functions : nullptr;
+}
