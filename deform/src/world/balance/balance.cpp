@@ -9,6 +9,7 @@
 #include <iterator>
 #include <limits>
 #include <memory>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -23,6 +24,8 @@ namespace {
 constexpr double stiff_hand = 1e4, free_drag = 1e-4;
 /// At the beginning, as rounding of places may have it.
 constexpr double overlap_over_cell = 1e-3;
+/// Of what a body is without contacts [cells]: rounding.
+constexpr double no_change = 1e-12;
 /// A body's factor grows faster than the body.
 constexpr std::int64_t most_components_2d = 400'000;
 
@@ -95,6 +98,7 @@ BalancedObject::BalancedObject(const WorldParts& parts, int object)
     for (std::int32_t node = 0; node < skin.n_nodes(); ++node)
       first_component.push_back(std::int64_t{dimension} * lattice.voxel(skin.node(node)));
     displacement = unloaded = contact_forces = Eigen::VectorXd::Zero(dimension * lattice.n_voxels());
+    move_all();
   } else {
     const int index = parts.member(object).index;
     pose = parts.rigid.pose(index);
@@ -120,6 +124,25 @@ void BalancedObject::place() {
   box = box_about(at);
   middle = centre ? Eigen::Vector3d(pose.position + pose.rotation * *centre) : box.center();
   radius = 0.5 * box.diagonal().norm();
+}
+
+void BalancedObject::place_watched() {
+  for (const std::int32_t node : watched) {
+    const auto i = static_cast<std::size_t>(node);
+    Eigen::Vector3d x = rest[i];
+    x.head(dimension) += displacement.segment(first_component[i], dimension);
+    at[i] = pose.position + pose.rotation * x;
+  }
+}
+
+void BalancedObject::move_all() {
+  const std::size_t n = static_cast<std::size_t>(displacement.size() / dimension);
+  if (moved.size() == n)
+    return;
+  moved.resize(n);
+  std::iota(moved.begin(), moved.end(), 0);
+  place_of = moved;
+  way.resize(0);
 }
 
 void BalancedObject::turn_and_shift(const Eigen::Vector3d& shift, const Eigen::Vector3d& turn) {
@@ -218,6 +241,7 @@ void Balance::hold_body(int number) {
     if (!one.flexibility || kept != one.fixed) {
       one.flexibility = std::make_unique<Flexibility>(body.scene(), kept, one.inertia, false, threads_);
       one.fixed = std::move(kept);
+      behind_ = cell_; // by what contacts did before
     }
     return;
   }
@@ -232,6 +256,7 @@ void Balance::hold_body(int number) {
   if (!one.flexibility || kept != one.fixed) { // what floats has others than what is held
     one.flexibility = std::make_unique<Flexibility>(body.scene(), kept, Eigen::VectorXd(), floats, threads_);
     one.fixed = std::move(kept);
+    behind_ = cell_;
   }
 }
 
@@ -250,9 +275,12 @@ void Balance::prescribe() {
       for (const Prescribed& p : body.scene().prescribed)
         given[one.dimension * body.lattice().voxel(p.node) + p.component] = 0;
     }
-    one.unloaded = one.flexibility->moved(given);
+    Eigen::VectorXd unloaded = one.flexibility->moved(given);
     if (one.carried.size() > 0)
-      one.unloaded += one.flexibility->solve(one.carried);
+      unloaded += one.flexibility->solve(one.carried);
+    if (const double change = (unloaded - one.unloaded).cwiseAbs().maxCoeff(); change > no_change * cell_)
+      behind_ += change;
+    one.unloaded = std::move(unloaded);
   }
 }
 

@@ -52,6 +52,11 @@ struct BalancedObject {
   std::vector<std::int64_t> pulled;          ///< components that holds and handles keep of a body that floats
   Eigen::VectorXd displacement, unloaded;    ///< as it is, and without contacts; in its frame [m]
   Eigen::VectorXd contact_forces;            ///< on its components, in its frame [N]
+  std::vector<std::int64_t> forced;          ///< components with contact forces, sorted
+  /// What rounds move, the rest of the body being moved after them: nodes of the skin that are near
+  /// something, with those that its normals there depend on; and these as nodes of the body, with those of
+  /// `pulled`, sorted. place_of: of a node of the body among the latter, -1: none.
+  std::vector<std::int32_t> watched, moved, place_of;
   /// Where time passes: mass over the square of a step [N/m], and that times where a component would fly to
   /// [N].
   Eigen::VectorXd inertia, carried;
@@ -66,6 +71,9 @@ struct BalancedObject {
   bool is_free() const { return moves && !target && !inertia_as_a_whole; }
   /// Puts the skin where pose and displacement say.
   void place();
+  void place_watched();
+  /// Rounds move all of a body from now on.
+  void move_all();
   void turn_and_shift(const Eigen::Vector3d& shift, const Eigen::Vector3d& turn);
 };
 
@@ -91,6 +99,10 @@ struct Touch {
 /// keeps them. Then everything moves there, at most a fifth of a cell; rounds are repeated until nothing
 /// moves. An object that is free is kept where the round began, by a little; when nothing moves any more,
 /// nothing is left of that, and the forces on it are in balance.
+///
+/// **Local**: where bodies are what contacts make of them (none is on its way to where handles want it),
+/// rounds move only what is near something. The rest, on which nothing depends meanwhile, comes after: when
+/// rounds have ended, or gone so far that something else may have come near.
 class Balance {
 public:
   /// @throws std::invalid_argument naming an object that cannot be carried
@@ -106,11 +118,15 @@ public:
   void prescribe();
   /// What is near what, where everything is now.
   void find_touches();
+  /// All of all bodies is moved to where the forces of contacts have them.
+  void catch_up();
   /// A step of the hand begins: what touches now holds where it is.
   void begin();
   /// Steps get shorter where rounds go back and forth: what does not move any more then is on an edge between
   /// faces, and its forces are shares of what those ask for. @return how far anything went, at most [m]
   double round();
+  /// How far anything has gone since all was looked at [m].
+  double gone() const { return gone_; }
   /// Contacts that press, with the forces that the state is in balance with.
   const std::vector<Touch>& pressing() const { return pressing_; }
   /// Poses, displacements, pins' forces and the map of the world, as they are here.
@@ -135,12 +151,22 @@ private:
   };
   /// What one object makes of forces.
   struct Answered {
-    Eigen::VectorXd displacement, forces;
+    Eigen::VectorXd displacement;                        ///< of BalancedObject::moved
+    std::vector<std::pair<std::int64_t, double>> forces; ///< on components, sorted
     Eigen::Vector3d shift = Eigen::Vector3d::Zero(), turn = Eigen::Vector3d::Zero();
   };
 
+  /// An end of the world that nodes of an object are near.
+  struct NearBorder {
+    int object, axis;
+    std::vector<std::int32_t> nodes;
+  };
+  void look_around();
+  void watch();
+  bool is_local() const { return behind_ == 0; }
+  void measure_touches();
   void add_touches(int object, int other);
-  void add_borders(int object);
+  void add_border(const NearBorder& border);
   /// Where a contact holds on to the other's skin, or to the world.
   struct Grip {
     std::array<std::int32_t, 4> nodes{-1, -1, -1, -1};
@@ -167,6 +193,7 @@ private:
   void keep_free();
   void let_rest(std::vector<Answered>& answers);
   /// How far anything would go [m].
+  static void go(BalancedObject& one, const Answered& answered, double part);
   double furthest(const std::vector<Answered>& answers) const;
   double onwards(const std::vector<Answered>& answers);
   void share_forces(double part);
@@ -180,7 +207,13 @@ private:
   double stiffness_ = 1; ///< of a cell of the stiffest body [N/m]
   std::vector<Touch> touches_, pressing_;
   std::map<std::pair<int, int>, NearFaces> near_faces_; ///< of objects whose boxes have met
-  double length_ = 1;                                   ///< of steps, over what rounds ask for
+  std::vector<std::pair<int, int>> near_pairs_;         ///< of those that are near now
+  std::vector<NearBorder> near_borders_;
+  bool has_looked_ = false; ///< near_pairs_ and near_borders_ are what is near
+  double gone_ = 0;         ///< since then, at most [m]
+  /// What bodies are behind what `unloaded` asks for, apart from contacts, at most [m].
+  double behind_ = 0;
+  double length_ = 1; ///< of steps, over what rounds ask for
   double drag_ = 1;   ///< by how much more than usual free objects are held where a round begins
   double wanted_ = 0; ///< how far anything wanted to go in the last round [m]
   int rounds_ = 0;    ///< since a step of the hand began

@@ -9,7 +9,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <tuple>
 #include <utility>
@@ -28,6 +30,10 @@ constexpr double contact_over_cell_stiffness = 1e7;
 /// to go to nothing, as in all methods of subgradients.
 constexpr double shorter = 0.6, longer = 1.1, always_shorter = 0.85;
 constexpr int patience = 8, long_patience = 30;
+/// What rounds may move before all is looked at anew: two skins together half of the margin (touches.cpp).
+constexpr double may_go_over_cell = 0.25;
+/// Of what bodies are behind: so little counts for nothing.
+constexpr double nothing_over_cell = 1e-9;
 /// Rounds that go back and forth, but each by less than this part of the one before, come to their end.
 constexpr double nearer = 0.8;
 /// Where a round would go further than so many steps, what is free is held by ever more: out of a state that
@@ -135,11 +141,14 @@ Eigen::VectorXd Balance::gaps_after(const Program& program, const std::vector<An
     const BalancedObject& one = objects_[i];
     const Answered& answered = answers[i];
     for (const Push& push : program.pushes[i]) {
-      if (one.is_body())
+      if (one.is_body()) {
+        const Eigen::Index place =
+            one.dimension * one.place_of[static_cast<std::size_t>(push.first_component / one.dimension)];
         gaps[push.row] += (one.pose.rotation.transpose() * push.force)
                               .head(one.dimension)
-                              .dot(answered.displacement.segment(push.first_component, one.dimension) -
+                              .dot(answered.displacement.segment(place, one.dimension) -
                                    one.displacement.segment(push.first_component, one.dimension));
+      }
       if (one.moves)
         gaps[push.row] +=
             answered.shift.dot(push.force) + answered.turn.dot((push.at - one.middle).cross(push.force));
@@ -311,19 +320,42 @@ void Balance::add_compliance_as_a_whole(int number, Program& program) const {
   program.gap(rows) += own * asked;
 }
 
+namespace {
+
+/// What a force on a component does to the nodes that rounds move.
+void add_column(BalancedObject& one, std::int64_t component, double force, Eigen::VectorXd& displacement) {
+  const Eigen::VectorXd& column = one.flexibility->column(component);
+  if (displacement.size() == column.size()) {
+    displacement += force * column;
+    return;
+  }
+  const int d = one.dimension;
+  double* to = displacement.data();
+  for (const std::int32_t node : one.moved)
+    for (const double* from = column.data() + std::ptrdiff_t{d} * node;
+         from < column.data() + std::ptrdiff_t{d} * (node + 1); ++from)
+      *to++ += force * *from;
+}
+
+} // namespace
+
 Balance::Answered Balance::answer(int number, const Program& program, const Eigen::VectorXd& force) {
   BalancedObject& one = object(number);
   Answered answered;
   const auto& pushes = program.pushes[static_cast<std::size_t>(number)];
   if (one.is_body()) {
-    answered.displacement = one.unloaded;
-    answered.forces = Eigen::VectorXd::Zero(one.unloaded.size());
+    std::map<std::int64_t, double> forces;
     for (const Push& push : pushes)
-      answered.forces.segment(push.first_component, one.dimension) +=
-          force[push.row] * (one.pose.rotation.transpose() * push.force).head(one.dimension);
-    for (Eigen::Index i = 0; i < answered.forces.size(); ++i)
-      if (answered.forces[i] != 0)
-        answered.displacement += answered.forces[i] * one.flexibility->column(i);
+      for (int b = 0; b < one.dimension && force[push.row] != 0; ++b)
+        forces[push.first_component + b] += force[push.row] * one.pose.rotation.col(b).dot(push.force);
+    answered.forces.assign(forces.begin(), forces.end());
+    const int d = one.dimension;
+    answered.displacement.resize(d * std::ssize(one.moved));
+    for (std::size_t k = 0; k < one.moved.size(); ++k)
+      answered.displacement.segment(d * static_cast<Eigen::Index>(k), d) =
+          one.unloaded.segment(std::int64_t{d} * one.moved[k], d);
+    for (const auto& [component, of_contacts] : answered.forces)
+      add_column(one, component, of_contacts, answered.displacement);
   }
   if (one.moves) {
     Eigen::Matrix<double, 6, 1> sum = Eigen::Matrix<double, 6, 1>::Zero();
@@ -337,6 +369,20 @@ Balance::Answered Balance::answer(int number, const Program& program, const Eige
   return answered;
 }
 
+namespace {
+
+/// From where the nodes are that rounds move to where they would be.
+Eigen::VectorXd way_of(const BalancedObject& one, const Eigen::VectorXd& displacement) {
+  const int d = one.dimension;
+  Eigen::VectorXd way = displacement;
+  for (std::size_t k = 0; k < one.moved.size(); ++k)
+    way.segment(d * static_cast<Eigen::Index>(k), d) -=
+        one.displacement.segment(std::int64_t{d} * one.moved[k], d);
+  return way;
+}
+
+} // namespace
+
 /// How far all that moves was to go before, along how far it is to go now: below 0 where rounds go back and
 /// forth, as they do where two faces of a skin have each a normal of its own, and the node lies on their
 /// edge.
@@ -346,7 +392,7 @@ double Balance::onwards(const std::vector<Answered>& answers) {
     BalancedObject& one = objects_[i];
     const Answered& answered = answers[i];
     if (one.is_body()) {
-      Eigen::VectorXd way = answered.displacement - one.displacement;
+      Eigen::VectorXd way = way_of(one, answered.displacement);
       if (one.way.size() == way.size())
         sum += one.way.dot(way);
       one.way = std::move(way);
@@ -477,14 +523,63 @@ double Balance::furthest(const std::vector<Answered>& answers) const {
     const BalancedObject& one = objects_[i];
     double way = answers[i].shift.norm() + answers[i].turn.norm() * one.radius;
     if (one.is_body())
-      way += (answers[i].displacement - one.displacement).cwiseAbs().maxCoeff() * std::sqrt(one.dimension);
+      if (const Eigen::VectorXd own = way_of(one, answers[i].displacement); own.size() > 0)
+        way += own.cwiseAbs().maxCoeff() * std::sqrt(one.dimension);
     furthest = std::max(furthest, way);
   }
   return furthest;
 }
 
+/// Moves a body's nodes, and the forces of its contacts, by a part of what a round asks for.
+void Balance::go(BalancedObject& one, const Answered& answered, double part) {
+  const int d = one.dimension;
+  for (std::size_t k = 0; k < one.moved.size(); ++k) {
+    auto u = one.displacement.segment(std::int64_t{d} * one.moved[k], d);
+    u += part * (answered.displacement.segment(d * static_cast<Eigen::Index>(k), d) - u);
+  }
+  for (const std::int64_t component : one.forced)
+    one.contact_forces[component] *= 1 - part;
+  double largest = 0;
+  for (const auto& [component, force] : answered.forces) {
+    one.contact_forces[component] += part * force;
+    one.forced.push_back(component);
+    largest = std::max(largest, std::abs(force));
+  }
+  sort_uniquely(one.forced);
+  std::erase_if(one.forced, [&](std::int64_t component) {
+    const bool is_none = std::abs(one.contact_forces[component]) <= forgotten * largest;
+    if (is_none)
+      one.contact_forces[component] = 0;
+    return is_none;
+  });
+}
+
+void Balance::catch_up() {
+  has_looked_ = false;
+  if (!is_local())
+    return;
+  for (BalancedObject& one : objects_) {
+    if (!one.is_body() || one.moved.size() == one.place_of.size())
+      continue;
+    one.move_all();
+    one.displacement = one.unloaded;
+    one.flexibility->find_columns(one.forced);
+    for (const std::int64_t component : one.forced)
+      one.displacement += one.contact_forces[component] * one.flexibility->column(component);
+    one.place();
+  }
+}
+
 double Balance::round() {
-  find_touches();
+  if (!is_local()) {
+    for (BalancedObject& one : objects_)
+      if (one.is_body())
+        one.move_all();
+    has_looked_ = false;
+  } else if (gone_ > may_go_over_cell * cell_) {
+    catch_up();
+  }
+  measure_touches();
   keep_free();
   std::vector<Answered> answers = this->answers();
   let_rest(answers);
@@ -511,15 +606,19 @@ double Balance::round() {
   for (int i = 0; i < parts_.n_objects(); ++i) {
     BalancedObject& one = object(i);
     const Answered& answered = answers[static_cast<std::size_t>(i)];
-    if (one.is_body()) {
-      one.displacement += part * (answered.displacement - one.displacement);
-      one.contact_forces += part * (answered.forces - one.contact_forces);
-    }
+    if (one.is_body())
+      go(one, answered, part);
     if (one.moves)
       one.turn_and_shift(part * answered.shift, part * answered.turn);
-    if (one.kind != ObjectKind::fixed)
+    if (one.is_body() && is_local())
+      one.place_watched();
+    else if (one.kind != ObjectKind::fixed)
       one.place();
   }
+  gone_ += part * furthest;
+  behind_ *= 1 - part;
+  if (behind_ < nothing_over_cell * cell_)
+    behind_ = 0;
   const double went = part * furthest * drag_; // with no drag but the least it would go so far
   if (furthest < step_over_cell * cell_)
     drag_ = std::max(1.0, drag_ / drag_step);

@@ -108,15 +108,21 @@ void WorldFrame::put_handles(std::size_t i, double part) {
 
 /// @return whether nothing moves any more
 bool WorldFrame::settle_balanced() {
-  parts_.balance->begin();
-  for (int round = 0; round < most_rounds && clock_.may_go_on(); ++round) {
+  Balance& balance = *parts_.balance;
+  const double still = still_over_cell * balance.cell();
+  balance.begin();
+  bool is_still = false, has_settled = false;
+  for (int round = 0; round < most_rounds && !has_settled && clock_.may_go_on(); ++round) {
     ++clock_.rounds;
     if (clock_.rounds_left)
       --*clock_.rounds_left;
-    if (parts_.balance->round() < still_over_cell * parts_.balance->cell())
-      return true;
+    is_still = balance.round() < still;
+    has_settled = is_still && balance.gone() < still; // where all that may touch has been looked at
+    if (is_still)
+      balance.catch_up();
   }
-  return false;
+  balance.catch_up();
+  return has_settled;
 }
 
 /// Whether a body is in something that does not give way: only a hand can have brought it there.

@@ -12,34 +12,127 @@ namespace maille::deform {
 namespace {
 
 constexpr double reach_over_cell = 0.5; ///< what is nearer than this is looked at
-/// That skins may move before it is looked anew what may come near.
-constexpr double margin_over_cell = 0.5;
+/// That skins may move before it is looked anew what may come near: half of it between two looks, by both
+/// together, and half of it in the rounds after one.
+constexpr double margin_over_cell = 1;
 
 } // namespace
 
 void Balance::find_touches() {
-  std::vector<Touch> before;
-  before.swap(touches_);
-  const double reach = reach_over_cell * cell_;
+  has_looked_ = false;
+  measure_touches();
+}
+
+/// Which objects, and which ends of the world, are near one another or may come to be.
+void Balance::look_around() {
+  const double within = (reach_over_cell + margin_over_cell) * cell_;
+  near_pairs_.clear();
+  near_borders_.clear();
   for (std::size_t i = 0; i < objects_.size(); ++i) {
     const BalancedObject& one = objects_[i];
     Eigen::AlignedBox3d box = one.box;
-    box.min().array() -= reach;
-    box.max().array() += reach;
+    box.min().array() -= within;
+    box.max().array() += within;
     for (std::size_t j = 0; j < objects_.size(); ++j) {
       const BalancedObject& other = objects_[j];
       if (i == j ? one.is_body() && parts_.body(static_cast<int>(i))
                                         .self_contact()
                                         .may_meet({one.displacement.data(),
                                                    static_cast<std::size_t>(one.displacement.size())},
-                                                  reach)
+                                                  within)
                  : (one.kind != ObjectKind::fixed || other.kind != ObjectKind::fixed) &&
                        box.intersects(other.box))
-        add_touches(static_cast<int>(i), static_cast<int>(j));
+        near_pairs_.emplace_back(i, j);
     }
-    if (one.kind != ObjectKind::fixed)
-      add_borders(static_cast<int>(i));
+    for (int axis = 0; axis < one.dimension && one.kind != ObjectKind::fixed; ++axis) {
+      const auto a = static_cast<std::size_t>(axis);
+      const double end = parts_.scene.cells[a] * parts_.scene.spacing[a];
+      NearBorder border{static_cast<int>(i), axis, {}};
+      if (one.box.min()[axis] <= within || one.box.max()[axis] >= end - within)
+        for (std::int32_t node = 0; node < one.skin.n_nodes(); ++node)
+          if (const double x = one.at[static_cast<std::size_t>(node)][axis]; x <= within || x >= end - within)
+            border.nodes.push_back(node);
+      if (!border.nodes.empty())
+        near_borders_.push_back(std::move(border));
+    }
   }
+  for (const auto& [i, j] : near_pairs_) {
+    const BalancedObject &one = object(i), &two = object(j);
+    near_faces_[{i, j}].update(one.skin, one.at, two.skin, two.at, reach_over_cell * cell_,
+                               margin_over_cell * cell_);
+  }
+  has_looked_ = true;
+  gone_ = 0;
+  if (is_local())
+    watch();
+}
+
+/// Rounds move what is near something, with what its normals depend on.
+void Balance::watch() {
+  std::vector<std::vector<char>> is_watched;
+  for (const BalancedObject& one : objects_)
+    is_watched.emplace_back(one.is_body() ? one.rest.size() : 0, 0);
+  const auto mark = [&](int object, std::int32_t node) {
+    if (std::vector<char>& of = is_watched[static_cast<std::size_t>(object)]; !of.empty())
+      of[static_cast<std::size_t>(node)] = 1;
+  };
+  const auto mark_about = [&](int object, std::int32_t face) {
+    const Skin& skin = objects_[static_cast<std::size_t>(object)].skin;
+    for (const std::int32_t node : skin.faces()[static_cast<std::size_t>(face)].node)
+      if (node >= 0)
+        for (const std::int32_t beside : skin.faces_at(node))
+          for (const std::int32_t corner : skin.faces()[static_cast<std::size_t>(beside)].node)
+            if (corner >= 0)
+              mark(object, corner);
+  };
+  for (const auto& [i, j] : near_pairs_) {
+    const NearFaces& near = near_faces_[{i, j}];
+    for (const NearFaces::OfNode& of_node : near.nodes()) {
+      mark(i, of_node.node);
+      if (object(j).is_body())
+        for (const std::int32_t face : near.faces(of_node))
+          mark_about(j, face);
+    }
+  }
+  for (const NearBorder& border : near_borders_)
+    for (const std::int32_t node : border.nodes)
+      mark(border.object, node);
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    BalancedObject& one = objects_[i];
+    if (!one.is_body())
+      continue;
+    one.watched.clear();
+    std::vector<std::int32_t> moved;
+    for (std::int32_t node = 0; node < one.skin.n_nodes(); ++node)
+      if (is_watched[i][static_cast<std::size_t>(node)] != 0) {
+        one.watched.push_back(node);
+        moved.push_back(
+            static_cast<std::int32_t>(one.first_component[static_cast<std::size_t>(node)] / one.dimension));
+      }
+    for (const std::int64_t component : one.pulled)
+      moved.push_back(static_cast<std::int32_t>(component / one.dimension));
+    std::ranges::sort(moved);
+    const auto again = std::ranges::unique(moved);
+    moved.erase(again.begin(), again.end());
+    if (moved == one.moved)
+      continue;
+    one.moved = std::move(moved);
+    one.way.resize(0);
+    std::ranges::fill(one.place_of, -1);
+    for (std::size_t k = 0; k < one.moved.size(); ++k)
+      one.place_of[static_cast<std::size_t>(one.moved[k])] = static_cast<std::int32_t>(k);
+  }
+}
+
+void Balance::measure_touches() {
+  if (!has_looked_)
+    look_around();
+  std::vector<Touch> before;
+  before.swap(touches_);
+  for (const auto& [i, j] : near_pairs_)
+    add_touches(i, j);
+  for (const NearBorder& border : near_borders_)
+    add_border(border);
   const auto key = [](const Touch& touch) { return std::tuple(touch.object, touch.other, touch.node); };
   std::ranges::stable_sort(touches_, {}, key);
   for (Touch& touch : touches_) { // both in the same order
@@ -53,8 +146,7 @@ void Balance::add_touches(int object, int other) {
   const BalancedObject &one = objects_[static_cast<std::size_t>(object)],
                        &two = objects_[static_cast<std::size_t>(other)];
   const double reach = reach_over_cell * cell_;
-  NearFaces& near_faces = near_faces_[{object, other}];
-  near_faces.update(one.skin, one.at, two.skin, two.at, reach, margin_over_cell * cell_);
+  const NearFaces& near_faces = near_faces_[{object, other}];
   const PlacedSkin skin(two.skin, two.at, reach);
   for (const NearFaces::OfNode& of_node : near_faces.nodes())
     for (const PlacedSkin::Near& near :
@@ -71,27 +163,22 @@ void Balance::add_touches(int object, int other) {
     }
 }
 
-void Balance::add_borders(int object) {
-  const BalancedObject& one = objects_[static_cast<std::size_t>(object)];
-  const double reach = reach_over_cell * cell_;
-  for (int axis = 0; axis < one.dimension; ++axis) {
-    const auto a = static_cast<std::size_t>(axis);
-    const double end = parts_.scene.cells[a] * parts_.scene.spacing[a];
-    if (one.box.min()[axis] > reach && one.box.max()[axis] < end - reach)
-      continue;
-    for (std::int32_t node = 0; node < one.skin.n_nodes(); ++node)
-      for (const int direction : {1, -1}) {
-        const double x = one.at[static_cast<std::size_t>(node)][axis];
-        Touch touch;
-        touch.gap = direction > 0 ? x : end - x;
-        if (touch.gap > reach)
-          continue;
-        touch.object = object;
-        touch.node = node;
-        touch.normal[axis] = direction;
-        touches_.push_back(touch);
-      }
-  }
+void Balance::add_border(const NearBorder& border) {
+  const BalancedObject& one = objects_[static_cast<std::size_t>(border.object)];
+  const auto a = static_cast<std::size_t>(border.axis);
+  const double reach = reach_over_cell * cell_, end = parts_.scene.cells[a] * parts_.scene.spacing[a];
+  for (const std::int32_t node : border.nodes)
+    for (const int direction : {1, -1}) {
+      const double x = one.at[static_cast<std::size_t>(node)][border.axis];
+      Touch touch;
+      touch.gap = direction > 0 ? x : end - x;
+      if (touch.gap > reach)
+        continue;
+      touch.object = border.object;
+      touch.node = node;
+      touch.normal[border.axis] = direction;
+      touches_.push_back(touch);
+    }
 }
 
 } // namespace maille::deform

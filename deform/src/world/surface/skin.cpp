@@ -150,7 +150,7 @@ double furthest_between(std::span<const Eigen::Vector3d> now, std::span<const Ei
 void NearFaces::update(const Skin& of_nodes, std::span<const Eigen::Vector3d> nodes, const Skin& of_faces,
                        std::span<const Eigen::Vector3d> faces, double reach, double margin) {
   if (nodes_then_.size() == nodes.size() && faces_then_.size() == faces.size() &&
-      furthest_between(nodes, nodes_then_) + furthest_between(faces, faces_then_) <= margin)
+      furthest_between(nodes, nodes_then_) + furthest_between(faces, faces_then_) <= margin / 2)
     return;
   nodes_then_.assign(nodes.begin(), nodes.end());
   faces_then_.assign(faces.begin(), faces.end());

@@ -104,7 +104,8 @@ public:
   /// @param nodes, faces  where nodes of the two skins are [m]; of a skin and itself the same, and faces of
   ///                      cells near a node (Skin::mark_near) do not count
   /// @param reach         that the caller looks at
-  /// @param margin        that all may move before it is looked anew
+  /// @param margin        that both may move together until none may be missing any more: half of it before
+  ///                      an update looks anew, and half of it after an update
   void update(const Skin& of_nodes, std::span<const Eigen::Vector3d> nodes, const Skin& of_faces,
               std::span<const Eigen::Vector3d> faces, double reach, double margin);
 
