@@ -214,11 +214,12 @@ double DeformableObject::go_towards(OccupancyMap& map, const Displacement& to, d
 void DeformableObject::put_at(OccupancyMap& map, const Displacement& state) {
   state_ = state;
   cells_ = NodeCells(cells_.first(), lattice_.n_voxels(), matter_.n_cells());
+  const std::vector<InCells> places = lattice_.places(state_);
   for (std::int32_t voxel = 0; voxel < lattice_.n_voxels(); ++voxel)
-    if (const Index3 cell = cell_at(lattice_.place(voxel, state_)); !cells_.is_blocked(map, cell))
+    if (const Index3 cell = cell_at(places[static_cast<std::size_t>(voxel)]); !cells_.is_blocked(map, cell))
       cells_.put(map, voxel, cell);
   matter_.forget();
-  put_matter(map);
+  matter_.put(map, cells_.first(), places);
 }
 
 void DeformableObject::settle_handles() {

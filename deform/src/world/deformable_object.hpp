@@ -74,7 +74,7 @@ public:
   /// Follows the faces that are stretched now or would be in another state (see BodyMatter::watch).
   void watch(const Displacement& to) { matter_.watch(lattice_, state_, to); }
   /// Into the map, once; go_towards then keeps it in step.
-  void put_matter(OccupancyMap& map) { matter_.put(map, cells_.first(), lattice_, state_); }
+  void put_matter(OccupancyMap& map) { matter_.put(map, cells_.first(), lattice_.places(state_)); }
   /// Into a map that has nothing of it, wherever a state is; what others have is left to them.
   void put_at(OccupancyMap& map, const Displacement& state);
   /// Of a cell of its stiffest material [N/m].

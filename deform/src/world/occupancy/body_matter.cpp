@@ -184,15 +184,16 @@ void BodyMatter::add_face(const PosedLattice& lattice, const Grid& grid, const I
 }
 
 /// Into how many parts a face is to be cut along its edges; 1, 1 where those that it has at rest will do.
-Index3 BodyMatter::stretched_parts(const Face& face, const PosedLattice& lattice, const Displacement& from,
-                                   const Displacement& to) const {
+/// @param places of a node, in each state
+template<class... PlaceOf>
+Index3 BodyMatter::stretched_parts(const Face& face, const PlaceOf&... places) const {
   Index3 needed{1, 1, 1};
   const std::size_t n = dimension_ == 3 ? 4 : 2;
   std::array<double, 2> longest{};
-  for (const Displacement* state : {&from, &to}) {
+  const auto look_at = [&](const auto& place_of) {
     std::array<InCells, 4> place;
     for (std::size_t i = 0; i < n; ++i)
-      place[i] = lattice.place(face.node[i], *state);
+      place[i] = place_of(face.node[i]);
     const auto measure = [&](std::size_t i, std::size_t j, std::size_t along) {
       for (std::size_t a = 0; a < 3; ++a)
         longest[along] = std::max(longest[along], std::abs(place[i][a] - place[j][a]));
@@ -203,7 +204,8 @@ Index3 BodyMatter::stretched_parts(const Face& face, const PosedLattice& lattice
       measure(0, 2, 1);
       measure(1, 3, 1);
     }
-  }
+  };
+  (look_at(places), ...);
   constexpr double most_parts = 64; // of what is torn so far it is no body any more
   if (longest[0] > face.parts[0] * stretched_from || longest[1] > face.parts[1] * stretched_from)
     for (std::size_t i = 0; i < 2; ++i)
@@ -230,12 +232,14 @@ void BodyMatter::cut(const Face& face, int n_b, int n_c, std::vector<Point>& lis
     }
 }
 
-std::vector<BodyMatter::Point> BodyMatter::points_of_stretched(const PosedLattice& lattice,
-                                                               const Displacement& from,
-                                                               const Displacement& to) const {
+/// @param places of all nodes, in each state
+template<class... Places>
+std::vector<BodyMatter::Point> BodyMatter::points_of_stretched(const Places&... places) const {
   std::vector<Point> list;
   for (const Face& face : faces_)
-    if (const Index3 parts = stretched_parts(face, lattice, from, to); parts != Index3{1, 1, 1})
+    if (const Index3 parts = stretched_parts(
+            face, [&](std::int32_t node) { return places[static_cast<std::size_t>(node)]; }...);
+        parts != Index3{1, 1, 1})
       cut(face, parts[0], parts[1], list);
   return list;
 }
@@ -244,28 +248,16 @@ std::vector<BodyMatter::Point> BodyMatter::points_of_stretched(std::int32_t cell
                                                                const Displacement& state) const {
   std::vector<Point> list;
   for (const Face& face : std::ranges::equal_range(faces_, cell, {}, &Face::cell))
-    if (const Index3 parts = stretched_parts(face, lattice, state, state); parts != Index3{1, 1, 1})
+    if (const Index3 parts =
+            stretched_parts(face, [&](std::int32_t node) { return lattice.place(node, state); });
+        parts != Index3{1, 1, 1})
       cut(face, parts[0], parts[1], list);
   return list;
 }
 
 bool BodyMatter::watch(const PosedLattice& lattice, const Displacement& from, const Displacement& to) {
-  stretched_ = points_of_stretched(lattice, from, to);
+  stretched_ = points_of_stretched(lattice.places(from), lattice.places(to));
   return !stretched_.empty();
-}
-
-InCells BodyMatter::place(const Point& between, const PosedLattice& lattice,
-                          const Displacement& displacement) const {
-  InCells sum{0.5, 0.5, 0.5};
-  for (std::size_t a = 0; a < static_cast<std::size_t>(dimension_); ++a)
-    sum[a] = 0;
-  for (std::size_t i = 0; i < 4; ++i)
-    if (between.weight[i] > 0) {
-      const InCells place = lattice.place(between.node[i], displacement);
-      for (std::size_t a = 0; a < static_cast<std::size_t>(dimension_); ++a)
-        sum[a] += between.weight[i] * place[a];
-    }
-  return sum;
 }
 
 std::pair<std::int32_t, std::int32_t> BodyMatter::points_of(std::int32_t cell) const {
@@ -274,9 +266,8 @@ std::pair<std::int32_t, std::int32_t> BodyMatter::points_of(std::int32_t cell) c
           static_cast<std::int32_t>(range.end() - points_.begin())};
 }
 
-void BodyMatter::put(OccupancyMap& map, VoxelId first, const PosedLattice& lattice,
-                     const Displacement& displacement) {
-  const VoxelId first_cell = first + lattice.n_voxels();
+void BodyMatter::put(OccupancyMap& map, VoxelId first, std::span<const InCells> places) {
+  const auto first_cell = static_cast<VoxelId>(first + std::ssize(places));
   const auto take_free = [&](const Index3& cell, std::int32_t number) {
     if (!map.has_cell(cell) || map.is_occupied(cell))
       return;
@@ -284,19 +275,17 @@ void BodyMatter::put(OccupancyMap& map, VoxelId first, const PosedLattice& latti
     taken_.push_back(cell);
   };
   const auto take_at = [&](const Point& point) {
-    take_free(cell_at(place(point, lattice, displacement)), point.cell);
+    const auto place_of = [&](std::int32_t node) { return places[static_cast<std::size_t>(node)]; };
+    take_free(cell_at(between_places(point, place_of)), point.cell);
   };
   std::ranges::for_each(points_, take_at);
-  std::ranges::for_each(points_of_stretched(lattice, displacement, displacement), take_at);
-  std::vector<Eigen::Vector3d> of_nodes;
-  for (std::int32_t node = 0; node < lattice.n_voxels(); ++node)
-    of_nodes.push_back(Eigen::Vector3d::Map(lattice.place(node, displacement).data()));
+  std::ranges::for_each(points_of_stretched(places), take_at);
   std::array<Eigen::Vector3d, 8> at;
   for (std::int32_t number = 0; number < n_cells(); ++number) {
     Eigen::Vector3d low = Eigen::Vector3d::Constant(1e9), high = -low;
     const auto nodes = corners(number);
     for (std::size_t i = 0; i < nodes.size(); ++i) {
-      at[i] = of_nodes[static_cast<std::size_t>(nodes[i])];
+      at[i] = Eigen::Vector3d::Map(places[static_cast<std::size_t>(nodes[i])].data());
       low = low.cwiseMin(at[i]);
       high = high.cwiseMax(at[i]);
     }

@@ -48,7 +48,9 @@ public:
     const auto i = static_cast<std::size_t>(number);
     return i < points_.size() ? points_[i] : stretched_[i - points_.size()];
   }
-  InCells place(const Point& between, const PosedLattice& lattice, const Displacement& displacement) const;
+  InCells place(const Point& between, const PosedLattice& lattice, const Displacement& displacement) const {
+    return between_places(between, [&](std::int32_t node) { return lattice.place(node, displacement); });
+  }
   InCells place(std::int32_t number, const PosedLattice& lattice, const Displacement& displacement) const {
     return place(point(number), lattice, displacement);
   }
@@ -71,7 +73,8 @@ public:
   std::span<const Face> faces() const { return faces_; }
 
   /// Takes the free cells that are the body's. @pre it has none, and its nodes have theirs
-  void put(OccupancyMap& map, VoxelId first, const PosedLattice& lattice, const Displacement& displacement);
+  /// @param places of all nodes of the lattice
+  void put(OccupancyMap& map, VoxelId first, std::span<const InCells> places);
   void take(OccupancyMap& map);
   /// What it has taken is not in the map any more.
   void forget() { taken_.clear(); }
@@ -80,11 +83,13 @@ public:
 private:
   void add_face(const PosedLattice& lattice, const Grid& grid, const Index3& parts, int axis, bool upper,
                 const Index3& at);
-  Index3 stretched_parts(const Face& face, const PosedLattice& lattice, const Displacement& from,
-                         const Displacement& to) const;
+  template<class PlaceOf>
+  InCells between_places(const Point& between, const PlaceOf& place_of) const;
+  template<class... PlaceOf>
+  Index3 stretched_parts(const Face& face, const PlaceOf&... places) const;
   static void cut(const Face& face, int n_b, int n_c, std::vector<Point>& list);
-  std::vector<Point> points_of_stretched(const PosedLattice& lattice, const Displacement& from,
-                                         const Displacement& to) const;
+  template<class... Places>
+  std::vector<Point> points_of_stretched(const Places&... places) const;
   void add_points(const Specimen& specimen, const PosedLattice& lattice, const Index3& parts, int axis,
                   bool upper, const Index3& at, std::vector<bool>& known);
 
@@ -96,5 +101,20 @@ private:
   std::vector<Point> points_, stretched_;
   std::vector<Index3> taken_;
 };
+
+/// @param place_of  of a node of the lattice
+template<class PlaceOf>
+InCells BodyMatter::between_places(const Point& between, const PlaceOf& place_of) const {
+  InCells sum{0.5, 0.5, 0.5};
+  for (std::size_t a = 0; a < static_cast<std::size_t>(dimension_); ++a)
+    sum[a] = 0;
+  for (std::size_t i = 0; i < 4; ++i)
+    if (between.weight[i] > 0) {
+      const InCells place = place_of(between.node[i]);
+      for (std::size_t a = 0; a < static_cast<std::size_t>(dimension_); ++a)
+        sum[a] += between.weight[i] * place[a];
+    }
+  return sum;
+}
 
 } // namespace maille::deform

@@ -45,6 +45,14 @@ InCells PosedLattice::place(std::int32_t voxel, const Displacement& displacement
   return place;
 }
 
+std::vector<InCells> PosedLattice::places(const Displacement& displacement) const {
+  std::vector<InCells> places;
+  places.reserve(nodes_.size());
+  for (std::int32_t voxel = 0; voxel < n_voxels(); ++voxel)
+    places.push_back(place(voxel, displacement));
+  return places;
+}
+
 Vec3 PosedLattice::displacement_at(std::int32_t voxel, const Eigen::Vector3d& position) const {
   const Eigen::Vector3d shift = position - rest(voxel),
                         u = is_turned_ ? Eigen::Vector3d(pose_.rotation.transpose() * shift) : shift;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <dlfcn.h>
 #include <new>
 #include <vector>
 
@@ -28,6 +29,31 @@ public:
 
 private:
   cholmod_common common_{};
+};
+
+/// Bits of OpenBLAS depend on its threads, whose number is the machine's: while this lives it has one. Nothing
+/// where the BLAS is another.
+class OneThread {
+public:
+  OneThread() {
+    if (const auto most = found<int()>("openblas_get_num_threads"))
+      before_ = most();
+    set(1);
+  }
+  ~OneThread() { set(before_); }
+  OneThread(const OneThread&) = delete;
+  OneThread& operator=(const OneThread&) = delete;
+
+private:
+  template<class Function>
+  static Function* found(const char* name) {
+    return reinterpret_cast<Function*>(dlsym(RTLD_DEFAULT, name));
+  }
+  static void set(int threads) {
+    if (const auto to = found<void(int)>("openblas_set_num_threads"))
+      to(threads);
+  }
+  int before_ = 1;
 };
 
 /// The lower triangle of `matrix`, seen by CHOLMOD.
@@ -107,6 +133,7 @@ private:
 
 bool CholmodFactor::make(const Eigen::SparseMatrix<double>& lower, std::span<const std::int32_t> group,
                          double most) {
+  const OneThread alone;
   common_->print = 0;
   common_->supernodal = CHOLMOD_SUPERNODAL;
   common_->nmethods = 1;
@@ -124,6 +151,7 @@ bool CholmodFactor::make(const Eigen::SparseMatrix<double>& lower, std::span<con
 }
 
 Eigen::MatrixXd CholmodFactor::solve(const Eigen::MatrixXd& forces) const {
+  const OneThread alone;
   cholmod_dense right{};
   right.nrow = right.d = static_cast<std::size_t>(forces.rows());
   right.ncol = static_cast<std::size_t>(forces.cols());
