@@ -136,13 +136,14 @@ void BalancedObject::place_watched() {
 }
 
 void BalancedObject::move_all() {
-  const std::size_t n = static_cast<std::size_t>(displacement.size() / dimension);
-  if (moved.size() == n)
+  if (moved.size() == place_of.size() && flexibility && flexibility->watches_all())
     return;
-  moved.resize(n);
+  moved.resize(static_cast<std::size_t>(displacement.size() / dimension));
   std::iota(moved.begin(), moved.end(), 0);
   place_of = moved;
   way.resize(0);
+  if (flexibility)
+    flexibility->watch(moved);
 }
 
 void BalancedObject::turn_and_shift(const Eigen::Vector3d& shift, const Eigen::Vector3d& turn) {
@@ -191,6 +192,10 @@ Balance::Balance(WorldParts& parts) : parts_(parts) {
   for (const Touch& touch : touches_)
     if (touch.gap < -overlap_over_cell * cell_)
       fail_to_place(parts_.scene, touch.object, touch.other);
+  for (const auto& [i, j] : near_pairs_) // a hand would feel it when they touch
+    for (const int number : {i, j})
+      if (object(number).flexibility)
+        object(number).flexibility->prepare();
 }
 
 void Balance::hold(int threads) {
@@ -241,6 +246,7 @@ void Balance::hold_body(int number) {
     if (!one.flexibility || kept != one.fixed) {
       one.flexibility = std::make_unique<Flexibility>(body.scene(), kept, one.inertia, false, threads_);
       one.fixed = std::move(kept);
+      one.move_all();
       behind_ = cell_; // by what contacts did before
     }
     return;
@@ -256,6 +262,7 @@ void Balance::hold_body(int number) {
   if (!one.flexibility || kept != one.fixed) { // what floats has others than what is held
     one.flexibility = std::make_unique<Flexibility>(body.scene(), kept, Eigen::VectorXd(), floats, threads_);
     one.fixed = std::move(kept);
+    one.move_all();
     behind_ = cell_;
   }
 }

@@ -320,25 +320,6 @@ void Balance::add_compliance_as_a_whole(int number, Program& program) const {
   program.gap(rows) += own * asked;
 }
 
-namespace {
-
-/// What a force on a component does to the nodes that rounds move.
-void add_column(BalancedObject& one, std::int64_t component, double force, Eigen::VectorXd& displacement) {
-  const Eigen::VectorXd& column = one.flexibility->column(component);
-  if (displacement.size() == column.size()) {
-    displacement += force * column;
-    return;
-  }
-  const int d = one.dimension;
-  double* to = displacement.data();
-  for (const std::int32_t node : one.moved)
-    for (const double* from = column.data() + std::ptrdiff_t{d} * node;
-         from < column.data() + std::ptrdiff_t{d} * (node + 1); ++from)
-      *to++ += force * *from;
-}
-
-} // namespace
-
 Balance::Answered Balance::answer(int number, const Program& program, const Eigen::VectorXd& force) {
   BalancedObject& one = object(number);
   Answered answered;
@@ -355,7 +336,7 @@ Balance::Answered Balance::answer(int number, const Program& program, const Eige
       answered.displacement.segment(d * static_cast<Eigen::Index>(k), d) =
           one.unloaded.segment(std::int64_t{d} * one.moved[k], d);
     for (const auto& [component, of_contacts] : answered.forces)
-      add_column(one, component, of_contacts, answered.displacement);
+      answered.displacement += of_contacts * one.flexibility->watched_column(component);
   }
   if (one.moves) {
     Eigen::Matrix<double, 6, 1> sum = Eigen::Matrix<double, 6, 1>::Zero();
@@ -562,10 +543,7 @@ void Balance::catch_up() {
     if (!one.is_body() || one.moved.size() == one.place_of.size())
       continue;
     one.move_all();
-    one.displacement = one.unloaded;
-    one.flexibility->find_columns(one.forced);
-    for (const std::int64_t component : one.forced)
-      one.displacement += one.contact_forces[component] * one.flexibility->column(component);
+    one.displacement = one.unloaded + one.flexibility->moved_by(one.contact_forces, one.forced);
     one.place();
   }
 }

@@ -117,6 +117,7 @@ void Balance::watch() {
     if (moved == one.moved)
       continue;
     one.moved = std::move(moved);
+    one.flexibility->watch(one.moved);
     one.way.resize(0);
     std::ranges::fill(one.place_of, -1);
     for (std::size_t k = 0; k < one.moved.size(); ++k)

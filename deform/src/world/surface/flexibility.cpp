@@ -77,6 +77,8 @@ constexpr int most_rounds = 6, most_iterations = 400;
 /// Of a supernodal factor, and of components whose order it is tried for.
 constexpr double most_factor_numbers = 6e7;
 constexpr std::int64_t most_ordered = 200'000;
+/// Columns beyond which it takes less time to answer for the forces that they are of.
+constexpr std::ptrdiff_t most_summed = 500;
 /// Columns that are found together.
 constexpr std::size_t columns_at_once = 48;
 
@@ -273,6 +275,7 @@ public:
   /// @return whether it was made. @throws std::runtime_error where CHOLMOD is not there
   bool make_factor();
   void factor_if_asked() { may_factor_ = true; }
+  void prepare() override;
   Eigen::VectorXd solve(const Eigen::VectorXd& forces, double accuracy) override;
   Eigen::MatrixXd solve_all(const Eigen::MatrixXd& forces, double accuracy) override;
   Eigen::VectorXd forces(const Eigen::VectorXd& displacement) const override;
@@ -357,12 +360,17 @@ bool MultigridStiffness::make_factor() {
   return factor_ != nullptr;
 }
 
+void MultigridStiffness::prepare() {
+  if (!std::exchange(may_factor_, false) || 3 * std::ssize(nodes_) > most_ordered)
+    return;
+  try {
+    make_factor();
+  } catch (const std::runtime_error&) { // CHOLMOD is not there: multigrid does it too
+  }
+}
+
 Eigen::MatrixXd MultigridStiffness::solve_all(const Eigen::MatrixXd& forces, double accuracy) {
-  if (std::exchange(may_factor_, false) && forces.rows() <= most_ordered)
-    try {
-      make_factor();
-    } catch (const std::runtime_error&) { // CHOLMOD is not there: multigrid does it too
-    }
+  prepare();
   if (!factor_)
     return BodyStiffness::solve_all(forces, accuracy);
   std::vector<Eigen::Index> free;
@@ -437,7 +445,7 @@ Eigen::MatrixXd BodyStiffness::solve_all(const Eigen::MatrixXd& forces, double a
 
 Flexibility::Flexibility(const Scene& scene, const std::vector<std::int64_t>& fixed,
                          const Eigen::VectorXd& inertia, bool floats, int threads, StiffnessSolver solver)
-    : column_accuracy_(inertia.size() > 0 ? of_all : of_columns) {
+    : column_accuracy_(inertia.size() > 0 ? of_all : of_columns), dimension_(scene.dimension()) {
   std::vector<std::int64_t> nodes = nodes_of(scene.specimen);
   const int d = scene.dimension();
   if (floats)
@@ -468,6 +476,12 @@ Eigen::VectorXd Flexibility::force_for_column(std::int64_t component) const {
   return unit;
 }
 
+template<class Values>
+void Flexibility::take_rigid_motions_from(Values& values) const {
+  if (rigid_.size() > 0)
+    values -= rigid_ * (rigid_.transpose() * values).eval();
+}
+
 void Flexibility::find_columns(std::span<const std::int64_t> components) {
   std::vector<std::int64_t> wanted;
   for (const std::int64_t component : components) {
@@ -482,8 +496,7 @@ void Flexibility::find_columns(std::span<const std::int64_t> components) {
     for (std::size_t i = 0; i < some.size(); ++i)
       forces.col(static_cast<Eigen::Index>(i)) = force_for_column(some[i]);
     Eigen::MatrixXd found = stiffness_->solve_all(forces, column_accuracy_);
-    if (rigid_.size() > 0)
-      found -= rigid_ * (rigid_.transpose() * found);
+    take_rigid_motions_from(found);
     for (std::size_t i = 0; i < some.size(); ++i)
       columns_[some[i]].values = found.col(static_cast<Eigen::Index>(i));
   }
@@ -492,6 +505,43 @@ void Flexibility::find_columns(std::span<const std::int64_t> components) {
 const Eigen::VectorXd& Flexibility::column(std::int64_t component) {
   find_columns({&component, 1});
   return columns_[component].values;
+}
+
+void Flexibility::watch(const std::vector<std::int32_t>& nodes) {
+  watched_ = nodes;
+  for (auto& [component, column] : columns_)
+    column.watched.resize(0);
+}
+
+const Eigen::VectorXd& Flexibility::watched_column(std::int64_t component) {
+  const Eigen::VectorXd& whole = column(component);
+  Eigen::VectorXd& part = columns_[component].watched;
+  const Eigen::Index n = dimension_ * std::ssize(watched_);
+  if (watches_all())
+    return whole;
+  if (part.size() != n) {
+    part.resize(n);
+    for (std::size_t i = 0; i < watched_.size(); ++i)
+      part.segment(dimension_ * static_cast<Eigen::Index>(i), dimension_) =
+          whole.segment(std::int64_t{dimension_} * watched_[i], dimension_);
+  }
+  return part;
+}
+
+Eigen::VectorXd Flexibility::moved_by(const Eigen::VectorXd& forces,
+                                      std::span<const std::int64_t> components) {
+  if (std::ssize(components) < most_summed) {
+    find_columns(components);
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(n_components());
+    for (const std::int64_t component : components)
+      sum += forces[component] * columns_[component].values;
+    return sum;
+  }
+  Eigen::VectorXd balanced = forces;
+  take_rigid_motions_from(balanced);
+  Eigen::VectorXd sum = stiffness_->solve(balanced, of_all);
+  take_rigid_motions_from(sum);
+  return sum;
 }
 
 void Flexibility::forget_unused() {

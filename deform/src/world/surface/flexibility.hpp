@@ -23,6 +23,8 @@ public:
   virtual Eigen::VectorXd solve(const Eigen::VectorXd& forces, double accuracy) = 0;
   /// The same for several, as columns.
   virtual Eigen::MatrixXd solve_all(const Eigen::MatrixXd& forces, double accuracy);
+  /// Does now what the first columns would wait for.
+  virtual void prepare() {}
   /// What elasticity pulls with, of all components.
   virtual Eigen::VectorXd forces(const Eigen::VectorXd& displacement) const = 0;
   /// The same of one of them.
@@ -67,8 +69,17 @@ public:
   bool is_fixed(std::int64_t component) const { return is_fixed_[static_cast<std::size_t>(component)] != 0; }
   /// Displacement of everything for a force of 1 N on a component; zero for a fixed one. Kept.
   const Eigen::VectorXd& column(std::int64_t component);
+  void prepare() { stiffness_->prepare(); }
   /// Those that are not there yet, all at once.
   void find_columns(std::span<const std::int64_t> components);
+  /// Rounds ask for these nodes of the body alone from now on. @param nodes sorted
+  void watch(const std::vector<std::int32_t>& nodes);
+  bool watches_all() const { return dimension_ * std::ssize(watched_) == n_components(); }
+  /// column() at the nodes that are watched.
+  const Eigen::VectorXd& watched_column(std::int64_t component);
+  /// Displacement of everything for forces on components: the sum of their columns.
+  /// @param components where there are forces
+  Eigen::VectorXd moved_by(const Eigen::VectorXd& forces, std::span<const std::int64_t> components);
   /// Displacement where fixed components have the values that they have in `prescribed`, without forces; of
   /// a body that floats its mean shift and turn.
   Eigen::VectorXd moved(const Eigen::VectorXd& prescribed) const;
@@ -87,16 +98,21 @@ public:
 
 private:
   Eigen::VectorXd force_for_column(std::int64_t component) const;
+  /// Of what floats: forces without their resultants, displacements without mean shift and turn.
+  template<class Values>
+  void take_rigid_motions_from(Values& values) const;
 
   std::vector<char> is_fixed_;
   std::unique_ptr<BodyStiffness> stiffness_;
   Eigen::MatrixXd rigid_; ///< of what floats: its rigid motions, of length 1 and across one another
   double column_accuracy_;
   struct Column {
-    Eigen::VectorXd values;
+    Eigen::VectorXd values, watched; ///< the latter empty until it is asked for
     bool is_used = false;
   };
   std::map<std::int64_t, Column> columns_;
+  std::vector<std::int32_t> watched_;
+  int dimension_;
 };
 
 } // namespace maille::deform
