@@ -102,7 +102,7 @@ private:
   void put_handles(std::size_t i, double part);
   bool is_forced_in(int object) const;
   bool take_back(int step, int n);
-  bool settle_balanced();
+  bool settle_balanced(bool is_last = true);
   void find_blocked(int n);
   void report_balanced(bool has_settled);
 

@@ -78,6 +78,19 @@ std::vector<std::int64_t> supports(const PosedLattice& lattice) {
   return list;
 }
 
+/// Whether a body has no rigid motion left where so many of its components are kept.
+bool holds(const Scene& scene, const PosedLattice& lattice, const std::vector<std::int64_t>& kept) {
+  if (kept.empty())
+    return false;
+  Scene held = scene;
+  held.prescribed.clear();
+  for (const std::int64_t component : kept)
+    held.prescribed.push_back({lattice.node(static_cast<std::int32_t>(component / scene.dimension())),
+                               static_cast<int>(component % scene.dimension()), 0, true});
+  std::ranges::sort(held.prescribed, {}, [](const Prescribed& p) { return std::pair(p.component, p.node); });
+  return remaining_rigid_motion(held).empty();
+}
+
 } // namespace
 
 BalancedObject::BalancedObject(const WorldParts& parts, int object)
@@ -225,21 +238,14 @@ void Balance::hold_body(int number) {
   const PosedLattice& lattice = body.lattice();
   const int d = one.dimension;
   std::vector<std::int64_t> kept;
-  Scene scene = body.scene();
-  for (const Prescribed& p : scene.prescribed)
+  for (const Prescribed& p : body.scene().prescribed)
     kept.push_back(std::int64_t{d} * lattice.voxel(p.node) + p.component);
   for (const auto& [node, handle] : body.handles())
-    for (int b = 0; b < d; ++b) {
+    for (int b = 0; b < d; ++b)
       kept.push_back(std::int64_t{d} * lattice.voxel(node) + b);
-      scene.prescribed.push_back({node, b, 0, true});
-    }
   std::ranges::sort(kept);
   const auto same = std::ranges::unique(kept);
   kept.erase(same.begin(), same.end());
-  const auto key = [](const Prescribed& p) { return std::pair(p.component, p.node); };
-  std::ranges::sort(scene.prescribed, {}, key);
-  const auto again = std::ranges::unique(scene.prescribed, {}, key);
-  scene.prescribed.erase(again.begin(), again.end());
   if (one.inertia.size() > 0) { // nothing floats that has mass; what is held is not turned
     one.moves = false;
     one.pulled.clear();
@@ -251,8 +257,11 @@ void Balance::hold_body(int number) {
     }
     return;
   }
-  const bool floats = scene.prescribed.empty() || !remaining_rigid_motion(scene).empty() ||
-                      one.pose.rotation != lattice.pose().rotation ||
+  if (kept != one.kept) {
+    one.kept = kept;
+    one.is_held = holds(body.scene(), lattice, kept);
+  }
+  const bool floats = !one.is_held || one.pose.rotation != lattice.pose().rotation ||
                       one.pose.position != lattice.pose().position;
   one.moves = floats;
   one.stiffness = stiffness_ * free_drag;
@@ -268,6 +277,10 @@ void Balance::hold_body(int number) {
 }
 
 void Balance::prescribe() {
+  for (int i = 0; i < parts_.n_objects(); ++i)
+    if (const BalancedObject& one = object(i);
+        one.is_body() && (one.moves || one.carried.size() > 0 || !parts_.body(i).handles().empty()))
+      catch_up(); // before it is somewhere else without contacts
   for (int i = 0; i < parts_.n_objects(); ++i) {
     BalancedObject& one = object(i);
     if (!one.is_body())

@@ -48,6 +48,8 @@ struct BalancedObject {
   // Deformable objects.
   std::unique_ptr<Flexibility> flexibility;
   std::vector<std::int64_t> fixed;           ///< components that the flexibility has held, sorted
+  std::vector<std::int64_t> kept;            ///< components that holds and handles have, sorted
+  bool is_held = false;                      ///< these leave it no rigid motion
   std::vector<std::int64_t> first_component; ///< of the skin's nodes
   std::vector<std::int64_t> pulled;          ///< components that holds and handles keep of a body that floats
   Eigen::VectorXd displacement, unloaded;    ///< as it is, and without contacts; in its frame [m]

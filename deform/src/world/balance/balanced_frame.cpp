@@ -16,7 +16,7 @@ namespace maille::deform {
 namespace {
 
 constexpr double step_over_cell = 0.25; ///< that a hand goes between two balances at most
-constexpr double still_over_cell = 1e-6;
+constexpr double still_over_cell = 1e-6, nearly_still_over_cell = 1e-4;
 constexpr int most_rounds = 150; ///< for one balance: what settles takes 3 to 20, on edges 100
 /// What a hand's object stays behind where something rigid stops it [cells]; behind soft things it stays by
 /// 1e-4.
@@ -55,16 +55,20 @@ FrameResult WorldFrame::run_balanced() {
     if (drive.lead)
       balance.object(drive.object).stiffness = drive.lead->stiffness;
   const int n = n_balanced_steps();
-  bool has_settled = settle_balanced(); // with what has changed hands
-  for (int step = 0; step < n && !drives_.empty() && clock_.may_go_on(); ++step) {
+  bool has_settled = settle_balanced(drives_.empty()); // with what has changed hands
+  int step = 0;
+  for (; step < n && !drives_.empty() && clock_.may_go_on(); ++step) {
     drive_balanced(step, n);
-    has_settled = settle_balanced();
+    const bool is_last = step == n - 1;
+    has_settled = settle_balanced(is_last);
     if (take_back(step, n))
-      has_settled = settle_balanced();
+      has_settled = settle_balanced(is_last);
     find_blocked(n);
   }
+  has_settled = has_settled && (step == n || drives_.empty());
   if (!blocked_.empty() && clock_.may_go_on())
     has_settled = settle_balanced();
+  balance.catch_up();
   balance.hand_back();
   report_balanced(has_settled);
   return std::move(result_);
@@ -106,22 +110,26 @@ void WorldFrame::put_handles(std::size_t i, double part) {
   }
 }
 
+/// @param is_last a state on the way needs no more than to be on the way of the one after it, where nothing
+///        rubs: friction remembers
 /// @return whether nothing moves any more
-bool WorldFrame::settle_balanced() {
+bool WorldFrame::settle_balanced(bool is_last) {
   Balance& balance = *parts_.balance;
-  const double still = still_over_cell * balance.cell();
+  const bool is_on_the_way = !is_last && parts_.scene.friction == 0;
+  const double still = (is_on_the_way ? nearly_still_over_cell : still_over_cell) * balance.cell();
   balance.begin();
-  bool is_still = false, has_settled = false;
+  bool has_settled = false;
   for (int round = 0; round < most_rounds && !has_settled && clock_.may_go_on(); ++round) {
     ++clock_.rounds;
     if (clock_.rounds_left)
       --*clock_.rounds_left;
-    is_still = balance.round() < still;
-    has_settled = is_still && balance.gone() < still; // where all that may touch has been looked at
-    if (is_still)
+    const bool is_still = balance.round() < still;
+    has_settled = is_still && (is_on_the_way || balance.gone() < still); // all that may touch was looked at
+    if (is_still && !is_on_the_way)
       balance.catch_up();
   }
-  balance.catch_up();
+  if (!is_on_the_way)
+    balance.catch_up();
   return has_settled;
 }
 

@@ -269,14 +269,13 @@ std::pair<std::int32_t, std::int32_t> BodyMatter::points_of(std::int32_t cell) c
 void BodyMatter::put(OccupancyMap& map, VoxelId first, std::span<const InCells> places) {
   const auto first_cell = static_cast<VoxelId>(first + std::ssize(places));
   const auto take_free = [&](const Index3& cell, std::int32_t number) {
-    if (!map.has_cell(cell) || map.is_occupied(cell))
-      return;
-    map.put(cell, first_cell + number);
-    taken_.push_back(cell);
+    if (map.put(cell, first_cell + number))
+      taken_.push_back(cell);
   };
   const auto take_at = [&](const Point& point) {
     const auto place_of = [&](std::int32_t node) { return places[static_cast<std::size_t>(node)]; };
-    take_free(cell_at(between_places(point, place_of)), point.cell);
+    if (const Index3 cell = cell_at(between_places(point, place_of)); map.has_cell(cell))
+      take_free(cell, point.cell);
   };
   std::ranges::for_each(points_, take_at);
   std::ranges::for_each(points_of_stretched(places), take_at);
@@ -304,7 +303,7 @@ void BodyMatter::put(OccupancyMap& map, VoxelId first, std::span<const InCells> 
       for (cell[1] = begin[1]; cell[1] <= end[1]; ++cell[1])
         for (cell[0] = begin[0]; cell[0] <= end[0]; ++cell[0])
           if (const Eigen::Vector3d middle(cell[0] + 0.5, cell[1] + 0.5, cell[2] + 0.5);
-              !map.is_occupied(cell) && (inner.contains(middle) || is_in_cell(at, middle, dimension_)))
+              inner.contains(middle) || (!map.is_occupied(cell) && is_in_cell(at, middle, dimension_)))
             take_free(cell, number);
   }
 }

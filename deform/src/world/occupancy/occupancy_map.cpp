@@ -141,17 +141,18 @@ void OccupancyMap::for_each_part(const Index3& first, const Index3& size, VoxelI
                        id + (x - first[0]) + row * (y - first[1]) + slab * (z - first[2]), row, slab});
 }
 
-void OccupancyMap::put(const Index3& at, VoxelId id) {
+bool OccupancyMap::put(const Index3& at, VoxelId id) {
   const std::size_t place = brick_of(at);
   const auto brick = static_cast<std::size_t>(bricks_[place] != empty ? bricks_[place] : new_brick(place));
   std::uint32_t& word = masks_[brick][word_of(at)];
   const std::uint32_t bit = std::uint32_t{1} << ((at[0] & 15) + row_shift(at[1]));
   if ((word & bit) != 0)
-    return;
+    return false;
   word |= bit;
   ids_[brick]->of[row_of(at) * brick_edge + static_cast<std::size_t>(at[0] & 15)] = id;
   ++counts_[brick];
   ++n_occupied_;
+  return true;
 }
 
 void OccupancyMap::take(const Index3& at) {
@@ -168,8 +169,10 @@ void OccupancyMap::take(const Index3& at) {
 }
 
 void OccupancyMap::put_box(const Index3& first, const Index3& size, VoxelId id) {
-  if (is_one_cell(size))
-    return put(first, id);
+  if (is_one_cell(size)) {
+    put(first, id);
+    return;
+  }
   for_each_part(first, size, id, [this](const Index3& at, const BrickBox& box) { put_part(at, box); });
 }
 

@@ -56,7 +56,8 @@ public:
   /// @pre the cells are of this map
   void put_box(const Index3& first, const Index3& size, VoxelId id);
   void put_row(const Index3& first, int n, VoxelId id) { put_box(first, {n, 1, 1}, id); }
-  void put(const Index3& at, VoxelId id);
+  /// @return whether its cell was free
+  bool put(const Index3& at, VoxelId id);
   /// Frees the cells of a box, taken or not. @pre the cells are of this map
   void take_box(const Index3& first, const Index3& size);
   void take_row(const Index3& first, int n) { take_box(first, {n, 1, 1}); }
