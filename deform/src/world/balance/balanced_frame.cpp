@@ -16,7 +16,7 @@ namespace maille::deform {
 namespace {
 
 constexpr double step_over_cell = 0.25; ///< that a hand goes between two balances at most
-constexpr double still_over_cell = 1e-6, nearly_still_over_cell = 1e-4;
+constexpr double still_over_cell = 1e-6, nearly_still_over_cell = 1e-5;
 constexpr int most_rounds = 150; ///< for one balance: what settles takes 3 to 20, on edges 100
 /// What a hand's object stays behind where something rigid stops it [cells]; behind soft things it stays by
 /// 1e-4.
