@@ -42,6 +42,8 @@ class Frame:
     message: str  #: why it is not done; else empty
     seconds: float  #: that it took [s]
     rounds: int  #: answers until everything stood still
+    motion_left: Optional[float]  #: that anything would still go until then, estimated; None: not known [m]
+    force_left: Optional[float]  #: by which the force on an object would still change, likewise [N]
     drives: List[Record]  #: object, fraction of its motion that was done, force that the hand needs [N]
     contacts: List[Record]  #: object, other (empty: the border), voxel, axis, direction, force [N]
     handed_on: int  #: movements that one voxel handed on to the next

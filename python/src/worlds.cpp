@@ -100,6 +100,8 @@ private:
     out["message"] = result.message;
     out["seconds"] = result.seconds;
     out["rounds"] = result.rounds;
+    out["motion_left"] = result.motion_left;
+    out["force_left"] = result.force_left;
     py::list done;
     for (std::size_t i = 0; i < result.drives.size(); ++i) {
       py::dict drive;

@@ -76,6 +76,14 @@ const ResultTable<InWorld<PlayedFrame>>& columns_of_frames() {
     columns.add({"", "status", "", "how it ended"}, of, &PlayedFrame::status);
     columns.add({"", "seconds", "s", "that it took"}, of, &PlayedFrame::seconds);
     columns.add({"", "rounds", "", "of objects that moved each other"}, of, &PlayedFrame::rounds);
+    columns
+        .add({"", "motion_left", "m", "how far anything would still go until all has settled, estimated"},
+             [](const Row& row) { return row.of->motion_left.value_or(0); })
+        .json_where([](const Row& row) { return row.of->motion_left.has_value(); });
+    columns
+        .add({"", "force_left", "N", "by which the force on any object would still change, estimated"},
+             [](const Row& row) { return row.of->force_left.value_or(0); })
+        .json_where([](const Row& row) { return row.of->force_left.has_value(); });
     columns.add({"", "handed_on", "", "movements from one voxel to another"}, of, &PlayedFrame::handed_on);
     columns.add({"", "moved_on", "m", "by their receivers, all together"}, of, &PlayedFrame::moved_on);
     columns.add_rows({"", "drives", "", "a row each"}, columns_of_drives(),

@@ -155,6 +155,8 @@ PlayedFrame Player::next(const Control& control) {
   frame.message = result.message;
   frame.seconds = result.seconds;
   frame.rounds = result.rounds;
+  frame.motion_left = result.motion_left;
+  frame.force_left = result.force_left;
   for (std::size_t i = 0; i < result.drives.size(); ++i)
     frame.drives.push_back({asked[i].object, result.drives[i].fraction, result.drives[i].force});
   frame.contacts = summed(result.contacts);

@@ -4,6 +4,7 @@
 #include "world/surface/smooth_surface.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <iterator>
@@ -340,6 +341,8 @@ Vec3 Balance::pull_at(int number, std::int64_t node) const {
 }
 
 void Balance::hand_back() {
+  const auto start = std::chrono::steady_clock::now();
+  catch_up();
   std::vector<Pose> poses(static_cast<std::size_t>(parts_.rigid.n_objects()));
   for (int i = 0; i < parts_.n_objects(); ++i)
     if (!parts_.is_body(i))
@@ -369,6 +372,7 @@ void Balance::hand_back() {
     }
     body.put_at(parts_.map(), state);
   }
+  seconds_to_hand_back_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 } // namespace maille::deform

@@ -129,10 +129,18 @@ public:
   double round();
   /// How far anything has gone since all was looked at [m].
   double gone() const { return gone_; }
+  /// What is left until nothing moves any more, if rounds go on as the last ones did.
+  struct Left {
+    double motion = 0; ///< of anything, at most [m]
+    double force = 0;  ///< by which that on any object changes, at most [N]
+  };
+  Left left() const;
   /// Contacts that press, with the forces that the state is in balance with.
   const std::vector<Touch>& pressing() const { return pressing_; }
   /// Poses, displacements, pins' forces and the map of the world, as they are here.
   void hand_back();
+  /// What that took last time [s].
+  double seconds_to_hand_back() const { return seconds_to_hand_back_; }
   /// What a hand pulls a handle of a body with, in the frame that it had at first [N].
   Vec3 pull_at(int object, std::int64_t node) const;
 
@@ -197,6 +205,7 @@ private:
   /// How far anything would go [m].
   static void go(BalancedObject& one, const Answered& answered, double part);
   double furthest(const std::vector<Answered>& answers) const;
+  void remember(double furthest, double part);
   double onwards(const std::vector<Answered>& answers);
   void share_forces(double part);
   /// What a pulled component misses its value by [m].
@@ -215,11 +224,16 @@ private:
   double gone_ = 0;         ///< since then, at most [m]
   /// What bodies are behind what `unloaded` asks for, apart from contacts, at most [m].
   double behind_ = 0;
-  double length_ = 1; ///< of steps, over what rounds ask for
-  double drag_ = 1;   ///< by how much more than usual free objects are held where a round begins
-  double wanted_ = 0; ///< how far anything wanted to go in the last round [m]
-  int rounds_ = 0;    ///< since a step of the hand began
+  double length_ = 1;             ///< of steps, over what rounds ask for
+  double drag_ = 1;               ///< by how much more than usual free objects are held where a round begins
+  double wanted_ = 0;             ///< how far anything wanted to go in the last round [m]
+  int rounds_ = 0;                ///< since a step of the hand began
+  std::array<double, 4> asked_{}; ///< how far anything was to go, the last round first [m]
+  double not_done_ = 0;           ///< part of that
+  std::vector<Eigen::Vector3d> forces_; ///< of contacts on objects, as the last round asked [N]
+  double force_change_ = 0;             ///< of any of them by the last round [N]
   std::map<Key, Grip> grips_;
+  double seconds_to_hand_back_ = 0;
 };
 
 } // namespace maille::deform

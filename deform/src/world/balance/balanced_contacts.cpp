@@ -41,6 +41,8 @@ constexpr double nearer = 0.8;
 constexpr double too_far = 2, drag_step = 10, most_drag = 1e6;
 /// Of the largest: so little of a force is left out of a mean of rounds.
 constexpr double forgotten = 1e-12;
+/// By which rounds come to their end: where there were too few to tell, and at most.
+constexpr double unknown_ratio = 0.7, most_ratio = 0.97;
 /// What keeps a free object where a round begins: of its contacts' forces, over a cell.
 constexpr double drag_of_forces = 1e-3;
 /// A free object on which forces and moments leave no more than this of the sum of their sizes is in balance,
@@ -414,6 +416,7 @@ void Balance::begin() {
       one.flexibility->forget_unused();
   length_ = drag_ = 1;
   rounds_ = 0;
+  asked_ = {};
 }
 
 std::vector<Balance::Answered> Balance::answers() {
@@ -548,6 +551,32 @@ void Balance::catch_up() {
   }
 }
 
+void Balance::remember(double furthest, double part) {
+  std::ranges::rotate(asked_, asked_.end() - 1);
+  asked_.front() = furthest;
+  not_done_ = 1 - part;
+  std::vector<Eigen::Vector3d> forces(objects_.size(), Eigen::Vector3d::Zero());
+  for (const Touch& touch : touches_) {
+    const Eigen::Vector3d force = touch.force * touch.normal + touch.rubbing;
+    forces[static_cast<std::size_t>(touch.object)] += force;
+    if (touch.other >= 0)
+      forces[static_cast<std::size_t>(touch.other)] -= force;
+  }
+  force_change_ = 0;
+  for (std::size_t i = 0; i < forces_.size(); ++i)
+    force_change_ = std::max(force_change_, (forces[i] - forces_[i]).norm());
+  forces_ = std::move(forces);
+}
+
+/// The rest of a geometric series.
+Balance::Left Balance::left() const {
+  double ratio = unknown_ratio;
+  if (asked_.back() > 0)
+    ratio = std::min(most_ratio, std::cbrt(asked_.front() / asked_.back()));
+  const double rest = ratio / (1 - ratio);
+  return {asked_.front() * (rest + not_done_), force_change_ * rest};
+}
+
 double Balance::round() {
   if (!is_local()) {
     for (BalancedObject& one : objects_)
@@ -580,6 +609,7 @@ double Balance::round() {
   else if (rounds_ > patience)
     length_ = goes_back ? shorter * length_ : std::min(1.0, longer * length_);
   const double part = std::min(length_, step_over_cell * cell_ / std::max(furthest, 1e-300));
+  remember(furthest, part);
   share_forces(part);
   for (int i = 0; i < parts_.n_objects(); ++i) {
     BalancedObject& one = object(i);

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <tuple>
 #include <utility>
 
@@ -55,6 +56,13 @@ FrameResult WorldFrame::run_balanced() {
     if (drive.lead)
       balance.object(drive.object).stiffness = drive.lead->stiffness;
   const int n = n_balanced_steps();
+  if (const auto left = clock_.seconds_left) // of which the end takes as much as it did last time
+    clock_.seconds_left = [left, end = balance.seconds_to_hand_back()] {
+      std::optional<double> seconds = left();
+      if (seconds)
+        *seconds -= end;
+      return seconds;
+    };
   bool has_settled = settle_balanced(drives_.empty()); // with what has changed hands
   int step = 0;
   for (; step < n && !drives_.empty() && clock_.may_go_on(); ++step) {
@@ -68,7 +76,6 @@ FrameResult WorldFrame::run_balanced() {
   has_settled = has_settled && (step == n || drives_.empty());
   if (!blocked_.empty() && clock_.may_go_on())
     has_settled = settle_balanced();
-  balance.catch_up();
   balance.hand_back();
   report_balanced(has_settled);
   return std::move(result_);
@@ -176,6 +183,11 @@ void WorldFrame::find_blocked(int n) {
 
 void WorldFrame::report_balanced(bool has_settled) {
   const Balance& balance = *parts_.balance;
+  if (parts_.soft_dynamics == nullptr) {
+    const Balance::Left left = has_settled ? Balance::Left() : balance.left();
+    result_.motion_left = left.motion;
+    result_.force_left = left.force;
+  }
   double largest = 0;
   for (const Touch& touch : balance.pressing())
     largest = std::max(largest, touch.force);

@@ -9,6 +9,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,7 @@ struct PlayedFrame {
   std::string message;
   double seconds = 0;
   std::int64_t rounds = 0;
+  std::optional<double> motion_left, force_left; ///< of FrameResult
   std::vector<PlayedDrive> drives;
   std::vector<PlayedContact> contacts;
   std::int64_t handed_on = 0; ///< movements that were handed on from one voxel to another

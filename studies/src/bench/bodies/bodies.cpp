@@ -207,40 +207,49 @@ void Bodies::finger_on_calf() {
     report_.notes.emplace_back("finger_on_calf_fps omitted: MAILLE_DATA names no images, or --quick.");
     return;
   }
-  constexpr double metres_a_frame = 1e-3;
+  constexpr double metres_a_frame = 1e-3, seconds_a_frame = 1.0 / 20;
   constexpr int frames_there = 16, frames = 6; // it touches in the 17th
   const WorldScene scene = parse_world_scene(calf_and_finger());
-  const auto pushed = [](deform::World& world, double by) {
+  const auto pushed = [](deform::World& world, double by, std::optional<double> budget = std::nullopt) {
     deform::Drive drive;
     drive.object = 1;
     drive.motion.by = {by, 0, 0};
-    return world.advance({&drive, 1});
+    deform::FrameBudget within;
+    within.seconds = budget;
+    return world.advance({&drive, 1}, within);
   };
-  deform::World world(scene), at_once(scene);
-  pushed(world, frames_there * metres_a_frame);
-  std::vector<double> seconds;
-  deform::FrameResult last;
-  int settled = 0;
+  deform::World hurried(scene), settled(scene);
+  pushed(hurried, frames_there * metres_a_frame);
+  pushed(settled, frames_there * metres_a_frame);
+  double seconds = 0, slowest = 0, of_settled = 0, behind = 0, foreseen = 0, error = 0, largest = 0;
+  int n_settled = 0;
   for (int frame = 0; frame < frames; ++frame) {
-    last = pushed(world, metres_a_frame);
-    seconds.push_back(last.seconds);
-    settled += last.status == Status::done;
+    const double asked = metres_a_frame + behind; // a hand waits for nothing
+    const deform::FrameResult shown = pushed(hurried, asked, seconds_a_frame);
+    behind = (1 - shown.drives[0].fraction) * asked;
+    seconds += shown.seconds;
+    slowest = std::max(slowest, shown.seconds);
+    n_settled += shown.status == Status::done;
+    const deform::FrameResult truth = pushed(settled, metres_a_frame);
+    of_settled += truth.seconds;
+    largest = std::max(largest, truth.drives[0].force.norm());
+    error = std::max(error, (shown.drives[0].force - truth.drives[0].force).norm());
+    foreseen = std::max(foreseen, shown.force_left.value_or(0));
   }
-  const deform::FrameResult other = pushed(at_once, (frames_there + frames) * metres_a_frame);
-  const Eigen::Vector3d force = last.drives[0].force, force_at_once = other.drives[0].force;
-  const double all = std::accumulate(seconds.begin(), seconds.end(), 0.0);
-  figures.finger_on_calf_fps = frames / all;
-  figures.finger_on_calf_error = (force - force_at_once).norm() / force_at_once.norm();
+  figures.finger_on_calf_fps = frames / seconds;
+  figures.finger_on_calf_error = error / largest;
   report_.add({{"finger", "12 mm, on seven muscles of a calf"},
                {"cells", scene.objects[0].scene.specimen.n_matter_cells()},
                {"frames", frames},
-               {"settled", settled},
-               {"seconds", all},
-               {"slowest_s", *std::ranges::max_element(seconds)},
-               {"quickest_s", *std::ranges::min_element(seconds)},
-               {"force_n", force.norm()},
-               {"force_at_once_n", force_at_once.norm()},
-               {"difference", figures.finger_on_calf_error}});
+               {"budget_s", seconds_a_frame},
+               {"seconds", seconds},
+               {"slowest_s", slowest},
+               {"settled", n_settled},
+               {"behind_m", behind},
+               {"force_n", largest},
+               {"force_error_n", error},
+               {"force_left_n", foreseen},
+               {"settled_frames_s", of_settled}});
 }
 
 } // namespace
@@ -264,8 +273,9 @@ void bench_bodies(const BenchOptions& options, BenchReport& report) {
         "than 2 minutes and 6 GB; deal.II's geometric multigrid takes boxes alone.",
         "bytes_per_unknown: what the method counts of its arrays, without the answer in float64 (24 bytes a "
         "grid point).",
-        "finger_on_calf_fps: a millimetre a frame, each until it has settled; its error is the difference of "
-        "the last force and that of one frame that goes all the way at once.",
+        "finger_on_calf_fps: a millimetre a frame, for each of which there is 1/20 s; what it leaves is the "
+        "next one's. Its error is the largest difference of a force from that of a world whose frames "
+        "settle.",
         "ranks_2_difference omitted: coupled runs in one process."})
     report.notes.emplace_back(note);
 }

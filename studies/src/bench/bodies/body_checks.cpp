@@ -108,7 +108,7 @@ void Checks::add_rest() {
     add("next_frame_over_first_legs", *figures_.next_frame_over_first_legs, 0.2, false);
   if (figures_.finger_on_calf_fps)
     add("finger_on_calf_fps", *figures_.finger_on_calf_fps, 20, true,
-        fmt::format("by surfaces; the last force is {:.2g} of itself off that of one frame",
+        fmt::format("the force is within {:.2g} of the largest of frames that settle",
                     figures_.finger_on_calf_error));
   std::vector<double> gains;
   for (const auto& [name, answered] : figures_.bodies)

@@ -94,6 +94,10 @@ struct FrameResult {
   std::string message; ///< why it is not done; empty if it is
   double seconds = 0;
   std::int64_t rounds = 0;
+  /// How far anything would still go until all has settled [m], and how much the force on any object would
+  /// still change [N], as the last rounds tell: estimates, no bounds. 0: it has settled. Known where objects
+  /// meet with their surfaces, and time does not pass.
+  std::optional<double> motion_left, force_left;
   std::vector<DriveResult> drives; ///< as given
   std::vector<WorldContact> contacts;
   std::vector<HandOver> handed_on; ///< in order
