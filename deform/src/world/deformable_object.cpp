@@ -211,8 +211,7 @@ double DeformableObject::go_towards(OccupancyMap& map, const Displacement& to, d
   return part;
 }
 
-void DeformableObject::put_at(OccupancyMap& map, const Displacement& state) {
-  state_ = state;
+void DeformableObject::put_into(OccupancyMap& map) {
   cells_ = NodeCells(cells_.first(), lattice_.n_voxels(), matter_.n_cells());
   const std::vector<InCells> places = lattice_.places(state_);
   for (std::int32_t voxel = 0; voxel < lattice_.n_voxels(); ++voxel)

@@ -76,7 +76,12 @@ public:
   /// Into the map, once; go_towards then keeps it in step.
   void put_matter(OccupancyMap& map) { matter_.put(map, cells_.first(), lattice_.places(state_)); }
   /// Into a map that has nothing of it, wherever a state is; what others have is left to them.
-  void put_at(OccupancyMap& map, const Displacement& state);
+  void put_at(OccupancyMap& map, const Displacement& state) {
+    stand_at(state);
+    put_into(map);
+  }
+  void stand_at(const Displacement& state) { state_ = state; } ///< and is put into the map later
+  void put_into(OccupancyMap& map);
   /// Of a cell of its stiffest material [N/m].
   double cell_stiffness() const { return stiffness_; }
   /// The first of the numbers after the object's own.

@@ -157,8 +157,8 @@ void WorldParts::add_body(int object) {
   by_number.push_back(object);
 }
 
-int WorldParts::object_in(const Index3& cell) const {
-  const OccupancyMap& cells = rigid.map();
+int WorldParts::object_in(const Index3& cell) {
+  const OccupancyMap& cells = map();
   if (!cells.has_cell(cell) || !cells.is_occupied(cell))
     return -1;
   const auto after = std::upper_bound(by_number.begin(), by_number.end(), cells.occupant(cell),
@@ -186,7 +186,7 @@ const WorldScene& World::scene() const {
 }
 
 const OccupancyMap& World::map() const {
-  return parts_->rigid.map();
+  return parts_->map();
 }
 
 const Vec3& World::cell_size() const {
@@ -297,6 +297,7 @@ World::Occupant World::occupant(VoxelId id) const {
 std::vector<WorldContact> World::touched(int object, double reach) const {
   std::vector<WorldContact> list;
   const int index = parts_->member(object).index;
+  parts_->map(); // in which they are found
   for (const Contact& contact : parts_->rigid.touched(index, reach)) {
     const Occupant other = occupant(contact.other);
     list.push_back(
@@ -328,7 +329,7 @@ std::vector<World::Occupant> World::voxels_in(const Index3& cell) const {
 std::int64_t World::n_shared_cells() const {
   if (parts_->lone)
     return 0;
-  OccupancyMap owners(map().cells()); // object numbers in place of voxels'
+  OccupancyMap owners(parts_->rigid.map().cells()); // object numbers in place of voxels'
   std::int64_t n = 0;
   const auto look = [&](int object, const Index3& cell) {
     if (!owners.has_cell(cell) || (owners.is_occupied(cell) && owners.occupant(cell) != object))

@@ -32,7 +32,15 @@ struct WorldParts {
     bool is_unsettled = false; ///< a frame ended before it had come to rest
   };
 
-  OccupancyMap& map() { return rigid.map_of_all(); }
+  /// With all bodies where they are.
+  OccupancyMap& map() {
+    if (map_is_behind) {
+      map_is_behind = false;
+      for (DeformableObject& body : bodies)
+        body.put_into(rigid.map_of_all());
+    }
+    return rigid.map_of_all();
+  }
   const Member& member(int object) const { return members[static_cast<std::size_t>(object)]; }
   Member& member(int object) { return members[static_cast<std::size_t>(object)]; }
   DeformableObject& body(int object) { return bodies[static_cast<std::size_t>(member(object).index)]; }
@@ -42,7 +50,7 @@ struct WorldParts {
   bool is_body(int object) const { return object >= 0 && member(object).kind == ObjectKind::deformable; }
   int n_objects() const { return static_cast<int>(members.size()); }
   /// Whose voxel is in a cell; -1: nobody's, or outside.
-  int object_in(const Index3& cell) const;
+  int object_in(const Index3& cell);
   /// Which voxel of its object a number in the map means.
   std::int64_t voxel_of(int object, VoxelId id) const;
 
@@ -62,6 +70,8 @@ struct WorldParts {
   std::map<std::tuple<int, int, int>, Push>
       pushes;                                  ///< by the objects' numbers, the lower first, and the axis
   std::vector<int> by_number;                  ///< objects in the order of their first voxel
+  /// Rigid objects have been put into the map anew and bodies not: surfaces ask for no map, only who looks.
+  bool map_is_behind = false;
   std::unique_ptr<Balance> balance;            ///< of surfaces; null where cells keep objects apart
   std::unique_ptr<Dynamics> dynamics;          ///< of rigid objects alone; null where no time passes
   std::unique_ptr<SoftDynamics> soft_dynamics; ///< where some are deformable

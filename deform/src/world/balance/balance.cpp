@@ -348,6 +348,7 @@ void Balance::hand_back() {
     if (!parts_.is_body(i))
       poses[static_cast<std::size_t>(parts_.member(i).index)] = object(i).pose;
   parts_.rigid.place(poses);
+  parts_.map_is_behind = true;
   for (int i = 0; i < parts_.n_objects(); ++i) {
     if (!parts_.is_body(i))
       continue;
@@ -370,7 +371,7 @@ void Balance::hand_back() {
       for (int b = 0; b < one.dimension; ++b)
         state(b, node) = u[b];
     }
-    body.put_at(parts_.map(), state);
+    body.stand_at(state);
   }
   seconds_to_hand_back_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }

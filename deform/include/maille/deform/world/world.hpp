@@ -149,6 +149,8 @@ public:
   Scene question(int object) const;
 
   const WorldScene& scene() const;
+  /// Where objects meet with their surfaces, bodies are put into it when it is first asked for after a frame:
+  /// not from several threads at once.
   const OccupancyMap& map() const;
   const Vec3& cell_size() const;
   int n_objects() const;
