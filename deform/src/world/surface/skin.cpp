@@ -138,67 +138,105 @@ void Skin::mark_near(std::int32_t node, std::int32_t mark, std::vector<std::int3
 
 namespace {
 
-double furthest_between(std::span<const Eigen::Vector3d> now, std::span<const Eigen::Vector3d> then) {
-  double most = 0;
-  for (std::size_t i = 0; i < now.size(); ++i)
-    most = std::max(most, (now[i] - then[i]).squaredNorm());
-  return std::sqrt(most);
+/// Marks what is further than `much` from where it was, and lets it be there from now on
+std::vector<char> moved(std::span<const Eigen::Vector3d> now, std::vector<Eigen::Vector3d>& then,
+                        double much) {
+  std::vector<char> is_moved(now.size(), 1);
+  if (then.size() != now.size()) {
+    then.assign(now.begin(), now.end());
+    return is_moved;
+  }
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    is_moved[i] = (now[i] - then[i]).norm() > much;
+    if (is_moved[i] != 0)
+      then[i] = now[i];
+  }
+  return is_moved;
 }
 
 } // namespace
 
 void NearFaces::update(const Skin& of_nodes, std::span<const Eigen::Vector3d> nodes, const Skin& of_faces,
                        std::span<const Eigen::Vector3d> faces, double reach, double margin) {
-  if (nodes_then_.size() == nodes.size() && faces_then_.size() == faces.size() &&
-      furthest_between(nodes, nodes_then_) + furthest_between(faces, faces_then_) <= margin / 2)
+  // Of two that are looked at anew or not, each may have moved by a quarter since.
+  const std::vector<char> is_moved = moved(nodes, nodes_then_, margin / 4),
+                          corner_is_moved = moved(faces, faces_then_, margin / 4);
+  std::vector<std::int32_t> moved_nodes, other_nodes, moved_faces, all_faces;
+  for (std::int32_t node = 0; node < of_nodes.n_nodes(); ++node)
+    (is_moved[static_cast<std::size_t>(node)] != 0 ? moved_nodes : other_nodes).push_back(node);
+  std::vector<char> face_is_moved;
+  for (const Skin::Face& face : of_faces.faces()) {
+    const auto number = static_cast<std::int32_t>(all_faces.size());
+    face_is_moved.push_back(std::ranges::any_of(face.node, [&](std::int32_t node) {
+      return node >= 0 && corner_is_moved[static_cast<std::size_t>(node)] != 0;
+    }));
+    if (face_is_moved.back() != 0)
+      moved_faces.push_back(number);
+    all_faces.push_back(number);
+  }
+  if (moved_nodes.empty() && moved_faces.empty())
     return;
-  nodes_then_.assign(nodes.begin(), nodes.end());
-  faces_then_.assign(faces.begin(), faces.end());
-  find(of_nodes, of_faces, reach + margin);
-}
-
-void NearFaces::find(const Skin& of_nodes, const Skin& of_faces, double reach) {
+  std::vector<Pair> pairs;
+  for (const OfNode& one : nodes_)
+    for (const std::int32_t face : this->faces(one))
+      if (is_moved[static_cast<std::size_t>(one.node)] == 0 &&
+          face_is_moved[static_cast<std::size_t>(face)] == 0)
+        pairs.emplace_back(one.node, face);
+  find(of_nodes, moved_nodes, of_faces, all_faces, reach + margin, pairs);
+  find(of_nodes, other_nodes, of_faces, moved_faces, reach + margin, pairs);
+  std::ranges::sort(pairs);
   nodes_.clear();
   faces_.clear();
+  for (const auto& [node, face] : pairs) {
+    if (nodes_.empty() || nodes_.back().node != node)
+      nodes_.push_back({node, faces_.size(), 0});
+    faces_.push_back(face);
+    nodes_.back().end = faces_.size();
+  }
+}
+
+/// Adds those of some nodes and some faces that are near one another.
+void NearFaces::find(const Skin& of_nodes, std::span<const std::int32_t> nodes, const Skin& of_faces,
+                     std::span<const std::int32_t> faces, double reach, std::vector<Pair>& pairs) const {
   const Eigen::Vector3d around = Eigen::Vector3d::Constant(reach);
   Eigen::AlignedBox3d of_all_nodes, of_all_faces;
-  for (const Eigen::Vector3d& x : nodes_then_)
-    of_all_nodes.extend(x);
-  std::vector<Eigen::AlignedBox3d> boxes;
+  for (const std::int32_t node : nodes)
+    of_all_nodes.extend(nodes_then_[static_cast<std::size_t>(node)]);
+  std::vector<std::pair<std::int32_t, Eigen::AlignedBox3d>> boxes;
   double edge = 0;
-  for (const Skin::Face& face : of_faces.faces()) {
+  for (const std::int32_t face : faces) {
     Eigen::AlignedBox3d box;
-    for (const std::int32_t node : face.node)
+    for (const std::int32_t node : of_faces.faces()[static_cast<std::size_t>(face)].node)
       if (node >= 0)
         box.extend(faces_then_[static_cast<std::size_t>(node)]);
     box = Eigen::AlignedBox3d(box.min() - around, box.max() + around);
+    if (!box.intersects(of_all_nodes))
+      continue;
     edge = std::max(edge, box.sizes().maxCoeff());
     of_all_faces.extend(box);
-    boxes.push_back(box);
+    boxes.emplace_back(face, box);
   }
   BinnedBoxes bins(edge);
-  for (std::size_t face = 0; face < boxes.size(); ++face)
-    if (boxes[face].intersects(of_all_nodes))
-      bins.add(static_cast<std::int32_t>(face), boxes[face]);
+  for (std::size_t i = 0; i < boxes.size(); ++i)
+    bins.add(static_cast<std::int32_t>(i), boxes[i].second);
   bins.sort();
   const bool is_itself = &of_nodes == &of_faces;
   std::vector<std::int32_t> marks(static_cast<std::size_t>(is_itself ? of_faces.n_cells() : 0), -1);
-  for (std::int32_t node = 0; node < of_nodes.n_nodes(); ++node) {
+  for (const std::int32_t node : nodes) {
     const Eigen::Vector3d& point = nodes_then_[static_cast<std::size_t>(node)];
     if (!of_all_faces.contains(point))
       continue;
-    if (is_itself)
-      of_faces.mark_near(node, node, marks);
-    OfNode one{node, faces_.size(), 0};
-    bins.visit({point, point}, [&](std::int32_t face) {
+    bool is_marked = !is_itself;
+    bins.visit({point, point}, [&](std::int32_t i) {
+      const auto& [face, box] = boxes[static_cast<std::size_t>(i)];
+      if (!box.contains(point))
+        return;
+      if (!std::exchange(is_marked, true))
+        of_faces.mark_near(node, node, marks);
       const std::int32_t cell = of_faces.faces()[static_cast<std::size_t>(face)].cell;
-      if (boxes[static_cast<std::size_t>(face)].contains(point) &&
-          !(is_itself && marks[static_cast<std::size_t>(cell)] == node))
-        faces_.push_back(face);
+      if (!is_itself || marks[static_cast<std::size_t>(cell)] != node)
+        pairs.emplace_back(node, face);
     });
-    one.end = faces_.size();
-    if (one.end > one.first)
-      nodes_.push_back(one);
   }
 }
 

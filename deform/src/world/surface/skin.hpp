@@ -9,6 +9,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace maille::deform {
@@ -97,8 +98,8 @@ private:
   double reach_;
 };
 
-/// For nodes of one skin, the faces of another that are near them, or may soon be: found once, and kept while
-/// everything has moved so little that none can be missing.
+/// For nodes of one skin, the faces of another that are near them, or may soon be: found once, and again for
+/// nodes and faces that have moved so far that one may be missing.
 class NearFaces {
 public:
   /// @param nodes, faces  where nodes of the two skins are [m]; of a skin and itself the same, and faces of
@@ -121,11 +122,13 @@ public:
   }
 
 private:
-  void find(const Skin& of_nodes, const Skin& of_faces, double reach);
+  using Pair = std::pair<std::int32_t, std::int32_t>; ///< of a node and a face
+  void find(const Skin& of_nodes, std::span<const std::int32_t> nodes, const Skin& of_faces,
+            std::span<const std::int32_t> faces, double reach, std::vector<Pair>& pairs) const;
 
   std::vector<OfNode> nodes_;
   std::vector<std::int32_t> faces_;
-  std::vector<Eigen::Vector3d> nodes_then_, faces_then_; ///< when it was looked
+  std::vector<Eigen::Vector3d> nodes_then_, faces_then_; ///< when they were looked at last
 };
 
 } // namespace maille::deform
