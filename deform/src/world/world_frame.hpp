@@ -140,7 +140,6 @@ private:
   std::vector<double> rigid_done_;                         ///< by drive, of its steps
   std::vector<std::vector<Eigen::Vector3d>> nodes_before_; ///< by drive
   std::set<int> unsettled_, blocked_;                      ///< blocked: drives that a rigid thing has stopped
-  double seconds_of_a_round_ = 0;                          ///< that one of balance may take
   std::set<int> in_progress_; ///< bodies and rigid objects that are pushing: nobody pushes them back
 };
 

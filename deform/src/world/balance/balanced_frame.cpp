@@ -6,7 +6,6 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <optional>
@@ -19,8 +18,6 @@ namespace {
 
 constexpr double step_over_cell = 0.25; ///< that a hand goes between two balances at most
 constexpr double still_over_cell = 1e-6, nearly_still_over_cell = 1e-5;
-/// What a round may take is what one has taken, by so much less for each since.
-constexpr double shorter_each_round = 0.8;
 constexpr int most_rounds = 150; ///< for one balance: what settles takes 3 to 20, on edges 100
 /// What a hand's object stays behind where something rigid stops it [cells]; behind soft things it stays by
 /// 1e-4.
@@ -59,11 +56,11 @@ FrameResult WorldFrame::run_balanced() {
     if (drive.lead)
       balance.object(drive.object).stiffness = drive.lead->stiffness;
   const int n = n_balanced_steps();
-  if (const auto left = clock_.seconds_left) // the end takes as much of it as last time, and a round too
-    clock_.seconds_left = [this, left, end = balance.seconds_to_hand_back()] {
+  if (const auto left = clock_.seconds_left) // of which the end takes as much as it did last time
+    clock_.seconds_left = [left, end = balance.seconds_to_hand_back()] {
       std::optional<double> seconds = left();
       if (seconds)
-        *seconds -= end + seconds_of_a_round_;
+        *seconds -= end;
       return seconds;
     };
   bool has_settled = settle_balanced(drives_.empty()); // with what has changed hands
@@ -133,10 +130,7 @@ bool WorldFrame::settle_balanced(bool is_last) {
     ++clock_.rounds;
     if (clock_.rounds_left)
       --*clock_.rounds_left;
-    const auto start = std::chrono::steady_clock::now();
     const bool is_still = balance.round() < still;
-    const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    seconds_of_a_round_ = std::max(took, shorter_each_round * seconds_of_a_round_);
     has_settled = is_still && (is_on_the_way || balance.gone() < still); // all that may touch was looked at
     if (is_still && !is_on_the_way)
       balance.catch_up();
