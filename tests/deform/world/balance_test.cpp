@@ -158,6 +158,39 @@ TEST(NearFacesOracle, NothingThatIsNearIsMissed) {
   EXPECT_GT(n_near, 500);
 }
 
+// Oracle: a list that was made from nothing has all that is near, each time. A skin that is dented here and
+// there, as contacts do: what has not moved is not looked at again.
+TEST(NearFacesOracle, OfADentedSkinNothingThatIsNearIsMissed) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> any(-1, 1);
+  const Specimen body = elastic_object("", {4, 9, 9}, {}).scene.specimen;
+  const Skin plate(body);
+  std::vector<Eigen::Vector3d> places;
+  for (std::int32_t node = 0; node < plate.n_nodes(); ++node) {
+    const Index3 at = body.grid.node_at(plate.node(node));
+    places.emplace_back(at[0], at[1], at[2]);
+  }
+  constexpr double reach = 1, margin = 1;
+  NearFaces kept;
+  std::size_t n_near = 0;
+  for (int dent = 0; dent < 40; ++dent) {
+    const Eigen::Vector3d middle(2, 4.5 + 4 * any(random), 4.5 + 4 * any(random));
+    for (Eigen::Vector3d& x : places) // towards the middle of the plate, and back
+      if ((x - middle).tail<2>().norm() < 2)
+        x[0] += 0.4 * any(random) * (2 - x[0]);
+    kept.update(plate, places, plate, places, reach, margin);
+    NearFaces anew;
+    anew.update(plate, places, plate, places, reach, 0);
+    for (const NearFaces::OfNode& one : anew.nodes()) {
+      const auto known = std::ranges::lower_bound(kept.nodes(), one.node, {}, &NearFaces::OfNode::node);
+      ASSERT_TRUE(known != kept.nodes().end() && known->node == one.node) << "dent " << dent;
+      ASSERT_TRUE(std::ranges::includes(kept.faces(*known), anew.faces(one))) << "dent " << dent;
+      n_near += anew.faces(one).size();
+    }
+  }
+  EXPECT_GT(n_near, 500U);
+}
+
 // Oracle: cells near a node by hand: of a C the ends of its arms are near one another in space alone.
 TEST(NearFacesOracle, OfASkinAndItselfWhatIsFarInTheBodyCounts) {
   const Specimen body = soft_rows(R"("######","#.....","######")", "").objects[0].scene.specimen;
