@@ -202,8 +202,8 @@ private:
   std::vector<Answered> answers();
   void keep_free();
   void let_rest(std::vector<Answered>& answers);
-  /// How far anything would go [m].
   static void go(BalancedObject& one, const Answered& answered, double part);
+  /// How far anything would go [m].
   double furthest(const std::vector<Answered>& answers) const;
   void remember(double furthest, double part);
   double onwards(const std::vector<Answered>& answers);

@@ -31,8 +31,8 @@ private:
   cholmod_common common_{};
 };
 
-/// Bits of OpenBLAS depend on its threads, whose number is the machine's: while this lives it has one. Nothing
-/// where the BLAS is another.
+/// Bits of OpenBLAS depend on its threads, whose number is the machine's: while this lives it has one.
+/// Nothing where the BLAS is another.
 class OneThread {
 public:
   OneThread() {

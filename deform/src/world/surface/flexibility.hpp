@@ -33,12 +33,14 @@ public:
 
 /// Which way a body's stiffness is inverted.
 enum class StiffnessSolver {
-  quickest, ///< the factor in two dimensions and for a thousand nodes, else multigrid, and as soon as columns
-            ///< are asked for the supernodal factor, where it has 6e7 numbers at most and CHOLMOD is there
-  factor,   ///< a sparse Cholesky factor by Eigen: in two dimensions 0.1 s for 10^4 nodes, in three 10 s
-  multigrid, ///< of `coupled`: in three dimensions; 10^4 nodes 15 ms a column
-  supernodal, ///< in three dimensions a Cholesky factor by CHOLMOD: for 10^4 nodes that are long and thin 0.5 s,
-              ///< then 3 ms a column, many at a time. @throws std::runtime_error where it cannot be made
+  /// The factor in two dimensions and for a thousand nodes, else multigrid; for columns the supernodal factor
+  /// where it has 4e7 numbers at most and CHOLMOD is there.
+  quickest,
+  factor,    ///< a sparse Cholesky factor by Eigen: in two dimensions 0.1 s for 10^4 nodes, in three 10 s
+  multigrid, ///< of `coupled`, in three dimensions: 15 ms a column of 10^4 nodes
+  /// A Cholesky factor by CHOLMOD, in three dimensions: for 10^4 nodes that are long and thin 0.5 s, then
+  /// 3 ms a column where many are asked for together. @throws std::runtime_error where it cannot be made
+  supernodal,
 };
 
 /// How nodes of a body give way to forces on others: the elasticity of `coupled` (see LatticeElasticity) with

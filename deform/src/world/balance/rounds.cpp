@@ -1,0 +1,276 @@
+/// Rounds of a balance: how far everything goes towards what contacts ask for.
+
+#include "world/balance/balance.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <utility>
+#include <vector>
+
+namespace maille::deform {
+
+namespace {
+
+constexpr double step_over_cell = 0.2; ///< that anything goes in a round at most
+/// Where rounds go back and forth: by how much steps get shorter, and longer again where they go on; after so
+/// many rounds that may do as they like; and from when on only shorter: between several edges the length has
+/// to go to nothing, as in all methods of subgradients.
+constexpr double shorter = 0.6, longer = 1.1, always_shorter = 0.85;
+constexpr int patience = 8, long_patience = 30;
+/// What rounds may move before all is looked at anew: two skins together half of the margin (touches.cpp).
+constexpr double may_go_over_cell = 0.25;
+/// Of what bodies are behind: so little counts for nothing.
+constexpr double nothing_over_cell = 1e-9;
+/// Rounds that go back and forth, but each by less than this part of the one before, come to their end.
+constexpr double nearer = 0.8;
+/// Where a round would go further than so many steps, what is free is held by ever more: out of a state that
+/// could not last it goes down step by step, and not by leaps that make much of the least difference.
+constexpr double too_far = 2, drag_step = 10, most_drag = 1e6;
+/// Of the largest: so little of a force is left out of a mean of rounds.
+constexpr double forgotten = 1e-12;
+/// By which rounds come to their end: where there were too few to tell, and at most.
+constexpr double unknown_ratio = 0.7, most_ratio = 0.97;
+/// What keeps a free object where a round begins: of its contacts' forces, over a cell.
+constexpr double drag_of_forces = 1e-3;
+/// A free object on which forces and moments leave no more than this of the sum of their sizes is in balance,
+/// if it would go no further than so many cells, and as it went in the round before but for this part.
+constexpr double in_balance = 1e-5, rest_over_cell = 0.1, steady = 0.1;
+
+} // namespace
+
+namespace {
+
+/// From where the nodes are that rounds move to where they would be.
+Eigen::VectorXd way_of(const BalancedObject& one, const Eigen::VectorXd& displacement) {
+  const int d = one.dimension;
+  Eigen::VectorXd way = displacement;
+  for (std::size_t k = 0; k < one.moved.size(); ++k)
+    way.segment(d * static_cast<Eigen::Index>(k), d) -=
+        one.displacement.segment(std::int64_t{d} * one.moved[k], d);
+  return way;
+}
+
+} // namespace
+
+/// How far all that moves was to go before, along how far it is to go now: below 0 where rounds go back and
+/// forth, as they do where two faces of a skin have each a normal of its own, and the node lies on their
+/// edge.
+double Balance::onwards(const std::vector<Answered>& answers) {
+  double sum = 0;
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    BalancedObject& one = objects_[i];
+    const Answered& answered = answers[i];
+    if (one.is_body()) {
+      Eigen::VectorXd way = way_of(one, answered.displacement);
+      if (one.way.size() == way.size())
+        sum += one.way.dot(way);
+      one.way = std::move(way);
+    }
+    if (one.moves) {
+      Eigen::Matrix<double, 6, 1> way;
+      way << answered.shift, one.radius * answered.turn;
+      sum += static_cast<double>(one.at.size()) * one.way_as_a_whole.dot(way);
+      one.way_as_a_whole = way;
+    }
+  }
+  return sum;
+}
+
+/// The state is a mean of what rounds have asked for, and so are the forces that it is in balance with.
+void Balance::share_forces(double part) {
+  for (Touch& touch : pressing_) {
+    touch.force *= 1 - part;
+    touch.rubbing *= 1 - part;
+  }
+  for (const Touch& touch : touches_) {
+    if (touch.force == 0)
+      continue;
+    Touch& share = pressing_.emplace_back(touch);
+    share.force *= part;
+    share.rubbing *= part;
+  }
+  double largest = 0;
+  for (const Touch& touch : pressing_)
+    largest = std::max(largest, std::abs(touch.force));
+  std::erase_if(pressing_, [&](const Touch& touch) { return std::abs(touch.force) <= forgotten * largest; });
+}
+
+void Balance::begin() {
+  grip();
+  for (BalancedObject& one : objects_)
+    if (one.flexibility)
+      one.flexibility->forget_unused();
+  length_ = drag_ = 1;
+  rounds_ = 0;
+  asked_ = {};
+}
+
+/// Finds by what free objects are kept where a round begins: by ever so little, but by a part of the forces
+/// of their contacts, of which faces that lean leave something.
+void Balance::keep_free() {
+  for (BalancedObject& one : objects_)
+    one.felt = 0;
+  for (const Touch& touch : touches_) {
+    const double force = touch.force + touch.rubbing.norm();
+    object(touch.object).felt += force;
+    if (touch.other >= 0)
+      object(touch.other).felt += force;
+  }
+  for (BalancedObject& one : objects_)
+    one.kept_by = std::max(one.stiffness, drag_of_forces * one.felt / cell_);
+}
+
+/// A free object that goes the same way round after round, by forces that are next to nothing, glides where
+/// nothing keeps it: it is in balance, and stays where it is.
+void Balance::let_rest(std::vector<Answered>& answers) {
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    BalancedObject& one = objects_[i];
+    if (!one.is_free())
+      continue;
+    Eigen::Matrix<double, 6, 1> way;
+    way << answers[i].shift, one.radius * answers[i].turn;
+    const double steadily = (way - std::exchange(one.asked_as_a_whole, way)).norm();
+    if (rounds_ > 1 && steadily < steady * way.norm() && way.norm() < rest_over_cell * cell_ &&
+        one.kept_by * drag_ * way.norm() < in_balance * one.felt)
+      answers[i].shift = answers[i].turn = Eigen::Vector3d::Zero();
+  }
+}
+
+double Balance::furthest(const std::vector<Answered>& answers) const {
+  double furthest = 0;
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    const BalancedObject& one = objects_[i];
+    double way = answers[i].shift.norm() + answers[i].turn.norm() * one.radius;
+    if (one.is_body())
+      if (const Eigen::VectorXd own = way_of(one, answers[i].displacement); own.size() > 0)
+        way += own.cwiseAbs().maxCoeff() * std::sqrt(one.dimension);
+    furthest = std::max(furthest, way);
+  }
+  return furthest;
+}
+
+/// Moves a body's nodes, and the forces of its contacts, by a part of what a round asks for.
+void Balance::go(BalancedObject& one, const Answered& answered, double part) {
+  const int d = one.dimension;
+  for (std::size_t k = 0; k < one.moved.size(); ++k) {
+    auto u = one.displacement.segment(std::int64_t{d} * one.moved[k], d);
+    u += part * (answered.displacement.segment(d * static_cast<Eigen::Index>(k), d) - u);
+  }
+  for (const std::int64_t component : one.forced)
+    one.contact_forces[component] *= 1 - part;
+  double largest = 0;
+  std::vector<std::int64_t> components, both;
+  for (const auto& [component, force] : answered.forces) {
+    one.contact_forces[component] += part * force;
+    components.push_back(component);
+    largest = std::max(largest, std::abs(force));
+  }
+  std::ranges::set_union(one.forced, components, std::back_inserter(both));
+  one.forced = std::move(both);
+  std::erase_if(one.forced, [&](std::int64_t component) {
+    const bool is_none = std::abs(one.contact_forces[component]) <= forgotten * largest;
+    if (is_none)
+      one.contact_forces[component] = 0;
+    return is_none;
+  });
+}
+
+void Balance::catch_up() {
+  has_looked_ = false;
+  if (!is_local())
+    return;
+  for (BalancedObject& one : objects_) {
+    if (!one.is_body() || one.moved.size() == one.place_of.size())
+      continue;
+    one.move_all();
+    one.displacement = one.unloaded + one.flexibility->moved_by(one.contact_forces, one.forced);
+    one.place();
+  }
+}
+
+void Balance::remember(double furthest, double part) {
+  std::ranges::rotate(asked_, asked_.end() - 1);
+  asked_.front() = furthest;
+  not_done_ = 1 - part;
+  std::vector<Eigen::Vector3d> forces(objects_.size(), Eigen::Vector3d::Zero());
+  for (const Touch& touch : touches_) {
+    const Eigen::Vector3d force = touch.force * touch.normal + touch.rubbing;
+    forces[static_cast<std::size_t>(touch.object)] += force;
+    if (touch.other >= 0)
+      forces[static_cast<std::size_t>(touch.other)] -= force;
+  }
+  force_change_ = 0;
+  for (std::size_t i = 0; i < forces_.size(); ++i)
+    force_change_ = std::max(force_change_, (forces[i] - forces_[i]).norm());
+  forces_ = std::move(forces);
+}
+
+/// The rest of a geometric series.
+Balance::Left Balance::left() const {
+  double ratio = unknown_ratio;
+  if (asked_.back() > 0)
+    ratio = std::min(most_ratio, std::cbrt(asked_.front() / asked_.back()));
+  const double rest = ratio / (1 - ratio);
+  return {asked_.front() * (rest + not_done_), force_change_ * rest};
+}
+
+double Balance::round() {
+  if (!is_local()) {
+    for (BalancedObject& one : objects_)
+      if (one.is_body())
+        one.move_all();
+    has_looked_ = false;
+  } else if (gone_ > may_go_over_cell * cell_) {
+    catch_up();
+  }
+  measure_touches();
+  keep_free();
+  std::vector<Answered> answers = this->answers();
+  let_rest(answers);
+  double furthest = this->furthest(answers);
+  const bool has_free = std::ranges::any_of(objects_, &BalancedObject::is_free);
+  for (; has_free && furthest > too_far * step_over_cell * cell_ && drag_ < most_drag;
+       furthest = this->furthest(answers)) {
+    drag_ *= drag_step;
+    answers = this->answers();
+  }
+  if (parts_.scene.friction > 0) // what has come to press holds from here on
+    for (const Touch& touch : touches_)
+      if (touch.force > 0)
+        grips_.try_emplace(key_of(touch), grip_at(touch));
+  const bool goes_back = onwards(answers) < 0 && furthest > nearer * wanted_;
+  wanted_ = furthest;
+  const bool jumps = !goes_back && furthest > step_over_cell * cell_; // out of a state that could not last
+  if (!jumps && ++rounds_ > long_patience && length_ < 1)
+    length_ *= goes_back ? shorter : always_shorter;
+  else if (rounds_ > patience)
+    length_ = goes_back ? shorter * length_ : std::min(1.0, longer * length_);
+  const double part = std::min(length_, step_over_cell * cell_ / std::max(furthest, 1e-300));
+  remember(furthest, part);
+  share_forces(part);
+  for (int i = 0; i < parts_.n_objects(); ++i) {
+    BalancedObject& one = object(i);
+    const Answered& answered = answers[static_cast<std::size_t>(i)];
+    if (one.is_body())
+      go(one, answered, part);
+    if (one.moves)
+      one.turn_and_shift(part * answered.shift, part * answered.turn);
+    if (one.is_body() && is_local())
+      one.place_watched();
+    else if (one.kind != ObjectKind::fixed)
+      one.place();
+  }
+  gone_ += part * furthest;
+  behind_ *= 1 - part;
+  if (behind_ < nothing_over_cell * cell_)
+    behind_ = 0;
+  const double went = part * furthest * drag_; // with no drag but the least it would go so far
+  if (furthest < step_over_cell * cell_)
+    drag_ = std::max(1.0, drag_ / drag_step);
+  return went;
+}
+
+} // namespace maille::deform
