@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <numeric>
 #include <unordered_map>
@@ -35,6 +36,8 @@ enum Asked : unsigned {
   in_frames = 64, ///< frame = "blocks"
   ties = 128,     ///< between nodes of labels that slide
   unlike = 256,   ///< most blocks of 2 x 2 x 2 cells of a masked body are like few others
+  beside = 512,   ///< the answer, while a masked body's fields are needed
+  alone = 1024,   ///< the answer is made when they are gone
 };
 
 /// What there is so many of.
@@ -42,8 +45,9 @@ enum Unit : std::size_t {
   component, ///< of a grid node
   grid_node,
   matter_node,
-  slot, ///< of a masked body's rows, which are rounded up
-  cell, ///< of the grid
+  slot,         ///< of a masked body's rows, which are rounded up
+  earlier_slot, ///< in each of the rounds of float32 before the last
+  cell,         ///< of the grid
   matter_cell,
   odd_block,  ///< of 2 x 2 x 2 cells, like few others where most are like many
   row,        ///< of nodes along x
@@ -64,7 +68,8 @@ struct MemoryRow {
 /// Bytes a unit at the peak, at most; of active limits by what was measured where many links bind. Measured
 /// on boxes, sheets, chains, carved bodies and muscles, and checked against the heap by footprint_test.cpp.
 constexpr MemoryRow table[]{
-    {relaxed | coupled, nothing, component, 8}, // the answer
+    {relaxed | box | flat, nothing, component, 8}, // the answer
+    {masked, beside, component, 8},
     {relaxed | coupled, nothing, prescribed, 4 * 24},
     {relaxed | coupled, nothing, whole_body, 32768},
     // One component at a time: eight float32 and half as much on coarser levels; within limits a second
@@ -88,19 +93,20 @@ constexpr MemoryRow table[]{
     {box, loads, component, 8 + 4},
     {box, slender, component, 4 * 8 + 1},
     {box, slender | loads, component, 8},
-    // Fields in blocks of nodes, the coarser grids' matrices, and while they are made the cells and what they
-    // share, or forces in float64; blocks that are like many others share matrices on the finest of the
+    // Fields in blocks of nodes and what rounds have found in float64, the coarser grids' matrices, and while
+    // they are made the cells and what they share; displacements and forces of some planes in float64; blocks that are like many others share matrices on the finest of the
     // coarser grids; coefficients of every cell where fibres turn.
-    {masked, nothing, whole_body, 3 << 19}, // the inverse on the coarsest level
-    {masked, limits, whole_body, 6 << 19},
+    {masked, nothing, whole_body, 1 << 20}, // the inverse on the coarsest level
+    {masked, limits, whole_body, 4 << 19},
     {masked, nothing, cell, 2},
-    {masked, nothing, plane_node, 5 * 24}, // forces in float64
-    {masked, nothing, matter_node, 80},
-    {masked, nothing, odd_block, 1800},
+    {masked, nothing, plane_node, 10 * 24},
+    {masked, nothing, matter_node, 70},
+    {masked, nothing, odd_block, 1400},
     {masked, unlike, matter_node, 296},
     {masked, nothing, slot, 100},
+    {masked, alone, earlier_slot, 12},
     {masked, loads, component, 8},
-    {masked, fibres, matter_cell, 460},
+    {masked, fibres, matter_cell, 400},
     // Five fields of float64 of gradients, and what is shared, the diagonal, loads and marks.
     {masked, ties, component, 9 * 8 + 1},
     // The same of `relaxed`, the hierarchies of all three components, and its links; within limits parts and
@@ -119,6 +125,15 @@ constexpr MemoryRow table[]{
     {coupled, in_frames, component, (13 + 9) * 8},
     {coupled, in_frames, cell, 2 * 32 + 3 * 13},
     {coupled, in_frames, grid_node, 32},
+};
+
+/// What there is of a masked body once its answer is made and its fields are gone: the state and what earlier
+/// rounds have found, diagonals, forces of some planes, and what cells are of.
+constexpr MemoryRow table_of_end[]{
+    {masked, nothing, component, 8}, {masked, nothing, prescribed, 4 * 24},
+    {masked, nothing, slot, 60},     {masked, nothing, plane_node, 5 * 24},
+    {masked, nothing, cell, 4},      {masked, nothing, whole_body, 3 << 19},
+    {masked, loads, component, 8},   {masked, fibres, matter_cell, 300},
 };
 
 /// Blocks of 2 x 2 x 2 cells with matter.
@@ -177,6 +192,11 @@ Blocks blocks_of(const Scene& scene) {
   return blocks;
 }
 
+/// A round takes five digits, some two of which the start may be off beyond the whole of the answer.
+std::int64_t earlier_rounds(double tolerance) {
+  return std::max(0, static_cast<int>(std::ceil((2 - std::log10(tolerance)) / 5)) - 1);
+}
+
 unsigned solver_of_coupled(const Scene& scene) {
   return is_uniform_box(scene) ? box : scene.dimension() == 3 ? masked : flat;
 }
@@ -193,7 +213,11 @@ unsigned asked_by(const Scene& scene, unsigned solver) {
          (turns ? fibres : 0U) | (scene.tied.ties.empty() ? 0U : ties) |
          (solver == box && needs_float64(scene) ? slender : 0U) |
          (scene.relaxation.extrapolation == Extrapolation::none ? 0U : nested) |
-         (in_blocks(scene) ? in_frames : 0U);
+         (in_blocks(scene) ? in_frames : 0U) |
+         (binds || !scene.tied.ties.empty() || scene.relaxation.extrapolation != Extrapolation::none ||
+                  in_blocks(scene)
+              ? beside
+              : alone);
 }
 
 std::array<std::int64_t, n_units> units_of(const Scene& scene, unsigned solver) {
@@ -204,6 +228,7 @@ std::array<std::int64_t, n_units> units_of(const Scene& scene, unsigned solver) 
   n[grid_node] = body.grid.n_nodes();
   n[matter_node] = body.n_matter_nodes();
   n[slot] = solver == masked ? MaskedRows(body).n_slots() : 0;
+  n[earlier_slot] = n[slot] * earlier_rounds(scene.relaxation.tolerance);
   n[cell] = body.grid.n_cells();
   n[matter_cell] = body.n_matter_cells();
   n[row] = std::int64_t{1} * nodes[1] * nodes[2];
@@ -235,16 +260,22 @@ std::int64_t forecast(const Scene& scene, unsigned solver) {
     else
       asked |= unlike;
   }
-  std::int64_t fields = 0, others = 0;
+  std::int64_t fields = 0, others = 0, end = 0;
+  const auto counts = [&](const MemoryRow& of) {
+    return (of.solvers & solver) != 0 && (of.asked & ~asked) == 0;
+  };
   for (const MemoryRow& of : table)
-    if ((of.solvers & solver) != 0 && (of.asked & ~asked) == 0)
+    if (counts(of))
       (of.unit == field_node ? fields : others) += of.bytes * n[of.unit];
+  for (const MemoryRow& of : table_of_end)
+    end += counts(of) ? of.bytes * n[of.unit] : 0;
   const std::int64_t field = n[field_node] * std::int64_t{sizeof(float)} * (solver == box ? 3 : 1);
   if (solver == box)
     others += box_coarsest_bytes(scene.object_stiffness(0), scene.specimen.grid);
   if ((asked & limits) != 0)
     others += LinkLimits::bytes_at_most(scene);
-  return others + in_shared_pages(fields, field, solver == relaxed && (asked & limits) != 0 ? 2 : 1);
+  return std::max(
+      end, others + in_shared_pages(fields, field, solver == relaxed && (asked & limits) != 0 ? 2 : 1));
 }
 
 } // namespace

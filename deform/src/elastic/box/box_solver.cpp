@@ -108,7 +108,7 @@ double BoxSolver::work_of_loads() {
 }
 
 /// Takes the steps that are left, and the round's state over into u.
-void BoxSolver::finish_round(Displacement& u) {
+void BoxSolver::finish_round(Displacement& u, bool) {
   BoxLevel& level = body_.multigrid->finest();
   const bool is_whole = gradients_->is_whole();
   const double scale = gradients_->scale();
@@ -164,7 +164,7 @@ void BoxSolver::begin_on_coarser_grids(Displacement& u) {
 bool BoxSolver::is_start_enough(Displacement& u) {
   if (task_.limits == nullptr || task_.control.seconds_budget || task_.must_stop())
     return false;
-  finish_round(u);
+  finish_round(u, true);
   return breaks_limits(task_.scene, *task_.limits, task_.team, u, clearly);
 }
 

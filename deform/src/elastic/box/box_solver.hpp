@@ -56,7 +56,7 @@ private:
   void begin_on_coarser_grids(Displacement& u);
   Residual begin_round(const Displacement& u, double scale) override;
   double work_of_loads() override;
-  void finish_round(Displacement& u) override;
+  void finish_round(Displacement& u, bool is_last) override;
   bool is_start_enough(Displacement& u);
   double residual_of_plane(const Displacement& u, int z, double scale, double& largest);
   double work_from_residual(const Displacement& u, int z) const;

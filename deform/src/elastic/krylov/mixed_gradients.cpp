@@ -100,7 +100,7 @@ CoupledRound MixedGradients::correct(Displacement& u) {
   error_.restart();
   if (conjugate_gradients(*space_, *this) != GradientsEnd::told)
     round_ = CoupledRound::used_up;
-  state_->finish_round(u);
+  state_->finish_round(u, round_ != CoupledRound::used_up);
   if (is_whole_ && round_ == CoupledRound::used_up) {
     round_began_ = 0; // residuals of float64 are told from rounding where those of float32 are not
     is_whole_ = false;

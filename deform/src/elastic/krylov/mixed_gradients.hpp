@@ -23,11 +23,12 @@ public:
     double energy = 0;  ///< u . K u in the body's unit [m^2]
   };
   /// r = loads - K u where components are free, found in float64; the state is to become no change of u.
+  /// @param u may be empty until the last round is finished, if the state knows where it begins
   virtual Residual begin_round(const Displacement& u, double scale) = 0;
   /// Of the direction, in the unit; asked for only if there are loads.
   virtual double work_of_loads() = 0;
-  /// Takes over into u what the round has found.
-  virtual void finish_round(Displacement& u) = 0;
+  /// Takes over into u what the round has found. @param is_last u is the answer
+  virtual void finish_round(Displacement& u, bool is_last) = 0;
 };
 
 /// Residuals are carried along for five digits, then found anew in float64; so errors go down as far as

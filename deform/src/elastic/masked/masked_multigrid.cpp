@@ -199,6 +199,12 @@ void MaskedMultigrid::renew_matter() {
   weights_ = chebyshev_weights(largest_, static_cast<int>(weights_.size()));
 }
 
+void MaskedMultigrid::release() {
+  levels_.clear();
+  to_finest_ = {};
+  finest_->release_fields();
+}
+
 void MaskedMultigrid::set_penalties(const List<SlotLink>& links) {
   if (links.empty() && !has_penalties_)
     return;
@@ -282,15 +288,20 @@ double MaskedMultigrid::come_up_to_finest() {
 }
 
 MaskedGradients::MaskedGradients(MaskedMultigrid& multigrid, ThreadTeam& team)
-    : multigrid_(multigrid), team_(team), state_(multigrid.finest().field()),
-      direction_(multigrid.finest().field()) {}
+    : multigrid_(multigrid), team_(team), state_(multigrid.finest().field()) {}
 
 void MaskedGradients::restart() {
   std::ranges::fill(state_.all(), 0.0F);
 }
 
+AlignedArray<float> MaskedGradients::take_state() {
+  return std::exchange(state_, multigrid_.finest().field());
+}
+
 std::optional<double> MaskedGradients::find_step(double beta, double product) {
   MaskedLevel& level = multigrid_.finest();
+  if (direction_.size() == 0) // the first residual is found before it is there
+    direction_ = level.field();
   float* const p = direction_.data();
   level.for_each_part(team_, [&](std::int64_t at, std::int64_t n, int) {
     direct_entries(n, level.u.data() + at, static_cast<float>(beta), p + at);

@@ -121,6 +121,8 @@ public:
   /// stay what they were: for those that are near, as good a preconditioner.
   void set_fixed(const std::vector<Prescribed>& prescribed);
   void renew_matter();
+  /// Of finest() what its fields mean is left, and nothing else.
+  void release();
   /// finest().u = one cycle for A u = finest().f from nothing; changes r. @return u . f
   double precondition();
   /// Calls work(first entry, how many) for all parts of a field of the finest level. @return the sum of what
@@ -160,10 +162,14 @@ public:
 
   /// The state is nothing.
   void restart();
+  /// The same. @return the state that was
+  AlignedArray<float> take_state();
   double precondition() override { return multigrid_.precondition(); }
   std::optional<double> find_step(double beta, double product) override;
   void take_step(double step) override;
 
+  /// Nothing but the state is left.
+  void release_direction() { direction_ = {}; }
   const float* state() const { return state_.data(); }
   const float* direction() const { return direction_.data(); }
 

@@ -122,6 +122,11 @@ void MaskedBody::set_fixed(const std::vector<Prescribed>& prescribed) {
   smallest_eigenvalue = 0;
 }
 
+void MaskedBody::release() {
+  multigrid.release();
+  fields.release_direction();
+}
+
 bool MaskedBody::is_made_for(const std::vector<Prescribed>& prescribed) {
   return fixed_components(prescribed) == made_for_;
 }
@@ -179,11 +184,23 @@ MaskedSolver::MaskedSolver(const CoupledTask& task) : task_(task), body_(body_of
       std::make_unique<MixedGradients>(task, loads_, body_.multigrid.finest().unit(), expected_iterations);
   if (body_.smallest_eigenvalue > 0 && !task.kept->begins_anew)
     gradients_->begin_with(body_.smallest_eigenvalue);
+  by_node_.resize(task.prescribed.size());
+  std::iota(by_node_.begin(), by_node_.end(), 0);
+  std::ranges::stable_sort(by_node_, {},
+                           [&](std::int32_t i) { return task.prescribed[static_cast<std::size_t>(i)].node; });
 }
 
 template<class Visit>
 void MaskedSolver::for_each_row(const Visit& visit) {
   deform::for_each_row(body_.multigrid.finest(), task_.scene.specimen.grid, task_.team, visit);
+}
+
+std::span<const NodeRow> MaskedSolver::rows_between(int first_plane, int end_plane) const {
+  const auto rows = body_.multigrid.finest().rows().node_rows();
+  const auto row_of_plane = [&](int plane) {
+    return std::ranges::lower_bound(rows, plane, {}, [](const NodeRow& row) { return row.first[2]; });
+  };
+  return {row_of_plane(first_plane), row_of_plane(end_plane)};
 }
 
 /// Calls visit(component, first place in the fields, first node, how many, their forces) for all rows of
@@ -192,18 +209,13 @@ template<class Visit>
 void MaskedSolver::find_forces(const Displacement& u, const Visit& visit) {
   const MaskedLevel& level = body_.multigrid.finest();
   const Grid& grid = task_.scene.specimen.grid;
-  const auto rows = level.rows().node_rows();
   const auto& prescribed = task_.scene.prescribed;
   constexpr std::size_t rows_per_item = 16;
   std::vector<double> energies; // of parts of a window
   energy_ = 0;
   held_.assign(prescribed.size(), 0);
-  body_.elasticity.for_each_window(u, task_.team, [&](const LatticeElasticity::Window& window) {
-    const auto row_of_plane = [&](int plane) {
-      return std::ranges::lower_bound(rows, plane, {}, [](const NodeRow& row) { return row.first[2]; });
-    };
-    const std::span<const NodeRow> of_window(row_of_plane(window.first_plane),
-                                             row_of_plane(window.end_plane));
+  const auto visit_window = [&](const LatticeElasticity::Window& window) {
+    const std::span<const NodeRow> of_window = rows_between(window.first_plane, window.end_plane);
     energies.assign((of_window.size() + rows_per_item - 1) / rows_per_item, 0);
     task_.team.run(static_cast<int>(energies.size()), [&](int item, int) {
       const auto part = static_cast<std::size_t>(item), first = part * rows_per_item;
@@ -212,8 +224,9 @@ void MaskedSolver::find_forces(const Displacement& u, const Visit& visit) {
           const std::int64_t node = grid.node(row.first);
           const int n = row.nodes;
           const double* const forces = window.forces[c] + (node - window.first_node);
-          for (int i = 0; i < n; ++i)
-            energies[part] += u(c, static_cast<std::size_t>(node + i)) * forces[i];
+          const double* const u_of_row = window.u[c] + (node - window.first_node);
+          for (int i = 0; i < n && window.u[c] != nullptr; ++i)
+            energies[part] += u_of_row[i] * forces[i];
           visit(c, static_cast<std::int64_t>(c) * level.component_stride() + row.slot,
                 static_cast<std::size_t>(node), n, forces);
         }
@@ -222,7 +235,34 @@ void MaskedSolver::find_forces(const Displacement& u, const Visit& visit) {
     for (std::size_t i = 0; i < prescribed.size(); ++i)
       if (const std::int64_t at = prescribed[i].node - window.first_node; at >= 0 && at < window.n_nodes)
         held_[i] = window.forces[static_cast<std::size_t>(prescribed[i].component)][at];
-  });
+  };
+  if (u.empty())
+    body_.elasticity.for_each_window(
+        [&](int first, int end, const std::array<double*, 3>& to) { return put_planes(first, end, to); },
+        task_.team, visit_window);
+  else
+    body_.elasticity.for_each_window(u, task_.team, visit_window);
+}
+
+/// What is prescribed, and what earlier rounds have found. See LatticeElasticity::PutPlanes.
+bool MaskedSolver::put_planes(int first_plane, int end_plane, const std::array<double*, 3>& to) const {
+  const Grid& grid = task_.scene.specimen.grid;
+  const std::int64_t first_node = grid.node({0, 0, first_plane}),
+                     n_nodes = grid.node({0, 0, end_plane - 1}) + grid.stride(2) - first_node;
+  const auto node_of = [&](std::int32_t i) { return task_.prescribed[static_cast<std::size_t>(i)].node; };
+  bool is_moved = false;
+  for (auto i = std::ranges::lower_bound(by_node_, first_node, {}, node_of);
+       i != by_node_.end() && node_of(*i) < first_node + n_nodes; ++i) {
+    const Prescribed& p = task_.prescribed[static_cast<std::size_t>(*i)];
+    to[static_cast<std::size_t>(p.component)][p.node - first_node] = p.value;
+    is_moved = is_moved || p.value != 0;
+  }
+  const MaskedLevel& level = body_.multigrid.finest();
+  for (const NodeRow& row : rows_between(first_plane, end_plane))
+    for (std::size_t c = 0; c < 3 && !earlier_.empty(); ++c)
+      add_earlier_rounds(static_cast<std::int64_t>(c) * level.component_stride() + row.slot, c, row.nodes,
+                         to[c] + (grid.node(row.first) - first_node));
+  return is_moved || !earlier_.empty();
 }
 
 MixedState::Residual MaskedSolver::begin_round(const Displacement& u, double scale) {
@@ -259,15 +299,34 @@ double MaskedSolver::work_of_loads() {
   return sum;
 }
 
-void MaskedSolver::finish_round(Displacement& u) {
-  const MaskedLevel& level = body_.multigrid.finest();
+/// Of n slots. @param state of the first
+void MaskedSolver::add(double scale, const float* state, std::size_t component, int n, double* to) const {
+  const double factor = scale / body_.multigrid.finest().scale()[component];
+  for (int i = 0; i < n; ++i)
+    to[i] += factor * double{state[i]};
+}
+
+void MaskedSolver::add_earlier_rounds(std::int64_t at, std::size_t component, int n, double* to) const {
+  for (const Round& round : earlier_)
+    add(round.scale, round.state.data() + at, component, n, to);
+}
+
+void MaskedSolver::finish_round(Displacement& u, bool is_last) {
+  if (u.empty() && !is_last) {
+    earlier_.push_back({gradients_->scale(), body_.fields.take_state()});
+    return;
+  }
+  if (u.empty()) {
+    if (own_ && task_.limits == nullptr)
+      own_->release();
+    u = task_.initial_state();
+  }
   for_each_row([&](std::size_t c, std::int64_t at, std::size_t node, int n) {
-    const double factor = gradients_->scale() / level.scale()[c];
-    const float* const state = body_.fields.state() + at;
-    double* const of_u = u.component(c).data() + node;
-    for (int i = 0; i < n; ++i)
-      of_u[i] += factor * double{state[i]};
+    double* const to = u.component(c).data() + node;
+    add_earlier_rounds(at, c, n, to);
+    add(gradients_->scale(), body_.fields.state() + at, c, n, to);
   });
+  earlier_.clear();
 }
 
 CoupledRound MaskedSolver::solve(Displacement& u, Answer& answer) {
@@ -294,10 +353,11 @@ void MaskedSolver::find_energy_and_reactions(const Displacement& u, Answer& answ
 
 bool solve_coupled_masked(const CoupledTask& task, Answer& answer) {
   answer.algorithm = "lattice elasticity, conjugate gradients around multigrid of the body's pieces";
-  answer.displacement = task.initial_state();
   MaskedSolver solver(task);
   answer.seconds.setup = task.clock.seconds();
   bool is_converged = true;
+  if (task.start != nullptr || begins_within_limits(task))
+    answer.displacement = task.initial_state();
   if (!begins_within_limits(task)) {
     const CoupledRound end = solver.solve(answer.displacement, answer);
     if (end == CoupledRound::stalled)

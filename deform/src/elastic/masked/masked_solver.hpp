@@ -8,6 +8,8 @@
 #include "elastic/model/lattice_elasticity.hpp"
 
 #include <memory>
+#include <span>
+#include <vector>
 
 namespace maille::deform {
 
@@ -56,6 +58,8 @@ public:
   /// Fixes others all the same.
   void set_fixed(const std::vector<Prescribed>& prescribed);
   bool take_materials(double ratio) override;
+  /// No other question comes: elasticity and the state are left.
+  void release();
 
   LatticeElasticity elasticity;
   MaskedMultigrid multigrid;
@@ -66,7 +70,8 @@ private:
   std::vector<FixedComponent> made_for_, fixed_;
 };
 
-/// MixedGradients around one multigrid cycle.
+/// MixedGradients around one multigrid cycle. The displacement is made when the fields are gone that found it,
+/// where nobody needs them any more: of large bodies neither has to find room beside the other.
 ///
 /// Same bits for any number of threads.
 class MaskedSolver : private MixedState {
@@ -75,7 +80,7 @@ public:
   explicit MaskedSolver(const CoupledTask& task);
 
   /// Takes u, in which prescribed components have their values, to the answer, if it is not stopped and does
-  /// not stall.
+  /// not stall. An empty one begins at rest, but for what is prescribed.
   CoupledRound solve(Displacement& u, Answer& answer);
   /// Energy, and what holds every prescribed component of the scene there.
   void find_energy_and_reactions(const Displacement& u, Answer& answer);
@@ -85,7 +90,16 @@ public:
 private:
   Residual begin_round(const Displacement& u, double scale) override;
   double work_of_loads() override;
-  void finish_round(Displacement& u) override;
+  void finish_round(Displacement& u, bool is_last) override;
+  /// What a round has found.
+  struct Round {
+    double scale = 0;
+    AlignedArray<float> state; ///< as fields
+  };
+  void add(double scale, const float* state, std::size_t component, int n, double* to) const;
+  void add_earlier_rounds(std::int64_t at, std::size_t component, int n, double* to) const;
+  std::span<const NodeRow> rows_between(int first_plane, int end_plane) const;
+  bool put_planes(int first_plane, int end_plane, const std::array<double*, 3>& to) const;
   template<class Visit>
   void for_each_row(const Visit& visit);
   template<class Visit>
@@ -98,9 +112,11 @@ private:
   MaskedBody& body_;
   Loads loads_;
   std::unique_ptr<MixedGradients> gradients_;
-  double energy_ = 0;                ///< u . K u when forces were found the last time [J]
-  List<double> held_;                ///< what pulled at the scene's prescribed components then [N]
-  bool are_forces_of_state_ = false; ///< no step was taken since they were found
+  std::vector<std::int32_t> by_node_; ///< what is prescribed, in the order of nodes
+  std::vector<Round> earlier_;        ///< where there is no displacement yet
+  double energy_ = 0;                 ///< u . K u when forces were found the last time [J]
+  List<double> held_;                 ///< what pulled at the scene's prescribed components then [N]
+  bool are_forces_of_state_ = false;  ///< no step was taken since they were found
 };
 
 } // namespace maille::deform

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
@@ -54,6 +55,7 @@ struct HashOfMatter {
 
 /// Cells of one kind along x that are worth vectors.
 constexpr std::int64_t fewest_cells_of_run = 3;
+constexpr int planes_per_window = 4;
 
 } // namespace
 
@@ -301,10 +303,16 @@ void LatticeElasticity::add_cell(const Kind& kind, const double* u, double* forc
     }
 }
 
-/// @param forces by component, of `first_node` on
+LatticeElasticity::Nodes<const double> LatticeElasticity::all_of(const Displacement& u) {
+  Nodes<const double> all;
+  for (std::size_t c = 0; c < u.n_components(); ++c)
+    all.values[c] = u.component(c).data();
+  return all;
+}
+
 template<int dimension>
-void LatticeElasticity::apply_to_layer(const Displacement& u, const std::array<double*, 3>& forces,
-                                       std::int64_t first_node, int layer) const {
+void LatticeElasticity::apply_to_layer(const Nodes<const double>& u, const Nodes<double>& forces,
+                                       int layer) const {
   constexpr int corners = 1 << dimension;
   const Index3& cells = grid_.cells();
   const std::int64_t in_layer = grid_.n_cells() / cells[dimension - 1], first = layer * in_layer;
@@ -315,12 +323,12 @@ void LatticeElasticity::apply_to_layer(const Displacement& u, const std::array<d
       if (corner & 1 << a)
         offset[corner] += grid_.stride(a);
   }
-  const auto add_at = [&](std::int64_t cell, std::size_t node) {
+  const auto add_at = [&](std::int64_t cell, std::int64_t node) {
     double of_u[dimension * corners], of_force[dimension * corners] = {};
     bool is_moved = false; // at the start of a solve next to nothing is
     for (int b = 0; b < dimension; ++b)
       for (int corner = 0; corner < corners; ++corner) {
-        const double value = u(b, node + static_cast<std::size_t>(offset[corner]));
+        const double value = *u.at(static_cast<std::size_t>(b), node + offset[corner]);
         of_u[b * corners + corner] = value;
         is_moved = is_moved || value != 0;
       }
@@ -330,7 +338,7 @@ void LatticeElasticity::apply_to_layer(const Displacement& u, const std::array<d
     const double of_kind = weight(cell);
     for (int b = 0; b < dimension; ++b)
       for (int corner = 0; corner < corners; ++corner)
-        forces[static_cast<std::size_t>(b)][static_cast<std::int64_t>(node) - first_node + offset[corner]] +=
+        *forces.at(static_cast<std::size_t>(b), node + offset[corner]) +=
             of_kind * of_force[b * corners + corner];
   };
   const std::int64_t in_row = std::min(in_layer, std::int64_t{cells[0]}); // in 1D layers are cells
@@ -338,7 +346,7 @@ void LatticeElasticity::apply_to_layer(const Displacement& u, const std::array<d
     return dimension == 3 && !scene_.specimen.has_weights() && kind(cell).thin == 0;
   };
   for (std::int64_t row = first; row < first + in_layer; row += in_row) {
-    const auto node = static_cast<std::size_t>(grid_.corner(grid_.cell_at(row), 0));
+    const std::int64_t node = grid_.corner(grid_.cell_at(row), 0);
     for (std::int64_t x = 0, end = 0; x < in_row; x = end) {
       end = x + 1;
       if (!scene_.specimen.is_matter(row + x))
@@ -347,20 +355,18 @@ void LatticeElasticity::apply_to_layer(const Displacement& u, const std::array<d
       while (end < in_row && scene_.specimen.is_matter(row + end) && kind_number(row + end) == number)
         ++end;
       if (end - x >= fewest_cells_of_run && is_plain(row + x))
-        add_run(u, forces, first_node, kind(row + x), static_cast<std::int64_t>(node) + x, end - x);
+        add_run(u, forces, kind(row + x), node + x, end - x);
       else
         for (std::int64_t i = x; i < end; ++i)
-          add_at(row + i, node + static_cast<std::size_t>(i));
+          add_at(row + i, node + i);
     }
   }
 }
 
-/// @param forces by component, of `first_node` on
-void LatticeElasticity::add_run(const Displacement& u, const std::array<double*, 3>& forces,
-                                std::int64_t first_node, const Kind& of, std::int64_t node,
-                                std::int64_t n) const {
+void LatticeElasticity::add_run(const Nodes<const double>& u, const Nodes<double>& forces, const Kind& of,
+                                std::int64_t node, std::int64_t n) const {
   const auto is_at_rest = [&](std::size_t c, std::int64_t row) {
-    const double* const first = u.component(c).data() + node + row;
+    const double* const first = u.at(c, node + row);
     return std::all_of(first, first + n + 1, [](double value) { return value == 0; });
   };
   bool rests = true; // as all does before the first step, but for what is prescribed
@@ -379,25 +385,26 @@ void LatticeElasticity::add_run(const Displacement& u, const std::array<double*,
   run.next_z = grid_.stride(2);
   for (std::size_t c = 0; c < 3; ++c) {
     run.per_length[c] = 1 / grid_.spacing()[c];
-    run.u[c] = u.component(c).data() + node;
-    run.forces[c] = forces[c] + (node - first_node);
+    run.u[c] = u.at(c, node);
+    run.forces[c] = forces.at(c, node);
   }
   add_run_forces(run);
 }
 
 void LatticeElasticity::apply(const Displacement& u, Displacement& forces, ThreadTeam& team) const {
   std::ranges::fill(forces.values(), 0.0);
-  std::array<double*, 3> to{};
+  const Nodes<const double> from = all_of(u);
+  Nodes<double> to;
   for (std::size_t c = 0; c < forces.n_components(); ++c)
-    to[c] = forces.component(c).data();
+    to.values[c] = forces.component(c).data();
   const int d = grid_.dimension(), layers = grid_.cells()[static_cast<std::size_t>(d - 1)];
   run_slabs(team, layers, [&](int layer) {
     if (d == 1)
-      apply_to_layer<1>(u, to, 0, layer);
+      apply_to_layer<1>(from, to, layer);
     else if (d == 2)
-      apply_to_layer<2>(u, to, 0, layer);
+      apply_to_layer<2>(from, to, layer);
     else
-      apply_to_layer<3>(u, to, 0, layer);
+      apply_to_layer<3>(from, to, layer);
   });
   for (const NodalSpring& spring : springs_) {
     const Vec3 pull = pull_of(spring, u);
@@ -406,40 +413,72 @@ void LatticeElasticity::apply(const Displacement& u, Displacement& forces, Threa
   }
 }
 
-void LatticeElasticity::for_each_window(const Displacement& u, ThreadTeam& team,
-                                        const std::function<void(const Window&)>& visit) const {
+template<class Planes>
+void LatticeElasticity::visit_windows(const Planes& planes_of, ThreadTeam& team,
+                                      const std::function<void(const Window&)>& visit) const {
   // The layer below a window is of an even number, which apply() takes before the one above it.
-  constexpr int planes_per_window = 4, planes_of_first = 3;
+  constexpr int planes_of_first = 3;
   const int planes = grid_.nodes()[2];
   const std::int64_t in_plane = grid_.n_nodes() / planes;
   // Layers of cells reach one plane beyond the window, which is the next one's first.
   const std::int64_t stride = (std::min(planes, planes_per_window) + 1) * in_plane;
   List<double> memory(static_cast<std::size_t>(3 * stride), 0);
-  const std::array<double*, 3> to{memory.data(), memory.data() + stride, memory.data() + 2 * stride};
+  Nodes<double> to{{memory.data(), memory.data() + stride, memory.data() + 2 * stride}, 0};
   for (int first = 0, end = planes_of_first; first < planes; first = end, end += planes_per_window) {
     end = std::min(end, planes);
+    to.first_node = first * in_plane;
     const int end_layer = std::min(end, planes - 1);
+    const std::optional<Nodes<const double>> u = planes_of(first, std::min(end + 1, planes));
     for (const int parity : {0, 1}) {
       const int least = first + (first % 2 == parity ? 0 : 1);
-      team.run(std::max(0, (end_layer - least + 1) / 2),
-               [&](int item, int) { apply_to_layer<3>(u, to, first * in_plane, least + 2 * item); });
+      team.run(u ? std::max(0, (end_layer - least + 1) / 2) : 0,
+               [&](int item, int) { apply_to_layer<3>(*u, to, least + 2 * item); });
     }
-    const Window window{first, end, first * in_plane, (end - first) * in_plane, {to[0], to[1], to[2]}};
+    Window window{first, end, first * in_plane, (end - first) * in_plane, {}, {}};
+    for (std::size_t c = 0; c < 3; ++c) {
+      window.u[c] = u ? u->at(c, window.first_node) : nullptr;
+      window.forces[c] = to.values[c];
+    }
     for (const NodalSpring& spring : springs_) {
       const std::int64_t at = spring.node - window.first_node;
-      if (at < 0 || at >= window.n_nodes)
+      if (!u || at < 0 || at >= window.n_nodes)
         continue;
-      const Vec3 pull = pull_of(spring, u);
+      const Eigen::Vector3d pull =
+          spring.stiffness * Eigen::Vector3d(window.u[0][at], window.u[1][at], window.u[2][at]);
       for (std::size_t b = 0; b < 3; ++b)
-        to[b][at] -= pull[b];
+        to.values[b][at] += pull[static_cast<Eigen::Index>(b)];
     }
     visit(window);
     team.run(3, [&](int b, int) {
-      double* const of = to[static_cast<std::size_t>(b)];
+      double* const of = to.values[static_cast<std::size_t>(b)];
       std::copy_n(of + window.n_nodes, end < planes ? in_plane : 0, of);
       std::fill(of + in_plane, of + stride, 0.0);
     });
   }
+}
+
+void LatticeElasticity::for_each_window(const Displacement& u, ThreadTeam& team,
+                                        const std::function<void(const Window&)>& visit) const {
+  visit_windows([&](int, int) { return std::optional(all_of(u)); }, team, visit);
+}
+
+void LatticeElasticity::for_each_window(const PutPlanes& put, ThreadTeam& team,
+                                        const std::function<void(const Window&)>& visit) const {
+  const std::int64_t in_plane = grid_.n_nodes() / grid_.nodes()[2],
+                     stride = (std::min(grid_.nodes()[2], planes_per_window) + 1) * in_plane;
+  List<double> memory(static_cast<std::size_t>(3 * stride), 0);
+  const Nodes<double> of{{memory.data(), memory.data() + stride, memory.data() + 2 * stride}, 0};
+  bool is_zero = true;
+  visit_windows(
+      [&](int first, int end) {
+        if (!is_zero)
+          std::ranges::fill(memory, 0.0);
+        is_zero = !put(first, end, of.values);
+        return is_zero ? std::nullopt
+                       : std::optional(Nodes<const double>{{of.values[0], of.values[1], of.values[2]},
+                                                           first * in_plane});
+      },
+      team, visit);
 }
 
 template<int dimension>

@@ -56,11 +56,17 @@ public:
   struct Window {
     int first_plane = 0, end_plane = 0;
     std::int64_t first_node = 0, n_nodes = 0;
-    std::array<const double*, 3> forces{}; ///< by component, of first_node on [N]
+    std::array<const double*, 3> u{}, forces{}; ///< by component, of first_node on [m], [N]
   };
   /// Calls visit(window) for windows that follow one another, whose forces are gone when it returns: the same
   /// bits as apply()'s in the memory of some planes. @pre in 3D
   void for_each_window(const Displacement& u, ThreadTeam& team,
+                       const std::function<void(const Window&)>& visit) const;
+  /// Puts the displacements of some planes of nodes into memory that is zero, by component.
+  /// @return false where it stays zero
+  using PutPlanes = std::function<bool(int first_plane, int end_plane, const std::array<double*, 3>& to)>;
+  /// The same of displacements that are nowhere as a whole.
+  void for_each_window(const PutPlanes& put, ThreadTeam& team,
                        const std::function<void(const Window&)>& visit) const;
   /// The diagonal of K [N/m].
   Displacement diagonal() const;
@@ -105,11 +111,25 @@ private:
   class Stiffnesses;
   Kind kind_for(const Eigen::MatrixXd& C, const Eigen::Matrix<double, 6, 6>& S, std::uint8_t thin) const;
   const Kind& kind(std::int64_t cell) const { return kinds_[static_cast<std::size_t>(kind_number(cell))]; }
+  /// Numbers of nodes by component, of first_node on.
+  template<class Number>
+  struct Nodes {
+    std::array<Number*, 3> values{};
+    std::int64_t first_node = 0;
+
+    Number* at(std::size_t component, std::int64_t node) const {
+      return values[component] + (node - first_node);
+    }
+  };
+  static Nodes<const double> all_of(const Displacement& u);
+  /// Calls visit(window) where planes(first plane, end) has the displacements, if they are not all zero.
+  template<class Planes>
+  void visit_windows(const Planes& planes, ThreadTeam& team,
+                     const std::function<void(const Window&)>& visit) const;
   template<int dimension>
-  void apply_to_layer(const Displacement& u, const std::array<double*, 3>& forces, std::int64_t first_node,
-                      int layer) const;
-  void add_run(const Displacement& u, const std::array<double*, 3>& forces, std::int64_t first_node,
-               const Kind& of, std::int64_t node, std::int64_t n) const;
+  void apply_to_layer(const Nodes<const double>& u, const Nodes<double>& forces, int layer) const;
+  void add_run(const Nodes<const double>& u, const Nodes<double>& forces, const Kind& of, std::int64_t node,
+               std::int64_t n) const;
   template<int dimension>
   void add_cell(const Kind& kind, const double* u, double* force) const;
 

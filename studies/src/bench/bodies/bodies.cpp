@@ -82,7 +82,7 @@ void Bodies::answer(const Body& body) {
   BodyCase body_case(body, options_.quick, report_);
   AnsweredBody answered;
   answered.unknowns = body_case.unknowns();
-  answered.is_box = body.scene.specimen.material_id.empty();
+  answered.is_box = body_case.is_box();
   answered.materials = static_cast<int>(body.scene.materials.size());
   answered.turns = !body.scene.specimen.fibres.empty();
   body_case.coupled(1e-2);
@@ -271,8 +271,8 @@ void bench_bodies(const BenchOptions& options, BenchReport& report) {
        {"algebra_error: relative L2 over the free nodes against the method's own tight answer. fem_q1: the "
         "loosest tolerance of powers of ten that keeps it within 1e-3; CHOLMOD where its factor takes less "
         "than 2 minutes and 6 GB; deal.II's geometric multigrid takes boxes alone.",
-        "bytes_per_unknown: what the method counts of its arrays, without the answer in float64 (24 bytes a "
-        "grid point).",
+        "bytes_per_unknown: what the method counts of its arrays at the peak; of boxes without the answer in "
+        "float64 (24 bytes a grid point), of other bodies with all there is.",
         "finger_on_calf_fps: a millimetre a frame, for each of which there is 1/20 s; what it leaves is the "
         "next one's. Its error is the largest difference of a force from that of a world whose frames "
         "settle.",

@@ -31,8 +31,8 @@ Measured measured_of(const Answer& answer, int runs) {
 } // namespace
 
 double BodyCase::own_bytes_per_unknown(const Measured& measured) const {
-  const double of_answer = 24 * static_cast<double>(body_.scene.specimen.grid.n_nodes());
-  return (static_cast<double>(measured.bytes) - of_answer) / static_cast<double>(unknowns());
+  const double beside = is_box() ? 24 * static_cast<double>(body_.scene.specimen.grid.n_nodes()) : 0;
+  return (static_cast<double>(measured.bytes) - beside) / static_cast<double>(unknowns());
 }
 
 void BodyCase::add_row(const std::string& method, double tolerance, const Measured& measured, int threads,

@@ -280,5 +280,41 @@ TEST(LatticeElasticityWindowsContract, ForcesHaveTheBitsOfTheWhole) {
   }
 }
 
+/// @returns the forces of all windows, one after another
+std::vector<double> forces_of_planes(const LatticeElasticity& elasticity, const Displacement& u,
+                                     const Grid& grid, ThreadTeam& team) {
+  std::vector<double> forces(u.values().size());
+  const auto put = [&](int first, int end, const std::array<double*, 3>& to) {
+    const std::int64_t begin = grid.node({0, 0, first}), n = (end - first) * grid.stride(2);
+    for (std::size_t c = 0; c < 3; ++c)
+      std::ranges::copy(u.component(c).subspan(static_cast<std::size_t>(begin), static_cast<std::size_t>(n)),
+                        to[c]);
+    return std::any_of(to[0], to[0] + n, [](double value) { return value != 0; });
+  };
+  elasticity.for_each_window(put, team, [&](const LatticeElasticity::Window& window) {
+    for (std::size_t c = 0; c < 3; ++c)
+      std::copy_n(window.forces[c], window.n_nodes,
+                  forces.data() + c * u.n_nodes() + static_cast<std::size_t>(window.first_node));
+  });
+  return forces;
+}
+
+// Planes whose displacements are only there for a while, and planes at rest, which are left out.
+TEST(LatticeElasticityWindowsContract, ForcesOfPlanesHaveTheBitsOfTheWhole) {
+  for (const int layers : {1, 7, 8, 9, 21}) {
+    SCOPED_TRACE(layers);
+    const Scene scene = test::carved_body({5, 4, layers}, test::Fibres::slanted);
+    const Grid& grid = scene.specimen.grid;
+    const LatticeElasticity elasticity(scene);
+    Displacement u(grid), forces(grid);
+    for (std::int64_t node = 0; node < grid.n_nodes(); ++node)
+      for (int c = 0; c < 3 && std::abs(grid.node_at(node)[2] - layers / 2) > 3; ++c)
+        u(c, node) = std::sin(1.7 * static_cast<double>(3 * node + c + 1));
+    ThreadTeam one(1), two(2);
+    elasticity.apply(u, forces, one);
+    EXPECT_TRUE(std::ranges::equal(forces_of_planes(elasticity, u, grid, two), forces.values()));
+  }
+}
+
 } // namespace
 } // namespace maille::deform
