@@ -93,9 +93,10 @@ constexpr MemoryRow table[]{
     {box, loads, component, 8 + 4},
     {box, slender, component, 4 * 8 + 1},
     {box, slender | loads, component, 8},
-    // Fields in blocks of nodes and what rounds have found in float64, the coarser grids' matrices, and while
-    // they are made the cells and what they share; displacements and forces of some planes in float64; blocks that are like many others share matrices on the finest of the
-    // coarser grids; coefficients of every cell where fibres turn.
+    // Fields in blocks of nodes and what rounds have found, the coarser grids' matrices, and while they are
+    // made the cells and what they share; displacements and forces of some planes in float64; blocks that are
+    // like many others share matrices on the finest of the coarser grids; coefficients of every cell where
+    // fibres turn.
     {masked, nothing, whole_body, 1 << 20}, // the inverse on the coarsest level
     {masked, limits, whole_body, 4 << 19},
     {masked, nothing, cell, 2},
@@ -103,7 +104,7 @@ constexpr MemoryRow table[]{
     {masked, nothing, matter_node, 70},
     {masked, nothing, odd_block, 1400},
     {masked, unlike, matter_node, 296},
-    {masked, nothing, slot, 100},
+    {masked, nothing, slot, 90},
     {masked, alone, earlier_slot, 12},
     {masked, loads, component, 8},
     {masked, fibres, matter_cell, 400},

@@ -70,7 +70,7 @@ private:
   std::vector<FixedComponent> made_for_, fixed_;
 };
 
-/// MixedGradients around one multigrid cycle. The displacement is made when the fields are gone that found it,
+/// MixedGradients around one multigrid cycle. The displacement is made when the fields that found it are gone,
 /// where nobody needs them any more: of large bodies neither has to find room beside the other.
 ///
 /// Same bits for any number of threads.
