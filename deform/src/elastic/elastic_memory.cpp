@@ -15,6 +15,7 @@
 #include <cmath>
 #include <cstdint>
 #include <numeric>
+#include <ranges>
 #include <unordered_map>
 
 namespace maille::deform {
@@ -49,10 +50,11 @@ enum Unit : std::size_t {
   earlier_slot, ///< in each of the rounds of float32 before the last
   cell,         ///< of the grid
   matter_cell,
-  odd_block,  ///< of 2 x 2 x 2 cells, like few others where most are like many
-  row,        ///< of nodes along x
-  along_axes, ///< the sum of the nodes along all axes
-  plane_node, ///< of one plane of nodes
+  odd_block,    ///< of 2 x 2 x 2 cells, like few others where most are like many
+  hinged_block, ///< one of them where pieces meet in hinges
+  row,          ///< of nodes along x
+  along_axes,   ///< the sum of the nodes along all axes
+  plane_node,   ///< of one plane of nodes
   prescribed,
   field_node, ///< of a component, rows rounded up: of fields, which share large pages
   whole_body, ///< one: what does not grow
@@ -103,6 +105,7 @@ constexpr MemoryRow table[]{
     {masked, nothing, plane_node, 10 * 24},
     {masked, nothing, matter_node, 70},
     {masked, nothing, odd_block, 1400},
+    {masked, nothing, hinged_block, 2600},
     {masked, unlike, matter_node, 296},
     {masked, nothing, slot, 90},
     {masked, alone, earlier_slot, 12},
@@ -139,7 +142,7 @@ constexpr MemoryRow table_of_end[]{
 
 /// Blocks of 2 x 2 x 2 cells with matter.
 struct Blocks {
-  std::int64_t all = 0, odd = 0;
+  std::int64_t all = 0, odd = 0, hinged = 0; ///< of the odd ones some are hinged
   bool are_alike() const { return 5 * odd <= 2 * all; }
 };
 
@@ -153,13 +156,72 @@ bool hangs_together(unsigned cells) {
   return reached == cells;
 }
 
-/// See MaskedLevel::galerkin_product(). What hinges there are between blocks is left to the other rows.
+/// Marks of nodes.
+constexpr std::uint8_t is_prescribed = 1, is_hinge = 2;
+
+/// Whether cells about a node do not hang together by faces even within the blocks about it.
+bool is_hinge_at(const Specimen& body, const Index3& node) {
+  const auto along = [&](int a, int at) {
+    return body.grid.cells()[static_cast<std::size_t>(a)] > at && at >= 0;
+  };
+  Index3 first{};
+  for (std::size_t a = 0; a < 3; ++a)
+    first[a] = (node[a] + 1) / 2 * 2 - 2;
+  std::uint64_t matter = 0, about = 0; // bits x + 4 y + 16 z
+  for (int bit = 0; bit < 64; ++bit) {
+    const Index3 of{bit & 3, bit >> 2 & 3, bit >> 4},
+        at{first[0] + of[0], first[1] + of[1], first[2] + of[2]};
+    const auto is_near = [&](std::size_t a) { return at[a] == node[a] || at[a] == node[a] - 1; };
+    const auto is_in_blocks = [&](std::size_t a) { return at[a] < node[a] / 2 * 2 + 2; };
+    if (!along(0, at[0]) || !along(1, at[1]) || !along(2, at[2]) || !body.is_matter(body.grid.cell(at)) ||
+        !is_in_blocks(0) || !is_in_blocks(1) || !is_in_blocks(2))
+      continue;
+    matter |= std::uint64_t{1} << bit;
+    about |= std::uint64_t{is_near(0) && is_near(1) && is_near(2)} << bit;
+  }
+  constexpr std::uint64_t not_first_x = 0xeeeeeeeeeeeeeeeeU, not_first_y = 0xfff0fff0fff0fff0U;
+  std::uint64_t reached = about & (~about + 1);
+  for (std::uint64_t before = 0; before != reached;) {
+    before = reached;
+    reached |= ((reached << 1 & not_first_x) | (reached & not_first_x) >> 1 | (reached << 4 & not_first_y) |
+                (reached & not_first_y) >> 4 | reached << 16 | reached >> 16) &
+               matter;
+  }
+  return (about & ~reached) != 0;
+}
+
+/// Marks nodes about which matter does not hang together by faces: pieces meet in hinges there.
+void mark_hinges(const Specimen& body, List<std::uint8_t>& mark) {
+  std::array<bool, 256> hangs{};
+  for (unsigned cells = 1; cells < hangs.size(); ++cells)
+    hangs[cells] = hangs_together(cells);
+  const Grid& grid = body.grid;
+  const Index3& n = grid.cells();
+  for (std::int64_t node = 0; const int z : std::views::iota(0, n[2] + 1))
+    for (int y = 0; y <= n[1]; ++y) {
+      unsigned cells = 0; // about the node, those below x first
+      for (int x = 0; x <= n[0]; ++x, ++node) {
+        cells = cells >> 1 & 0x55U;
+        for (unsigned row = 0; row < 4 && x < n[0]; ++row) {
+          const int across = y - 1 + static_cast<int>(row & 1), up = z - 1 + static_cast<int>(row >> 1);
+          if (across >= 0 && across < n[1] && up >= 0 && up < n[2] &&
+              body.is_matter(grid.cell({x, across, up})))
+            cells |= 2U << 2 * row;
+        }
+        if (cells != 0 && !hangs[cells] && is_hinge_at(body, {x, y, z}))
+          mark[static_cast<std::size_t>(node)] |= is_hinge;
+      }
+    }
+}
+
+/// See MaskedLevel::galerkin_product().
 Blocks blocks_of(const Scene& scene) {
   const Specimen& body = scene.specimen;
   const Grid& grid = body.grid;
-  List<std::uint8_t> is_fixed(static_cast<std::size_t>(grid.n_nodes()), 0);
+  List<std::uint8_t> mark(static_cast<std::size_t>(grid.n_nodes()), 0);
   for (const Prescribed& p : scene.prescribed)
-    is_fixed[static_cast<std::size_t>(p.node)] = 1;
+    mark[static_cast<std::size_t>(p.node)] = is_prescribed;
+  mark_hinges(body, mark);
   Blocks blocks;
   std::unordered_map<std::uint64_t, std::int64_t> uses;
   const Index3& n = grid.cells();
@@ -168,7 +230,7 @@ Blocks blocks_of(const Scene& scene) {
       for (int x = 0; x < n[0]; x += 2) {
         std::uint64_t pattern = 0;
         unsigned cells = 0;
-        bool holds = false;
+        unsigned marks = 0;
         for (unsigned octant = 0; octant < 8; ++octant) {
           const Index3 at{x + static_cast<int>(octant & 1), y + static_cast<int>(octant >> 1 & 1),
                           z + static_cast<int>(octant >> 2)};
@@ -177,13 +239,14 @@ Blocks blocks_of(const Scene& scene) {
           cells |= 1U << octant;
           const std::uint64_t kind = 8 * body.material(grid.cell(at)) + thin_axes(body, at) + 1;
           pattern = (pattern ^ (8 * kind + octant)) * 0x9e3779b97f4a7c15U;
-          for (int corner = 0; corner < 8 && !holds; ++corner)
-            holds = is_fixed[static_cast<std::size_t>(grid.corner(at, corner))] != 0;
+          for (int corner = 0; corner < 8; ++corner)
+            marks |= mark[static_cast<std::size_t>(grid.corner(at, corner))];
         }
         if (cells == 0)
           continue;
         ++blocks.all;
-        if (holds || !hangs_together(cells))
+        blocks.hinged += (marks & is_hinge) != 0 ? 1 : 0;
+        if (marks != 0 || !hangs_together(cells))
           ++blocks.odd;
         else
           ++uses[pattern];
@@ -256,9 +319,10 @@ std::int64_t forecast(const Scene& scene, unsigned solver) {
   unsigned asked = asked_by(scene, solver);
   if (solver == masked) {
     const Blocks blocks = blocks_of(scene);
-    if ((asked & fibres) == 0 && blocks.are_alike())
+    if ((asked & fibres) == 0 && blocks.are_alike()) {
       n[odd_block] = blocks.odd;
-    else
+      n[hinged_block] = blocks.hinged;
+    } else
       asked |= unlike;
   }
   std::int64_t fields = 0, others = 0, end = 0;

@@ -215,6 +215,20 @@ TEST(MaskedSolverContract, MemoryOfBlocksThatAreAlikeIsForeseen) {
   }
 }
 
+/// Columns that touch at edges alone, but for the layers that join them: hinges take most memory.
+TEST(MaskedSolverContract, MemoryOfHingesIsForeseen) {
+  for (const int width : {2, 3, 4}) {
+    Scene scene = test::box_scene(3, {32, 32, 40});
+    for (std::int64_t cell = 0; cell < scene.specimen.grid.n_cells(); ++cell) {
+      const Index3 at = scene.specimen.grid.cell_at(cell);
+      const bool is_void = (at[0] / width + at[1] / width) % 2 == 0 && at[2] % 10 > 1 && at[2] < 39;
+      scene.specimen.material_id.push_back(is_void ? no_material : std::uint8_t{0});
+    }
+    test::hold_and_move_ends(scene);
+    EXPECT_LE(solve(scene, "coupled").bytes, bytes_needed(scene, "coupled")) << width;
+  }
+}
+
 TEST(MaskedSolverContract, AnInterruptedSolveLeavesAUsableState) {
   Scene scene = test::carved_body({12, 12, 12}, test::Fibres::none);
   scene.relaxation.tolerance = 1e-12;

@@ -70,8 +70,8 @@ private:
   std::vector<FixedComponent> made_for_, fixed_;
 };
 
-/// MixedGradients around one multigrid cycle. The displacement is made when the fields that found it are gone,
-/// where nobody needs them any more: of large bodies neither has to find room beside the other.
+/// MixedGradients around one multigrid cycle. The displacement is made when the fields that found it are
+/// gone, where nobody needs them any more: of large bodies neither has to find room beside the other.
 ///
 /// Same bits for any number of threads.
 class MaskedSolver : private MixedState {
