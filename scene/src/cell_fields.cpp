@@ -55,79 +55,79 @@ StrainAndStress::operator()(const Eigen::VectorXd& given) const {
   return {in_order_of_vtk(strain, 0.5), in_order_of_vtk(stiffness_ * strain + active_, 1)};
 }
 
+FieldsOfCells::FieldsOfCells(const Scene& scene, const Displacement& displacement)
+    : scene_(scene), displacement_(&displacement), known_(scene.materials.size()) {
+  if (in_blocks(scene))
+    rotation_ = block_rotations(scene, displacement);
+  else if (const Frame frame = object_frame(scene); frame.is_turned)
+    to_object(scene, frame, turned_back_.emplace(displacement));
+}
+
+FieldsOfCells::FieldsOfCells(const Scene& scene, const std::vector<std::array<double, 6>>& strain)
+    : scene_(scene), strain_(&strain), known_(scene.materials.size()) {}
+
+FieldsOfCells::FieldsOfCells(const Scene& scene, const Answer& answer)
+    : FieldsOfCells(answer.cell_strain.empty() ? FieldsOfCells(scene, answer.displacement)
+                                               : FieldsOfCells(scene, answer.cell_strain)) {}
+
+Vector6 FieldsOfCells::strain_of(std::int64_t cell) const {
+  if (strain_ != nullptr) {
+    const auto& e = (*strain_)[static_cast<std::size_t>(cell)];
+    Vector6 strain;
+    strain << e[0], e[1], e[2], 2 * e[4], 2 * e[5], 2 * e[3];
+    return strain;
+  }
+  const Grid& grid = scene_.specimen.grid;
+  Eigen::Matrix3d gradient =
+      displacement_gradient(grid, turned_back_ ? *turned_back_ : *displacement_, grid.cell_at(cell));
+  if (!rotation_.empty())
+    gradient = rotation_[static_cast<std::size_t>(cell)].toRotationMatrix().transpose() *
+                   (Eigen::Matrix3d::Identity() + gradient) -
+               Eigen::Matrix3d::Identity();
+  return voigt_strain(gradient);
+}
+
+FieldsOfCells::Values FieldsOfCells::operator()(std::int64_t cell) {
+  const Specimen& body = scene_.specimen;
+  // With one fibre direction a material has one stiffness in the object's frame.
+  auto& kept = known_[body.material(cell)];
+  if (!kept || !body.fibres.empty() || !body.stiffness_ratio.empty())
+    kept = scene_.object_stiffness(cell);
+  const Vector6 active = scene_.object_active_stress(cell);
+  Vector6 strain = strain_of(cell);
+  release_free_directions(*kept, active, scene_.dimension(), scene_.plane, strain);
+  const Vector6 stress = *kept * strain + active;
+  return {in_order_of_vtk(strain, 0.5), in_order_of_vtk(stress, 1), von_mises(stress)};
+}
+
 namespace {
 
-/// Fills the fields of cells from their strains, one after another.
-class FieldsOfCells {
-public:
-  explicit FieldsOfCells(const Scene& scene) : scene_(scene), known_(scene.materials.size()) {
-    const auto n = static_cast<std::size_t>(scene.specimen.grid.n_cells());
-    fields_ = {std::vector<std::array<double, 6>>(n), std::vector<std::array<double, 6>>(n),
-               std::vector<double>(n)};
-  }
-  void add(std::int64_t cell, Vector6 strain) {
-    const Specimen& body = scene_.specimen;
-    // With one fibre direction a material has one stiffness in the object's frame.
-    auto& kept = known_[body.material(cell)];
-    if (!kept || !body.fibres.empty() || !body.stiffness_ratio.empty())
-      kept = scene_.object_stiffness(cell);
-    const auto c = static_cast<std::size_t>(cell);
-    const Vector6 active = scene_.object_active_stress(cell);
-    release_free_directions(*kept, active, scene_.dimension(), scene_.plane, strain);
-    const Vector6 stress = *kept * strain + active;
-    fields_.strain[c] = in_order_of_vtk(strain, 0.5);
-    fields_.stress[c] = in_order_of_vtk(stress, 1);
-    fields_.von_mises[c] = von_mises(stress);
-  }
-  CellFields take() { return std::move(fields_); }
-
-private:
-  const Scene& scene_;
-  std::vector<std::optional<Matrix6>> known_;
-  CellFields fields_;
-};
+CellFields all_of(const Scene& scene, FieldsOfCells of) {
+  const auto n = static_cast<std::size_t>(scene.specimen.grid.n_cells());
+  CellFields fields{std::vector<std::array<double, 6>>(n), std::vector<std::array<double, 6>>(n),
+                    std::vector<double>(n)};
+  for (std::size_t c = 0; c < n; ++c)
+    if (const auto cell = static_cast<std::int64_t>(c); scene.specimen.is_matter(cell)) {
+      const FieldsOfCells::Values values = of(cell);
+      fields.strain[c] = values.strain;
+      fields.stress[c] = values.stress;
+      fields.von_mises[c] = values.von_mises;
+    }
+  return fields;
+}
 
 } // namespace
 
-CellFields cell_fields(const Scene& scene, const Displacement& in_world) {
-  Displacement turned_back;
-  const Frame frame = in_blocks(scene) ? Frame{} : object_frame(scene);
-  if (frame.is_turned)
-    to_object(scene, frame, turned_back = in_world);
-  const Displacement& displacement = frame.is_turned ? turned_back : in_world;
-  const List<Eigen::Quaterniond> rotation =
-      in_blocks(scene) ? block_rotations(scene, in_world) : List<Eigen::Quaterniond>{};
-  const Grid& grid = scene.specimen.grid;
-  FieldsOfCells fields(scene);
-  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
-    if (!scene.specimen.is_matter(cell))
-      continue;
-    Eigen::Matrix3d gradient = displacement_gradient(grid, displacement, grid.cell_at(cell));
-    if (!rotation.empty())
-      gradient = rotation[static_cast<std::size_t>(cell)].toRotationMatrix().transpose() *
-                     (Eigen::Matrix3d::Identity() + gradient) -
-                 Eigen::Matrix3d::Identity();
-    fields.add(cell, voigt_strain(gradient));
-  }
-  return fields.take();
+CellFields cell_fields(const Scene& scene, const Displacement& displacement) {
+  return all_of(scene, FieldsOfCells(scene, displacement));
+}
+
+CellFields cell_fields(const Scene& scene, const std::vector<std::array<double, 6>>& strain) {
+  return all_of(scene, FieldsOfCells(scene, strain));
 }
 
 CellFields cell_fields(const Scene& scene, const Answer& answer) {
-  return answer.cell_strain.empty() ? cell_fields(scene, answer.displacement)
-                                    : cell_fields(scene, answer.cell_strain);
-}
-
-CellFields cell_fields(const Scene& scene, const std::vector<std::array<double, 6>>& strains) {
-  FieldsOfCells fields(scene);
-  for (std::int64_t cell = 0; cell < scene.specimen.grid.n_cells(); ++cell) {
-    if (!scene.specimen.is_matter(cell))
-      continue;
-    const auto& e = strains[static_cast<std::size_t>(cell)];
-    Vector6 strain;
-    strain << e[0], e[1], e[2], 2 * e[4], 2 * e[5], 2 * e[3];
-    fields.add(cell, strain);
-  }
-  return fields.take();
+  return all_of(scene, FieldsOfCells(scene, answer));
 }
 
 double along(const std::array<double, 6>& t, const Vec3& a) {

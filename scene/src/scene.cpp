@@ -14,8 +14,10 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <numeric>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace maille {
 
@@ -64,38 +66,84 @@ std::int64_t Specimen::n_matter_cells() const {
                        [](std::uint8_t m) { return m != no_material; });
 }
 
+namespace {
+
+/// Counts along rows of nodes, by which cells of the rows beside them hold matter.
+class RowCount {
+public:
+  explicit RowCount(const Specimen& body)
+      : body_(body), n_(body.grid.cells()[0]), flags_(static_cast<std::size_t>(n_) + 2) {}
+
+  /// Takes in the rows of cells below and above the row of nodes at y, z.
+  /// @param both  per axis y and z: whether those on both its sides count, or those above alone
+  void look_at(int y, int z, std::array<bool, 2> both) {
+    std::ranges::fill(flags_, std::uint8_t{0});
+    const Index3& n = body_.grid.cells();
+    for (int up = both[1] ? z - 1 : z; up <= z; ++up)
+      for (int across = both[0] ? y - 1 : y; across <= y; ++across) {
+        if (up < 0 || up >= n[2] || across < 0 || across >= n[1])
+          continue;
+        const std::uint8_t* const material = body_.material_id.data() + body_.grid.cell({0, across, up});
+        for (std::size_t x = 0; x < static_cast<std::size_t>(n_); ++x)
+          flags_[x + 1] = static_cast<std::uint8_t>(flags_[x + 1] | (material[x] != no_material ? 1 : 0));
+      }
+  }
+  std::int64_t nodes() const { // with matter on either side
+    std::int64_t count = 0;
+    for (std::size_t x = 0; x + 1 < flags_.size(); ++x)
+      count += flags_[x] | flags_[x + 1];
+    return count;
+  }
+  std::int64_t edges() const { return std::accumulate(flags_.begin(), flags_.end(), std::int64_t{0}); }
+
+private:
+  const Specimen& body_;
+  int n_;
+  std::vector<std::uint8_t> flags_; ///< of cells, and one before and after them
+};
+
+/// The sum of count(rows, y, z) over all rows of nodes.
+template<class Count>
+std::int64_t sum_over_rows(const Specimen& body, const Count& count) {
+  RowCount rows(body);
+  std::int64_t sum = 0;
+  for (int z = 0; z < body.grid.nodes()[2]; ++z)
+    for (int y = 0; y < body.grid.nodes()[1]; ++y)
+      sum += count(rows, y, z);
+  return sum;
+}
+
+} // namespace
+
 std::int64_t Specimen::n_matter_nodes() const {
   if (material_id.empty())
     return grid.n_nodes();
-  List<std::uint8_t> is_of_matter(static_cast<std::size_t>(grid.n_nodes()), 0);
-  const std::int64_t in_row = grid.cells()[0];
-  for (std::int64_t row = 0; row < grid.n_cells(); row += in_row) {
-    const Index3 at = grid.cell_at(row);
-    for (int corner = 0; corner < grid.corners_per_cell(); ++corner) {
-      std::uint8_t* const marks = is_of_matter.data() + grid.corner(at, corner);
-      for (std::int64_t x = 0; x < in_row; ++x)
-        if (is_matter(row + x))
-          marks[x] = 1;
-    }
-  }
-  return std::ranges::count(is_of_matter, std::uint8_t{1});
+  return sum_over_rows(*this, [](RowCount& rows, int y, int z) {
+    rows.look_at(y, z, {true, true});
+    return rows.nodes();
+  });
 }
 
 std::int64_t Specimen::n_matter_links() const {
+  const int dimension = grid.dimension();
   std::int64_t links = 0;
-  for (int axis = 0; axis < grid.dimension(); ++axis) {
-    const auto a = static_cast<std::size_t>(axis);
-    if (material_id.empty()) {
-      links += grid.n_nodes() / grid.nodes()[a] * grid.cells()[a];
-      continue;
+  for (std::size_t a = 0; a < static_cast<std::size_t>(dimension) && material_id.empty(); ++a)
+    links += grid.n_nodes() / grid.nodes()[a] * grid.cells()[a];
+  if (material_id.empty())
+    return links;
+  return sum_over_rows(*this, [&](RowCount& rows, int y, int z) {
+    rows.look_at(y, z, {true, true});
+    std::int64_t here = rows.edges();
+    if (dimension > 1) {
+      rows.look_at(y, z, {false, true});
+      here += rows.nodes();
     }
-    for (std::int64_t node = 0; node < grid.n_nodes(); ++node) {
-      bool borders = false;
-      for_each_cell_at_link(grid.node_at(node), axis, [&](std::int64_t) { borders = true; });
-      links += borders ? 1 : 0;
+    if (dimension > 2) {
+      rows.look_at(y, z, {true, false});
+      here += rows.nodes();
     }
-  }
-  return links;
+    return here;
+  });
 }
 
 Vec3 Specimen::position(const Index3& node) const {

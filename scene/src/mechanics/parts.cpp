@@ -20,10 +20,11 @@ namespace maille {
 
 namespace {
 
-using Cells = std::vector<std::int64_t>;
+/// Places among the body's cells of matter, in the grid's order.
+using Places = std::vector<std::int32_t>;
 using Tensor = std::array<double, 6>;
 
-/// Figures of cells, by their numbers on the grid; empty where there is none.
+/// Figures of cells, by their places; empty where there is none.
 struct CellFigures {
   std::vector<double> volume, fibre_strain, largest_strain, smallest_strain, fibre_stress, von_mises,
       pressure, energy;
@@ -44,10 +45,10 @@ double energy_of_means(const Tensor& strain, const Tensor& stress, double active
   return twice / 2;
 }
 
-CellFigures figures_of(const Scene& scene, const Answer& answer, std::vector<double> cell_energy) {
+CellFigures figures_of(const Scene& scene, const Answer& answer, const std::vector<double>& cell_energy) {
   const Specimen& body = scene.specimen;
-  CellFields fields = cell_fields(scene, answer);
-  const auto n = static_cast<std::size_t>(body.grid.n_cells());
+  FieldsOfCells fields(scene, answer);
+  const auto n = static_cast<std::size_t>(body.n_matter_cells());
   const bool has_stress = maille::has_stress(answer.method), has_fibres = scene.has_fibres(),
              has_energy = has_stress && !cell_energy.empty();
   CellFigures of;
@@ -55,17 +56,18 @@ CellFigures figures_of(const Scene& scene, const Answer& answer, std::vector<dou
     figure->resize(n);
   for (auto* figure : {&of.fibre_strain, &of.fibre_stress})
     figure->resize(has_fibres && (has_stress || figure == &of.fibre_strain) ? n : 0);
-  of.pressure.resize(has_stress ? n : 0);
-  of.energy = std::move(cell_energy);
-  of.energy.resize(has_stress ? n : 0);
+  for (auto* figure : {&of.pressure, &of.von_mises, &of.energy})
+    figure->resize(has_stress ? n : 0);
   const VolumeRatio ratio(body.grid);
   const DisplacementOfCells u(body, answer);
   const double volume = cell_volume(body.grid);
-  for (std::size_t c = 0; c < n; ++c) {
-    const auto cell = static_cast<std::int64_t>(c);
+  std::size_t next = 0;
+  for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell) {
     if (!body.is_matter(cell))
       continue;
-    const Tensor &e = fields.strain[c], &s = fields.stress[c];
+    const std::size_t c = next++;
+    const FieldsOfCells::Values of_cell = fields(cell);
+    const Tensor &e = of_cell.strain, &s = of_cell.stress;
     of.volume[c] = body.tissue_of(cell) * volume * ratio(u, cell);
     const Vec3 principal = principal_values(e);
     of.largest_strain[c] = principal[0];
@@ -78,23 +80,24 @@ CellFigures figures_of(const Scene& scene, const Answer& answer, std::vector<dou
     if (has_fibres)
       of.fibre_stress[c] = along(s, fibre);
     of.pressure[c] = -(s[0] + s[1] + s[2]) / 3;
-    if (!has_energy)
-      of.energy[c] = body.tissue_of(cell) * volume *
-                     energy_of_means(e, s, scene.contracts() ? scene.active_stress[c] : 0, fibre);
+    of.von_mises[c] = of_cell.von_mises;
+    const auto on_grid = static_cast<std::size_t>(cell);
+    of.energy[c] =
+        has_energy ? cell_energy[on_grid]
+                   : body.tissue_of(cell) * volume *
+                         energy_of_means(e, s, scene.contracts() ? scene.active_stress[on_grid] : 0, fibre);
   }
-  if (has_stress)
-    of.von_mises = std::move(fields.von_mises);
   return of;
 }
 
-std::optional<Spread> spread_of(const std::vector<double>& figure, const Cells& cells) {
-  if (figure.empty() || cells.empty())
+std::optional<Spread> spread_of(const std::vector<double>& figure, const Places& places) {
+  if (figure.empty() || places.empty())
     return std::nullopt;
   std::vector<double> values;
-  values.reserve(cells.size());
+  values.reserve(places.size());
   double sum = 0;
-  for (const std::int64_t cell : cells) {
-    values.push_back(figure[static_cast<std::size_t>(cell)]);
+  for (const std::int32_t place : places) {
+    values.push_back(figure[static_cast<std::size_t>(place)]);
     sum += values.back();
   }
   if (!std::isfinite(sum)) {
@@ -117,32 +120,41 @@ std::optional<Spread> spread_of(const std::vector<double>& figure, const Cells& 
   return spread;
 }
 
-double sum_over(const std::vector<double>& figure, const Cells& cells) {
+double sum_over(const std::vector<double>& figure, const Places& places) {
   double sum = 0;
-  for (const std::int64_t cell : cells)
-    sum += figure[static_cast<std::size_t>(cell)];
+  for (const std::int32_t place : places)
+    sum += figure[static_cast<std::size_t>(place)];
   return sum;
 }
 
-PartMechanics part_of(const CellFigures& of, const Specimen& body, const Cells& cells) {
+/// @param tissue so many cells of it
+PartMechanics part_of(const CellFigures& of, const Specimen& body, const Places& places, double tissue) {
   PartMechanics part;
-  part.cells = static_cast<std::int64_t>(cells.size());
-  double whole_cells = static_cast<double>(cells.size());
-  if (!body.tissue.empty())
-    whole_cells = std::accumulate(cells.begin(), cells.end(), 0.0,
-                                  [&](double sum, std::int64_t cell) { return sum + body.tissue_of(cell); });
-  part.volume_at_rest = whole_cells * cell_volume(body.grid);
-  part.volume = sum_over(of.volume, cells);
-  part.fibre_strain = spread_of(of.fibre_strain, cells);
-  part.largest_strain = spread_of(of.largest_strain, cells);
-  part.smallest_strain = spread_of(of.smallest_strain, cells);
-  part.fibre_stress = spread_of(of.fibre_stress, cells);
-  part.von_mises = spread_of(of.von_mises, cells);
-  part.pressure = spread_of(of.pressure, cells);
+  part.cells = static_cast<std::int64_t>(places.size());
+  part.volume_at_rest = tissue * cell_volume(body.grid);
+  part.volume = sum_over(of.volume, places);
+  part.fibre_strain = spread_of(of.fibre_strain, places);
+  part.largest_strain = spread_of(of.largest_strain, places);
+  part.smallest_strain = spread_of(of.smallest_strain, places);
+  part.fibre_stress = spread_of(of.fibre_stress, places);
+  part.von_mises = spread_of(of.von_mises, places);
+  part.pressure = spread_of(of.pressure, places);
   if (!of.energy.empty())
-    part.strain_energy = sum_over(of.energy, cells);
+    part.strain_energy = sum_over(of.energy, places);
   return part;
 }
+
+/// The cells of a part, and the material of its first one.
+struct CellsOfPart {
+  Places places;
+  double tissue = 0; ///< cells of it
+  std::uint8_t material = no_material;
+  void add(const Specimen& body, std::int64_t cell, std::int32_t place) {
+    material = places.empty() ? body.material(cell) : material;
+    places.push_back(place);
+    tissue += body.tissue_of(cell);
+  }
+};
 
 } // namespace
 
@@ -152,30 +164,32 @@ Mechanics mechanics_of(const Scene& scene, const Answer& answer, std::vector<dou
     cell_energy = answer.cell_energy;
   Mechanics mechanics = resultants_of(scene, answer);
   mechanics.energy_is_of_means = cell_energy.empty() && has_stress(answer.method);
-  const CellFigures figures = figures_of(scene, answer, std::move(cell_energy));
-  Cells all;
-  std::map<std::int32_t, Cells> of_label;
-  std::map<std::uint8_t, Cells> of_material;
+  const CellFigures figures = figures_of(scene, answer, cell_energy);
+  cell_energy = {};
+  CellsOfPart all;
+  std::map<std::int32_t, CellsOfPart> of_label;
+  std::map<std::uint8_t, CellsOfPart> of_material;
   for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell) {
     if (!body.is_matter(cell))
       continue;
-    all.push_back(cell);
-    of_material[body.material(cell)].push_back(cell);
+    const auto place = static_cast<std::int32_t>(all.places.size());
+    all.add(body, cell, place);
+    of_material[body.material(cell)].add(body, cell, place);
     if (!body.label.empty())
-      of_label[body.label[static_cast<std::size_t>(cell)]].push_back(cell);
+      of_label[body.label[static_cast<std::size_t>(cell)]].add(body, cell, place);
   }
-  mechanics.body = part_of(figures, body, all);
-  const auto part = [&](const Cells& cells) {
-    return cells.size() == all.size() ? mechanics.body : part_of(figures, body, cells);
+  mechanics.body = part_of(figures, body, all.places, all.tissue);
+  const auto part = [&](const CellsOfPart& of) {
+    PartMechanics found =
+        of.places.size() == all.places.size() ? mechanics.body : part_of(figures, body, of.places, of.tissue);
+    found.material = scene.materials[of.material].name;
+    return found;
   };
-  for (const auto& [material, cells] : of_material) {
+  for (const auto& [material, cells] : of_material)
     mechanics.materials.push_back(part(cells));
-    mechanics.materials.back().material = scene.materials[material].name;
-  }
   for (const auto& [label, cells] : of_label) {
     mechanics.labels.push_back(part(cells));
     mechanics.labels.back().label = label;
-    mechanics.labels.back().material = scene.materials[body.material(cells.front())].name;
   }
   return mechanics;
 }

@@ -66,7 +66,7 @@ ResultsFolder::ResultsFolder(fs::path folder, std::string scene, const fs::path&
     stale_.insert(scene_ + ".pvd"); // methods are no time steps
   // What a run that was killed has left stands in no list.
   for (const std::string& method : all_methods())
-    for (const char* ending : {".vti", ".vtu", ".pvd"}) {
+    for (const char* ending : {".vti", ".vtu", ".pvtu", ".pvd"}) {
       const bool is_of_compare = std::string_view(ending) != ".pvd";
       if (kind_ == (is_of_compare ? "compare" : "run"))
         stale_.insert(fmt::format("{}_{}{}", scene_, method, ending));
@@ -150,8 +150,11 @@ fs::path ResultsFolder::finish(ordered_json results) {
   all["written"] = written_;
   write_whole(list, json_text(all));
   std::error_code ignored; // what cannot be removed stays, and no result suffers
-  for (const fs::path& stale : gone)
+  for (const fs::path& stale : gone) {
     fs::remove(stale, ignored);
+    if (stale.extension() == ".pvtu") // its pieces
+      fs::remove_all(fs::path(stale).replace_extension(), ignored);
+  }
   return list;
 }
 

@@ -18,8 +18,14 @@
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <toml++/toml.h>
 
 #include <algorithm>
+#include <cmath>
+#include <exception>
+#include <optional>
+#include <sstream>
+#include <utility>
 
 namespace maille::studies {
 
@@ -50,7 +56,21 @@ deform::Footprint memory_of_scene(const Scene& scene) {
 struct Way {
   std::string method, words;
   std::int64_t bytes = 0; ///< at most; 0: not known before it runs
+  double seconds = 0;     ///< about; 0: not known
 };
+
+/// Of one thread of a Zen 4 EPYC to the scene's tolerance, within a factor of three on the bodies of
+/// docs/speed.md; 0 where limits, borders or frames take rounds that nobody knows beforehand.
+double seconds_of_coupled(const Scene& scene) {
+  constexpr double of_box = 6e-8, of_body = 1e-6, more_a_digit = 0.25; // an unknown, to 1e-3
+  if (scene.dimension() < 3 || scene.limits_bind_coupled() || !scene.sliding.empty() || in_blocks(scene) ||
+      scene.relaxation.extrapolation != Extrapolation::none)
+    return 0;
+  const Specimen& body = scene.specimen;
+  const double digits = -3 - std::log10(scene.relaxation.tolerance),
+               unknowns = 3.0 * static_cast<double>(body.n_matter_nodes());
+  return unknowns * (body.material_id.empty() ? of_box : of_body) * std::max(0.5, 1 + more_a_digit * digits);
+}
 
 /// The way of a lattice method.
 std::string way_of(std::string_view method, const Scene& scene, const deform::Plan& plan) {
@@ -80,17 +100,17 @@ std::string way_of(std::string_view method, const Scene& scene, const deform::Pl
 std::vector<Way> ways_of(const Scene& scene, const deform::Plan& plan) {
   std::vector<Way> ways;
   for (const std::string_view method : deform::methods()) {
-    Way way{std::string(method), way_of(method, scene, plan), 0};
+    Way way{std::string(method), way_of(method, scene, plan)};
     if (!way.words.starts_with("refuses"))
       way.bytes = method == "limits" ? plan.bytes : deform::bytes_needed(scene, method);
+    if (method == "coupled" && way.bytes > 0)
+      way.seconds = seconds_of_coupled(scene);
     ways.push_back(std::move(way));
   }
   for (const std::string& method : all_methods())
     if (std::ranges::find(deform::methods(), method) == deform::methods().end())
-      ways.push_back({method,
-                      method == "calculix" ? "CalculiX, another program: C3D8 bricks, SPOOLES"
-                                           : "deal.II; which solver shows when the matrix is there",
-                      0});
+      ways.push_back({method, method == "calculix" ? "CalculiX, another program: C3D8 bricks, SPOOLES"
+                                                   : "deal.II; which solver shows when the matrix is there"});
   return ways;
 }
 
@@ -150,6 +170,10 @@ const ResultTable<Way>& columns_of_ways() {
     columns.add({"", "way", "", "that it takes, in words"}, &Way::words);
     columns.add({"", "bytes_at_most", "B", "where that is known before it runs"}, &Way::bytes)
         .json_where([](const Way& way) { return way.bytes > 0; });
+    columns
+        .add({"", "seconds", "s", "on one thread, within a factor of three, where that is known"},
+             &Way::seconds)
+        .json_where([](const Way& way) { return way.seconds > 0; });
   });
   return table;
 }
@@ -159,7 +183,11 @@ std::string in_words(const std::vector<Way>& ways, const deform::Plan& plan, int
   for (const Way& way : ways) {
     const std::string bytes =
         way.bytes > 0 ? fmt::format(", at most {}", bytes_in_words(static_cast<double>(way.bytes))) : "";
-    text += fmt::format("{:<10}{}{}\n", way.method, way.words, bytes);
+    const std::string seconds =
+        way.seconds > 0
+            ? fmt::format(", about {:.2g} s on one thread (a third to three times that)", way.seconds)
+            : "";
+    text += fmt::format("{:<10}{}{}{}\n", way.method, way.words, bytes, seconds);
     if (way.method == "limits" && way.bytes > 0)
       for (int b = 0; b < dimension; ++b)
         text += fmt::format("{:<10}  {}: {}\n", "", "xyz"[b],
@@ -194,6 +222,68 @@ struct Explanation {
   std::vector<Way> ways;
   std::vector<Holder> holders;
 };
+
+/// What `run --out` by `coupled` takes: the scene, and the answer's fields or what is made of it.
+std::int64_t bytes_of_run(const Scene& scene) {
+  constexpr std::int64_t of_grid_node = 24, of_grid_cell = 8, of_cell = 70, of_cell_in_file = 300,
+                         file_at_most = 1 << 30;
+  const Grid& grid = scene.specimen.grid;
+  const std::int64_t made = of_grid_node * grid.n_nodes() + of_grid_cell * grid.n_cells() +
+                            of_cell * scene.specimen.n_matter_cells() +
+                            std::min(file_at_most, of_cell_in_file * grid.n_cells());
+  return deform::bytes_of(memory_of_scene(scene)) + std::max(deform::bytes_needed(scene, "coupled"), made);
+}
+
+/// Blocks of voxels merged into cells so that a run fits into memory.
+struct Fit {
+  std::int64_t run = 0, available = 0; ///< [bytes]
+  std::optional<int> merged;           ///< into one along each axis, times those of the scene; what fits
+  std::int64_t of_merged = 0;
+};
+
+/// The scene of a file, whose image has so many times as many voxels merged along each axis.
+Scene merged_scene(const std::filesystem::path& file, int times) {
+  toml::table table = toml::parse_file(file.string());
+  toml::table& specimen = *table["specimen"].as_table();
+  if (const toml::array* const axes = specimen["coarsen"].as_array()) {
+    toml::array more;
+    for (const toml::node& axis : *axes)
+      more.push_back(times * axis.value_or(std::int64_t{1}));
+    specimen.insert_or_assign("coarsen", more);
+  } else
+    specimen.insert_or_assign("coarsen", times * specimen["coarsen"].value_or(std::int64_t{1}));
+  std::ostringstream text;
+  text << table;
+  return parse_scene(text.view(), file);
+}
+
+/// Nothing where a run fits.
+std::optional<Fit> fit_of(const Scene& scene, const std::filesystem::path& file) {
+  constexpr int most_merged = 8;
+  Fit fit{bytes_of_run(scene), available_memory(), {}, 0};
+  if (fit.run <= fit.available)
+    return std::nullopt;
+  try {
+    for (int times = 2; times <= most_merged && !fit.merged && scene.specimen.shape == "image"; ++times)
+      if (const std::int64_t bytes = bytes_of_run(merged_scene(file, times)); bytes <= fit.available) {
+        fit.merged = times;
+        fit.of_merged = bytes;
+      }
+  } catch (const std::exception&) {
+    // Blocks so large leave nothing of the body, or of what is held: none is said to fit.
+  }
+  return fit;
+}
+
+std::string in_words(const Fit& fit) {
+  const auto words = [](std::int64_t bytes) { return bytes_in_words(static_cast<double>(bytes)); };
+  std::string text = fmt::format("run by coupled needs up to {} in all, {} are available", words(fit.run),
+                                 words(fit.available));
+  if (fit.merged)
+    text += fmt::format("; with {} times the scene's `coarsen` it needs up to {}, and fits", *fit.merged,
+                        words(fit.of_merged));
+  return text + "\n";
+}
 
 std::string in_words(const Explanation& about) {
   const Scene& scene = *about.scene;
@@ -364,7 +454,16 @@ int explain_command(const ExplainOptions& options) {
   }
   const Scene scene = read_scene(options.scene);
   const Explanation about(scene);
-  deliver_with_looks(options, columns_of_explanation().json(about), in_words(about));
+  nlohmann::ordered_json json = columns_of_explanation().json(about);
+  std::string text = in_words(about);
+  if (const std::optional<Fit> fit = fit_of(scene, options.scene)) {
+    json["run_bytes_at_most"] = fit->run;
+    json["available_bytes"] = fit->available;
+    if (fit->merged)
+      json["coarsen_times_that_fits"] = *fit->merged;
+    text += in_words(*fit);
+  }
+  deliver_with_looks(options, std::move(json), std::move(text));
   if (!options.picture)
     return exit_done;
   QuestionPictureSettings settings;

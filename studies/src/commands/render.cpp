@@ -36,7 +36,7 @@ std::vector<fs::path> files_of(const fs::path& folder, const std::string& scene,
     const std::string name = entry.path().filename().string(), ending = entry.path().extension().string();
     const bool is_of_method =
         name.starts_with(start) && (name[start.size()] == '_' || name[start.size()] == '.');
-    if (is_of_method && (ending == ".vti" || ending == ".vtu"))
+    if (is_of_method && (ending == ".vti" || ending == ".vtu" || ending == ".pvtu"))
       files.push_back(entry.path());
   }
   std::ranges::sort(files);

@@ -52,14 +52,16 @@ vtkSmartPointer<vtkUnstructuredGrid> cell_grid(const Specimen& specimen, const B
   vtkNew<vtkPoints> points;
   points->SetDataTypeToDouble();
   points->SetNumberOfPoints(static_cast<vtkIdType>(numbering.nodes.size()));
-  std::vector<vtkIdType> point_of(static_cast<std::size_t>(grid.n_nodes()), -1);
+  const std::int64_t first = numbering.nodes.empty() ? 0 : numbering.nodes.front(),
+                     end = numbering.nodes.empty() ? 0 : numbering.nodes.back() + 1;
+  std::vector<vtkIdType> point_of(static_cast<std::size_t>(end - first), -1);
   vtkIdType next = 0;
   for (const std::int64_t node : numbering.nodes) {
     Vec3 position = specimen.position(grid.node_at(node));
     if (placed)
       position = sum(specimen.placement.origin, to_world(specimen.placement, position));
     points->SetPoint(next, position.data());
-    point_of[static_cast<std::size_t>(node)] = next++;
+    point_of[static_cast<std::size_t>(node - first)] = next++;
   }
 
   vtkNew<vtkCellArray> cells;
@@ -70,8 +72,8 @@ vtkSmartPointer<vtkUnstructuredGrid> cell_grid(const Specimen& specimen, const B
     cells->InsertNextCell(n_corners);
     const Index3 at = grid.cell_at(cell);
     for (int place = 0; place < n_corners; ++place)
-      cells->InsertCellPoint(
-          point_of[static_cast<std::size_t>(grid.corner(at, corner_at[static_cast<std::size_t>(place)]))]);
+      cells->InsertCellPoint(point_of[static_cast<std::size_t>(
+          grid.corner(at, corner_at[static_cast<std::size_t>(place)]) - first)]);
   }
   auto body = vtkSmartPointer<vtkUnstructuredGrid>::New();
   body->SetPoints(points);

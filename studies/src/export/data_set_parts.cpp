@@ -19,6 +19,7 @@
 
 #include <algorithm>
 #include <map>
+#include <span>
 #include <stdexcept>
 #include <string_view>
 
@@ -34,17 +35,29 @@ void keep_message(vtkObject*, unsigned long, void* kept, void* message) {
 
 } // namespace
 
+namespace {
+
+/// An array yet to be filled. @param components  their names; none: one without
+vtkSmartPointer<vtkDoubleArray> array_for(const char* name, std::span<const char* const> components,
+                                          std::size_t tuples) {
+  auto array = vtkSmartPointer<vtkDoubleArray>::New();
+  array->SetName(name);
+  array->SetNumberOfComponents(std::max(1, static_cast<int>(components.size())));
+  for (std::size_t component = 0; component < components.size(); ++component)
+    array->SetComponentName(static_cast<int>(component), components[component]);
+  array->SetNumberOfTuples(static_cast<vtkIdType>(tuples));
+  return array;
+}
+
+constexpr std::array<const char*, 6> tensor_components{"XX", "YY", "ZZ", "XY", "YZ", "XZ"};
+
+} // namespace
+
 vtkSmartPointer<vtkDoubleArray> tensor_array(const char* name,
                                              const std::vector<std::array<double, 6>>& tensors,
                                              const Placement& placement,
                                              const std::vector<std::int64_t>& shown) {
-  constexpr std::array<const char*, 6> component_names{"XX", "YY", "ZZ", "XY", "YZ", "XZ"};
-  auto array = vtkSmartPointer<vtkDoubleArray>::New();
-  array->SetName(name);
-  array->SetNumberOfComponents(6);
-  for (int component = 0; component < 6; ++component)
-    array->SetComponentName(component, component_names[static_cast<std::size_t>(component)]);
-  array->SetNumberOfTuples(static_cast<vtkIdType>(shown.size()));
+  auto array = array_for(name, tensor_components, shown.size());
   vtkIdType tuple = 0;
   for (const std::int64_t i : shown)
     array->SetTuple(tuple++, tensor_to_world(placement, tensors[static_cast<std::size_t>(i)]).data());
@@ -93,11 +106,14 @@ bool is_in_millimetres(vtkDataSet& body) {
          std::string(units->GetValue(0)).starts_with("lengths: mm");
 }
 
-void write_data_set(vtkXMLWriter& writer, vtkDataSet& body, const fs::path& file) {
+void write_data_set(vtkXMLWriter& writer, vtkDataSet& body, const fs::path& file, Compression compression) {
   writer.SetInputData(&body);
   writer.SetDataModeToAppended();
   writer.EncodeAppendedDataOff();
-  writer.SetCompressorTypeToZLib();
+  if (compression == Compression::zlib)
+    writer.SetCompressorTypeToZLib();
+  else
+    writer.SetCompressorTypeToLZ4();
   writer.SetHeaderTypeToUInt64();
   // What is observed VTK does not print: the writer's complaint, and its pipeline's complaint about the
   // writer.
@@ -115,49 +131,6 @@ void write_data_set(vtkXMLWriter& writer, vtkDataSet& body, const fs::path& file
                                            vtkErrorCode::GetStringFromErrorCode(writer.GetErrorCode())));
   });
 }
-
-namespace {
-
-using Tensors = std::vector<std::array<double, 6>>;
-
-/// A number a cell. @param value  of a cell's place on the grid
-template<class Value>
-vtkSmartPointer<vtkDoubleArray> scalar_array(const char* name, const BodyNumbering& numbering,
-                                             const Value& value) {
-  auto array = vtkSmartPointer<vtkDoubleArray>::New();
-  array->SetName(name);
-  array->SetNumberOfTuples(static_cast<vtkIdType>(numbering.cells.size()));
-  vtkIdType tuple = 0;
-  for (const std::int64_t cell : numbering.cells)
-    array->SetValue(tuple++, value(cell));
-  return array;
-}
-
-/// a T a along the fibres: the same in every frame.
-vtkSmartPointer<vtkDoubleArray> along_fibres(const char* name, const Tensors& tensors,
-                                             const Specimen& specimen, const BodyNumbering& numbering) {
-  return scalar_array(name, numbering, [&](std::int64_t cell) {
-    return along(tensors[static_cast<std::size_t>(cell)], specimen.fibre_of(cell));
-  });
-}
-
-/// The three principal values, the largest first.
-vtkSmartPointer<vtkDoubleArray> principal_array(const char* name, const Tensors& tensors,
-                                                const BodyNumbering& numbering) {
-  auto array = vtkSmartPointer<vtkDoubleArray>::New();
-  array->SetName(name);
-  array->SetNumberOfComponents(3);
-  constexpr std::array<const char*, 3> component_names{"Largest", "Middle", "Smallest"};
-  for (int component = 0; component < 3; ++component)
-    array->SetComponentName(component, component_names[static_cast<std::size_t>(component)]);
-  array->SetNumberOfTuples(static_cast<vtkIdType>(numbering.cells.size()));
-  vtkIdType tuple = 0;
-  for (const std::int64_t cell : numbering.cells)
-    array->SetTuple(tuple++, principal_values(tensors[static_cast<std::size_t>(cell)]).data());
-  return array;
-}
-
-} // namespace
 
 void add_matter(vtkCellData& arrays, const Scene& scene, const Placement& placement,
                 const BodyNumbering& numbering) {
@@ -215,20 +188,38 @@ void add_names(vtkFieldData& arrays, const Scene& scene) {
   arrays.AddArray(materials);
 }
 
-void add_strain_and_stress(vtkCellData& arrays, const Scene& scene, const CellFields& fields,
+void add_strain_and_stress(vtkCellData& arrays, const Scene& scene, FieldsOfCells fields,
                            const Placement& placement, const BodyNumbering& numbering, bool with_stress) {
-  arrays.AddArray(tensor_array("Strain", fields.strain, placement, numbering.cells));
-  arrays.AddArray(principal_array("PrincipalStrain", fields.strain, numbering));
-  if (scene.has_fibres())
-    arrays.AddArray(along_fibres("FiberStrain", fields.strain, scene.specimen, numbering));
-  if (!with_stress)
-    return;
-  arrays.AddArray(tensor_array("Stress", fields.stress, placement, numbering.cells));
-  arrays.AddArray(scalar_array("VonMises", numbering, [&](std::int64_t cell) {
-    return fields.von_mises[static_cast<std::size_t>(cell)];
-  }));
-  if (scene.has_fibres())
-    arrays.AddArray(along_fibres("FiberStress", fields.stress, scene.specimen, numbering));
+  constexpr std::array<const char*, 3> principal_components{"Largest", "Middle", "Smallest"};
+  const std::size_t n = numbering.cells.size();
+  const auto added = [&](bool is_there, const char* name, std::span<const char* const> components = {}) {
+    vtkSmartPointer<vtkDoubleArray> array;
+    if (is_there)
+      arrays.AddArray(array = array_for(name, components, n));
+    return array;
+  };
+  const bool has_fibres = scene.has_fibres();
+  const auto strain = added(true, "Strain", tensor_components),
+             principal = added(true, "PrincipalStrain", principal_components),
+             fibre_strain = added(has_fibres, "FiberStrain"),
+             stress = added(with_stress, "Stress", tensor_components),
+             von_mises = added(with_stress, "VonMises"),
+             fibre_stress = added(with_stress && has_fibres, "FiberStress");
+  vtkIdType tuple = 0;
+  for (const std::int64_t cell : numbering.cells) {
+    const FieldsOfCells::Values of = fields(cell);
+    strain->SetTuple(tuple, tensor_to_world(placement, of.strain).data());
+    principal->SetTuple(tuple, principal_values(of.strain).data());
+    if (fibre_strain != nullptr) // a T a: the same in every frame
+      fibre_strain->SetValue(tuple, along(of.strain, scene.specimen.fibre_of(cell)));
+    if (stress != nullptr) {
+      stress->SetTuple(tuple, tensor_to_world(placement, of.stress).data());
+      von_mises->SetValue(tuple, of.von_mises);
+    }
+    if (fibre_stress != nullptr)
+      fibre_stress->SetValue(tuple, along(of.stress, scene.specimen.fibre_of(cell)));
+    ++tuple;
+  }
 }
 
 } // namespace maille::studies

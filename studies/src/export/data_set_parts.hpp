@@ -33,8 +33,13 @@ void use_millimetres(vtkDataSet& body);
 /// Whether Units says so.
 bool is_in_millimetres(vtkDataSet& body);
 
+enum class Compression {
+  zlib, ///< every reader has it
+  lz4,  ///< a tenth of the time, a sixth more bytes
+};
 /// Appended, compressed, whole or not at all. @throws std::filesystem::filesystem_error, std::runtime_error
-void write_data_set(vtkXMLWriter& writer, vtkDataSet& body, const std::filesystem::path& file);
+void write_data_set(vtkXMLWriter& writer, vtkDataSet& body, const std::filesystem::path& file,
+                    Compression compression = Compression::zlib);
 
 /// MaterialId, FiberDirection and, of a segmentation, Label.
 void add_matter(vtkCellData& arrays, const Scene& scene, const Placement& placement,
@@ -45,7 +50,7 @@ void add_names(vtkFieldData& arrays, const Scene& scene);
 
 /// Strain, PrincipalStrain and FiberStrain; with stress also Stress, VonMises and FiberStress. Those of
 /// fibres where Scene::has_fibres().
-void add_strain_and_stress(vtkCellData& arrays, const Scene& scene, const CellFields& fields,
+void add_strain_and_stress(vtkCellData& arrays, const Scene& scene, FieldsOfCells fields,
                            const Placement& placement, const BodyNumbering& numbering, bool with_stress);
 
 } // namespace maille::studies

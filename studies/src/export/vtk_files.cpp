@@ -1,8 +1,10 @@
 #include "maille/studies/export/vtk_files.hpp"
 
 #include "body_grid.hpp"
+#include "body_pieces.hpp"
 #include "data_set_parts.hpp"
 #include "maille/scene/block_frames.hpp"
+#include "maille/scene/frame.hpp"
 #include "maille/scene/mechanics/recovery.hpp"
 
 #include <fmt/format.h>
@@ -30,10 +32,11 @@ void require_fit(const Scene& scene, const Displacement& displacement, const cha
         fmt::format("write_vtk: {} does not fit the grid of scene {}", what, scene.name));
 }
 
-CellFields fields_of_cells(const Scene& scene, const ExportFields& fields) {
-  return fields.cell_strain != nullptr && !fields.cell_strain->empty()
-             ? cell_fields(scene, *fields.cell_strain)
-             : cell_fields(scene, *fields.displacement);
+/// Calls use(what says strains): those of the answer, or its displacement.
+template<class Use>
+auto with_strains(const ExportFields& fields, const Use& use) {
+  return fields.cell_strain != nullptr && !fields.cell_strain->empty() ? use(*fields.cell_strain)
+                                                                       : use(*fields.displacement);
 }
 
 /// Those of the answer, or recovered where it has none of its own.
@@ -46,7 +49,8 @@ void add_nodal_tensors(vtkPointData& arrays, const Scene& scene, const ExportFie
   RecoveredFields::Shown recovered;
   const auto *strain = fields.nodal_strain, *stress = fields.nodal_stress;
   if (!has(strain) && !has(stress)) {
-    recovered = RecoveredFields(scene, fields_of_cells(scene, fields)).at_nodes();
+    recovered = with_strains(
+        fields, [&](const auto& of) { return RecoveredFields(scene, cell_fields(scene, of)).at_nodes(); });
     strain = &recovered.strain;
     stress = &recovered.stress;
   }
@@ -123,6 +127,53 @@ void add_field_data(vtkFieldData& arrays, const ExportFields& fields) {
   }
 }
 
+/// All but names.
+void add_arrays(vtkDataSet& body, const Scene& scene, const ExportFields& fields,
+                const BodyNumbering& numbering) {
+  const Placement& placement = scene.specimen.placement;
+  add_point_arrays(body, scene, fields, numbering);
+  add_matter(*body.GetCellData(), scene, placement, numbering);
+  body.GetCellData()->SetActiveScalars("MaterialId");
+  with_strains(fields, [&](const auto& of) {
+    add_strain_and_stress(*body.GetCellData(), scene, FieldsOfCells(scene, of), placement, numbering,
+                          fields.has_stress);
+  });
+  if (in_blocks(scene))
+    add_rotation(*body.GetCellData(), scene, *fields.displacement, numbering);
+  add_field_data(*body.GetFieldData(), fields);
+  if (fields.unit == LengthUnit::millimetre)
+    use_millimetres(body);
+}
+
+/// write_vtk() in pieces. Values at nodes are recovered from cells up to two layers beyond.
+/// @pre 3D; strains are in the frame of the grid
+fs::path write_in_pieces(const Scene& scene, const ExportFields& fields, const fs::path& stem) {
+  constexpr int beyond = 2, pieces_of_file = 3;
+  const Specimen& specimen = scene.specimen;
+  const std::vector<Layers> pieces = pieces_of(specimen, fields.most_cells / pieces_of_file);
+  fs::path list = stem;
+  list += ".pvtu";
+  fs::remove_all(file_of_piece(list, 0).parent_path());
+  fs::create_directory(file_of_piece(list, 0).parent_path());
+  vtkNew<vtkFieldData> names;
+  add_names(*names, scene);
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    const BodyNumbering of_body = numbering_of(specimen, pieces[i]);
+    const auto body = cell_grid(specimen, of_body, true);
+    for (int k = 0; k < names->GetNumberOfArrays(); ++k)
+      body->GetFieldData()->AddArray(names->GetAbstractArray(k));
+    add_layers(*body->GetFieldData(), pieces[i]);
+    const LayersOfBody layers(
+        scene, fields,
+        {std::max(0, pieces[i].first - beyond), std::min(specimen.grid.cells()[2], pieces[i].end + beyond)});
+    add_arrays(*body, layers.scene(), layers.fields(), layers.numbering(of_body));
+    write_data_set(*vtkNew<vtkXMLUnstructuredGridWriter>(), *body, file_of_piece(list, i), Compression::lz4);
+    if (i + 1 == pieces.size())
+      write_list_of_pieces(list, pieces.size(), *body);
+  }
+  return list;
+}
+
 } // namespace
 
 fs::path write_vtk(const Scene& scene, const ExportFields& fields, const fs::path& stem) {
@@ -136,23 +187,17 @@ fs::path write_vtk(const Scene& scene, const ExportFields& fields, const fs::pat
 
   const Specimen& specimen = scene.specimen;
   const bool is_whole = specimen.n_matter_cells() == specimen.grid.n_cells();
+  if (!is_whole && scene.dimension() == 3 && specimen.n_matter_cells() > fields.most_cells &&
+      !in_blocks(scene) && !object_frame(scene).is_turned)
+    return write_in_pieces(scene, fields, stem);
   const BodyNumbering numbering = is_whole ? whole_grid(specimen.grid) : matter_only(specimen);
   vtkSmartPointer<vtkDataSet> body;
   if (is_whole)
     body = image_grid(specimen);
   else
     body = cell_grid(specimen, numbering, true);
-  add_point_arrays(*body, scene, fields, numbering);
-  add_matter(*body->GetCellData(), scene, specimen.placement, numbering);
-  body->GetCellData()->SetActiveScalars("MaterialId");
-  add_strain_and_stress(*body->GetCellData(), scene, fields_of_cells(scene, fields), specimen.placement,
-                        numbering, fields.has_stress);
-  if (in_blocks(scene))
-    add_rotation(*body->GetCellData(), scene, *fields.displacement, numbering);
   add_names(*body->GetFieldData(), scene);
-  add_field_data(*body->GetFieldData(), fields);
-  if (fields.unit == LengthUnit::millimetre)
-    use_millimetres(*body);
+  add_arrays(*body, scene, fields, numbering);
 
   fs::path file = stem;
   file += is_whole ? ".vti" : ".vtu"; // not replace_extension: a stem may hold a point

@@ -83,8 +83,9 @@ void write_world_object(const WorldScene& world, std::size_t object, const World
   add_object_id(*body->GetCellData(), object, numbering);
   add_matter(*body->GetCellData(), what.scene, placement, numbering);
   if (what.kind == ObjectKind::deformable)
-    add_strain_and_stress(*body->GetCellData(), what.scene, cell_fields(what.scene, in_own_frame(what, now)),
-                          placement, numbering, has_stress(world.method));
+    add_strain_and_stress(*body->GetCellData(), what.scene,
+                          FieldsOfCells(what.scene, in_own_frame(what, now)), placement, numbering,
+                          has_stress(world.method));
   vtkFieldData& field = *body->GetFieldData();
   add_text(field, "ObjectName", what.name);
   if (what.kind == ObjectKind::deformable)

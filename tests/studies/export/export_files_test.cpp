@@ -1,5 +1,6 @@
 #include "maille/studies/export/vtk_files.hpp"
 
+#include "export/answer_fields.hpp"
 #include "maille/studies/export/whole_file.hpp"
 #include "studies/export/export_reading.hpp"
 #include "studies/export/export_scenes.hpp"
@@ -9,12 +10,18 @@
 #include <gtest/gtest.h>
 #include <pugixml.hpp>
 
+#include <vtkCellData.h>
 #include <vtkCompositeDataSet.h>
 #include <vtkFieldData.h>
 #include <vtkInformation.h>
 #include <vtkMultiBlockDataSet.h>
 #include <vtkPointData.h>
+#include <vtkUnstructuredGrid.h>
 #include <vtkXMLMultiBlockDataReader.h>
+#include <vtkXMLPUnstructuredGridReader.h>
+
+#include <algorithm>
+#include <map>
 
 namespace maille::studies {
 namespace {
@@ -71,6 +78,67 @@ TEST(ExportContract, LeavesNoHalfFileOnAFullDisk) {
       EXPECT_THROW(write_whole(folder / "text", std::string(size, 'x')), std::runtime_error);
     }
     EXPECT_TRUE(folder.is_empty());
+  }
+}
+
+/// @returns by its name and place, every number of an array of points
+std::map<std::pair<std::string, std::array<double, 3>>, std::vector<double>>
+numbers_at_points(vtkDataSet& body) {
+  std::map<std::pair<std::string, std::array<double, 3>>, std::vector<double>> numbers;
+  vtkPointData& data = *body.GetPointData();
+  for (int a = 0; a < data.GetNumberOfArrays(); ++a)
+    for (vtkIdType i = 0; i < body.GetNumberOfPoints(); ++i) {
+      std::array<double, 3> at{};
+      body.GetPoint(i, at.data());
+      std::vector<double>& of = numbers[{data.GetArray(a)->GetName(), at}];
+      of.resize(static_cast<std::size_t>(data.GetArray(a)->GetNumberOfComponents()));
+      data.GetArray(a)->GetTuple(i, of.data());
+    }
+  return numbers;
+}
+
+void expect_same_cell_arrays(vtkCellData& pieces, vtkCellData& whole) {
+  ASSERT_EQ(pieces.GetNumberOfArrays(), whole.GetNumberOfArrays());
+  for (int a = 0; a < whole.GetNumberOfArrays(); ++a) {
+    vtkDataArray &one = *pieces.GetArray(whole.GetArrayName(a)), &other = *whole.GetArray(a);
+    ASSERT_EQ(one.GetNumberOfValues(), other.GetNumberOfValues()) << other.GetName();
+    for (vtkIdType i = 0; i < other.GetNumberOfTuples(); ++i)
+      for (int c = 0; c < other.GetNumberOfComponents(); ++c)
+        ASSERT_EQ(one.GetComponent(i, c), other.GetComponent(i, c)) << other.GetName() << ' ' << i;
+  }
+}
+
+// Truth: the file of the whole. Of one material and of two, whose values at nodes in doubt may be either's.
+TEST(ExportContract, PiecesOfALargeBodyHaveWhatOneFileHas) {
+  for (const bool has_two : {false, true}) {
+    Scene scene = block_with_holes(3, {5, 4, 17});
+    if (!has_two)
+      std::ranges::replace(scene.specimen.material_id, std::uint8_t{1}, std::uint8_t{0});
+    for (std::int64_t node = 0; node < 4; ++node)
+      scene.prescribed.push_back({node, 2, 0, true, -1});
+    const Displacement displacement = wave(scene, 1e-4);
+    const std::vector<double> reaction{1, 2, 3, 4};
+    const std::vector<std::array<double, 6>> recovered;
+    ExportFields fields{&displacement};
+    fields.reaction = &reaction;
+    fields.nodal_strain = fields.nodal_stress = &recovered;
+    TemporaryFolder folder;
+    const auto whole = read_back(write_vtk(scene, fields, folder / "whole"));
+    fields.most_cells = 150; // of 227
+    const fs::path list = write_vtk(scene, fields, folder / "parts");
+    EXPECT_EQ(list, folder / "parts.pvtu");
+    EXPECT_TRUE(fs::exists(folder / "parts/0003.vtu"));
+    vtkNew<vtkXMLPUnstructuredGridReader> reader;
+    reader->SetFileName(list.c_str());
+    reader->Update();
+    vtkDataSet& pieces = *reader->GetOutput();
+    expect_same_cell_arrays(*pieces.GetCellData(), *whole->GetCellData());
+    auto at_points = numbers_at_points(pieces), expected = numbers_at_points(*whole);
+    if (has_two)
+      for (auto* const numbers : {&at_points, &expected})
+        std::erase_if(*numbers, [](const auto& of) { return of.first.first.starts_with("Nodal"); });
+    EXPECT_EQ(at_points, expected);
+    EXPECT_EQ(read_answer_fields(scene, list).displacement, displacement);
   }
 }
 

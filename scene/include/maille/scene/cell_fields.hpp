@@ -3,7 +3,11 @@
 
 #include "maille/scene/answer.hpp"
 
+#include <Eigen/Geometry>
+
+#include <optional>
 #include <utility>
+#include <vector>
 
 namespace maille {
 
@@ -32,6 +36,32 @@ private:
   Eigen::Matrix<double, 6, 1> active_;
   int dimension_;
   PlaneAssumption plane_;
+};
+
+/// The same of one cell after another: of large bodies there is no room for all at once.
+class FieldsOfCells {
+public:
+  struct Values {
+    std::array<double, 6> strain{}, stress{};
+    double von_mises = 0;
+  };
+
+  /// What they are made from must outlive this.
+  FieldsOfCells(const Scene& scene, const Displacement& displacement);
+  FieldsOfCells(const Scene& scene, const std::vector<std::array<double, 6>>& strain);
+  FieldsOfCells(const Scene& scene, const Answer& answer);
+  /// @pre the cell holds matter
+  Values operator()(std::int64_t cell);
+
+private:
+  Vector6 strain_of(std::int64_t cell) const;
+
+  const Scene& scene_;
+  const std::vector<std::array<double, 6>>* strain_ = nullptr;
+  const Displacement* displacement_ = nullptr;
+  std::optional<Displacement> turned_back_; ///< in the object's frame, where that is turned
+  List<Eigen::Quaterniond> rotation_;
+  std::vector<std::optional<Matrix6>> known_; ///< stiffnesses of materials
 };
 
 CellFields cell_fields(const Scene& scene, const Displacement& displacement);

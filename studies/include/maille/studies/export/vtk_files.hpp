@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -31,6 +32,7 @@ struct ExportFields {
   const std::vector<std::array<double, 6>>* cell_strain = nullptr;
   bool has_stress = true;              ///< false: no Stress, VonMises, FiberStress and NodalStress
   LengthUnit unit = LengthUnit::metre; ///< of places and displacements in the file; all else is in SI units
+  std::int64_t most_cells = 3'000'000; ///< of matter; a body of more is written in pieces of a third as many
 
   /// Everything that an answer has to show: stress of methods that know one.
   void show(const Answer& answer);
@@ -40,8 +42,9 @@ struct ExportFields {
 ///
 /// A body that fills its grid becomes `stem.vti` (image data placed by its origin and direction matrix); a
 /// masked body becomes `stem.vtu` (its cells of matter and their nodes, in world coordinates, nodes in the
-/// grid's order). XML, appended, zlib, 64-bit headers. All vectors and tensors are in the world's frame, of
-/// the body at rest: where a body turns, its strain is that of the body before it turned.
+/// grid's order), or, of more than three million cells, `stem.pvtu` and files of some layers of cells each in
+/// the folder `stem`. XML, appended, zlib (pieces: LZ4), 64-bit headers. All vectors and tensors are in the
+/// world's frame, of the body at rest: where a body turns, its strain is that of the body before it turned.
 ///
 /// @param scene   one, two or three dimensions, at least one cell of matter
 /// @param stem    path without ending, in a folder that exists; an older file of that name is replaced
@@ -49,7 +52,8 @@ struct ExportFields {
 /// @throws std::invalid_argument  a displacement is missing or does not fit the scene's grid
 /// @throws std::filesystem::filesystem_error, std::runtime_error  the file could not be written; the message
 ///         has the path. A file appears whole or not at all: it is written beside its place and renamed.
-/// Cost        O(cells); about five times the displacement's bytes while it runs
+/// Cost        O(cells); of a body in one file about five times the displacement's bytes while it runs, of one
+///             in pieces 1 GB
 /// Repeatable  same input, same bytes
 std::filesystem::path write_vtk(const Scene& scene, const ExportFields& fields,
                                 const std::filesystem::path& stem);

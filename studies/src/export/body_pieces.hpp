@@ -1,0 +1,56 @@
+#pragma once
+/// Large bodies as files of some layers of cells each, so that none needs memory for the whole.
+
+#include "body_numbering.hpp"
+#include "maille/studies/export/vtk_files.hpp"
+
+#include <vtkDataSet.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace maille::studies {
+
+/// Layers of cells across z.
+struct Layers {
+  int first = 0, end = 0;
+};
+
+/// Whole layers, as few to a piece as have so many cells of matter; the pieces have all of the body.
+std::vector<Layers> pieces_of(const Specimen& specimen, std::int64_t cells);
+/// The cells of matter of a piece, and their corners, by their numbers on the body's grid.
+BodyNumbering numbering_of(const Specimen& specimen, const Layers& piece);
+
+/// What a file shows of some layers of a body: as write_vtk() has it, by numbers on the grid of the layers.
+class LayersOfBody {
+public:
+  /// @param fields of the whole scene; both must outlive this
+  LayersOfBody(const Scene& scene, const ExportFields& fields, const Layers& layers);
+
+  const Scene& scene() const { return scene_; }
+  const ExportFields& fields() const { return fields_; }
+  /// Numbers on the grid of the body, on that of the layers.
+  BodyNumbering numbering(BodyNumbering of_body) const;
+
+private:
+  using Tensors = std::vector<std::array<double, 6>>;
+
+  std::int64_t first_cell_ = 0, first_node_ = 0;
+  Scene scene_;
+  ExportFields fields_;
+  std::array<Displacement, 3> displacements_;
+  std::array<Tensors, 3> tensors_;
+  std::vector<double> reaction_;
+};
+
+/// Where the pieces of `stem.pvtu` lie, from the first on.
+std::filesystem::path file_of_piece(const std::filesystem::path& list, std::size_t piece);
+/// @param one of the pieces, whose arrays the others have too
+void write_list_of_pieces(const std::filesystem::path& list, std::size_t pieces, vtkDataSet& one);
+
+/// A piece knows its layers.
+void add_layers(vtkFieldData& arrays, const Layers& layers);
+/// @throws std::runtime_error where it does not
+Layers layers_in(vtkFieldData& arrays);
+
+} // namespace maille::studies
