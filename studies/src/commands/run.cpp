@@ -19,6 +19,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <optional>
 
 namespace maille::studies {
 
@@ -52,6 +53,7 @@ public:
       fields.error_estimate = &found->estimate->error;
     fields.provenance = provenance(part, row.answer, threads_);
     fields.unit = unit_;
+    fields.threads = threads_;
     if (has_maps_)
       maps_ = write_voxel_maps(part, row.answer, has_stress(method_), stem_);
     if (warp_ && fraction == 1)
@@ -161,10 +163,14 @@ std::vector<Comparison> run_in_steps(const SceneAndMeasures& asked, const std::s
                                      MethodFiles* files, Course& course) {
   const Scene& scene = asked.scene;
   std::vector<Comparison> steps;
-  const Scene whole = options.steps > 1 && feels_limits(scene, method) ? with_known_limits(scene) : scene;
+  std::optional<Scene> known, scaled_down; // of a large body there is no room for copies that nobody needs
+  if (options.steps > 1 && feels_limits(scene, method))
+    known = with_known_limits(scene);
   for (int step = 1; step <= options.steps && !fem_ref::agree(control.should_stop()); ++step) {
     const double fraction = static_cast<double>(step) / options.steps;
-    const Scene part = options.steps == 1 ? scene : scaled(whole, fraction);
+    if (options.steps > 1)
+      scaled_down = scaled(known ? *known : scene, fraction);
+    const Scene& part = scaled_down ? *scaled_down : scene;
     Comparison result = compare_methods(part, {method}, "", control, methods);
     if (options.estimate && fem_ref::ranks().is_first())
       add_estimates(part, result, control);

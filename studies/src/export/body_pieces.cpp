@@ -1,7 +1,5 @@
 #include "body_pieces.hpp"
 
-#include "maille/studies/export/whole_file.hpp"
-
 #include <fmt/format.h>
 #include <pugixml.hpp>
 #include <vtkCellData.h>
@@ -167,7 +165,7 @@ Layers layers_in(vtkFieldData& arrays) {
   return {static_cast<int>(array->GetTuple1(0)), static_cast<int>(array->GetTuple1(1))};
 }
 
-void write_list_of_pieces(const fs::path& list, std::size_t pieces, vtkDataSet& one) {
+std::string list_of_pieces(const fs::path& list, std::size_t pieces, vtkDataSet& one) {
   pugi::xml_document document;
   pugi::xml_node root = document.append_child("VTKFile");
   root.append_attribute("type") = "PUnstructuredGrid";
@@ -203,7 +201,7 @@ void write_list_of_pieces(const fs::path& list, std::size_t pieces, vtkDataSet& 
   }
   std::ostringstream text;
   document.save(text, "  ");
-  write_whole(list, text.view());
+  return text.str();
 }
 
 } // namespace maille::studies

@@ -7,6 +7,8 @@
 #include <vtkDataSet.h>
 
 #include <cstdint>
+#include <filesystem>
+#include <string>
 #include <vector>
 
 namespace maille::studies {
@@ -45,8 +47,8 @@ private:
 
 /// Where the pieces of `stem.pvtu` lie, from the first on.
 std::filesystem::path file_of_piece(const std::filesystem::path& list, std::size_t piece);
-/// @param one of the pieces, whose arrays the others have too
-void write_list_of_pieces(const std::filesystem::path& list, std::size_t pieces, vtkDataSet& one);
+/// The text of the list. @param one of the pieces, whose arrays the others have too
+std::string list_of_pieces(const std::filesystem::path& list, std::size_t pieces, vtkDataSet& one);
 
 /// A piece knows its layers.
 void add_layers(vtkFieldData& arrays, const Layers& layers);

@@ -6,6 +6,7 @@
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/frame.hpp"
 #include "maille/scene/mechanics/recovery.hpp"
+#include "maille/studies/export/whole_file.hpp"
 
 #include <fmt/format.h>
 
@@ -18,6 +19,8 @@
 #include <vtkXMLUnstructuredGridWriter.h>
 
 #include <algorithm>
+#include <atomic>
+#include <future>
 #include <stdexcept>
 
 namespace maille::studies {
@@ -145,32 +148,50 @@ void add_arrays(vtkDataSet& body, const Scene& scene, const ExportFields& fields
     use_millimetres(body);
 }
 
-/// write_vtk() in pieces. Values at nodes are recovered from cells up to two layers beyond.
+/// A piece of write_vtk()'s data set. Values at nodes are recovered from cells up to two layers beyond.
+vtkSmartPointer<vtkDataSet> data_set_of(const Scene& scene, const ExportFields& fields, const Layers& piece,
+                                        vtkFieldData& names) {
+  constexpr int beyond = 2;
+  const BodyNumbering of_body = numbering_of(scene.specimen, piece);
+  const auto body = cell_grid(scene.specimen, of_body, true);
+  for (int i = 0; i < names.GetNumberOfArrays(); ++i)
+    body->GetFieldData()->AddArray(names.GetAbstractArray(i));
+  add_layers(*body->GetFieldData(), piece);
+  const LayersOfBody layers(
+      scene, fields,
+      {std::max(0, piece.first - beyond), std::min(scene.specimen.grid.cells()[2], piece.end + beyond)});
+  add_arrays(*body, layers.scene(), layers.fields(), layers.numbering(of_body));
+  return body;
+}
+
 /// @pre 3D; strains are in the frame of the grid
 fs::path write_in_pieces(const Scene& scene, const ExportFields& fields, const fs::path& stem) {
-  constexpr int beyond = 2, pieces_of_file = 3;
-  const Specimen& specimen = scene.specimen;
-  const std::vector<Layers> pieces = pieces_of(specimen, fields.most_cells / pieces_of_file);
+  constexpr int pieces_of_file = 3;
+  const std::vector<Layers> pieces = pieces_of(scene.specimen, fields.most_cells / pieces_of_file);
   fs::path list = stem;
   list += ".pvtu";
   fs::remove_all(file_of_piece(list, 0).parent_path());
   fs::create_directory(file_of_piece(list, 0).parent_path());
   vtkNew<vtkFieldData> names;
   add_names(*names, scene);
-  for (std::size_t i = 0; i < pieces.size(); ++i) {
-    const BodyNumbering of_body = numbering_of(specimen, pieces[i]);
-    const auto body = cell_grid(specimen, of_body, true);
-    for (int k = 0; k < names->GetNumberOfArrays(); ++k)
-      body->GetFieldData()->AddArray(names->GetAbstractArray(k));
-    add_layers(*body->GetFieldData(), pieces[i]);
-    const LayersOfBody layers(
-        scene, fields,
-        {std::max(0, pieces[i].first - beyond), std::min(specimen.grid.cells()[2], pieces[i].end + beyond)});
-    add_arrays(*body, layers.scene(), layers.fields(), layers.numbering(of_body));
-    write_data_set(*vtkNew<vtkXMLUnstructuredGridWriter>(), *body, file_of_piece(list, i), Compression::lz4);
-    if (i + 1 == pieces.size())
-      write_list_of_pieces(list, pieces.size(), *body);
-  }
+  std::atomic<std::size_t> next{0};
+  std::string text;
+  const auto write_pieces = [&] {
+    for (std::size_t i = next++; i < pieces.size(); i = next++) {
+      const auto body = data_set_of(scene, fields, pieces[i], *names);
+      write_data_set(*vtkNew<vtkXMLUnstructuredGridWriter>(), *body, file_of_piece(list, i),
+                     Compression::lz4);
+      if (i == 0)
+        text = list_of_pieces(list, pieces.size(), *body);
+    }
+  };
+  std::vector<std::future<void>> others;
+  for (int thread = 1; thread < fields.threads; ++thread)
+    others.push_back(std::async(std::launch::async, write_pieces));
+  write_pieces();
+  for (std::future<void>& other : others)
+    other.get();
+  write_whole(list, text);
   return list;
 }
 

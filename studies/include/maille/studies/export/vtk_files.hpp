@@ -33,6 +33,7 @@ struct ExportFields {
   bool has_stress = true;              ///< false: no Stress, VonMises, FiberStress and NodalStress
   LengthUnit unit = LengthUnit::metre; ///< of places and displacements in the file; all else is in SI units
   std::int64_t most_cells = 3'000'000; ///< of matter; a body of more is written in pieces of a third as many
+  int threads = 1;                     ///< of them one writes a piece
 
   /// Everything that an answer has to show: stress of methods that know one.
   void show(const Answer& answer);
