@@ -16,6 +16,8 @@ namespace {
 
 /// Of matter: patterns name them by a byte for each cell, where 0 is none.
 constexpr std::size_t most_kinds_remembered = 64;
+/// If less than one kind in so many is thin, a table for thin cells too costs more than it spares.
+constexpr std::size_t worth_table_of_thin = 6;
 
 /// The matrix of a plain cell as its piece has it is linear in the cell's coefficients: what each of them
 /// gives, by the eighth of the piece that the cell is in. By pairs of components, each of which fewer than
@@ -133,6 +135,7 @@ private:
   List<CellMatrix> of_kind_;       ///< where kinds are few
   List<CellMatrix> remembered_;    ///< products of plain cells, by kind and octant
   LinearProducts of_coefficients_; ///< of plain cells, where kinds are many
+  bool takes_thin_ = true;         ///< of_coefficients_, also the cells whose matter is thin
 };
 
 CellProducts::CellProducts(const MaskedLevel& level, const LatticeElasticity& elasticity, const Grid& grid,
@@ -140,9 +143,10 @@ CellProducts::CellProducts(const MaskedLevel& level, const LatticeElasticity& el
     : assembly(fine, coarsened), level_(level), elasticity_(elasticity), grid_(grid), fine_(fine) {
   find_plain_slots(team);
   if (elasticity.kinds().size() > most_kinds_remembered) {
-    const bool bends =
-        std::ranges::any_of(elasticity.kinds(), [](const auto& kind) { return kind.thin != 0; });
-    of_coefficients_ = LinearProducts(MaskedOperator::coefficients_of(bends), team);
+    const auto thin = static_cast<std::size_t>(
+        std::ranges::count_if(elasticity.kinds(), [](const auto& kind) { return kind.thin != 0; }));
+    takes_thin_ = thin > elasticity.kinds().size() / worth_table_of_thin;
+    of_coefficients_ = LinearProducts(MaskedOperator::coefficients_of(takes_thin_), team);
     return;
   }
   for (std::size_t kind = 0; kind < elasticity.kinds().size(); ++kind) {
@@ -188,11 +192,12 @@ const double* CellProducts::matrix(std::size_t number, const Piece& piece, Piece
   LinearProducts::Sum of_plain{};
   for (const std::int32_t i : assembly.cells_of(number)) {
     const ComplexCell& cell = fine_.cells[static_cast<std::size_t>(i)];
-    if (of_coefficients_.is_empty() || !is_plain(cell)) {
+    const std::size_t kind = kind_of(cell);
+    if (of_coefficients_.is_empty() || !is_plain(cell) ||
+        (!takes_thin_ && elasticity_.kinds()[kind].thin != 0)) {
       add_cell(cell, piece, sum);
       continue;
     }
-    const std::size_t kind = kind_of(cell);
     CellCoefficients c = coefficients(kind);
     for (double& coefficient : c)
       coefficient *= elasticity_.weight(grid_.cell(cell.at));
@@ -207,7 +212,7 @@ const double* CellProducts::matrix(std::size_t number, const Piece& piece, Piece
 void CellProducts::add_cell(const ComplexCell& cell, const Piece& piece, PieceMatrix& sum) const {
   const std::size_t kind = kind_of(cell);
   const double of_cell = elasticity_.weight(grid_.cell(cell.at));
-  if (is_plain(cell)) {
+  if (is_plain(cell) && !remembered_.empty()) {
     sum.topLeftCorner<24, 24>() += of_cell * remembered_[8 * kind + PieceAssembly::octant(cell)];
     return;
   }

@@ -197,7 +197,8 @@ void LatticeElasticity::renew() {
 }
 
 /// @param S compliance, in 3D all of it, else its diagonal counts alone
-LatticeElasticity::Kind LatticeElasticity::kind_for(const Eigen::MatrixXd& C, const Matrix6& S,
+template<class Stiffness>
+LatticeElasticity::Kind LatticeElasticity::kind_for(const Stiffness& C, const Matrix6& S,
                                                     std::uint8_t thin) const {
   const int d = grid_.dimension();
   const Vec3& h = grid_.spacing();

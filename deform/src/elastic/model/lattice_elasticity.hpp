@@ -109,7 +109,8 @@ private:
   void find_kinds(ThreadTeam& team);
   void set_kind(std::int64_t cell, std::int32_t kind);
   class Stiffnesses;
-  Kind kind_for(const Eigen::MatrixXd& C, const Eigen::Matrix<double, 6, 6>& S, std::uint8_t thin) const;
+  template<class Stiffness>
+  Kind kind_for(const Stiffness& C, const Eigen::Matrix<double, 6, 6>& S, std::uint8_t thin) const;
   const Kind& kind(std::int64_t cell) const { return kinds_[static_cast<std::size_t>(kind_number(cell))]; }
   /// Numbers of nodes by component, of first_node on.
   template<class Number>
