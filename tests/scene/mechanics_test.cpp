@@ -141,6 +141,24 @@ TEST(MechanicsAnalytic, LabelsAndMaterialsAddUpToTheBody) {
   EXPECT_FALSE(found.energy_is_of_means);
 }
 
+// Truth: one thread. Two of the cells are without matter, so parts of the grid have unlike numbers of cells.
+TEST(MechanicsContract, AnyNumberOfThreadsGivesTheSameFigures) {
+  Scene scene = two_labels();
+  scene.specimen.material_id[1] = scene.specimen.material_id[17] = no_material;
+  const Answer answer = answer_of(random_displacement(scene, 2e-4, 5));
+  const Mechanics one = mechanics_of(scene, answer);
+  for (const int threads : {2, 5}) {
+    const Mechanics several = mechanics_of(scene, answer, {}, threads);
+    ASSERT_EQ(several.labels.size(), one.labels.size());
+    for (std::size_t i = 0; i < one.labels.size(); ++i) {
+      EXPECT_EQ(several.labels[i].volume, one.labels[i].volume);
+      EXPECT_EQ(several.labels[i].strain_energy, one.labels[i].strain_energy);
+      EXPECT_EQ(several.labels[i].von_mises->percentile_95, one.labels[i].von_mises->percentile_95);
+      EXPECT_EQ(several.labels[i].largest_strain->mean, one.labels[i].largest_strain->mean);
+    }
+  }
+}
+
 /// Of the body between its faces, each a bilinear patch: a sixth of the flux of x through the mean of its two
 /// ways to be cut into triangles.
 double volume_by_faces(const std::array<Vector3d, 8>& x) {

@@ -4,6 +4,11 @@
 #include "maille/deform/solve.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/frame.hpp"
+#include "parallel/thread_team.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
 
 namespace maille::deform {
 
@@ -35,21 +40,24 @@ Corners<dimension> rest_of(const Grid& grid) {
 
 /// Of `coupled`, in the frames of cells where the scene asks for them.
 template<int dimension>
-std::vector<double> lattice_energies(const Scene& scene, const Displacement& u) {
+std::vector<double> lattice_energies(const Scene& scene, const Displacement& u, int threads) {
   const Grid& grid = scene.specimen.grid;
-  const LatticeElasticity lattice(scene);
+  ThreadTeam team(threads);
+  const LatticeElasticity lattice(scene, team);
   const auto frames = in_blocks(scene) ? block_rotations(scene, u) : List<Eigen::Quaterniond>{};
   const Corners<dimension> rest = rest_of<dimension>(grid);
   std::vector<double> energy(static_cast<std::size_t>(grid.n_cells()), 0);
-  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
-    if (!scene.specimen.is_matter(cell))
-      continue;
-    const auto c = static_cast<std::size_t>(cell);
-    Corners<dimension> of = corners_of<dimension>(grid, u, cell);
-    if (!frames.empty())
-      of = frames[c].toRotationMatrix().transpose() * (rest + of) - rest;
-    energy[c] = 0.5 * of.cwiseProduct(lattice.cell_forces<dimension>(cell, of)).sum();
-  }
+  for_parts(energy.size(), team, [&](std::size_t first, std::size_t end, std::size_t) {
+    for (std::size_t c = first; c < end; ++c) {
+      const auto cell = static_cast<std::int64_t>(c);
+      if (!scene.specimen.is_matter(cell))
+        continue;
+      Corners<dimension> of = corners_of<dimension>(grid, u, cell);
+      if (!frames.empty())
+        of = frames[c].toRotationMatrix().transpose() * (rest + of) - rest;
+      energy[c] = 0.5 * of.cwiseProduct(lattice.cell_forces<dimension>(cell, of)).sum();
+    }
+  });
   return energy;
 }
 
@@ -81,19 +89,19 @@ std::vector<double> link_energies(const Scene& scene, const Displacement& u) {
 }
 
 template<int dimension>
-std::vector<double> energies(const Scene& scene, const Answer& answer) {
+std::vector<double> energies(const Scene& scene, const Answer& answer, int threads) {
   const bool is_coupled = answer.method == "coupled";
   const Frame frame = is_coupled && in_blocks(scene) ? Frame{} : object_frame(scene);
   Displacement within;
   if (frame.is_turned)
     to_object(scene, frame, within = answer.displacement);
   const Displacement& u = frame.is_turned ? within : answer.displacement;
-  return is_coupled ? lattice_energies<dimension>(scene, u) : link_energies<dimension>(scene, u);
+  return is_coupled ? lattice_energies<dimension>(scene, u, threads) : link_energies<dimension>(scene, u);
 }
 
 } // namespace
 
-std::vector<double> cell_energies(const Scene& scene, const Answer& answer) {
+std::vector<double> cell_energies(const Scene& scene, const Answer& answer, int threads) {
   const bool is_relaxed = answer.method == "relaxed";
   if (is_relaxed && scene.relaxation.mode == RelaxationMode::deformable)
     return std::vector<double>(static_cast<std::size_t>(scene.specimen.grid.n_cells()), 0);
@@ -102,9 +110,9 @@ std::vector<double> cell_energies(const Scene& scene, const Answer& answer) {
   if (!answer.split.empty()) // known of each side alone: the displacement has the mean of both
     return answer.cell_energy;
   const int dimension = scene.dimension();
-  return dimension == 1   ? energies<1>(scene, answer)
-         : dimension == 2 ? energies<2>(scene, answer)
-                          : energies<3>(scene, answer);
+  return dimension == 1   ? energies<1>(scene, answer, threads)
+         : dimension == 2 ? energies<2>(scene, answer, threads)
+                          : energies<3>(scene, answer, threads);
 }
 
 } // namespace maille::deform

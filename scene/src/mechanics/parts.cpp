@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <future>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -45,9 +46,26 @@ double energy_of_means(const Tensor& strain, const Tensor& stress, double active
   return twice / 2;
 }
 
-CellFigures figures_of(const Scene& scene, const Answer& answer, const std::vector<double>& cell_energy) {
+/// Calls work(first cell, end, place of the first that holds matter) for parts of the grid, each in a thread.
+template<class Work>
+void for_parts_of_grid(const Specimen& body, int threads, const Work& work) {
+  const std::int64_t n = body.grid.n_cells();
+  std::vector<std::future<void>> parts;
+  std::size_t place = 0;
+  for (std::int64_t part = 0; part < threads; ++part) {
+    const std::int64_t first = n * part / threads, end = n * (part + 1) / threads;
+    parts.push_back(std::async(part + 1 < threads ? std::launch::async : std::launch::deferred,
+                               [&work, first, end, place] { work(first, end, place); }));
+    for (std::int64_t cell = first; cell < end; ++cell)
+      place += body.is_matter(cell) ? 1 : 0;
+  }
+  for (std::future<void>& part : parts)
+    part.get();
+}
+
+CellFigures figures_of(const Scene& scene, const Answer& answer, const std::vector<double>& cell_energy,
+                       int threads) {
   const Specimen& body = scene.specimen;
-  FieldsOfCells fields(scene, answer);
   const auto n = static_cast<std::size_t>(body.n_matter_cells());
   const bool has_stress = maille::has_stress(answer.method), has_fibres = scene.has_fibres(),
              has_energy = has_stress && !cell_energy.empty();
@@ -61,32 +79,33 @@ CellFigures figures_of(const Scene& scene, const Answer& answer, const std::vect
   const VolumeRatio ratio(body.grid);
   const DisplacementOfCells u(body, answer);
   const double volume = cell_volume(body.grid);
-  std::size_t next = 0;
-  for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell) {
-    if (!body.is_matter(cell))
-      continue;
-    const std::size_t c = next++;
-    const FieldsOfCells::Values of_cell = fields(cell);
-    const Tensor &e = of_cell.strain, &s = of_cell.stress;
-    of.volume[c] = body.tissue_of(cell) * volume * ratio(u, cell);
-    const Vec3 principal = principal_values(e);
-    of.largest_strain[c] = principal[0];
-    of.smallest_strain[c] = principal[2];
-    const Vec3 fibre = body.fibre_of(cell);
-    if (has_fibres)
-      of.fibre_strain[c] = along(e, fibre);
-    if (!has_stress)
-      continue;
-    if (has_fibres)
-      of.fibre_stress[c] = along(s, fibre);
-    of.pressure[c] = -(s[0] + s[1] + s[2]) / 3;
-    of.von_mises[c] = of_cell.von_mises;
-    const auto on_grid = static_cast<std::size_t>(cell);
-    of.energy[c] =
-        has_energy ? cell_energy[on_grid]
-                   : body.tissue_of(cell) * volume *
-                         energy_of_means(e, s, scene.contracts() ? scene.active_stress[on_grid] : 0, fibre);
-  }
+  for_parts_of_grid(body, threads, [&](std::int64_t first, std::int64_t end, std::size_t place) {
+    FieldsOfCells fields(scene, answer);
+    for (std::int64_t cell = first; cell < end; ++cell) {
+      if (!body.is_matter(cell))
+        continue;
+      const std::size_t c = place++;
+      const FieldsOfCells::Values of_cell = fields(cell);
+      const Tensor &e = of_cell.strain, &s = of_cell.stress;
+      of.volume[c] = body.tissue_of(cell) * volume * ratio(u, cell);
+      const Vec3 principal = principal_values(e);
+      of.largest_strain[c] = principal[0];
+      of.smallest_strain[c] = principal[2];
+      const Vec3 fibre = body.fibre_of(cell);
+      if (has_fibres)
+        of.fibre_strain[c] = along(e, fibre);
+      if (!has_stress)
+        continue;
+      if (has_fibres)
+        of.fibre_stress[c] = along(s, fibre);
+      of.pressure[c] = -(s[0] + s[1] + s[2]) / 3;
+      of.von_mises[c] = of_cell.von_mises;
+      const auto on_grid = static_cast<std::size_t>(cell);
+      const double active = scene.contracts() ? scene.active_stress[on_grid] : 0;
+      of.energy[c] = has_energy ? cell_energy[on_grid]
+                                : body.tissue_of(cell) * volume * energy_of_means(e, s, active, fibre);
+    }
+  });
   return of;
 }
 
@@ -158,13 +177,14 @@ struct CellsOfPart {
 
 } // namespace
 
-Mechanics mechanics_of(const Scene& scene, const Answer& answer, std::vector<double> cell_energy) {
+Mechanics mechanics_of(const Scene& scene, const Answer& answer, std::vector<double> cell_energy,
+                       int threads) {
   const Specimen& body = scene.specimen;
   if (cell_energy.empty())
     cell_energy = answer.cell_energy;
   Mechanics mechanics = resultants_of(scene, answer);
   mechanics.energy_is_of_means = cell_energy.empty() && has_stress(answer.method);
-  const CellFigures figures = figures_of(scene, answer, cell_energy);
+  const CellFigures figures = figures_of(scene, answer, cell_energy, threads);
   cell_energy = {};
   CellsOfPart all;
   std::map<std::int32_t, CellsOfPart> of_label;

@@ -157,7 +157,8 @@ void add_mechanics(const Scene& scene, Comparison& comparison) {
   for (ComparisonRow& row : comparison.rows) {
     if (!is_under_way(row.answer))
       continue;
-    row.mechanics = mechanics_of(scene, row.answer, deform::cell_energies(scene, row.answer));
+    row.mechanics = mechanics_of(
+        scene, row.answer, deform::cell_energies(scene, row.answer, comparison.threads), comparison.threads);
     if (row.error && !reference)
       reference.emplace(scene, truth->answer, true);
     if (row.error)

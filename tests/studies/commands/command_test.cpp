@@ -52,6 +52,40 @@ TEST(CompareCommandContract, JsonHasTheFieldsOfTheDesign) {
   }
 }
 
+// Truth: the system, which grants no more than its limit.
+TEST(ExplainCommandContract, SaysHowManyVoxelsMergedIntoOneFit) {
+  const test::TemporaryFolder folder;
+  constexpr int n = 96;
+  std::string voxels;
+  for (int z = 0; z < n; ++z)
+    for (int y = 0; y < n; ++y)
+      for (int x = 0; x < n; ++x)
+        voxels += z % 16 < 4 || (x / 8 + y / 8) % 2 == 0 ? '\1' : '\0';
+  folder.write("body.raw", voxels);
+  folder.write("body.mhd", "ObjectType = Image\nNDims = 3\nDimSize = 96 96 96\nElementSpacing = 1 1 1\n"
+                           "ElementType = MET_UCHAR\nElementDataFile = body.raw\n");
+  const auto scene = [&](const std::string& coarsen) {
+    return folder
+        .write("body" + coarsen + ".toml",
+               "[specimen]\nshape = \"image\"\nimage = \"body.mhd\"\ncoarsen = " + coarsen +
+                   "\nlabels = { 1 = { youngs_modulus = \"10 kPa\", poisson_ratio = 0.3, name = \"gel\" } "
+                   "}\n[[hold]]\nwhere = \"z-\"\n[[move]]\nwhere = \"z+\"\nby = [0, 0, \"1 mm\"]\n")
+        .string();
+  };
+  const auto limited = [](const std::string& command) {
+    return shell("ulimit -v 300000; " + std::string(MAILLE_COMMAND) + " " + command);
+  };
+  const Outcome run = limited("explain " + scene("1") + " --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const json result = json::parse(run.out);
+  EXPECT_GT(result.at("run_bytes_at_most"), result.at("available_bytes"));
+  EXPECT_EQ(result.at("coarsen_times_that_fits"), 2);
+  EXPECT_NE(limited("explain " + scene("1")).out.find("with 2 times the scene's `coarsen`"),
+            std::string::npos);
+  EXPECT_FALSE(json::parse(limited("explain " + scene("2") + " --json").out).contains("run_bytes_at_most"));
+  EXPECT_EQ(limited("run " + scene("2")).code, 0);
+}
+
 TEST(CompareCommandContract, JsonMayNameAFileAndNeverTakesTheSceneForIt) {
   const test::TemporaryFolder folder;
   const Outcome to_file = maille("compare " + strip + " --methods limits --reference fem_q1 --json " +

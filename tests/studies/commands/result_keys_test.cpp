@@ -90,7 +90,7 @@ TEST_F(ResultKeysGolden, OfExplain) {
   EXPECT_EQ(keys_of("explain " + strip_file + " --json"),
             "scene dimension shape grid cells nodes links taut_scale_pa " + plausibility +
                 " parts[].name parts[].on parts[].why methods[].method methods[].way "
-                "methods[].bytes_at_most limits_route" +
+                "methods[].bytes_at_most methods[].seconds limits_route" +
                 arrays("scene") + arrays("limits") + arrays("drag"));
   EXPECT_EQ(keys_of("explain " + world_file + " --json"),
             "scene dimension cells method parts[].name parts[].on parts[].why objects[].name objects[].kind "

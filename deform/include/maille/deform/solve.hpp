@@ -65,7 +65,7 @@ private:
 /// methods Answer::cell_energy.
 /// @param answer  of solve(scene, ...)
 /// Cost  O(cells); no method computes it by itself
-std::vector<double> cell_energies(const Scene& scene, const Answer& answer);
+std::vector<double> cell_energies(const Scene& scene, const Answer& answer, int threads = 1);
 
 /// The memory that a method is expected to hold at its peak, at most [bytes]; 0 for a method that is not
 /// known.

@@ -51,9 +51,11 @@ struct Mechanics {
 
 /// @param cell_energy  of every cell of the grid [J], see deform::cell_energies; empty: Answer::cell_energy,
 ///         and where that is empty too, half of mean stress by mean strain
+/// @param threads the figures are the same for any number
 /// @pre the answer has a displacement
 /// Cost  O(cells), about 1 us and 60 bytes each
-Mechanics mechanics_of(const Scene& scene, const Answer& answer, std::vector<double> cell_energy = {});
+Mechanics mechanics_of(const Scene& scene, const Answer& answer, std::vector<double> cell_energy = {},
+                       int threads = 1);
 
 /// Its holds, moves and loads alone. Cost  O(prescribed, nodes of matter where there is gravity)
 Mechanics resultants_of(const Scene& scene, const Answer& answer);
