@@ -166,7 +166,7 @@ vtkSmartPointer<vtkDataSet> data_set_of(const Scene& scene, const ExportFields& 
 
 /// @pre 3D; strains are in the frame of the grid
 fs::path write_in_pieces(const Scene& scene, const ExportFields& fields, const fs::path& stem) {
-  constexpr int pieces_of_file = 3;
+  constexpr int pieces_of_file = 6;
   const std::vector<Layers> pieces = pieces_of(scene.specimen, fields.most_cells / pieces_of_file);
   fs::path list = stem;
   list += ".pvtu";
