@@ -32,7 +32,7 @@ struct ExportFields {
   const std::vector<std::array<double, 6>>* cell_strain = nullptr;
   bool has_stress = true;              ///< false: no Stress, VonMises, FiberStress and NodalStress
   LengthUnit unit = LengthUnit::metre; ///< of places and displacements in the file; all else is in SI units
-  std::int64_t most_cells = 3'000'000; ///< of matter; a body of more is written in pieces of a sixth
+  std::int64_t most_cells = 3'000'000; ///< of matter; a body of more is written in pieces of a sixth of it
   int threads = 1;                     ///< of them one writes a piece
 
   /// Everything that an answer has to show: stress of methods that know one.
@@ -53,8 +53,8 @@ struct ExportFields {
 /// @throws std::invalid_argument  a displacement is missing or does not fit the scene's grid
 /// @throws std::filesystem::filesystem_error, std::runtime_error  the file could not be written; the message
 ///         has the path. A file appears whole or not at all: it is written beside its place and renamed.
-/// Cost        O(cells); of a body in one file about five times the displacement's bytes while it runs, of one
-///             in pieces half a GB a thread
+/// Cost        O(cells); of a body in one file about five times the displacement's bytes while it runs, in
+///             pieces half a GB a thread
 /// Repeatable  same input, same bytes
 std::filesystem::path write_vtk(const Scene& scene, const ExportFields& fields,
                                 const std::filesystem::path& stem);
