@@ -133,6 +133,11 @@ std::string reason_not_to_begin(const Way& way, const Scene& scene, const Contro
   if (reason.empty() &&
       (way.method != Method::coupled || !reason_of_memory(way.name(), most, control).empty()))
     reason = reason_of_memory(way.name(), way.bytes(scene) - held, control);
+  if (control.communicator != nullptr) {
+    const std::vector<int> are_refused = from_every_rank(*control.communicator, reason.empty() ? 0 : 1);
+    if (reason.empty() && std::ranges::find(are_refused, 1) != are_refused.end())
+      reason = "another rank has no memory for it";
+  }
   return reason;
 }
 
@@ -183,7 +188,14 @@ const std::vector<std::string_view>& methods() {
   return names;
 }
 
-Answer solve(const Scene& scene, std::string_view method, const Control& control) {
+bool is_for_all_ranks(const Scene& scene, std::string_view method, int n_ranks) {
+  return method == to_string(Method::coupled) && is_shared_by_ranks(scene, n_ranks);
+}
+
+Answer solve(const Scene& scene, std::string_view method, const Control& asked) {
+  Control control = asked;
+  if (asked.communicator != nullptr && !is_for_all_ranks(scene, method, asked.communicator->size()))
+    control.communicator = nullptr;
   for (const Way& way : ways)
     if (way.name() == method)
       return scene.sliding.empty() ? solve_by(way, scene, control, 0, way.solve)
@@ -206,7 +218,9 @@ ElasticBody::ElasticBody(ElasticBody&&) noexcept = default;
 ElasticBody& ElasticBody::operator=(ElasticBody&&) noexcept = default;
 ElasticBody::~ElasticBody() = default;
 
-Answer ElasticBody::answer(const Scene& scene, const Control& control) {
+Answer ElasticBody::answer(const Scene& scene, const Control& asked) {
+  Control control = asked;
+  control.communicator = nullptr; // what is kept is of one process
   if (!scene.sliding.empty())
     return solve(scene, Method::coupled, control);
   const auto way = std::ranges::find(ways, Method::coupled, &Way::method);

@@ -139,7 +139,7 @@ CellProducts::CellProducts(const MaskedLevel& level, const LatticeElasticity& el
                            const CellComplex& fine, const Coarsened& coarsened, ThreadTeam& team)
     : assembly(fine, coarsened), level_(level), elasticity_(elasticity), grid_(grid), fine_(fine) {
   find_plain_slots(team);
-  if (elasticity.kinds().size() > most_kinds_remembered) {
+  if (elasticity.n_kinds() > most_kinds_remembered) {
     const bool bends =
         std::ranges::any_of(elasticity.kinds(), [](const auto& kind) { return kind.thin != 0; });
     of_coefficients_ = LinearProducts(MaskedOperator::coefficients_of(bends), team);
@@ -287,59 +287,83 @@ private:
   List<Eigen::Matrix<float, 24, 24>> products_;
 };
 
-/// Numbers of the patterns that enough pieces have, in the order in which they are met.
-std::unordered_map<std::uint64_t, std::int32_t> common_patterns(const List<std::uint64_t>& of_piece) {
-  std::unordered_map<std::uint64_t, std::int32_t> uses, numbers;
+/// The patterns that enough pieces have, in the order in which they are met; none where most pieces have
+/// others.
+List<std::uint64_t> common_patterns(const List<std::uint64_t>& of_piece) {
+  std::unordered_map<std::uint64_t, std::int32_t> uses;
+  List<std::uint64_t> patterns;
   for (const std::uint64_t pattern : of_piece)
     if (pattern != 0 && ++uses[pattern] == fewest_pieces_of_a_pattern)
-      numbers.emplace(pattern, static_cast<std::int32_t>(numbers.size()));
-  return numbers;
+      patterns.push_back(pattern);
+  std::size_t n_alike = 0;
+  for (const std::uint64_t pattern : patterns)
+    n_alike += static_cast<std::size_t>(uses[pattern]);
+  return 2 * n_alike < of_piece.size() ? List<std::uint64_t>() : patterns;
 }
 
 } // namespace
 
 CoarseOperator MaskedLevel::galerkin_product(const CellComplex& fine, const Coarsened& coarsened,
-                                             bool by_patterns, ThreadTeam& team) const {
+                                             bool by_patterns, ThreadTeam& team, const SharedPieces* shared,
+                                             const List<ComplexCell>* pieces_of_all) const {
   const CellProducts products(*this, elasticity_, scene_.specimen.grid, fine, coarsened, team);
   const PieceAssembly& assembly = products.assembly;
-  List<std::int32_t> all(assembly.n_pieces());
-  std::iota(all.begin(), all.end(), 0);
   const auto matrix = [&](std::size_t number, const Piece& piece, PieceMatrix& memory) {
     return products.matrix(number, piece, memory);
   };
-  List<std::uint64_t> of_piece(by_patterns ? all.size() : 0);
-  PatternedPieces pieces;
-  constexpr int slabs_worth_threads = 12, thickest = 4;
-  pieces.first_of_slab =
-      assembly.slabs_of(all, std::clamp(assembly.n_planes() / slabs_worth_threads, 1, thickest));
+  const auto slabs_for_threads = [](std::span<const std::int32_t> pieces, const List<ComplexCell>& cells) {
+    constexpr int slabs_worth_threads = 12, thickest = 4;
+    const int planes = cells.empty() ? 0 : cells.back().at[2] + 1;
+    return slabs_of(pieces, cells, std::clamp(planes / slabs_worth_threads, 1, thickest));
+  };
+  const auto numbered = [](std::size_t first, std::size_t end) {
+    List<std::int32_t> numbers(end - first);
+    std::iota(numbers.begin(), numbers.end(), static_cast<std::int32_t>(first));
+    return numbers;
+  };
+  // The pieces that its own rows are made of.
+  const List<std::int32_t> known = shared == nullptr ? numbered(0, assembly.n_pieces())
+                                                     : numbered(shared->first_known(), shared->end_piece());
+  List<std::uint64_t> of_known(by_patterns ? known.size() : 0), of_all;
   if (by_patterns)
-    for_slabs(pieces.first_of_slab, team, [&](std::size_t first, std::size_t end) {
+    for_slabs(slabs_for_threads(known, coarsened.complex.cells), team, [&](std::size_t first, std::size_t end) {
       for (std::size_t i = first; i < end; ++i)
-        of_piece[i] = products.pattern(i);
+        of_known[i] = products.pattern(static_cast<std::size_t>(known[i]));
     });
-  const auto numbers = common_patterns(of_piece);
+  if (shared != nullptr && by_patterns)
+    of_all = shared->gather(of_known);
+  const List<std::uint64_t>& of_piece = shared == nullptr ? of_known : of_all;
+  const List<std::uint64_t> patterns = slabs_.from_first(common_patterns(of_piece));
+  std::unordered_map<std::uint64_t, std::int32_t> numbers;
+  for (const std::uint64_t pattern : patterns)
+    numbers.emplace(pattern, static_cast<std::int32_t>(numbers.size()));
   List<std::int32_t> others;
-  pieces.pieces.reserve(all.size());
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    PatternedPiece& piece = pieces.pieces.emplace_back();
-    std::ranges::copy(coarsened.complex.cells[i].vertex, piece.vertex);
-    const auto known = by_patterns ? numbers.find(of_piece[i]) : numbers.end();
-    if (known != numbers.end())
-      piece.pattern = known->second;
-    else
-      others.push_back(static_cast<std::int32_t>(i));
+  for (std::size_t i = 0; i < known.size(); ++i)
+    if (numbers.empty() || !numbers.contains(of_known[i]))
+      others.push_back(known[i]);
+  BlockMatrix blocks = assembly.sum_of_pieces(others, team, matrix);
+  if (shared != nullptr)
+    blocks = shared->gather(blocks);
+  PatternedPieces pieces;
+  if (!slabs_.is_first())
+    return CoarseOperator(std::move(blocks));
+  const List<ComplexCell>& cells = shared == nullptr ? coarsened.complex.cells : *pieces_of_all;
+  pieces.first_of_slab = slabs_for_threads(numbered(0, cells.size()), cells);
+  pieces.pieces.resize(cells.size());
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    std::ranges::copy(cells[i].vertex, pieces.pieces[i].vertex);
+    const auto number = numbers.empty() ? numbers.end() : numbers.find(of_piece[i]);
+    if (number != numbers.end())
+      pieces.pieces[i].pattern = number->second;
   }
-  if (2 * others.size() > all.size() || numbers.empty()) {
-    for (PatternedPiece& piece : pieces.pieces)
-      piece.pattern = PatternedPiece::no_pattern;
-    return CoarseOperator(assembly.sum_of_pieces(all, team, matrix), std::move(pieces));
-  }
+  if (numbers.empty())
+    return CoarseOperator(std::move(blocks), std::move(pieces));
   pieces.set_by_pattern(team);
   pieces.matrices = AlignedArray<float>(PatternedPieces::matrix_size * numbers.size());
   for (const auto& [pattern, number] : numbers)
     put_matrix(products.matrix(pattern),
                pieces.matrices.data() + PatternedPieces::matrix_size * static_cast<std::size_t>(number));
-  return CoarseOperator(assembly.sum_of_pieces(others, team, matrix), std::move(pieces));
+  return CoarseOperator(std::move(blocks), std::move(pieces));
 }
 
 CoarseOperator galerkin_product(const CoarseOperator& A, const CellComplex& fine, const Coarsened& coarsened,

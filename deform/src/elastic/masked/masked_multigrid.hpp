@@ -8,6 +8,7 @@
 #include "elastic/multigrid/multigrid.hpp"
 
 #include <numeric>
+#include <optional>
 #include <utility>
 
 namespace maille::deform {
@@ -102,6 +103,8 @@ private:
 /// coarser grids are corrected twice, by steps of the right length (conjugate gradients): what the first
 /// correction is short of, the second makes good.
 ///
+/// Ranks share the finest level; coarser ones are on the first.
+///
 /// Cost    the finest of the coarser grids, of an eighth to a fifth as many vertices as nodes, has a matrix
 ///         for each pattern of matter in a piece, the others some 27 blocks of 36 bytes a vertex; where
 ///         matter is different from cell to cell, all have blocks. The finest two levels have most of the
@@ -123,33 +126,28 @@ public:
   void renew_matter();
   /// finest().u = one cycle for A u = finest().f from nothing; changes r. @return u . f
   double precondition();
-  /// Calls work(first entry, how many) for all parts of a field of the finest level. @return the sum of what
-  /// it returns
-  template<class Work>
-  double sum_over_parts(Work&& work) {
-    finest_->for_each_part(team(), [&](std::int64_t first, std::int64_t n, int part) {
-      sums_[static_cast<std::size_t>(part)] = work(first, n);
-    });
-    return std::accumulate(sums_.begin(), sums_.end(), 0.0);
-  }
 
 private:
   class Directions;
   double largest_eigenvalue();
   void build(int steps);
+  CellComplex build_by_ranks(int steps);
   CoarseOperator operator_above_finest(const CellComplex& fine, Coarsened& coarsened);
   void round_operators(int steps);
   void correct(std::size_t level);
   void go_down_from_finest();
   void add_up_residuals();
+  const List<PatternedPiece>& pieces() const { ///< that the body's own nodes are interpolated from
+    return shared_ ? shared_->pieces() : level(0).A().pieces().pieces;
+  }
   double come_up_to_finest();
 
   std::unique_ptr<MaskedLevel> finest_;
   SlotInterpolation to_finest_;
+  std::optional<SharedPieces> shared_; ///< of the first coarser grid, where ranks share the finest
   std::vector<float> weights_; ///< of the finest level's relaxation steps
   double largest_ = 0;         ///< eigenvalue of the finest level, as of the others
   bool has_penalties_ = false;
-  std::vector<double> sums_;
 };
 
 /// Residual, correction and image are the fields f, u and r of the multigrid.

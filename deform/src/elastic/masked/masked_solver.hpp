@@ -46,7 +46,9 @@ double largest_contrast(const Scene& scene);
 class MaskedBody : public KeptHierarchy {
 public:
   /// @param scene its matter counts; it and the team must outlive this
-  MaskedBody(const Scene& scene, const std::vector<Prescribed>& prescribed, ThreadTeam& team);
+  /// @param all see Slabs
+  MaskedBody(const Scene& scene, const std::vector<Prescribed>& prescribed, ThreadTeam& team,
+             Communicator* all = nullptr);
 
   /// Makes it one for a question that fixes other components.
   /// @return false where it is better made anew: too much is fixed that was not, or the other way round
@@ -57,6 +59,11 @@ public:
   void set_fixed(const std::vector<Prescribed>& prescribed);
   bool take_materials(double ratio) override;
 
+private:
+  MaskedBody(const Scene& scene, const std::vector<Prescribed>& prescribed, ThreadTeam& team,
+             const Slabs& slabs);
+
+public:
   LatticeElasticity elasticity;
   MaskedMultigrid multigrid;
   MaskedGradients fields;
@@ -80,6 +87,7 @@ public:
   /// Energy, and what holds every prescribed component of the scene there.
   void find_energy_and_reactions(const Displacement& u, Answer& answer);
   MaskedMultigrid& multigrid() { return body_.multigrid; }
+  const Slabs& slabs() const { return body_.multigrid.finest().slabs(); }
   const LatticeElasticity& elasticity() const { return body_.elasticity; }
 
 private:
@@ -98,6 +106,7 @@ private:
   MaskedBody& body_;
   Loads loads_;
   std::unique_ptr<MixedGradients> gradients_;
+  std::vector<double> energies_;     ///< of planes of nodes
   double energy_ = 0;                ///< u . K u when forces were found the last time [J]
   List<double> held_;                ///< what pulled at the scene's prescribed components then [N]
   bool are_forces_of_state_ = false; ///< no step was taken since they were found
