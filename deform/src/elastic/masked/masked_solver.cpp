@@ -226,7 +226,7 @@ void MaskedSolver::find_forces(const Displacement& u, const Visit& visit) {
           const int n = row.nodes;
           const double* const forces = window.forces[c] + (node - window.first_node);
           for (int i = 0; i < n; ++i)
-            part.energy += u(c, static_cast<std::size_t>(node + i)) * forces[i];
+            part.energy += u(c, node - first_node() + i) * forces[i];
           visit(c, static_cast<std::int64_t>(c) * level.component_stride() + row.slot,
                 static_cast<std::size_t>(node), n, forces);
         }
@@ -285,10 +285,21 @@ void MaskedSolver::finish_round(Displacement& u) {
   for_each_row([&](std::size_t c, std::int64_t at, std::size_t node, int n) {
     const double factor = gradients_->scale() / level.scale()[c];
     const float* const state = body_.fields.state() + at;
-    double* const of_u = u.component(c).data() + node;
+    double* const of_u = u.component(c).data() + (static_cast<std::int64_t>(node) - first_node());
     for (int i = 0; i < n; ++i)
       of_u[i] += factor * double{state[i]};
   });
+}
+
+Displacement MaskedSolver::initial_part() const {
+  const Grid& grid = task_.scene.specimen.grid;
+  const auto [first, end] = slabs().layers();
+  const std::int64_t n = grid.node({0, 0, end + 1}) - first_node();
+  Displacement u(3, static_cast<std::size_t>(n));
+  for (const Prescribed& p : task_.prescribed)
+    if (const std::int64_t at = p.node - first_node(); at >= 0 && at < n)
+      u(p.component, at) = p.value;
+  return u;
 }
 
 CoupledRound MaskedSolver::solve(Displacement& u, Answer& answer) {
@@ -319,8 +330,39 @@ void MaskedSolver::find_energy_and_reactions(const Displacement& u, Answer& answ
   }
 }
 
+namespace {
+
+/// The whole state stands nowhere before the hierarchy is gone.
+bool solve_by_ranks(const CoupledTask& task, Answer& answer) {
+  auto solver = std::make_unique<MaskedSolver>(task);
+  answer.seconds.setup = task.clock.seconds();
+  Displacement part = solver->initial_part();
+  const CoupledRound end = solver->solve(part, answer);
+  if (end != CoupledRound::stalled)
+    solver->find_energy_and_reactions(part, answer);
+  const Slabs slabs = solver->slabs();
+  solver.reset();
+  if (end == CoupledRound::stalled)
+    return solve_coupled_body(task, answer); // whole, on every rank
+  const Grid& grid = task.scene.specimen.grid;
+  answer.displacement = Displacement(grid);
+  const std::int64_t first = grid.node({0, 0, slabs.own().first}), n = grid.node({0, 0, slabs.own().end}) - first;
+  for (std::size_t c = 0; c < 3; ++c) {
+    std::copy_n(part.component(c).data() + (first - grid.node({0, 0, slabs.layers().first})), n,
+                answer.displacement.component(c).data() + first);
+    slabs.gather_planes(answer.displacement.component(c));
+  }
+  if (end != CoupledRound::finished)
+    answer.reaction.clear();
+  return end == CoupledRound::finished;
+}
+
+} // namespace
+
 bool solve_coupled_masked(const CoupledTask& task, Answer& answer) {
   answer.algorithm = "lattice elasticity, conjugate gradients around multigrid of the body's pieces";
+  if (task.control.communicator != nullptr)
+    return solve_by_ranks(task, answer);
   answer.displacement = task.initial_state();
   MaskedSolver solver(task);
   answer.seconds.setup = task.clock.seconds();
@@ -329,8 +371,6 @@ bool solve_coupled_masked(const CoupledTask& task, Answer& answer) {
     const CoupledRound end = solver.solve(answer.displacement, answer);
     if (end == CoupledRound::stalled)
       return solve_coupled_body(task, answer);
-    for (std::size_t c = 0; c < 3; ++c)
-      solver.slabs().gather_planes(answer.displacement.component(c));
     is_converged = end == CoupledRound::finished;
     solver.find_energy_and_reactions(answer.displacement, answer);
     if (!is_converged)

@@ -88,6 +88,8 @@ public:
   void find_energy_and_reactions(const Displacement& u, Answer& answer);
   MaskedMultigrid& multigrid() { return body_.multigrid; }
   const Slabs& slabs() const { return body_.multigrid.finest().slabs(); }
+  /// Where to begin, of the planes that a rank knows.
+  Displacement initial_part() const;
   const LatticeElasticity& elasticity() const { return body_.elasticity; }
 
 private:
@@ -99,6 +101,9 @@ private:
   template<class Visit>
   void find_forces(const Displacement& u, const Visit& visit);
 
+  std::int64_t first_node() const { ///< of displacements
+    return task_.scene.specimen.grid.node({0, 0, slabs().layers().first});
+  }
   static MaskedBody& body_of(const CoupledTask& task, std::unique_ptr<MaskedBody>& own);
 
   const CoupledTask& task_;

@@ -70,7 +70,7 @@ LatticeElasticity::LatticeElasticity(const Scene& scene, ThreadTeam& team)
 
 LatticeElasticity::LatticeElasticity(const Scene& scene, ThreadTeam& team, LayerRange layers)
     : scene_(scene), grid_(scene.specimen.grid), first_cell_(grid_.cell({0, 0, layers.first})),
-      end_cell_(grid_.cell({0, 0, layers.end})), springs_(nodal_springs(scene)) {
+      end_cell_(grid_.cell({0, 0, layers.end})), first_node_(grid_.node({0, 0, layers.first})), springs_(nodal_springs(scene)) {
   find_kinds(team);
 }
 
@@ -339,7 +339,7 @@ void LatticeElasticity::apply_to_layer(const Displacement& u, const std::array<d
     bool is_moved = false; // at the start of a solve next to nothing is
     for (int b = 0; b < dimension; ++b)
       for (int corner = 0; corner < corners; ++corner) {
-        const double value = u(b, node + static_cast<std::size_t>(offset[corner]));
+        const double value = u(b, static_cast<std::int64_t>(node) - first_node_ + offset[corner]);
         of_u[b * corners + corner] = value;
         is_moved = is_moved || value != 0;
       }
@@ -379,7 +379,7 @@ void LatticeElasticity::add_run(const Displacement& u, const std::array<double*,
                                 std::int64_t first_node, const Kind& of, std::int64_t node,
                                 std::int64_t n) const {
   const auto is_at_rest = [&](std::size_t c, std::int64_t row) {
-    const double* const first = u.component(c).data() + node + row;
+    const double* const first = u.component(c).data() + (node - first_node_) + row;
     return std::all_of(first, first + n + 1, [](double value) { return value == 0; });
   };
   bool rests = true; // as all does before the first step, but for what is prescribed
@@ -398,7 +398,7 @@ void LatticeElasticity::add_run(const Displacement& u, const std::array<double*,
   run.next_z = grid_.stride(2);
   for (std::size_t c = 0; c < 3; ++c) {
     run.per_length[c] = 1 / grid_.spacing()[c];
-    run.u[c] = u.component(c).data() + node;
+    run.u[c] = u.component(c).data() + (node - first_node_);
     run.forces[c] = forces[c] + (node - first_node);
   }
   add_run_forces(run);

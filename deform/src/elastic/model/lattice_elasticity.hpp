@@ -48,7 +48,8 @@ public:
   explicit LatticeElasticity(const Scene& scene);
   LatticeElasticity(const Scene& scene, ThreadTeam& team);
   /// Of some layers of cells in 3D, about which alone it may be asked. Few kinds are those of the whole
-  /// scene, with its numbers; if they are many, those of the layers.
+  /// scene, with its numbers; if they are many, those of the layers. Displacements are of planes of nodes
+  /// from the lowest one of the layers on.
   LatticeElasticity(const Scene& scene, ThreadTeam& team, LayerRange layers);
 
   /// The scene's materials have other constants now; what cells are of is the same.
@@ -132,6 +133,7 @@ private:
   const Scene& scene_;
   const Grid& grid_;
   std::int64_t first_cell_ = 0, end_cell_; ///< that are known
+  std::int64_t first_node_ = 0;            ///< of displacements
   bool has_few_kinds_ = true;
   List<Kind> kinds_;
   /// Per known cell; both empty: all of the first kind.
