@@ -138,10 +138,12 @@ std::string reason_to_refuse_coupled(const Scene& scene) {
 }
 
 bool is_shared_by_ranks(const Scene& scene, int n_ranks) {
+  constexpr std::int64_t fewest_cells = 1000; // so the first of the coarser grids is never solved directly
   return n_ranks > 1 && scene.dimension() == 3 && !is_uniform_box(scene) && scene.tied.ties.empty() &&
-         scene.sliding.empty() && scene.springs.empty() && !in_blocks(scene) && !scene.limits_bind_coupled() &&
-         scene.relaxation.extrapolation == Extrapolation::none &&
-         scene.specimen.grid.cells()[2] / Slabs::planes_per_unit >= n_ranks;
+         scene.sliding.empty() && scene.springs.empty() && !in_blocks(scene) &&
+         !scene.limits_bind_coupled() && scene.relaxation.extrapolation == Extrapolation::none &&
+         scene.specimen.grid.cells()[2] / Slabs::planes_per_unit >= n_ranks &&
+         scene.specimen.n_matter_cells() >= fewest_cells;
 }
 
 Answer solve_coupled(const Scene& scene, const Control& control, KeptBody* kept) {

@@ -97,9 +97,9 @@ TEST(RanksReference, ManySmallPieces) { // which coarsening joins wherever they 
 }
 
 TEST(RanksReference, ThinMatterAndASingleColumn) {
-  Scene sheet = test::carved_body({1, 24, 40}, test::Fibres::slanted);
+  Scene sheet = test::carved_body({1, 40, 40}, test::Fibres::slanted);
   expect_same_bits(sheet, {2, 4});
-  expect_same_bits(test::carved_body({2, 1, 64}, test::Fibres::none), {3});
+  expect_same_bits(test::carved_body({4, 5, 64}, test::Fibres::none), {3, 16});
 }
 
 /// The share of a process in memory, as its arena counts it, and that of one alone.
@@ -134,7 +134,7 @@ TEST(RanksContract, TheFirstSaysWhenToStop) {
 TEST(RanksContract, OthersAreAnsweredByEveryRank) {
   const Scene box = test::two_blocks(6, 3); // whole
   EXPECT_FALSE(is_for_all_ranks(box, "coupled", 2));
-  const Scene body = test::carved_body({5, 5, 9}, test::Fibres::none);
+  const Scene body = test::carved_body({15, 15, 9}, test::Fibres::none);
   EXPECT_FALSE(is_for_all_ranks(body, "relaxed", 2));
   EXPECT_FALSE(is_for_all_ranks(body, "coupled", 3)); // too few planes
   const Answer alone = solve(body, "coupled", {});

@@ -304,66 +304,78 @@ List<std::uint64_t> common_patterns(const List<std::uint64_t>& of_piece) {
 } // namespace
 
 CoarseOperator MaskedLevel::galerkin_product(const CellComplex& fine, const Coarsened& coarsened,
-                                             bool by_patterns, ThreadTeam& team, const SharedPieces* shared,
-                                             const List<ComplexCell>* pieces_of_all) const {
+                                             bool by_patterns, ThreadTeam& team) const {
+  return galerkin_product(fine, coarsened, nullptr, by_patterns, team, coarsened.complex.cells, nullptr);
+}
+
+CoarseOperator MaskedLevel::galerkin_product(const CellComplex& fine, const Coarsened& coarsened,
+                                             const SharedPieces* shared, bool by_patterns, ThreadTeam& team,
+                                             const List<ComplexCell>& cells_of_all,
+                                             CoarseOperator* whole) const {
   const CellProducts products(*this, elasticity_, scene_.specimen.grid, fine, coarsened, team);
   const PieceAssembly& assembly = products.assembly;
+  const List<ComplexCell>& cells = coarsened.complex.cells;
   const auto matrix = [&](std::size_t number, const Piece& piece, PieceMatrix& memory) {
     return products.matrix(number, piece, memory);
-  };
-  const auto slabs_for_threads = [](std::span<const std::int32_t> pieces, const List<ComplexCell>& cells) {
-    constexpr int slabs_worth_threads = 12, thickest = 4;
-    const int planes = cells.empty() ? 0 : cells.back().at[2] + 1;
-    return slabs_of(pieces, cells, std::clamp(planes / slabs_worth_threads, 1, thickest));
   };
   const auto numbered = [](std::size_t first, std::size_t end) {
     List<std::int32_t> numbers(end - first);
     std::iota(numbers.begin(), numbers.end(), static_cast<std::int32_t>(first));
     return numbers;
   };
+  const auto slabs_for_threads = [&](const List<ComplexCell>& of, std::size_t first, std::size_t end) {
+    constexpr int slabs_worth_threads = 12, thickest = 4;
+    const int planes = (scene_.specimen.grid.cells()[2] + 1) / 2;
+    return slabs_of(numbered(first, end), of, std::clamp(planes / slabs_worth_threads, 1, thickest));
+  };
   // The pieces that its own rows are made of.
-  const List<std::int32_t> known = shared == nullptr ? numbered(0, assembly.n_pieces())
-                                                     : numbered(shared->first_known(), shared->end_piece());
-  List<std::uint64_t> of_known(by_patterns ? known.size() : 0), of_all;
+  const std::size_t first_known = shared == nullptr ? 0 : shared->first_known(),
+                    end_known = shared == nullptr ? cells.size() : shared->end_known();
+  List<std::uint64_t> of_known(by_patterns ? end_known - first_known : 0), of_all;
   if (by_patterns)
-    for_slabs(slabs_for_threads(known, coarsened.complex.cells), team, [&](std::size_t first, std::size_t end) {
-      for (std::size_t i = first; i < end; ++i)
-        of_known[i] = products.pattern(static_cast<std::size_t>(known[i]));
-    });
+    for_slabs(slabs_for_threads(cells, first_known, end_known), team,
+              [&](std::size_t first, std::size_t end) {
+                for (std::size_t i = first; i < end; ++i)
+                  of_known[i] = products.pattern(first_known + i);
+              });
   if (shared != nullptr && by_patterns)
     of_all = shared->gather(of_known);
-  const List<std::uint64_t>& of_piece = shared == nullptr ? of_known : of_all;
-  const List<std::uint64_t> patterns = slabs_.from_first(common_patterns(of_piece));
+  const List<std::uint64_t> patterns =
+      slabs_.from_first(common_patterns(shared == nullptr ? of_known : of_all));
   std::unordered_map<std::uint64_t, std::int32_t> numbers;
   for (const std::uint64_t pattern : patterns)
     numbers.emplace(pattern, static_cast<std::int32_t>(numbers.size()));
+  /// Of cells, of which some from `first` on have patterns.
+  const auto pieces_of = [&](const List<ComplexCell>& of, std::size_t first,
+                             const List<std::uint64_t>& known) {
+    PatternedPieces pieces;
+    pieces.first_of_slab = slabs_for_threads(of, 0, of.size());
+    pieces.pieces.resize(of.size());
+    for (std::size_t i = 0; i < of.size(); ++i)
+      std::ranges::copy(of[i].vertex, pieces.pieces[i].vertex);
+    if (numbers.empty())
+      return pieces;
+    for (std::size_t i = 0; i < known.size(); ++i)
+      if (const auto number = numbers.find(known[i]); number != numbers.end())
+        pieces.pieces[first + i].pattern = number->second;
+    pieces.set_by_pattern(team);
+    pieces.matrices = AlignedArray<float>(PatternedPieces::matrix_size * numbers.size());
+    for (const auto& [pattern, number] : numbers)
+      put_matrix(products.matrix(pattern),
+                 pieces.matrices.data() + PatternedPieces::matrix_size * static_cast<std::size_t>(number));
+    return pieces;
+  };
   List<std::int32_t> others;
-  for (std::size_t i = 0; i < known.size(); ++i)
-    if (numbers.empty() || !numbers.contains(of_known[i]))
-      others.push_back(known[i]);
+  for (std::size_t i = first_known; i < end_known; ++i)
+    if (numbers.empty() || !numbers.contains(of_known[i - first_known]))
+      others.push_back(static_cast<std::int32_t>(i));
   BlockMatrix blocks = assembly.sum_of_pieces(others, team, matrix);
-  if (shared != nullptr)
-    blocks = shared->gather(blocks);
-  PatternedPieces pieces;
-  if (!slabs_.is_first())
-    return CoarseOperator(std::move(blocks));
-  const List<ComplexCell>& cells = shared == nullptr ? coarsened.complex.cells : *pieces_of_all;
-  pieces.first_of_slab = slabs_for_threads(numbered(0, cells.size()), cells);
-  pieces.pieces.resize(cells.size());
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    std::ranges::copy(cells[i].vertex, pieces.pieces[i].vertex);
-    const auto number = numbers.empty() ? numbers.end() : numbers.find(of_piece[i]);
-    if (number != numbers.end())
-      pieces.pieces[i].pattern = number->second;
+  if (shared != nullptr) {
+    BlockMatrix gathered = shared->gather(blocks);
+    if (slabs_.is_first())
+      *whole = CoarseOperator(std::move(gathered), pieces_of(cells_of_all, 0, of_all));
   }
-  if (numbers.empty())
-    return CoarseOperator(std::move(blocks), std::move(pieces));
-  pieces.set_by_pattern(team);
-  pieces.matrices = AlignedArray<float>(PatternedPieces::matrix_size * numbers.size());
-  for (const auto& [pattern, number] : numbers)
-    put_matrix(products.matrix(pattern),
-               pieces.matrices.data() + PatternedPieces::matrix_size * static_cast<std::size_t>(number));
-  return CoarseOperator(std::move(blocks), std::move(pieces));
+  return CoarseOperator(std::move(blocks), pieces_of(cells, first_known, of_known));
 }
 
 CoarseOperator galerkin_product(const CoarseOperator& A, const CellComplex& fine, const Coarsened& coarsened,

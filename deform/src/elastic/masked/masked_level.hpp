@@ -53,12 +53,14 @@ public:
               const std::vector<Prescribed>& prescribed, ThreadTeam& team, const Slabs& slabs);
 
   const Slabs& slabs() const { return slabs_; }
-  void exchange_borders(AlignedArray<float>& field) const {
-    slabs_.exchange_borders(rows_, component_stride(), field.data());
+  void exchange_borders(AlignedArray<float>& field, int above = 1) const {
+    slabs_.exchange_borders(rows_, component_stride(), field.data(), above);
   }
   const MaskedRows& rows() const { return rows_; }
   std::int64_t component_stride() const { return operator_.component_stride; }
-  static constexpr std::int64_t stride_of(std::int32_t n_slots) { return (std::int64_t{n_slots} + 15) / 16 * 16; }
+  static constexpr std::int64_t stride_of(std::int32_t n_slots) {
+    return (std::int64_t{n_slots} + 15) / 16 * 16;
+  }
   std::int64_t field_size() const { return 3 * operator_.component_stride; }
   /// With the padding that loops may read.
   AlignedArray<float> field() const {
@@ -102,11 +104,13 @@ public:
   BlockMatrix springs_as_matrix() const;
   /// The operator between the coarse functions of `coarsened`, which was made of complex(); zero where
   /// components are fixed. @param by_patterns where most pieces are alike
-  /// @param shared of `coarsened`, where ranks share it: then the operator is that of all, `pieces`, and is
-  ///        on the first rank alone
   CoarseOperator galerkin_product(const CellComplex& fine, const Coarsened& coarsened, bool by_patterns,
-                                  ThreadTeam& team, const SharedPieces* shared = nullptr,
-                                  const List<ComplexCell>* pieces = nullptr) const;
+                                  ThreadTeam& team) const;
+  /// The same where ranks share it: the rank's rows. @param whole becomes that of all on the first rank
+  /// @param cells of all, there
+  CoarseOperator galerkin_product(const CellComplex& fine, const Coarsened& coarsened,
+                                  const SharedPieces* shared, bool by_patterns, ThreadTeam& team,
+                                  const List<ComplexCell>& cells, CoarseOperator* whole) const;
   AlignedArray<float> u, f, r;
   /// While coarser grids are made, nobody needs the fields.
   void release_fields() {

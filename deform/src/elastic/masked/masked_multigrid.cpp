@@ -85,10 +85,9 @@ MaskedMultigrid::MaskedMultigrid(std::unique_ptr<MaskedLevel> finest, int steps,
   build(steps);
   for (const auto& level : levels_)
     level->make_fields(true);
-  if (finest_->slabs().is_first()) {
+  if (finest_->slabs().is_first())
     factor_coarsest();
-    round_operators(steps);
-  }
+  round_operators(steps);
   finest_->make_fields();
 }
 
@@ -104,44 +103,52 @@ CoarseOperator MaskedMultigrid::operator_above_finest(const CellComplex& fine, C
   return A;
 }
 
-/// The first of the coarser grids. @return its cells, on the first rank
-CellComplex MaskedMultigrid::build_by_ranks(int steps) {
+/// The first of the coarser grids. @param whole becomes its operator, on the first rank @return its cells,
+/// there
+CellComplex MaskedMultigrid::build_by_ranks(int steps, CoarseOperator& whole) {
   const Slabs& slabs = finest_->slabs();
   const CellComplex fine = finest_->complex(team());
   Coarsened next = coarsen(fine, Joining::faces, team(), true);
   shared_.emplace(slabs, next);
   const auto used = used_vertices(next, finest_->rows().first_slot(slabs.own().first),
                                   finest_->rows().first_slot(slabs.own().end));
-  if (shared_->n_vertices() > worst_coarsening * slabs.sum(static_cast<double>(used))) {
+  if (shared_->n_vertices() > worst_coarsening * slabs.first_of_ranks(static_cast<double>(used)).back()) {
     next = coarsen(fine, Joining::places, team(), true);
     shared_.emplace(slabs, next);
   }
   CellComplex complex = shared_->complex(next);
-  CoarseOperator A =
-      finest_->galerkin_product(fine, next, shared_->n_vertices() > most_vertices_solved_directly, team(),
-                                &*shared_, &complex.cells);
+  CoarseOperator A = finest_->galerkin_product(fine, next, &*shared_, true, team(), complex.cells, &whole);
   to_finest_ = SlotInterpolation(next);
-  if (slabs.is_first())
-    levels_.push_back(std::make_unique<BlockLevel>(std::move(A), Weights(), Weights(), steps, team()));
+  levels_.push_back(std::make_unique<BlockLevel>(std::move(A), shared_->parts(), &*shared_, steps, team()));
   return complex;
 }
 
 void MaskedMultigrid::build(int steps) {
+  CoarseOperator whole{BlockMatrix()}; // of what ranks share
   CellComplex complex =
-      finest_->slabs().are_shared() ? build_by_ranks(steps) : finest_->complex(team());
+      finest_->slabs().are_shared() ? build_by_ranks(steps, whole) : finest_->complex(team());
   while (finest_->slabs().is_first() &&
          (levels_.empty() || complex.n_vertices > most_vertices_solved_directly)) {
     const bool is_finest = levels_.empty();
     Coarsened next = coarsen(complex, Joining::faces, team(), is_finest);
-    if (next.complex.n_vertices > worst_coarsening * static_cast<double>(used_vertices(next, 0, complex.n_vertices)))
+    if (next.complex.n_vertices >
+        worst_coarsening * static_cast<double>(used_vertices(next, 0, complex.n_vertices)))
       next = coarsen(complex, Joining::places, team(), is_finest);
     Weights to_next;
     if (!is_finest)
       to_next = next.interpolation.transposed(next.complex.n_vertices);
     CoarseOperator A = is_finest ? operator_above_finest(complex, next)
-                                 : galerkin_product(levels_.back()->A(), complex, next, to_next, team());
-    levels_.push_back(std::make_unique<BlockLevel>(std::move(A), std::move(next.interpolation),
-                                                   std::move(to_next), steps, team()));
+                                 : galerkin_product(levels_.back()->is_shared() ? whole : levels_.back()->A(),
+                                                    complex, next, to_next, team());
+    whole = CoarseOperator(BlockMatrix());
+    if (is_finest)
+      levels_.push_back(std::make_unique<BlockLevel>(
+          std::move(A),
+          first_entries_of_planes(next.complex.cells, {0, (finest_->rows().layers().end + 1) / 2}), nullptr,
+          steps, team()));
+    else
+      levels_.push_back(std::make_unique<BlockLevel>(std::move(A), std::move(next.interpolation),
+                                                     std::move(to_next), steps, team()));
     complex = std::move(next.complex);
   }
 }
@@ -154,7 +161,8 @@ void MaskedMultigrid::round_operators(int steps) {
   const std::size_t n_twice = std::min(n_levels(), n_corrected_twice);
   for (std::size_t i = 0; i < n_twice; ++i)
     level(i).correct_twice(true);
-  if (n_levels() == 1)
+  const bool is_shared = level(0).is_shared();
+  if (n_levels() == 1 && !is_shared)
     return;
   for (const auto& level : levels_)
     level->relax_in(std::min(steps, most_steps_to_ask));
@@ -162,7 +170,7 @@ void MaskedMultigrid::round_operators(int steps) {
   correct(0);
   for (std::size_t i = 0; i < n_twice; ++i)
     level(i).correct_twice(false); // for the memory
-  for (std::size_t i = n_levels() - 1; i-- > 0;)
+  for (std::size_t i = std::max<std::size_t>(is_shared ? 1 : 0, n_levels() - 1); i-- > 0;)
     level(i).round_operator(team());
   for (std::size_t i = 0; i < n_twice; ++i)
     level(i).correct_twice(true);
@@ -244,15 +252,18 @@ void MaskedMultigrid::set_penalties(const List<SlotLink>& links) {
 /// level(i).u = about the solution of A u = level(i).f; changes that f.
 void MaskedMultigrid::correct(std::size_t i) {
   BlockLevel& here = level(i);
+  BlockLevel* const coarser = i + 1 < n_levels() ? &level(i + 1) : nullptr;
+  const bool is_last = coarser == nullptr && !here.is_shared();
   const auto once = [&] {
-    if (i + 1 == n_levels())
+    if (is_last)
       return cycle(i);
-    here.go_down(level(i + 1), team(), {});
-    correct(i + 1);
-    here.come_up(level(i + 1), team(), nullptr);
+    here.go_down(coarser, team());
+    if (coarser != nullptr)
+      correct(i + 1);
+    here.come_up(coarser, team());
   };
   once();
-  if (i + 1 == n_levels() || !here.is_corrected_twice())
+  if (is_last || !here.is_corrected_twice())
     return;
   here.put_aside(team());
   once();
@@ -261,8 +272,7 @@ void MaskedMultigrid::correct(std::size_t i) {
 
 double MaskedMultigrid::precondition() {
   go_down_from_finest();
-  if (finest_->slabs().is_first())
-    correct(0);
+  correct(0);
   return come_up_to_finest();
 }
 
@@ -277,7 +287,7 @@ void MaskedMultigrid::go_down_from_finest() {
     finest_->exchange_borders(finest_->u);
   }
   finest_->find_residual(team());
-  finest_->exchange_borders(finest_->r);
+  finest_->exchange_borders(finest_->r, 2);
   add_up_residuals();
 }
 
@@ -285,32 +295,30 @@ void MaskedMultigrid::go_down_from_finest() {
 /// need be kept. Planes of nodes in slabs, of which those of every second one have no vertex in common.
 void MaskedMultigrid::add_up_residuals() {
   constexpr int planes_per_slab = 4;
-  AlignedArray<float>& sums = shared_ ? shared_->field() : level(0).f;
-  std::ranges::fill(sums.all(), 0.0F);
+  BlockLevel& coarse = level(0);
+  std::ranges::fill(coarse.f.all(), 0.0F);
+  const auto& pieces = coarse.A().pieces().pieces;
   const MaskedRows& rows = finest_->rows();
-  const int begin = std::max(0, finest_->slabs().own().first - 1), planes = finest_->slabs().own().end;
+  const PlaneRange own = finest_->slabs().own(); // its own vertices are in them, and in those next to them
+  const int begin = std::max(0, own.first - 1), planes = own.end + (finest_->slabs().is_last() ? 0 : 2);
   run_slabs(team(), begin / planes_per_slab, (planes + planes_per_slab - 1) / planes_per_slab, [&](int slab) {
     const int first_plane = std::max(begin, slab * planes_per_slab);
     const std::int32_t end = rows.first_slot(std::min((slab + 1) * planes_per_slab, planes));
-    to_finest_.add_up(pieces(), rows.first_slot(first_plane), end, finest_->r.data(),
-                      finest_->component_stride(), sums.data());
+    to_finest_.add_up(pieces, rows.first_slot(first_plane), end, finest_->r.data(),
+                      finest_->component_stride(), coarse.f.data());
   });
-  if (shared_)
-    shared_->collect(finest_->slabs().is_first() ? level(0).f.data() : nullptr);
 }
 
 /// @return u . f
 double MaskedMultigrid::come_up_to_finest() {
-  if (shared_)
-    shared_->hand_out(finest_->slabs().is_first() ? level(0).u.data() : nullptr);
-  const float* const u = shared_ ? shared_->field().data() : level(0).u.data();
+  const BlockLevel& coarse = level(0);
   const PlaneRange own = finest_->slabs().own();
   const std::int32_t begin = finest_->rows().first_slot(own.first) / block_stride * block_stride,
                      slots = (finest_->rows().first_slot(own.end) + block_stride - 1) / block_stride *
                              block_stride;
   for_rows(slots - begin, team(), [&](std::int32_t first, std::int32_t end) {
-    to_finest_.interpolate(pieces(), begin + first, begin + end, u, finest_->inverse(),
-                           finest_->component_stride(), finest_->u.data());
+    to_finest_.interpolate(coarse.A().pieces().pieces, begin + first, begin + end, coarse.u.data(),
+                           finest_->inverse(), finest_->component_stride(), finest_->u.data());
   });
   finest_->exchange_borders(finest_->u);
   for (std::size_t step = weights_.size(); step-- > 1;) {

@@ -75,8 +75,9 @@ void MaskedRows::place_nodes(const Grid& grid) {
         for (const int cell_y : {y - 1, y}) {
           if (cell_z < layers_.first || cell_z >= layers_.end || cell_y < 0 || cell_y >= cells[1])
             continue;
-          const auto row = static_cast<std::size_t>(cell_y) +
-                           static_cast<std::size_t>(cells[1]) * static_cast<std::size_t>(cell_z - layers_.first);
+          const auto row =
+              static_cast<std::size_t>(cell_y) +
+              static_cast<std::size_t>(cells[1]) * static_cast<std::size_t>(cell_z - layers_.first);
           for (auto i = static_cast<std::size_t>(first_of_row[row]);
                i < static_cast<std::size_t>(first_of_row[row + 1]); ++i)
             reached.emplace_back(runs_[i].first[0], runs_[i].first[0] + runs_[i].cells + 1);

@@ -274,8 +274,9 @@ double MaskedSolver::work_of_loads() {
     const int n = row.nodes;
     for (std::size_t c = 0; c < 3; ++c)
       for (int i = 0; i < n && !loads_[c].empty(); ++i)
-        works[static_cast<std::size_t>(row.first[2] - own.first)] += loads_[c][static_cast<std::size_t>(node + i)] / (level.unit() * level.scale()[c]) *
-               double{direction[static_cast<std::int64_t>(c) * level.component_stride() + row.slot + i]};
+        works[static_cast<std::size_t>(row.first[2] - own.first)] +=
+            loads_[c][static_cast<std::size_t>(node + i)] / (level.unit() * level.scale()[c]) *
+            double{direction[static_cast<std::int64_t>(c) * level.component_stride() + row.slot + i]};
   }
   return level.slabs().total(works);
 }
@@ -346,7 +347,8 @@ bool solve_by_ranks(const CoupledTask& task, Answer& answer) {
     return solve_coupled_body(task, answer); // whole, on every rank
   const Grid& grid = task.scene.specimen.grid;
   answer.displacement = Displacement(grid);
-  const std::int64_t first = grid.node({0, 0, slabs.own().first}), n = grid.node({0, 0, slabs.own().end}) - first;
+  const std::int64_t first = grid.node({0, 0, slabs.own().first}),
+                     n = grid.node({0, 0, slabs.own().end}) - first;
   for (std::size_t c = 0; c < 3; ++c) {
     std::copy_n(part.component(c).data() + (first - grid.node({0, 0, slabs.layers().first})), n,
                 answer.displacement.component(c).data() + first);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <iterator>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -26,8 +27,8 @@ std::vector<int> cuts(const Specimen& body, int n_slabs) {
   }
   std::vector<int> first(1, 0);
   for (int slab = 1; slab < n_slabs; ++slab) {
-    const auto near = static_cast<int>(
-        std::ranges::lower_bound(before, before.back() * slab / n_slabs) - before.begin());
+    const auto near =
+        static_cast<int>(std::ranges::lower_bound(before, before.back() * slab / n_slabs) - before.begin());
     const int unit = std::clamp(near, first.back() / Slabs::planes_per_unit + 1, units - n_slabs + slab);
     first.push_back(unit * Slabs::planes_per_unit);
   }
@@ -78,15 +79,18 @@ double Slabs::largest(double of_own) const {
   return std::ranges::max(of_ranks(of_own));
 }
 
-double Slabs::sum(double of_own) const {
+std::vector<double> Slabs::first_of_ranks(double of_own) const {
   const std::vector<double> numbers = of_ranks(of_own);
-  return std::accumulate(numbers.begin(), numbers.end(), 0.0);
+  std::vector<double> first(1, 0);
+  std::partial_sum(numbers.begin(), numbers.end(), std::back_inserter(first));
+  return first;
 }
 
-std::pair<std::int64_t, std::int64_t> Slabs::before_and_all(std::int64_t of_own) const {
-  const std::vector<double> numbers = of_ranks(static_cast<double>(of_own));
-  return {static_cast<std::int64_t>(std::accumulate(numbers.begin(), numbers.begin() + rank(), 0.0)),
-          static_cast<std::int64_t>(std::accumulate(numbers.begin(), numbers.end(), 0.0))};
+Slabs Slabs::of_pieces() const {
+  Slabs pieces = *this;
+  for (int& first : pieces.first_)
+    first /= 2; // n layers have n + 1 planes, and (n + 1) / 2 planes of pieces
+  return pieces;
 }
 
 void Slabs::gather_planes(std::span<double> field) const {
@@ -107,22 +111,25 @@ void Slabs::gather_planes(std::span<double> field) const {
   all_->exchange(to, from);
 }
 
-void Slabs::exchange_borders(const MaskedRows& rows, std::int64_t stride, float* field) const {
+void Slabs::exchange_borders(const MaskedRows& rows, std::int64_t stride, float* field, int above) const {
   if (!are_shared())
     return;
   struct Border {
-    int rank, own, other; ///< planes
+    int rank;
+    PlaneRange own, other;
     std::vector<float> out, in;
   };
   std::vector<Border> borders;
+  const auto [first, end] = own();
   if (rank() > 0)
-    borders.push_back({rank() - 1, own().first, own().first - 1, {}, {}});
+    borders.push_back({rank() - 1, {first, first + above}, {first - 1, first}, {}, {}});
   if (!is_last())
-    borders.push_back({rank() + 1, own().end - 1, own().end, {}, {}});
-  const auto for_rows = [&](int plane, const auto& visit) {
-    const auto n = static_cast<std::size_t>(rows.first_slot(plane + 1) - rows.first_slot(plane));
+    borders.push_back({rank() + 1, {end - 1, end}, {end, end + above}, {}, {}});
+  const auto for_rows = [&](PlaneRange planes, const auto& visit) {
+    const std::int32_t slot = rows.first_slot(planes.first);
+    const auto n = static_cast<std::size_t>(rows.first_slot(planes.end) - slot);
     for (std::size_t c = 0; c < 3; ++c)
-      visit(c * n, n, field + static_cast<std::int64_t>(c) * stride + rows.first_slot(plane));
+      visit(c * n, n, field + static_cast<std::int64_t>(c) * stride + slot);
     return 3 * n;
   };
   std::vector<Communicator::Part> to, from;
@@ -137,79 +144,70 @@ void Slabs::exchange_borders(const MaskedRows& rows, std::int64_t stride, float*
   }
   all_->exchange(to, from);
   for (const Border& border : borders)
-    for_rows(border.other, [&](std::size_t at, std::size_t n, float* row) {
-      std::copy_n(border.in.data() + at, n, row);
-    });
+    for_rows(border.other,
+             [&](std::size_t at, std::size_t n, float* row) { std::copy_n(border.in.data() + at, n, row); });
 }
 
-/// Vertices have numbers in the order of the first pieces that have them, so of what is known alike on two
-/// ranks they differ by as much as there are on earlier ranks.
+namespace {
+
+std::size_t first_of_plane(const List<ComplexCell>& pieces, int plane) {
+  return static_cast<std::size_t>(
+      std::ranges::lower_bound(pieces, plane, {}, [](const ComplexCell& c) { return c.at[2]; }) -
+      pieces.begin());
+}
+
+} // namespace
+
+List<std::int64_t> first_entries_of_planes(const List<ComplexCell>& pieces, PlaneRange planes) {
+  List<std::int64_t> first;
+  std::int64_t vertices = 0;
+  std::size_t next = 0;
+  for (int plane = planes.first; plane <= planes.end; ++plane) {
+    for (const std::size_t end = first_of_plane(pieces, plane); next < end; ++next)
+      vertices = std::max(vertices, std::int64_t{*std::ranges::max_element(pieces[next].vertex)} + 1);
+    first.push_back(block_stride * vertices);
+  }
+  return first;
+}
+
+/// What two ranks know alike has numbers that differ by as many as there are on earlier ranks.
 SharedPieces::SharedPieces(const Slabs& slabs, const Coarsened& coarsened)
-    : slabs_(slabs),
-      field_(block_stride * static_cast<std::size_t>(coarsened.complex.n_vertices) + 16) {
-  const auto& cells = coarsened.complex.cells;
-  const PlaneRange own = slabs.own_coarse();
-  const auto first_from = [&](int plane) {
-    return static_cast<std::size_t>(
-        std::ranges::lower_bound(cells, plane, {}, [](const ComplexCell& c) { return c.at[2]; }) -
-        cells.begin());
-  };
-  first_known_ = first_from(own.first - 1);
-  first_piece_ = first_from(own.first);
-  end_piece_ = first_from(own.end);
-  const auto vertices_until = [&](std::size_t end) {
-    std::int32_t n = 0;
-    for (std::size_t i = 0; i < end; ++i)
-      n = std::max(n, *std::ranges::max_element(cells[i].vertex) + 1);
-    return n;
-  };
-  of_earlier_ = vertices_until(first_piece_);
-  const auto [before, all] = slabs.before_and_all(vertices_until(end_piece_) - of_earlier_);
-  first_vertex_ = static_cast<std::int32_t>(before);
-  n_vertices_ = static_cast<std::int32_t>(all);
-  List<std::uint8_t> place(static_cast<std::size_t>(coarsened.complex.n_vertices), 0); // bits: row, needed
-  for (const ComplexCell& cell : cells) {
-    std::ranges::copy(cell.vertex, pieces_.emplace_back().vertex);
-    for (int corner = 0; corner < 8; ++corner) {
-      const int plane = cell.at[2] + (corner >> 2);
-      place[static_cast<std::size_t>(cell.vertex[corner])] = static_cast<std::uint8_t>(
-          (plane >= own.first && plane < own.end ? 1 : 0) | (plane >= own.first && plane <= own.end ? 2 : 0));
-    }
-  }
-  List<std::int32_t> rows, needed; // in the first rank's numbers
-  for (std::int32_t v = 0; v < coarsened.complex.n_vertices; ++v) {
-    const std::uint8_t of = place[static_cast<std::size_t>(v)];
-    if ((of & 1) != 0) {
-      rows_.push_back(v);
-      rows.push_back(number(v));
-    }
-    if ((of & 2) != 0) {
-      needed_.push_back(v);
-      needed.push_back(number(v));
-    }
-  }
-  rows_of_ = slabs.gather(rows);
-  needed_of_ = slabs.gather(needed);
+    : slabs_(slabs), pieces_(slabs.of_pieces()) {
+  const List<ComplexCell>& cells = coarsened.complex.cells;
+  const PlaneRange own = pieces_.own();
+  own_ = {first_of_plane(cells, own.first), first_of_plane(cells, own.end)};
+  known_ = {first_of_plane(cells, own.first - 1), first_of_plane(cells, own.end + 1)};
+  parts_ = first_entries_of_planes(cells, own);
+  of_earlier_ = static_cast<std::int32_t>(parts_.front() / block_stride);
+  n_own_ = static_cast<std::int32_t>(parts_.back() / block_stride) - of_earlier_;
+  first_of_rank_ = slabs.first_of_ranks(n_own_);
+  first_vertex_ = static_cast<std::int32_t>(first_of_rank_[static_cast<std::size_t>(slabs.rank())]);
+  n_vertices_ = static_cast<std::int32_t>(first_of_rank_.back());
+  const auto around = first_entries_of_planes(cells, {own.first - 2, own.end + 2});
+  below_ = slabs.of_ranks(of_earlier_ - static_cast<double>(around.front() / block_stride));
+  above_ = slabs.of_ranks(
+      slabs.is_last() ? 0 : static_cast<double>((around.back() - parts_.back()) / block_stride));
 }
 
 CellComplex SharedPieces::complex(const Coarsened& coarsened) const {
-  List<ComplexCell> own(coarsened.complex.cells.begin() + static_cast<std::ptrdiff_t>(first_piece_),
-                        coarsened.complex.cells.begin() + static_cast<std::ptrdiff_t>(end_piece_));
+  const auto cells = coarsened.complex.cells.begin();
+  List<ComplexCell> own(cells + static_cast<std::ptrdiff_t>(own_.first),
+                        cells + static_cast<std::ptrdiff_t>(own_.second));
   for (ComplexCell& cell : own)
     for (std::int32_t& vertex : cell.vertex)
       vertex = number(vertex);
   CellComplex complex;
   complex.n_vertices = slabs_.is_first() ? n_vertices_ : 0;
-  for (List<ComplexCell>& cells : slabs_.gather(own)) {
-    complex.cells.insert(complex.cells.end(), cells.begin(), cells.end());
-    cells = {};
+  for (List<ComplexCell>& of_rank : slabs_.gather(own)) {
+    complex.cells.insert(complex.cells.end(), of_rank.begin(), of_rank.end());
+    of_rank = {};
   }
   return complex;
 }
 
 List<std::uint64_t> SharedPieces::gather(const List<std::uint64_t>& of_known) const {
-  const List<std::uint64_t> own(of_known.begin() + static_cast<std::ptrdiff_t>(first_piece_ - first_known_),
-                                of_known.end());
+  const auto first = of_known.begin() + static_cast<std::ptrdiff_t>(own_.first - known_.first);
+  const List<std::uint64_t> own(first, first + static_cast<std::ptrdiff_t>(own_.second - own_.first));
   List<std::uint64_t> whole;
   for (const List<std::uint64_t>& numbers : slabs_.gather(own))
     whole.insert(whole.end(), numbers.begin(), numbers.end());
@@ -217,103 +215,103 @@ List<std::uint64_t> SharedPieces::gather(const List<std::uint64_t>& of_known) co
 }
 
 BlockMatrix SharedPieces::gather(const BlockMatrix& A) const {
-  List<std::int32_t> length, column;
-  for (const std::int32_t row : rows_) {
-    const auto v = static_cast<std::size_t>(row);
-    length.push_back(A.first[v + 1] - A.first[v]);
-    for (std::int32_t i = A.first[v]; i < A.first[v + 1]; ++i)
-      column.push_back(number(A.column[static_cast<std::size_t>(i)]));
-  }
+  const auto begin = static_cast<std::size_t>(of_earlier_), n = static_cast<std::size_t>(n_own_);
+  const auto at = static_cast<std::size_t>(A.first[begin]),
+             n_blocks = static_cast<std::size_t>(A.first[begin + n]) - at;
   BlockMatrix whole;
+  List<std::int32_t> numbers(n);
+  for (std::size_t i = 0; i < n; ++i)
+    numbers[i] = A.first[begin + i + 1] - A.first[begin + i];
   whole.first.assign(1, 0);
-  const auto lengths = slabs_.gather(length);
+  for (const List<std::int32_t>& lengths : slabs_.gather(numbers))
+    for (const std::int32_t length : lengths)
+      whole.first.push_back(whole.first.back() + length);
+  whole.column.reserve(static_cast<std::size_t>(whole.first.back()));
+  numbers.resize(n_blocks);
+  for (std::size_t i = 0; i < n_blocks; ++i)
+    numbers[i] = number(A.column[at + i]);
+  for (List<std::int32_t>& columns : slabs_.gather(numbers)) {
+    whole.column.insert(whole.column.end(), columns.begin(), columns.end());
+    columns = {};
+  }
+  const std::span<float> own(const_cast<float*>(A.blocks.data()) + 9 * at, 9 * n_blocks); // is only read
+  std::vector<Communicator::Part> to, from;
   if (slabs_.is_first()) {
-    whole.first.assign(static_cast<std::size_t>(n_vertices_) + 1, 0);
-    for (std::size_t rank = 0; rank < lengths.size(); ++rank)
-      for (std::size_t i = 0; i < lengths[rank].size(); ++i)
-        whole.first[static_cast<std::size_t>(rows_of_[rank][i]) + 1] = lengths[rank][i];
-    std::partial_sum(whole.first.begin(), whole.first.end(), whole.first.begin());
-    whole.column.resize(static_cast<std::size_t>(whole.first.back()));
     whole.blocks = AlignedArray<float>(9 * whole.column.size() + 16);
-  }
-  /// Calls put(place in the matrix, place in the list) for all blocks of a rank's rows.
-  const auto for_each_block = [&](std::size_t rank, const auto& put) {
-    std::size_t from = 0;
-    for (const std::int32_t row : rows_of_[rank])
-      for (std::int32_t to = whole.first[static_cast<std::size_t>(row)];
-           to < whole.first[static_cast<std::size_t>(row) + 1]; ++to)
-        put(static_cast<std::size_t>(to), from++);
-  };
-  const auto columns = slabs_.gather(column);
-  for (std::size_t rank = 0; rank < columns.size(); ++rank)
-    for_each_block(rank, [&](std::size_t to, std::size_t from) { whole.column[to] = columns[rank][from]; });
-  // The first rank has those of one rank beside the matrix, not those of all.
-  const auto blocks_of = [&](std::size_t row, const BlockMatrix& of) {
-    const auto v = static_cast<std::size_t>(rows_[row]);
-    return std::span(of.blocks.data() + 9 * static_cast<std::size_t>(of.first[v]),
-                     9 * static_cast<std::size_t>(of.first[v + 1] - of.first[v]));
-  };
-  List<float> blocks;
-  for (std::size_t row = 0; row < rows_.size(); ++row) {
-    const auto of_row = blocks_of(row, A);
-    blocks.insert(blocks.end(), of_row.begin(), of_row.end());
-  }
-  for (int rank = 0; rank < slabs_.ranks().size(); ++rank) {
-    const auto at = static_cast<std::size_t>(rank);
-    if (slabs_.is_first() && rank > 0) {
-      blocks.assign(9 * columns[at].size(), 0);
-      const Communicator::Part from{rank, bytes_of(blocks)};
-      slabs_.ranks().exchange({}, std::span(&from, 1));
-    } else if (rank > 0 && rank == slabs_.ranks().rank()) {
-      const Communicator::Part to{0, bytes_of(blocks)};
-      slabs_.ranks().exchange(std::span(&to, 1), {});
+    std::ranges::copy(own, whole.blocks.begin());
+    for (int rank = 1; rank < slabs_.ranks().size(); ++rank) {
+      const auto row = [&](int of) {
+        return static_cast<std::size_t>(first_of_rank_[static_cast<std::size_t>(of)]);
+      };
+      const auto first = static_cast<std::size_t>(whole.first[row(rank)]),
+                 end = static_cast<std::size_t>(whole.first[row(rank + 1)]);
+      from.push_back(
+          {rank, std::as_writable_bytes(whole.blocks.all().subspan(9 * first, 9 * (end - first)))});
     }
-    if (slabs_.is_first())
-      for_each_block(at, [&](std::size_t to, std::size_t from) {
-        std::copy_n(blocks.data() + 9 * from, 9, whole.blocks.data() + 9 * to);
-      });
-  }
+  } else
+    to.push_back({0, std::as_writable_bytes(own)});
+  slabs_.ranks().exchange(to, from);
   return whole;
 }
 
-List<float> SharedPieces::values_at(const List<std::int32_t>& vertices, const float* field) const {
-  List<float> values(block_stride * vertices.size());
-  for (std::size_t i = 0; i < vertices.size(); ++i)
-    std::copy_n(field + std::int64_t{block_stride} * vertices[i], block_stride,
-                values.data() + block_stride * i);
-  return values;
+void SharedPieces::exchange_borders(float* field) const {
+  const auto part = [&](int rank, std::int32_t first, double n) {
+    return Communicator::Part{rank,
+                              std::as_writable_bytes(std::span(field + std::int64_t{block_stride} * first,
+                                                               block_stride * static_cast<std::size_t>(n)))};
+  };
+  const int rank = slabs_.rank();
+  const auto own = static_cast<std::size_t>(rank);
+  const std::int32_t end = of_earlier_ + n_own_;
+  std::vector<Communicator::Part> to, from;
+  if (rank > 0) {
+    to.push_back(part(rank - 1, of_earlier_, above_[own - 1]));
+    from.push_back(part(rank - 1, of_earlier_ - static_cast<std::int32_t>(below_[own]), below_[own]));
+  }
+  if (!slabs_.is_last()) {
+    to.push_back(part(rank + 1, end - static_cast<std::int32_t>(below_[own + 1]), below_[own + 1]));
+    from.push_back(part(rank + 1, end, above_[own]));
+  }
+  slabs_.ranks().exchange(to, from);
 }
 
 namespace {
 
-void put_values(const List<float>& values, const List<std::int32_t>& vertices, float* field) {
-  for (std::size_t i = 0; i < vertices.size(); ++i)
-    std::copy_n(values.data() + block_stride * i, block_stride,
-                field + std::int64_t{block_stride} * vertices[i]);
+/// The entries of ranks in a field of all.
+std::vector<Communicator::Part> parts_of_others(const std::vector<double>& first_of_rank, float* of_all) {
+  std::vector<Communicator::Part> parts;
+  for (std::size_t rank = 1; rank + 1 < first_of_rank.size(); ++rank) {
+    const auto first = static_cast<std::size_t>(first_of_rank[rank]),
+               end = static_cast<std::size_t>(first_of_rank[rank + 1]);
+    parts.push_back(
+        {static_cast<int>(rank),
+         std::as_writable_bytes(std::span(of_all + block_stride * first, block_stride * (end - first)))});
+  }
+  return parts;
 }
 
 } // namespace
 
-void SharedPieces::collect(float* f) {
-  const auto of_ranks = slabs_.gather(values_at(rows_, field_.data()));
-  for (std::size_t rank = 0; rank < of_ranks.size(); ++rank)
-    put_values(of_ranks[rank], rows_of_[rank], f);
+void SharedPieces::collect(const float* field, float* of_all) const {
+  float* const own = const_cast<float*>(field) + std::int64_t{block_stride} * of_earlier_; // is only read
+  const std::size_t n = block_stride * static_cast<std::size_t>(n_own_);
+  const Communicator::Part part{0, std::as_writable_bytes(std::span(own, n))};
+  if (slabs_.is_first()) {
+    std::copy_n(own, n, of_all);
+    slabs_.ranks().exchange({}, parts_of_others(first_of_rank_, of_all));
+  } else
+    slabs_.ranks().exchange(std::span(&part, 1), {});
 }
 
-void SharedPieces::hand_out(const float* u) {
-  List<float> own(block_stride * needed_.size());
-  std::vector<List<float>> out;
-  out.reserve(needed_of_.size()); // messages know where they lie
-  std::vector<Communicator::Part> to, from;
-  for (std::size_t rank = 0; rank < needed_of_.size(); ++rank) {
-    out.push_back(values_at(needed_of_[rank], u));
-    if (rank > 0)
-      to.push_back({static_cast<int>(rank), bytes_of(out.back())});
-  }
-  if (!slabs_.is_first())
-    from.push_back({0, bytes_of(own)});
-  slabs_.ranks().exchange(to, from);
-  put_values(slabs_.is_first() ? out.front() : own, needed_, field_.data());
+void SharedPieces::hand_out(const float* of_all, float* field) const {
+  float* const own = field + std::int64_t{block_stride} * of_earlier_;
+  const std::size_t n = block_stride * static_cast<std::size_t>(n_own_);
+  const Communicator::Part part{0, std::as_writable_bytes(std::span(own, n))};
+  if (slabs_.is_first()) {
+    std::copy_n(of_all, n, own);
+    slabs_.ranks().exchange(parts_of_others(first_of_rank_, const_cast<float*>(of_all)), {});
+  } else
+    slabs_.ranks().exchange({}, std::span(&part, 1));
 }
 
 } // namespace maille::deform

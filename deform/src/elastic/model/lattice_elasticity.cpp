@@ -70,7 +70,8 @@ LatticeElasticity::LatticeElasticity(const Scene& scene, ThreadTeam& team)
 
 LatticeElasticity::LatticeElasticity(const Scene& scene, ThreadTeam& team, LayerRange layers)
     : scene_(scene), grid_(scene.specimen.grid), first_cell_(grid_.cell({0, 0, layers.first})),
-      end_cell_(grid_.cell({0, 0, layers.end})), first_node_(grid_.node({0, 0, layers.first})), springs_(nodal_springs(scene)) {
+      end_cell_(grid_.cell({0, 0, layers.end})), first_node_(grid_.node({0, 0, layers.first})),
+      springs_(nodal_springs(scene)) {
   find_kinds(team);
 }
 
@@ -142,8 +143,8 @@ bool LatticeElasticity::number_kinds(std::int64_t begin, std::int64_t end, std::
     if (!body.is_matter(cell))
       continue;
     const std::size_t material = body.material(cell);
-    const auto thin = is_known(cell) ? static_cast<std::uint8_t>(kind_number(cell))
-                                     : thin_axes(body, grid_.cell_at(cell));
+    const auto thin =
+        is_known(cell) ? static_cast<std::uint8_t>(kind_number(cell)) : thin_axes(body, grid_.cell_at(cell));
     const auto next = static_cast<std::int32_t>(first.size());
     std::int32_t kind = next;
     if (has_direction[material]) {
@@ -436,8 +437,8 @@ void LatticeElasticity::for_each_window(const Displacement& u, ThreadTeam& team,
   List<double> memory(static_cast<std::size_t>(3 * stride), 0);
   const std::array<double*, 3> to{memory.data(), memory.data() + stride, memory.data() + 2 * stride};
   const int begin = std::max(0, asked.first - 1); // where a window of the whole grid begins
-  for (int first = begin, end = first + (first == 0 ? planes_of_first : planes_per_window);
-       first < asked.end; first = end, end += planes_per_window) {
+  for (int first = begin, end = first + (first == 0 ? planes_of_first : planes_per_window); first < asked.end;
+       first = end, end += planes_per_window) {
     end = std::min(end, asked.end);
     const int end_layer = std::min(end, planes - 1);
     for (const int parity : {0, 1}) {

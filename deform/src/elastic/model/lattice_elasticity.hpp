@@ -95,7 +95,9 @@ public:
   const List<Kind>& kinds() const { return kinds_; }
   static constexpr std::size_t few_kinds = 255;
   /// Of the whole scene; more than few_kinds where there are more.
-  std::size_t n_kinds() const { return has_few_kinds_ ? kinds_.size() : std::max(kinds_.size(), few_kinds + 1); }
+  std::size_t n_kinds() const {
+    return has_few_kinds_ ? kinds_.size() : std::max(kinds_.size(), few_kinds + 1);
+  }
   /// What a cell's energy is over that of its kind (see Specimen::weight_of).
   double weight(std::int64_t cell) const { return scene_.specimen.weight_of(cell); }
   bool has_weights() const { return scene_.specimen.has_weights(); }

@@ -49,7 +49,8 @@ std::vector<Number> from_every_rank(Communicator& all, Number own) {
   for (int other = 0; other < all.size(); ++other)
     if (other != all.rank()) {
       to.push_back({other, std::as_writable_bytes(std::span(&own, 1))});
-      from.push_back({other, std::as_writable_bytes(std::span(&numbers[static_cast<std::size_t>(other)], 1))});
+      from.push_back(
+          {other, std::as_writable_bytes(std::span(&numbers[static_cast<std::size_t>(other)], 1))});
     }
   all.exchange(to, from);
   return numbers;
