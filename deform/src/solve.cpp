@@ -109,7 +109,7 @@ Answer solve_turned(const Scene& scene, const Frame& frame, const Control& contr
   const Charge copy(bytes_of_copy(within));
   Answer answer = ask(within, control);
   answer.algorithm += fmt::format(" in a frame turned by {:.4g} deg", frame.angle() * 180 / std::numbers::pi);
-  if (!has_displacement(answer.status))
+  if (!has_displacement(answer.status) || answer.displacement.empty()) // as on all ranks but the first
     return answer;
   const std::vector<bool> is_there = handles_in_place(within, answer.displacement);
   to_world(scene, frame, answer.displacement);
@@ -132,7 +132,11 @@ std::string reason_not_to_begin(const Way& way, const Scene& scene, const Contro
   const std::int64_t most = plenty_a_node * scene.specimen.grid.n_nodes() + plenty;
   if (reason.empty() &&
       (way.method != Method::coupled || !reason_of_memory(way.name(), most, control).empty()))
-    reason = reason_of_memory(way.name(), way.bytes(scene) - held, control);
+    reason = reason_of_memory(way.name(),
+                              control.communicator != nullptr
+                                  ? bytes_for_coupled(scene, control.communicator->size())
+                                  : way.bytes(scene) - held,
+                              control);
   if (control.communicator != nullptr) {
     const std::vector<int> are_refused = from_every_rank(*control.communicator, reason.empty() ? 0 : 1);
     if (reason.empty() && std::ranges::find(are_refused, 1) != are_refused.end())

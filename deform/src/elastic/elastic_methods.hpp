@@ -55,5 +55,7 @@ bool is_shared_by_ranks(const Scene& scene, int n_ranks);
 /// At their peak, at most [bytes].
 std::int64_t bytes_for_relaxed(const Scene& scene);
 std::int64_t bytes_for_coupled(const Scene& scene);
+/// On the first of so many ranks that share it, which has the coarser grids.
+std::int64_t bytes_for_coupled(const Scene& scene, int n_ranks);
 
 } // namespace maille::deform

@@ -9,6 +9,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace maille::deform {
@@ -72,6 +73,23 @@ Scene gyroid(const Index3& cells) {
 
 TEST(RanksReference, OneMaterialInPatternsAndThreads) {
   expect_same_bits(gyroid({26, 31, 64}), {2, 3, 8}, 2);
+}
+
+TEST(RanksReference, PlanesWithoutMatter) {
+  for (const auto& [first, end] : {std::pair(0, 22), {41, 64}, {22, 41}}) {
+    Scene scene = gyroid({26, 31, 64});
+    scene.prescribed.clear();
+    const Grid& grid = scene.specimen.grid;
+    for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell)
+      if (const int z = grid.cell_at(cell)[2]; z < first || z >= end)
+        scene.specimen.material_id[static_cast<std::size_t>(cell)] = no_material;
+    for (std::int64_t node = 0; node < grid.n_nodes(); ++node)
+      if (const Index3 at = grid.node_at(node);
+          scene.specimen.is_node(at) && (at[2] == first || at[2] == end))
+        for (int c = 0; c < 3; ++c)
+          scene.prescribed.push_back({node, c, at[2] == end ? 1e-4 : 0, at[2] == first});
+    expect_same_bits(scene, {2, 16});
+  }
 }
 
 TEST(RanksReference, LoadsAloneToRounding) {

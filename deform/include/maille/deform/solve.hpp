@@ -23,7 +23,7 @@ Answer solve(const Scene& scene, std::string_view method, const Control& control
 Answer solve(const Scene& scene, Method method, const Control& control = {});
 
 /// Whether Control::communicator is of use: so many ranks share a scene's answer, of which the first has all
-/// and the others nothing to rely on. It has the same bits as that of one process.
+/// and the others no displacement. It has the same bits as that of one process.
 bool is_for_all_ranks(const Scene& scene, std::string_view method, int n_ranks);
 
 /// What an ElasticBody keeps between answers.

@@ -69,9 +69,7 @@ public:
   std::int32_t n_slots() const { return n_slots_; } ///< a multiple of the block
   /// How many there are where rows need n: the last run reaches beyond its nodes, too.
   static constexpr std::int32_t n_slots_for(std::int32_t n) { return (n + 2 * block - 1) / block * block; }
-  std::int32_t n_slots_of_rows() const {
-    return node_rows_.empty() ? 0 : node_rows_.back().slot + node_rows_.back().nodes;
-  }
+  std::int32_t n_slots_of_rows() const { return n_slots_of_rows_; }
   /// Of plane z of nodes, or the end; slots between planes are of the one before.
   std::int32_t first_slot(int z) const { return first_slot_[static_cast<std::size_t>(z - layers_.first)]; }
   std::int32_t n_cell_slots() const { return n_cell_slots_; }
@@ -92,7 +90,7 @@ private:
   List<CellRun> runs_;
   List<std::int32_t> first_run_;  ///< per layer
   List<std::int32_t> first_slot_; ///< per plane of nodes
-  std::int32_t n_slots_ = 0, n_cell_slots_ = 0;
+  std::int32_t n_slots_ = 0, n_slots_of_rows_ = 0, n_cell_slots_ = 0;
 };
 
 } // namespace maille::deform

@@ -333,7 +333,7 @@ void MaskedSolver::find_energy_and_reactions(const Displacement& u, Answer& answ
 
 namespace {
 
-/// The whole state stands nowhere before the hierarchy is gone.
+/// The whole state stands on the first rank alone, when the hierarchy is gone.
 bool solve_by_ranks(const CoupledTask& task, Answer& answer) {
   auto solver = std::make_unique<MaskedSolver>(task);
   answer.seconds.setup = task.clock.seconds();
@@ -346,14 +346,15 @@ bool solve_by_ranks(const CoupledTask& task, Answer& answer) {
   if (end == CoupledRound::stalled)
     return solve_coupled_body(task, answer); // whole, on every rank
   const Grid& grid = task.scene.specimen.grid;
-  answer.displacement = Displacement(grid);
-  const std::int64_t first = grid.node({0, 0, slabs.own().first}),
-                     n = grid.node({0, 0, slabs.own().end}) - first;
-  for (std::size_t c = 0; c < 3; ++c) {
-    std::copy_n(part.component(c).data() + (first - grid.node({0, 0, slabs.layers().first})), n,
-                answer.displacement.component(c).data() + first);
-    slabs.gather_planes(answer.displacement.component(c));
-  }
+  if (slabs.is_first())
+    answer.displacement = Displacement(grid);
+  const auto node = [&](int plane) { return grid.node({0, 0, plane}); };
+  const PlaneRange own = slabs.own();
+  for (std::size_t c = 0; c < 3; ++c)
+    slabs.gather_planes(
+        part.component(c).subspan(static_cast<std::size_t>(node(own.first) - node(slabs.layers().first)),
+                                  static_cast<std::size_t>(node(own.end) - node(own.first))),
+        slabs.is_first() ? answer.displacement.component(c) : std::span<double>());
   if (end != CoupledRound::finished)
     answer.reaction.clear();
   return end == CoupledRound::finished;

@@ -93,21 +93,19 @@ Slabs Slabs::of_pieces() const {
   return pieces;
 }
 
-void Slabs::gather_planes(std::span<double> field) const {
-  if (!are_shared())
-    return;
-  const std::size_t in_plane = field.size() / static_cast<std::size_t>(n_planes());
+void Slabs::gather_planes(std::span<double> of_own, std::span<double> of_all) const {
   std::vector<Communicator::Part> to, from;
-  for (int other = 1; other < all_->size(); ++other) {
-    const PlaneRange planes = own_of(other);
-    const auto of_rank =
-        std::as_writable_bytes(field.subspan(static_cast<std::size_t>(planes.first) * in_plane,
-                                             static_cast<std::size_t>(planes.end - planes.first) * in_plane));
-    if (is_first())
-      from.push_back({other, of_rank});
-    else if (other == rank())
-      to.push_back({0, of_rank});
-  }
+  if (is_first()) {
+    std::ranges::copy(of_own, of_all.begin());
+    const std::size_t in_plane = of_all.size() / static_cast<std::size_t>(n_planes());
+    for (int other = 1; other < all_->size(); ++other) {
+      const PlaneRange planes = own_of(other);
+      from.push_back({other, std::as_writable_bytes(of_all.subspan(
+                                 static_cast<std::size_t>(planes.first) * in_plane,
+                                 static_cast<std::size_t>(planes.end - planes.first) * in_plane))});
+    }
+  } else
+    to.push_back({0, std::as_writable_bytes(of_own)});
   all_->exchange(to, from);
 }
 

@@ -52,8 +52,9 @@ public:
   /// The plane below its own, and so many above, become what their owners have.
   /// @param field component after component, `stride` apart
   void exchange_borders(const MaskedRows& rows, std::int64_t stride, float* field, int above = 1) const;
-  /// A field of all planes becomes what their owners have, on the first rank.
-  void gather_planes(std::span<double> field) const;
+  /// Numbers of all planes become what their owners have, on the first rank; the others have none.
+  /// @pre slabs are shared
+  void gather_planes(std::span<double> of_own, std::span<double> of_all) const;
   /// Lists of all ranks, by rank, on the first; the others have none.
   template<class Number>
   std::vector<List<Number>> gather(const List<Number>& of_own) const;
