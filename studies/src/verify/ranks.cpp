@@ -1,19 +1,13 @@
 #include "maille/fem_ref/ranks.hpp"
-#include "bench/bodies/body_scenes.hpp"
-#include "maille/deform/solve.hpp"
 #include "maille/fem_ref/solve.hpp"
 #include "maille/scene/answer.hpp"
 #include "maille/scene/memory.hpp"
-#include "maille/scene/read_scene.hpp"
-#include "maille/studies/bench_report.hpp"
 #include "program.hpp"
 #include "verify/problems.hpp"
 
 #include <algorithm>
 #include <cstdio>
 #include <limits>
-#include <utility>
-#include <vector>
 
 #include <unistd.h>
 
@@ -45,26 +39,6 @@ double worst_difference_between_ranks() {
       worst = std::max(worst, compare(scene, ours.displacement, whole.displacement).relative_max);
     }
   return worst;
-}
-
-double worst_coupled_difference_between_ranks() {
-  std::vector<Scene> scenes{gyroid_network(64, 16, 0.3)};
-  for (const auto& [image, file] : {std::pair("calf_mri/DTI-tensor.nii.gz", "calf_soleus_dti.toml"),
-                                    {"calf_mri/labels.nii.gz", "calf_both_legs.toml"}})
-    if (has_data(image))
-      scenes.push_back(read_scene(std::filesystem::path(MAILLE_SCENES) / file));
-  double worst = 0;
-  for (Scene& scene : scenes) {
-    scene.limits = {};
-    Control together;
-    together.communicator = fem_ref::communicator();
-    const Answer ours = deform::solve(scene, "coupled", together),
-                 whole = deform::solve(scene, "coupled", {});
-    if (!is_converged(ours.status) || !is_converged(whole.status))
-      return std::numeric_limits<double>::infinity();
-    worst = std::max(worst, compare(scene, ours.displacement, whole.displacement).relative_max);
-  }
-  return worst; // the first rank's answer is whole
 }
 
 std::optional<RanksDifferences> differences_of_two_ranks(const std::filesystem::path& maille) {

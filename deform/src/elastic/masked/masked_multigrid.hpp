@@ -119,9 +119,8 @@ private:
 ///
 /// Coarse functions are too stiff where a body is thin beside them. So the problems of the two finest of the
 /// coarser grids are corrected twice, by steps of the right length (conjugate gradients): what the first
-/// correction is short of, the second makes good.
-///
-/// Ranks share the body's own grid and the first of the coarser ones; the others are on the first rank.
+/// correction is short of, the second makes good. Ranks share the body's own grid and the first of the coarser
+/// ones; the others are on the first rank.
 ///
 /// Cost    the finest of the coarser grids, of an eighth to a fifth as many vertices as nodes, has a matrix
 ///         for each pattern of matter in a piece, the others some 27 blocks of 36 bytes a vertex; where

@@ -1,7 +1,7 @@
 #pragma once
 /// Several processes that answer one scene together, as `mpirun -n N` starts them.
 
-#include "maille/scene/communicator.hpp"
+#include "maille/scene/parallel/communicator.hpp"
 
 #include <cstddef>
 #include <string>

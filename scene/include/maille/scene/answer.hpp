@@ -3,9 +3,9 @@
 /// one answer is from another.
 
 #include "maille/scene/arena.hpp"
-#include "maille/scene/communicator.hpp"
 #include "maille/scene/frame.hpp"
 #include "maille/scene/link_limits.hpp"
+#include "maille/scene/parallel/communicator.hpp"
 #include "maille/scene/scene.hpp"
 
 #include <array>

@@ -6,6 +6,8 @@
 
 #include "maille/deform/solve.hpp"
 #include "maille/deform/world/world.hpp"
+#include "maille/fem_ref/ranks.hpp"
+#include "maille/scene/read_scene.hpp"
 #include "maille/scene/refined.hpp"
 #include "maille/scene/world/world_scene.hpp"
 #include "maille/studies/verification.hpp"
@@ -263,6 +265,26 @@ void Bodies::two_ranks() {
 }
 
 } // namespace
+
+double worst_coupled_difference_between_ranks() {
+  std::vector<Scene> scenes{gyroid_network(64, 16, 0.3)};
+  for (const auto& [image, file] : {std::pair("calf_mri/DTI-tensor.nii.gz", "calf_soleus_dti.toml"),
+                                    {"calf_mri/labels.nii.gz", "calf_both_legs.toml"}})
+    if (has_data(image))
+      scenes.push_back(read_scene(std::filesystem::path(MAILLE_SCENES) / file));
+  double worst = 0;
+  for (Scene& scene : scenes) {
+    scene.limits = {};
+    Control together;
+    together.communicator = fem_ref::communicator();
+    const Answer ours = deform::solve(scene, "coupled", together),
+                 whole = deform::solve(scene, "coupled", {});
+    if (!is_converged(ours.status) || !is_converged(whole.status))
+      return std::numeric_limits<double>::infinity();
+    worst = std::max(worst, compare(scene, ours.displacement, whole.displacement).relative_max);
+  }
+  return worst; // the first rank's answer is whole
+}
 
 void bench_bodies(const BenchOptions& options, BenchReport& report) {
   report.machine = describe_machine();
