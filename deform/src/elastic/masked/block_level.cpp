@@ -202,6 +202,7 @@ void BlockLevel::come_up(const BlockLevel* coarser, ThreadTeam& team) {
 }
 
 void BlockLevel::correct_twice(bool does) {
+  is_corrected_twice_ = does;
   first_.correction = AlignedArray<float>(does ? u.size() : 0);
 }
 

@@ -58,9 +58,7 @@ public:
   }
   const MaskedRows& rows() const { return rows_; }
   std::int64_t component_stride() const { return operator_.component_stride; }
-  static constexpr std::int64_t stride_of(std::int32_t n_slots) {
-    return (std::int64_t{n_slots} + 15) / 16 * 16;
-  }
+  static constexpr std::int64_t stride_of(std::int64_t n_slots) { return (n_slots + 15) / 16 * 16; }
   std::int64_t field_size() const { return 3 * operator_.component_stride; }
   /// With the padding that loops may read.
   AlignedArray<float> field() const {

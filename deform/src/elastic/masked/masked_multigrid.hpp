@@ -53,7 +53,7 @@ public:
     AlignedArray<float> correction;
     double curvature = 0, step = 0;
   };
-  bool is_corrected_twice() const { return first_.correction.size() > 0; }
+  bool is_corrected_twice() const { return is_corrected_twice_; }
   void correct_twice(bool does);
   /// u is a correction for A u = f: it is put aside, and f becomes what its best multiple leaves.
   void put_aside(ThreadTeam& team);
@@ -106,6 +106,7 @@ private:
   double largest_ = 0;          ///< eigenvalue of inverse diagonal times A, or a little more
   std::vector<float> weights_;  ///< of the relaxation
   FirstCorrection first_;
+  bool is_corrected_twice_ = false; ///< also where a rank has no vertices
   const SharedPieces* shared_ = nullptr;
   List<std::int64_t> parts_;
   AlignedArray<float> of_all_; ///< a field of all ranks, where it is shared, on the first
@@ -119,8 +120,8 @@ private:
 ///
 /// Coarse functions are too stiff where a body is thin beside them. So the problems of the two finest of the
 /// coarser grids are corrected twice, by steps of the right length (conjugate gradients): what the first
-/// correction is short of, the second makes good. Ranks share the body's own grid and the first of the coarser
-/// ones; the others are on the first rank.
+/// correction is short of, the second makes good. Ranks share the body's own grid and the first of the
+/// coarser ones; the others are on the first rank.
 ///
 /// Cost    the finest of the coarser grids, of an eighth to a fifth as many vertices as nodes, has a matrix
 ///         for each pattern of matter in a piece, the others some 27 blocks of 36 bytes a vertex; where

@@ -90,7 +90,7 @@ void MaskedLevel::set_noise(ThreadTeam& team) {
                      end = own.end > rows_.layers().end ? rows_.n_slots_of_rows() : rows_.first_slot(own.end);
   const std::vector<double> before = slabs_.first_of_ranks(end - first);
   const auto offset = static_cast<std::int64_t>(before[static_cast<std::size_t>(slabs_.rank())]) - first;
-  const std::int64_t stride = stride_of(MaskedRows::n_slots_for(static_cast<std::int32_t>(before.back())));
+  const std::int64_t stride = stride_of(MaskedRows::n_slots_for(static_cast<std::int64_t>(before.back())));
   team.run(3, [&](int c, int) {
     const std::int64_t at = c * component_stride();
     noise_entries(component_stride(), c * stride + offset, inverse_.data() + at, f.data() + at);

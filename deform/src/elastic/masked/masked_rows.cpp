@@ -99,7 +99,7 @@ void MaskedRows::place_nodes(const Grid& grid) {
   }
   node_rows_.shrink_to_fit();
   n_slots_of_rows_ = n_slots_;
-  n_slots_ = n_slots_for(n_slots_);
+  n_slots_ = static_cast<std::int32_t>(n_slots_for(n_slots_));
   first_slot_.push_back(n_slots_);
 }
 

@@ -68,7 +68,7 @@ public:
   LayerRange layers() const { return layers_; }
   std::int32_t n_slots() const { return n_slots_; } ///< a multiple of the block
   /// How many there are where rows need n: the last run reaches beyond its nodes, too.
-  static constexpr std::int32_t n_slots_for(std::int32_t n) { return (n + 2 * block - 1) / block * block; }
+  static constexpr std::int64_t n_slots_for(std::int64_t n) { return (n + 2 * block - 1) / block * block; }
   std::int32_t n_slots_of_rows() const { return n_slots_of_rows_; }
   /// Of plane z of nodes, or the end; slots between planes are of the one before.
   std::int32_t first_slot(int z) const { return first_slot_[static_cast<std::size_t>(z - layers_.first)]; }

@@ -104,8 +104,8 @@ List<Number> Slabs::from_first(List<Number> numbers) const {
 /// below, and the end: vertices have numbers in the order of the first pieces that have them.
 List<std::int64_t> first_entries_of_planes(const List<ComplexCell>& pieces, PlaneRange planes);
 
-/// The finest of the coarser grids. A rank knows the pieces of its layers, with numbers of its own. It has the
-/// rows of the vertices whose first piece is in its planes, one after another, and on both sides of them
+/// The finest of the coarser grids. A rank knows the pieces of its layers, with numbers of its own. It has
+/// the rows of the vertices whose first piece is in its planes, one after another, and on both sides of them
 /// those that rows have columns of, whose owners are asked for their values.
 class SharedPieces {
 public:
