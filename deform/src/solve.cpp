@@ -109,7 +109,7 @@ Answer solve_turned(const Scene& scene, const Frame& frame, const Control& contr
   const Charge copy(bytes_of_copy(within));
   Answer answer = ask(within, control);
   answer.algorithm += fmt::format(" in a frame turned by {:.4g} deg", frame.angle() * 180 / std::numbers::pi);
-  if (!has_displacement(answer.status))
+  if (!has_displacement(answer.status) || answer.displacement.empty()) // as on all ranks but the first
     return answer;
   const std::vector<bool> is_there = handles_in_place(within, answer.displacement);
   to_world(scene, frame, answer.displacement);
@@ -132,7 +132,16 @@ std::string reason_not_to_begin(const Way& way, const Scene& scene, const Contro
   const std::int64_t most = plenty_a_node * scene.specimen.grid.n_nodes() + plenty;
   if (reason.empty() &&
       (way.method != Method::coupled || !reason_of_memory(way.name(), most, control).empty()))
-    reason = reason_of_memory(way.name(), way.bytes(scene) - held, control);
+    reason = reason_of_memory(way.name(),
+                              control.communicator != nullptr
+                                  ? bytes_for_coupled(scene, control.communicator->size())
+                                  : way.bytes(scene) - held,
+                              control);
+  if (control.communicator != nullptr) {
+    const std::vector<int> are_refused = from_every_rank(*control.communicator, reason.empty() ? 0 : 1);
+    if (reason.empty() && std::ranges::find(are_refused, 1) != are_refused.end())
+      reason = "another rank has no memory for it";
+  }
   return reason;
 }
 
@@ -183,7 +192,14 @@ const std::vector<std::string_view>& methods() {
   return names;
 }
 
-Answer solve(const Scene& scene, std::string_view method, const Control& control) {
+bool is_for_all_ranks(const Scene& scene, std::string_view method, int n_ranks) {
+  return method == to_string(Method::coupled) && is_shared_by_ranks(scene, n_ranks);
+}
+
+Answer solve(const Scene& scene, std::string_view method, const Control& asked) {
+  Control control = asked;
+  if (asked.communicator != nullptr && !is_for_all_ranks(scene, method, asked.communicator->size()))
+    control.communicator = nullptr;
   for (const Way& way : ways)
     if (way.name() == method)
       return scene.sliding.empty() ? solve_by(way, scene, control, 0, way.solve)
@@ -206,7 +222,9 @@ ElasticBody::ElasticBody(ElasticBody&&) noexcept = default;
 ElasticBody& ElasticBody::operator=(ElasticBody&&) noexcept = default;
 ElasticBody::~ElasticBody() = default;
 
-Answer ElasticBody::answer(const Scene& scene, const Control& control) {
+Answer ElasticBody::answer(const Scene& scene, const Control& asked) {
+  Control control = asked;
+  control.communicator = nullptr; // what is kept is of one process
   if (!scene.sliding.empty())
     return solve(scene, Method::coupled, control);
   const auto way = std::ranges::find(ways, Method::coupled, &Way::method);

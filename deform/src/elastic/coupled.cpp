@@ -6,6 +6,7 @@
 #include "elastic/krylov/kept_body.hpp"
 #include "elastic/limits/constrained_minimum.hpp"
 #include "elastic/links/interval_field.hpp"
+#include "elastic/masked/slabs.hpp"
 #include "elastic/nested/nested_lattices.hpp"
 #include "elastic/tied/tied_solver.hpp"
 #include "feasible/feasible_set.hpp"
@@ -16,6 +17,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -64,8 +66,14 @@ CoupledSolve::CoupledSolve(const Scene& scene, const Control& control, KeptBody*
 }
 
 bool CoupledSolve::must_stop() {
-  if (!stopped_)
-    stopped_ = reason_to_stop(control_, clock_);
+  if (stopped_)
+    return true;
+  stopped_ = reason_to_stop(control_, clock_);
+  if (control_.communicator != nullptr) { // the first says it for all
+    int why = stopped_ ? static_cast<int>(*stopped_) : -1;
+    share_from_first(*control_.communicator, std::span(&why, 1));
+    stopped_ = why < 0 ? std::nullopt : std::optional(static_cast<Status>(why));
+  }
   return stopped_.has_value();
 }
 
@@ -127,6 +135,15 @@ std::string reason_to_refuse_coupled(const Scene& scene) {
   if (has_friction(scene.tied) && scene.limits_bind_coupled())
     return "rounds of friction know no limits: leave [limits] or the friction out";
   return {};
+}
+
+bool is_shared_by_ranks(const Scene& scene, int n_ranks) {
+  constexpr std::int64_t fewest_cells = 1000; // so the first of the coarser grids is never solved directly
+  return n_ranks > 1 && scene.dimension() == 3 && !is_uniform_box(scene) && scene.tied.ties.empty() &&
+         scene.sliding.empty() && scene.springs.empty() && !in_blocks(scene) &&
+         !scene.limits_bind_coupled() && scene.relaxation.extrapolation == Extrapolation::none &&
+         scene.specimen.grid.cells()[2] / Slabs::planes_per_unit >= n_ranks &&
+         scene.specimen.n_matter_cells() >= fewest_cells;
 }
 
 Answer solve_coupled(const Scene& scene, const Control& control, KeptBody* kept) {

@@ -94,6 +94,16 @@ void run_slabs(ThreadTeam& team, int n_slabs, const Work& work) {
   });
 }
 
+/// The same for slabs `first` ... end - 1 of many, in the order that all of them have.
+template<class Work>
+void run_slabs(ThreadTeam& team, int first, int end, const Work& work) {
+  const int base = first / 2 * 2;
+  run_slabs(team, end - base, [&](int slab) {
+    if (base + slab >= first)
+      work(base + slab);
+  });
+}
+
 /// Calls stage(s, z) for all stages s = 0 ... n_stages - 1 and planes z = 0 ... n_planes - 1. Stage s of a
 /// plane comes after stage s - 1 of the plane and its two neighbours, and before stage s + 1 of any of them;
 /// so whatever a stage reads within one plane of its own is the same in any order and on any number of

@@ -16,6 +16,7 @@ struct Functions {
   bool (*agree)(bool on_first);
   Ranks (*ranks)();
   std::vector<std::vector<std::byte>> (*exchange)(std::vector<std::vector<std::byte>> to);
+  Communicator* (*communicator)();
   void (*abort_ranks)(int exit_code);
   int (*works_left_behind)();
   Estimate (*estimate)(const Scene& scene, const Options& options);

@@ -74,6 +74,11 @@ bool agree(bool on_first) {
   return functions == nullptr ? on_first : functions->agree(on_first);
 }
 
+Communicator* communicator() {
+  const Functions* const functions = opened;
+  return functions == nullptr ? nullptr : functions->communicator();
+}
+
 void abort_ranks(int exit_code) {
   if (const Functions* const functions = opened)
     functions->abort_ranks(exit_code);

@@ -13,6 +13,7 @@ constexpr fem_ref::Functions functions{
     .agree = fem_ref::agree,
     .ranks = fem_ref::ranks,
     .exchange = fem_ref::exchange,
+    .communicator = fem_ref::communicator,
     .abort_ranks = fem_ref::abort_ranks,
     .works_left_behind = fem_ref::works_left_behind,
     .estimate = fem_ref::estimate,

@@ -10,6 +10,7 @@
 #include <limits>
 #include <mpi.h>
 #include <p4est.h>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <unistd.h>
@@ -118,6 +119,45 @@ std::vector<std::vector<std::byte>> exchange(std::vector<std::vector<std::byte>>
   }
   MPI_Waitall(static_cast<int>(requests.size()), requests.data(), MPI_STATUSES_IGNORE);
   return from;
+}
+
+namespace {
+
+class MpiCommunicator : public Communicator {
+public:
+  int rank() const override { return known.rank; }
+  int size() const override { return known.size; }
+  void exchange(std::span<const Part> to, std::span<const Part> from) override {
+    requests_.clear();
+    for (const Part& part : from)
+      for_pieces(part, [&](std::byte* bytes, int n) {
+        MPI_Irecv(bytes, n, MPI_BYTE, part.rank, tag, MPI_COMM_WORLD, &requests_.emplace_back());
+      });
+    for (const Part& part : to)
+      for_pieces(part, [&](const std::byte* bytes, int n) {
+        MPI_Isend(bytes, n, MPI_BYTE, part.rank, tag, MPI_COMM_WORLD, &requests_.emplace_back());
+      });
+    MPI_Waitall(static_cast<int>(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE);
+  }
+
+private:
+  static constexpr int tag = 23;
+  /// A message is of int's length at most; those from one rank to another come in their order.
+  template<class Send>
+  static void for_pieces(const Part& part, const Send& send) {
+    constexpr std::size_t longest = std::size_t{1} << 30;
+    for (std::size_t at = 0; at < part.bytes.size(); at += longest)
+      send(part.bytes.data() + at, static_cast<int>(std::min(longest, part.bytes.size() - at)));
+  }
+
+  std::vector<MPI_Request> requests_;
+};
+
+} // namespace
+
+Communicator* communicator() {
+  static MpiCommunicator all;
+  return known.size < 2 ? nullptr : &all;
 }
 
 void abort_ranks(int exit_code) {

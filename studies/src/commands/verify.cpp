@@ -14,9 +14,10 @@ namespace maille::studies {
 
 int verify_command(const VerifyOptions& options) {
   if (options.ranks) {
-    const double difference = worst_difference_between_ranks();
+    const double of_elements = worst_difference_between_ranks(),
+                 of_coupled = worst_coupled_difference_between_ranks();
     if (fem_ref::ranks().is_first())
-      deliver(fmt::format("{}\n", difference), std::nullopt);
+      deliver(fmt::format("{} {}\n", of_elements, of_coupled), std::nullopt);
     return exit_done;
   }
   prepare_file("--json", options.json);
@@ -26,9 +27,10 @@ int verify_command(const VerifyOptions& options) {
   of_run.quick = options.quick;
   of_run.progress = control.progress;
   const std::vector<VerificationRow> rows = verify(of_run);
+  const auto of_ranks = differences_of_two_ranks(std::filesystem::read_symlink("/proc/self/exe"));
   const BenchReport report =
       verification_report(rows, worst_difference_from_calculix(),
-                          difference_of_two_ranks(std::filesystem::read_symlink("/proc/self/exe")));
+                          of_ranks ? std::optional(of_ranks->finite_elements) : std::nullopt);
   end_progress();
   deliver(options.json ? json_text(report.json()) : report.table(), options.json);
   if (options.markdown)

@@ -115,11 +115,16 @@ Comparison compare_methods(const Scene& scene, std::vector<std::string> names, c
   for (const std::string& method : names) {
     if (fem_ref::agree(control.should_stop()))
       break;
-    if (!fem_ref::ranks().is_first() && !method.starts_with("fem_"))
-      continue; // ranks share finite elements only
+    const bool is_shared = methods.is_for_all_ranks(scene, method);
+    if (!fem_ref::ranks().is_first() && !is_shared)
+      continue;
     ComparisonRow row;
     const bool feels = feels_limits(scene, method);
-    row.answer = methods.answer(feels ? limits.known(scene) : scene, method, control);
+    Control of_method = control;
+    of_method.communicator = is_shared ? fem_ref::communicator() : nullptr;
+    row.answer = methods.answer(feels ? limits.known(scene) : scene, method, of_method);
+    if (!fem_ref::ranks().is_first() && !method.starts_with("fem_"))
+      continue; // the first has the answer
     if (has_displacement(row.answer.status) && feels)
       row.answer.seconds.setup += limits.seconds();
     if (is_under_way(row.answer) && limits.limits() && (feels || scene.limits_bind_relaxed()))

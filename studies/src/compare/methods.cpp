@@ -1,6 +1,7 @@
 #include "maille/studies/methods.hpp"
 
 #include "maille/deform/solve.hpp"
+#include "maille/fem_ref/ranks.hpp"
 #include "maille/studies/export/calculix.hpp"
 
 namespace maille::studies {
@@ -16,6 +17,11 @@ Methods::Methods(fem_ref::LinearSolver solver, bool recover_stress) : solver_(so
 }
 
 Methods::~Methods() = default;
+
+bool Methods::is_for_all_ranks(const Scene& scene, std::string_view name) const {
+  return name.starts_with("fem_") ||
+         (body_ == nullptr && deform::is_for_all_ranks(scene, name, fem_ref::ranks().size));
+}
 
 Answer Methods::answer(const Scene& scene, std::string_view name, const Control& control) {
   const auto method = method_from_string(name);

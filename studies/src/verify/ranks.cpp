@@ -41,7 +41,7 @@ double worst_difference_between_ranks() {
   return worst;
 }
 
-std::optional<double> difference_of_two_ranks(const std::filesystem::path& maille) {
+std::optional<RanksDifferences> differences_of_two_ranks(const std::filesystem::path& maille) {
   if (!has_program("mpirun"))
     return std::nullopt;
   // Open MPI asks root to say twice that it is meant.
@@ -50,9 +50,10 @@ std::optional<double> difference_of_two_ranks(const std::filesystem::path& maill
   const std::string line =
       allow + "mpirun --oversubscribe -n 2 " + shell_word(maille.string()) + " verify --ranks 2> /dev/null";
   const auto printed = output_of(line);
-  double difference = 0;
-  const bool is_read = printed && std::sscanf(printed->c_str(), "%lf", &difference) == 1;
-  return is_read ? std::optional(difference) : std::nullopt;
+  RanksDifferences found;
+  const bool is_read =
+      printed && std::sscanf(printed->c_str(), "%lf %lf", &found.finite_elements, &found.coupled) == 2;
+  return is_read ? std::optional(found) : std::nullopt;
 }
 
 } // namespace maille::studies

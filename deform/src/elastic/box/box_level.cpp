@@ -1,5 +1,7 @@
 #include "elastic/box/box_level.hpp"
 
+#include "elastic/box/box_multigrid.hpp"
+
 #include "elastic/box/box_kernel.hpp"
 #include "elastic/model/thin_cells.hpp"
 #include "elastic/multigrid/chebyshev.hpp"
@@ -344,6 +346,21 @@ void BoxLevel::prolong_from(const BoxLevel& coarser, int z, const float* from, b
     prolong_plane(coarser.component(c), component(c), transfer.data(), z,
                   from + c * coarser.operator_.component_stride, replaces,
                   to + c * operator_.component_stride, static_cast<float*>(scratch()));
+}
+
+void BoxMultigrid::set_penalties(List<PenaltyLink> links) {
+  for (std::size_t i = 0; i < n_levels(); ++i) {
+    level(i).set_penalties(links);
+    if (i + 1 < n_levels())
+      links = level(i).coarse_links(links);
+  }
+  factor_coarsest();
+}
+
+const double* BoxMultigrid::forces_of_plane(const Displacement& u, int z) const {
+  double* const forces = scratch_of_thread<double, BoxMultigrid>(3 * in_plane());
+  apply_box(finest().A(), z, u.values().data(), forces, finest().scratch());
+  return forces;
 }
 
 } // namespace maille::deform

@@ -10,13 +10,35 @@
 
 namespace maille::deform {
 
+namespace {
+
+/// Of n vertices. Loops over entries take so many at once.
+std::size_t entries_of(std::int32_t n) {
+  constexpr std::size_t whole = 16;
+  return (block_stride * static_cast<std::size_t>(n) + whole - 1) / whole * whole;
+}
+
+List<std::int64_t> usual_parts(std::size_t size) {
+  List<std::int64_t> first;
+  for (std::size_t part = 0; part <= n_parts_of(size); ++part)
+    first.push_back(static_cast<std::int64_t>(std::min(size, part * entries_of_part)));
+  return first;
+}
+
+} // namespace
+
 BlockLevel::BlockLevel(CoarseOperator A, Weights from_here, Weights to_here, int steps, ThreadTeam& team)
-    : A_(std::move(A)), from_here_(std::move(from_here)), to_here_(std::move(to_here)) {
-  constexpr std::size_t whole = 16; // entries that loops over entries take at once
-  const auto used = static_cast<std::size_t>(block_stride) * static_cast<std::size_t>(n());
-  const std::size_t size = (used + whole - 1) / whole * whole;
-  inverse_ = AlignedArray<float>(size);
-  sums_.resize(n_parts_of(size));
+    : BlockLevel(std::move(A), usual_parts(entries_of(A.n_rows())), nullptr, steps, team) {
+  from_here_ = std::move(from_here);
+  to_here_ = std::move(to_here);
+}
+
+BlockLevel::BlockLevel(CoarseOperator A, List<std::int64_t> parts, const SharedPieces* shared, int steps,
+                       ThreadTeam& team)
+    : A_(std::move(A)), shared_(shared), parts_(std::move(parts)), sums_(parts_.size() - 1) {
+  inverse_ = AlignedArray<float>(entries_of(n()));
+  if (is_shared() && shared->is_first())
+    of_all_ = AlignedArray<float>(entries_of(shared->n_vertices()));
   make_fields(true);
   invert_diagonal(team);
   largest_ = largest_eigenvalue(team);
@@ -30,9 +52,16 @@ void BlockLevel::relax_in(int steps) {
 
 void BlockLevel::invert_diagonal(ThreadTeam& team) {
   A_.copy_diagonal(inverse_, team);
-  const float largest = std::max(0.0F, std::ranges::max(inverse_.all()));
-  for (float& entry : inverse_)
-    entry = entry > 1e-10f * largest ? 1 / entry : 0; // else all that it moves is fixed
+  const auto first = static_cast<std::size_t>(parts_.front()), end = static_cast<std::size_t>(parts_.back());
+  float largest = 0;
+  for (std::size_t i = first; i < end; ++i)
+    largest = std::max(largest, inverse_[i]);
+  if (is_shared())
+    largest = static_cast<float>(shared_->largest(double{largest}));
+  for (std::size_t i = 0; i < inverse_.size(); ++i) { // else all that it moves is fixed, or another rank's
+    float& entry = inverse_[i];
+    entry = entry > 1e-10f * largest && i >= first && i < end ? 1 / entry : 0;
+  }
 }
 
 /// Preconditioned by the diagonal: u is the direction, f the residual. The state is not kept.
@@ -41,15 +70,16 @@ public:
   Directions(BlockLevel& level, ThreadTeam& team)
       : level_(level), team_(team), inverse_(level.inverse_.data()) {}
   double precondition() override {
-    return level_.sum_over_parts(team_, [&](std::int64_t first, std::int64_t n) {
+    level_.for_each_part(team_, [&](std::int64_t first, std::int64_t n) {
       start_entries(n, 1, inverse_ + first, level_.f.data() + first, level_.r.data() + first);
-      return dot_entries(n, level_.f.data() + first, level_.r.data() + first);
     });
+    return level_.dot(level_.f.data(), level_.r.data(), team_);
   }
   std::optional<double> find_step(double beta, double product) override {
     level_.for_each_part(team_, [&](std::int64_t first, std::int64_t n) {
       direct_entries(n, level_.r.data() + first, static_cast<float>(beta), level_.u.data() + first);
     });
+    level_.exchange_borders(level_.u);
     level_.A_.apply(level_.u.data(), level_.r.data(), team_);
     return product / level_.sum_over_parts(team_, [&](std::int64_t first, std::int64_t n) {
       return mask_and_dot_entries(n, inverse_ + first, level_.u.data() + first, level_.r.data() + first);
@@ -69,7 +99,8 @@ private:
 
 void BlockLevel::set_noise(ThreadTeam& team) {
   for_each_part(team, [&](std::int64_t first, std::int64_t n) {
-    noise_entries(n, first, inverse_.data() + first, f.data() + first);
+    noise_entries(n, first + (is_shared() ? shared_->offset() : 0), inverse_.data() + first,
+                  f.data() + first);
   });
 }
 
@@ -81,7 +112,7 @@ double BlockLevel::energy(ThreadTeam& team) {
 void BlockLevel::round_operator(ThreadTeam& team) {
   constexpr double small_part = 0.03;           // up to here no more iterations were seen
   constexpr std::int32_t fewest_vertices = 500; // others take next to no memory
-  if (n() < fewest_vertices)
+  if ((is_shared() ? shared_->n_vertices() : n()) < fewest_vertices)
     return;
   const double exact = energy(team);
   A_.round(team);
@@ -103,6 +134,7 @@ void BlockLevel::relax(float weight, ThreadTeam& team) {
     for_each_part(team, [&](std::int64_t first, std::int64_t n) {
       relax_entries(n, weight, inverse_.data() + first, f.data() + first, r.data() + first, u.data() + first);
     });
+    exchange_borders(u);
     return;
   }
   for_rows(n(), team, [&](std::int32_t first, std::int32_t end) {
@@ -111,6 +143,7 @@ void BlockLevel::relax(float weight, ThreadTeam& team) {
     });
   });
   std::swap(u, r);
+  exchange_borders(u);
 }
 
 /// r = f - A u
@@ -129,26 +162,47 @@ void BlockLevel::find_residual(ThreadTeam& team) {
 }
 
 void BlockLevel::go_down(BlockLevel& coarser, ThreadTeam& team, CycleStart) {
-  for_each_part(team, [&](std::int64_t first, std::int64_t n) {
-    start_entries(n, weights_[0], inverse_.data() + first, f.data() + first, u.data() + first);
-  });
-  for (std::size_t step = 1; step < weights_.size(); ++step)
-    relax(weights_[step], team);
-  find_residual(team);
-  for_rows(coarser.n(), team, [&](std::int32_t first, std::int32_t end) {
-    interpolate_blocks(coarser.to_here_, first, end, r.data(), false, coarser.f.data());
-  });
+  go_down(&coarser, team);
 }
 
 void BlockLevel::come_up(const BlockLevel& coarser, ThreadTeam& team, double*) {
-  for_rows(n(), team, [&](std::int32_t first, std::int32_t end) {
-    interpolate_blocks(coarser.from_here_, first, end, coarser.u.data(), true, u.data());
+  come_up(&coarser, team);
+}
+
+void BlockLevel::go_down(BlockLevel* coarser, ThreadTeam& team) {
+  for_each_part(team, [&](std::int64_t first, std::int64_t n) {
+    start_entries(n, weights_[0], inverse_.data() + first, f.data() + first, u.data() + first);
   });
+  exchange_borders(u);
+  for (std::size_t step = 1; step < weights_.size(); ++step)
+    relax(weights_[step], team);
+  find_residual(team);
+  if (is_shared())
+    shared_->collect(r.data(), of_all_.data());
+  const float* const residual = is_shared() ? of_all_.data() : r.data();
+  if (coarser != nullptr)
+    for_rows(coarser->n(), team, [&](std::int32_t first, std::int32_t end) {
+      interpolate_blocks(coarser->to_here_, first, end, residual, false, coarser->f.data());
+    });
+}
+
+void BlockLevel::come_up(const BlockLevel* coarser, ThreadTeam& team) {
+  if (is_shared())
+    shared_->collect(u.data(), of_all_.data());
+  float* const of_all = is_shared() ? of_all_.data() : u.data();
+  if (coarser != nullptr)
+    for_rows(coarser->from_here_.n_rows(), team, [&](std::int32_t first, std::int32_t end) {
+      interpolate_blocks(coarser->from_here_, first, end, coarser->u.data(), true, of_all);
+    });
+  if (is_shared())
+    shared_->hand_out(of_all, u.data());
+  exchange_borders(u);
   for (std::size_t step = weights_.size(); step-- > 0;)
     relax(weights_[step], team);
 }
 
 void BlockLevel::correct_twice(bool does) {
+  is_corrected_twice_ = does;
   first_.correction = AlignedArray<float>(does ? u.size() : 0);
 }
 

@@ -142,7 +142,7 @@ CellProducts::CellProducts(const MaskedLevel& level, const LatticeElasticity& el
                            const CellComplex& fine, const Coarsened& coarsened, ThreadTeam& team)
     : assembly(fine, coarsened), level_(level), elasticity_(elasticity), grid_(grid), fine_(fine) {
   find_plain_slots(team);
-  if (elasticity.kinds().size() > most_kinds_remembered) {
+  if (elasticity.n_kinds() > most_kinds_remembered) {
     const auto thin = static_cast<std::size_t>(
         std::ranges::count_if(elasticity.kinds(), [](const auto& kind) { return kind.thin != 0; }));
     takes_thin_ = thin > elasticity.kinds().size() / worth_table_of_thin;
@@ -292,59 +292,95 @@ private:
   List<Eigen::Matrix<float, 24, 24>> products_;
 };
 
-/// Numbers of the patterns that enough pieces have, in the order in which they are met.
-std::unordered_map<std::uint64_t, std::int32_t> common_patterns(const List<std::uint64_t>& of_piece) {
-  std::unordered_map<std::uint64_t, std::int32_t> uses, numbers;
+/// The patterns that enough pieces have, in the order in which they are met; none where most pieces have
+/// others.
+List<std::uint64_t> common_patterns(const List<std::uint64_t>& of_piece) {
+  std::unordered_map<std::uint64_t, std::int32_t> uses;
+  List<std::uint64_t> patterns;
   for (const std::uint64_t pattern : of_piece)
     if (pattern != 0 && ++uses[pattern] == fewest_pieces_of_a_pattern)
-      numbers.emplace(pattern, static_cast<std::int32_t>(numbers.size()));
-  return numbers;
+      patterns.push_back(pattern);
+  std::size_t n_alike = 0;
+  for (const std::uint64_t pattern : patterns)
+    n_alike += static_cast<std::size_t>(uses[pattern]);
+  return 2 * n_alike < of_piece.size() ? List<std::uint64_t>() : patterns;
 }
 
 } // namespace
 
 CoarseOperator MaskedLevel::galerkin_product(const CellComplex& fine, const Coarsened& coarsened,
                                              bool by_patterns, ThreadTeam& team) const {
+  return galerkin_product(fine, coarsened, nullptr, by_patterns, team, coarsened.complex.cells, nullptr);
+}
+
+CoarseOperator MaskedLevel::galerkin_product(const CellComplex& fine, const Coarsened& coarsened,
+                                             const SharedPieces* shared, bool by_patterns, ThreadTeam& team,
+                                             const List<ComplexCell>& cells_of_all,
+                                             CoarseOperator* whole) const {
   const CellProducts products(*this, elasticity_, scene_.specimen.grid, fine, coarsened, team);
   const PieceAssembly& assembly = products.assembly;
-  List<std::int32_t> all(assembly.n_pieces());
-  std::iota(all.begin(), all.end(), 0);
+  const List<ComplexCell>& cells = coarsened.complex.cells;
   const auto matrix = [&](std::size_t number, const Piece& piece, PieceMatrix& memory) {
     return products.matrix(number, piece, memory);
   };
-  List<std::uint64_t> of_piece(by_patterns ? all.size() : 0);
-  PatternedPieces pieces;
-  constexpr int slabs_worth_threads = 12, thickest = 4;
-  pieces.first_of_slab =
-      assembly.slabs_of(all, std::clamp(assembly.n_planes() / slabs_worth_threads, 1, thickest));
+  const auto numbered = [](std::size_t first, std::size_t end) {
+    List<std::int32_t> numbers(end - first);
+    std::iota(numbers.begin(), numbers.end(), static_cast<std::int32_t>(first));
+    return numbers;
+  };
+  const auto slabs_for_threads = [&](const List<ComplexCell>& of, std::size_t first, std::size_t end) {
+    constexpr int slabs_worth_threads = 12, thickest = 4;
+    const int planes = (scene_.specimen.grid.cells()[2] + 1) / 2;
+    return slabs_of(numbered(first, end), of, std::clamp(planes / slabs_worth_threads, 1, thickest));
+  };
+  // The pieces that its own rows are made of.
+  const std::size_t first_known = shared == nullptr ? 0 : shared->first_known(),
+                    end_known = shared == nullptr ? cells.size() : shared->end_known();
+  List<std::uint64_t> of_known(by_patterns ? end_known - first_known : 0), of_all;
   if (by_patterns)
-    for_slabs(pieces.first_of_slab, team, [&](std::size_t first, std::size_t end) {
-      for (std::size_t i = first; i < end; ++i)
-        of_piece[i] = products.pattern(i);
-    });
-  const auto numbers = common_patterns(of_piece);
+    for_slabs(slabs_for_threads(cells, first_known, end_known), team,
+              [&](std::size_t first, std::size_t end) {
+                for (std::size_t i = first; i < end; ++i)
+                  of_known[i] = products.pattern(first_known + i);
+              });
+  if (shared != nullptr && by_patterns)
+    of_all = shared->gather(of_known);
+  const List<std::uint64_t> patterns =
+      slabs_.from_first(common_patterns(shared == nullptr ? of_known : of_all));
+  std::unordered_map<std::uint64_t, std::int32_t> numbers;
+  for (const std::uint64_t pattern : patterns)
+    numbers.emplace(pattern, static_cast<std::int32_t>(numbers.size()));
+  /// Of cells, of which some from `first` on have patterns.
+  const auto pieces_of = [&](const List<ComplexCell>& of, std::size_t first,
+                             const List<std::uint64_t>& known) {
+    PatternedPieces pieces;
+    pieces.first_of_slab = slabs_for_threads(of, 0, of.size());
+    pieces.pieces.resize(of.size());
+    for (std::size_t i = 0; i < of.size(); ++i)
+      std::ranges::copy(of[i].vertex, pieces.pieces[i].vertex);
+    if (numbers.empty())
+      return pieces;
+    for (std::size_t i = 0; i < known.size(); ++i)
+      if (const auto number = numbers.find(known[i]); number != numbers.end())
+        pieces.pieces[first + i].pattern = number->second;
+    pieces.set_by_pattern(team);
+    pieces.matrices = AlignedArray<float>(PatternedPieces::matrix_size * numbers.size());
+    for (const auto& [pattern, number] : numbers)
+      put_matrix(products.matrix(pattern),
+                 pieces.matrices.data() + PatternedPieces::matrix_size * static_cast<std::size_t>(number));
+    return pieces;
+  };
   List<std::int32_t> others;
-  pieces.pieces.reserve(all.size());
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    PatternedPiece& piece = pieces.pieces.emplace_back();
-    std::ranges::copy(coarsened.complex.cells[i].vertex, piece.vertex);
-    const auto known = by_patterns ? numbers.find(of_piece[i]) : numbers.end();
-    if (known != numbers.end())
-      piece.pattern = known->second;
-    else
+  for (std::size_t i = first_known; i < end_known; ++i)
+    if (numbers.empty() || !numbers.contains(of_known[i - first_known]))
       others.push_back(static_cast<std::int32_t>(i));
+  BlockMatrix blocks = assembly.sum_of_pieces(others, team, matrix);
+  if (shared != nullptr) {
+    BlockMatrix gathered = shared->gather(blocks);
+    if (slabs_.is_first())
+      *whole = CoarseOperator(std::move(gathered), pieces_of(cells_of_all, 0, of_all));
   }
-  if (2 * others.size() > all.size() || numbers.empty()) {
-    for (PatternedPiece& piece : pieces.pieces)
-      piece.pattern = PatternedPiece::no_pattern;
-    return CoarseOperator(assembly.sum_of_pieces(all, team, matrix), std::move(pieces));
-  }
-  pieces.set_by_pattern(team);
-  pieces.matrices = AlignedArray<float>(PatternedPieces::matrix_size * numbers.size());
-  for (const auto& [pattern, number] : numbers)
-    put_matrix(products.matrix(pattern),
-               pieces.matrices.data() + PatternedPieces::matrix_size * static_cast<std::size_t>(number));
-  return CoarseOperator(assembly.sum_of_pieces(others, team, matrix), std::move(pieces));
+  return CoarseOperator(std::move(blocks), pieces_of(cells, first_known, of_known));
 }
 
 CoarseOperator galerkin_product(const CoarseOperator& A, const CellComplex& fine, const Coarsened& coarsened,

@@ -13,7 +13,8 @@ namespace {
 
 /// With no more kinds of matter, cells name them by a byte, which is 0 for none, and look their coefficients
 /// up in a table that stays in the cache; with more each has its own.
-constexpr std::size_t most_kinds_in_table = std::numeric_limits<std::uint8_t>::max();
+constexpr std::size_t most_kinds_in_table = LatticeElasticity::few_kinds;
+static_assert(most_kinds_in_table <= std::numeric_limits<std::uint8_t>::max());
 /// Of cells that are done in one go.
 constexpr int layers_per_slab = MaskedRows::planes_per_slab;
 /// Of which the penalized links are done in one go.
@@ -23,8 +24,13 @@ constexpr std::int64_t slots_per_part = 4096;
 
 MaskedLevel::MaskedLevel(const Scene& scene, const LatticeElasticity& elasticity,
                          const std::vector<Prescribed>& prescribed, ThreadTeam& team)
-    : scene_(scene), elasticity_(elasticity), rows_(scene.specimen) {
-  operator_.component_stride = (std::int64_t{rows_.n_slots()} + 15) / 16 * 16;
+    : MaskedLevel(scene, elasticity, prescribed, team, Slabs(scene.specimen, nullptr)) {}
+
+MaskedLevel::MaskedLevel(const Scene& scene, const LatticeElasticity& elasticity,
+                         const std::vector<Prescribed>& prescribed, ThreadTeam& team, const Slabs& slabs)
+    : scene_(scene), elasticity_(elasticity), slabs_(slabs), rows_(scene.specimen, slabs.layers()),
+      sums_(static_cast<std::size_t>(slabs.own().end - slabs.own().first), 0) {
+  operator_.component_stride = stride_of(rows_.n_slots());
   choose_unit(elasticity);
   set_coefficients(elasticity, team);
   inverse_ = field();
@@ -36,9 +42,10 @@ MaskedLevel::MaskedLevel(const Scene& scene, const LatticeElasticity& elasticity
 /// Calls work(first layer, end) for slabs of layers of cells, as run_slabs() does.
 template<class Work>
 void MaskedLevel::for_layers(ThreadTeam& team, const Work& work) const {
-  const int layers = rows_.n_layers(), slabs = (layers + layers_per_slab - 1) / layers_per_slab;
-  run_slabs(team, slabs,
-            [&](int slab) { work(slab * layers_per_slab, std::min((slab + 1) * layers_per_slab, layers)); });
+  const auto [begin, end] = rows_.layers();
+  run_slabs(team, begin / layers_per_slab, (end + layers_per_slab - 1) / layers_per_slab, [&](int slab) {
+    work(std::max(begin, slab * layers_per_slab), std::min((slab + 1) * layers_per_slab, end));
+  });
 }
 
 /// Calls visit(place in the run, cell number) for the cells of matter of a run.
@@ -58,12 +65,12 @@ void MaskedLevel::choose_unit(const LatticeElasticity& elasticity) {
   double stiffest = 0;
   for (const LatticeElasticity::Kind& kind : elasticity.kinds())
     stiffest = std::max(stiffest, kind.largest_mean());
-  unit_ = stiffest / (shortest * shortest);
+  unit_ = slabs_.largest(stiffest) / (shortest * shortest);
   factors_ = coefficient_factors(h, scale_, unit_);
 }
 
 bool MaskedLevel::has_table(const LatticeElasticity& elasticity) {
-  return elasticity.kinds().size() <= most_kinds_in_table && !elasticity.has_weights();
+  return elasticity.n_kinds() <= most_kinds_in_table && !elasticity.has_weights();
 }
 
 void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity, ThreadTeam& team) {
@@ -73,6 +80,7 @@ void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity, ThreadTe
     for (int q = 3; q < 6; ++q)
       for (int p = 0; p < q; ++p)
         operator_.couples_all = operator_.couples_all || kind.mean_at(p, q) != 0;
+  operator_.couples_all = slabs_.largest(operator_.couples_all ? 1 : 0) > 0;
   for_layers(team, [&](int first_layer, int end_layer) {
     for (CellRun& run : rows_.runs_of_layers(first_layer, end_layer)) {
       run.bends = false;
@@ -116,7 +124,7 @@ void MaskedLevel::set_table(const LatticeElasticity& elasticity, ThreadTeam& tea
 void MaskedLevel::set_own_coefficients(const LatticeElasticity& elasticity, ThreadTeam& team) {
   constexpr std::size_t block = MaskedRows::block;
   std::int32_t n_blocks = 0;
-  for (CellRun& run : rows_.runs_of_layers(0, rows_.n_layers())) {
+  for (CellRun& run : rows_.runs_of_layers(rows_.layers().first, rows_.layers().end)) {
     run.cell_slot = n_blocks;
     n_blocks += run.blocks() * MaskedOperator::coefficients_of(run.bends);
   }
@@ -192,6 +200,13 @@ void MaskedLevel::set_inverse(const LatticeElasticity& elasticity, ThreadTeam& t
   });
 }
 
+/// Of matter, with all layers that it is in.
+bool MaskedLevel::is_known(const Index3& node) const {
+  const auto [first, end] = rows_.layers();
+  return scene_.specimen.is_node(node) && (node[2] > first || first == 0) && node[2] >= first &&
+         (node[2] < end || (node[2] == end && end == scene_.specimen.grid.cells()[2]));
+}
+
 void MaskedLevel::set_fixed(const std::vector<Prescribed>& prescribed) {
   for (const auto& [at, free] : fixed_)
     inverse_[at] = free;
@@ -200,7 +215,7 @@ void MaskedLevel::set_fixed(const std::vector<Prescribed>& prescribed) {
   const Grid& grid = scene_.specimen.grid;
   for (const Prescribed& p : prescribed) {
     const Index3 node = grid.node_at(p.node);
-    if (!scene_.specimen.is_node(node))
+    if (!is_known(node))
       continue;
     const auto at = static_cast<std::size_t>(p.component * component_stride() + rows_.slot(node));
     fixed_.emplace_back(at, inverse_[at]);
@@ -277,11 +292,11 @@ void MaskedLevel::set_penalties(const List<SlotLink>& links, double largest) {
 }
 
 CellComplex MaskedLevel::complex(ThreadTeam& team) const {
-  const int layers = rows_.n_layers();
+  const int begin = rows_.layers().first, layers = rows_.layers().end - begin;
   std::vector<std::size_t> first(static_cast<std::size_t>(layers) + 1, 0); // of layers
   team.run(layers, [&](int z, int) {
     std::size_t n = 0;
-    for (const CellRun& run : rows_.runs_of_layer(z))
+    for (const CellRun& run : rows_.runs_of_layer(begin + z))
       for_each_cell(run, [&](int, std::int64_t) { ++n; });
     first[static_cast<std::size_t>(z) + 1] = n;
   });
@@ -291,7 +306,7 @@ CellComplex MaskedLevel::complex(ThreadTeam& team) const {
   complex.cells.resize(first.back());
   team.run(layers, [&](int z, int) {
     std::size_t next = first[static_cast<std::size_t>(z)];
-    for (const CellRun& run : rows_.runs_of_layer(z))
+    for (const CellRun& run : rows_.runs_of_layer(begin + z))
       for_each_cell(run, [&](int x, std::int64_t) {
         ComplexCell& cell = complex.cells[next++];
         cell.at = {run.first[0] + x, run.first[1], run.first[2]};

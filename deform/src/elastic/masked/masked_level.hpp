@@ -7,6 +7,7 @@
 #include "elastic/masked/coarse_operator.hpp"
 #include "elastic/masked/masked_kernel.hpp"
 #include "elastic/masked/piece_assembly.hpp"
+#include "elastic/masked/slabs.hpp"
 #include "elastic/model/lattice_elasticity.hpp"
 #include "lattice/field_memory.hpp"
 #include "maille/scene/answer.hpp"
@@ -45,9 +46,19 @@ public:
   /// @param scene in 3D; must outlive this @param prescribed which components of which nodes do not move
   MaskedLevel(const Scene& scene, const LatticeElasticity& elasticity,
               const std::vector<Prescribed>& prescribed, ThreadTeam& team);
+  /// A rank's part: what is said of a field below is so in its own planes; in the others it is nothing to
+  /// rely on, but what fields are to have in the planes next to them is asked of exchange_borders().
+  /// @param elasticity of slabs.layers() @pre no springs, nor later penalties, where slabs are shared
+  MaskedLevel(const Scene& scene, const LatticeElasticity& elasticity,
+              const std::vector<Prescribed>& prescribed, ThreadTeam& team, const Slabs& slabs);
 
+  const Slabs& slabs() const { return slabs_; }
+  void exchange_borders(AlignedArray<float>& field, int above = 1) const {
+    slabs_.exchange_borders(rows_, component_stride(), field.data(), above);
+  }
   const MaskedRows& rows() const { return rows_; }
   std::int64_t component_stride() const { return operator_.component_stride; }
+  static constexpr std::int64_t stride_of(std::int64_t n_slots) { return (n_slots + 15) / 16 * 16; }
   std::int64_t field_size() const { return 3 * operator_.component_stride; }
   /// With the padding that loops may read.
   AlignedArray<float> field() const {
@@ -80,6 +91,11 @@ public:
   /// r = f - A u where components may move, 0 elsewhere.
   void find_residual(ThreadTeam& team);
 
+  /// f = eigenvalue_noise(), the same on any number of ranks.
+  void set_noise(ThreadTeam& team);
+  /// Of the entries of two fields.
+  double dot(const float* a, const float* b, ThreadTeam& team);
+
   /// Cells of matter, in the grid's order; vertices are slots.
   CellComplex complex(ThreadTeam& team) const;
   /// What springs to the ground add to the operator, by slots; no blocks without springs.
@@ -88,6 +104,11 @@ public:
   /// components are fixed. @param by_patterns where most pieces are alike
   CoarseOperator galerkin_product(const CellComplex& fine, const Coarsened& coarsened, bool by_patterns,
                                   ThreadTeam& team) const;
+  /// The same where ranks share it: the rank's rows. @param whole becomes that of all on the first rank
+  /// @param cells of all, there
+  CoarseOperator galerkin_product(const CellComplex& fine, const Coarsened& coarsened,
+                                  const SharedPieces* shared, bool by_patterns, ThreadTeam& team,
+                                  const List<ComplexCell>& cells, CoarseOperator* whole) const;
   AlignedArray<float> u, f, r;
   /// While coarser grids are made, nobody needs the fields.
   void release_fields() {
@@ -114,6 +135,7 @@ public:
 private:
   static constexpr std::int64_t entries_per_part = 8192;
 
+  double sum_over_planes() { return slabs_.total(sums_); }
   template<class Finish>
   void apply_by_planes(const float* displacement, float* forces, ThreadTeam& team,
                        const Finish& finish) const;
@@ -121,6 +143,7 @@ private:
   void for_components(int plane, const Work& work) const;
 
   static bool has_table(const LatticeElasticity& elasticity);
+  bool is_known(const Index3& node) const;
   void choose_unit(const LatticeElasticity& elasticity);
   template<class Work>
   void for_layers(ThreadTeam& team, const Work& work) const;
@@ -142,6 +165,7 @@ private:
 
   const Scene& scene_;
   const LatticeElasticity& elasticity_;
+  Slabs slabs_;
   MaskedRows rows_;
   List<SlotSpring> springs_;
   double unit_ = 1;
@@ -152,7 +176,7 @@ private:
   AlignedArray<std::uint8_t> kind_, block_kind_;
   AlignedArray<float> inverse_;
   PenaltyRows penalties_;
-  std::vector<double> sums_; ///< of planes of nodes
+  std::vector<double> sums_; ///< of its own planes of nodes
   /// Of inverse_, and what was there before penalties were set, and before components were fixed.
   std::vector<std::pair<std::size_t, float>> changed_, fixed_;
 };

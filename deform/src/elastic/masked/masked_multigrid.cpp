@@ -27,10 +27,10 @@ constexpr std::size_t n_corrected_twice = 2;
 /// With one step a chain of 500 cells is not told from what may be rounded.
 constexpr int most_steps_to_ask = 3;
 
-/// The finest level has slots without matter.
-std::int64_t used_vertices(const Coarsened& coarsened) {
+/// From `first` on; the finest level has slots without matter.
+std::int64_t used_vertices(const Coarsened& coarsened, std::int32_t first, std::int32_t end) {
   std::int64_t n = 0;
-  for (std::size_t v = 0; v < coarsened.place.size(); ++v)
+  for (auto v = static_cast<std::size_t>(first); v < static_cast<std::size_t>(end); ++v)
     n += coarsened.place[v] >= 0 || coarsened.is_hinge[v] != 0 ? 1 : 0;
   return n;
 }
@@ -79,14 +79,14 @@ BlockMatrix matrix_of(const List<SlotLink>& links, const MaskedLevel& level) {
 
 MaskedMultigrid::MaskedMultigrid(std::unique_ptr<MaskedLevel> finest, int steps, ThreadTeam& team)
     : Multigrid(team), finest_(std::move(finest)) {
-  sums_.resize(static_cast<std::size_t>(finest_->n_parts()));
   largest_ = largest_eigenvalue();
   weights_ = chebyshev_weights(largest_, steps);
   finest_->release_fields();
   build(steps);
   for (const auto& level : levels_)
     level->make_fields(true);
-  factor_coarsest();
+  if (finest_->slabs().is_first())
+    factor_coarsest();
   round_operators(steps);
   finest_->make_fields();
 }
@@ -103,22 +103,54 @@ CoarseOperator MaskedMultigrid::operator_above_finest(const CellComplex& fine, C
   return A;
 }
 
+/// The first of the coarser grids. @param whole becomes its operator, on the first rank @return its cells,
+/// there
+CellComplex MaskedMultigrid::build_by_ranks(int steps, CoarseOperator& whole) {
+  const Slabs& slabs = finest_->slabs();
+  const CellComplex fine = finest_->complex(team());
+  Coarsened next = coarsen(fine, Joining::faces, team(), true);
+  shared_.emplace(slabs, next);
+  const auto used = used_vertices(next, finest_->rows().first_slot(slabs.own().first),
+                                  finest_->rows().first_slot(slabs.own().end));
+  if (shared_->n_vertices() > worst_coarsening * slabs.first_of_ranks(static_cast<double>(used)).back()) {
+    next = coarsen(fine, Joining::places, team(), true);
+    shared_.emplace(slabs, next);
+  }
+  CellComplex complex = shared_->complex(next);
+  CoarseOperator A = finest_->galerkin_product(fine, next, &*shared_, true, team(), complex.cells, &whole);
+  to_finest_ = SlotInterpolation(next);
+  levels_.push_back(std::make_unique<BlockLevel>(std::move(A), shared_->parts(), &*shared_, steps, team()));
+  return complex;
+}
+
 void MaskedMultigrid::build(int steps) {
-  CellComplex complex = finest_->complex(team());
-  do {
+  CoarseOperator whole{BlockMatrix()}; // of what ranks share
+  CellComplex complex =
+      finest_->slabs().are_shared() ? build_by_ranks(steps, whole) : finest_->complex(team());
+  while (finest_->slabs().is_first() &&
+         (levels_.empty() || complex.n_vertices > most_vertices_solved_directly)) {
     const bool is_finest = levels_.empty();
     Coarsened next = coarsen(complex, Joining::faces, team(), is_finest);
-    if (next.complex.n_vertices > worst_coarsening * static_cast<double>(used_vertices(next)))
+    if (next.complex.n_vertices >
+        worst_coarsening * static_cast<double>(used_vertices(next, 0, complex.n_vertices)))
       next = coarsen(complex, Joining::places, team(), is_finest);
     Weights to_next;
     if (!is_finest)
       to_next = next.interpolation.transposed(next.complex.n_vertices);
     CoarseOperator A = is_finest ? operator_above_finest(complex, next)
-                                 : galerkin_product(levels_.back()->A(), complex, next, to_next, team());
-    levels_.push_back(std::make_unique<BlockLevel>(std::move(A), std::move(next.interpolation),
-                                                   std::move(to_next), steps, team()));
+                                 : galerkin_product(levels_.back()->is_shared() ? whole : levels_.back()->A(),
+                                                    complex, next, to_next, team());
+    whole = CoarseOperator(BlockMatrix());
+    if (is_finest)
+      levels_.push_back(std::make_unique<BlockLevel>(
+          std::move(A),
+          first_entries_of_planes(next.complex.cells, {0, (finest_->rows().layers().end + 1) / 2}), nullptr,
+          steps, team()));
+    else
+      levels_.push_back(std::make_unique<BlockLevel>(std::move(A), std::move(next.interpolation),
+                                                     std::move(to_next), steps, team()));
     complex = std::move(next.complex);
-  } while (complex.n_vertices > most_vertices_solved_directly);
+  }
 }
 
 /// What rounding does to a body depends on what is soft in it: stiff parts that hang on thin or soft ones
@@ -129,7 +161,8 @@ void MaskedMultigrid::round_operators(int steps) {
   const std::size_t n_twice = std::min(n_levels(), n_corrected_twice);
   for (std::size_t i = 0; i < n_twice; ++i)
     level(i).correct_twice(true);
-  if (n_levels() == 1)
+  const bool is_shared = level(0).is_shared();
+  if (n_levels() == 1 && !is_shared)
     return;
   for (const auto& level : levels_)
     level->relax_in(std::min(steps, most_steps_to_ask));
@@ -137,7 +170,7 @@ void MaskedMultigrid::round_operators(int steps) {
   correct(0);
   for (std::size_t i = 0; i < n_twice; ++i)
     level(i).correct_twice(false); // for the memory
-  for (std::size_t i = n_levels() - 1; i-- > 0;)
+  for (std::size_t i = std::max<std::size_t>(is_shared ? 1 : 0, n_levels() - 1); i-- > 0;)
     level(i).round_operator(team());
   for (std::size_t i = 0; i < n_twice; ++i)
     level(i).correct_twice(true);
@@ -151,15 +184,16 @@ class MaskedMultigrid::Directions : public GradientSpace {
 public:
   explicit Directions(MaskedMultigrid& all) : all_(all), level_(all.finest()), inverse_(level_.inverse()) {}
   double precondition() override {
-    return all_.sum_over_parts([&](std::int64_t first, std::int64_t n) {
+    for_each_part([&](std::int64_t first, std::int64_t n) {
       start_entries(n, 1, inverse_ + first, level_.f.data() + first, level_.r.data() + first);
-      return dot_entries(n, level_.f.data() + first, level_.r.data() + first);
     });
+    return level_.dot(level_.f.data(), level_.r.data(), all_.team());
   }
   std::optional<double> find_step(double beta, double product) override {
     for_each_part([&](std::int64_t first, std::int64_t n) {
       direct_entries(n, level_.r.data() + first, static_cast<float>(beta), level_.u.data() + first);
     });
+    level_.exchange_borders(level_.u);
     return product / level_.apply_and_dot(level_.u.data(), level_.r.data(), all_.team());
   }
   void take_step(double step) override {
@@ -180,9 +214,7 @@ private:
 };
 
 double MaskedMultigrid::largest_eigenvalue() {
-  finest_->for_each_part(team(), [&](std::int64_t first, std::int64_t n, int) {
-    noise_entries(n, first, finest_->inverse() + first, finest_->f.data() + first);
-  });
+  finest_->set_noise(team());
   Directions directions(*this);
   return largest_eigenvalue_seen_by(directions);
 }
@@ -226,15 +258,18 @@ void MaskedMultigrid::set_penalties(const List<SlotLink>& links) {
 /// level(i).u = about the solution of A u = level(i).f; changes that f.
 void MaskedMultigrid::correct(std::size_t i) {
   BlockLevel& here = level(i);
+  BlockLevel* const coarser = i + 1 < n_levels() ? &level(i + 1) : nullptr;
+  const bool is_last = coarser == nullptr && !here.is_shared();
   const auto once = [&] {
-    if (i + 1 == n_levels())
+    if (is_last)
       return cycle(i);
-    here.go_down(level(i + 1), team(), {});
-    correct(i + 1);
-    here.come_up(level(i + 1), team(), nullptr);
+    here.go_down(coarser, team());
+    if (coarser != nullptr)
+      correct(i + 1);
+    here.come_up(coarser, team());
   };
   once();
-  if (i + 1 == n_levels() || !here.is_corrected_twice())
+  if (is_last || !here.is_corrected_twice())
     return;
   here.put_aside(team());
   once();
@@ -252,9 +287,13 @@ void MaskedMultigrid::go_down_from_finest() {
     start_entries(n, weights_[0], finest_->inverse() + first, finest_->f.data() + first,
                   finest_->u.data() + first);
   });
-  for (std::size_t step = 1; step < weights_.size(); ++step)
+  finest_->exchange_borders(finest_->u);
+  for (std::size_t step = 1; step < weights_.size(); ++step) {
     finest_->relax(weights_[step], team());
+    finest_->exchange_borders(finest_->u);
+  }
   finest_->find_residual(team());
+  finest_->exchange_borders(finest_->r, 2);
   add_up_residuals();
 }
 
@@ -266,10 +305,11 @@ void MaskedMultigrid::add_up_residuals() {
   std::ranges::fill(coarse.f.all(), 0.0F);
   const auto& pieces = coarse.A().pieces().pieces;
   const MaskedRows& rows = finest_->rows();
-  const int planes = rows.n_layers() + 1, slabs = (planes + planes_per_slab - 1) / planes_per_slab;
-  run_slabs(team(), slabs, [&](int slab) {
-    const int first_plane = slab * planes_per_slab;
-    const std::int32_t end = rows.first_slot(std::min(first_plane + planes_per_slab, planes));
+  const PlaneRange own = finest_->slabs().own(); // its own vertices are in them, and in those next to them
+  const int begin = std::max(0, own.first - 1), planes = own.end + (finest_->slabs().is_last() ? 0 : 2);
+  run_slabs(team(), begin / planes_per_slab, (planes + planes_per_slab - 1) / planes_per_slab, [&](int slab) {
+    const int first_plane = std::max(begin, slab * planes_per_slab);
+    const std::int32_t end = rows.first_slot(std::min((slab + 1) * planes_per_slab, planes));
     to_finest_.add_up(pieces, rows.first_slot(first_plane), end, finest_->r.data(),
                       finest_->component_stride(), coarse.f.data());
   });
@@ -278,12 +318,19 @@ void MaskedMultigrid::add_up_residuals() {
 /// @return u . f
 double MaskedMultigrid::come_up_to_finest() {
   const BlockLevel& coarse = level(0);
-  for_rows(finest_->rows().n_slots(), team(), [&](std::int32_t first, std::int32_t end) {
-    to_finest_.interpolate(coarse.A().pieces().pieces, first, end, coarse.u.data(), finest_->inverse(),
-                           finest_->component_stride(), finest_->u.data());
+  const PlaneRange own = finest_->slabs().own();
+  const std::int32_t begin = finest_->rows().first_slot(own.first) / block_stride * block_stride,
+                     slots = (finest_->rows().first_slot(own.end) + block_stride - 1) / block_stride *
+                             block_stride;
+  for_rows(slots - begin, team(), [&](std::int32_t first, std::int32_t end) {
+    to_finest_.interpolate(coarse.A().pieces().pieces, begin + first, begin + end, coarse.u.data(),
+                           finest_->inverse(), finest_->component_stride(), finest_->u.data());
   });
-  for (std::size_t step = weights_.size(); step-- > 1;)
+  finest_->exchange_borders(finest_->u);
+  for (std::size_t step = weights_.size(); step-- > 1;) {
     finest_->relax(weights_[step], team());
+    finest_->exchange_borders(finest_->u);
+  }
   return finest_->relax_and_dot(weights_[0], team());
 }
 
@@ -306,6 +353,7 @@ std::optional<double> MaskedGradients::find_step(double beta, double product) {
   level.for_each_part(team_, [&](std::int64_t at, std::int64_t n, int) {
     direct_entries(n, level.u.data() + at, static_cast<float>(beta), p + at);
   });
+  level.exchange_borders(direction_);
   const double curvature = level.apply_and_dot(p, level.r.data(), team_);
   return curvature > 0 ? std::optional(product / curvature) : std::nullopt;
 }

@@ -8,6 +8,7 @@
 #include "elastic/multigrid/multigrid.hpp"
 
 #include <numeric>
+#include <optional>
 #include <utility>
 
 namespace maille::deform {
@@ -20,6 +21,11 @@ public:
   /// @param from_here interpolation of the next finer level; none where that is the body's own
   /// @param to_here transposed
   BlockLevel(CoarseOperator A, Weights from_here, Weights to_here, int steps, ThreadTeam& team);
+  /// The finest of them. @param parts entries whose products are added up first, and the end
+  /// @param shared if not null, then all ranks call what is below together, but for what coarser levels do;
+  ///        the level has the rank's rows. It must outlive this
+  BlockLevel(CoarseOperator A, List<std::int64_t> parts, const SharedPieces* shared, int steps,
+             ThreadTeam& team);
 
   const CoarseOperator& A() const { return A_; }
   const Weights& from_here() const { return from_here_; }
@@ -47,13 +53,17 @@ public:
     AlignedArray<float> correction;
     double curvature = 0, step = 0;
   };
-  bool is_corrected_twice() const { return first_.correction.size() > 0; }
+  bool is_corrected_twice() const { return is_corrected_twice_; }
   void correct_twice(bool does);
   /// u is a correction for A u = f: it is put aside, and f becomes what its best multiple leaves.
   void put_aside(ThreadTeam& team);
   /// u is a correction for that: it becomes the best sum of both.
   void combine(ThreadTeam& team);
 
+  bool is_shared() const { return shared_ != nullptr; }
+  /// @param coarser null on ranks that have none
+  void go_down(BlockLevel* coarser, ThreadTeam& team);
+  void come_up(const BlockLevel* coarser, ThreadTeam& team);
   // What the cycle of Multigrid asks.
   void go_down(BlockLevel& coarser, ThreadTeam& team, CycleStart start);
   void come_up(const BlockLevel& coarser, ThreadTeam& team, double* products);
@@ -68,13 +78,19 @@ private:
   double energy(ThreadTeam& team);
   void relax(float weight, ThreadTeam& team);
   void find_residual(ThreadTeam& team);
-  /// Calls work(first entry, how many) for parts of a field. @return the sum of what it returns
+  /// Calls work(first entry, how many) for parts of a field, of any length. @return the sum of what it
+  /// returns
   template<class Work>
   double sum_over_parts(ThreadTeam& team, const Work& work) {
-    for_parts(u.size(), team, [&](std::size_t first, std::size_t end, std::size_t part) {
-      sums_[part] = work(static_cast<std::int64_t>(first), static_cast<std::int64_t>(end - first));
+    team.run(static_cast<int>(sums_.size()), [&](int item, int) {
+      const auto part = static_cast<std::size_t>(item);
+      sums_[part] = work(parts_[part], parts_[part + 1] - parts_[part]);
     });
-    return std::accumulate(sums_.begin(), sums_.end(), 0.0);
+    return is_shared() ? shared_->total(sums_) : std::accumulate(sums_.begin(), sums_.end(), 0.0);
+  }
+  void exchange_borders(AlignedArray<float>& field) const {
+    if (is_shared())
+      shared_->exchange_borders(field.data());
   }
   template<class Work>
   void for_each_part(ThreadTeam& team, const Work& work) {
@@ -90,7 +106,11 @@ private:
   double largest_ = 0;          ///< eigenvalue of inverse diagonal times A, or a little more
   std::vector<float> weights_;  ///< of the relaxation
   FirstCorrection first_;
-  std::vector<double> sums_;                                   ///< of parts of a field
+  bool is_corrected_twice_ = false; ///< also where a rank has no vertices
+  const SharedPieces* shared_ = nullptr;
+  List<std::int64_t> parts_;
+  AlignedArray<float> of_all_; ///< a field of all ranks, where it is shared, on the first
+  std::vector<double> sums_;   ///< of parts of a field
   std::vector<std::pair<std::size_t, float>> changed_inverse_; ///< what was there before penalties were set
 };
 
@@ -100,7 +120,8 @@ private:
 ///
 /// Coarse functions are too stiff where a body is thin beside them. So the problems of the two finest of the
 /// coarser grids are corrected twice, by steps of the right length (conjugate gradients): what the first
-/// correction is short of, the second makes good.
+/// correction is short of, the second makes good. Ranks share the body's own grid and the first of the
+/// coarser ones; the others are on the first rank.
 ///
 /// Cost    the finest of the coarser grids, of an eighth to a fifth as many vertices as nodes, has a matrix
 ///         for each pattern of matter in a piece, the others some 27 blocks of 36 bytes a vertex; where
@@ -125,20 +146,12 @@ public:
   void release();
   /// finest().u = one cycle for A u = finest().f from nothing; changes r. @return u . f
   double precondition();
-  /// Calls work(first entry, how many) for all parts of a field of the finest level. @return the sum of what
-  /// it returns
-  template<class Work>
-  double sum_over_parts(Work&& work) {
-    finest_->for_each_part(team(), [&](std::int64_t first, std::int64_t n, int part) {
-      sums_[static_cast<std::size_t>(part)] = work(first, n);
-    });
-    return std::accumulate(sums_.begin(), sums_.end(), 0.0);
-  }
 
 private:
   class Directions;
   double largest_eigenvalue();
   void build(int steps);
+  CellComplex build_by_ranks(int steps, CoarseOperator& whole);
   CoarseOperator operator_above_finest(const CellComplex& fine, Coarsened& coarsened);
   void round_operators(int steps);
   void correct(std::size_t level);
@@ -148,10 +161,10 @@ private:
 
   std::unique_ptr<MaskedLevel> finest_;
   SlotInterpolation to_finest_;
-  std::vector<float> weights_; ///< of the finest level's relaxation steps
-  double largest_ = 0;         ///< eigenvalue of the finest level, as of the others
+  std::optional<SharedPieces> shared_; ///< of the first coarser grid, where ranks share the finest
+  std::vector<float> weights_;         ///< of the finest level's relaxation steps
+  double largest_ = 0;                 ///< eigenvalue of the finest level, as of the others
   bool has_penalties_ = false;
-  std::vector<double> sums_;
 };
 
 /// Residual, correction and image are the fields f, u and r of the multigrid.

@@ -7,7 +7,10 @@
 
 namespace maille::deform {
 
-MaskedRows::MaskedRows(const Specimen& body) : rows_in_plane_(body.grid.nodes()[1]) {
+MaskedRows::MaskedRows(const Specimen& body) : MaskedRows(body, {0, body.grid.cells()[2]}) {}
+
+MaskedRows::MaskedRows(const Specimen& body, LayerRange layers)
+    : layers_(layers), rows_in_plane_(body.grid.nodes()[1]) {
   place_cells(body);
   place_nodes(body.grid);
   for (CellRun& run : runs_)
@@ -26,7 +29,7 @@ constexpr int longest_gap = 2;
 void MaskedRows::place_cells(const Specimen& body) {
   const Index3& cells = body.grid.cells();
   first_run_.push_back(0);
-  for (int z = 0; z < cells[2]; ++z) {
+  for (int z = layers_.first; z < layers_.end; ++z) {
     for (int y = 0; y < cells[1]; ++y) {
       const std::int64_t row = body.grid.cell({0, y, z});
       int end = -longest_gap - 1; // of the run before
@@ -53,7 +56,7 @@ void MaskedRows::place_nodes(const Grid& grid) {
   const Index3 &cells = grid.cells(), &nodes = grid.nodes();
   List<std::int32_t> first_of_row; // of cells
   std::int32_t next = 0;
-  for (int z = 0; z < cells[2]; ++z)
+  for (int z = layers_.first; z < layers_.end; ++z)
     for (int y = 0; y < cells[1]; ++y) {
       first_of_row.push_back(next);
       while (next < std::ssize(runs_) && runs_[static_cast<std::size_t>(next)].first[2] == z &&
@@ -63,17 +66,18 @@ void MaskedRows::place_nodes(const Grid& grid) {
   first_of_row.push_back(next);
   first_row_.push_back(0);
   std::vector<std::pair<int, int>> reached; // first node, and the end
-  for (int z = 0; z < nodes[2]; ++z) {
+  for (int z = layers_.first; z <= layers_.end; ++z) {
     n_slots_ += z % planes_per_slab == 0 ? block : 0;
-    first_slot_.push_back(z == 0 ? 0 : n_slots_);
+    first_slot_.push_back(z == layers_.first ? 0 : n_slots_);
     for (int y = 0; y < nodes[1]; ++y) {
       reached.clear();
       for (const int cell_z : {z - 1, z})
         for (const int cell_y : {y - 1, y}) {
-          if (cell_z < 0 || cell_z >= cells[2] || cell_y < 0 || cell_y >= cells[1])
+          if (cell_z < layers_.first || cell_z >= layers_.end || cell_y < 0 || cell_y >= cells[1])
             continue;
-          const auto row = static_cast<std::size_t>(cell_y) +
-                           static_cast<std::size_t>(cells[1]) * static_cast<std::size_t>(cell_z);
+          const auto row =
+              static_cast<std::size_t>(cell_y) +
+              static_cast<std::size_t>(cells[1]) * static_cast<std::size_t>(cell_z - layers_.first);
           for (auto i = static_cast<std::size_t>(first_of_row[row]);
                i < static_cast<std::size_t>(first_of_row[row + 1]); ++i)
             reached.emplace_back(runs_[i].first[0], runs_[i].first[0] + runs_[i].cells + 1);
@@ -94,12 +98,13 @@ void MaskedRows::place_nodes(const Grid& grid) {
     }
   }
   node_rows_.shrink_to_fit();
-  n_slots_ = (n_slots_ + 2 * block - 1) / block * block; // the last run reaches beyond its nodes, too
+  n_slots_of_rows_ = n_slots_;
+  n_slots_ = static_cast<std::int32_t>(n_slots_for(n_slots_));
   first_slot_.push_back(n_slots_);
 }
 
 std::int32_t MaskedRows::slot(const Index3& node) const {
-  const auto row = static_cast<std::size_t>(node[1] + rows_in_plane_ * node[2]);
+  const auto row = static_cast<std::size_t>(node[1] + rows_in_plane_ * (node[2] - layers_.first));
   auto i = static_cast<std::size_t>(first_row_[row + 1] - 1);
   while (node_rows_[i].first[0] > node[0])
     --i;

@@ -1,8 +1,10 @@
 #pragma once
 /// Where the nodes and cells of a body of any shape lie in memory: rows along x, wherever there is matter.
 
+#include "lattice/layer_range.hpp"
 #include "maille/scene/scene.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -45,8 +47,16 @@ public:
 
   /// @param body in 3D; must outlive this
   explicit MaskedRows(const Specimen& body);
+  /// Of some layers alone; planes at their ends have the rows that these touch.
+  MaskedRows(const Specimen& body, LayerRange layers);
 
   std::span<const NodeRow> node_rows() const { return node_rows_; }
+  std::span<const NodeRow> rows_of_planes(PlaneRange planes) const {
+    const auto before = [&](int plane) {
+      return std::ranges::lower_bound(node_rows_, plane, {}, [](const NodeRow& row) { return row.first[2]; });
+    };
+    return {before(planes.first), before(planes.end)};
+  }
   /// Of layer z of cells.
   std::span<const CellRun> runs_of_layer(int z) const { return runs_of_layers(z, z + 1); }
   std::span<const CellRun> runs_of_layers(int first, int end) const {
@@ -55,28 +65,32 @@ public:
   std::span<CellRun> runs_of_layers(int first, int end) {
     return std::span(runs_).subspan(first_run(first), first_run(end) - first_run(first));
   }
-  int n_layers() const { return static_cast<int>(first_run_.size()) - 1; }
+  LayerRange layers() const { return layers_; }
   std::int32_t n_slots() const { return n_slots_; } ///< a multiple of the block
+  /// How many there are where rows need n: the last run reaches beyond its nodes, too.
+  static constexpr std::int64_t n_slots_for(std::int64_t n) { return (n + 2 * block - 1) / block * block; }
+  std::int32_t n_slots_of_rows() const { return n_slots_of_rows_; }
   /// Of plane z of nodes, or the end; slots between planes are of the one before.
-  std::int32_t first_slot(int z) const { return first_slot_[static_cast<std::size_t>(z)]; }
+  std::int32_t first_slot(int z) const { return first_slot_[static_cast<std::size_t>(z - layers_.first)]; }
   std::int32_t n_cell_slots() const { return n_cell_slots_; }
-  /// @pre the node is in a row that is kept, as all nodes of matter are
+  /// @pre the node is in a row that is kept, as all nodes of matter are whose layers are
   std::int32_t slot(const Index3& node) const;
 
 private:
   std::size_t first_run(int layer) const {
-    return static_cast<std::size_t>(first_run_[static_cast<std::size_t>(layer)]);
+    return static_cast<std::size_t>(first_run_[static_cast<std::size_t>(layer - layers_.first)]);
   }
   void place_cells(const Specimen& body);
   void place_nodes(const Grid& grid);
 
+  LayerRange layers_;
   int rows_in_plane_ = 0;
   List<NodeRow> node_rows_;
   List<std::int32_t> first_row_; ///< per y and z of nodes: into node_rows_
   List<CellRun> runs_;
   List<std::int32_t> first_run_;  ///< per layer
   List<std::int32_t> first_slot_; ///< per plane of nodes
-  std::int32_t n_slots_ = 0, n_cell_slots_ = 0;
+  std::int32_t n_slots_ = 0, n_slots_of_rows_ = 0, n_cell_slots_ = 0;
 };
 
 } // namespace maille::deform

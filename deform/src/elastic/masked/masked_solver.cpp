@@ -19,11 +19,13 @@ namespace maille::deform {
 
 namespace {
 
-/// Calls visit(component, first place in the fields, first node, how many) for all rows of nodes.
+/// Calls visit(component, first place in the fields, first node, how many) for all rows of nodes of its own
+/// planes and of those next to them.
 template<class Visit>
 void for_each_row(const MaskedLevel& level, const Grid& grid, ThreadTeam& team, const Visit& visit) {
   constexpr std::size_t rows_per_item = 64;
-  const auto rows = level.rows().node_rows();
+  const PlaneRange own = level.slabs().own();
+  const auto rows = level.rows().rows_of_planes({own.first - 1, own.end + 1});
   team.run(static_cast<int>((rows.size() + rows_per_item - 1) / rows_per_item), [&](int item, int) {
     const std::size_t first = static_cast<std::size_t>(item) * rows_per_item;
     for (const NodeRow& row : rows.subspan(first, std::min(rows_per_item, rows.size() - first)))
@@ -111,9 +113,15 @@ double largest_contrast(const Scene& scene) {
   return contrast;
 }
 
-MaskedBody::MaskedBody(const Scene& scene, const std::vector<Prescribed>& prescribed, ThreadTeam& team)
-    : elasticity(scene, team), multigrid(std::make_unique<MaskedLevel>(scene, elasticity, prescribed, team),
-                                         relaxation_steps(largest_contrast(scene)), team),
+MaskedBody::MaskedBody(const Scene& scene, const std::vector<Prescribed>& prescribed, ThreadTeam& team,
+                       Communicator* all)
+    : MaskedBody(scene, prescribed, team, Slabs(scene.specimen, all)) {}
+
+MaskedBody::MaskedBody(const Scene& scene, const std::vector<Prescribed>& prescribed, ThreadTeam& team,
+                       const Slabs& slabs)
+    : elasticity(scene, team, slabs.layers()),
+      multigrid(std::make_unique<MaskedLevel>(scene, elasticity, prescribed, team, slabs),
+                relaxation_steps(largest_contrast(scene)), team),
       fields(multigrid, team), made_for_(fixed_components(prescribed)), fixed_(made_for_) {}
 
 void MaskedBody::set_fixed(const std::vector<Prescribed>& prescribed) {
@@ -156,7 +164,7 @@ bool MaskedBody::take_materials(double ratio) {
 
 MaskedBody& MaskedSolver::body_of(const CoupledTask& task, std::unique_ptr<MaskedBody>& own) {
   if (task.kept == nullptr) {
-    own = std::make_unique<MaskedBody>(task.scene, task.prescribed, task.team);
+    own = std::make_unique<MaskedBody>(task.scene, task.prescribed, task.team, task.control.communicator);
     return *own;
   }
   KeptBody& kept = *task.kept;
@@ -195,53 +203,59 @@ void MaskedSolver::for_each_row(const Visit& visit) {
   deform::for_each_row(body_.multigrid.finest(), task_.scene.specimen.grid, task_.team, visit);
 }
 
-std::span<const NodeRow> MaskedSolver::rows_between(int first_plane, int end_plane) const {
-  const auto rows = body_.multigrid.finest().rows().node_rows();
-  const auto row_of_plane = [&](int plane) {
-    return std::ranges::lower_bound(rows, plane, {}, [](const NodeRow& row) { return row.first[2]; });
-  };
-  return {row_of_plane(first_plane), row_of_plane(end_plane)};
-}
-
-/// Calls visit(component, first place in the fields, first node, how many, their forces) for all rows of
-/// nodes.
+/// Calls visit(component, first place in the fields, first node, how many, their forces) for all rows of its
+/// own nodes.
 template<class Visit>
 void MaskedSolver::find_forces(const Displacement& u, const Visit& visit) {
   const MaskedLevel& level = body_.multigrid.finest();
   const Grid& grid = task_.scene.specimen.grid;
+  const PlaneRange own = level.slabs().own();
   const auto& prescribed = task_.scene.prescribed;
   constexpr std::size_t rows_per_item = 16;
-  std::vector<double> energies; // of parts of a window
-  energy_ = 0;
+  struct Part {
+    int plane;
+    std::span<const NodeRow> rows;
+    double energy;
+  };
+  std::vector<Part> parts; // of a window
+  energies_.assign(static_cast<std::size_t>(own.end - own.first), 0);
   held_.assign(prescribed.size(), 0);
   const auto visit_window = [&](const LatticeElasticity::Window& window) {
-    const std::span<const NodeRow> of_window = rows_between(window.first_plane, window.end_plane);
-    energies.assign((of_window.size() + rows_per_item - 1) / rows_per_item, 0);
-    task_.team.run(static_cast<int>(energies.size()), [&](int item, int) {
-      const auto part = static_cast<std::size_t>(item), first = part * rows_per_item;
-      for (const NodeRow& row : of_window.subspan(first, std::min(rows_per_item, of_window.size() - first)))
+    parts.clear();
+    const int first_plane = std::max(window.first_plane, own.first);
+    for (int plane = first_plane; plane < window.end_plane; ++plane)
+      for (auto rows = level.rows().rows_of_planes({plane, plane + 1}); !rows.empty();
+           rows = rows.subspan(parts.back().rows.size()))
+        parts.push_back({plane, rows.first(std::min(rows.size(), rows_per_item)), 0});
+    task_.team.run(static_cast<int>(parts.size()), [&](int item, int) {
+      Part& part = parts[static_cast<std::size_t>(item)];
+      for (const NodeRow& row : part.rows)
         for (std::size_t c = 0; c < 3; ++c) {
           const std::int64_t node = grid.node(row.first);
           const int n = row.nodes;
           const double* const forces = window.forces[c] + (node - window.first_node);
           const double* const u_of_row = window.u[c] + (node - window.first_node);
           for (int i = 0; i < n && window.u[c] != nullptr; ++i)
-            energies[part] += u_of_row[i] * forces[i];
+            part.energy += u_of_row[i] * forces[i];
           visit(c, static_cast<std::int64_t>(c) * level.component_stride() + row.slot,
                 static_cast<std::size_t>(node), n, forces);
         }
     });
-    energy_ = std::accumulate(energies.begin(), energies.end(), energy_);
+    for (const Part& part : parts)
+      energies_[static_cast<std::size_t>(part.plane - own.first)] += part.energy;
+    const std::int64_t first_node = grid.node({0, 0, first_plane});
     for (std::size_t i = 0; i < prescribed.size(); ++i)
-      if (const std::int64_t at = prescribed[i].node - window.first_node; at >= 0 && at < window.n_nodes)
-        held_[i] = window.forces[static_cast<std::size_t>(prescribed[i].component)][at];
+      if (const std::int64_t node = prescribed[i].node;
+          node >= first_node && node < window.first_node + window.n_nodes)
+        held_[i] = window.forces[static_cast<std::size_t>(prescribed[i].component)][node - window.first_node];
   };
   if (u.empty())
     body_.elasticity.for_each_window(
         [&](int first, int end, const std::array<double*, 3>& to) { return put_planes(first, end, to); },
         task_.team, visit_window);
   else
-    body_.elasticity.for_each_window(u, task_.team, visit_window);
+    body_.elasticity.for_each_window(u, task_.team, own, visit_window);
+  energy_ = level.slabs().total(energies_);
 }
 
 /// What is prescribed, and what earlier rounds have found. See LatticeElasticity::PutPlanes.
@@ -258,7 +272,7 @@ bool MaskedSolver::put_planes(int first_plane, int end_plane, const std::array<d
     is_moved = is_moved || p.value != 0;
   }
   const MaskedLevel& level = body_.multigrid.finest();
-  for (const NodeRow& row : rows_between(first_plane, end_plane))
+  for (const NodeRow& row : level.rows().rows_of_planes({first_plane, end_plane}))
     for (std::size_t c = 0; c < 3 && !earlier_.empty(); ++c)
       add_earlier_rounds(static_cast<std::int64_t>(c) * level.component_stride() + row.slot, c, row.nodes,
                          to[c] + (grid.node(row.first) - first_node));
@@ -278,8 +292,11 @@ MixedState::Residual MaskedSolver::begin_round(const Displacement& u, double sca
   });
   body_.fields.restart();
   residual.energy = energy_ / level.unit();
-  for (const float value : level.f.all())
-    residual.largest = std::max(residual.largest, std::abs(double{value}));
+  for (const NodeRow& row : level.rows().rows_of_planes(level.slabs().own()))
+    for (std::int64_t c = 0; c < 3; ++c)
+      for (std::int64_t at = c * level.component_stride() + row.slot, end = at + row.nodes; at < end; ++at)
+        residual.largest = std::max(residual.largest, std::abs(double{level.f.data()[at]}));
+  residual.largest = level.slabs().largest(residual.largest);
   return residual;
 }
 
@@ -287,16 +304,18 @@ double MaskedSolver::work_of_loads() {
   const MaskedLevel& level = body_.multigrid.finest();
   const float* const direction = body_.fields.direction();
   const Grid& grid = task_.scene.specimen.grid;
-  double sum = 0;
-  for (const NodeRow& row : level.rows().node_rows()) {
+  const PlaneRange own = level.slabs().own();
+  std::vector<double> works(static_cast<std::size_t>(own.end - own.first), 0); // of planes
+  for (const NodeRow& row : level.rows().rows_of_planes(own)) {
     const std::int64_t node = grid.node(row.first);
     const int n = row.nodes;
     for (std::size_t c = 0; c < 3; ++c)
       for (int i = 0; i < n && !loads_[c].empty(); ++i)
-        sum += loads_[c][static_cast<std::size_t>(node + i)] / (level.unit() * level.scale()[c]) *
-               double{direction[static_cast<std::int64_t>(c) * level.component_stride() + row.slot + i]};
+        works[static_cast<std::size_t>(row.first[2] - own.first)] +=
+            loads_[c][static_cast<std::size_t>(node + i)] / (level.unit() * level.scale()[c]) *
+            double{direction[static_cast<std::int64_t>(c) * level.component_stride() + row.slot + i]};
   }
-  return sum;
+  return level.slabs().total(works);
 }
 
 /// Of n slots. @param state of the first
@@ -322,11 +341,22 @@ void MaskedSolver::finish_round(Displacement& u, bool is_last) {
     u = task_.initial_state();
   }
   for_each_row([&](std::size_t c, std::int64_t at, std::size_t node, int n) {
-    double* const to = u.component(c).data() + node;
+    double* const to = u.component(c).data() + (static_cast<std::int64_t>(node) - first_node());
     add_earlier_rounds(at, c, n, to);
     add(gradients_->scale(), body_.fields.state() + at, c, n, to);
   });
   earlier_.clear();
+}
+
+Displacement MaskedSolver::initial_part() const {
+  const Grid& grid = task_.scene.specimen.grid;
+  const auto [first, end] = slabs().layers();
+  const std::int64_t n = grid.node({0, 0, end + 1}) - first_node();
+  Displacement u(3, static_cast<std::size_t>(n));
+  for (const Prescribed& p : task_.prescribed)
+    if (const std::int64_t at = p.node - first_node(); at >= 0 && at < n)
+      u(p.component, at) = p.value;
+  return u;
 }
 
 CoupledRound MaskedSolver::solve(Displacement& u, Answer& answer) {
@@ -343,6 +373,12 @@ CoupledRound MaskedSolver::solve(Displacement& u, Answer& answer) {
 void MaskedSolver::find_energy_and_reactions(const Displacement& u, Answer& answer) {
   if (!are_forces_of_state_)
     find_forces(u, [](std::size_t, std::int64_t, std::size_t, int, const double*) {});
+  if (slabs().are_shared()) {
+    const auto of_ranks = slabs().gather(held_); // a node is in the planes of one rank
+    for (std::size_t rank = 1; rank < of_ranks.size(); ++rank)
+      for (std::size_t i = 0; i < held_.size(); ++i)
+        held_[i] += of_ranks[rank][i];
+  }
   answer.strain_energy = 0.5 * energy_ - energy_of_springs(body_.elasticity.springs(), u);
   for (std::size_t i = 0; i < held_.size(); ++i) {
     const Prescribed& p = task_.scene.prescribed[i];
@@ -351,8 +387,41 @@ void MaskedSolver::find_energy_and_reactions(const Displacement& u, Answer& answ
   }
 }
 
+namespace {
+
+/// The whole state stands on the first rank alone, when the hierarchy is gone.
+bool solve_by_ranks(const CoupledTask& task, Answer& answer) {
+  auto solver = std::make_unique<MaskedSolver>(task);
+  answer.seconds.setup = task.clock.seconds();
+  Displacement part = solver->initial_part();
+  const CoupledRound end = solver->solve(part, answer);
+  if (end != CoupledRound::stalled)
+    solver->find_energy_and_reactions(part, answer);
+  const Slabs slabs = solver->slabs();
+  solver.reset();
+  if (end == CoupledRound::stalled)
+    return solve_coupled_body(task, answer); // whole, on every rank
+  const Grid& grid = task.scene.specimen.grid;
+  if (slabs.is_first())
+    answer.displacement = Displacement(grid);
+  const auto node = [&](int plane) { return grid.node({0, 0, plane}); };
+  const PlaneRange own = slabs.own();
+  for (std::size_t c = 0; c < 3; ++c)
+    slabs.gather_planes(
+        part.component(c).subspan(static_cast<std::size_t>(node(own.first) - node(slabs.layers().first)),
+                                  static_cast<std::size_t>(node(own.end) - node(own.first))),
+        slabs.is_first() ? answer.displacement.component(c) : std::span<double>());
+  if (end != CoupledRound::finished)
+    answer.reaction.clear();
+  return end == CoupledRound::finished;
+}
+
+} // namespace
+
 bool solve_coupled_masked(const CoupledTask& task, Answer& answer) {
   answer.algorithm = "lattice elasticity, conjugate gradients around multigrid of the body's pieces";
+  if (task.control.communicator != nullptr)
+    return solve_by_ranks(task, answer);
   MaskedSolver solver(task);
   answer.seconds.setup = task.clock.seconds();
   bool is_converged = true;

@@ -48,7 +48,9 @@ double largest_contrast(const Scene& scene);
 class MaskedBody : public KeptHierarchy {
 public:
   /// @param scene its matter counts; it and the team must outlive this
-  MaskedBody(const Scene& scene, const std::vector<Prescribed>& prescribed, ThreadTeam& team);
+  /// @param all see Slabs
+  MaskedBody(const Scene& scene, const std::vector<Prescribed>& prescribed, ThreadTeam& team,
+             Communicator* all = nullptr);
 
   /// Makes it one for a question that fixes other components.
   /// @return false where it is better made anew: too much is fixed that was not, or the other way round
@@ -61,6 +63,11 @@ public:
   /// No other question comes: elasticity and the state are left.
   void release();
 
+private:
+  MaskedBody(const Scene& scene, const std::vector<Prescribed>& prescribed, ThreadTeam& team,
+             const Slabs& slabs);
+
+public:
   LatticeElasticity elasticity;
   MaskedMultigrid multigrid;
   MaskedGradients fields;
@@ -85,6 +92,9 @@ public:
   /// Energy, and what holds every prescribed component of the scene there.
   void find_energy_and_reactions(const Displacement& u, Answer& answer);
   MaskedMultigrid& multigrid() { return body_.multigrid; }
+  const Slabs& slabs() const { return body_.multigrid.finest().slabs(); }
+  /// Where to begin, of the planes that a rank knows.
+  Displacement initial_part() const;
   const LatticeElasticity& elasticity() const { return body_.elasticity; }
 
 private:
@@ -98,13 +108,15 @@ private:
   };
   void add(double scale, const float* state, std::size_t component, int n, double* to) const;
   void add_earlier_rounds(std::int64_t at, std::size_t component, int n, double* to) const;
-  std::span<const NodeRow> rows_between(int first_plane, int end_plane) const;
   bool put_planes(int first_plane, int end_plane, const std::array<double*, 3>& to) const;
   template<class Visit>
   void for_each_row(const Visit& visit);
   template<class Visit>
   void find_forces(const Displacement& u, const Visit& visit);
 
+  std::int64_t first_node() const { ///< of displacements
+    return task_.scene.specimen.grid.node({0, 0, slabs().layers().first});
+  }
   static MaskedBody& body_of(const CoupledTask& task, std::unique_ptr<MaskedBody>& own);
 
   const CoupledTask& task_;
@@ -114,6 +126,7 @@ private:
   std::unique_ptr<MixedGradients> gradients_;
   std::vector<std::int32_t> by_node_; ///< what is prescribed, in the order of nodes
   std::vector<Round> earlier_;        ///< where there is no displacement yet
+  std::vector<double> energies_;      ///< of planes of nodes
   double energy_ = 0;                 ///< u . K u when forces were found the last time [J]
   List<double> held_;                 ///< what pulled at the scene's prescribed components then [N]
   bool are_forces_of_state_ = false;  ///< no step was taken since they were found

@@ -83,9 +83,8 @@ void PieceAssembly::take_to_piece(std::size_t octant, CellMatrix& K) {
     }
 }
 
-List<std::size_t> PieceAssembly::slabs_of(std::span<const std::int32_t> pieces, int planes) const {
-  const auto& cells = coarsened_.complex.cells;
-  const int slabs = (n_planes() + planes - 1) / planes;
+List<std::size_t> slabs_of(std::span<const std::int32_t> pieces, const List<ComplexCell>& cells, int planes) {
+  const int slabs = cells.empty() ? 0 : cells.back().at[2] / planes + 1;
   List<std::size_t> first;
   for (int slab = 0; slab <= slabs; ++slab)
     first.push_back(static_cast<std::size_t>(

@@ -30,6 +30,9 @@ struct Piece {
   }
 };
 
+/// Parts of pieces, in the order of planes: the first of each slab, and the end.
+List<std::size_t> slabs_of(std::span<const std::int32_t> pieces, const List<ComplexCell>& cells, int planes);
+
 /// Of a coarsened grid the cells that each piece is made of, and how their matrices add up.
 class PieceAssembly {
 public:
@@ -58,9 +61,6 @@ public:
   /// The same of a cell without hinges: K becomes P^T K P.
   static void take_to_piece(std::size_t octant, CellMatrix& K);
 
-  /// Parts of pieces, in the order of planes: the first of each slab, and the end.
-  List<std::size_t> slabs_of(std::span<const std::int32_t> pieces, int planes = planes_per_slab) const;
-  int n_planes() const { return n_pieces() == 0 ? 0 : coarsened_.complex.cells.back().at[2] + 1; }
   /// The sum of the matrices of some pieces, in ascending order, and of others.
   /// @param matrix gives it the matrix of a piece, column after column: (number, Piece, memory) -> const
   ///        double*; from several threads
@@ -83,7 +83,7 @@ void add_piece(const Piece& piece, const double* local, std::vector<std::size_t>
 template<class Matrix>
 BlockMatrix PieceAssembly::sum_of_pieces(std::span<const std::int32_t> numbers, ThreadTeam& team,
                                          const Matrix& matrix, BlockMatrix others) const {
-  const List<std::size_t> slabs = slabs_of(numbers);
+  const List<std::size_t> slabs = slabs_of(numbers, coarsened_.complex.cells, planes_per_slab);
   List<Piece> pieces(numbers.size());
   for_slabs(slabs, team, [&](std::size_t first, std::size_t end) {
     for (std::size_t i = first; i < end; ++i)

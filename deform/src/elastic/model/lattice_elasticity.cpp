@@ -60,24 +60,31 @@ constexpr int planes_per_window = 4;
 } // namespace
 
 LatticeElasticity::LatticeElasticity(const Scene& scene)
-    : scene_(scene), grid_(scene.specimen.grid), springs_(nodal_springs(scene)) {
+    : scene_(scene), grid_(scene.specimen.grid), end_cell_(grid_.n_cells()), springs_(nodal_springs(scene)) {
   ThreadTeam alone(1);
   find_kinds(alone);
 }
 
 LatticeElasticity::LatticeElasticity(const Scene& scene, ThreadTeam& team)
-    : scene_(scene), grid_(scene.specimen.grid), springs_(nodal_springs(scene)) {
+    : scene_(scene), grid_(scene.specimen.grid), end_cell_(grid_.n_cells()), springs_(nodal_springs(scene)) {
+  find_kinds(team);
+}
+
+LatticeElasticity::LatticeElasticity(const Scene& scene, ThreadTeam& team, LayerRange layers)
+    : scene_(scene), grid_(scene.specimen.grid), first_cell_(grid_.cell({0, 0, layers.first})),
+      end_cell_(grid_.cell({0, 0, layers.end})), first_node_(grid_.node({0, 0, layers.first})),
+      springs_(nodal_springs(scene)) {
   find_kinds(team);
 }
 
 /// In the place of kinds, which are not known yet.
 void LatticeElasticity::find_thin(ThreadTeam& team) {
-  few_kinds_of_.assign(static_cast<std::size_t>(grid_.n_cells()), 0);
+  few_kinds_of_.assign(static_cast<std::size_t>(end_cell_ - first_cell_), 0);
   for_parts(few_kinds_of_.size(), team, [&](std::size_t first, std::size_t end, std::size_t) {
-    Index3 at = grid_.cell_at(static_cast<std::int64_t>(first));
-    for (std::size_t cell = first; cell < end; ++cell) {
-      if (scene_.specimen.is_matter(static_cast<std::int64_t>(cell)))
-        few_kinds_of_[cell] = thin_axes(scene_.specimen, at);
+    Index3 at = grid_.cell_at(first_cell_ + static_cast<std::int64_t>(first));
+    for (std::size_t i = first; i < end; ++i) {
+      if (scene_.specimen.is_matter(first_cell_ + static_cast<std::int64_t>(i)))
+        few_kinds_of_[i] = thin_axes(scene_.specimen, at);
       for (std::size_t a = 0; ++at[a] == grid_.cells()[a] && a < 2; ++a)
         at[a] = 0;
     }
@@ -123,7 +130,9 @@ double LatticeElasticity::Kind::largest_mean() const {
   return largest;
 }
 
-void LatticeElasticity::find_kinds(ThreadTeam& team) {
+/// In the order of cells. @param first of every kind @return false where there are more than `most`
+bool LatticeElasticity::number_kinds(std::int64_t begin, std::int64_t end, std::size_t most,
+                                     List<FirstOfKind>& first) {
   const Specimen& body = scene_.specimen;
   std::unordered_map<Matter, std::int32_t, HashOfMatter> known;
   constexpr std::size_t n_thin = 8; // sets of axes
@@ -131,17 +140,13 @@ void LatticeElasticity::find_kinds(ThreadTeam& team) {
   std::vector<bool> has_direction;
   for (const Material& material : scene_.materials)
     has_direction.push_back(!body.fibres.empty() && !material.elasticity.is_isotropic());
-  struct First {
-    std::int64_t cell;
-    std::uint8_t thin;
-  };
-  List<First> first; // of a kind
-  find_thin(team);
-  for (std::int64_t cell = 0; cell < grid_.n_cells(); ++cell) {
+  first.clear();
+  for (std::int64_t cell = begin; cell < end; ++cell) {
     if (!body.is_matter(cell))
       continue;
     const std::size_t material = body.material(cell);
-    const auto thin = static_cast<std::uint8_t>(kind_number(cell));
+    const auto thin =
+        is_known(cell) ? static_cast<std::uint8_t>(kind_number(cell)) : thin_axes(body, grid_.cell_at(cell));
     const auto next = static_cast<std::int32_t>(first.size());
     std::int32_t kind = next;
     if (has_direction[material]) {
@@ -155,8 +160,23 @@ void LatticeElasticity::find_kinds(ThreadTeam& team) {
       kind = of_thin;
     if (kind == next)
       first.push_back({cell, thin});
-    set_kind(cell, kind);
+    if (first.size() > most)
+      return false;
+    if (is_known(cell))
+      set_kind(cell, kind);
   }
+  return true;
+}
+
+void LatticeElasticity::find_kinds(ThreadTeam& team) {
+  List<FirstOfKind> first;
+  const bool knows_all = end_cell_ - first_cell_ == grid_.n_cells();
+  find_thin(team);
+  has_few_kinds_ = knows_all || number_kinds(0, grid_.n_cells(), few_kinds, first);
+  if (!has_few_kinds_)
+    find_thin(team);
+  if (knows_all || !has_few_kinds_)
+    number_kinds(first_cell_, end_cell_, static_cast<std::size_t>(grid_.n_cells()), first);
   const Stiffnesses stiffnesses(*this);
   kinds_.resize(first.size());
   constexpr std::size_t kinds_per_item = 32;
@@ -175,16 +195,16 @@ void LatticeElasticity::set_kind(std::int64_t cell, std::int32_t kind) {
     few_kinds_of_ = {};
   }
   if (kind_of_.empty())
-    few_kinds_of_[static_cast<std::size_t>(cell)] = static_cast<std::uint8_t>(kind);
+    few_kinds_of_[static_cast<std::size_t>(cell - first_cell_)] = static_cast<std::uint8_t>(kind);
   else
-    kind_of_[static_cast<std::size_t>(cell)] = kind;
+    kind_of_[static_cast<std::size_t>(cell - first_cell_)] = kind;
 }
 
 void LatticeElasticity::renew() {
   const Stiffnesses stiffnesses(*this);
   std::vector<bool> is_renewed(kinds_.size(), false);
   std::size_t left = kinds_.size();
-  for (std::int64_t cell = 0; cell < grid_.n_cells() && left > 0; ++cell) {
+  for (std::int64_t cell = first_cell_; cell < end_cell_ && left > 0; ++cell) {
     if (!scene_.specimen.is_matter(cell))
       continue;
     const auto kind = static_cast<std::size_t>(kind_number(cell));
@@ -304,8 +324,9 @@ void LatticeElasticity::add_cell(const Kind& kind, const double* u, double* forc
     }
 }
 
-LatticeElasticity::Nodes<const double> LatticeElasticity::all_of(const Displacement& u) {
+LatticeElasticity::Nodes<const double> LatticeElasticity::all_of(const Displacement& u) const {
   Nodes<const double> all;
+  all.first_node = first_node_;
   for (std::size_t c = 0; c < u.n_components(); ++c)
     all.values[c] = u.component(c).data();
   return all;
@@ -415,7 +436,7 @@ void LatticeElasticity::apply(const Displacement& u, Displacement& forces, Threa
 }
 
 template<class Planes>
-void LatticeElasticity::visit_windows(const Planes& planes_of, ThreadTeam& team,
+void LatticeElasticity::visit_windows(const Planes& planes_of, ThreadTeam& team, PlaneRange asked,
                                       const std::function<void(const Window&)>& visit) const {
   // The layer below a window is of an even number, which apply() takes before the one above it.
   constexpr int planes_of_first = 3;
@@ -425,8 +446,10 @@ void LatticeElasticity::visit_windows(const Planes& planes_of, ThreadTeam& team,
   const std::int64_t stride = (std::min(planes, planes_per_window) + 1) * in_plane;
   List<double> memory(static_cast<std::size_t>(3 * stride), 0);
   Nodes<double> to{{memory.data(), memory.data() + stride, memory.data() + 2 * stride}, 0};
-  for (int first = 0, end = planes_of_first; first < planes; first = end, end += planes_per_window) {
-    end = std::min(end, planes);
+  const int begin = std::max(0, asked.first - 1); // where a window of the whole grid begins
+  for (int first = begin, end = first + (first == 0 ? planes_of_first : planes_per_window); first < asked.end;
+       first = end, end += planes_per_window) {
+    end = std::min(end, asked.end);
     to.first_node = first * in_plane;
     const int end_layer = std::min(end, planes - 1);
     const std::optional<Nodes<const double>> u = planes_of(first, std::min(end + 1, planes));
@@ -452,15 +475,15 @@ void LatticeElasticity::visit_windows(const Planes& planes_of, ThreadTeam& team,
     visit(window);
     team.run(3, [&](int b, int) {
       double* const of = to.values[static_cast<std::size_t>(b)];
-      std::copy_n(of + window.n_nodes, end < planes ? in_plane : 0, of);
+      std::copy_n(of + window.n_nodes, end < asked.end ? in_plane : 0, of);
       std::fill(of + in_plane, of + stride, 0.0);
     });
   }
 }
 
-void LatticeElasticity::for_each_window(const Displacement& u, ThreadTeam& team,
+void LatticeElasticity::for_each_window(const Displacement& u, ThreadTeam& team, PlaneRange planes,
                                         const std::function<void(const Window&)>& visit) const {
-  visit_windows([&](int, int) { return std::optional(all_of(u)); }, team, visit);
+  visit_windows([&](int, int) { return std::optional(all_of(u)); }, team, planes, visit);
 }
 
 void LatticeElasticity::for_each_window(const PutPlanes& put, ThreadTeam& team,
@@ -479,7 +502,7 @@ void LatticeElasticity::for_each_window(const PutPlanes& put, ThreadTeam& team,
                        : std::optional(Nodes<const double>{{of.values[0], of.values[1], of.values[2]},
                                                            first * in_plane});
       },
-      team, visit);
+      team, {0, grid_.nodes()[2]}, visit);
 }
 
 template<int dimension>

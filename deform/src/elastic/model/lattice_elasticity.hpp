@@ -2,12 +2,14 @@
 /// Elasticity on the lattice: the energy of every cell from the displacements of its corners.
 
 #include "elastic/model/lattice_kernel.hpp"
+#include "lattice/layer_range.hpp"
 #include "maille/scene/answer.hpp"
 #include "maille/scene/arena.hpp"
 #include "parallel/thread_team.hpp"
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -45,6 +47,10 @@ public:
   /// @param scene must outlive this
   explicit LatticeElasticity(const Scene& scene);
   LatticeElasticity(const Scene& scene, ThreadTeam& team);
+  /// Of some layers of cells in 3D, about which alone it may be asked. Few kinds are those of the whole
+  /// scene, with its numbers; if they are many, those of the layers. Displacements are of planes of nodes
+  /// from the lowest one of the layers on.
+  LatticeElasticity(const Scene& scene, ThreadTeam& team, LayerRange layers);
 
   /// The scene's materials have other constants now; what cells are of is the same.
   void renew();
@@ -60,7 +66,9 @@ public:
   };
   /// Calls visit(window) for windows that follow one another, whose forces are gone when it returns: the same
   /// bits as apply()'s in the memory of some planes. @pre in 3D
-  void for_each_window(const Displacement& u, ThreadTeam& team,
+  /// @param planes of nodes, where others do not count: windows may hold some before them, whose forces are
+  ///        not whole; the first is 0 or a multiple of 4
+  void for_each_window(const Displacement& u, ThreadTeam& team, PlaneRange planes,
                        const std::function<void(const Window&)>& visit) const;
   /// Puts the displacements of some planes of nodes into memory that is zero, by component.
   /// @return false where it stays zero
@@ -91,6 +99,11 @@ public:
     double largest_mean() const; ///< of the diagonal
   };
   const List<Kind>& kinds() const { return kinds_; }
+  static constexpr std::size_t few_kinds = 255;
+  /// Of the whole scene; more than few_kinds where there are more.
+  std::size_t n_kinds() const {
+    return has_few_kinds_ ? kinds_.size() : std::max(kinds_.size(), few_kinds + 1);
+  }
   /// What a cell's energy is over that of its kind (see Specimen::weight_of).
   double weight(std::int64_t cell) const { return scene_.specimen.weight_of(cell); }
   bool has_weights() const { return scene_.specimen.has_weights(); }
@@ -98,15 +111,21 @@ public:
   const List<NodalSpring>& springs() const { return springs_; }
   /// Others in their place. @param springs sorted by node, each once
   void set_springs(List<NodalSpring> springs) { springs_ = std::move(springs); }
-  /// Into kinds(). @pre the cell holds matter
+  /// Into kinds(). @pre the cell holds matter, and is in the layers
   std::int32_t kind_number(std::int64_t cell) const {
-    const auto at = static_cast<std::size_t>(cell);
+    const auto at = static_cast<std::size_t>(cell - first_cell_);
     return !few_kinds_of_.empty() ? few_kinds_of_[at] : kind_of_.empty() ? 0 : kind_of_[at];
   }
 
 private:
   void find_thin(ThreadTeam& team);
   void find_kinds(ThreadTeam& team);
+  struct FirstOfKind {
+    std::int64_t cell;
+    std::uint8_t thin;
+  };
+  bool number_kinds(std::int64_t begin, std::int64_t end, std::size_t most, List<FirstOfKind>& first);
+  bool is_known(std::int64_t cell) const { return cell >= first_cell_ && cell < end_cell_; }
   void set_kind(std::int64_t cell, std::int32_t kind);
   class Stiffnesses;
   template<class Stiffness>
@@ -122,10 +141,10 @@ private:
       return values[component] + (node - first_node);
     }
   };
-  static Nodes<const double> all_of(const Displacement& u);
+  Nodes<const double> all_of(const Displacement& u) const;
   /// Calls visit(window) where planes(first plane, end) has the displacements, if they are not all zero.
   template<class Planes>
-  void visit_windows(const Planes& planes, ThreadTeam& team,
+  void visit_windows(const Planes& planes, ThreadTeam& team, PlaneRange asked,
                      const std::function<void(const Window&)>& visit) const;
   template<int dimension>
   void apply_to_layer(const Nodes<const double>& u, const Nodes<double>& forces, int layer) const;
@@ -136,8 +155,11 @@ private:
 
   const Scene& scene_;
   const Grid& grid_;
+  std::int64_t first_cell_ = 0, end_cell_; ///< that are known
+  std::int64_t first_node_ = 0;            ///< of displacements
+  bool has_few_kinds_ = true;
   List<Kind> kinds_;
-  /// Per cell; both empty: all of the first kind.
+  /// Per known cell; both empty: all of the first kind.
   List<std::int32_t> kind_of_;
   List<std::uint8_t> few_kinds_of_; ///< where a byte can name them
   List<NodalSpring> springs_;

@@ -1,6 +1,8 @@
 #pragma once
 /// Several processes that answer one scene together, as `mpirun -n N` starts them.
 
+#include "maille/scene/parallel/communicator.hpp"
+
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -25,6 +27,8 @@ bool agree(bool on_first);
 /// To every rank what is meant for it. All must call it. @param to  by rank, as many as there are
 /// @return from every rank, by rank. @throws std::length_error beyond 2 GiB from one rank to another
 std::vector<std::vector<std::byte>> exchange(std::vector<std::vector<std::byte>> to);
+/// What other methods share their work by; null where there is one rank. It stays.
+Communicator* communicator();
 /// Ends all ranks at once where there are several: for an error that only this one has met.
 void abort_ranks(int exit_code);
 

@@ -5,6 +5,7 @@
 #include "maille/scene/arena.hpp"
 #include "maille/scene/frame.hpp"
 #include "maille/scene/link_limits.hpp"
+#include "maille/scene/parallel/communicator.hpp"
 #include "maille/scene/scene.hpp"
 
 #include <array>
@@ -166,6 +167,9 @@ struct Control {
   std::optional<std::int64_t> bytes_budget;
   std::function<bool()> stop_requested; ///< polled often; true: end with status interrupted
   std::function<void(double fraction, std::string_view what)> progress; ///< called from the calling thread
+  /// Ranks that are asked the same and answer together (see deform::is_for_all_ranks); null: this process
+  /// alone. The first has the answer; it says when to stop.
+  Communicator* communicator = nullptr;
   bool should_stop() const { return stop_requested && stop_requested(); }
 };
 

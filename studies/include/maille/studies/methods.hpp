@@ -35,6 +35,8 @@ public:
 
   /// @pre is_method(name)
   Answer answer(const Scene& scene, std::string_view name, const Control& control = {});
+  /// Whether all ranks are to ask for it together: what they share (docs/cluster.md). Else the first alone.
+  bool is_for_all_ranks(const Scene& scene, std::string_view name) const;
   /// How finite elements solve.
   fem_ref::LinearSolver solver() const { return solver_; }
 

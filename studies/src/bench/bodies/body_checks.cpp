@@ -110,6 +110,9 @@ void Checks::add_rest() {
     add("finger_on_calf_fps", *figures_.finger_on_calf_fps, 20, true,
         fmt::format("the force is within {:.2g} of the largest of frames that settle",
                     figures_.finger_on_calf_error));
+  if (figures_.ranks_2_difference)
+    add("ranks_2_difference", *figures_.ranks_2_difference, 1e-10, false,
+        "coupled by two ranks against one process, of any node over the largest displacement");
   std::vector<double> gains;
   for (const auto& [name, answered] : figures_.bodies)
     if (answered.unknowns >= unknowns_worth_threads)

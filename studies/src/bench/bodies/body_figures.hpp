@@ -28,7 +28,7 @@ struct BodyFigures {
   std::int64_t iterations_gyroid_1e6 = 0;
   double default_over_wide = 0, ns_per_unknown_of_box = 0, iterations_contrast = 0, one_cell_strip_error = 0;
   double peak_gib_huge = 0, two_threads_of_arithmetic = 0;
-  std::optional<double> next_frame_over_first_legs, finger_on_calf_fps;
+  std::optional<double> next_frame_over_first_legs, finger_on_calf_fps, ranks_2_difference;
   double finger_on_calf_error = 0;
 };
 

@@ -269,7 +269,7 @@ TEST(LatticeElasticityWindowsContract, ForcesHaveTheBitsOfTheWhole) {
     ThreadTeam one(1), two(2);
     elasticity.apply(u, forces, one);
     std::int64_t next = 0;
-    elasticity.for_each_window(u, two, [&](const LatticeElasticity::Window& window) {
+    elasticity.for_each_window(u, two, {0, grid.nodes()[2]}, [&](const LatticeElasticity::Window& window) {
       EXPECT_EQ(window.first_node, next);
       next += window.n_nodes;
       for (std::size_t c = 0; c < 3; ++c)

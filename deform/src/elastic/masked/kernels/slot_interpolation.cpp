@@ -1,7 +1,7 @@
 #include "elastic/masked/slot_interpolation.hpp"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "elastic/masked/slot_interpolation.cpp"
+#define HWY_TARGET_INCLUDE "elastic/masked/kernels/slot_interpolation.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
