@@ -252,7 +252,7 @@ void MaskedSolver::find_forces(const Displacement& u, const Visit& visit) {
   if (u.empty())
     body_.elasticity.for_each_window(
         [&](int first, int end, const std::array<double*, 3>& to) { return put_planes(first, end, to); },
-        task_.team, visit_window);
+        task_.team, own, visit_window);
   else
     body_.elasticity.for_each_window(u, task_.team, own, visit_window);
   energy_ = level.slabs().total(energies_);
@@ -338,7 +338,7 @@ void MaskedSolver::finish_round(Displacement& u, bool is_last) {
   if (u.empty()) {
     if (own_ && task_.limits == nullptr)
       own_->release();
-    u = task_.initial_state();
+    u = slabs().are_shared() ? initial_part() : task_.initial_state();
   }
   for_each_row([&](std::size_t c, std::int64_t at, std::size_t node, int n) {
     double* const to = u.component(c).data() + (static_cast<std::int64_t>(node) - first_node());
@@ -393,7 +393,7 @@ namespace {
 bool solve_by_ranks(const CoupledTask& task, Answer& answer) {
   auto solver = std::make_unique<MaskedSolver>(task);
   answer.seconds.setup = task.clock.seconds();
-  Displacement part = solver->initial_part();
+  Displacement part; // its planes, in the end
   const CoupledRound end = solver->solve(part, answer);
   if (end != CoupledRound::stalled)
     solver->find_energy_and_reactions(part, answer);

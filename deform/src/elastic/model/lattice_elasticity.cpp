@@ -486,7 +486,7 @@ void LatticeElasticity::for_each_window(const Displacement& u, ThreadTeam& team,
   visit_windows([&](int, int) { return std::optional(all_of(u)); }, team, planes, visit);
 }
 
-void LatticeElasticity::for_each_window(const PutPlanes& put, ThreadTeam& team,
+void LatticeElasticity::for_each_window(const PutPlanes& put, ThreadTeam& team, PlaneRange planes,
                                         const std::function<void(const Window&)>& visit) const {
   const std::int64_t in_plane = grid_.n_nodes() / grid_.nodes()[2],
                      stride = (std::min(grid_.nodes()[2], planes_per_window) + 1) * in_plane;
@@ -502,7 +502,7 @@ void LatticeElasticity::for_each_window(const PutPlanes& put, ThreadTeam& team,
                        : std::optional(Nodes<const double>{{of.values[0], of.values[1], of.values[2]},
                                                            first * in_plane});
       },
-      team, {0, grid_.nodes()[2]}, visit);
+      team, planes, visit);
 }
 
 template<int dimension>

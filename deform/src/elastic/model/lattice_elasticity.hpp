@@ -74,7 +74,7 @@ public:
   /// @return false where it stays zero
   using PutPlanes = std::function<bool(int first_plane, int end_plane, const std::array<double*, 3>& to)>;
   /// The same of displacements that are nowhere as a whole.
-  void for_each_window(const PutPlanes& put, ThreadTeam& team,
+  void for_each_window(const PutPlanes& put, ThreadTeam& team, PlaneRange planes,
                        const std::function<void(const Window&)>& visit) const;
   /// The diagonal of K [N/m].
   Displacement diagonal() const;

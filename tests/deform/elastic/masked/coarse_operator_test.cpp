@@ -291,7 +291,7 @@ std::vector<double> forces_of_planes(const LatticeElasticity& elasticity, const 
                         to[c]);
     return std::any_of(to[0], to[0] + n, [](double value) { return value != 0; });
   };
-  elasticity.for_each_window(put, team, [&](const LatticeElasticity::Window& window) {
+  elasticity.for_each_window(put, team, {0, grid.nodes()[2]}, [&](const LatticeElasticity::Window& window) {
     for (std::size_t c = 0; c < 3; ++c)
       std::copy_n(window.forces[c], window.n_nodes,
                   forces.data() + c * u.n_nodes() + static_cast<std::size_t>(window.first_node));

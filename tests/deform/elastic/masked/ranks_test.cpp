@@ -120,6 +120,12 @@ TEST(RanksReference, ThinMatterAndASingleColumn) {
   expect_same_bits(test::carved_body({4, 5, 64}, test::Fibres::none), {3, 6});
 }
 
+TEST(RanksReference, SeveralRounds) { // residuals anew in float64
+  Scene scene = test::carved_body({9, 12, 37}, test::Fibres::turning);
+  scene.relaxation.tolerance = 1e-9;
+  expect_same_bits(scene, {2, 3});
+}
+
 /// The share of a process in memory, as its arena counts it, and that of one alone.
 TEST(RanksContract, EveryRankHoldsLess) {
   const Scene scene = gyroid({40, 40, 96});
@@ -129,9 +135,8 @@ TEST(RanksContract, EveryRankHoldsLess) {
     control.communicator = &all;
     return solve(scene, "coupled", control);
   });
-  const std::int64_t of_answer = 3 * 8 * scene.specimen.grid.n_nodes();
-  for (const Answer& answer : answers)
-    EXPECT_LT(answer.bytes - of_answer, (alone.bytes - of_answer) * 2 / 3);
+  for (const Answer& answer : answers) // of 32 layers, and six more on either side
+    EXPECT_LT(static_cast<double>(answer.bytes), 0.8 * static_cast<double>(alone.bytes));
 }
 
 TEST(RanksContract, TheFirstSaysWhenToStop) {
