@@ -343,9 +343,9 @@ TEST(FlexibilityOracle, ColumnsAreTheAnswersOfCoupled) {
   }
 }
 
-// Oracle: Eigen's factor of a matrix put together entry by entry, of an anisotropic body with a hole and cells
-// that are partly tissue: columns, what held components that are moved do, forces at components, and the same
-// with inertia.
+// Oracle: Eigen's factor of a matrix put together entry by entry, of an anisotropic body with a hole and
+// cells that are partly tissue: columns, what held components that are moved do, forces at components, and
+// the same with inertia.
 TEST(FlexibilityOracle, MultigridAndTheSupernodalFactorAreEigensFactor) {
   WorldObject object = elastic_object("body", {5, 4, 6}, {});
   hold_face(object, 2, false);
