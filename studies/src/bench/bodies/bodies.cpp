@@ -293,13 +293,13 @@ void bench_bodies(const BenchOptions& options, BenchReport& report) {
   report.machine["copy_gb_per_s"] = copy_bandwidth(bytes, options.quick ? 1 : 7, 1);
   report.machine["copy_gb_per_s_two_threads"] = copy_bandwidth(bytes, options.quick ? 1 : 7, 2);
   Bodies all(options, report);
+  all.two_ranks(); // before finite elements start MPI in this process, in which mpirun then sees a rank
   all.box_beside_network();
   all.answer_all();
   all.contrast();
   all.thin_matter();
   all.huge_network();
   all.finger_on_calf();
-  all.two_ranks();
   add_body_checks(all.figures, report);
   for (const char* note :
        {"algebra_error: relative L2 over the free nodes against the method's own tight answer. fem_q1: the "
