@@ -60,7 +60,7 @@ struct Way {
 };
 
 /// Of one thread of a Zen 4 EPYC to the scene's tolerance, within a factor of three on the bodies of
-/// docs/speed.md; 0 where limits, borders or frames take rounds that nobody knows beforehand.
+/// docs/speed.md; 0 where limits, borders or frames take rounds whose number is not known beforehand.
 double seconds_of_coupled(const Scene& scene) {
   constexpr double of_box = 6e-8, of_body = 1e-6, more_a_digit = 0.25; // an unknown, to 1e-3
   if (scene.dimension() < 3 || scene.limits_bind_coupled() || !scene.sliding.empty() || in_blocks(scene) ||

@@ -163,7 +163,7 @@ std::vector<Comparison> run_in_steps(const SceneAndMeasures& asked, const std::s
                                      MethodFiles* files, Course& course) {
   const Scene& scene = asked.scene;
   std::vector<Comparison> steps;
-  std::optional<Scene> known, scaled_down; // of a large body there is no room for copies that nobody needs
+  std::optional<Scene> known, scaled_down; // copies only where they differ: large bodies leave no room
   if (options.steps > 1 && feels_limits(scene, method))
     known = with_known_limits(scene);
   for (int step = 1; step <= options.steps && !fem_ref::agree(control.should_stop()); ++step) {

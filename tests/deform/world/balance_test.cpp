@@ -21,6 +21,7 @@
 namespace maille::deform {
 namespace {
 
+using tests::belly_and;
 using tests::box_object;
 using tests::elastic_object;
 using tests::empty_world;
@@ -558,23 +559,7 @@ position = ["8.5 mm", "15.5 mm"]
 // their own. The frames settle all the same; corners of one body that touch at rest are no
 // contact of its own.
 TEST(BalanceContract, AnEllipsoidInABellySettlesFrameByFrame) {
-  World world(parse_world_scene(R"([world]
-cells   = [24, 15, 20]
-spacing = "1 mm"
-method  = "coupled"
-contact = "surfaces"
-
-[[object]]
-name     = "muscle"
-kind     = "deformable"
-shape    = "muscle"
-cells    = [20, 9, 9]
-material = { youngs_modulus = "20 kPa", poisson_ratio = 0.4 }
-tendon   = { material = { youngs_modulus = "500 kPa", poisson_ratio = 0.4 }, fraction = 0.15 }
-hold     = [{ where = "x-" }, { where = "x+" }]
-position = ["2 mm", "3 mm", "1 mm"]
-
-[[object]]
+  World world(belly_and(R"([[object]]
 name     = "probe"
 kind     = "rigid"
 shape    = "ellipsoid"

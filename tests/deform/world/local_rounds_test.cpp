@@ -16,21 +16,7 @@ namespace {
 
 /// A belly that is held at both ends, and a smooth ball over its middle.
 WorldScene belly_and_ball() {
-  return parse_world_scene(R"([world]
-cells   = [24, 15, 20]
-spacing = "1 mm"
-method  = "coupled"
-contact = "surfaces"
-[[object]]
-name     = "muscle"
-kind     = "deformable"
-shape    = "muscle"
-cells    = [20, 9, 9]
-material = { youngs_modulus = "20 kPa", poisson_ratio = 0.4 }
-tendon   = { material = { youngs_modulus = "500 kPa", poisson_ratio = 0.4 }, fraction = 0.15 }
-hold     = [{ where = "x-" }, { where = "x+" }]
-position = ["2 mm", "3 mm", "1 mm"]
-[[object]]
+  return tests::belly_and(R"([[object]]
 name     = "ball"
 kind     = "rigid"
 shape    = "ellipsoid"

@@ -36,6 +36,26 @@ inline WorldObject elastic_object(const std::string& name, std::initializer_list
   return object;
 }
 
+/// A muscle of 20 x 9 x 9 mm between tendons, held at both ends, in a world of surfaces whose other objects
+/// are given as text.
+inline WorldScene belly_and(const std::string& others) {
+  return parse_world_scene(R"([world]
+cells   = [24, 15, 20]
+spacing = "1 mm"
+method  = "coupled"
+contact = "surfaces"
+[[object]]
+name     = "muscle"
+kind     = "deformable"
+shape    = "muscle"
+cells    = [20, 9, 9]
+material = { youngs_modulus = "20 kPa", poisson_ratio = 0.4 }
+tendon   = { material = { youngs_modulus = "500 kPa", poisson_ratio = 0.4 }, fraction = 0.15 }
+hold     = [{ where = "x-" }, { where = "x+" }]
+position = ["2 mm", "3 mm", "1 mm"]
+)" + others);
+}
+
 inline void hold_face(WorldObject& object, int axis, bool upper) {
   for (const Index3& at : face(object.scene, axis, upper))
     hold(object.scene, at);

@@ -78,7 +78,7 @@ private:
 };
 
 /// MixedGradients around one multigrid cycle. The displacement is made when the fields that found it are
-/// gone, where nobody needs them any more: of large bodies neither has to find room beside the other.
+/// gone, where no other question comes: of large bodies neither has to find room beside the other.
 ///
 /// Same bits for any number of threads.
 class MaskedSolver : private MixedState {

@@ -1,5 +1,6 @@
 #include "world/balance/balance.hpp"
 
+#include "lattice/sort_uniquely.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "world/surface/smooth_surface.hpp"
 
@@ -11,6 +12,7 @@
 #include <limits>
 #include <memory>
 #include <numeric>
+#include <ranges>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -127,26 +129,25 @@ BalancedObject::BalancedObject(const WorldParts& parts, int object)
   place();
 }
 
+void BalancedObject::place(std::size_t node) {
+  Eigen::Vector3d x = rest[node];
+  if (is_body())
+    x.head(dimension) += displacement.segment(first_component[node], dimension);
+  at[node] = pose.position + pose.rotation * x;
+}
+
 void BalancedObject::place() {
   at.resize(rest.size());
-  for (std::size_t i = 0; i < rest.size(); ++i) {
-    Eigen::Vector3d x = rest[i];
-    if (is_body())
-      x.head(dimension) += displacement.segment(first_component[i], dimension);
-    at[i] = pose.position + pose.rotation * x;
-  }
+  for (std::size_t i = 0; i < rest.size(); ++i)
+    place(i);
   box = box_about(at);
   middle = centre ? Eigen::Vector3d(pose.position + pose.rotation * *centre) : box.center();
   radius = 0.5 * box.diagonal().norm();
 }
 
 void BalancedObject::place_watched() {
-  for (const std::int32_t node : watched) {
-    const auto i = static_cast<std::size_t>(node);
-    Eigen::Vector3d x = rest[i];
-    x.head(dimension) += displacement.segment(first_component[i], dimension);
-    at[i] = pose.position + pose.rotation * x;
-  }
+  for (const std::int32_t node : watched)
+    place(static_cast<std::size_t>(node));
 }
 
 void BalancedObject::move_all() {
@@ -244,9 +245,7 @@ void Balance::hold_body(int number) {
   for (const auto& [node, handle] : body.handles())
     for (int b = 0; b < d; ++b)
       kept.push_back(std::int64_t{d} * lattice.voxel(node) + b);
-  std::ranges::sort(kept);
-  const auto same = std::ranges::unique(kept);
-  kept.erase(same.begin(), same.end());
+  sort_uniquely(kept);
   if (one.inertia.size() > 0) { // nothing floats that has mass; what is held is not turned
     one.moves = false;
     one.pulled.clear();
@@ -278,10 +277,12 @@ void Balance::hold_body(int number) {
 }
 
 void Balance::prescribe() {
-  for (int i = 0; i < parts_.n_objects(); ++i)
-    if (const BalancedObject& one = object(i);
-        one.is_body() && (one.moves || one.carried.size() > 0 || !parts_.body(i).handles().empty()))
-      catch_up(); // before it is somewhere else without contacts
+  const auto may_change = [&](int i) {
+    const BalancedObject& one = object(i);
+    return one.is_body() && (one.moves || one.carried.size() > 0 || !parts_.body(i).handles().empty());
+  };
+  if (std::ranges::any_of(std::views::iota(0, parts_.n_objects()), may_change))
+    catch_up(); // before any is somewhere else without contacts
   for (int i = 0; i < parts_.n_objects(); ++i) {
     BalancedObject& one = object(i);
     if (!one.is_body())

@@ -73,6 +73,7 @@ struct BalancedObject {
   bool is_free() const { return moves && !target && !inertia_as_a_whole; }
   /// Puts the skin where pose and displacement say.
   void place();
+  void place(std::size_t node); ///< of the skin, one alone
   void place_watched();
   /// Rounds move all of a body from now on.
   void move_all();

@@ -1,5 +1,6 @@
 /// With which forces things touch, in one round of a balance.
 
+#include "lattice/sort_uniquely.hpp"
 #include "world/balance/balance.hpp"
 #include "world/surface/contact_program.hpp"
 
@@ -190,17 +191,6 @@ void Balance::add_friction(Program& program, std::vector<double>& gap) const {
     program.tangents.push_back(tangents);
   }
 }
-
-namespace {
-
-template<class Number>
-void sort_uniquely(std::vector<Number>& numbers) {
-  std::ranges::sort(numbers);
-  const auto again = std::ranges::unique(numbers);
-  numbers.erase(again.begin(), again.end());
-}
-
-} // namespace
 
 void Balance::add_compliance_of_body(int number, Program& program) {
   BalancedObject& one = object(number);

@@ -39,10 +39,6 @@ constexpr double drag_of_forces = 1e-3;
 /// if it would go no further than so many cells, and as it went in the round before but for this part.
 constexpr double in_balance = 1e-5, rest_over_cell = 0.1, steady = 0.1;
 
-} // namespace
-
-namespace {
-
 /// From where the nodes are that rounds move to where they would be.
 Eigen::VectorXd way_of(const BalancedObject& one, const Eigen::VectorXd& displacement) {
   const int d = one.dimension;

@@ -1,5 +1,6 @@
 /// What touches what in a balance.
 
+#include "lattice/sort_uniquely.hpp"
 #include "world/balance/balance.hpp"
 
 #include <algorithm>
@@ -111,9 +112,7 @@ void Balance::watch() {
       }
     for (const std::int64_t component : one.pulled)
       moved.push_back(static_cast<std::int32_t>(component / one.dimension));
-    std::ranges::sort(moved);
-    const auto again = std::ranges::unique(moved);
-    moved.erase(again.begin(), again.end());
+    sort_uniquely(moved);
     if (moved == one.moved)
       continue;
     one.moved = std::move(moved);

@@ -1,3 +1,4 @@
+#include "lattice/sort_uniquely.hpp"
 #include "world/surface/supernodal_factor.hpp"
 
 #include <cholmod.h>
@@ -85,9 +86,7 @@ Eigen::SparseMatrix<double> graph(const Eigen::SparseMatrix<double>& lower,
     for (; column < lower.cols() && group[static_cast<std::size_t>(column)] == own; ++column)
       for (Eigen::SparseMatrix<double>::InnerIterator entry(lower, column); entry; ++entry)
         rows.push_back(group[static_cast<std::size_t>(entry.row())]);
-    std::ranges::sort(rows);
-    const auto again = std::ranges::unique(rows);
-    rows.erase(again.begin(), again.end());
+    sort_uniquely(rows);
     for (const std::int32_t row : rows)
       of_groups.insertBack(row, own) = 1;
   }
