@@ -67,9 +67,9 @@ struct WorldParts {
   std::vector<Member> members;
   std::vector<DeformableObject> bodies;
   std::optional<LoneBody> lone; ///< of an open world, which has no others
-  std::map<std::tuple<int, int, int>, Push>
-      pushes;                                  ///< by the objects' numbers, the lower first, and the axis
-  std::vector<int> by_number;                  ///< objects in the order of their first voxel
+  /// By the objects' numbers, the lower first, and the axis.
+  std::map<std::tuple<int, int, int>, Push> pushes;
+  std::vector<int> by_number; ///< objects in the order of their first voxel
   /// Rigid objects have been put into the map anew and bodies not: surfaces ask for no map, only who looks.
   bool map_is_behind = false;
   std::unique_ptr<Balance> balance;            ///< of surfaces; null where cells keep objects apart
