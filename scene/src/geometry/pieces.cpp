@@ -4,57 +4,179 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstring>
+#include <numeric>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
-namespace maille::reader {
+namespace maille {
 
 namespace {
 
-/// Numbers the pieces of matter, cells joined through faces, from 0; -1 in cells without matter.
-std::vector<std::int32_t> number_pieces(const Specimen& body, std::int32_t& n_pieces) {
-  const Grid& grid = body.grid;
-  std::vector<std::int32_t> piece(static_cast<std::size_t>(grid.n_cells()), -1);
-  std::vector<std::int64_t> stack;
-  n_pieces = 0;
-  for (std::int64_t start = 0; start < grid.n_cells(); ++start) {
-    if (!body.is_matter(start) || piece[static_cast<std::size_t>(start)] >= 0)
-      continue;
-    piece[static_cast<std::size_t>(start)] = n_pieces;
-    stack.push_back(start);
-    while (!stack.empty()) {
-      const Index3 at = grid.cell_at(stack.back());
-      stack.pop_back();
-      for (int side = 0; side < 2 * grid.dimension(); ++side) {
-        Index3 next = at;
-        next[static_cast<std::size_t>(side / 2)] += side % 2 ? 1 : -1;
-        if (!grid.has_cell(next))
-          continue;
-        const std::int64_t cell = grid.cell(next);
-        if (!body.is_matter(cell) || piece[static_cast<std::size_t>(cell)] >= 0)
-          continue;
-        piece[static_cast<std::size_t>(cell)] = n_pieces;
-        stack.push_back(cell);
-      }
-    }
-    ++n_pieces;
+/// The first cell of matter, or n.
+int find_matter(const std::uint8_t* ids, int n) {
+  constexpr std::uint64_t eight_without = ~std::uint64_t{0};
+  static_assert(no_material == 0xff);
+  int x = 0;
+  for (std::uint64_t eight = 0; x + 8 <= n; x += 8) {
+    std::memcpy(&eight, ids + x, sizeof eight);
+    if (eight != eight_without)
+      break;
   }
-  return piece;
+  while (x < n && ids[x] == no_material)
+    ++x;
+  return x;
 }
 
-/// Pieces that have one of the nodes at a corner.
-std::vector<bool> pieces_at(const Specimen& body, const std::vector<std::int32_t>& piece,
-                            std::int32_t n_pieces, const std::vector<std::int64_t>& nodes) {
-  const Grid& grid = body.grid;
-  std::vector<bool> found(static_cast<std::size_t>(n_pieces), false);
-  for (const std::int64_t node : nodes) {
-    body.for_each_cell_at(grid.node_at(node), [&](std::int64_t cell) {
-      found[static_cast<std::size_t>(piece[static_cast<std::size_t>(cell)])] = true;
-    });
+/// The first cell without, or n.
+int find_no_matter(const std::uint8_t* ids, int n) {
+  const void* const found = std::memchr(ids, no_material, static_cast<std::size_t>(n));
+  return found == nullptr ? n : static_cast<int>(static_cast<const std::uint8_t*>(found) - ids);
+}
+
+/// Calls visit(run, other run) for pairs of two rows among which are all that share a face or a node.
+template<class Visit>
+void for_each_overlap(std::span<const BodyPieces::Run> one, std::span<const BodyPieces::Run> other,
+                      const Visit& visit) {
+  for (std::size_t i = 0, j = 0; i < one.size() && j < other.size();) {
+    visit(one[i], other[j]);
+    if (one[i].end < other[j].end)
+      ++i;
+    else
+      ++j;
   }
+}
+
+} // namespace
+
+BodyPieces::BodyPieces(const Specimen& body) : grid_(body.grid) {
+  find_runs(body);
+  join();
+  number();
+}
+
+/// Each a piece of its own.
+void BodyPieces::find_runs(const Specimen& body) {
+  const Index3& n = grid_.cells();
+  const std::int64_t rows = std::int64_t{1} * n[1] * n[2];
+  first_.reserve(static_cast<std::size_t>(rows) + 1);
+  first_.push_back(0);
+  for (std::int64_t row = 0; row < rows; ++row) {
+    const std::uint8_t* const ids = body.material_id.empty() ? nullptr : body.material_id.data() + row * n[0];
+    for (int x = 0; x < n[0];) {
+      const int begin = ids ? x + find_matter(ids + x, n[0] - x) : 0,
+                end = ids ? begin + find_no_matter(ids + begin, n[0] - begin) : n[0];
+      if (begin < end)
+        runs_.push_back({begin, end, static_cast<std::int32_t>(runs_.size())});
+      x = end;
+    }
+    first_.push_back(runs_.size());
+  }
+}
+
+/// Runs of one piece get one number: that of the first of them.
+void BodyPieces::join() {
+  const auto root = [&](std::int32_t run) {
+    while (runs_[static_cast<std::size_t>(run)].piece != run) {
+      std::int32_t& piece = runs_[static_cast<std::size_t>(run)].piece;
+      piece = runs_[static_cast<std::size_t>(piece)].piece;
+      run = piece;
+    }
+    return run;
+  };
+  const auto join_rows = [&](std::int64_t one, std::int64_t other) {
+    for_each_overlap(runs_of_row(one), runs_of_row(other), [&](const Run& a, const Run& b) {
+      if (std::max(a.begin, b.begin) >= std::min(a.end, b.end))
+        return;
+      const std::int32_t p = root(static_cast<std::int32_t>(&a - runs_.data())),
+                         q = root(static_cast<std::int32_t>(&b - runs_.data()));
+      runs_[static_cast<std::size_t>(std::max(p, q))].piece = std::min(p, q);
+    });
+  };
+  const int per_layer = grid_.cells()[1];
+  for (std::int64_t row = 0; row < n_rows(); ++row) {
+    if (row % per_layer > 0)
+      join_rows(row - 1, row);
+    if (row >= per_layer)
+      join_rows(row - per_layer, row);
+  }
+  for (Run& run : runs_) // a number is that of an earlier run
+    run.piece = runs_[static_cast<std::size_t>(run.piece)].piece;
+}
+
+void BodyPieces::number() {
+  const int per_layer = grid_.cells()[1];
+  for (std::int64_t row = 0; row < n_rows(); ++row) {
+    const int y = static_cast<int>(row % per_layer), z = static_cast<int>(row / per_layer);
+    for (std::size_t i = first_[static_cast<std::size_t>(row)]; i < first_[static_cast<std::size_t>(row) + 1];
+         ++i) {
+      Run& run = runs_[i];
+      if (run.piece == static_cast<std::int32_t>(i)) {
+        run.piece = static_cast<std::int32_t>(pieces_.size());
+        pieces_.push_back({0, grid_.cell({run.begin, y, z}), {run.begin, y, z}, {run.end, y, z}});
+      } else
+        run.piece = runs_[static_cast<std::size_t>(run.piece)].piece;
+      Piece& piece = pieces_[static_cast<std::size_t>(run.piece)];
+      piece.cells += run.end - run.begin;
+      const Index3 lower{run.begin, y, z}, upper{run.end, y + 1, z + 1};
+      for (std::size_t a = 0; a < 3; ++a) {
+        piece.lower[a] = std::min(piece.lower[a], lower[a]);
+        piece.upper[a] = std::max(piece.upper[a], upper[a]);
+      }
+    }
+  }
+}
+
+/// In one of the four rows of cells about a row of nodes.
+std::span<const BodyPieces::Run> BodyPieces::runs_beside(const Index3& node, int side) const {
+  const int y = node[1] - (side & 1), z = node[2] - (side >> 1);
+  const Index3& n = grid_.cells();
+  return y < 0 || y >= n[1] || z < 0 || z >= n[2] ? std::span<const Run>()
+                                                  : runs_of_row(y + std::int64_t{1} * n[1] * z);
+}
+
+std::vector<std::int32_t> BodyPieces::at_node(const Index3& node) const {
+  std::vector<std::int32_t> found;
+  for (int side = 0; side < 4; ++side) {
+    const std::span<const Run> runs = runs_beside(node, side);
+    const auto run = std::ranges::lower_bound(runs, node[0], {}, &Run::end);
+    if (run != runs.end() && run->begin <= node[0])
+      found.push_back(run->piece);
+  }
+  std::ranges::sort(found);
+  found.erase(std::ranges::unique(found).begin(), found.end());
   return found;
 }
+
+void BodyPieces::add_shared_nodes_of_row(int y, int z, std::vector<std::int64_t>& nodes) const {
+  const std::size_t before = nodes.size();
+  for (int one = 0; one < 4; ++one)
+    for (int other = 0; other < one; ++other)
+      for_each_overlap(
+          runs_beside({0, y, z}, one), runs_beside({0, y, z}, other), [&](const Run& a, const Run& b) {
+            for (int x = std::max(a.begin, b.begin); a.piece != b.piece && x <= std::min(a.end, b.end); ++x)
+              nodes.push_back(grid_.node({x, y, z}));
+          });
+  std::sort(nodes.begin() + static_cast<std::ptrdiff_t>(before), nodes.end());
+  nodes.erase(std::unique(nodes.begin() + static_cast<std::ptrdiff_t>(before), nodes.end()), nodes.end());
+}
+
+std::vector<std::int64_t> BodyPieces::shared_nodes() const {
+  std::vector<std::int64_t> nodes;
+  if (pieces_.size() > 1)
+    for (int z = 0; z < grid_.nodes()[2]; ++z)
+      for (int y = 0; y < grid_.nodes()[1]; ++y)
+        add_shared_nodes_of_row(y, z, nodes);
+  return nodes;
+}
+
+} // namespace maille
+
+namespace maille::reader {
+
+namespace {
 
 std::string name_of(const Scene& scene, std::int32_t number, std::int64_t cells, std::int64_t first_cell) {
   const Vec3 x = scene.specimen.position(
@@ -70,30 +192,27 @@ std::int64_t leave_out_loose_pieces(Scene& scene, const std::vector<std::int64_t
   Specimen& body = scene.specimen;
   if (body.material_id.empty()) // a full box is one piece
     return anchors.empty() ? 0 : body.grid.n_cells();
-  std::int32_t n_pieces = 0;
-  const auto piece = number_pieces(body, n_pieces);
-  const auto kept = pieces_at(body, piece, n_pieces, anchors);
-  std::vector<std::int64_t> size(static_cast<std::size_t>(n_pieces), 0),
-      first(static_cast<std::size_t>(n_pieces), -1);
+  const BodyPieces found(body);
+  std::vector<bool> is_kept(found.pieces().size(), false);
+  for (const std::int64_t node : anchors)
+    for (const std::int32_t piece : found.at_node(body.grid.node_at(node)))
+      is_kept[static_cast<std::size_t>(piece)] = true;
   std::int64_t remaining = 0;
-  for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell) {
-    if (piece[static_cast<std::size_t>(cell)] < 0)
-      continue;
-    const auto p = static_cast<std::size_t>(piece[static_cast<std::size_t>(cell)]);
-    if (size[p]++ == 0)
-      first[p] = cell;
-    remaining += kept[p];
-  }
-  for (std::int32_t p = 0; p < n_pieces; ++p)
-    if (const auto i = static_cast<std::size_t>(p); !kept[i])
-      scene.left_out.push_back({size[i], name_of(scene, p, size[i], first[i])});
-  if (!scene.left_out.empty())
-    for (std::size_t cell = 0; cell < piece.size(); ++cell)
-      if (piece[cell] >= 0 && !kept[static_cast<std::size_t>(piece[cell])]) {
-        body.material_id[cell] = no_material;
-        if (!body.label.empty())
-          body.label[cell] = 0;
-      }
+  for (std::size_t i = 0; i < is_kept.size(); ++i)
+    if (const BodyPieces::Piece& piece = found.pieces()[i]; is_kept[i])
+      remaining += piece.cells;
+    else
+      scene.left_out.push_back(
+          {piece.cells, name_of(scene, static_cast<std::int32_t>(i), piece.cells, piece.first_cell)});
+  for (std::int64_t row = 0; row < found.n_rows() && !scene.left_out.empty(); ++row)
+    for (const BodyPieces::Run& run : found.runs_of_row(row)) {
+      const std::int64_t first = row * body.grid.cells()[0] + run.begin;
+      if (is_kept[static_cast<std::size_t>(run.piece)])
+        continue;
+      std::fill_n(body.material_id.begin() + first, run.end - run.begin, no_material);
+      if (!body.label.empty())
+        std::fill_n(body.label.begin() + first, run.end - run.begin, 0);
+    }
   return remaining;
 }
 

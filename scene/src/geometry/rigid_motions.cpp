@@ -1,3 +1,4 @@
+#include "geometry/pieces.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "maille/scene/sliding.hpp"
 
@@ -8,7 +9,6 @@
 #include <cmath>
 #include <cstdint>
 #include <fmt/format.h>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -68,11 +68,7 @@ Eigen::MatrixXd echelon(const Eigen::MatrixXd& basis) {
   return rows.topRows(rank);
 }
 
-/// A set of cells joined through faces.
-struct Piece {
-  std::int64_t cells = 0;
-  std::int64_t first_cell = 0;
-  Index3 lower{}, upper{}; ///< node indices of its bounding box
+struct Piece : BodyPieces::Piece {
   NullSpace motions{0};
 };
 
@@ -87,9 +83,9 @@ public:
   std::string motion_left();
 
 private:
-  void grow(std::int64_t seed, std::vector<std::int64_t>& stack);
-  void find_joints();
-  std::set<std::int32_t> pieces_at(std::int64_t node) const;
+  std::vector<std::int32_t> pieces_at(std::int64_t node) const {
+    return found_.at_node(scene_->specimen.grid.node_at(node));
+  }
   Eigen::VectorXd row(const Piece& piece, std::int64_t node, int component) const;
   Eigen::VectorXd row_along(const Piece& piece, std::int64_t node, const Vec3& along) const;
   bool tie(std::int32_t from, std::int32_t to, std::int64_t node);
@@ -101,7 +97,7 @@ private:
   const Scene* scene_;
   int d_;
   int n_motions_;
-  std::vector<std::int32_t> piece_of_; ///< per cell, -1: none; empty: one piece
+  BodyPieces found_;
   std::vector<Piece> pieces_;
   struct Joint {
     std::int64_t node;
@@ -117,79 +113,12 @@ private:
   std::vector<Tie> ties_;
 };
 
-Pieces::Pieces(const Scene& scene) : scene_(&scene), d_(scene.dimension()), n_motions_(d_ * (d_ + 1) / 2) {
-  const Specimen& specimen = scene.specimen;
-  if (specimen.material_id.empty()) { // a full box: nothing to search
-    pieces_.resize(1);
-    pieces_[0].cells = specimen.grid.n_cells();
-    pieces_[0].upper = specimen.grid.cells();
-  } else {
-    piece_of_.assign(specimen.material_id.size(), -1);
-    std::vector<std::int64_t> stack;
-    for (std::int64_t c = 0; c < specimen.grid.n_cells(); ++c)
-      if (specimen.is_matter(c) && piece_of_[static_cast<std::size_t>(c)] < 0)
-        grow(c, stack);
-  }
-  for (Piece& piece : pieces_)
-    piece.motions = NullSpace(n_motions_);
-  if (pieces_.size() > 1)
-    find_joints();
-}
-
-void Pieces::grow(std::int64_t seed, std::vector<std::int64_t>& stack) {
-  const Specimen& specimen = scene_->specimen;
-  const auto label = static_cast<std::int32_t>(pieces_.size());
-  Piece piece;
-  piece.first_cell = seed;
-  piece.lower = piece.upper = specimen.grid.cell_at(seed);
-  piece_of_[static_cast<std::size_t>(seed)] = label;
-  stack.assign(1, seed);
-  while (!stack.empty()) {
-    const Index3 at = specimen.grid.cell_at(stack.back());
-    stack.pop_back();
-    ++piece.cells;
-    for (std::size_t a = 0; a < static_cast<std::size_t>(d_); ++a) {
-      piece.lower[a] = std::min(piece.lower[a], at[a]);
-      piece.upper[a] = std::max(piece.upper[a], at[a] + 1);
-      for (const int step : {-1, 1}) {
-        Index3 next = at;
-        next[a] += step;
-        if (!specimen.grid.has_cell(next))
-          continue;
-        const std::int64_t cell = specimen.grid.cell(next);
-        if (!specimen.is_matter(cell) || piece_of_[static_cast<std::size_t>(cell)] >= 0)
-          continue;
-        piece_of_[static_cast<std::size_t>(cell)] = label;
-        stack.push_back(cell);
-      }
-    }
-  }
-  pieces_.push_back(std::move(piece));
-}
-
-std::set<std::int32_t> Pieces::pieces_at(std::int64_t node) const {
-  if (piece_of_.empty())
-    return {0};
-  const Grid& grid = scene_->specimen.grid;
-  const Index3 at = grid.node_at(node);
-  std::set<std::int32_t> found;
-  for (int corner = 0; corner < grid.corners_per_cell(); ++corner) {
-    const Index3 cell{at[0] - (corner & 1), at[1] - ((corner >> 1) & 1), at[2] - ((corner >> 2) & 1)};
-    if (!grid.has_cell(cell))
-      continue;
-    const std::int32_t piece = piece_of_[static_cast<std::size_t>(grid.cell(cell))];
-    if (piece >= 0)
-      found.insert(piece);
-  }
-  return found;
-}
-
-void Pieces::find_joints() {
-  for (std::int64_t node = 0; node < scene_->specimen.grid.n_nodes(); ++node) {
-    const std::set<std::int32_t> sharing = pieces_at(node);
-    if (sharing.size() > 1)
-      joints_.push_back({node, {sharing.begin(), sharing.end()}});
-  }
+Pieces::Pieces(const Scene& scene)
+    : scene_(&scene), d_(scene.dimension()), n_motions_(d_ * (d_ + 1) / 2), found_(scene.specimen) {
+  for (const BodyPieces::Piece& piece : found_.pieces())
+    pieces_.push_back({piece, NullSpace(n_motions_)});
+  for (const std::int64_t node : found_.shared_nodes())
+    joints_.push_back({node, pieces_at(node)});
 }
 
 /// The displacement `component` at `node` as a linear form of the piece's motions: turns first (so that
