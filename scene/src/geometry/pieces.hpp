@@ -9,7 +9,7 @@
 
 namespace maille {
 
-/// Found from runs of cells along x, not cell by cell. Cost: a few nanoseconds a run, and a look at each byte.
+/// Found from runs of cells along x, not cell by cell. Cost: a look at each byte, and little more a run.
 class BodyPieces {
 public:
   struct Piece {
