@@ -186,17 +186,21 @@ void BlockLevel::go_down(BlockLevel* coarser, ThreadTeam& team) {
     });
 }
 
-void BlockLevel::come_up(const BlockLevel* coarser, ThreadTeam& team) {
-  if (is_shared())
+void BlockLevel::take_from(const BlockLevel* coarser, bool adds, ThreadTeam& team) {
+  if (is_shared() && adds)
     shared_->collect(u.data(), of_all_.data());
   float* const of_all = is_shared() ? of_all_.data() : u.data();
   if (coarser != nullptr)
     for_rows(coarser->from_here_.n_rows(), team, [&](std::int32_t first, std::int32_t end) {
-      interpolate_blocks(coarser->from_here_, first, end, coarser->u.data(), true, of_all);
+      interpolate_blocks(coarser->from_here_, first, end, coarser->u.data(), adds, of_all);
     });
   if (is_shared())
     shared_->hand_out(of_all, u.data());
   exchange_borders(u);
+}
+
+void BlockLevel::come_up(const BlockLevel* coarser, ThreadTeam& team) {
+  take_from(coarser, true, team);
   for (std::size_t step = weights_.size(); step-- > 0;)
     relax(weights_[step], team);
 }

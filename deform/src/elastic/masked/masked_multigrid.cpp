@@ -155,27 +155,33 @@ void MaskedMultigrid::build(int steps) {
 
 /// What rounding does to a body depends on what is soft in it: stiff parts that hang on thin or soft ones
 /// turn at next to no energy, which 2^-11 of their own stiffness may be more than. So every level is asked by
-/// what one cycle makes of forces at random, of few steps of relaxation, as what is soft is not their task.
-/// The smallest first: the largest is in memory twice for a while.
+/// what a cycle from the second on makes of forces at random, in few steps of relaxation, as what is soft is
+/// not their task; the first by what that is there. The smallest first: the largest is in memory twice for a
+/// while.
 void MaskedMultigrid::round_operators(int steps) {
-  const std::size_t n_twice = std::min(n_levels(), n_corrected_twice);
-  for (std::size_t i = 0; i < n_twice; ++i)
-    level(i).correct_twice(true);
   const bool is_shared = level(0).is_shared();
-  if (n_levels() == 1 && !is_shared)
-    return;
-  for (const auto& level : levels_)
-    level->relax_in(std::min(steps, most_steps_to_ask));
-  level(0).set_noise(team());
-  correct(0);
-  for (std::size_t i = 0; i < n_twice; ++i)
-    level(i).correct_twice(false); // for the memory
-  for (std::size_t i = std::max<std::size_t>(is_shared ? 1 : 0, n_levels() - 1); i-- > 0;)
-    level(i).round_operator(team());
-  for (std::size_t i = 0; i < n_twice; ++i)
-    level(i).correct_twice(true);
-  for (const auto& level : levels_)
-    level->relax_in(steps);
+  const std::size_t n_twice = std::min(n_levels(), n_corrected_twice);
+  const auto correct_twice = [&](bool does) {
+    for (std::size_t i = 0; i < n_twice; ++i)
+      level(i).correct_twice(does);
+  };
+  if (is_shared ? shared_->n_vertices() > most_vertices_solved_directly : n_levels() > 1) {
+    for (std::size_t i = 1; i < n_levels(); ++i)
+      level(i).relax_in(std::min(steps, most_steps_to_ask));
+    BlockLevel* const second = n_levels() > 1 ? &level(1) : nullptr; // of the first rank
+    correct_twice(true);
+    if (second != nullptr) {
+      second->set_noise(team());
+      correct(1);
+    }
+    correct_twice(false); // for the memory
+    level(0).take_from(second, false, team());
+    for (std::size_t i = std::max<std::size_t>(is_shared ? 1 : 0, n_levels() - 1); i-- > 0;)
+      level(i).round_operator(team());
+    for (std::size_t i = 1; i < n_levels(); ++i)
+      level(i).relax_in(steps);
+  }
+  correct_twice(true);
 }
 
 /// Preconditioned by the diagonal of the finest level: u is the direction, f the residual. The state is not

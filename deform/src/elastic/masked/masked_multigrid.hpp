@@ -64,6 +64,8 @@ public:
   /// @param coarser null on ranks that have none
   void go_down(BlockLevel* coarser, ThreadTeam& team);
   void come_up(const BlockLevel* coarser, ThreadTeam& team);
+  /// u = what coarser.u is here, or that added to it.
+  void take_from(const BlockLevel* coarser, bool adds, ThreadTeam& team);
   // What the cycle of Multigrid asks.
   void go_down(BlockLevel& coarser, ThreadTeam& team, CycleStart start);
   void come_up(const BlockLevel& coarser, ThreadTeam& team, double* products);
