@@ -80,13 +80,21 @@ void for_parts(std::size_t n, ThreadTeam& team, const Work& work) {
 }
 
 /// Calls work(slab) for all slabs of something whose neighbours share what they write, and no others do:
-/// those of even numbers, and each between two of them as soon as both are done, while what they share is in
+/// those of even numbers, and each between two of them once both are done, soon, while what they share is in
 /// the cache. So the order of sums is the same for any number of threads.
 template<class Work>
 void run_slabs(ThreadTeam& team, int n_slabs, const Work& work) {
   std::vector<std::atomic<bool>> is_done(static_cast<std::size_t>(std::max(n_slabs, 0)));
-  team.run(n_slabs, [&](int item, int) { // 0, 2, 1, 4, 3, ...
-    const int slab = item % 2 == 0 ? std::max(item - 1, 0) : std::min(item + 1, n_slabs - 1);
+  // Even ones that are begun before any between: a thread that is done with one does not wait for another's.
+  const int n_even = (n_slabs + 1) / 2, ahead = std::min(n_even, team.threads() + 1), later = n_even - ahead;
+  const auto slab_of = [&](int item) { // of one thread 0, 2, 1, 4, 3, ...
+    const int i = item - ahead;
+    return i < 0                         ? 2 * item
+           : i < 2 * later && i % 2 != 0 ? 2 * ahead + i - 1
+                                         : 2 * (i < 2 * later ? i / 2 : i - later) + 1;
+  };
+  team.run(n_slabs, [&](int item, int) {
+    const int slab = slab_of(item);
     for (int beside = slab - 1; slab % 2 != 0 && beside < std::min(slab + 2, n_slabs); beside += 2)
       ThreadTeam::wait_for(is_done[static_cast<std::size_t>(beside)]);
     work(slab);

@@ -1,10 +1,10 @@
 #include "geometry/pieces.hpp"
+#include "maille/scene/matter_runs.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cstdint>
-#include <cstring>
 #include <numeric>
 #include <span>
 #include <string>
@@ -14,27 +14,6 @@
 namespace maille {
 
 namespace {
-
-/// The first cell of matter, or n.
-int find_matter(const std::uint8_t* ids, int n) {
-  constexpr std::uint64_t eight_without = ~std::uint64_t{0};
-  static_assert(no_material == 0xff);
-  int x = 0;
-  for (std::uint64_t eight = 0; x + 8 <= n; x += 8) {
-    std::memcpy(&eight, ids + x, sizeof eight);
-    if (eight != eight_without)
-      break;
-  }
-  while (x < n && ids[x] == no_material)
-    ++x;
-  return x;
-}
-
-/// The first cell without, or n.
-int find_no_matter(const std::uint8_t* ids, int n) {
-  const void* const found = std::memchr(ids, no_material, static_cast<std::size_t>(n));
-  return found == nullptr ? n : static_cast<int>(static_cast<const std::uint8_t*>(found) - ids);
-}
 
 /// Calls visit(run, other run) for pairs of two rows among which are all that share a face or a node.
 template<class Visit>
@@ -64,14 +43,9 @@ void BodyPieces::find_runs(const Specimen& body) {
   first_.reserve(static_cast<std::size_t>(rows) + 1);
   first_.push_back(0);
   for (std::int64_t row = 0; row < rows; ++row) {
-    const std::uint8_t* const ids = body.material_id.empty() ? nullptr : body.material_id.data() + row * n[0];
-    for (int x = 0; x < n[0];) {
-      const int begin = ids ? x + find_matter(ids + x, n[0] - x) : 0,
-                end = ids ? begin + find_no_matter(ids + begin, n[0] - begin) : n[0];
-      if (begin < end)
-        runs_.push_back({begin, end, static_cast<std::int32_t>(runs_.size())});
-      x = end;
-    }
+    for_each_run_of_matter(body, row, [&](int begin, int end) {
+      runs_.push_back({begin, end, static_cast<std::int32_t>(runs_.size())});
+    });
     first_.push_back(runs_.size());
   }
 }

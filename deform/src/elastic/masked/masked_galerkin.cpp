@@ -149,11 +149,14 @@ CellProducts::CellProducts(const MaskedLevel& level, const LatticeElasticity& el
     of_coefficients_ = LinearProducts(MaskedOperator::coefficients_of(takes_thin_), team);
     return;
   }
-  for (std::size_t kind = 0; kind < elasticity.kinds().size(); ++kind) {
-    const CellMatrix& K = of_kind_.emplace_back(cell_matrix(coefficients(kind)));
+  of_kind_.resize(elasticity.kinds().size());
+  remembered_.resize(8 * of_kind_.size());
+  team.run(static_cast<int>(of_kind_.size()), [&](int item, int) {
+    const auto kind = static_cast<std::size_t>(item);
+    of_kind_[kind] = cell_matrix(coefficients(kind));
     for (std::size_t octant = 0; octant < 8; ++octant)
-      PieceAssembly::take_to_piece(octant, remembered_.emplace_back(K));
-  }
+      PieceAssembly::take_to_piece(octant, remembered_[8 * kind + octant] = of_kind_[kind]);
+  });
 }
 
 void CellProducts::find_plain_slots(ThreadTeam& team) {
@@ -365,9 +368,11 @@ CoarseOperator MaskedLevel::galerkin_product(const CellComplex& fine, const Coar
         pieces.pieces[first + i].pattern = number->second;
     pieces.set_by_pattern(team);
     pieces.matrices = AlignedArray<float>(PatternedPieces::matrix_size * numbers.size());
-    for (const auto& [pattern, number] : numbers)
-      put_matrix(products.matrix(pattern),
-                 pieces.matrices.data() + PatternedPieces::matrix_size * static_cast<std::size_t>(number));
+    team.run(static_cast<int>(patterns.size()), [&](int item, int) {
+      const auto number = static_cast<std::size_t>(item);
+      put_matrix(products.matrix(patterns[number]),
+                 pieces.matrices.data() + PatternedPieces::matrix_size * number);
+    });
     return pieces;
   };
   List<std::int32_t> others;

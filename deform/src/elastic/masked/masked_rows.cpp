@@ -1,5 +1,7 @@
 #include "elastic/masked/masked_rows.hpp"
 
+#include "maille/scene/matter_runs.hpp"
+
 #include <algorithm>
 #include <cstdint>
 #include <utility>
@@ -31,16 +33,13 @@ void MaskedRows::place_cells(const Specimen& body) {
   first_run_.push_back(0);
   for (int z = layers_.first; z < layers_.end; ++z) {
     for (int y = 0; y < cells[1]; ++y) {
-      const std::int64_t row = body.grid.cell({0, y, z});
-      int end = -longest_gap - 1; // of the run before
-      for (int x = 0; x < cells[0]; ++x) {
-        if (!body.is_matter(row + x))
-          continue;
-        if (x - end > longest_gap)
-          runs_.push_back({{x, y, z}, {}, 0, 0, false});
-        end = x + 1;
+      int end_before = -longest_gap - 1;
+      for_each_run_of_matter(body, y + std::int64_t{1} * cells[1] * z, [&](int first, int end) {
+        if (first - end_before > longest_gap)
+          runs_.push_back({{first, y, z}, {}, 0, 0, false});
         runs_.back().cells = end - runs_.back().first[0];
-      }
+        end_before = end;
+      });
     }
     first_run_.push_back(static_cast<std::int32_t>(runs_.size()));
   }
