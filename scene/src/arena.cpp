@@ -1,6 +1,16 @@
 #include "maille/scene/arena.hpp"
 
 #include <atomic>
+#include <cstdint>
+#include <iterator>
+#include <map>
+#include <mutex>
+
+// Tools that look for what is written beyond an array have to see each for itself.
+#if defined(__linux__) && !defined(__SANITIZE_ADDRESS__)
+#define MAILLE_HAS_LARGE_PAGES
+#include <sys/mman.h>
+#endif
 
 namespace maille {
 
@@ -106,14 +116,119 @@ Charge::~Charge() {
   give_back(ledger_, static_cast<std::int64_t>(bytes_));
 }
 
+namespace {
+
+#ifdef MAILLE_HAS_LARGE_PAGES
+
+constexpr std::size_t cache_line = 64;
+constexpr std::size_t least_in_large_pages = std::size_t{64} << 10;
+
+constexpr std::size_t rounded_up(std::size_t bytes, std::size_t unit) {
+  return (bytes + unit - 1) / unit * unit;
+}
+
+/// Regions of large pages, in which arrays lie side by side: each in the first gap that it fits into.
+class LargePages {
+public:
+  void* take(std::size_t bytes) {
+    const std::size_t size = rounded_up(bytes, cache_line);
+    const std::lock_guard lock(mutex_);
+    auto gap = gaps_.begin();
+    while (gap != gaps_.end() && gap->second < size)
+      ++gap;
+    if (gap == gaps_.end())
+      gap = add_region(size);
+    char* const memory = gap->first;
+    const std::size_t left = gap->second - size;
+    gap = gaps_.erase(gap);
+    if (left > 0)
+      gaps_.emplace_hint(gap, memory + size, left);
+    return memory;
+  }
+  void give_back(void* memory, std::size_t bytes) noexcept {
+    char *begin = static_cast<char*>(memory), *end = begin + rounded_up(bytes, cache_line);
+    const std::lock_guard lock(mutex_);
+    const auto region = std::prev(regions_.upper_bound(begin));
+    auto next = gaps_.lower_bound(begin);
+    if (next != gaps_.end() && next->first == end && end < region->first + region->second) {
+      end += next->second;
+      next = gaps_.erase(next);
+    }
+    if (next != gaps_.begin() && begin > region->first)
+      if (const auto before = std::prev(next); before->first + before->second == begin) {
+        begin = before->first;
+        next = gaps_.erase(before);
+      }
+    if (begin == region->first && end == begin + region->second) {
+      munmap(begin, region->second);
+      regions_.erase(region);
+    } else
+      gaps_.emplace_hint(next, begin, static_cast<std::size_t>(end - begin));
+  }
+  /// Never destroyed: arrays may be given back by anybody's destructors.
+  static LargePages& all() {
+    static LargePages* const pages = new LargePages;
+    return *pages;
+  }
+
+private:
+  using Blocks = std::map<char*, std::size_t>; ///< bytes by where they begin
+
+  Blocks::iterator add_region(std::size_t least) {
+    constexpr std::size_t large_page = std::size_t{2} << 20, usual = 16 * large_page;
+    const std::size_t size = rounded_up(std::max(least, usual), large_page);
+    void* const mapped =
+        mmap(nullptr, size + large_page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (mapped == MAP_FAILED)
+      throw std::bad_alloc();
+    char* const begin = static_cast<char*>(mapped);
+    const std::size_t before =
+        (large_page - reinterpret_cast<std::uintptr_t>(begin) % large_page) % large_page;
+    if (before > 0)
+      munmap(begin, before);
+    if (large_page > before)
+      munmap(begin + before + size, large_page - before);
+    madvise(begin + before, size, MADV_HUGEPAGE); // a wish
+    regions_.emplace(begin + before, size);
+    return gaps_.emplace(begin + before, size).first;
+  }
+
+  std::mutex mutex_;
+  Blocks regions_, gaps_;
+};
+
+#endif
+
+} // namespace
+
+void* allocate_array(std::size_t bytes, std::size_t alignment) {
+#ifdef MAILLE_HAS_LARGE_PAGES
+  if (bytes >= least_in_large_pages)
+    return LargePages::all().take(bytes);
+#endif
+  return ::operator new (bytes, std::align_val_t{alignment});
+}
+
+void release_array(void* memory, [[maybe_unused]] std::size_t bytes, std::size_t alignment) noexcept {
+#ifdef MAILLE_HAS_LARGE_PAGES
+  if (bytes >= least_in_large_pages) {
+    LargePages::all().give_back(memory, bytes);
+    return;
+  }
+#endif
+  ::operator delete (memory, std::align_val_t{alignment});
+}
+
 void* allocate_charged(std::size_t bytes, std::size_t alignment) {
   static_assert(sizeof(Head) <= 16);
   const std::size_t all = bytes + alignment;
   const Head head{take_from_open(all), static_cast<std::int64_t>(all)};
-  void* const begin = ::operator new (all, std::align_val_t{alignment}, std::nothrow);
-  if (begin == nullptr) {
+  void* begin = nullptr;
+  try {
+    begin = allocate_array(all, alignment);
+  } catch (const std::bad_alloc&) {
     give_back(head.ledger, head.bytes);
-    throw std::bad_alloc();
+    throw;
   }
   return reinterpret_cast<char*>(new (begin) Head(head)) + alignment;
 }
@@ -121,7 +236,7 @@ void* allocate_charged(std::size_t bytes, std::size_t alignment) {
 void release_charged(void* memory, std::size_t alignment) noexcept {
   char* const begin = static_cast<char*>(memory) - alignment;
   const Head head = *reinterpret_cast<Head*>(begin);
-  ::operator delete (begin, std::align_val_t{alignment});
+  release_array(begin, static_cast<std::size_t>(head.bytes), alignment);
   give_back(head.ledger, head.bytes);
 }
 

@@ -93,7 +93,7 @@ private:
 
 #endif
 
-/// Zeros of the system's own pages from `least` bytes on, else of the allocator.
+/// Zeros of the system's own pages from `least` bytes on, else written into memory for arrays.
 void* zeroed(std::size_t bytes, [[maybe_unused]] std::size_t least, Charge& charge) {
 #ifdef __linux__
   if (bytes >= least) {
@@ -102,7 +102,7 @@ void* zeroed(std::size_t bytes, [[maybe_unused]] std::size_t least, Charge& char
   }
 #endif
   charge = Charge(bytes);
-  return std::memset(::operator new (bytes, std::align_val_t{cache_line}), 0, bytes);
+  return std::memset(allocate_array(bytes, cache_line), 0, bytes);
 }
 
 void release(void* memory, std::size_t bytes, [[maybe_unused]] std::size_t least) noexcept {
@@ -112,7 +112,7 @@ void release(void* memory, std::size_t bytes, [[maybe_unused]] std::size_t least
     return;
   }
 #endif
-  ::operator delete (memory, bytes, std::align_val_t{cache_line});
+  release_array(memory, bytes, cache_line);
 }
 
 } // namespace
