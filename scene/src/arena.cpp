@@ -7,7 +7,14 @@
 #include <mutex>
 
 // Tools that look for what is written beyond an array have to see each for itself.
-#if defined(__linux__) && !defined(__SANITIZE_ADDRESS__)
+#if defined(__SANITIZE_ADDRESS__)
+#define MAILLE_KEEPS_ARRAYS_APART
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define MAILLE_KEEPS_ARRAYS_APART
+#endif
+#endif
+#if defined(__linux__) && !defined(MAILLE_KEEPS_ARRAYS_APART)
 #define MAILLE_HAS_LARGE_PAGES
 #include <sys/mman.h>
 #endif

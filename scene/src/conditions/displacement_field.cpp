@@ -1,4 +1,4 @@
-#include "maille/scene/displacement_field.hpp"
+#include "maille/scene/warp/displacement_field.hpp"
 
 #include "conditions/number_table.hpp"
 

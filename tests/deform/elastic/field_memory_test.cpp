@@ -1,9 +1,13 @@
 #include "lattice/field_memory.hpp"
 
+#include "maille/scene/arena.hpp"
+
 #include <gtest/gtest.h>
 
 #include <cstdint>
 #include <cstring>
+#include <iterator>
+#include <random>
 #include <vector>
 
 namespace maille::deform {
@@ -38,6 +42,50 @@ TEST(FieldMemoryContract, IsZeroAlignedAndNobodyElses) {
   }
   release_field(nullptr, 5000000);
 }
+
+// Truth: what arena.hpp promises of sizes below, in and above those of one region.
+TEST(ArrayMemoryContract, ArraysAreAlignedAndNobodyElsesWhateverGoesFirst) {
+  struct Array {
+    unsigned char* data;
+    std::size_t size;
+    unsigned char mark;
+  };
+  std::mt19937 random(7); // any
+  std::vector<Array> arrays;
+  const auto release = [&](std::size_t i) {
+    const Array array = arrays[i];
+    for (std::size_t k = 0; k < array.size; k += 61)
+      ASSERT_EQ(array.data[k], array.mark) << array.size << ' ' << k;
+    ASSERT_EQ(array.data[array.size - 1], array.mark);
+    release_array(array.data, array.size, 64);
+    arrays.erase(arrays.begin() + static_cast<std::ptrdiff_t>(i));
+  };
+  const std::size_t sizes[] = {1, 65535, 65536, 65537, 100000, 1 << 20, 3000001, 20 << 20, (32 << 20) + 1};
+  for (int step = 0; step < 400; ++step) {
+    if (arrays.size() < 12 && random() % 3 != 0) {
+      const std::size_t size = sizes[random() % std::size(sizes)];
+      const auto mark = static_cast<unsigned char>(random() % 251 + 1);
+      auto* const data = static_cast<unsigned char*>(allocate_array(size, 64));
+      ASSERT_EQ(reinterpret_cast<std::uintptr_t>(data) % 64, 0u);
+      std::memset(data, mark, size);
+      arrays.push_back({data, size, mark});
+    } else if (!arrays.empty())
+      release(random() % arrays.size());
+  }
+  while (!arrays.empty())
+    release(0);
+}
+
+#if defined(__linux__) && !defined(__SANITIZE_ADDRESS__) // with which arrays are the heap's
+TEST(ArrayMemoryContract, WhatIsGivenBackIsThereForTheNextOne) {
+  void* const kept = allocate_array(1 << 17, 64);
+  void* const first = allocate_array(1 << 20, 64);
+  release_array(first, 1 << 20, 64);
+  EXPECT_EQ(allocate_array(1 << 20, 64), first);
+  release_array(first, 1 << 20, 64);
+  release_array(kept, 1 << 17, 64);
+}
+#endif
 
 } // namespace
 } // namespace maille::deform

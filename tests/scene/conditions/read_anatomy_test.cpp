@@ -2,9 +2,9 @@
 /// and the faults of all.
 
 #include "maille/materials/density_law.hpp"
-#include "maille/scene/displacement_field.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/sliding.hpp"
+#include "maille/scene/warp/displacement_field.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <gtest/gtest.h>
