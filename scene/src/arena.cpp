@@ -134,7 +134,8 @@ constexpr std::size_t rounded_up(std::size_t bytes, std::size_t unit) {
   return (bytes + unit - 1) / unit * unit;
 }
 
-/// Regions of large pages, in which arrays lie side by side: each in the first gap that it fits into.
+/// Regions of large pages, in which arrays lie side by side: each in the first gap that it fits into. What is
+/// loaded at run time has regions of its own, and gives back to whose an array is.
 class LargePages {
 public:
   void* take(std::size_t bytes) {
@@ -152,25 +153,10 @@ public:
       gaps_.emplace_hint(gap, memory + size, left);
     return memory;
   }
-  void give_back(void* memory, std::size_t bytes) noexcept {
-    char *begin = static_cast<char*>(memory), *end = begin + rounded_up(bytes, cache_line);
-    const std::lock_guard lock(mutex_);
-    const auto region = std::prev(regions_.upper_bound(begin));
-    auto next = gaps_.lower_bound(begin);
-    if (next != gaps_.end() && next->first == end && end < region->first + region->second) {
-      end += next->second;
-      next = gaps_.erase(next);
-    }
-    if (next != gaps_.begin() && begin > region->first)
-      if (const auto before = std::prev(next); before->first + before->second == begin) {
-        begin = before->first;
-        next = gaps_.erase(before);
-      }
-    if (begin == region->first && end == begin + region->second) {
-      munmap(begin, region->second);
-      regions_.erase(region);
-    } else
-      gaps_.emplace_hint(next, begin, static_cast<std::size_t>(end - begin));
+  static void give_back(void* memory, std::size_t bytes) noexcept {
+    char* const at = static_cast<char*>(memory);
+    auto* const region = reinterpret_cast<Region*>(at - reinterpret_cast<std::uintptr_t>(at) % alignment);
+    region->owner->widen_gap(at, at + rounded_up(bytes, cache_line), *region);
   }
   /// Never destroyed: arrays may be given back by anybody's destructors.
   static LargePages& all() {
@@ -179,29 +165,54 @@ public:
   }
 
 private:
-  using Blocks = std::map<char*, std::size_t>; ///< bytes by where they begin
+  /// At its beginning. Its arrays begin within so many bytes as it is aligned to: it is as long, or just long
+  /// enough for a single one.
+  struct alignas(cache_line) Region {
+    LargePages* owner;
+    std::size_t size;
+    char* first() { return reinterpret_cast<char*>(this + 1); }
+    char* end() { return reinterpret_cast<char*>(this) + size; }
+  };
+  static constexpr std::size_t large_page = std::size_t{2} << 20, alignment = 16 * large_page;
 
-  Blocks::iterator add_region(std::size_t least) {
-    constexpr std::size_t large_page = std::size_t{2} << 20, usual = 16 * large_page;
-    const std::size_t size = rounded_up(std::max(least, usual), large_page);
+  void widen_gap(char* begin, char* end, Region& region) noexcept {
+    const std::lock_guard lock(mutex_);
+    auto next = gaps_.lower_bound(begin);
+    if (next != gaps_.end() && next->first == end && end < region.end()) {
+      end += next->second;
+      next = gaps_.erase(next);
+    }
+    if (next != gaps_.begin() && begin > region.first())
+      if (const auto before = std::prev(next); before->first + before->second == begin) {
+        begin = before->first;
+        next = gaps_.erase(before);
+      }
+    if (begin == region.first() && end == region.end())
+      munmap(&region, rounded_up(region.size, large_page));
+    else
+      gaps_.emplace_hint(next, begin, static_cast<std::size_t>(end - begin));
+  }
+
+  std::map<char*, std::size_t>::iterator add_region(std::size_t least) {
+    const std::size_t size = std::max(least + sizeof(Region), alignment),
+                      pages = rounded_up(size, large_page);
     void* const mapped =
-        mmap(nullptr, size + large_page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+        mmap(nullptr, pages + alignment, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (mapped == MAP_FAILED)
       throw std::bad_alloc();
-    char* const begin = static_cast<char*>(mapped);
-    const std::size_t before =
-        (large_page - reinterpret_cast<std::uintptr_t>(begin) % large_page) % large_page;
+    char* const all = static_cast<char*>(mapped);
+    const std::size_t before = (alignment - reinterpret_cast<std::uintptr_t>(all) % alignment) % alignment;
     if (before > 0)
-      munmap(begin, before);
-    if (large_page > before)
-      munmap(begin + before + size, large_page - before);
-    madvise(begin + before, size, MADV_HUGEPAGE); // a wish
-    regions_.emplace(begin + before, size);
-    return gaps_.emplace(begin + before, size).first;
+      munmap(all, before);
+    if (alignment > before)
+      munmap(all + before + pages, alignment - before);
+    madvise(all + before, pages, MADV_HUGEPAGE); // a wish
+    auto* const region = new (all + before) Region{this, size};
+    return gaps_.emplace(region->first(), size - sizeof(Region)).first;
   }
 
   std::mutex mutex_;
-  Blocks regions_, gaps_;
+  std::map<char*, std::size_t> gaps_; ///< bytes by where they begin
 };
 
 #endif
@@ -219,7 +230,7 @@ void* allocate_array(std::size_t bytes, std::size_t alignment) {
 void release_array(void* memory, [[maybe_unused]] std::size_t bytes, std::size_t alignment) noexcept {
 #ifdef MAILLE_HAS_LARGE_PAGES
   if (bytes >= least_in_large_pages) {
-    LargePages::all().give_back(memory, bytes);
+    LargePages::give_back(memory, bytes);
     return;
   }
 #endif
