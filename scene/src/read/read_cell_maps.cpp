@@ -84,50 +84,34 @@ std::optional<PartialVolume> read_partial_volume(TableReader& specimen, const In
   return asked;
 }
 
-namespace {
-
-/// Grey values that are no number where they would have to say how much is tissue: in voxels with a label,
-/// or, of the body's own image, in any. @param ranges empty: any
-void check_numbers(const Image& grey, const Image& labels, const std::vector<LabelRange>& ranges,
-                   const std::string& path, int line, FaultList& faults) {
-  std::int64_t n = 0;
-  for (std::size_t voxel = 0; voxel < grey.values.size(); ++voxel)
-    if (!std::isfinite(grey.values[voxel]) &&
-        (ranges.empty() || material_of(labels.values[voxel], ranges) != no_material))
-      ++n;
-  if (n > 0)
-    faults.add(line, path, "a number in every voxel of the body", fmt::format("none in {} of them", n));
-}
-
-} // namespace
-
-void fill_partial_volume(const PartialVolume& asked, const Image& image,
+void fill_partial_volume(const PartialVolume& asked, const LayeredImage& image,
                          const std::vector<LabelRange>& ranges, const Index3& coarsen,
                          const std::filesystem::path& folder, TableReader& table, Specimen& body) {
   const std::string path = table.path_of("partial_volume");
+  const bool is_grey = asked.from == PartialVolume::From::grey, is_of_other = is_grey && !asked.image.empty();
   try {
-    TissueShares shares;
-    if (asked.from == PartialVolume::From::grey && !asked.image.empty()) {
+    LayeredImage from = image;
+    if (is_of_other) {
       const auto file = resolve_path(asked.image, folder, path, asked.line, table.faults());
       if (!file)
         return;
-      const Image grey = read_image(*file);
-      if (grey.info.components != 1 || !have_same_voxels(grey.info, image.info)) {
+      from = LayeredImage(*file);
+      if (from.info().components != 1 || !have_same_voxels(from.info(), image.info())) {
         table.faults().add(asked.line, path,
                            "an image of one value a voxel on the voxels of the body's image", asked.image);
         return;
       }
-      check_numbers(grey, image, ranges, path, asked.line, table.faults());
-      shares = shares_of_grey(grey, asked.none, asked.full);
-    } else if (asked.from == PartialVolume::From::grey) {
-      check_numbers(image, image, {}, path, asked.line, table.faults());
-      shares = shares_of_grey(image, asked.none, asked.full);
-    } else {
-      shares = shares_of_labels(image, ranges);
-      if (asked.from == PartialVolume::From::smooth)
-        shares = shares_of_smoothed(shares, image.info, asked.width);
     }
-    fill_partial_cells(image, ranges, coarsen, shares, asked.least, body);
+    LayerWindow shares = is_grey ? shares_of_grey(from.open(coarsen[2]), asked.none, asked.full)
+                                 : shares_of_labels(from.open(coarsen[2]), ranges);
+    if (asked.from == PartialVolume::From::smooth)
+      shares = shares_of_smoothed(std::move(shares), asked.width);
+    const std::int64_t without =
+        fill_partial_cells(image, ranges, coarsen, std::move(shares), asked.least, is_of_other, body);
+    // They would have to say how much is tissue: in voxels with a label or, of the body's own image, in any.
+    if (without > 0)
+      table.faults().add(asked.line, path, "a number in every voxel of the body",
+                         fmt::format("none in {} of them", without));
   } catch (const InputError& error) {
     adopt(error, path, asked.line, table.faults());
   }
