@@ -6,7 +6,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <iterator>
@@ -267,32 +266,49 @@ std::string reach_in_words(const Specimen& body) {
 namespace {
 
 /// The materials of the voxels of a row of cells, row by row.
-struct VoxelRows {
-  std::size_t width = 0;
-  std::vector<std::uint8_t> materials;
-  std::array<int, 256> count{}; ///< memory of most_of, 0 between its calls
-
+class VoxelRows {
+public:
+  VoxelRows(std::size_t width, const std::vector<LabelRange>& ranges) : width_(width) {
+    for (const LabelRange& range : ranges)
+      n_materials_ = std::max(n_materials_, std::size_t{range.material} + 1);
+    count_.resize(no_material + std::size_t{1});
+  }
+  /// Rows of other cells.
+  void clear() { materials_.clear(); }
+  void append(std::size_t n, std::uint8_t material) { materials_.resize(materials_.size() + n, material); }
+  const std::vector<std::uint8_t>& materials() const { return materials_; }
+  /// To be called when all rows are there.
+  void compare() {
+    differs_.assign(width_, 0);
+    for (std::size_t row = width_; row < materials_.size(); row += width_)
+      for (std::size_t i = 0; i < width_; ++i)
+        differs_[i] |= static_cast<std::uint8_t>(materials_[row + i] ^ materials_[i]);
+  }
   /// The material that most voxels `from` to before `to` of all rows hold, of equals the first; none where less
   /// than half of `voxels` is matter.
   std::uint8_t most_of(std::size_t from, std::size_t to, int voxels) {
-    const auto for_each = [&](auto&& visit) {
-      for (std::size_t row = 0; row < materials.size(); row += width)
-        for (std::size_t i = row + from; i < row + to; ++i)
-          visit(materials[i]);
-    };
-    const std::uint8_t first = materials[from];
+    const std::uint8_t first = materials_[from];
     int different = 0;
-    for_each([&](std::uint8_t material) { different |= material ^ first; });
+    for (std::size_t i = from; i < to; ++i)
+      different |= differs_[i] | (materials_[i] ^ first);
     if (different == 0) {
-      const auto n = static_cast<int>(materials.size() / width * (to - from));
+      const auto n = static_cast<int>(materials_.size() / width_ * (to - from));
       return 2 * n >= voxels ? first : no_material;
     }
-    for_each([&](std::uint8_t material) { ++count[material]; });
-    const auto most = std::max_element(count.begin(), count.end() - 1);
-    const int matter = std::accumulate(count.begin(), count.end() - 1, 0);
-    for_each([&](std::uint8_t material) { count[material] = 0; });
-    return 2 * matter >= voxels ? static_cast<std::uint8_t>(most - count.begin()) : no_material;
+    const auto begin = count_.begin(), end = begin + static_cast<std::ptrdiff_t>(n_materials_);
+    std::fill(begin, end, 0);
+    for (std::size_t row = 0; row < materials_.size(); row += width_)
+      for (std::size_t i = row + from; i < row + to; ++i)
+        ++count_[materials_[i]];
+    return 2 * std::accumulate(begin, end, 0) >= voxels
+               ? static_cast<std::uint8_t>(std::max_element(begin, end) - begin)
+               : no_material;
   }
+
+private:
+  std::size_t width_, n_materials_ = 0;
+  std::vector<std::uint8_t> materials_, differs_; ///< from the first row, not 0 where one does
+  std::vector<int> count_;                        ///< by material
 };
 
 } // namespace
@@ -342,27 +358,29 @@ void fill_cells(const LayeredImage& image, const Index3& coarsen, const std::vec
   const Grid grid(info.size[2] == 1 ? 2 : 3, cells, spacing);
   LayerWindow layers = image.open(coarsen[2]);
   std::vector<std::uint8_t> found; // grows no faster than the file fills it
-  VoxelRows rows;
-  rows.width = static_cast<std::size_t>(info.size[0]);
+  const auto width = static_cast<std::size_t>(info.size[0]);
+  VoxelRows rows(width, ranges);
   for (int cell_k = 0; cell_k < cells[2]; ++cell_k) {
     layers.move_to(cell_k * coarsen[2], (cell_k + 1) * coarsen[2]);
     if (cell_k == 0)
       found.reserve(static_cast<std::size_t>(grid.n_cells()));
     for (int cell_j = 0; cell_j < cells[1]; ++cell_j) {
       const VoxelBlock block({0, cell_j, cell_k}, coarsen, 0, info.size);
-      rows.materials.clear();
+      rows.clear();
       for (int k = block.low[2]; k < block.high[2]; ++k)
         for (int j = block.low[1]; j < block.high[1]; ++j)
-          for_each_run(layers.layer(k).subspan(static_cast<std::size_t>(j) * rows.width, rows.width),
+          for_each_run(layers.layer(k).subspan(static_cast<std::size_t>(j) * width, width),
                        [&](float value, std::size_t n) {
                          census.add(value);
-                         rows.materials.resize(rows.materials.size() + n, material_of(value, ranges));
+                         rows.append(n, material_of(value, ranges));
                        });
-      if (coarsen == Index3{1, 1, 1})
-        found.insert(found.end(), rows.materials.begin(), rows.materials.end());
-      else
-        for (std::size_t i = 0, n = static_cast<std::size_t>(coarsen[0]); i < rows.width; i += n)
-          found.push_back(rows.most_of(i, std::min(i + n, rows.width), coarsen[0] * coarsen[1] * coarsen[2]));
+      if (coarsen == Index3{1, 1, 1}) {
+        found.insert(found.end(), rows.materials().begin(), rows.materials().end());
+        continue;
+      }
+      rows.compare();
+      for (std::size_t i = 0, n = static_cast<std::size_t>(coarsen[0]); i < width; i += n)
+        found.push_back(rows.most_of(i, std::min(i + n, width), coarsen[0] * coarsen[1] * coarsen[2]));
     }
   }
   body.grid = grid;

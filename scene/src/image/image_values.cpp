@@ -39,8 +39,10 @@ public:
   Decoder(const ValueLayout& layout, Faults& faults)
       : layout_(layout), is_scaled_(layout.slope != 1 || layout.intercept != 0), faults_(faults) {}
 
-  /// Whether values stand in the file as they are given.
-  bool is_plain() const { return std::is_same_v<T, float> && !is_scaled_ && !layout_.swap_bytes; }
+  /// Whether values stand in the file as they are given, all of which float32 holds.
+  bool is_plain() const {
+    return (std::is_same_v<T, float> || sizeof(T) <= 2) && !is_scaled_ && !layout_.swap_bytes;
+  }
   float operator()(const char* bytes) const {
     const T value = number_at<T>(bytes, layout_.swap_bytes);
     if constexpr (std::is_integral_v<T>) {
@@ -198,7 +200,8 @@ void ValueReader::read_as(std::size_t count, std::vector<float>& values) {
                                source_->is_cut_short() ? "; the encoded data ends early" : ""));
     grow(values, first + n, end);
     if (decode.is_plain())
-      std::memcpy(values.data() + first, buffer_.data(), n * sizeof(T));
+      for (std::size_t i = 0; i < n; ++i)
+        values[first + i] = static_cast<float>(number_at<T>(buffer_.data() + i * sizeof(T), false));
     else
       for (std::size_t i = 0; i < n; ++i)
         values[first + i] = decode(buffer_.data() + i * sizeof(T));

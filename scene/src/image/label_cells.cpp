@@ -84,22 +84,27 @@ LabelCells::LabelCells(const LayeredImage& image, const std::vector<LabelRange>&
 
 /// @param values memory of the caller
 float LabelCells::label_of(std::int64_t cell, const LayerWindow& voxels, std::vector<float>& values) const {
+  const VoxelBlock own = block_of(cell, 0);
+  const float first = voxels[own.first_voxel(info().size)];
+  bool are_equal = true;
+  own.for_each_row(info().size, [&](std::size_t voxel, std::size_t end) {
+    for (; voxel < end; ++voxel)
+      are_equal &= voxels[voxel] == first;
+  });
+  if (are_equal && material_of(first, ranges_) == body_.material(cell))
+    return first;
   values.clear();
   float last = std::numeric_limits<float>::quiet_NaN();
-  bool is_of_cell = false, are_equal = true;
+  bool is_of_cell = false;
   for (int margin = 0; values.empty() && margin <= furthest_voxel; ++margin)
     block_of(cell, margin).for_each(info().size, [&](std::size_t voxel) {
       const float value = voxels[voxel];
       if (!(value == last))
         is_of_cell = material_of(value, ranges_) == body_.material(cell);
       last = value;
-      if (is_of_cell) {
+      if (is_of_cell)
         values.push_back(value);
-        are_equal = are_equal && value == values.front();
-      }
     });
-  if (are_equal && !values.empty())
-    return values.front();
   std::ranges::sort(values);
   float label = 0;
   std::ptrdiff_t most = 0;

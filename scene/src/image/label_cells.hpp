@@ -40,10 +40,16 @@ std::uint8_t material_of(float value, const std::vector<LabelRange>& ranges);
 template<class Visit>
 void for_each_run(std::span<const float> values, Visit&& visit) {
   for (std::size_t first = 0; first < values.size();) {
+    const float value = values[first];
     std::size_t end = first + 1;
-    while (end < values.size() && values[end] == values[first])
+    for (bool are_equal = true; are_equal && end + 8 <= values.size();) {
+      for (std::size_t i = end; i < end + 8; ++i)
+        are_equal &= values[i] == value;
+      end += are_equal ? 8 : 0;
+    }
+    while (end < values.size() && values[end] == value)
       ++end;
-    visit(values[first], end - first);
+    visit(value, end - first);
     first = end;
   }
 }
@@ -79,13 +85,26 @@ struct VoxelBlock {
       high[a] = std::min((cell[a] + 1) * coarsen[a] + margin, size[a]);
     }
   }
+  std::size_t first_voxel(const Index3& size) const { return voxel(low[0], low[1], low[2], size); }
+  /// Calls visit(number of its first voxel, of the one behind its last) for each row along x.
+  template<class Visit>
+  void for_each_row(const Index3& size, Visit&& visit) const {
+    for (int k = low[2]; k < high[2]; ++k)
+      for (int j = low[1]; j < high[1]; ++j)
+        visit(voxel(low[0], j, k, size), voxel(high[0], j, k, size));
+  }
   /// Calls visit(voxel number).
   template<class Visit>
   void for_each(const Index3& size, Visit&& visit) const {
-    for (int k = low[2]; k < high[2]; ++k)
-      for (int j = low[1]; j < high[1]; ++j)
-        for (int i = low[0]; i < high[0]; ++i)
-          visit(static_cast<std::size_t>(i + std::int64_t{size[0]} * (j + std::int64_t{size[1]} * k)));
+    for_each_row(size, [&](std::size_t first, std::size_t end) {
+      for (std::size_t voxel = first; voxel < end; ++voxel)
+        visit(voxel);
+    });
+  }
+
+private:
+  static std::size_t voxel(int i, int j, int k, const Index3& size) {
+    return static_cast<std::size_t>(i + std::int64_t{size[0]} * (j + std::int64_t{size[1]} * k));
   }
 };
 
