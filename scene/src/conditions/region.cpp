@@ -284,8 +284,8 @@ public:
       for (std::size_t i = 0; i < width_; ++i)
         differs_[i] |= static_cast<std::uint8_t>(materials_[row + i] ^ materials_[i]);
   }
-  /// The material that most voxels `from` to before `to` of all rows hold, of equals the first; none where less
-  /// than half of `voxels` is matter.
+  /// The material that most voxels `from` to before `to` of all rows hold, of equals the first; none where
+  /// less than half of `voxels` is matter.
   std::uint8_t most_of(std::size_t from, std::size_t to, int voxels) {
     const std::uint8_t first = materials_[from];
     int different = 0;

@@ -193,21 +193,13 @@ std::int64_t leave_out_loose_pieces(Scene& scene, const std::vector<std::int64_t
 Index3 crop_to_matter(Specimen& body) {
   const Grid grid = body.grid;
   const Index3& n = grid.cells();
-  if (body.material_id.empty())
-    return {0, 0, 0};
   Index3 low = n, high{-1, -1, -1};
   for (int k = 0; k < n[2]; ++k)
-    for (int j = 0; j < n[1]; ++j) {
-      const std::uint8_t* const row = body.material_id.data() + grid.cell({0, j, k});
-      const int first = find_matter(row, n[0]);
-      if (first == n[0])
-        continue;
-      int last = n[0] - 1;
-      while (row[last] == no_material)
-        --last;
-      low = {std::min(low[0], first), std::min(low[1], j), std::min(low[2], k)};
-      high = {std::max(high[0], last), std::max(high[1], j), k};
-    }
+    for (int j = 0; j < n[1]; ++j)
+      for_each_run_of_matter(body, j + std::int64_t{n[1]} * k, [&](int first, int end) {
+        low = {std::min(low[0], first), std::min(low[1], j), std::min(low[2], k)};
+        high = {std::max(high[0], end - 1), std::max(high[1], j), k};
+      });
   Index3 size{};
   for (std::size_t a = 0; a < 3; ++a)
     size[a] = high[a] - low[a] + 1;

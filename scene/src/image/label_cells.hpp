@@ -36,7 +36,7 @@ std::optional<LabelRange> parse_label(std::string_view text);
 
 std::uint8_t material_of(float value, const std::vector<LabelRange>& ranges);
 
-/// Calls visit(value, n) for values that are the same one behind the other: of labels there are few such runs.
+/// Calls visit(value, n) for n equal values one behind the other: of labels there are few such runs.
 template<class Visit>
 void for_each_run(std::span<const float> values, Visit&& visit) {
   for (std::size_t first = 0; first < values.size();) {
@@ -150,7 +150,7 @@ private:
     const Index3 at = body_.grid.cell_at(cell);
     return {{first_[0] + at[0], first_[1] + at[1], first_[2] + at[2]}, coarsen_, margin, info().size};
   }
-  /// Calls visit(cell, voxels) for the cells of matter, `voxels` being those of its block and `margin` around.
+  /// Calls visit(cell, voxels) for the cells of matter, with the voxels of its block and `margin` around.
   template<class Visit>
   void for_each_block(int margin, Visit&& visit) const {
     LayerWindow voxels = image_.open(coarsen_[2] + 2 * margin);

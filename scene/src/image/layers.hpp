@@ -1,6 +1,6 @@
 #pragma once
-/// An image of one value a voxel, layer by layer from first to last, of which only those that are needed stand
-/// in memory. Private to scene.
+/// An image of one value a voxel, layer by layer from first to last, of which only those that are needed
+/// stand in memory. Private to scene.
 
 #include "maille/scene/image.hpp"
 
@@ -37,8 +37,8 @@ public:
   std::size_t layer_size() const {
     return static_cast<std::size_t>(info_.size[0]) * static_cast<std::size_t>(info_.size[1]);
   }
-  /// Layers from `low` on and before `high`, as far as the image has them, are there; those below are gone for
-  /// good. Cost  each layer is read once, at most twice as many are kept as are asked for
+  /// Layers from `low` on and before `high`, as far as the image has them, are there; those below are gone
+  /// for good. Cost  each layer is read once, at most twice as many are kept as are asked for
   void move_to(int low, int high);
   /// @pre the layer of the voxel is there
   float operator[](std::size_t voxel) const { return data_[voxel - first_voxel_]; }

@@ -98,6 +98,7 @@ private:
 };
 
 /// A window whose layers are made each from the same one of another.
+/// @param kept   layers before it that stay there
 /// @param change is given each, to change it
 template<class Change>
 LayerWindow changed(std::shared_ptr<LayerWindow> from, int kept, Change change) {
