@@ -73,14 +73,16 @@ bool SceneBuilder::Assembly::make_labelled(const LabelBody& labels) {
   if (faults_.size() > before ||
       !reader::fits_into_memory(labels.image.info.size, 3, "specimen.layout", 0, faults_))
     return false;
-  reader::fill_cells(labels.image, {1, 1, 1}, ranges, body);
+  const LayeredImage image(labels.image);
+  reader::LabelCensus census(ranges);
+  reader::fill_cells(image, {1, 1, 1}, ranges, census, body);
   if (!reader::has_matter(body, "specimen.labels", 0, faults_))
     return false;
   whole_ = body.grid;
   place_fibres();
   first_ = reader::crop_to_matter(body);
   if (asked_.materials_.front().label)
-    body.label = reader::LabelCells(labels.image, ranges, first_, {1, 1, 1}, body).whole_labels();
+    body.label = reader::LabelCells(image, ranges, first_, {1, 1, 1}, body).whole_labels();
   return true;
 }
 
@@ -111,8 +113,11 @@ std::vector<reader::LabelRange> SceneBuilder::Assembly::read_labels(const Image&
     reader::add_label({value, value, *number}, name, 0, "specimen.labels", ranges, faults_);
     names.push_back({name, 0});
   }
-  if (!image.values.empty())
-    reader::check_labels_occur(image, ranges, names, "specimen.labels", faults_);
+  if (!image.values.empty()) {
+    reader::LabelCensus census(ranges);
+    reader::for_each_run(image.values, [&](float value, std::size_t) { census.add(value); });
+    reader::check_labels_occur(census, names, "specimen.labels", faults_);
+  }
   return ranges;
 }
 

@@ -12,21 +12,33 @@ namespace {
 
 class Mask {
 public:
-  Mask(const Image& image, const std::vector<LabelRange>& ranges, const Specimen& body,
+  Mask(LayerWindow image, const std::vector<LabelRange>& ranges, const Specimen& body,
        const std::optional<VoxelBlocks>& blocks)
-      : image_(image), ranges_(ranges), body_(body), blocks_(blocks) {}
+      : image_(std::move(image)), ranges_(ranges), body_(body), blocks_(blocks) {}
+
+  /// Cells of layer k, and never again of those below, are asked for.
+  void move_to(int k) {
+    if (blocks_)
+      image_.move_to(blocks_->first[2] + k * blocks_->per_cell[2],
+                     blocks_->first[2] + (k + 1) * blocks_->per_cell[2]);
+    else
+      image_.move_to(0, image_.info().size[2]);
+  }
+
+  /// Damage behind the body is a fault, too.
+  void move_to_end() { image_.move_to(image_.info().size[2], image_.info().size[2]); }
 
   /// Whether the cell at `at`, which may lie beyond the body's grid, is marked.
   bool has_cell(const Index3& at) const { return blocks_ ? has_most_of(at) : has_middle_of(at); }
 
 private:
   bool has_voxel(const Index3& v) const {
-    const Index3& size = image_.info.size;
+    const Index3& size = image_.info().size;
     for (std::size_t a = 0; a < 3; ++a)
       if (v[a] < 0 || v[a] >= size[a])
         return false;
-    const float value = image_.values[static_cast<std::size_t>(
-        v[0] + std::int64_t{size[0]} * (v[1] + std::int64_t{size[1]} * v[2]))];
+    const float value = image_[static_cast<std::size_t>(v[0] + std::int64_t{size[0]} *
+                                                                   (v[1] + std::int64_t{size[1]} * v[2]))];
     return std::isfinite(value) && material_of(value, ranges_) != no_material;
   }
   bool has_most_of(const Index3& at) const {
@@ -46,17 +58,18 @@ private:
     for (std::size_t a = 0; a < 3; ++a)
       middle[a] += (at[a] + 0.5) * body_.grid.spacing()[a];
     const Vec3 world = point_in_world(body_.placement, middle);
+    const ImageInfo& info = image_.info();
     Index3 voxel{};
     for (std::size_t a = 0; a < 3; ++a) {
       double index = 0;
       for (std::size_t row = 0; row < 3; ++row)
-        index += image_.info.direction[row][a] * (world[row] - image_.info.origin[row]);
-      voxel[a] = static_cast<int>(std::floor(std::clamp(index / image_.info.spacing[a] + 0.5, -2.0, 2e9)));
+        index += info.direction[row][a] * (world[row] - info.origin[row]);
+      voxel[a] = static_cast<int>(std::floor(std::clamp(index / info.spacing[a] + 0.5, -2.0, 2e9)));
     }
     return has_voxel(voxel);
   }
 
-  const Image& image_;
+  LayerWindow image_;
   const std::vector<LabelRange>& ranges_;
   const Specimen& body_;
   const std::optional<VoxelBlocks>& blocks_;
@@ -66,7 +79,8 @@ private:
 
 OrFault<Region> region_of_mask(const std::filesystem::path& file, const std::vector<LabelRange>& ranges,
                                bool resample, const Specimen& body) {
-  const ImageInfo info = read_image_info(file);
+  const LayeredImage image(file);
+  const ImageInfo& info = image.info();
   if (info.components != 1)
     return RegionFault{"an image of labels: one value a voxel",
                        fmt::format("{} values a voxel", info.components)};
@@ -78,9 +92,8 @@ OrFault<Region> region_of_mask(const std::filesystem::path& file, const std::vec
         fmt::format("voxels of {:.5g} x {:.5g} x {:.5g} mm, {} x {} x {}, that lie otherwise",
                     1e3 * info.spacing[0], 1e3 * info.spacing[1], 1e3 * info.spacing[2], info.size[0],
                     info.size[1], info.size[2])};
-  const Image image = read_image(file);
   const std::vector<LabelRange> counted = ranges.empty() ? all_but_zero() : ranges;
-  const Mask mask(image, counted, body, blocks);
+  Mask mask(image.open(blocks ? blocks->per_cell[2] : info.size[2]), counted, body, blocks);
   // Cells of a layer around the grid count, too: what the body's border touches.
   const Grid& grid = body.grid;
   Index3 low{-1, -1, -1}, high{grid.cells()[0] + 1, grid.cells()[1] + 1, grid.cells()[2] + 1};
@@ -89,7 +102,8 @@ OrFault<Region> region_of_mask(const std::filesystem::path& file, const std::vec
     high[2] = 1;
   }
   std::vector<std::int64_t> nodes, cells;
-  for (int k = low[2]; k < high[2]; ++k)
+  for (int k = low[2]; k < high[2]; ++k) {
+    mask.move_to(k);
     for (int j = low[1]; j < high[1]; ++j)
       for (int i = low[0]; i < high[0]; ++i) {
         const Index3 at{i, j, k};
@@ -103,6 +117,8 @@ OrFault<Region> region_of_mask(const std::filesystem::path& file, const std::vec
             nodes.push_back(grid.node(node));
         }
       }
+  }
+  mask.move_to_end();
   return Region::numbered(std::move(nodes), std::move(cells));
 }
 

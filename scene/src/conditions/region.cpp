@@ -6,12 +6,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <iterator>
+#include <numeric>
 #include <optional>
-#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -266,47 +265,51 @@ std::string reach_in_words(const Specimen& body) {
 
 namespace {
 
-/// The grey values of an image but 0, shortly: each where they are few and whole, else from where to where.
-std::string values_in_words(const Image& image) {
-  constexpr std::size_t most = 40;
-  std::set<float> values;
-  for (const float value : image.values) {
-    if (value != 0 && std::isfinite(value))
-      values.insert(value);
-    if (values.size() > most)
-      break;
+/// The materials of the voxels of a row of cells, row by row.
+class VoxelRows {
+public:
+  VoxelRows(std::size_t width, const std::vector<LabelRange>& ranges) : width_(width) {
+    for (const LabelRange& range : ranges)
+      n_materials_ = std::max(n_materials_, std::size_t{range.material} + 1);
+    count_.resize(no_material + std::size_t{1});
   }
-  if (values.empty())
-    return "nothing but 0";
-  if (values.size() <= most)
-    return fmt::format("{}", fmt::join(values, ", "));
-  const auto [low, high] = std::ranges::minmax_element(image.values);
-  return fmt::format("more than {} grey values from {} to {}", most, *low, *high);
-}
+  /// Rows of other cells.
+  void clear() { materials_.clear(); }
+  void append(std::size_t n, std::uint8_t material) { materials_.resize(materials_.size() + n, material); }
+  const std::vector<std::uint8_t>& materials() const { return materials_; }
+  /// To be called when all rows are there.
+  void compare() {
+    differs_.assign(width_, 0);
+    for (std::size_t row = width_; row < materials_.size(); row += width_)
+      for (std::size_t i = 0; i < width_; ++i)
+        differs_[i] |= static_cast<std::uint8_t>(materials_[row + i] ^ materials_[i]);
+  }
+  /// The material that most voxels `from` to before `to` of all rows hold, of equals the first; none where
+  /// less than half of `voxels` is matter.
+  std::uint8_t most_of(std::size_t from, std::size_t to, int voxels) {
+    const std::uint8_t first = materials_[from];
+    int different = 0;
+    for (std::size_t i = from; i < to; ++i)
+      different |= differs_[i] | (materials_[i] ^ first);
+    if (different == 0) {
+      const auto n = static_cast<int>(materials_.size() / width_ * (to - from));
+      return 2 * n >= voxels ? first : no_material;
+    }
+    const auto begin = count_.begin(), end = begin + static_cast<std::ptrdiff_t>(n_materials_);
+    std::fill(begin, end, 0);
+    for (std::size_t row = 0; row < materials_.size(); row += width_)
+      for (std::size_t i = row + from; i < row + to; ++i)
+        ++count_[materials_[i]];
+    return 2 * std::accumulate(begin, end, 0) >= voxels
+               ? static_cast<std::uint8_t>(std::max_element(begin, end) - begin)
+               : no_material;
+  }
 
-/// The material that most voxels of a block hold; none where less than half of the block is matter.
-std::uint8_t block_material(const Image& image, const Index3& first, const Index3& coarsen,
-                            const std::vector<LabelRange>& ranges) {
-  const Index3& size = image.info.size;
-  if (coarsen == Index3{1, 1, 1}) {
-    const std::int64_t voxel =
-        first[0] + std::int64_t{size[0]} * (first[1] + std::int64_t{size[1]} * first[2]);
-    return material_of(image.values[static_cast<std::size_t>(voxel)], ranges);
-  }
-  std::array<int, 256> count{};
-  for (int k = first[2]; k < std::min(first[2] + coarsen[2], size[2]); ++k)
-    for (int j = first[1]; j < std::min(first[1] + coarsen[1], size[1]); ++j)
-      for (int i = first[0]; i < std::min(first[0] + coarsen[0], size[0]); ++i) {
-        const std::int64_t v = i + std::int64_t{size[0]} * (j + std::int64_t{size[1]} * k);
-        ++count[material_of(image.values[static_cast<std::size_t>(v)], ranges)];
-      }
-  const int voxels = coarsen[0] * coarsen[1] * coarsen[2];
-  const auto most = std::max_element(count.begin(), count.end() - 1);
-  int matter = 0;
-  for (auto c = count.begin(); c != count.end() - 1; ++c)
-    matter += *c;
-  return 2 * matter >= voxels ? static_cast<std::uint8_t>(most - count.begin()) : no_material;
-}
+private:
+  std::size_t width_, n_materials_ = 0;
+  std::vector<std::uint8_t> materials_, differs_; ///< from the first row, not 0 where one does
+  std::vector<int> count_;                        ///< by material
+};
 
 } // namespace
 
@@ -334,37 +337,55 @@ void add_label(const LabelRange& range, const std::string& text, int line, const
   ranges.push_back(range);
 }
 
-void check_labels_occur(const Image& image, const std::vector<LabelRange>& ranges,
-                        const std::vector<NamedLabel>& names, const std::string& path, FaultList& faults) {
-  std::vector<bool> occurs(ranges.size(), false);
-  for (const float value : image.values)
-    for (std::size_t i = 0; i < ranges.size(); ++i)
-      if (double{value} >= ranges[i].low && double{value} <= ranges[i].high)
-        occurs[i] = true;
+void check_labels_occur(const LabelCensus& census, const std::vector<NamedLabel>& names,
+                        const std::string& path, FaultList& faults) {
   for (std::size_t i = 0; i < names.size(); ++i)
-    if (!occurs[i])
+    if (!census.occurs(i))
       faults.add(names[i].line, path + "." + names[i].text,
-                 "a grey value that occurs in the image, which has " + values_in_words(image),
+                 "a grey value that occurs in the image, which has " + census.in_words(),
                  "\"" + names[i].text + "\", which no voxel has");
 }
 
-void fill_cells(const Image& image, const Index3& coarsen, const std::vector<LabelRange>& ranges,
-                Specimen& body) {
+void fill_cells(const LayeredImage& image, const Index3& coarsen, const std::vector<LabelRange>& ranges,
+                LabelCensus& census, Specimen& body) {
+  const ImageInfo& info = image.info();
   Index3 cells{};
   Vec3 spacing{};
   for (std::size_t a = 0; a < 3; ++a) {
-    cells[a] = (image.info.size[a] + coarsen[a] - 1) / coarsen[a];
-    spacing[a] = image.info.spacing[a] * coarsen[a];
+    cells[a] = (info.size[a] + coarsen[a] - 1) / coarsen[a];
+    spacing[a] = info.spacing[a] * coarsen[a];
   }
-  body.grid = Grid(image.info.size[2] == 1 ? 2 : 3, cells, spacing);
-  body.placement = placement_of(image.info);
-  body.material_id.resize(static_cast<std::size_t>(body.grid.n_cells()));
-  for (std::size_t cell = 0; cell < body.material_id.size(); ++cell) {
-    Index3 first = body.grid.cell_at(static_cast<std::int64_t>(cell));
-    for (std::size_t a = 0; a < 3; ++a)
-      first[a] *= coarsen[a];
-    body.material_id[cell] = block_material(image, first, coarsen, ranges);
+  const Grid grid(info.size[2] == 1 ? 2 : 3, cells, spacing);
+  LayerWindow layers = image.open(coarsen[2]);
+  std::vector<std::uint8_t> found; // grows no faster than the file fills it
+  const auto width = static_cast<std::size_t>(info.size[0]);
+  VoxelRows rows(width, ranges);
+  for (int cell_k = 0; cell_k < cells[2]; ++cell_k) {
+    layers.move_to(cell_k * coarsen[2], (cell_k + 1) * coarsen[2]);
+    if (cell_k == 0)
+      found.reserve(static_cast<std::size_t>(grid.n_cells()));
+    for (int cell_j = 0; cell_j < cells[1]; ++cell_j) {
+      const VoxelBlock block({0, cell_j, cell_k}, coarsen, 0, info.size);
+      rows.clear();
+      for (int k = block.low[2]; k < block.high[2]; ++k)
+        for (int j = block.low[1]; j < block.high[1]; ++j)
+          for_each_run(layers.layer(k).subspan(static_cast<std::size_t>(j) * width, width),
+                       [&](float value, std::size_t n) {
+                         census.add(value);
+                         rows.append(n, material_of(value, ranges));
+                       });
+      if (coarsen == Index3{1, 1, 1}) {
+        found.insert(found.end(), rows.materials().begin(), rows.materials().end());
+        continue;
+      }
+      rows.compare();
+      for (std::size_t i = 0, n = static_cast<std::size_t>(coarsen[0]); i < width; i += n)
+        found.push_back(rows.most_of(i, std::min(i + n, width), coarsen[0] * coarsen[1] * coarsen[2]));
+    }
   }
+  body.grid = grid;
+  body.placement = placement_of(info);
+  body.material_id = std::move(found);
 }
 
 bool has_matter(const Specimen& body, const std::string& path, int line, FaultList& faults) {

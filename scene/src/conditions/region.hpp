@@ -89,14 +89,16 @@ struct NamedLabel {
 };
 /// A label that no voxel has is a slip: what it was meant for would be missing without a word.
 /// @param names of the ranges, in their order
-void check_labels_occur(const Image& image, const std::vector<LabelRange>& ranges,
-                        const std::vector<NamedLabel>& names, const std::string& path, FaultList& faults);
+void check_labels_occur(const LabelCensus& census, const std::vector<NamedLabel>& names,
+                        const std::string& path, FaultList& faults);
 
 /// Grid, placement and materials of a body's cells, not cut down to its matter. Two-dimensional where the
 /// image has one slice.
 /// @param coarsen voxels of a cell along each axis
-void fill_cells(const Image& image, const Index3& coarsen, const std::vector<LabelRange>& ranges,
-                Specimen& body);
+/// @param census  is told of every voxel
+/// @throws InputError of the image; then the body is as it was
+void fill_cells(const LayeredImage& image, const Index3& coarsen, const std::vector<LabelRange>& ranges,
+                LabelCensus& census, Specimen& body);
 
 /// A body without a cell of matter is a fault.
 bool has_matter(const Specimen& body, const std::string& path, int line, FaultList& faults);

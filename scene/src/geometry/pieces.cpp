@@ -191,47 +191,39 @@ std::int64_t leave_out_loose_pieces(Scene& scene, const std::vector<std::int64_t
 }
 
 Index3 crop_to_matter(Specimen& body) {
-  const Grid& grid = body.grid;
-  Index3 low = grid.cells(), high{-1, -1, -1};
-  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
-    if (!body.is_matter(cell))
-      continue;
-    const Index3 at = grid.cell_at(cell);
-    for (std::size_t a = 0; a < 3; ++a) {
-      low[a] = std::min(low[a], at[a]);
-      high[a] = std::max(high[a], at[a]);
-    }
-  }
+  const Grid grid = body.grid;
+  const Index3& n = grid.cells();
+  Index3 low = n, high{-1, -1, -1};
+  for (int k = 0; k < n[2]; ++k)
+    for (int j = 0; j < n[1]; ++j)
+      for_each_run_of_matter(body, j + std::int64_t{n[1]} * k, [&](int first, int end) {
+        low = {std::min(low[0], first), std::min(low[1], j), std::min(low[2], k)};
+        high = {std::max(high[0], end - 1), std::max(high[1], j), k};
+      });
   Index3 size{};
   for (std::size_t a = 0; a < 3; ++a)
     size[a] = high[a] - low[a] + 1;
-  if (size == grid.cells())
+  if (size == n)
     return low;
-  Specimen cropped = body;
-  cropped.grid = Grid(grid.dimension(), size, grid.spacing());
-  cropped.material_id.clear();
-  cropped.fibres.clear();
-  cropped.label.clear();
-  cropped.tissue.clear();
-  cropped.stiffness_ratio.clear();
-  for (std::int64_t cell = 0; cell < cropped.grid.n_cells(); ++cell) {
-    Index3 at = cropped.grid.cell_at(cell);
-    for (std::size_t a = 0; a < 3; ++a)
-      at[a] += low[a];
-    const auto from = static_cast<std::size_t>(grid.cell(at));
-    cropped.material_id.push_back(body.material_id[from]);
-    if (!body.fibres.empty())
-      cropped.fibres.push_back(body.fibres[from]);
-    if (!body.label.empty())
-      cropped.label.push_back(body.label[from]);
-    if (!body.tissue.empty())
-      cropped.tissue.push_back(body.tissue[from]);
-    if (!body.stiffness_ratio.empty())
-      cropped.stiffness_ratio.push_back(body.stiffness_ratio[from]);
-  }
+  body.grid = Grid(grid.dimension(), size, grid.spacing());
+  const auto crop = [&](auto& values) {
+    if (values.empty())
+      return;
+    auto kept = std::exchange(values, {});
+    values.reserve(static_cast<std::size_t>(body.grid.n_cells()));
+    for (int k = low[2]; k <= high[2]; ++k)
+      for (int j = low[1]; j <= high[1]; ++j) {
+        const auto row = kept.begin() + grid.cell({low[0], j, k});
+        values.insert(values.end(), row, row + size[0]);
+      }
+  };
+  crop(body.material_id);
+  crop(body.fibres);
+  crop(body.label);
+  crop(body.tissue);
+  crop(body.stiffness_ratio);
   for (std::size_t a = 0; a < 3; ++a)
-    cropped.origin[a] += low[a] * grid.spacing()[a];
-  body = std::move(cropped);
+    body.origin[a] += low[a] * grid.spacing()[a];
   return low;
 }
 

@@ -4,6 +4,7 @@
 #include "maille/scene/memory.hpp"
 
 #include "image/image_formats.hpp"
+#include "image/layers.hpp"
 
 #include <fmt/format.h>
 
@@ -102,6 +103,20 @@ OpenImage open_image(const std::filesystem::path& file, std::int64_t largest, Fa
   return open_nifti(file, ending == ".nii.gz", faults);
 }
 
+/// A fault where so many layers of the decoded image are more than the limits allow.
+void check_memory(const OpenImage& image, int layers, const ImageLimits& limits, Faults& faults) {
+  const ImageInfo& info = image.info;
+  const std::int64_t largest = largest_bytes(limits);
+  const std::int64_t bytes =
+      std::int64_t{info.size[0]} * info.size[1] * layers * info.components * std::int64_t{sizeof(float)};
+  if (bytes > largest)
+    faults.fail(image.size_key,
+                fmt::format("at most {} bytes in memory{}", largest,
+                            limits.largest_bytes > 0 ? "" : " (half of what is free)"),
+                fmt::format("{} bytes ({} x {} x {} voxels, {} values each, as float32)", bytes, info.size[0],
+                            info.size[1], layers, info.components));
+}
+
 } // namespace
 
 void Faults::add(std::string key, std::string expected, std::string found) {
@@ -154,17 +169,27 @@ ImageInfo read_image_info(const std::filesystem::path& file) {
 
 Image read_image(const std::filesystem::path& file, const ImageLimits& limits) {
   image_formats::Faults faults(file.string());
-  const std::int64_t largest = image_formats::largest_bytes(limits);
-  const image_formats::OpenImage image = image_formats::open_image(file, largest, faults);
-  const ImageInfo& info = image.info;
-  const std::int64_t bytes = info.n_voxels() * info.components * std::int64_t{sizeof(float)};
-  if (bytes > largest)
-    faults.fail(image.size_key,
-                fmt::format("at most {} bytes in memory{}", largest,
-                            limits.largest_bytes > 0 ? "" : " (half of what is free)"),
-                fmt::format("{} bytes ({} x {} x {} voxels, {} values each, as float32)", bytes, info.size[0],
-                            info.size[1], info.size[2], info.components));
-  return {info, image_formats::read_values(image, faults)};
+  const image_formats::OpenImage image =
+      image_formats::open_image(file, image_formats::largest_bytes(limits), faults);
+  image_formats::check_memory(image, image.info.size[2], limits, faults);
+  return {image.info, image_formats::read_values(image, faults)};
+}
+
+LayeredImage::LayeredImage(const std::filesystem::path& file) : path_(file) {
+  image_formats::Faults faults(file.string());
+  file_ = std::make_shared<const image_formats::OpenImage>(
+      image_formats::open_image(file, image_formats::largest_bytes({}), faults));
+  info_ = file_->info;
+}
+
+LayerWindow LayeredImage::open(int layers) const {
+  if (whole_)
+    return LayerWindow(*whole_);
+  image_formats::Faults faults(path_.string());
+  image_formats::check_memory(*file_, std::min(layers, info_.size[2]), {}, faults);
+  auto reader = std::make_shared<image_formats::ValueReader>(*file_, faults);
+  const std::size_t n = static_cast<std::size_t>(info_.size[0]) * static_cast<std::size_t>(info_.size[1]);
+  return {info_, [reader, n](int, std::vector<float>& values) { reader->read(n, values); }};
 }
 
 std::vector<std::filesystem::path> files_of_image(const std::filesystem::path& file) {

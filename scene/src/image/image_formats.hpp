@@ -110,9 +110,28 @@ void set_size(ImageInfo& info, const std::array<std::int64_t, 3>& size,
               const std::array<std::string, 3>& size_keys, std::int64_t components,
               const std::string& components_key, Faults& faults);
 
-/// Reads all values, component slowest, in memory that grows with what the source really has.
-/// @throws InputError: too few or too many bytes, or values that float32 cannot hold
-std::vector<float> read_values(const OpenImage& image, Faults& faults);
+/// Reads an image's values, part after part, in the order of its file.
+class ValueReader {
+public:
+  ValueReader(const OpenImage& image, Faults faults);
+  /// Appends the next values, in memory that grows with what the source really has. Behind the last one there
+  /// must be no more.
+  /// @throws InputError: too few or too many bytes, or values that float32 cannot hold
+  void read(std::size_t count, std::vector<float>& values);
+
+private:
+  template<class T>
+  void read_as(std::size_t count, std::vector<float>& values);
+
+  ValueLayout layout_;
+  Faults faults_;
+  ByteSourcePtr source_;
+  std::size_t wanted_, done_ = 0; ///< values of the image
+  std::vector<char> buffer_;
+};
+
+/// All values, component slowest. @throws InputError, as ValueReader
+std::vector<float> read_values(const OpenImage& image, const Faults& faults);
 
 // ---- geometry ---------------------------------------------------------------------------------------------
 

@@ -1,6 +1,7 @@
 // From bytes to float32 values, and from a header's grid to ours.
 
 #include "image/image_formats.hpp"
+#include "image/layers.hpp"
 
 #include <fmt/format.h>
 
@@ -38,8 +39,10 @@ public:
   Decoder(const ValueLayout& layout, Faults& faults)
       : layout_(layout), is_scaled_(layout.slope != 1 || layout.intercept != 0), faults_(faults) {}
 
-  /// Whether values stand in the file as they are given.
-  bool is_plain() const { return std::is_same_v<T, float> && !is_scaled_ && !layout_.swap_bytes; }
+  /// Whether values stand in the file as they are given, all of which float32 holds.
+  bool is_plain() const {
+    return (std::is_same_v<T, float> || sizeof(T) <= 2) && !is_scaled_ && !layout_.swap_bytes;
+  }
   float operator()(const char* bytes) const {
     const T value = number_at<T>(bytes, layout_.swap_bytes);
     if constexpr (std::is_integral_v<T>) {
@@ -79,38 +82,6 @@ void grow(std::vector<float>& values, std::size_t to, std::size_t in_the_end) {
   values.resize(to);
 }
 
-template<class T>
-std::vector<float> read_as(const OpenImage& image, ByteSource& source, Faults& faults) {
-  const Decoder<T> decode(image.layout, faults);
-  const auto wanted = static_cast<std::size_t>(n_values(image.info));
-  std::vector<float> values;
-  if (static_cast<std::size_t>(source.bytes_left()) / sizeof(T) >= wanted)
-    values.reserve(wanted);
-  std::vector<char> buffer(std::min(chunk_values, wanted) * sizeof(T));
-  while (values.size() < wanted) {
-    const std::size_t first = values.size();
-    const std::size_t count = std::min(chunk_values, wanted - first);
-    const std::size_t got = source.read(std::span(buffer).first(count * sizeof(T)));
-    if (got < count * sizeof(T))
-      faults.fail("data", fmt::format("{} bytes", wanted * sizeof(T)),
-                  fmt::format("{} bytes{}", first * sizeof(T) + got,
-                              source.is_cut_short() ? "; the encoded data ends early" : ""));
-    grow(values, first + count, wanted);
-    if (decode.is_plain())
-      std::memcpy(values.data() + first, buffer.data(), count * sizeof(T));
-    else
-      for (std::size_t i = 0; i < count; ++i)
-        values[first + i] = decode(buffer.data() + i * sizeof(T));
-  }
-  // Reading on has compressed data check its own sum, and finds sizes that are too small.
-  char surplus = 0;
-  if (source.read(std::span(&surplus, 1)) > 0)
-    faults.fail("data", fmt::format("{} bytes", wanted * sizeof(T)), "more");
-  if (source.is_cut_short())
-    faults.fail("data", "complete encoded data", "data that ends early, before its check sum");
-  return values;
-}
-
 std::vector<float> planar(const std::vector<float>& interleaved, std::size_t components) {
   std::vector<float> values(interleaved.size());
   const std::size_t n_voxels = interleaved.size() / components;
@@ -118,32 +89,6 @@ std::vector<float> planar(const std::vector<float>& interleaved, std::size_t com
     for (std::size_t voxel = 0; voxel < n_voxels; ++voxel)
       values[component * n_voxels + voxel] = interleaved[voxel * components + component];
   return values;
-}
-
-std::vector<float> read_in_file_order(const OpenImage& image, ByteSource& source, Faults& faults) {
-  switch (image.layout.type) {
-  case ScalarType::int8:
-    return read_as<std::int8_t>(image, source, faults);
-  case ScalarType::uint8:
-    return read_as<std::uint8_t>(image, source, faults);
-  case ScalarType::int16:
-    return read_as<std::int16_t>(image, source, faults);
-  case ScalarType::uint16:
-    return read_as<std::uint16_t>(image, source, faults);
-  case ScalarType::int32:
-    return read_as<std::int32_t>(image, source, faults);
-  case ScalarType::uint32:
-    return read_as<std::uint32_t>(image, source, faults);
-  case ScalarType::int64:
-    return read_as<std::int64_t>(image, source, faults);
-  case ScalarType::uint64:
-    return read_as<std::uint64_t>(image, source, faults);
-  case ScalarType::float32:
-    return read_as<float>(image, source, faults);
-  case ScalarType::float64:
-    return read_as<double>(image, source, faults);
-  }
-  return {};
 }
 
 } // namespace
@@ -238,12 +183,96 @@ void set_size(ImageInfo& info, const std::array<std::int64_t, 3>& size,
                fmt::format("{} x {} x {} voxels of {} components", size[0], size[1], size[2], components));
 }
 
-std::vector<float> read_values(const OpenImage& image, Faults& faults) {
-  const ByteSourcePtr source = image.open_data();
-  std::vector<float> values = read_in_file_order(image, *source, faults);
+template<class T>
+void ValueReader::read_as(std::size_t count, std::vector<float>& values) {
+  const Decoder<T> decode(layout_, faults_);
+  const std::size_t end = values.size() + count;
+  if (values.capacity() < end && static_cast<std::size_t>(source_->bytes_left()) / sizeof(T) >= count)
+    values.reserve(end);
+  buffer_.resize(std::max(buffer_.size(), std::min(chunk_values, count) * sizeof(T)));
+  while (values.size() < end) {
+    const std::size_t first = values.size();
+    const std::size_t n = std::min(chunk_values, end - first);
+    const std::size_t got = source_->read(std::span(buffer_).first(n * sizeof(T)));
+    if (got < n * sizeof(T))
+      faults_.fail("data", fmt::format("{} bytes", wanted_ * sizeof(T)),
+                   fmt::format("{} bytes{}", done_ * sizeof(T) + got,
+                               source_->is_cut_short() ? "; the encoded data ends early" : ""));
+    grow(values, first + n, end);
+    if (decode.is_plain())
+      for (std::size_t i = 0; i < n; ++i)
+        values[first + i] = static_cast<float>(number_at<T>(buffer_.data() + i * sizeof(T), false));
+    else
+      for (std::size_t i = 0; i < n; ++i)
+        values[first + i] = decode(buffer_.data() + i * sizeof(T));
+    done_ += n;
+  }
+  if (done_ < wanted_)
+    return;
+  // Reading on has compressed data check its own sum, and finds sizes that are too small.
+  char surplus = 0;
+  if (source_->read(std::span(&surplus, 1)) > 0)
+    faults_.fail("data", fmt::format("{} bytes", wanted_ * sizeof(T)), "more");
+  if (source_->is_cut_short())
+    faults_.fail("data", "complete encoded data", "data that ends early, before its check sum");
+}
+
+ValueReader::ValueReader(const OpenImage& image, Faults faults)
+    : layout_(image.layout), faults_(std::move(faults)), source_(image.open_data()),
+      wanted_(static_cast<std::size_t>(n_values(image.info))) {}
+
+void ValueReader::read(std::size_t count, std::vector<float>& values) {
+  switch (layout_.type) {
+  case ScalarType::int8:
+    return read_as<std::int8_t>(count, values);
+  case ScalarType::uint8:
+    return read_as<std::uint8_t>(count, values);
+  case ScalarType::int16:
+    return read_as<std::int16_t>(count, values);
+  case ScalarType::uint16:
+    return read_as<std::uint16_t>(count, values);
+  case ScalarType::int32:
+    return read_as<std::int32_t>(count, values);
+  case ScalarType::uint32:
+    return read_as<std::uint32_t>(count, values);
+  case ScalarType::int64:
+    return read_as<std::int64_t>(count, values);
+  case ScalarType::uint64:
+    return read_as<std::uint64_t>(count, values);
+  case ScalarType::float32:
+    return read_as<float>(count, values);
+  case ScalarType::float64:
+    return read_as<double>(count, values);
+  }
+}
+
+std::vector<float> read_values(const OpenImage& image, const Faults& faults) {
+  std::vector<float> values;
+  ValueReader(image, faults).read(static_cast<std::size_t>(n_values(image.info)), values);
   if (image.layout.component_fastest && image.info.components > 1)
     return planar(values, static_cast<std::size_t>(image.info.components));
   return values;
 }
 
 } // namespace maille::image_formats
+
+namespace maille {
+
+void LayerWindow::move_to(int low, int high) {
+  high = std::min(high, info_.size[2]);
+  if (end_ >= high)
+    return;
+  for (; end_ < high; ++end_) {
+    const int gone = std::min(low, end_) - first_;
+    if (gone > 0 && gone >= end_ - first_ - gone) {
+      values_.erase(values_.begin(), values_.begin() + static_cast<std::ptrdiff_t>(
+                                                           static_cast<std::size_t>(gone) * layer_size()));
+      first_ += gone;
+    }
+    next_(end_, values_);
+  }
+  data_ = values_.data();
+  first_voxel_ = static_cast<std::size_t>(first_) * layer_size();
+}
+
+} // namespace maille

@@ -1,5 +1,8 @@
 #include "image/label_cells.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -10,6 +13,12 @@
 #include <vector>
 
 namespace maille::reader {
+
+namespace {
+
+constexpr std::size_t most_listed = 40; ///< grey values
+
+} // namespace
 
 std::optional<LabelRange> parse_label(std::string_view text) {
   const auto number = [](std::string_view part) -> std::optional<double> {
@@ -35,25 +44,66 @@ std::uint8_t material_of(float value, const std::vector<LabelRange>& ranges) {
   return no_material;
 }
 
-LabelCells::LabelCells(const Image& image, const std::vector<LabelRange>& ranges, const Index3& first,
+void LabelCensus::add(float value) {
+  if (value == last_)
+    return;
+  last_ = value;
+  for (std::size_t i = 0; i < ranges_.size(); ++i)
+    if (value >= ranges_[i].low && value <= ranges_[i].high)
+      occurs_[i] = true;
+  if (value != 0 && std::isfinite(value) && values_.size() <= most_listed)
+    values_.insert(value);
+  low_ = std::fmin(low_, value);
+  high_ = std::fmax(high_, value);
+}
+
+std::string LabelCensus::in_words() const {
+  if (values_.empty())
+    return "nothing but 0";
+  if (values_.size() <= most_listed)
+    return fmt::format("{}", fmt::join(values_, ", "));
+  return fmt::format("more than {} grey values from {} to {}", most_listed, low_, high_);
+}
+
+LabelCells::LabelCells(const LayeredImage& image, const std::vector<LabelRange>& ranges, const Index3& first,
                        const Index3& coarsen, const Specimen& body)
     : image_(image), ranges_(ranges), first_(first), coarsen_(coarsen), body_(body) {
   std::set<float> found;
+  std::vector<float> values;
   labels_.assign(static_cast<std::size_t>(body.grid.n_cells()), 0);
-  for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
-    if (body.is_matter(cell))
-      found.insert(labels_[static_cast<std::size_t>(cell)] = label_of(cell));
+  float last = std::numeric_limits<float>::quiet_NaN();
+  for_each_block(body.tissue.empty() ? 0 : furthest_voxel, [&](std::int64_t cell, const LayerWindow& voxels) {
+    const float label = labels_[static_cast<std::size_t>(cell)] = label_of(cell, voxels, values);
+    if (label != last)
+      found.insert(label);
+    last = label;
+  });
   found_.assign(found.begin(), found.end());
   is_picture_ = found_.size() > 255;
 }
 
-float LabelCells::label_of(std::int64_t cell) const {
-  std::vector<float> values;
-  constexpr int furthest = 8; // voxels: a cell that is tissue in part may have none of its material
-  for (int margin = 0; values.empty() && margin <= furthest; ++margin)
-    for_each_voxel_of_block(cell, margin, [&](std::size_t voxel) {
-      if (material_of(image_.values[voxel], ranges_) == body_.material(cell))
-        values.push_back(image_.values[voxel]);
+/// @param values memory of the caller
+float LabelCells::label_of(std::int64_t cell, const LayerWindow& voxels, std::vector<float>& values) const {
+  const VoxelBlock own = block_of(cell, 0);
+  const float first = voxels[own.first_voxel(info().size)];
+  bool are_equal = true;
+  own.for_each_row(info().size, [&](std::size_t voxel, std::size_t end) {
+    for (; voxel < end; ++voxel)
+      are_equal &= voxels[voxel] == first;
+  });
+  if (are_equal && material_of(first, ranges_) == body_.material(cell))
+    return first;
+  values.clear();
+  float last = std::numeric_limits<float>::quiet_NaN();
+  bool is_of_cell = false;
+  for (int margin = 0; values.empty() && margin <= furthest_voxel; ++margin)
+    block_of(cell, margin).for_each(info().size, [&](std::size_t voxel) {
+      const float value = voxels[voxel];
+      if (!(value == last))
+        is_of_cell = material_of(value, ranges_) == body_.material(cell);
+      last = value;
+      if (is_of_cell)
+        values.push_back(value);
     });
   std::ranges::sort(values);
   float label = 0;

@@ -2,11 +2,13 @@
 /// What a label image's grey values stand for, which voxels are in which cells, and the label of each cell:
 /// what tells one muscle from another.
 
-#include "maille/scene/image.hpp"
+#include "image/layers.hpp"
 #include "maille/scene/scene.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 
@@ -34,17 +36,92 @@ std::optional<LabelRange> parse_label(std::string_view text);
 
 std::uint8_t material_of(float value, const std::vector<LabelRange>& ranges);
 
+/// Calls visit(value, n) for n equal values one behind the other: of labels there are few such runs.
+template<class Visit>
+void for_each_run(std::span<const float> values, Visit&& visit) {
+  for (std::size_t first = 0; first < values.size();) {
+    const float value = values[first];
+    std::size_t end = first + 1;
+    for (bool are_equal = true; are_equal && end + 8 <= values.size();) {
+      for (std::size_t i = end; i < end + 8; ++i)
+        are_equal &= values[i] == value;
+      end += are_equal ? 8 : 0;
+    }
+    while (end < values.size() && values[end] == value)
+      ++end;
+    visit(value, end - first);
+    first = end;
+  }
+}
+
+/// Which labels an image has, and which grey values.
+class LabelCensus {
+public:
+  /// @param ranges must outlive this
+  explicit LabelCensus(const std::vector<LabelRange>& ranges)
+      : ranges_(ranges), occurs_(ranges.size(), false) {}
+  void add(float value);
+  /// Whether a voxel has a value of a range.
+  bool occurs(std::size_t range) const { return occurs_[range]; }
+  /// The grey values but 0, shortly: each where they are few, else from where to where.
+  std::string in_words() const;
+
+private:
+  const std::vector<LabelRange>& ranges_;
+  std::vector<bool> occurs_;
+  std::set<float> values_; ///< but 0; so many that they are seen to be too many to list
+  float low_ = std::numeric_limits<float>::infinity(), high_ = -low_;
+  float last_ = std::numeric_limits<float>::quiet_NaN();
+};
+
+/// The first voxels of a block of voxels along each axis, and those behind its last.
+struct VoxelBlock {
+  Index3 low{}, high{};
+
+  /// Of the cell at `cell`, and `margin` voxels around it.
+  VoxelBlock(const Index3& cell, const Index3& coarsen, int margin, const Index3& size) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      low[a] = std::max(cell[a] * coarsen[a] - margin, 0);
+      high[a] = std::min((cell[a] + 1) * coarsen[a] + margin, size[a]);
+    }
+  }
+  std::size_t first_voxel(const Index3& size) const { return voxel(low[0], low[1], low[2], size); }
+  /// Calls visit(number of its first voxel, of the one behind its last) for each row along x.
+  template<class Visit>
+  void for_each_row(const Index3& size, Visit&& visit) const {
+    for (int k = low[2]; k < high[2]; ++k)
+      for (int j = low[1]; j < high[1]; ++j)
+        visit(voxel(low[0], j, k, size), voxel(high[0], j, k, size));
+  }
+  /// Calls visit(voxel number).
+  template<class Visit>
+  void for_each(const Index3& size, Visit&& visit) const {
+    for_each_row(size, [&](std::size_t first, std::size_t end) {
+      for (std::size_t voxel = first; voxel < end; ++voxel)
+        visit(voxel);
+    });
+  }
+
+private:
+  static std::size_t voxel(int i, int j, int k, const Index3& size) {
+    return static_cast<std::size_t>(i + std::int64_t{size[0]} * (j + std::int64_t{size[1]} * k));
+  }
+};
+
+/// How far from a cell a voxel of its material is looked for: one that is tissue in part may have none.
+inline constexpr int furthest_voxel = 8;
+
 /// The cells of a body that was read from an image and cut down to its matter.
 class LabelCells {
 public:
   /// @param image    of the labels, not cut down
   /// @param first    cell 0 of the body, counted in the cells of the whole image
   /// @param coarsen  voxels of a cell along each axis
-  /// @param body     as cut down; must outlive this, and so must `image`
-  LabelCells(const Image& image, const std::vector<LabelRange>& ranges, const Index3& first,
+  /// @param body     as cut down; must outlive this, and so must `image` and `ranges`
+  LabelCells(const LayeredImage& image, const std::vector<LabelRange>& ranges, const Index3& first,
              const Index3& coarsen, const Specimen& body);
 
-  const ImageInfo& info() const { return image_.info; }
+  const ImageInfo& info() const { return image_.info(); }
   /// The grey value that most voxels of a cell's material have, of equals the smallest, where there is none
   /// in it of those nearest to it; for each cell of the grid, 0 without matter.
   const std::vector<float>& labels() const { return labels_; }
@@ -53,36 +130,43 @@ public:
   /// A number for each cell, the same in every cell of one muscle: that of its label. More than 255 grey
   /// values in matter are those of a picture, not labels: then materials tell the regions apart.
   std::vector<std::int32_t> regions() const;
-  /// Calls visit(voxel number) for the voxels of a cell that are of its region.
+  /// Calls visit(cell, numbers of the voxels that are of its region) for the cells of matter, in their order.
   template<class Visit>
-  void for_each_voxel(std::int64_t cell, Visit&& visit) const {
-    for_each_voxel_of_block(cell, 0, [&](std::size_t voxel) {
-      const float value = image_.values[voxel];
-      if (is_picture_ ? material_of(value, ranges_) == body_.material(cell)
-                      : value == labels_[static_cast<std::size_t>(cell)])
-        visit(voxel);
+  void for_each_cell(Visit&& visit) const {
+    std::vector<std::size_t> own;
+    for_each_block(0, [&](std::int64_t cell, const LayerWindow& voxels) {
+      own.clear();
+      block_of(cell, 0).for_each(info().size, [&](std::size_t voxel) {
+        if (is_picture_ ? material_of(voxels[voxel], ranges_) == body_.material(cell)
+                        : voxels[voxel] == labels_[static_cast<std::size_t>(cell)])
+          own.push_back(voxel);
+      });
+      visit(cell, own);
     });
   }
 
 private:
-  template<class Visit>
-  void for_each_voxel_of_block(std::int64_t cell, int margin, Visit&& visit) const {
+  VoxelBlock block_of(std::int64_t cell, int margin) const {
     const Index3 at = body_.grid.cell_at(cell);
-    const Index3& size = image_.info.size;
-    Index3 low{}, high{};
-    for (std::size_t a = 0; a < 3; ++a) {
-      low[a] = (first_[a] + at[a]) * coarsen_[a];
-      high[a] = std::min(low[a] + coarsen_[a] + margin, size[a]);
-      low[a] = std::max(low[a] - margin, 0);
-    }
-    for (int k = low[2]; k < high[2]; ++k)
-      for (int j = low[1]; j < high[1]; ++j)
-        for (int i = low[0]; i < high[0]; ++i)
-          visit(static_cast<std::size_t>(i + std::int64_t{size[0]} * (j + std::int64_t{size[1]} * k)));
+    return {{first_[0] + at[0], first_[1] + at[1], first_[2] + at[2]}, coarsen_, margin, info().size};
   }
-  float label_of(std::int64_t cell) const;
+  /// Calls visit(cell, voxels) for the cells of matter, with the voxels of its block and `margin` around.
+  template<class Visit>
+  void for_each_block(int margin, Visit&& visit) const {
+    LayerWindow voxels = image_.open(coarsen_[2] + 2 * margin);
+    const std::int64_t n_of_layer = std::int64_t{body_.grid.cells()[0]} * body_.grid.cells()[1];
+    for (std::int64_t cell = 0; cell < body_.grid.n_cells(); ++cell) {
+      if (cell % n_of_layer == 0) {
+        const VoxelBlock block = block_of(cell, margin);
+        voxels.move_to(block.low[2], block.high[2]);
+      }
+      if (body_.is_matter(cell))
+        visit(cell, voxels);
+    }
+  }
+  float label_of(std::int64_t cell, const LayerWindow& voxels, std::vector<float>& values) const;
 
-  const Image& image_;
+  const LayeredImage& image_;
   const std::vector<LabelRange>& ranges_;
   Index3 first_, coarsen_;
   const Specimen& body_;

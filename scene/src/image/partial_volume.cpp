@@ -4,6 +4,10 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
+#include <memory>
+#include <span>
+#include <utility>
 #include <vector>
 
 namespace maille::reader {
@@ -14,50 +18,104 @@ std::size_t voxel_number(const Index3& size, const Index3& at) {
   return static_cast<std::size_t>(at[0] + std::int64_t{size[0]} * (at[1] + std::int64_t{size[1]} * at[2]));
 }
 
-Index3 voxel_at(const Index3& size, std::size_t voxel) {
-  const auto row = static_cast<std::int64_t>(voxel) / size[0];
-  return {static_cast<int>(static_cast<std::int64_t>(voxel) % size[0]), static_cast<int>(row % size[1]),
-          static_cast<int>(row / size[1])};
-}
+/// Weights of a Gaussian mean along an axis, from -reach to reach.
+struct Gaussian {
+  int reach = 0;
+  std::vector<double> weight{1};
+  double sum = 1;
 
-/// Mean along one axis by a Gaussian; beyond the border values go on as they are there.
-/// @param width in voxels
-void smooth_along(std::size_t axis, double width, const Index3& size, std::vector<float>& values) {
-  const int reach = static_cast<int>(std::ceil(3 * width));
-  if (size[axis] == 1 || reach < 1)
-    return;
-  std::vector<double> weight;
-  double sum = 0;
-  for (int i = -reach; i <= reach; ++i)
-    sum += weight.emplace_back(std::exp(-0.5 * std::pow(i / width, 2)));
-  std::int64_t stride = 1;
-  for (std::size_t a = 0; a < axis; ++a)
-    stride *= size[a];
-  std::vector<float> line(static_cast<std::size_t>(size[axis]));
-  for (std::size_t first = 0; first < values.size(); ++first) {
-    if (voxel_at(size, first)[axis] != 0)
-      continue;
-    for (std::size_t i = 0; i < line.size(); ++i)
-      line[i] = values[first + i * static_cast<std::size_t>(stride)];
-    for (int i = 0; i < size[axis]; ++i) {
-      double mean = 0;
-      for (int k = -reach; k <= reach; ++k)
-        mean += weight[static_cast<std::size_t>(k + reach)] *
-                double{line[static_cast<std::size_t>(std::clamp(i + k, 0, size[axis] - 1))]};
-      values[first + static_cast<std::size_t>(i) * static_cast<std::size_t>(stride)] =
-          static_cast<float>(mean / sum);
-    }
+  /// @param width in voxels
+  Gaussian(double width, int size) {
+    if (size == 1)
+      return;
+    reach = static_cast<int>(std::ceil(3 * width));
+    weight.clear();
+    sum = 0;
+    for (int i = -reach; i <= reach; ++i)
+      sum += weight.emplace_back(std::exp(-0.5 * std::pow(i / width, 2)));
   }
+};
+
+/// Means along one axis; beyond the border values go on as they are there.
+class Smoothing {
+public:
+  Smoothing(const ImageInfo& info, double width)
+      : n_{static_cast<std::size_t>(info.size[0]), static_cast<std::size_t>(info.size[1]),
+           static_cast<std::size_t>(info.size[2])},
+        along_{Gaussian(width / info.spacing[0], info.size[0]),
+               Gaussian(width / info.spacing[1], info.size[1]),
+               Gaussian(width / info.spacing[2], info.size[2])} {}
+
+  int reach_across() const { return along_[2].reach; }
+  /// Along x and y, of a layer.
+  void in_plane(std::span<float> layer) const {
+    const int reach = along_[0].reach;
+    const auto row = [&](std::size_t j) { return layer.subspan(j * n_[0], n_[0]); };
+    std::vector<float> line(n_[0] + 2 * static_cast<std::size_t>(reach));
+    for (std::size_t j = 0; j < n_[1]; ++j) {
+      std::fill_n(line.begin(), reach, row(j).front());
+      std::fill(std::ranges::copy(row(j), line.begin() + reach).out, line.end(), row(j).back());
+      mean(
+          along_[0], [&](int i) { return line.data() + reach + i; }, row(j));
+    }
+    const std::vector<float> before(layer.begin(), layer.end());
+    for (std::size_t j = 0; j < n_[1]; ++j)
+      mean(
+          along_[1], [&](int i) { return before.data() + at(j, i, 1) * n_[0]; }, row(j));
+  }
+  /// Across the layers, of layer k. @pre the layers within reach are there
+  void across(const LayerWindow& layers, int k, std::span<float> to) const {
+    mean(
+        along_[2],
+        [&](int i) { return layers.layer(static_cast<int>(at(static_cast<std::size_t>(k), i, 2))).data(); },
+        to);
+  }
+
+private:
+  /// `of` moved on by i, or the border's.
+  std::size_t at(std::size_t of, int i, std::size_t axis) const {
+    return static_cast<std::size_t>(std::clamp<std::int64_t>(static_cast<std::int64_t>(of) + i, 0,
+                                                             static_cast<std::int64_t>(n_[axis]) - 1));
+  }
+  /// @param from gives values that are i further along the axis than those that they are for
+  template<class From>
+  static void mean(const Gaussian& along, From&& from, std::span<float> to) {
+    if (along.reach < 1)
+      return std::copy_n(from(0), to.size(), to.begin()), void();
+    std::vector<double> sum(to.size(), 0);
+    for (int i = -along.reach; i <= along.reach; ++i) {
+      const float* const values = from(i);
+      const double weight = along.weight[static_cast<std::size_t>(i + along.reach)];
+      for (std::size_t n = 0; n < to.size(); ++n)
+        sum[n] += weight * double{values[n]};
+    }
+    for (std::size_t n = 0; n < to.size(); ++n)
+      to[n] = static_cast<float>(sum[n] / along.sum);
+  }
+
+  std::array<std::size_t, 3> n_;
+  std::array<Gaussian, 3> along_;
+};
+
+/// A window whose layers are made each from the same one of another.
+/// @param kept   layers before it that stay there
+/// @param change is given each, to change it
+template<class Change>
+LayerWindow changed(std::shared_ptr<LayerWindow> from, int kept, Change change) {
+  return {from->info(), [from, kept, change](int k, std::vector<float>& values) {
+            from->move_to(k - kept, k + 1);
+            const auto layer = from->layer(k);
+            values.insert(values.end(), layer.begin(), layer.end());
+            change(std::span(values).last(layer.size()));
+          }};
 }
 
-std::vector<float> smoothed(std::vector<float> values, const ImageInfo& info, double width) {
-  for (std::size_t a = 0; a < 3; ++a)
-    smooth_along(a, width / info.spacing[a], info.size, values);
-  return values;
+std::shared_ptr<LayerWindow> shared(LayerWindow window) {
+  return std::make_shared<LayerWindow>(std::move(window));
 }
 
 /// Between the middles of voxels, linear along each axis. @param at in voxels from the first one's middle
-double value_between(const std::vector<float>& values, const Index3& size, const Vec3& at) {
+double value_between(const LayerWindow& values, const Index3& size, const Vec3& at) {
   Index3 low{};
   Vec3 part{};
   for (std::size_t a = 0; a < 3; ++a) {
@@ -82,7 +140,7 @@ double value_between(const std::vector<float>& values, const Index3& size, const
 constexpr int points_along_axis = 4;
 
 /// Of a voxel, by points in it.
-float share_above_half(const std::vector<float>& values, const Index3& size, const Index3& voxel) {
+float share_above_half(const LayerWindow& values, const Index3& size, const Index3& voxel) {
   const int in_z = size[2] == 1 ? 1 : points_along_axis;
   int n = 0, above = 0;
   for (int k = 0; k < in_z; ++k)
@@ -97,29 +155,15 @@ float share_above_half(const std::vector<float>& values, const Index3& size, con
   return static_cast<float>(above) / static_cast<float>(n);
 }
 
-/// Calls visit(voxel number) for the voxels of a cell's block and `margin` around it.
-template<class Visit>
-void for_each_voxel_near(const Index3& cell, const Index3& coarsen, int margin, const Index3& size,
-                         Visit&& visit) {
-  Index3 low{}, high{};
-  for (std::size_t a = 0; a < 3; ++a) {
-    low[a] = std::max(cell[a] * coarsen[a] - margin, 0);
-    high[a] = std::min((cell[a] + 1) * coarsen[a] + margin, size[a]);
-  }
-  for (int k = low[2]; k < high[2]; ++k)
-    for (int j = low[1]; j < high[1]; ++j)
-      for (int i = low[0]; i < high[0]; ++i)
-        visit(voxel_number(size, {i, j, k}));
-}
-
 /// The material that most voxels of matter have, in the block or as near to it as there are some.
-std::uint8_t material_around(const Image& image, const std::vector<LabelRange>& ranges, const Index3& cell,
-                             const Index3& coarsen) {
-  constexpr int furthest = 8; // voxels
+std::uint8_t material_around(const LayerWindow& image, const std::vector<LabelRange>& ranges,
+                             const Index3& cell, const Index3& coarsen) {
   std::array<int, 256> count{};
-  for (int margin = 0; margin <= furthest; ++margin) {
-    for_each_voxel_near(cell, coarsen, margin, image.info.size,
-                        [&](std::size_t voxel) { ++count[material_of(image.values[voxel], ranges)]; });
+  const Index3& size = image.info().size;
+  for (int margin = 0; margin <= furthest_voxel; ++margin) {
+    VoxelBlock(cell, coarsen, margin, size).for_each(size, [&](std::size_t voxel) {
+      ++count[material_of(image[voxel], ranges)];
+    });
     count[no_material] = 0;
     if (const auto most = std::ranges::max_element(count); *most > 0)
       return static_cast<std::uint8_t>(most - count.begin());
@@ -129,64 +173,96 @@ std::uint8_t material_around(const Image& image, const std::vector<LabelRange>& 
 
 } // namespace
 
-TissueShares shares_of_labels(const Image& image, const std::vector<LabelRange>& ranges) {
-  TissueShares shares;
-  shares.reserve(image.values.size());
-  for (const float value : image.values)
-    shares.push_back(material_of(value, ranges) == no_material ? 0.0F : 1.0F);
-  return shares;
+LayerWindow shares_of_labels(LayerWindow image, const std::vector<LabelRange>& ranges) {
+  return changed(shared(std::move(image)), 0, [&ranges](std::span<float> values) {
+    for (float& value : values)
+      value = material_of(value, ranges) == no_material ? 0.0F : 1.0F;
+  });
 }
 
-TissueShares shares_of_grey(const Image& image, double none, double full) {
-  TissueShares shares;
-  shares.reserve(image.values.size());
-  for (const float value : image.values)
-    shares.push_back(std::isfinite(value)
-                         ? static_cast<float>(std::clamp((double{value} - none) / (full - none), 0.0, 1.0))
-                         : 0.0F);
-  return shares;
+LayerWindow shares_of_grey(LayerWindow image, double none, double full) {
+  return changed(shared(std::move(image)), 0, [none, full](std::span<float> values) {
+    for (float& value : values)
+      value = std::isfinite(value)
+                  ? static_cast<float>(std::clamp((double{value} - none) / (full - none), 0.0, 1.0))
+                  : NAN;
+  });
 }
 
-TissueShares shares_of_smoothed(const TissueShares& labels, const ImageInfo& info, double width) {
-  std::vector<float> once = smoothed(labels, info, width);
-  const std::vector<float> twice = smoothed(once, info, width);
-  for (std::size_t i = 0; i < once.size(); ++i)
-    once[i] = 2 * once[i] - twice[i];
-  TissueShares shares(once.size());
-  for (std::size_t voxel = 0; voxel < shares.size(); ++voxel) {
-    const Index3 at = voxel_at(info.size, voxel);
-    float least = once[voxel], most = least; // where all around are on one side, so is the voxel
-    for (int way = 0; way < 27; ++way) {
-      Index3 near{at[0] + way % 3 - 1, at[1] + way / 3 % 3 - 1, at[2] + way / 9 - 1};
-      for (std::size_t a = 0; a < 3; ++a)
-        near[a] = std::clamp(near[a], 0, info.size[a] - 1);
-      const float value = once[voxel_number(info.size, near)];
-      least = std::min(least, value);
-      most = std::max(most, value);
-    }
-    shares[voxel] = least > 0.5F ? 1.0F : most <= 0.5F ? 0.0F : share_above_half(once, info.size, at);
-  }
-  return shares;
+LayerWindow shares_of_smoothed(LayerWindow labels, double width) {
+  const ImageInfo info = labels.info();
+  const auto smoothing = std::make_shared<const Smoothing>(info, width);
+  const int reach = smoothing->reach_across();
+  const auto in_plane = [smoothing](std::span<float> layer) { smoothing->in_plane(layer); };
+  const auto first_planes = shared(changed(shared(std::move(labels)), 0, in_plane));
+  const auto once =
+      shared({info, [=](int k, std::vector<float>& values) {
+                first_planes->move_to(k - reach, k + reach + 1);
+                values.resize(values.size() + first_planes->layer_size());
+                smoothing->across(*first_planes, k, std::span(values).last(first_planes->layer_size()));
+              }});
+  // These are made as far ahead as the second mean reaches, for which `once` keeps what it is taken from.
+  const auto second_planes = shared(changed(once, reach, in_plane));
+  const auto sharp = shared({info, [=](int k, std::vector<float>& values) {
+                               second_planes->move_to(k - reach, k + reach + 1);
+                               values.resize(values.size() + once->layer_size());
+                               const auto twice = std::span(values).last(once->layer_size());
+                               smoothing->across(*second_planes, k, twice);
+                               for (std::size_t i = 0; i < twice.size(); ++i)
+                                 twice[i] = 2 * once->layer(k)[i] - twice[i];
+                             }});
+  return {info, [=](int k, std::vector<float>& values) {
+            sharp->move_to(k - 1, k + 2);
+            for (int j = 0; j < info.size[1]; ++j)
+              for (int i = 0; i < info.size[0]; ++i) {
+                // Where all around are on one side, so is the voxel.
+                float least = std::numeric_limits<float>::infinity(), most = -least;
+                VoxelBlock({i, j, k}, {1, 1, 1}, 1, info.size).for_each(info.size, [&](std::size_t voxel) {
+                  least = std::min(least, (*sharp)[voxel]);
+                  most = std::max(most, (*sharp)[voxel]);
+                });
+                values.push_back(least > 0.5F   ? 1.0F
+                                 : most <= 0.5F ? 0.0F
+                                                : share_above_half(*sharp, info.size, {i, j, k}));
+              }
+          }};
 }
 
-void fill_partial_cells(const Image& image, const std::vector<LabelRange>& ranges, const Index3& coarsen,
-                        const TissueShares& shares, double least, Specimen& body) {
+std::int64_t fill_partial_cells(const LayeredImage& image, const std::vector<LabelRange>& ranges,
+                                const Index3& coarsen, LayerWindow shares, double least, bool of_matter,
+                                Specimen& body) {
   const double whole = coarsen[0] * coarsen[1] * coarsen[2];
-  body.tissue.assign(body.material_id.size(), 0);
-  for (std::size_t cell = 0; cell < body.material_id.size(); ++cell) {
+  const Index3& size = image.info().size;
+  LayerWindow voxels = image.open(coarsen[2] + 2 * furthest_voxel);
+  std::vector<std::uint8_t> materials = body.material_id;
+  std::vector<float> tissue(materials.size(), 0);
+  std::int64_t without = 0;
+  for (std::size_t cell = 0; cell < materials.size(); ++cell) {
     const Index3 at = body.grid.cell_at(static_cast<std::int64_t>(cell));
+    const VoxelBlock block(at, coarsen, 0, size);
+    if (at[0] == 0 && at[1] == 0) {
+      shares.move_to(block.low[2], block.high[2]);
+      voxels.move_to(block.low[2] - furthest_voxel, block.high[2] + furthest_voxel);
+    }
     double sum = 0;
-    for_each_voxel_near(at, coarsen, 0, image.info.size,
-                        [&](std::size_t voxel) { sum += double{shares[voxel]}; });
+    block.for_each(size, [&](std::size_t voxel) {
+      if (std::isnan(shares[voxel]))
+        without += !of_matter || material_of(voxels[voxel], ranges) != no_material ? 1 : 0;
+      else
+        sum += double{shares[voxel]};
+    });
     const double share = sum / whole;
     if (!(share >= least)) {
-      body.material_id[cell] = no_material;
+      materials[cell] = no_material;
       continue;
     }
-    body.tissue[cell] = static_cast<float>(share);
-    if (body.material_id[cell] == no_material)
-      body.material_id[cell] = material_around(image, ranges, at, coarsen);
+    tissue[cell] = static_cast<float>(share);
+    if (materials[cell] == no_material)
+      materials[cell] = material_around(voxels, ranges, at, coarsen);
   }
+  body.material_id = std::move(materials);
+  body.tissue = std::move(tissue);
+  return without;
 }
 
 } // namespace maille::reader

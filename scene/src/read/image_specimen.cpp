@@ -127,24 +127,16 @@ bool cells_fit(const ImageInfo& info, const Index3& coarsen, const std::string& 
   return fits_into_memory(cells, 3, path, line, faults);
 }
 
-/// An image of labels whose body will fit into memory.
-bool read_voxels(const std::filesystem::path& file, const Index3& coarsen, const std::string& path, int line,
-                 FaultList& faults, Image& image) {
-  try {
-    const ImageInfo info = read_image_info(file);
-    if (info.components != 1) {
-      faults.add(line, path, "an image of labels: one value a voxel",
-                 fmt::format("{} values a voxel", info.components));
-      return false;
-    }
-    if (!cells_fit(info, coarsen, path, line, faults))
-      return false;
-    image = read_image(file);
-    return true;
-  } catch (const InputError& error) {
-    adopt(error, path, line, faults);
-    return false;
-  }
+/// An image of labels whose body will fit into memory; nothing and a fault where it is none.
+/// @throws InputError
+std::optional<LayeredImage> labels_of(const std::filesystem::path& file, const Index3& coarsen,
+                                      const std::string& path, int line, FaultList& faults) {
+  LayeredImage image(file);
+  if (const int n = image.info().components; n != 1)
+    faults.add(line, path, "an image of labels: one value a voxel", fmt::format("{} values a voxel", n));
+  else if (cells_fit(image.info(), coarsen, path, line, faults))
+    return image;
+  return std::nullopt;
 }
 
 void read_tensors(const FibreRequest& fibre, const std::filesystem::path& folder, const LabelCells& labels,
@@ -165,7 +157,8 @@ void read_tensors(const FibreRequest& fibre, const std::filesystem::path& folder
 bool read_image_specimen(TableReader& table, const std::filesystem::path& folder, bool has_material,
                          MaterialTable& materials, Specimen& body, std::vector<float>* labels,
                          const Image* given) {
-  const std::size_t faults_before = table.faults().size();
+  FaultList& faults = table.faults();
+  const std::size_t faults_before = faults.size();
   const toml::node* image_node =
       given ? nullptr : table.require("image", "a file: .nii, .nii.gz, .mha, .mhd, .nrrd, .nhdr or .vti");
   const auto name = given ? std::optional<std::string>("") : table.text("image");
@@ -177,40 +170,42 @@ bool read_image_specimen(TableReader& table, const std::filesystem::path& folder
     return false;
   const int line = image_node ? line_of(*image_node) : 0;
   const std::string path = table.path_of("image");
-  const auto file = given ? std::optional<std::filesystem::path>("")
-                          : resolve_path(*name, folder, path, line, table.faults());
-  Image from_file;
-  if (!file || (!given && !read_voxels(*file, *coarsen, path, line, table.faults(), from_file)))
+  const auto file =
+      given ? std::optional<std::filesystem::path>("") : resolve_path(*name, folder, path, line, faults);
+  if (!file)
     return false;
-  const Image& image = given ? *given : from_file;
-  if (!cells_fit(image.info, *coarsen, path, line, table.faults()))
-    return false;
-  fill_cells(image, *coarsen, ranges, body);
-  if (table.faults().size() > faults_before)
-    return false;
-  const bool is_segmented = table.has("labels");
-  if (is_segmented)
-    check_labels_occur(image, ranges, names_of_labels(table), table.path_of("labels"), table.faults());
-  if (table.faults().size() > faults_before)
-    return false;
-  body.image = file->string();
-  if (partial)
-    fill_partial_volume(*partial, image, ranges, *coarsen, folder, table, body);
-  const char* const key = is_segmented ? "labels" : "image";
-  if (!has_matter(body, table.path_of(key), table.line_of_key(key), table.faults()))
-    return false;
-  const Index3 first = crop_to_matter(body);
-  place_fibres(*fibre, body);
-  if (labels || is_segmented || !fibre->tensor_image.empty()) {
-    const LabelCells cells(image, ranges, first, *coarsen, body);
-    if (is_segmented)
-      body.label = cells.whole_labels();
-    if (!fibre->tensor_image.empty())
-      read_tensors(*fibre, folder, cells, table, body);
-    if (labels)
-      *labels = cells.labels();
+  try {
+    const auto image = given ? LayeredImage(*given) : labels_of(*file, *coarsen, path, line, faults);
+    if (!image || !cells_fit(image->info(), *coarsen, path, line, faults))
+      return false;
+    LabelCensus census(ranges);
+    fill_cells(*image, *coarsen, ranges, census, body);
+    const bool is_segmented = table.has("labels");
+    if (faults.size() == faults_before && is_segmented)
+      check_labels_occur(census, names_of_labels(table), table.path_of("labels"), faults);
+    if (faults.size() > faults_before)
+      return false;
+    body.image = file->string();
+    if (partial)
+      fill_partial_volume(*partial, *image, ranges, *coarsen, folder, table, body);
+    const char* const key = is_segmented ? "labels" : "image";
+    if (!has_matter(body, table.path_of(key), table.line_of_key(key), faults))
+      return false;
+    const Index3 first = crop_to_matter(body);
+    place_fibres(*fibre, body);
+    if (labels || is_segmented || !fibre->tensor_image.empty()) {
+      const LabelCells cells(*image, ranges, first, *coarsen, body);
+      if (is_segmented)
+        body.label = cells.whole_labels();
+      if (!fibre->tensor_image.empty())
+        read_tensors(*fibre, folder, cells, table, body);
+      if (labels)
+        *labels = cells.labels();
+    }
+  } catch (const InputError& error) {
+    adopt(error, path, line, faults);
   }
-  return table.faults().size() == faults_before;
+  return faults.size() == faults_before;
 }
 
 } // namespace maille::reader

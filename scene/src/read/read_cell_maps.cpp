@@ -84,50 +84,34 @@ std::optional<PartialVolume> read_partial_volume(TableReader& specimen, const In
   return asked;
 }
 
-namespace {
-
-/// Grey values that are no number where they would have to say how much is tissue: in voxels with a label,
-/// or, of the body's own image, in any. @param ranges empty: any
-void check_numbers(const Image& grey, const Image& labels, const std::vector<LabelRange>& ranges,
-                   const std::string& path, int line, FaultList& faults) {
-  std::int64_t n = 0;
-  for (std::size_t voxel = 0; voxel < grey.values.size(); ++voxel)
-    if (!std::isfinite(grey.values[voxel]) &&
-        (ranges.empty() || material_of(labels.values[voxel], ranges) != no_material))
-      ++n;
-  if (n > 0)
-    faults.add(line, path, "a number in every voxel of the body", fmt::format("none in {} of them", n));
-}
-
-} // namespace
-
-void fill_partial_volume(const PartialVolume& asked, const Image& image,
+void fill_partial_volume(const PartialVolume& asked, const LayeredImage& image,
                          const std::vector<LabelRange>& ranges, const Index3& coarsen,
                          const std::filesystem::path& folder, TableReader& table, Specimen& body) {
   const std::string path = table.path_of("partial_volume");
+  const bool is_grey = asked.from == PartialVolume::From::grey, is_of_other = is_grey && !asked.image.empty();
   try {
-    TissueShares shares;
-    if (asked.from == PartialVolume::From::grey && !asked.image.empty()) {
+    LayeredImage from = image;
+    if (is_of_other) {
       const auto file = resolve_path(asked.image, folder, path, asked.line, table.faults());
       if (!file)
         return;
-      const Image grey = read_image(*file);
-      if (grey.info.components != 1 || !have_same_voxels(grey.info, image.info)) {
+      from = LayeredImage(*file);
+      if (from.info().components != 1 || !have_same_voxels(from.info(), image.info())) {
         table.faults().add(asked.line, path,
                            "an image of one value a voxel on the voxels of the body's image", asked.image);
         return;
       }
-      check_numbers(grey, image, ranges, path, asked.line, table.faults());
-      shares = shares_of_grey(grey, asked.none, asked.full);
-    } else if (asked.from == PartialVolume::From::grey) {
-      check_numbers(image, image, {}, path, asked.line, table.faults());
-      shares = shares_of_grey(image, asked.none, asked.full);
-    } else {
-      shares = shares_of_labels(image, ranges);
-      if (asked.from == PartialVolume::From::smooth)
-        shares = shares_of_smoothed(shares, image.info, asked.width);
     }
-    fill_partial_cells(image, ranges, coarsen, shares, asked.least, body);
+    LayerWindow shares = is_grey ? shares_of_grey(from.open(coarsen[2]), asked.none, asked.full)
+                                 : shares_of_labels(from.open(coarsen[2]), ranges);
+    if (asked.from == PartialVolume::From::smooth)
+      shares = shares_of_smoothed(std::move(shares), asked.width);
+    const std::int64_t without =
+        fill_partial_cells(image, ranges, coarsen, std::move(shares), asked.least, is_of_other, body);
+    // They would have to say how much is tissue: in voxels with a label or, of the body's own image, in any.
+    if (without > 0)
+      table.faults().add(asked.line, path, "a number in every voxel of the body",
+                         fmt::format("none in {} of them", without));
   } catch (const InputError& error) {
     adopt(error, path, asked.line, table.faults());
   }
@@ -237,7 +221,7 @@ struct Unusable {
 };
 
 /// The mean over the voxels of a cell that are > 0; not a number where one is not finite, 0 without any.
-double mean_modulus(const StiffnessMap& map, const Image& image, const VoxelBlocks& blocks,
+double mean_modulus(const StiffnessMap& map, const LayerWindow& image, const VoxelBlocks& blocks,
                     const Index3& cell) {
   double sum = 0;
   int n = 0;
@@ -249,11 +233,11 @@ double mean_modulus(const StiffnessMap& map, const Image& image, const VoxelBloc
                         blocks.first[2] + cell[2] * blocks.per_cell[2] + k};
         bool is_inside = true;
         for (std::size_t a = 0; a < 3; ++a)
-          is_inside = is_inside && at[a] >= 0 && at[a] < image.info.size[a];
+          is_inside = is_inside && at[a] >= 0 && at[a] < image.info().size[a];
         if (!is_inside)
           continue;
-        const auto& size = image.info.size;
-        const double grey = double{image.values[static_cast<std::size_t>(
+        const auto& size = image.info().size;
+        const double grey = double{image[static_cast<std::size_t>(
             at[0] + std::int64_t{size[0]} * (at[1] + std::int64_t{size[1]} * at[2]))]};
         if (!std::isfinite(grey))
           return NAN;
@@ -265,10 +249,11 @@ double mean_modulus(const StiffnessMap& map, const Image& image, const VoxelBloc
   return n > 0 ? sum / n : 0;
 }
 
-void apply_map(const StiffnessMap& map, const Image& image, const VoxelBlocks& blocks,
+void apply_map(const StiffnessMap& map, const LayeredImage& image, const VoxelBlocks& blocks,
                const std::vector<Material>& materials, const std::string& path, FaultList& faults,
                Specimen& body) {
-  body.stiffness_ratio.assign(static_cast<std::size_t>(body.grid.n_cells()), 1);
+  LayerWindow layers = image.open(blocks.per_cell[2]);
+  std::vector<float> ratio(static_cast<std::size_t>(body.grid.n_cells()), 1);
   Unusable none;
   std::int64_t n = 0;
   for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell) {
@@ -277,16 +262,21 @@ void apply_map(const StiffnessMap& map, const Image& image, const VoxelBlocks& b
         (!map.labels.empty() && material_of(static_cast<float>(body.label[c]), map.labels) == no_material))
       continue;
     ++n;
-    const double modulus = mean_modulus(map, image, blocks, body.grid.cell_at(cell));
+    const Index3 at = body.grid.cell_at(cell);
+    layers.move_to(blocks.first[2] + at[2] * blocks.per_cell[2],
+                   blocks.first[2] + (at[2] + 1) * blocks.per_cell[2]);
+    const double modulus = mean_modulus(map, layers, blocks, at);
     if (!(modulus > 0)) {
       ++(std::isfinite(modulus) ? none.not_positive : none.not_finite);
       if (!none.first)
-        none.first = body.position(body.grid.cell_at(cell));
+        none.first = body.position(at);
       continue;
     }
     const ElasticConstants& c0 = materials[body.material(cell)].elasticity;
-    body.stiffness_ratio[c] = static_cast<float>(modulus / (map.is_shear ? c0.G12 : c0.youngs_modulus[0]));
+    ratio[c] = static_cast<float>(modulus / (map.is_shear ? c0.G12 : c0.youngs_modulus[0]));
   }
+  layers.move_to(image.info().size[2], image.info().size[2]); // damage behind the body is a fault, too
+  body.stiffness_ratio = std::move(ratio);
   if (n == 0)
     faults.add(map.line, path, "labels that some matter has", "none of it");
   if (none.first)
@@ -318,7 +308,8 @@ void read_stiffness_map(TableReader& specimen, const std::filesystem::path& fold
   if (!file)
     return;
   try {
-    const ImageInfo info = read_image_info(*file);
+    const LayeredImage image(*file);
+    const ImageInfo& info = image.info();
     const auto blocks = voxel_blocks(info, *body);
     if (info.components != 1 || !blocks)
       specimen.faults().add(map->line, path,
@@ -327,7 +318,7 @@ void read_stiffness_map(TableReader& specimen, const std::filesystem::path& fold
                             info.components != 1 ? fmt::format("{} values a voxel", info.components)
                                                  : "voxels that lie otherwise");
     else
-      apply_map(*map, read_image(*file), *blocks, materials, path, specimen.faults(), *body);
+      apply_map(*map, image, *blocks, materials, path, specimen.faults(), *body);
   } catch (const InputError& error) {
     adopt(error, path, map->line, specimen.faults());
   }

@@ -138,7 +138,7 @@ struct PartialVolume {
 /// Nothing where the key is absent, or faulty.
 std::optional<PartialVolume> read_partial_volume(TableReader& specimen, const Index3& coarsen);
 /// Gives the body's cells their tissue, those too that the surface runs through. @param body not cut down
-void fill_partial_volume(const PartialVolume& asked, const Image& image,
+void fill_partial_volume(const PartialVolume& asked, const LayeredImage& image,
                          const std::vector<LabelRange>& ranges, const Index3& coarsen,
                          const std::filesystem::path& folder, TableReader& table, Specimen& body);
 /// `stiffness` of a body from an image: fills its stiffness_ratio. @param body null: only the key's own

@@ -39,21 +39,21 @@ bool is_positive(const Tensor& tensor) {
   return Eigen::SelfAdjointEigenSolver<Tensor>(tensor, Eigen::EigenvaluesOnly).eigenvalues()(0) > 0;
 }
 
-/// Sum of the positive tensors of a cell's voxels of its own label.
-Tensor cell_tensor(const Image& image, const LabelCells& labels, std::int64_t cell, Lack& lack) {
+/// Sum of the positive tensors of some voxels.
+Tensor sum_of_tensors(const Image& image, const std::vector<std::size_t>& voxels, Lack& lack) {
   Tensor sum = Tensor::Zero();
   lack = Lack::no_tensor;
-  labels.for_each_voxel(cell, [&](std::size_t voxel) {
+  for (const std::size_t voxel : voxels) {
     const Tensor tensor = voxel_tensor(image, voxel);
     if (!tensor.allFinite() || tensor.isZero(0))
-      return;
+      continue;
     if (!is_positive(tensor)) {
       lack = lack == Lack::no_tensor ? Lack::not_positive : lack;
-      return;
+      continue;
     }
     sum += tensor;
     lack = Lack::nothing;
-  });
+  }
   return sum;
 }
 
@@ -84,11 +84,10 @@ std::vector<bool> read_directions(const Image& image, const LabelCells& labels, 
   FibreReport& report = body.fibre_report;
   body.fibres.assign(n, {0, 0, 0});
   std::vector<bool> is_known(n, false);
-  for (std::size_t cell = 0; cell < n; ++cell) {
-    if (!body.is_matter(static_cast<std::int64_t>(cell)))
-      continue;
+  labels.for_each_cell([&](std::int64_t number, const std::vector<std::size_t>& voxels) {
+    const auto cell = static_cast<std::size_t>(number);
     Lack lack{};
-    const Tensor tensor = cell_tensor(image, labels, static_cast<std::int64_t>(cell), lack);
+    const Tensor tensor = sum_of_tensors(image, voxels, lack);
     if (lack == Lack::nothing) {
       const auto direction = first_eigenvector(tensor);
       body.fibres[cell] = direction.value_or(std::array<float, 3>{0, 0, 0});
@@ -99,7 +98,7 @@ std::vector<bool> read_directions(const Image& image, const LabelCells& labels, 
     report.no_tensor += lack == Lack::no_tensor ? 1 : 0;
     report.not_positive += lack == Lack::not_positive ? 1 : 0;
     report.isotropic += lack == Lack::isotropic ? 1 : 0;
-  }
+  });
   return is_known;
 }
 

@@ -209,7 +209,8 @@ struct Explanation {
   explicit Explanation(const Scene& of)
       : scene(&of), planned(with_some_slack(of)), limits(planned), frame(object_frame(of)),
         parts(parts_of(of, limits, frame)),
-        plan(deform::plan_limits(frame.is_turned ? in_object(planned, frame) : planned, limits)),
+        plan(frame.is_turned ? deform::plan_limits(in_object(planned, frame), limits)
+                             : deform::plan_limits(planned, limits)),
         proportions(plausibility(of)), ways(ways_of(of, plan)), holders(holders_of(of, limits, plan)) {}
 
   const Scene* scene;

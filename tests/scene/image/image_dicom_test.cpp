@@ -1,5 +1,6 @@
 /// Series of DICOM files, written here by GDCM as a scanner writes them.
 #include "maille/scene/image.hpp"
+#include "maille/scene/read_scene.hpp"
 
 #include "support/temporary_folder.hpp"
 
@@ -206,6 +207,39 @@ TEST(DicomOracle, CompressedPixelsAreTheSame) {
     write_series(folder.path(), what);
     expect_values(read_image(folder.path()), what);
   }
+}
+
+// Truth: the majority of the voxels of each block, counted in the image that is read as a whole.
+TEST(DicomOracle, ABodyIsReadSliceBySlice) {
+  const test::TemporaryFolder folder;
+  const Written what;
+  write_series(folder.path(), what);
+  const Image image = read_image(folder.path());
+  const Specimen body =
+      parse_scene("[specimen]\nshape = \"image\"\nimage = \"" + folder.path().string() +
+                  "\"\ncoarsen = 2\nmaterial = \"muscle/soleus\"\nthreshold = -45.5\n"
+                  "[[hold]]\nwhere = { sphere = { centre = [0, 0, 0], radius = \"10 m\" } }\n")
+          .specimen;
+  const Index3& n = image.info.size;
+  std::int64_t cells = 0;
+  for (int k = 0; k < n[2]; k += 2)
+    for (int j = 0; j < n[1]; j += 2)
+      for (int i = 0; i < n[0]; i += 2) {
+        int above = 0;
+        for (int v = 0; v < 8; ++v) {
+          const int x = i + v % 2, y = j + v / 2 % 2, z = k + v / 4;
+          if (x < n[0] && y < n[1] && z < n[2])
+            above += image.values[static_cast<std::size_t>(x + n[0] * (y + n[1] * z))] > -45.5F ? 1 : 0;
+        }
+        const Index3 at{i / 2 - static_cast<int>(std::lround(body.origin[0] / body.grid.spacing()[0])),
+                        j / 2 - static_cast<int>(std::lround(body.origin[1] / body.grid.spacing()[1])),
+                        k / 2 - static_cast<int>(std::lround(body.origin[2] / body.grid.spacing()[2]))};
+        EXPECT_EQ(body.grid.has_cell(at) && body.is_matter(body.grid.cell(at)), above >= 4)
+            << i << " " << j << " " << k;
+        cells += above >= 4 ? 1 : 0;
+      }
+  EXPECT_EQ(body.n_matter_cells(), cells);
+  EXPECT_GT(cells, 10);
 }
 
 TEST(DicomContract, AFileStandsForItsSeriesAndOtherFilesAreNoMatter) {

@@ -1,0 +1,80 @@
+#pragma once
+/// An image of one value a voxel, layer by layer from first to last, of which only those that are needed
+/// stand in memory. Private to scene.
+
+#include "maille/scene/image.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace maille {
+
+namespace image_formats {
+struct OpenImage;
+}
+
+/// Some layers of an image, one behind the other, that moves on from its first layer to its last.
+class LayerWindow {
+public:
+  /// Appends the values of a layer; called for each layer once, in their order. @throws InputError
+  using Next = std::function<void(int layer, std::vector<float>& values)>;
+  LayerWindow(const ImageInfo& info, Next next) : info_(info), next_(std::move(next)) {}
+  /// Of an image in memory, which must outlive this: all layers, always.
+  explicit LayerWindow(const Image& image)
+      : info_(image.info), end_(image.info.size[2]), data_(image.values.data()) {}
+  LayerWindow(const LayerWindow&) = delete;
+  LayerWindow& operator=(const LayerWindow&) = delete;
+  LayerWindow(LayerWindow&&) = default;
+  LayerWindow& operator=(LayerWindow&&) = default;
+  ~LayerWindow() = default;
+
+  const ImageInfo& info() const { return info_; }
+  /// Values of a layer.
+  std::size_t layer_size() const {
+    return static_cast<std::size_t>(info_.size[0]) * static_cast<std::size_t>(info_.size[1]);
+  }
+  /// Layers from `low` on and before `high`, as far as the image has them, are there; those below are gone
+  /// for good. Cost  each layer is read once, at most twice as many are kept as are asked for
+  void move_to(int low, int high);
+  /// @pre the layer of the voxel is there
+  float operator[](std::size_t voxel) const { return data_[voxel - first_voxel_]; }
+  /// @pre it is there
+  std::span<const float> layer(int k) const {
+    return {data_ + (static_cast<std::size_t>(k) * layer_size() - first_voxel_), layer_size()};
+  }
+
+private:
+  ImageInfo info_;
+  Next next_;
+  std::vector<float> values_;
+  int first_ = 0, end_ = 0;     ///< layers in `values_`
+  std::size_t first_voxel_ = 0; ///< the first one in `data_`
+  const float* data_ = nullptr;
+};
+
+/// An image that can be gone through as often as one likes: in memory, or in a file, which is read anew.
+class LayeredImage {
+public:
+  /// @param image must outlive this
+  explicit LayeredImage(const Image& image) : info_(image.info), whole_(&image) {}
+  /// Reads the header. @throws InputError
+  explicit LayeredImage(const std::filesystem::path& file);
+
+  const ImageInfo& info() const { return info_; }
+  /// @param layers that will be asked for at a time
+  /// @pre one value a voxel
+  /// @throws InputError where so many layers do not fit into memory, by the header; the window, as read_image
+  LayerWindow open(int layers) const;
+
+private:
+  ImageInfo info_;
+  const Image* whole_ = nullptr;
+  std::filesystem::path path_;
+  std::shared_ptr<const image_formats::OpenImage> file_;
+};
+
+} // namespace maille
