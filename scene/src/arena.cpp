@@ -2,9 +2,11 @@
 
 #include <atomic>
 #include <cstdint>
+#include <cstdlib>
 #include <iterator>
 #include <map>
 #include <mutex>
+#include <string_view>
 
 // Tools that look for what is written beyond an array have to see each for itself.
 #if defined(__SANITIZE_ADDRESS__)
@@ -128,7 +130,18 @@ namespace {
 #ifdef MAILLE_HAS_LARGE_PAGES
 
 constexpr std::size_t cache_line = 64;
-constexpr std::size_t least_in_large_pages = std::size_t{64} << 10;
+
+/// MAILLE_ARRAYS=heap is for tools that watch the heap: docs/robustness.md
+bool are_in_large_pages(std::size_t bytes) {
+  constexpr std::size_t least = std::size_t{64} << 10;
+  if (bytes < least)
+    return false;
+  static const bool are = [] {
+    const char* const place = std::getenv("MAILLE_ARRAYS");
+    return place == nullptr || std::string_view(place) != "heap";
+  }();
+  return are;
+}
 
 constexpr std::size_t rounded_up(std::size_t bytes, std::size_t unit) {
   return (bytes + unit - 1) / unit * unit;
@@ -221,7 +234,7 @@ private:
 
 void* allocate_array(std::size_t bytes, std::size_t alignment) {
 #ifdef MAILLE_HAS_LARGE_PAGES
-  if (bytes >= least_in_large_pages)
+  if (are_in_large_pages(bytes))
     return LargePages::all().take(bytes);
 #endif
   return ::operator new (bytes, std::align_val_t{alignment});
@@ -229,7 +242,7 @@ void* allocate_array(std::size_t bytes, std::size_t alignment) {
 
 void release_array(void* memory, [[maybe_unused]] std::size_t bytes, std::size_t alignment) noexcept {
 #ifdef MAILLE_HAS_LARGE_PAGES
-  if (bytes >= least_in_large_pages) {
+  if (are_in_large_pages(bytes)) {
     LargePages::give_back(memory, bytes);
     return;
   }
