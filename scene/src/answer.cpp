@@ -1,17 +1,10 @@
 #include "maille/scene/answer.hpp"
-#include "maille/scene/memory.hpp"
 
 #include <algorithm>
 
 namespace maille {
 
 namespace {
-
-List<double> zeros(std::size_t n) {
-  List<double> values;
-  resize_in_large_pages(values, n);
-  return values;
-}
 
 /// In the order of the enumeration.
 constexpr std::array<std::string_view, every_method.size()> names{
@@ -49,7 +42,7 @@ Displacement::Displacement(const Grid& grid)
     : Displacement(static_cast<std::size_t>(grid.dimension()), static_cast<std::size_t>(grid.n_nodes())) {}
 
 Displacement::Displacement(std::size_t n_components, std::size_t n_nodes)
-    : values_(zeros(n_components * n_nodes)), n_components_(n_components), n_nodes_(n_nodes) {}
+    : values_(n_components * n_nodes), n_components_(n_components), n_nodes_(n_nodes) {}
 
 Vec3 Displacement::at(std::int64_t node) const {
   Vec3 u{};

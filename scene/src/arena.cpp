@@ -1,5 +1,7 @@
 #include "maille/scene/arena.hpp"
 
+#include "maille/scene/memory.hpp"
+
 #include <atomic>
 #include <cstdint>
 #include <cstdlib>
@@ -207,20 +209,8 @@ private:
   }
 
   std::map<char*, std::size_t>::iterator add_region(std::size_t least) {
-    const std::size_t size = std::max(least + sizeof(Region), alignment),
-                      pages = rounded_up(size, large_page);
-    void* const mapped =
-        mmap(nullptr, pages + alignment, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    if (mapped == MAP_FAILED)
-      throw std::bad_alloc();
-    char* const all = static_cast<char*>(mapped);
-    const std::size_t before = (alignment - reinterpret_cast<std::uintptr_t>(all) % alignment) % alignment;
-    if (before > 0)
-      munmap(all, before);
-    if (alignment > before)
-      munmap(all + before + pages, alignment - before);
-    madvise(all + before, pages, MADV_HUGEPAGE); // a wish
-    auto* const region = new (all + before) Region{this, size};
+    const std::size_t size = std::max(least + sizeof(Region), alignment);
+    auto* const region = new (map_aligned(rounded_up(size, large_page), alignment)) Region{this, size};
     return gaps_.emplace(region->first(), size - sizeof(Region)).first;
   }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <new>
 #include <string>
 
 #ifdef __linux__
@@ -76,5 +77,23 @@ void ask_for_large_pages([[maybe_unused]] void* begin, [[maybe_unused]] std::siz
   madvise(reinterpret_cast<void*>(first), last - first, MADV_HUGEPAGE);
 #endif
 }
+
+#ifdef __linux__
+void* map_aligned(std::size_t size, std::size_t alignment) {
+  void* const mapped =
+      mmap(nullptr, size + alignment, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (mapped == MAP_FAILED)
+    throw std::bad_alloc();
+  char* const begin = static_cast<char*>(mapped);
+  const std::size_t before = (alignment - reinterpret_cast<std::uintptr_t>(begin) % alignment) % alignment;
+  char* const memory = begin + before;
+  if (before > 0)
+    munmap(begin, before);
+  if (alignment > before)
+    munmap(memory + size, alignment - before);
+  ask_for_large_pages(memory, size);
+  return memory;
+}
+#endif
 
 } // namespace maille

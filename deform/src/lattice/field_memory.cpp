@@ -1,5 +1,7 @@
 #include "lattice/field_memory.hpp"
 
+#include "maille/scene/memory.hpp"
+
 #include <cstdint>
 #include <cstring>
 #include <new>
@@ -28,24 +30,6 @@ std::size_t mapped_bytes(std::size_t bytes) {
   return rounded_up(bytes, bytes % large_page >= least_mapped ? large_page : page);
 }
 
-/// Pages come from the system with zeros in them, so nobody has to write any. Starts on a large page.
-void* map_zeroed(std::size_t size) {
-  const std::size_t spare = size + large_page;
-  void* const mapped = mmap(nullptr, spare, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-  if (mapped == MAP_FAILED)
-    throw std::bad_alloc();
-  char* const begin = static_cast<char*>(mapped);
-  const std::size_t before = (large_page - reinterpret_cast<std::uintptr_t>(begin) % large_page) % large_page;
-  char* const memory = begin + before;
-  if (before > 0)
-    munmap(begin, before);
-  if (large_page > before)
-    munmap(memory + size, large_page - before);
-  if (size >= large_page)
-    madvise(memory, size / large_page * large_page, MADV_HUGEPAGE); // a wish; the system may decline it
-  return memory;
-}
-
 /// Large pages that fields share. No memory is given out twice, so all of it is zeros; a page goes back to
 /// the system with the last of its fields.
 class SharedPages {
@@ -56,7 +40,7 @@ public:
     Page*& page = with_room_[Arena::open_on_this_thread()];
     if (page == nullptr || page->used + size > large_page) {
       Charge charge(large_page);
-      page = new (map_zeroed(large_page)) Page{std::move(charge), Arena::open_on_this_thread()};
+      page = new (map_aligned(large_page, large_page)) Page{std::move(charge), Arena::open_on_this_thread()};
     }
     void* const memory = reinterpret_cast<char*>(page) + page->used;
     page->used += size;
@@ -98,7 +82,7 @@ void* zeroed(std::size_t bytes, [[maybe_unused]] std::size_t least, Charge& char
 #ifdef __linux__
   if (bytes >= least) {
     charge = Charge(mapped_bytes(bytes));
-    return map_zeroed(mapped_bytes(bytes));
+    return map_aligned(mapped_bytes(bytes), large_page); // with zeros in it: nobody has to write any
   }
 #endif
   charge = Charge(bytes);

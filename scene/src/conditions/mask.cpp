@@ -37,8 +37,7 @@ private:
     for (std::size_t a = 0; a < 3; ++a)
       if (v[a] < 0 || v[a] >= size[a])
         return false;
-    const float value = image_[static_cast<std::size_t>(v[0] + std::int64_t{size[0]} *
-                                                                   (v[1] + std::int64_t{size[1]} * v[2]))];
+    const float value = image_.at(v);
     return std::isfinite(value) && material_of(value, ranges_) != no_material;
   }
   bool has_most_of(const Index3& at) const {

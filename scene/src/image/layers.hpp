@@ -42,6 +42,11 @@ public:
   void move_to(int low, int high);
   /// @pre the layer of the voxel is there
   float operator[](std::size_t voxel) const { return data_[voxel - first_voxel_]; }
+  float at(const Index3& voxel) const {
+    const Index3& n = info_.size;
+    return (*this)[static_cast<std::size_t>(voxel[0] +
+                                            std::int64_t{n[0]} * (voxel[1] + std::int64_t{n[1]} * voxel[2]))];
+  }
   /// @pre it is there
   std::span<const float> layer(int k) const {
     return {data_ + (static_cast<std::size_t>(k) * layer_size() - first_voxel_), layer_size()};

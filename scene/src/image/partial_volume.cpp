@@ -14,10 +14,6 @@ namespace maille::reader {
 
 namespace {
 
-std::size_t voxel_number(const Index3& size, const Index3& at) {
-  return static_cast<std::size_t>(at[0] + std::int64_t{size[0]} * (at[1] + std::int64_t{size[1]} * at[2]));
-}
-
 /// Weights of a Gaussian mean along an axis, from -reach to reach.
 struct Gaussian {
   int reach = 0;
@@ -132,7 +128,7 @@ double value_between(const LayerWindow& values, const Index3& size, const Vec3& 
       voxel[a] += corner >> a & 1;
     }
     if (weight > 0)
-      sum += weight * double{values[voxel_number(size, voxel)]};
+      sum += weight * double{values.at(voxel)};
   }
   return sum;
 }

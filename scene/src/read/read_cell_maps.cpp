@@ -236,9 +236,7 @@ double mean_modulus(const StiffnessMap& map, const LayerWindow& image, const Vox
           is_inside = is_inside && at[a] >= 0 && at[a] < image.info().size[a];
         if (!is_inside)
           continue;
-        const auto& size = image.info().size;
-        const double grey = double{image[static_cast<std::size_t>(
-            at[0] + std::int64_t{size[0]} * (at[1] + std::int64_t{size[1]} * at[2]))]};
+        const double grey = double{image.at(at)};
         if (!std::isfinite(grey))
           return NAN;
         if (const double modulus = map.modulus(grey); modulus > 0) {

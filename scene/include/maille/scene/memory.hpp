@@ -28,6 +28,12 @@ std::string bytes_in_words(double bytes);
 /// the same pages is the allocator's too, so the wish does no harm there.
 void ask_for_large_pages(void* begin, std::size_t bytes);
 
+#ifdef __linux__
+/// Zeroed memory of the system's own, in large pages if it grants them, from a multiple of `alignment` on.
+/// @param size of whole pages [bytes] @param alignment a multiple of the page's @throws std::bad_alloc
+void* map_aligned(std::size_t size, std::size_t alignment);
+#endif
+
 /// A vector's resize() in large pages.
 template<class Values>
 void resize_in_large_pages(Values& values, std::size_t n, typename Values::value_type value = {}) {
