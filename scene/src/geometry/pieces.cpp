@@ -119,7 +119,7 @@ std::vector<std::int32_t> BodyPieces::at_node(const Index3& node) const {
       found.push_back(run->piece);
   }
   std::ranges::sort(found);
-  found.erase(std::ranges::unique(found).begin(), found.end());
+  found.erase(std::unique(found.begin(), found.end()), found.end());
   return found;
 }
 
