@@ -8,6 +8,7 @@
 #include <Eigen/SparseCholesky>
 
 #include <array>
+#include <map>
 #include <numeric>
 #include <vector>
 
@@ -15,7 +16,7 @@ namespace maille::test {
 
 /// The Hessian of a cell's energy (LatticeElasticity's documentation), by 3 corner + component. @param C in
 /// Voigt's order [Pa]; @param h [m]
-/// @param cells along each axis of a full box: where they are one or two, they bend as plates
+/// @param cells of matter in a row along each axis: where they are one or two, they bend as plates
 inline Eigen::Matrix<long double, 24, 24> cell_hessian(const Matrix6& stiffness, const Vec3& h,
                                                        const Index3& cells) {
   using Real = long double;
@@ -70,9 +71,29 @@ inline Eigen::Matrix<long double, 24, 24> cell_hessian(const Matrix6& stiffness,
   return K;
 }
 
-/// Of a full box of one material, by factors in long double: entries of a matrix in float64 would be off by
-/// as much as a rod's bending that is a thousand times as long as thick. Unknowns are numbered along the
-/// longest axis, so that the factors are a band.
+/// How many cells of matter hang together in a row through a cell, along each axis.
+inline Index3 cells_in_a_row(const Specimen& body, const Index3& at) {
+  const auto is_matter = [&](const Index3& cell) {
+    for (std::size_t a = 0; a < 3; ++a)
+      if (cell[a] < 0 || cell[a] >= body.grid.cells()[a])
+        return false;
+    return body.is_matter(body.grid.cell(cell));
+  };
+  Index3 in_a_row{};
+  for (std::size_t a = 0; a < 3; ++a) {
+    Index3 low = at, high = at;
+    while (is_matter(low))
+      --low[a];
+    while (is_matter(high))
+      ++high[a];
+    in_a_row[a] = high[a] - low[a] - 1;
+  }
+  return in_a_row;
+}
+
+/// Of a body of one material, by factors in long double: entries of a matrix in float64 would be off by as
+/// much as a rod's bending that is a thousand times as long as thick. Unknowns are numbered along the longest
+/// axis, so that the factors are a band. @pre all cells of matter hang together
 inline Displacement direct_solution(const Scene& scene) {
   using Real = long double;
   using Matrix = Eigen::SparseMatrix<Real>;
@@ -94,7 +115,8 @@ inline Displacement direct_solution(const Scene& scene) {
   for (const std::size_t node : order)
     for (std::size_t c = 0; c < 3; ++c)
       if (number[3 * node + c] == 0)
-        number[3 * node + c] = unknowns++;
+        number[3 * node + c] =
+            scene.specimen.is_node(grid.node_at(static_cast<std::int64_t>(node))) ? unknowns++ : -1;
   Eigen::Matrix<Real, Eigen::Dynamic, 1> f = Eigen::Matrix<Real, Eigen::Dynamic, 1>::Zero(unknowns);
   for (int c = 0; c < 3; ++c) {
     const List<double> loads = nodal_forces(scene, c);
@@ -102,9 +124,16 @@ inline Displacement direct_solution(const Scene& scene) {
       if (const int row = number[3 * node + static_cast<std::size_t>(c)]; row >= 0)
         f[row] += loads[node];
   }
-  const Eigen::Matrix<Real, 24, 24> K = cell_hessian(scene.object_stiffness(0), grid.spacing(), grid.cells());
+  std::map<Index3, Eigen::Matrix<Real, 24, 24>> hessians;
   std::vector<Eigen::Triplet<Real>> entries;
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
+    if (!scene.specimen.is_matter(cell))
+      continue;
+    const Index3 in_a_row = cells_in_a_row(scene.specimen, grid.cell_at(cell));
+    const auto [entry, is_new] = hessians.try_emplace(in_a_row);
+    if (is_new)
+      entry->second = cell_hessian(scene.object_stiffness(cell), grid.spacing(), in_a_row);
+    const Eigen::Matrix<Real, 24, 24>& K = entry->second;
     std::array<std::int64_t, 8> corner;
     for (int k = 0; k < 8; ++k)
       corner[static_cast<std::size_t>(k)] = grid.corner(grid.cell_at(cell), k);

@@ -121,18 +121,10 @@ void BodySystem::prescribe(Displacement& u) {
 }
 
 FlexibleGradients BodySystem::gradients() const {
-  const Specimen& body = task_.scene.specimen;
   std::vector<List<double>> forces;
-  std::vector<std::vector<bool>> is_fixed(static_cast<std::size_t>(task_.scene.dimension()));
-  for (std::size_t b = 0; b < is_fixed.size(); ++b) {
-    forces.push_back(nodal_forces(task_.scene, static_cast<int>(b)));
-    is_fixed[b].resize(static_cast<std::size_t>(body.grid.n_nodes()));
-    for (std::size_t node = 0; node < is_fixed[b].size(); ++node)
-      is_fixed[b][node] = !body.is_node(body.grid.node_at(static_cast<std::int64_t>(node)));
-  }
-  for (const Prescribed& p : task_.prescribed)
-    is_fixed[static_cast<std::size_t>(p.component)][static_cast<std::size_t>(p.node)] = true;
-  return FlexibleGradients(task_, std::move(forces), std::move(is_fixed));
+  for (const int component : all_components(task_.scene))
+    forces.push_back(nodal_forces(task_.scene, component));
+  return FlexibleGradients(task_, std::move(forces), fixed_components(task_));
 }
 
 bool solve_coupled_body(const CoupledTask& task, Answer& answer) {

@@ -92,6 +92,10 @@ public:
   void prescribe(Displacement& u);
   FlexibleGradients gradients() const;
 
+protected:
+  const CoupledTask& task() const { return task_; }
+  const LatticeElasticity& elasticity() const { return elasticity_; }
+
 private:
   const CoupledTask& task_;
   LatticeElasticity elasticity_;

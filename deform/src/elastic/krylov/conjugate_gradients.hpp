@@ -1,6 +1,8 @@
 #pragma once
 /// The one loop of conjugate gradients that all solvers go through.
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
 #include <optional>
 
@@ -43,7 +45,25 @@ enum class GradientsEnd { told, no_descent, no_curvature };
 
 /// Source  Saad 2003, Iterative Methods for Sparse Linear Systems, algorithm 9.1; Notay 2000, Flexible
 ///         conjugate gradients, section 2
-GradientsEnd conjugate_gradients(GradientSpace& space, GradientWatch& watch);
+inline GradientsEnd conjugate_gradients(GradientSpace& space, GradientWatch& watch) {
+  double last = 0;
+  while (watch.goes_on()) {
+    const double now = space.precondition();
+    if (!watch.goes_on_from(now))
+      break;
+    if (!(now > 0) || !std::isfinite(now))
+      return GradientsEnd::no_descent;
+    const double beta = last > 0 ? std::max(0.0, (now - space.overlap()) / last) : 0;
+    const auto step = space.find_step(beta, now);
+    if (!step)
+      return GradientsEnd::no_curvature;
+    space.take_step(*step);
+    last = now;
+    if (!watch.goes_on_after(*step, now))
+      break;
+  }
+  return GradientsEnd::told;
+}
 
 /// So many iterations at most, until r . B r has fallen to `reduction` squared of what it was, or somebody
 /// stops it.

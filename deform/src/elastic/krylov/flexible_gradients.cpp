@@ -25,6 +25,17 @@ constexpr double share_of_tolerance = 1.0 / 3;
 
 } // namespace
 
+std::vector<std::vector<bool>> fixed_components(const CoupledTask& task) {
+  const Specimen& body = task.scene.specimen;
+  std::vector<bool> is_void(static_cast<std::size_t>(body.grid.n_nodes()));
+  for (std::size_t node = 0; node < is_void.size(); ++node)
+    is_void[node] = !body.is_node(body.grid.node_at(static_cast<std::int64_t>(node)));
+  std::vector<std::vector<bool>> is_fixed(3, is_void);
+  for (const Prescribed& p : task.prescribed)
+    is_fixed[static_cast<std::size_t>(p.component)][static_cast<std::size_t>(p.node)] = true;
+  return is_fixed;
+}
+
 FlexibleGradients::FlexibleGradients(const CoupledTask& task, std::vector<List<double>> forces,
                                      std::vector<std::vector<bool>> is_fixed)
     : task_(task), forces_(std::move(forces)), is_fixed_(std::move(is_fixed)),

@@ -35,6 +35,10 @@ bool MixedGradients::goes_on() {
     round_ = CoupledRound::stopped;
     return false;
   }
+  if (state_->gives_up(answer_->iterations)) {
+    round_ = CoupledRound::stalled;
+    return false;
+  }
   if (task_.control.progress)
     task_.control.progress(std::min(0.99, static_cast<double>(answer_->iterations) / expected_), "solving");
   return true;

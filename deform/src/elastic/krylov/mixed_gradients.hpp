@@ -29,6 +29,11 @@ public:
   virtual double work_of_loads() = 0;
   /// Takes over into u what the round has found. @param is_last u is the answer
   virtual void finish_round(Displacement& u, bool is_last) = 0;
+  /// Whether somebody else should find the answer, after so many iterations.
+  virtual bool gives_up(std::int64_t iterations) {
+    (void)iterations;
+    return false;
+  }
 };
 
 /// Residuals are carried along for five digits, then found anew in float64; so errors go down as far as

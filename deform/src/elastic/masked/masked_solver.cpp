@@ -1,6 +1,7 @@
 #include "elastic/masked/masked_solver.hpp"
 
 #include "control/method.hpp"
+#include "elastic/direct/direct_system.hpp"
 #include "elastic/multigrid/chebyshev.hpp"
 #include "maille/scene/scene.hpp"
 
@@ -359,6 +360,16 @@ Displacement MaskedSolver::initial_part() const {
   return u;
 }
 
+/// A factor's cost is asked for when most bodies are solved.
+bool MaskedSolver::gives_up(std::int64_t iterations) {
+  constexpr std::int64_t first_doubt = 64;
+  if (iterations < first_doubt || slabs().are_shared())
+    return false;
+  if (most_iterations_ == 0)
+    most_iterations_ = std::max(first_doubt, iterations_worth_a_factor(task_));
+  return iterations >= most_iterations_;
+}
+
 CoupledRound MaskedSolver::solve(Displacement& u, Answer& answer) {
   const std::int64_t before = answer.iterations;
   const CoupledRound end = gradients_->solve(body_.fields, *this, u, answer);
@@ -400,7 +411,7 @@ bool solve_by_ranks(const CoupledTask& task, Answer& answer) {
   const Slabs slabs = solver->slabs();
   solver.reset();
   if (end == CoupledRound::stalled)
-    return solve_coupled_body(task, answer); // whole, on every rank
+    return solve_coupled_otherwise(task, answer); // whole, on every rank
   const Grid& grid = task.scene.specimen.grid;
   if (slabs.is_first())
     answer.displacement = Displacement(grid);
@@ -430,7 +441,7 @@ bool solve_coupled_masked(const CoupledTask& task, Answer& answer) {
   if (!begins_within_limits(task)) {
     const CoupledRound end = solver.solve(answer.displacement, answer);
     if (end == CoupledRound::stalled)
-      return solve_coupled_body(task, answer);
+      return solve_coupled_otherwise(task, answer);
     is_converged = end == CoupledRound::finished;
     solver.find_energy_and_reactions(answer.displacement, answer);
     if (!is_converged)

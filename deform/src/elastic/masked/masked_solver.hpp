@@ -101,6 +101,7 @@ private:
   Residual begin_round(const Displacement& u, double scale) override;
   double work_of_loads() override;
   void finish_round(Displacement& u, bool is_last) override;
+  bool gives_up(std::int64_t iterations) override;
   /// What a round has found.
   struct Round {
     double scale = 0;
@@ -130,6 +131,7 @@ private:
   double energy_ = 0;                 ///< u . K u when forces were found the last time [J]
   List<double> held_;                 ///< what pulled at the scene's prescribed components then [N]
   bool are_forces_of_state_ = false;  ///< no step was taken since they were found
+  std::int64_t most_iterations_ = 0;  ///< more are worth a factor; 0: not known yet
 };
 
 } // namespace maille::deform

@@ -5,21 +5,28 @@
 #include "elastic/krylov/flexible_gradients.hpp"
 #include "elastic/tied/tied_nodes.hpp"
 
+#include <algorithm>
+#include <utility>
 #include <vector>
 
 namespace maille::deform {
-
-/// [component][node]: prescribed, or none of the body's.
-std::vector<std::vector<bool>> fixed_components(const CoupledTask& task);
 
 /// Preconditioned by single bodies, each held softly where it is tied, and their answers brought together:
 /// what a Neumann-Neumann method does with its coarse space in the springs.
 class TiedModel : public FlexibleOperator {
 public:
   /// @param task outlives it; @param diagonal of the operator [N/m]
-  TiedModel(const CoupledTask& task, Displacement diagonal);
+  TiedModel(const CoupledTask& task, Displacement diagonal)
+      : task_(task), is_fixed_(fixed_components(task)), diagonal_(std::move(diagonal)),
+        ties_(task.scene.tied, is_fixed_, diagonal_), shared_(task.scene.specimen.grid) {}
 
-  void precondition(const Displacement& residual, Displacement& correction) final;
+  void precondition(const Displacement& residual, Displacement& correction) final {
+    shared_ = residual;
+    ties_.share(shared_);
+    std::ranges::fill(correction.values(), 0.0);
+    precondition_bodies(shared_, correction);
+    ties_.bring_together(correction);
+  }
   Displacement diagonal() const final { return diagonal_; }
 
   /// The links of `penalised` count so many times beside the operator from now on.
@@ -40,12 +47,5 @@ private:
   TiedNodes ties_;
   Displacement shared_;
 };
-
-/// The farthest that ties are open [m], and which.
-struct OpenTie {
-  double gap = 0;
-  const NodeTie* tie = nullptr;
-};
-OpenTie widest_tie(const NodeTies& tied, const Displacement& u);
 
 } // namespace maille::deform

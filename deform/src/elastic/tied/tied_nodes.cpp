@@ -3,6 +3,7 @@
 #include <Eigen/QR>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <map>
 #include <numeric>
@@ -165,6 +166,22 @@ List<NodalSpring> springs_at_ties(const Scene& scene, const Displacement& diagon
     else
       merged.push_back(spring);
   return merged;
+}
+
+OpenTie widest_tie(const NodeTies& tied, const Displacement& u) {
+  OpenTie widest;
+  for (const NodeTie& tie : tied.ties) {
+    const Vec3 one = u.at(tie.one), other = u.at(tie.other);
+    double along = 0, squared = 0;
+    for (std::size_t b = 0; b < 3; ++b) {
+      along += tie.normal[b] * (one[b] - other[b]);
+      squared += (one[b] - other[b]) * (one[b] - other[b]);
+    }
+    const double gap = tie.normal == Vec3{} ? std::sqrt(squared) : std::abs(along);
+    if (gap > widest.gap)
+      widest = {gap, &tie};
+  }
+  return widest;
 }
 
 } // namespace maille::deform

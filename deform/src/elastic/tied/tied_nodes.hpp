@@ -46,4 +46,11 @@ private:
 /// along its ties, of which so much as of a bar of the body's length; where they rub those of friction, too.
 List<NodalSpring> springs_at_ties(const Scene& scene, const Displacement& diagonal);
 
+/// The farthest that ties are open [m], and which.
+struct OpenTie {
+  double gap = 0;
+  const NodeTie* tie = nullptr;
+};
+OpenTie widest_tie(const NodeTies& tied, const Displacement& u);
+
 } // namespace maille::deform

@@ -2,6 +2,7 @@
 
 #include "elastic/masked/masked_solver.hpp"
 #include "elastic/model/lattice_elasticity.hpp"
+#include "elastic/model/stiffness_blocks.hpp"
 #include "elastic/multigrid/chebyshev.hpp"
 #include "world/surface/supernodal_factor.hpp"
 
@@ -23,21 +24,6 @@
 namespace maille::deform {
 
 namespace {
-
-/// The stiffness of one cell, from unit displacements of its corners.
-template<int dimension>
-Eigen::MatrixXd cell_stiffness(const LatticeElasticity& elasticity, std::int64_t cell) {
-  constexpr int corners = 1 << dimension, n = dimension * corners;
-  Eigen::MatrixXd matrix(n, n);
-  for (int column = 0; column < n; ++column) {
-    Eigen::Matrix<double, 3, corners> u = Eigen::Matrix<double, 3, corners>::Zero();
-    u(column % dimension, column / dimension) = 1;
-    const Eigen::Matrix<double, 3, corners> force = elasticity.cell_forces<dimension>(cell, u);
-    for (int row = 0; row < n; ++row)
-      matrix(row, column) = force(row % dimension, row / dimension);
-  }
-  return matrix;
-}
 
 /// Shifts and turns of all nodes, each of length 1 and across the others.
 Eigen::MatrixXd rigid_motions(const Specimen& body, const std::vector<std::int64_t>& nodes) {
@@ -82,103 +68,11 @@ constexpr std::ptrdiff_t most_summed = 500;
 /// Columns that are found together.
 constexpr std::size_t columns_at_once = 48;
 
-/// Nodes of matter, in the order of the grid.
-std::vector<std::int64_t> nodes_of(const Specimen& body) {
-  std::vector<std::int64_t> nodes;
-  for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node)
-    if (body.is_node(body.grid.node_at(node)))
-      nodes.push_back(node);
-  return nodes;
-}
-
 /// CHOLMOD's part, opened once. @throws std::runtime_error where it is not there
 const CholmodFunctions& cholmod() {
   static const auto* const opened = static_cast<const CholmodFunctions*>(
       open_plugin("maille-cholmod.so", "factors of large bodies (CHOLMOD)", cholmod_layout));
   return *opened;
-}
-
-/// The stiffness of bodies in three dimensions, block by block: of a node with itself and with the 13 that
-/// come after it in the grid.
-class NodeBlocks {
-public:
-  NodeBlocks(const Specimen& body, const LatticeElasticity& elasticity,
-             const std::vector<std::int64_t>& nodes);
-  /// Of components that are not fixed, the lower triangle. @param group the node of each
-  Eigen::SparseMatrix<double> lower(const std::vector<char>& is_fixed, const Eigen::VectorXd& inertia,
-                                    std::vector<std::int32_t>& group) const;
-
-private:
-  static constexpr std::size_t n_after = 14;
-  struct Block {
-    std::int32_t node = -1;
-    Eigen::Matrix3d values = Eigen::Matrix3d::Zero();
-  };
-  std::vector<std::array<Block, n_after>> rows_;
-};
-
-NodeBlocks::NodeBlocks(const Specimen& body, const LatticeElasticity& elasticity,
-                       const std::vector<std::int64_t>& nodes)
-    : rows_(nodes.size()) {
-  const Grid& grid = body.grid;
-  std::vector<std::int32_t> number(static_cast<std::size_t>(grid.n_nodes()), -1);
-  for (std::size_t i = 0; i < nodes.size(); ++i)
-    number[static_cast<std::size_t>(nodes[i])] = static_cast<std::int32_t>(i);
-  std::map<std::int32_t, Eigen::MatrixXd> by_kind;
-  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
-    if (!body.is_matter(cell))
-      continue;
-    auto [entry, is_new] = by_kind.try_emplace(elasticity.kind_number(cell));
-    if (is_new)
-      entry->second = cell_stiffness<3>(elasticity, cell) / elasticity.weight(cell);
-    const Index3 index = grid.cell_at(cell);
-    for (int near = 0; near < 8; ++near)
-      for (int far = 0; far < 8; ++far) {
-        const auto along = [&](int axis) { return ((far >> axis) & 1) - ((near >> axis) & 1); };
-        const int after = along(0) + 3 * along(1) + 9 * along(2);
-        if (after < 0)
-          continue;
-        Block& block =
-            rows_[static_cast<std::size_t>(number[static_cast<std::size_t>(grid.corner(index, near))])]
-                 [static_cast<std::size_t>(after)];
-        block.node = number[static_cast<std::size_t>(grid.corner(index, far))];
-        block.values += elasticity.weight(cell) * entry->second.block<3, 3>(3 * far, 3 * near);
-      }
-  }
-}
-
-Eigen::SparseMatrix<double> NodeBlocks::lower(const std::vector<char>& is_fixed,
-                                              const Eigen::VectorXd& inertia,
-                                              std::vector<std::int32_t>& group) const {
-  std::vector<int> free(is_fixed.size(), -1);
-  int n_free = 0, n_groups = 0;
-  for (std::size_t node = 0; node < rows_.size(); ++node) {
-    const int before = n_free;
-    for (std::size_t i = 3 * node; i < 3 * node + 3; ++i)
-      if (is_fixed[i] == 0) {
-        free[i] = n_free++;
-        group.push_back(n_groups);
-      }
-    n_groups += n_free > before ? 1 : 0;
-  }
-  Eigen::SparseMatrix<double> matrix(n_free, n_free);
-  matrix.reserve(static_cast<Eigen::Index>(n_free) * 3 * n_after);
-  for (std::size_t column = 0; column < free.size(); ++column) {
-    if (free[column] < 0)
-      continue;
-    matrix.startVec(free[column]);
-    for (const Block& block : rows_[column / 3])
-      for (std::size_t b = 0; b < 3 && block.node >= 0; ++b) {
-        const std::size_t row = 3 * static_cast<std::size_t>(block.node) + b;
-        double value = block.values(static_cast<Eigen::Index>(b), static_cast<Eigen::Index>(column % 3));
-        if (row == column && inertia.size() > 0)
-          value += inertia[static_cast<Eigen::Index>(row)];
-        if (free[row] >= free[column])
-          matrix.insertBack(free[row], free[column]) = value;
-      }
-  }
-  matrix.finalize();
-  return matrix;
 }
 
 class FactoredStiffness : public BodyStiffness {
@@ -355,7 +249,7 @@ Eigen::VectorXd MultigridStiffness::gathered(const Displacement& field) const {
 bool MultigridStiffness::make_factor() {
   std::vector<std::int32_t> group;
   const Eigen::SparseMatrix<double> lower =
-      NodeBlocks(body_, elasticity_, nodes_).lower(is_fixed_, inertia_, group);
+      StiffnessBlocks(body_, elasticity_, nodes_).lower(is_fixed_, &group);
   factor_ = cholmod().factor(lower, group, most_factor_numbers);
   return factor_ != nullptr;
 }
@@ -446,7 +340,7 @@ Eigen::MatrixXd BodyStiffness::solve_all(const Eigen::MatrixXd& forces, double a
 Flexibility::Flexibility(const Scene& scene, const std::vector<std::int64_t>& fixed,
                          const Eigen::VectorXd& inertia, bool floats, int threads, StiffnessSolver solver)
     : column_accuracy_(inertia.size() > 0 ? of_all : of_columns), dimension_(scene.dimension()) {
-  std::vector<std::int64_t> nodes = nodes_of(scene.specimen);
+  std::vector<std::int64_t> nodes = nodes_of_matter(scene.specimen);
   const int d = scene.dimension();
   if (floats)
     rigid_ = rigid_motions(scene.specimen, nodes);

@@ -1,0 +1,72 @@
+#pragma once
+/// Elasticity by a Cholesky factor, for bodies that multigrid in float32 cannot tell from loose ones: columns
+/// and chains of single cells, which have next to no fill.
+
+#include "elastic/componentwise/componentwise_preconditioner.hpp"
+#include "elastic/model/stiffness_blocks.hpp"
+
+#include "maille/scene/arena.hpp"
+
+#include <Eigen/SparseCholesky>
+
+#include <cstdint>
+#include <vector>
+
+namespace maille::deform {
+
+/// In float64, on a body of any shape in three dimensions. Set up in steps, as the first says what the next
+/// one costs.
+///
+/// Same bits for any number of threads: the factor is made by one.
+///
+/// Source  Amestoy, Davis and Duff 1996 (the order of the unknowns)
+/// Checked by  tests/deform/elastic/slender/slender_bodies_test.cpp
+class DirectSystem : public BodySystem {
+public:
+  /// Orders the unknowns, and knows the size of the factor then. @param task must outlive this
+  explicit DirectSystem(const CoupledTask& task);
+
+  std::int64_t n_components() const { return lower_.rows(); } ///< that are not fixed
+  double factor_numbers() const { return numbers_; }
+  double factor_operations() const { return operations_; }
+  /// @return false where the matrix is not positive definite, within rounding
+  bool factor();
+
+  /// correction = K^-1 residual, within rounding. @pre factor() brought true, as for what follows
+  void precondition(const Displacement& residual, Displacement& correction) override;
+  bool finds_directions() const override { return true; }
+  void set_penalties(const List<PenaltyLink>& links) override;
+  int find_direction(const Displacement& residual, int most, double reduction,
+                     const std::function<bool()>& must_stop, Displacement& direction) override;
+
+private:
+  using Sparse = Eigen::SparseMatrix<double>;
+  class Factor : public Eigen::SimplicialLLT<Sparse> {
+  public:
+    const Eigen::VectorXi& numbers_below() const { return m_nonZerosPerCol; } ///< the diagonal, by column
+  };
+  /// Where a component of a node has its place among the unknowns.
+  struct Unknown {
+    int component = 0;
+    std::int64_t node = 0;
+  };
+
+  std::vector<std::int64_t> nodes_;
+  std::vector<char> is_fixed_; ///< by 3 * place + component
+  std::vector<Unknown> unknowns_;
+  Sparse lower_;
+  Factor factor_;
+  std::vector<std::int32_t> place_; ///< in nodes_, by node of the grid
+  double numbers_ = 0, operations_ = 0;
+  Charge of_matrix_, of_factor_;
+};
+
+/// After how many iterations of multigrid a factor has cost less than they have: at least so many that most
+/// bodies are solved by then. Never, where it would be large.
+std::int64_t iterations_worth_a_factor(const CoupledTask& task);
+
+/// For bodies on which multigrid of their pieces comes to no end: by a factor if it is small, or else by
+/// conjugate gradients around componentwise multigrid.
+CoupledAlgorithm solve_coupled_otherwise;
+
+} // namespace maille::deform

@@ -1,0 +1,110 @@
+#include "elastic/model/stiffness_blocks.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <map>
+#include <vector>
+
+namespace maille::deform {
+
+template<int dimension>
+Eigen::MatrixXd cell_stiffness(const LatticeElasticity& elasticity, std::int64_t cell) {
+  constexpr int corners = 1 << dimension, n = dimension * corners;
+  Eigen::MatrixXd matrix(n, n);
+  for (int column = 0; column < n; ++column) {
+    Eigen::Matrix<double, 3, corners> u = Eigen::Matrix<double, 3, corners>::Zero();
+    u(column % dimension, column / dimension) = 1;
+    const Eigen::Matrix<double, 3, corners> force = elasticity.cell_forces<dimension>(cell, u);
+    for (int row = 0; row < n; ++row)
+      matrix(row, column) = force(row % dimension, row / dimension);
+  }
+  return matrix;
+}
+
+template Eigen::MatrixXd cell_stiffness<2>(const LatticeElasticity& elasticity, std::int64_t cell);
+template Eigen::MatrixXd cell_stiffness<3>(const LatticeElasticity& elasticity, std::int64_t cell);
+
+std::vector<std::int64_t> nodes_of_matter(const Specimen& body) {
+  std::vector<std::int64_t> nodes;
+  for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node)
+    if (body.is_node(body.grid.node_at(node)))
+      nodes.push_back(node);
+  return nodes;
+}
+
+StiffnessBlocks::StiffnessBlocks(const Specimen& body, const LatticeElasticity& elasticity,
+                                 const std::vector<std::int64_t>& nodes)
+    : rows_(nodes.size()) {
+  const Grid& grid = body.grid;
+  std::vector<std::int32_t> number(static_cast<std::size_t>(grid.n_nodes()), -1);
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    number[static_cast<std::size_t>(nodes[i])] = static_cast<std::int32_t>(i);
+  const auto place_of = [&](std::int64_t node) { return number[static_cast<std::size_t>(node)]; };
+  const auto block_of = [&](std::int64_t near, int after) -> Block& {
+    return rows_[static_cast<std::size_t>(place_of(near))][static_cast<std::size_t>(after)];
+  };
+  std::map<std::int32_t, Eigen::MatrixXd> by_kind;
+  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
+    if (!body.is_matter(cell))
+      continue;
+    auto [entry, is_new] = by_kind.try_emplace(elasticity.kind_number(cell));
+    if (is_new)
+      entry->second = cell_stiffness<3>(elasticity, cell) / elasticity.weight(cell);
+    const Index3 index = grid.cell_at(cell);
+    for (int near = 0; near < 8; ++near)
+      for (int far = 0; far < 8; ++far) {
+        const auto along = [&](int axis) { return ((far >> axis) & 1) - ((near >> axis) & 1); };
+        const int after = along(0) + 3 * along(1) + 9 * along(2);
+        if (after < 0)
+          continue;
+        Block& block = block_of(grid.corner(index, near), after);
+        block.node = place_of(grid.corner(index, far));
+        block.values += elasticity.weight(cell) * entry->second.block<3, 3>(3 * far, 3 * near);
+      }
+  }
+  for (const NodalSpring& spring : elasticity.springs())
+    if (place_of(spring.node) >= 0)
+      block_of(spring.node, 0).values += spring.stiffness;
+}
+
+void StiffnessBlocks::add_spring(std::size_t near, std::size_t far, std::size_t after, int component,
+                                 double stiffness) {
+  rows_[near][0].values(component, component) += stiffness;
+  rows_[far][0].values(component, component) += stiffness;
+  rows_[near][after].values(component, component) -= stiffness;
+}
+
+Eigen::SparseMatrix<double> StiffnessBlocks::lower(const std::vector<char>& is_fixed,
+                                                   std::vector<std::int32_t>* group) const {
+  std::vector<int> free(is_fixed.size(), -1);
+  int n_free = 0, n_groups = 0;
+  for (std::size_t node = 0; node < rows_.size(); ++node) {
+    const int before = n_free;
+    for (std::size_t i = 3 * node; i < 3 * node + 3; ++i)
+      if (is_fixed[i] == 0) {
+        free[i] = n_free++;
+        if (group != nullptr)
+          group->push_back(n_groups);
+      }
+    n_groups += n_free > before ? 1 : 0;
+  }
+  Eigen::SparseMatrix<double> matrix(n_free, n_free);
+  matrix.reserve(static_cast<Eigen::Index>(n_free) * 3 * n_after);
+  for (std::size_t column = 0; column < free.size(); ++column) {
+    if (free[column] < 0)
+      continue;
+    matrix.startVec(free[column]);
+    for (const Block& block : rows_[column / 3])
+      for (std::size_t b = 0; b < 3 && block.node >= 0; ++b) {
+        const std::size_t row = 3 * static_cast<std::size_t>(block.node) + b;
+        if (free[row] >= free[column])
+          matrix.insertBack(free[row], free[column]) =
+              block.values(static_cast<Eigen::Index>(b), static_cast<Eigen::Index>(column % 3));
+      }
+  }
+  matrix.finalize();
+  return matrix;
+}
+
+} // namespace maille::deform
