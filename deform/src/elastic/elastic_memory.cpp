@@ -3,6 +3,7 @@
 #include "control/method.hpp"
 #include "elastic/box/box_level.hpp"
 #include "elastic/componentwise/componentwise_level.hpp"
+#include "elastic/direct/direct_system.hpp"
 #include "elastic/krylov/coupled_task.hpp"
 #include "elastic/masked/coarse_operator.hpp"
 #include "elastic/masked/masked_rows.hpp"
@@ -325,7 +326,7 @@ std::int64_t forecast(const Scene& scene, unsigned solver) {
     } else
       asked |= unlike;
   }
-  std::int64_t fields = 0, others = 0, end = 0;
+  std::int64_t fields = 0, others = solver == masked ? bytes_for_factor(scene.specimen) : 0, end = 0;
   const auto counts = [&](const MemoryRow& of) {
     return (of.solvers & solver) != 0 && (of.asked & ~asked) == 0;
   };

@@ -13,21 +13,17 @@ namespace maille::deform {
 
 namespace {
 
-/// A factor of more numbers is large [16 bytes], and so is the time to order more components.
-constexpr double most_numbers = 1e7;
-constexpr std::size_t most_components = 60'000;
+/// More take long to be put in order.
+constexpr std::int64_t most_components = 60'000;
 /// Of a factor in the time that an iteration takes for a component: small bodies, one thread.
 constexpr double operations_per_iteration = 100;
+/// Of a number in a sparse matrix, with its row.
+constexpr std::int64_t per_number = sizeof(double) + sizeof(int);
+/// Of a grid node: the fields of FlexibleGradients, loads, the answer.
+constexpr std::int64_t per_grid_node = 7 * 3 * sizeof(double);
 
-bool is_small(const DirectSystem& system) {
-  return system.n_components() > 0 && system.factor_numbers() <= most_numbers;
-}
-
-bool has_few_components(const Specimen& body) {
-  std::size_t n = 0;
-  for (std::int64_t node = 0; node < body.grid.n_nodes() && n <= most_components; ++node)
-    n += body.is_node(body.grid.node_at(node)) ? 3 : 0;
-  return n <= most_components;
+bool may_be_made(const DirectSystem& system, const Specimen& body) {
+  return system.n_components() > 0 && system.bytes() <= bytes_for_factor(body);
 }
 
 } // namespace
@@ -46,8 +42,7 @@ DirectSystem::DirectSystem(const CoupledTask& task) : BodySystem(task) {
     if (is_fixed_[i] == 0)
       unknowns_.push_back({static_cast<int>(i % 3), nodes_[i / 3]});
   lower_ = StiffnessBlocks(body, elasticity(), nodes_).lower(is_fixed_);
-  constexpr std::size_t per_number = sizeof(double) + sizeof(int);
-  of_matrix_ = Charge(static_cast<std::size_t>(lower_.nonZeros()) * per_number);
+  of_matrix_ = Charge(static_cast<std::size_t>(lower_.nonZeros() * per_number));
   factor_.analyzePattern(lower_);
   for (const int below : factor_.numbers_below()) {
     numbers_ += 1.0 + below;
@@ -56,9 +51,8 @@ DirectSystem::DirectSystem(const CoupledTask& task) : BodySystem(task) {
 }
 
 bool DirectSystem::factor() {
-  constexpr double per_number = sizeof(double) + sizeof(int);
   of_factor_ = {};
-  of_factor_ = Charge(static_cast<std::size_t>(numbers_ * per_number));
+  of_factor_ = Charge(static_cast<std::size_t>(numbers_ * double{per_number}));
   factor_.factorize(lower_);
   return factor_.info() == Eigen::Success;
 }
@@ -95,21 +89,41 @@ int DirectSystem::find_direction(const Displacement& residual, int, double, cons
   return 1;
 }
 
+std::int64_t DirectSystem::bytes() const {
+  return lower_.nonZeros() * per_number + static_cast<std::int64_t>(numbers_ * double{per_number}) +
+         static_cast<std::int64_t>(place_.size()) * per_grid_node;
+}
+
+/// By how many cells the body is thick: a column of k has (k + 1)^2 / k^2 nodes a cell.
+std::int64_t bytes_for_factor(const Specimen& body) {
+  constexpr double most_cells_across = 3.1, per_component = 500, per_square = 150;
+  const std::int64_t n_components = 3 * body.n_matter_nodes();
+  if (n_components == 0 || n_components > most_components)
+    return 0;
+  const double nodes_per_cell =
+      static_cast<double>(n_components / 3) / static_cast<double>(body.n_matter_cells());
+  const double across = 1 / (std::sqrt(nodes_per_cell) - 1);
+  if (!(across > 0 && across <= most_cells_across))
+    return 0;
+  return n_components * static_cast<std::int64_t>(per_component + per_square * across * across) +
+         body.grid.n_nodes() * per_grid_node;
+}
+
 std::int64_t iterations_worth_a_factor(const CoupledTask& task) {
   constexpr std::int64_t never = std::numeric_limits<std::int64_t>::max();
-  if (!has_few_components(task.scene.specimen))
+  if (bytes_for_factor(task.scene.specimen) == 0)
     return never;
   const DirectSystem system(task);
-  if (!is_small(system))
+  if (!may_be_made(system, task.scene.specimen))
     return never;
   return static_cast<std::int64_t>(std::ceil(
       system.factor_operations() / (operations_per_iteration * static_cast<double>(system.n_components()))));
 }
 
 bool solve_coupled_otherwise(const CoupledTask& task, Answer& answer) {
-  if (has_few_components(task.scene.specimen)) {
+  if (bytes_for_factor(task.scene.specimen) > 0) {
     DirectSystem system(task);
-    if (is_small(system) && system.factor()) {
+    if (may_be_made(system, task.scene.specimen) && system.factor()) {
       answer.algorithm = "lattice elasticity, conjugate gradients around a Cholesky factor";
       answer.displacement = task.initial_state();
       FlexibleGradients gradients = system.gradients();

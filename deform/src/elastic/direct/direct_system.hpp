@@ -27,8 +27,9 @@ public:
   explicit DirectSystem(const CoupledTask& task);
 
   std::int64_t n_components() const { return lower_.rows(); } ///< that are not fixed
-  double factor_numbers() const { return numbers_; }
   double factor_operations() const { return operations_; }
+  /// Of matrix, factor and what conjugate gradients around them have.
+  std::int64_t bytes() const;
   /// @return false where the matrix is not positive definite, within rounding
   bool factor();
 
@@ -61,11 +62,14 @@ private:
   Charge of_matrix_, of_factor_;
 };
 
+/// What a factor may take besides multigrid; 0 for bodies that are not slender, or large, which get none.
+std::int64_t bytes_for_factor(const Specimen& body);
+
 /// After how many iterations of multigrid a factor has cost less than they have: at least so many that most
-/// bodies are solved by then. Never, where it would be large.
+/// bodies are solved by then. Never, where it may not be made.
 std::int64_t iterations_worth_a_factor(const CoupledTask& task);
 
-/// For bodies on which multigrid of their pieces comes to no end: by a factor if it is small, or else by
+/// For bodies on which multigrid of their pieces comes to no end: by a factor if it may be made, or else by
 /// conjugate gradients around componentwise multigrid.
 CoupledAlgorithm solve_coupled_otherwise;
 
