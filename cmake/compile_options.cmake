@@ -12,12 +12,11 @@ target_compile_options(maille_compile_options INTERFACE
   -ffp-contract=off)
 set(address_and_undefined -fsanitize=address,undefined)
 if(MAILLE_SANITIZE)
-  # Undefined behaviour, and what is used after its scope, are looked for in the product: tests, most of what is compiled, take thrice
-  # the time with them. Checks of every pointer, which the address sanitizer's do for, take a fifth of the time, and those for
-  # overflow half of that of a kernel (scan_kernel.cpp); the fuzzers have them.
+  # Undefined behaviour is looked for in the product: tests, most of what is compiled, take thrice the time with it. Checks of every
+  # pointer, which the address sanitizer's do for, take a fifth of the time, and those for overflow half of that of a kernel
+  # (scan_kernel.cpp); the fuzzers have them.
   set(is_test $<BOOL:$<TARGET_PROPERTY:MAILLE_IS_TEST>>)
   target_compile_options(maille_compile_options INTERFACE -fsanitize=address -fno-sanitize-recover=undefined -fno-omit-frame-pointer
-    $<${is_test}:-fno-sanitize-address-use-after-scope>
     "$<$<NOT:${is_test}>:-fsanitize=undefined;-fno-sanitize=null,alignment,object-size,pointer-overflow,vptr>")
   target_link_options(maille_compile_options INTERFACE ${address_and_undefined})
 endif()
@@ -66,13 +65,17 @@ else()
   set(precompiled_options "SHELL:-Xclang -fno-pch-timestamp")
 endif()
 if(MAILLE_PRECOMPILE AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  if(MAILLE_SANITIZE)
+    # g++ 12 forgets scopes that it has precompiled, and then finds that they are left too early. What is used after its scope is
+    # looked for with -DMAILLE_PRECOMPILE=OFF, which takes twice the time to compile, and by the fuzzers.
+    target_compile_options(maille_compile_options INTERFACE -fno-sanitize-address-use-after-scope)
+  endif()
   # What is precompiled is no system header to g++ 12 any more, which warns wrongly about strings there (GCC bug 105651).
   target_compile_options(maille_compile_options INTERFACE -Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread)
 endif()
 # maille_precompiled(KIND LINK...): the object library that makes the headers in precompiled/KIND.hpp.
 function(maille_precompiled kind)
-  # g++ 12 forgets scopes that it has precompiled, and its address sanitizer, which watches them in libraries, then finds what is none.
-  if(MAILLE_PRECOMPILE AND NOT (MAILLE_SANITIZE AND NOT kind STREQUAL "tests"))
+  if(MAILLE_PRECOMPILE)
     file(GENERATE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/precompiled_${kind}.cpp CONTENT "")
     add_library(maille_precompiled_${kind} OBJECT ${CMAKE_CURRENT_BINARY_DIR}/precompiled_${kind}.cpp)
     set_target_properties(maille_precompiled_${kind} PROPERTIES MAILLE_IS_TEST $<STREQUAL:${kind},tests>)

@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 
+#include <atomic>
 #include <chrono>
 #include <numbers>
 
@@ -167,6 +168,28 @@ TEST(LiveSessionContract, AToolComesIntoTheWorldOfABodyAndPokesIt) {
   const std::int64_t top = top_middle(*with_tool);
   EXPECT_LT(session.state()->displacements[0]->at(top)[2], -0.2 * mm);
   EXPECT_EQ(session.n_penetrations(), 0);
+}
+
+TEST(LiveSessionContract, AFrameThatIsCutShortSaysWhatIsLeft) {
+  std::atomic<int> n_cut{0}, n_whole{0};
+  SessionSettings settings;
+  settings.frame_budget = 2e-3;
+  Session session(read_world_scene(test::world_folder / "discs.toml"), settings);
+  session.on_state([&] {
+    const auto state = session.state();
+    const bool has_left = state->motion_left.value_or(0) > 0;
+    n_cut += has_left && state->status == Status::budget_reached ? 1 : 0;
+    n_whole += has_left && state->status == Status::done ? 1 : 0;
+  });
+  session.grip({0, {}}, 1);
+  deform::Pose goal = session.goal();
+  goal.position[0] += 12 * mm; // through a row of soft discs
+  session.reach(goal, 2);
+  ASSERT_TRUE(session.wait_idle(patience));
+  EXPECT_GT(n_cut, 0);
+  EXPECT_EQ(n_whole, 0);
+  EXPECT_LT(session.state()->motion_left.value_or(0), 1e-3 * mm);
+  session.on_state({});
 }
 
 TEST(LiveSessionContract, StateIsHadAtOnceWhileThePhysicsIsAtWork) {

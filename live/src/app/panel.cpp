@@ -68,6 +68,14 @@ std::string newtons(double force) {
   return force < 1e-3 && force > 0 ? fmt::format("{:.3g} mN", 1000 * force) : fmt::format("{:.3g} N", force);
 }
 
+/// What the last frame has left to do, as far as it knows.
+std::string still_to_go(const WorldState& state) {
+  if (!(state.motion_left.value_or(0) > 0))
+    return {};
+  return fmt::format(", still {:.2g} mm{}", 1000 * *state.motion_left,
+                     state.force_left ? " and " + newtons(*state.force_left) : "");
+}
+
 } // namespace
 
 int App::soft_object() const {
@@ -164,10 +172,12 @@ std::vector<OverlayText> App::corner() const {
     texts.push_back({10, 8 + line * static_cast<double>(texts.size()), std::move(label), colour, false});
   };
   const bool is_soft = soft_object() >= 0;
-  add(fmt::format("{}: {} a frame{}", is_soft ? scene_->method : "rigid", milliseconds(state_->frame_seconds),
+  add(fmt::format("{}: {} a frame{}{}", is_soft ? scene_->method : "rigid",
+                  milliseconds(state_->frame_seconds),
                   state_->is_busy      ? ""
                   : state_->is_settled ? ", settled"
-                                       : ", settling"));
+                                       : ", settling",
+                  still_to_go(*state_)));
   const auto painted = painter_->newest();
   if (painted)
     add(fmt::format("picture {}, {} after the hand{}", milliseconds(painted->seconds),

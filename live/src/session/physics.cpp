@@ -338,6 +338,8 @@ void Physics::publish(bool is_busy) {
   state->hand_force = hand_force_;
   state->knows_forces = world.scene().method != "limits";
   state->is_settled = world.is_settled();
+  state->motion_left = last_.motion_left;
+  state->force_left = last_.force_left;
   state->is_busy = is_busy;
   state->event_time = event_time_;
   state->held_object = grip_.object;

@@ -166,7 +166,8 @@ vtkSmartPointer<vtkDataSet> data_set_of(const Scene& scene, const ExportFields& 
 
 /// @pre 3D; strains are in the frame of the grid
 fs::path write_in_pieces(const Scene& scene, const ExportFields& fields, const fs::path& stem) {
-  constexpr int pieces_of_file = 6;
+  constexpr int pieces_of_file = 12;
+  constexpr int most_writers = 4; // each has 330 MB of memory
   const std::vector<Layers> pieces = pieces_of(scene.specimen, fields.most_cells / pieces_of_file);
   fs::path list = stem;
   list += ".pvtu";
@@ -186,7 +187,7 @@ fs::path write_in_pieces(const Scene& scene, const ExportFields& fields, const f
     }
   };
   std::vector<std::future<void>> others;
-  for (int thread = 1; thread < fields.threads; ++thread)
+  for (int writer = 1; writer < std::min(fields.threads, most_writers); ++writer)
     others.push_back(std::async(std::launch::async, write_pieces));
   write_pieces();
   for (std::future<void>& other : others)

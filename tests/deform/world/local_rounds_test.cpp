@@ -93,12 +93,14 @@ TEST(LocalRoundsReference, WhatIsLeftIsWhatThenChanges) {
     ASSERT_EQ(pushed_down(world, 1.4e-3).status, Status::done);
     const FrameResult cut = pushed_down(world, 0.2e-3, rounds);
     ASSERT_EQ(cut.status, Status::budget_reached);
+    EXPECT_FALSE(world.is_settled());
     std::vector<Eigen::Vector3d> before;
     const std::int64_t n = world.scene().objects[0].scene.specimen.grid.n_nodes();
     for (std::int64_t node = 0; node < n; ++node)
       before.push_back(position_of(world, node));
     const FrameResult settled = world.advance({});
     ASSERT_EQ(settled.status, Status::done);
+    EXPECT_TRUE(world.is_settled());
     double motion = 0;
     for (std::int64_t node = 0; node < n; ++node)
       motion = std::max(motion, (position_of(world, node) - before[static_cast<std::size_t>(node)]).norm());

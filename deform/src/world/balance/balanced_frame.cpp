@@ -76,6 +76,8 @@ FrameResult WorldFrame::run_balanced() {
   has_settled = has_settled && (step == n || drives_.empty());
   if (!blocked_.empty() && clock_.may_go_on())
     has_settled = settle_balanced();
+  for (WorldParts::Member& member : parts_.members)
+    member.is_unsettled = !has_settled;
   balance.hand_back();
   report_balanced(has_settled);
   return std::move(result_);

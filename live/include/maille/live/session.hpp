@@ -31,6 +31,8 @@ struct WorldState {
   double violation = 0;                                 ///< see World::largest_violation
   Eigen::Vector3d hand_force = Eigen::Vector3d::Zero(); ///< that the hand needs [N]
   bool knows_forces = false, is_settled = true, is_busy = false;
+  /// Of the last frame: see FrameResult [m], [N].
+  std::optional<double> motion_left, force_left;
   double event_time = 0; ///< of the last event that has had its part in it [s]; 0: none
   std::shared_ptr<const std::vector<std::int64_t>> held_nodes;
   int held_object = -1;

@@ -32,8 +32,8 @@ struct ExportFields {
   const std::vector<std::array<double, 6>>* cell_strain = nullptr;
   bool has_stress = true;              ///< false: no Stress, VonMises, FiberStress and NodalStress
   LengthUnit unit = LengthUnit::metre; ///< of places and displacements in the file; all else is in SI units
-  std::int64_t most_cells = 3'000'000; ///< of matter; a body of more is written in pieces of a sixth of it
-  int threads = 1;                     ///< of them one writes a piece
+  std::int64_t most_cells = 3'000'000; ///< of matter; a body of more is written in pieces of a twelfth of it
+  int threads = 1;                     ///< four at most write a piece each
 
   /// Everything that an answer has to show: stress of methods that know one.
   void show(const Answer& answer);
