@@ -36,8 +36,8 @@ DirectSystem::DirectSystem(const CoupledTask& task) : BodySystem(task) {
     place_[static_cast<std::size_t>(nodes_[i])] = static_cast<std::int32_t>(i);
   is_fixed_.assign(3 * nodes_.size(), 0);
   for (const Prescribed& p : task.prescribed)
-    is_fixed_[3 * static_cast<std::size_t>(place_[static_cast<std::size_t>(p.node)]) +
-              static_cast<std::size_t>(p.component)] = 1;
+    if (const std::int32_t place = place_[static_cast<std::size_t>(p.node)]; place >= 0)
+      is_fixed_[3 * static_cast<std::size_t>(place) + static_cast<std::size_t>(p.component)] = 1;
   for (std::size_t i = 0; i < is_fixed_.size(); ++i)
     if (is_fixed_[i] == 0)
       unknowns_.push_back({static_cast<int>(i % 3), nodes_[i / 3]});
