@@ -326,7 +326,7 @@ std::int64_t forecast(const Scene& scene, unsigned solver) {
     } else
       asked |= unlike;
   }
-  std::int64_t fields = 0, others = solver == masked ? bytes_for_factor(scene.specimen) : 0, end = 0;
+  std::int64_t fields = 0, others = 0, end = 0;
   const auto counts = [&](const MemoryRow& of) {
     return (of.solvers & solver) != 0 && (of.asked & ~asked) == 0;
   };
@@ -336,6 +336,8 @@ std::int64_t forecast(const Scene& scene, unsigned solver) {
   for (const MemoryRow& of : table_of_end)
     end += counts(of) ? of.bytes * n[of.unit] : 0;
   const std::int64_t field = n[field_node] * std::int64_t{sizeof(float)} * (solver == box ? 3 : 1);
+  if (solver == masked)
+    others += bytes_for_factor(scene.specimen) + bytes_for_soft_bending(scene.specimen);
   if (solver == box)
     others += box_coarsest_bytes(scene.object_stiffness(0), scene.specimen.grid);
   if ((asked & limits) != 0)

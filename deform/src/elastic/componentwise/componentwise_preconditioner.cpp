@@ -120,19 +120,12 @@ void BodySystem::prescribe(Displacement& u) {
   }
 }
 
-FlexibleGradients BodySystem::gradients() const {
-  std::vector<List<double>> forces;
-  for (const int component : all_components(task_.scene))
-    forces.push_back(nodal_forces(task_.scene, component));
-  return FlexibleGradients(task_, std::move(forces), fixed_components(task_));
-}
-
 bool solve_coupled_body(const CoupledTask& task, Answer& answer) {
   answer.algorithm = "lattice elasticity, conjugate gradients around componentwise multigrid";
   answer.displacement = task.start != nullptr ? *task.start : Displacement(task.scene.specimen.grid);
   BodySystem system(task);
   system.prescribe(answer.displacement);
-  FlexibleGradients gradients = system.gradients();
+  FlexibleGradients gradients = flexible_gradients(task);
   answer.seconds.setup = task.clock.seconds();
   return gradients.finish(system, system, answer);
 }

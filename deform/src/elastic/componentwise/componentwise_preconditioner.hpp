@@ -90,7 +90,6 @@ public:
   /// Prescribed values, and where no start is given one from the componentwise model, which knows no more
   /// than each component by itself.
   void prescribe(Displacement& u);
-  FlexibleGradients gradients() const;
 
 protected:
   const CoupledTask& task() const { return task_; }

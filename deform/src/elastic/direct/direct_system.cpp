@@ -19,8 +19,6 @@ constexpr std::int64_t most_components = 60'000;
 constexpr double operations_per_iteration = 100;
 /// Of a number in a sparse matrix, with its row.
 constexpr std::int64_t per_number = sizeof(double) + sizeof(int);
-/// Of a grid node: the fields of FlexibleGradients, loads, the answer.
-constexpr std::int64_t per_grid_node = 7 * 3 * sizeof(double);
 
 bool may_be_made(const DirectSystem& system, const Specimen& body) {
   return system.n_components() > 0 && system.bytes() <= bytes_for_factor(body);
@@ -91,22 +89,34 @@ int DirectSystem::find_direction(const Displacement& residual, int, double, cons
 
 std::int64_t DirectSystem::bytes() const {
   return lower_.nonZeros() * per_number + static_cast<std::int64_t>(numbers_ * double{per_number}) +
-         static_cast<std::int64_t>(place_.size()) * per_grid_node;
+         static_cast<std::int64_t>(place_.size()) * FlexibleGradients::bytes_per_grid_node;
 }
 
-/// By how many cells the body is thick: a column of k has (k + 1)^2 / k^2 nodes a cell.
+double cells_across(const Specimen& body) {
+  const double nodes_per_cell =
+      static_cast<double>(body.n_matter_nodes()) / static_cast<double>(body.n_matter_cells());
+  return 1 / (std::sqrt(nodes_per_cell) - 1);
+}
+
 std::int64_t bytes_for_factor(const Specimen& body) {
   constexpr double most_cells_across = 3.1, per_component = 500, per_square = 150;
   const std::int64_t n_components = 3 * body.n_matter_nodes();
   if (n_components == 0 || n_components > most_components)
     return 0;
-  const double nodes_per_cell =
-      static_cast<double>(n_components / 3) / static_cast<double>(body.n_matter_cells());
-  const double across = 1 / (std::sqrt(nodes_per_cell) - 1);
+  const double across = cells_across(body);
   if (!(across > 0 && across <= most_cells_across))
     return 0;
   return n_components * static_cast<std::int64_t>(per_component + per_square * across * across) +
-         body.grid.n_nodes() * per_grid_node;
+         body.grid.n_nodes() * FlexibleGradients::bytes_per_grid_node;
+}
+
+std::int64_t bytes_for_soft_bending(const Specimen& body) {
+  constexpr double least_slenderness = 100; // columns converge by 150 or so
+  constexpr std::int64_t most_grid_nodes = 2'000'000;
+  const double longest = *std::ranges::max_element(body.grid.cells()), across = cells_across(body);
+  return body.grid.n_nodes() <= most_grid_nodes && across > 0 && longest >= least_slenderness * across
+             ? body.grid.n_nodes() * FlexibleGradients::bytes_per_grid_node
+             : 0;
 }
 
 std::int64_t iterations_worth_a_factor(const CoupledTask& task) {
@@ -120,17 +130,15 @@ std::int64_t iterations_worth_a_factor(const CoupledTask& task) {
       system.factor_operations() / (operations_per_iteration * static_cast<double>(system.n_components()))));
 }
 
-bool solve_coupled_otherwise(const CoupledTask& task, Answer& answer) {
-  if (bytes_for_factor(task.scene.specimen) > 0) {
-    DirectSystem system(task);
-    if (may_be_made(system, task.scene.specimen) && system.factor()) {
-      answer.algorithm = "lattice elasticity, conjugate gradients around a Cholesky factor";
-      answer.displacement = task.initial_state();
-      FlexibleGradients gradients = system.gradients();
-      return gradients.finish(system, system, answer);
-    }
-  }
-  return solve_coupled_body(task, answer);
+std::optional<bool> solve_coupled_by_factor(const CoupledTask& task, Answer& answer) {
+  if (bytes_for_factor(task.scene.specimen) == 0)
+    return std::nullopt;
+  DirectSystem system(task);
+  if (!may_be_made(system, task.scene.specimen) || !system.factor())
+    return std::nullopt;
+  answer.algorithm = "lattice elasticity, conjugate gradients around a Cholesky factor";
+  answer.displacement = task.initial_state();
+  return flexible_gradients(task).finish(system, system, answer);
 }
 
 } // namespace maille::deform

@@ -241,4 +241,11 @@ bool FlexibleGradients::finish(FlexibleOperator& K, CoupledSystem& system, Answe
   return task_.end(system, is_converged, answer.displacement, answer);
 }
 
+FlexibleGradients flexible_gradients(const CoupledTask& task) {
+  std::vector<List<double>> forces;
+  for (int component = 0; component < task.scene.dimension(); ++component)
+    forces.push_back(nodal_forces(task.scene, component));
+  return FlexibleGradients(task, std::move(forces), fixed_components(task));
+}
+
 } // namespace maille::deform

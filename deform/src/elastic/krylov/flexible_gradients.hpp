@@ -40,6 +40,8 @@ public:
 /// Checked by  tests/deform/elastic/slender/slender_boxes_test.cpp
 class FlexibleGradients : private GradientSpace, private GradientWatch {
 public:
+  /// At most: its fields, and loads.
+  static constexpr std::int64_t bytes_per_grid_node = 7 * 3 * sizeof(double);
   /// @param forces   of loads [component][node], empty where there are none [N]
   /// @param is_fixed [component][node]
   FlexibleGradients(const CoupledTask& task, std::vector<List<double>> forces,
@@ -95,5 +97,8 @@ private:
   std::int64_t best_at_ = 0;
   std::string problem_;
 };
+
+/// For the task's own loads and what it fixes.
+FlexibleGradients flexible_gradients(const CoupledTask& task);
 
 } // namespace maille::deform

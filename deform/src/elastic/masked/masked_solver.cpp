@@ -337,7 +337,7 @@ void MaskedSolver::finish_round(Displacement& u, bool is_last) {
     return;
   }
   if (u.empty()) {
-    if (own_ && task_.limits == nullptr)
+    if (own_ && task_.limits == nullptr && !has_given_up_)
       own_->release();
     u = slabs().are_shared() ? initial_part() : task_.initial_state();
   }
@@ -360,14 +360,18 @@ Displacement MaskedSolver::initial_part() const {
   return u;
 }
 
-/// A factor's cost is asked for when most bodies are solved.
+/// What others cost is asked for when most bodies are solved.
 bool MaskedSolver::gives_up(std::int64_t iterations) {
-  constexpr std::int64_t first_doubt = 64;
+  constexpr std::int64_t first_doubt = 64, enough_in_float32 = 100;
   if (iterations < first_doubt || slabs().are_shared())
     return false;
-  if (most_iterations_ == 0)
+  if (most_iterations_ == 0) {
     most_iterations_ = std::max(first_doubt, iterations_worth_a_factor(task_));
-  return iterations >= most_iterations_;
+    if (bytes_for_soft_bending(task_.scene.specimen) > 0)
+      most_iterations_ = std::min(most_iterations_, enough_in_float32);
+  }
+  has_given_up_ = iterations >= most_iterations_;
+  return has_given_up_;
 }
 
 CoupledRound MaskedSolver::solve(Displacement& u, Answer& answer) {
@@ -410,8 +414,10 @@ bool solve_by_ranks(const CoupledTask& task, Answer& answer) {
     solver->find_energy_and_reactions(part, answer);
   const Slabs slabs = solver->slabs();
   solver.reset();
-  if (end == CoupledRound::stalled)
-    return solve_coupled_otherwise(task, answer); // whole, on every rank
+  if (end == CoupledRound::stalled) { // whole, on every rank
+    const auto is_converged = solve_coupled_by_factor(task, answer);
+    return is_converged ? *is_converged : solve_coupled_body(task, answer);
+  }
   const Grid& grid = task.scene.specimen.grid;
   if (slabs.is_first())
     answer.displacement = Displacement(grid);
@@ -425,6 +431,36 @@ bool solve_by_ranks(const CoupledTask& task, Answer& answer) {
   if (end != CoupledRound::finished)
     answer.reaction.clear();
   return end == CoupledRound::finished;
+}
+
+/// The cycle in float32, for conjugate gradients in float64.
+class CycleOfFloat32 : public FlexibleOperator {
+public:
+  /// Both must outlive this.
+  CycleOfFloat32(const LatticeElasticity& elasticity, MaskedSystem& system)
+      : elasticity_(elasticity), system_(system) {}
+  void apply(const Displacement& u, Displacement& forces) override { system_.apply(u, forces); }
+  void precondition(const Displacement& residual, Displacement& correction) override {
+    std::ranges::fill(correction.values(), 0.0); // the system knows nothing of nodes without tissue
+    system_.precondition(residual, correction);
+  }
+  Displacement diagonal() const override { return elasticity_.diagonal(); }
+
+private:
+  const LatticeElasticity& elasticity_;
+  MaskedSystem& system_;
+};
+
+/// What conjugate gradients in float32 have come to no end with.
+bool solve_otherwise(const CoupledTask& task, MaskedSolver& solver, Answer& answer) {
+  if (const auto is_converged = solve_coupled_by_factor(task, answer))
+    return *is_converged;
+  if (!solver.has_given_up())
+    return solve_coupled_body(task, answer);
+  answer.algorithm += ", in float64";
+  MaskedSystem system(task.scene.specimen.grid, solver.elasticity(), solver.multigrid(), task.team);
+  CycleOfFloat32 cycle(solver.elasticity(), system);
+  return flexible_gradients(task).finish(cycle, system, answer);
 }
 
 } // namespace
@@ -441,7 +477,7 @@ bool solve_coupled_masked(const CoupledTask& task, Answer& answer) {
   if (!begins_within_limits(task)) {
     const CoupledRound end = solver.solve(answer.displacement, answer);
     if (end == CoupledRound::stalled)
-      return solve_coupled_otherwise(task, answer);
+      return solve_otherwise(task, solver, answer);
     is_converged = end == CoupledRound::finished;
     solver.find_energy_and_reactions(answer.displacement, answer);
     if (!is_converged)
