@@ -337,7 +337,8 @@ std::int64_t forecast(const Scene& scene, unsigned solver) {
     end += counts(of) ? of.bytes * n[of.unit] : 0;
   const std::int64_t field = n[field_node] * std::int64_t{sizeof(float)} * (solver == box ? 3 : 1);
   if (solver == masked)
-    others += bytes_for_factor(scene.specimen) + bytes_for_soft_bending(scene.specimen);
+    others += bytes_for_factor(scene.specimen) +
+              (is_very_slender(scene.specimen) ? n[grid_node] * FlexibleGradients::bytes_per_grid_node : 0);
   if (solver == box)
     others += box_coarsest_bytes(scene.object_stiffness(0), scene.specimen.grid);
   if ((asked & limits) != 0)

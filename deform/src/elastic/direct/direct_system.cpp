@@ -14,11 +14,18 @@ namespace maille::deform {
 namespace {
 
 /// More take long to be put in order.
-constexpr std::int64_t most_components = 60'000;
+constexpr std::int64_t most_components = 60'000, most_components_of_slender = 200'000;
 /// Of a factor in the time that an iteration takes for a component: small bodies, one thread.
 constexpr double operations_per_iteration = 100;
 /// Of a number in a sparse matrix, with its row.
 constexpr std::int64_t per_number = sizeof(double) + sizeof(int);
+
+/// A column of k cells across has (k + 1)^2 / k^2 nodes a cell.
+double cells_across(const Specimen& body) {
+  const double nodes_per_cell =
+      static_cast<double>(body.n_matter_nodes()) / static_cast<double>(body.n_matter_cells());
+  return 1 / (std::sqrt(nodes_per_cell) - 1);
+}
 
 bool may_be_made(const DirectSystem& system, const Specimen& body) {
   return system.n_components() > 0 && system.bytes() <= bytes_for_factor(body);
@@ -92,31 +99,31 @@ std::int64_t DirectSystem::bytes() const {
          static_cast<std::int64_t>(place_.size()) * FlexibleGradients::bytes_per_grid_node;
 }
 
-double cells_across(const Specimen& body) {
-  const double nodes_per_cell =
-      static_cast<double>(body.n_matter_nodes()) / static_cast<double>(body.n_matter_cells());
-  return 1 / (std::sqrt(nodes_per_cell) - 1);
+bool is_very_slender(const Specimen& body) {
+  constexpr double least_slenderness = 100, most_cells_over_square = 3;
+  constexpr std::int64_t most_grid_nodes = 2'000'000; // each has 168 bytes of fields in float64
+  const double longest = *std::ranges::max_element(body.grid.cells());
+  if (body.grid.n_nodes() > most_grid_nodes ||
+      static_cast<double>(body.n_matter_cells()) > most_cells_over_square * longest * longest)
+    return false;
+  const double across = cells_across(body);
+  return across > 0 && longest >= least_slenderness * across;
 }
 
 std::int64_t bytes_for_factor(const Specimen& body) {
-  constexpr double most_cells_across = 3.1, per_component = 500, per_square = 150;
+  constexpr double most_cells_across = 3.1, per_component = 480, per_square = 95; // measured up to 5
+  constexpr std::int64_t most_bytes = std::int64_t{512} << 20;
   const std::int64_t n_components = 3 * body.n_matter_nodes();
-  if (n_components == 0 || n_components > most_components)
-    return 0;
   const double across = cells_across(body);
-  if (!(across > 0 && across <= most_cells_across))
+  const bool may_have_one =
+      is_very_slender(body) ? n_components <= most_components_of_slender
+                            : n_components <= most_components && across > 0 && across <= most_cells_across;
+  if (!may_have_one)
     return 0;
-  return n_components * static_cast<std::int64_t>(per_component + per_square * across * across) +
-         body.grid.n_nodes() * FlexibleGradients::bytes_per_grid_node;
-}
-
-std::int64_t bytes_for_soft_bending(const Specimen& body) {
-  constexpr double least_slenderness = 100; // columns converge by 150 or so
-  constexpr std::int64_t most_grid_nodes = 2'000'000;
-  const double longest = *std::ranges::max_element(body.grid.cells()), across = cells_across(body);
-  return body.grid.n_nodes() <= most_grid_nodes && across > 0 && longest >= least_slenderness * across
-             ? body.grid.n_nodes() * FlexibleGradients::bytes_per_grid_node
-             : 0;
+  const std::int64_t bytes =
+      n_components * static_cast<std::int64_t>(per_component + per_square * across * across) +
+      body.grid.n_nodes() * FlexibleGradients::bytes_per_grid_node;
+  return bytes <= most_bytes ? bytes : 0;
 }
 
 std::int64_t iterations_worth_a_factor(const CoupledTask& task) {
@@ -137,6 +144,8 @@ std::optional<bool> solve_coupled_by_factor(const CoupledTask& task, Answer& ans
   if (!may_be_made(system, task.scene.specimen) || !system.factor())
     return std::nullopt;
   answer.algorithm = "lattice elasticity, conjugate gradients around a Cholesky factor";
+  if (answer.iterations == 0)
+    answer.seconds.setup = task.clock.seconds();
   answer.displacement = task.initial_state();
   return flexible_gradients(task).finish(system, system, answer);
 }

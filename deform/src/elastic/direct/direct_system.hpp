@@ -64,19 +64,19 @@ private:
   Charge of_matrix_, of_factor_;
 };
 
-/// By how many cells a body of columns is thick: one of k has (k + 1)^2 / k^2 nodes a cell.
-double cells_across(const Specimen& body);
-/// What a factor may take besides multigrid; 0 for bodies that are not slender, or large, which get none.
+/// True of columns, ribbons and sheets a hundred times as long as thick: they may bend at less energy than
+/// float32 tells from nothing, and far at little of it. Thick is what columns of as many nodes a cell would
+/// be. Of grids of 2 million nodes at most.
+bool is_very_slender(const Specimen& body);
+/// What a factor may take besides multigrid; 0 for bodies that get none: those that are large, and all but
+/// chains and columns.
 std::int64_t bytes_for_factor(const Specimen& body);
-/// What conjugate gradients in float64 around multigrid take besides, on bodies a hundred times as long as
-/// thick, which may bend at less energy than float32 tells from nothing; 0 for others.
-std::int64_t bytes_for_soft_bending(const Specimen& body);
 
 /// After how many iterations of multigrid a factor has cost less than they have: at least so many that most
 /// bodies are solved by then. Never, where it may not be made.
 std::int64_t iterations_worth_a_factor(const CoupledTask& task);
 
-/// For bodies on which multigrid of their pieces comes to no end.
+/// For bodies that are very slender, and those on which multigrid of their pieces comes to no end.
 /// @return as CoupledAlgorithm; nothing where a factor may not be made
 std::optional<bool> solve_coupled_by_factor(const CoupledTask& task, Answer& answer);
 

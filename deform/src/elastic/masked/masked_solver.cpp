@@ -337,7 +337,7 @@ void MaskedSolver::finish_round(Displacement& u, bool is_last) {
     return;
   }
   if (u.empty()) {
-    if (own_ && task_.limits == nullptr && !has_given_up_)
+    if (own_ && task_.limits == nullptr)
       own_->release();
     u = slabs().are_shared() ? initial_part() : task_.initial_state();
   }
@@ -360,18 +360,14 @@ Displacement MaskedSolver::initial_part() const {
   return u;
 }
 
-/// What others cost is asked for when most bodies are solved.
+/// A factor's cost is asked for when most bodies are solved.
 bool MaskedSolver::gives_up(std::int64_t iterations) {
-  constexpr std::int64_t first_doubt = 64, enough_in_float32 = 100;
+  constexpr std::int64_t first_doubt = 64;
   if (iterations < first_doubt || slabs().are_shared())
     return false;
-  if (most_iterations_ == 0) {
+  if (most_iterations_ == 0)
     most_iterations_ = std::max(first_doubt, iterations_worth_a_factor(task_));
-    if (bytes_for_soft_bending(task_.scene.specimen) > 0)
-      most_iterations_ = std::min(most_iterations_, enough_in_float32);
-  }
-  has_given_up_ = iterations >= most_iterations_;
-  return has_given_up_;
+  return iterations >= most_iterations_;
 }
 
 CoupledRound MaskedSolver::solve(Displacement& u, Answer& answer) {
@@ -451,15 +447,12 @@ private:
   MaskedSystem& system_;
 };
 
-/// What conjugate gradients in float32 have come to no end with.
-bool solve_otherwise(const CoupledTask& task, MaskedSolver& solver, Answer& answer) {
-  if (const auto is_converged = solve_coupled_by_factor(task, answer))
-    return *is_converged;
-  if (!solver.has_given_up())
-    return solve_coupled_body(task, answer);
+/// What bends at next to no energy is told from rounding, and both norms of its error are looked at.
+bool solve_in_float64(const CoupledTask& task, MaskedSolver& solver, Answer& answer) {
   answer.algorithm += ", in float64";
   MaskedSystem system(task.scene.specimen.grid, solver.elasticity(), solver.multigrid(), task.team);
   CycleOfFloat32 cycle(solver.elasticity(), system);
+  answer.displacement = task.initial_state();
   return flexible_gradients(task).finish(cycle, system, answer);
 }
 
@@ -469,15 +462,22 @@ bool solve_coupled_masked(const CoupledTask& task, Answer& answer) {
   answer.algorithm = "lattice elasticity, conjugate gradients around multigrid of the body's pieces";
   if (task.control.communicator != nullptr)
     return solve_by_ranks(task, answer);
+  const bool is_slender = is_very_slender(task.scene.specimen);
+  if (const auto is_converged = is_slender ? solve_coupled_by_factor(task, answer) : std::nullopt)
+    return *is_converged;
   MaskedSolver solver(task);
   answer.seconds.setup = task.clock.seconds();
   bool is_converged = true;
   if (task.start != nullptr || begins_within_limits(task))
     answer.displacement = task.initial_state();
+  if (is_slender && !begins_within_limits(task))
+    return solve_in_float64(task, solver, answer);
   if (!begins_within_limits(task)) {
     const CoupledRound end = solver.solve(answer.displacement, answer);
-    if (end == CoupledRound::stalled)
-      return solve_otherwise(task, solver, answer);
+    if (end == CoupledRound::stalled) {
+      const auto by_factor = solve_coupled_by_factor(task, answer);
+      return by_factor ? *by_factor : solve_coupled_body(task, answer);
+    }
     is_converged = end == CoupledRound::finished;
     solver.find_energy_and_reactions(answer.displacement, answer);
     if (!is_converged)

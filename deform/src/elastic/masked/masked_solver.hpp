@@ -91,8 +91,6 @@ public:
   CoupledRound solve(Displacement& u, Answer& answer);
   /// Energy, and what holds every prescribed component of the scene there.
   void find_energy_and_reactions(const Displacement& u, Answer& answer);
-  /// Whether solve() has stalled because others do better, in float64: the hierarchy is still there.
-  bool has_given_up() const { return has_given_up_; }
   MaskedMultigrid& multigrid() { return body_.multigrid; }
   const Slabs& slabs() const { return body_.multigrid.finest().slabs(); }
   /// Where to begin, of the planes that a rank knows.
@@ -133,8 +131,7 @@ private:
   double energy_ = 0;                 ///< u . K u when forces were found the last time [J]
   List<double> held_;                 ///< what pulled at the scene's prescribed components then [N]
   bool are_forces_of_state_ = false;  ///< no step was taken since they were found
-  std::int64_t most_iterations_ = 0;  ///< others would have taken no longer; 0: not known yet
-  bool has_given_up_ = false;
+  std::int64_t most_iterations_ = 0;  ///< more are worth a factor; 0: not known yet
 };
 
 } // namespace maille::deform
