@@ -82,7 +82,10 @@ std::string way_of(std::string_view method, const Scene& scene, const deform::Pl
   if (method == "coupled" && in_blocks(scene))
     return "full elasticity on the lattice in a frame for every cell, quasi-Newton around multigrid";
   if (method == "coupled")
-    return "full elasticity on the lattice, conjugate gradients around multigrid";
+    return std::string("full elasticity on the lattice, conjugate gradients around multigrid") +
+           (scene.dimension() == 3 && !scene.specimen.material_id.empty()
+                ? " (around a factor if very slender)"
+                : "");
   if (scene.has_loads())
     return "refuses: it carries no loads";
   if (method == "limits")
