@@ -82,7 +82,7 @@ void* zeroed(std::size_t bytes, [[maybe_unused]] std::size_t least, Charge& char
 #ifdef __linux__
   if (bytes >= least) {
     charge = Charge(mapped_bytes(bytes));
-    return map_aligned(mapped_bytes(bytes), large_page); // with zeros in it: nobody has to write any
+    return map_aligned(mapped_bytes(bytes), large_page);
   }
 #endif
   charge = Charge(bytes);

@@ -3,10 +3,10 @@
 #include "maille/scene/scene.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
-#include <limits>
+#include <memory>
+#include <utility>
 #include <vector>
 
 namespace maille::deform {
@@ -27,22 +27,15 @@ double cells_across(const Specimen& body) {
   return 1 / (std::sqrt(nodes_per_cell) - 1);
 }
 
-bool may_be_made(const DirectSystem& system, const Specimen& body) {
-  return system.n_components() > 0 && system.bytes() <= bytes_for_factor(body);
-}
-
 } // namespace
 
 DirectSystem::DirectSystem(const CoupledTask& task) : BodySystem(task) {
   const Specimen& body = task.scene.specimen;
   nodes_ = nodes_of_matter(body);
-  place_.assign(static_cast<std::size_t>(body.grid.n_nodes()), -1);
-  for (std::size_t i = 0; i < nodes_.size(); ++i)
-    place_[static_cast<std::size_t>(nodes_[i])] = static_cast<std::int32_t>(i);
-  is_fixed_.assign(3 * nodes_.size(), 0);
-  for (const Prescribed& p : task.prescribed)
-    if (const std::int32_t place = place_[static_cast<std::size_t>(p.node)]; place >= 0)
-      is_fixed_[3 * static_cast<std::size_t>(place) + static_cast<std::size_t>(p.component)] = 1;
+  const std::vector<std::vector<bool>> is_fixed = fixed_components(task);
+  for (const std::int64_t node : nodes_)
+    for (const std::vector<bool>& component : is_fixed)
+      is_fixed_.push_back(component[static_cast<std::size_t>(node)] ? 1 : 0);
   for (std::size_t i = 0; i < is_fixed_.size(); ++i)
     if (is_fixed_[i] == 0)
       unknowns_.push_back({static_cast<int>(i % 3), nodes_[i / 3]});
@@ -74,16 +67,9 @@ void DirectSystem::precondition(const Displacement& residual, Displacement& corr
 
 /// Links join nodes of one cell, so the factor has the same numbers.
 void DirectSystem::set_penalties(const List<PenaltyLink>& links) {
-  const Specimen& body = task().scene.specimen;
-  StiffnessBlocks blocks(body, elasticity(), nodes_);
-  for (const PenaltyLink& link : links) {
-    const auto place = [&](std::int64_t node) {
-      return static_cast<std::size_t>(place_[static_cast<std::size_t>(node)]);
-    };
-    constexpr std::array<std::size_t, 3> after{1, 3, 9};
-    blocks.add_spring(place(link.node), place(link.node + body.grid.stride(link.axis)),
-                      after[static_cast<std::size_t>(link.axis)], link.component, link.stiffness);
-  }
+  StiffnessBlocks blocks(task().scene.specimen, elasticity(), nodes_);
+  for (const PenaltyLink& link : links)
+    blocks.add_spring(link.node, link.axis, link.component, link.stiffness);
   lower_ = blocks.lower(is_fixed_);
   factor();
 }
@@ -94,9 +80,14 @@ int DirectSystem::find_direction(const Displacement& residual, int, double, cons
   return 1;
 }
 
+std::int64_t DirectSystem::iterations_worth_it() const {
+  return static_cast<std::int64_t>(
+      std::ceil(operations_ / (operations_per_iteration * static_cast<double>(n_components()))));
+}
+
 std::int64_t DirectSystem::bytes() const {
   return lower_.nonZeros() * per_number + static_cast<std::int64_t>(numbers_ * double{per_number}) +
-         static_cast<std::int64_t>(place_.size()) * FlexibleGradients::bytes_per_grid_node;
+         task().scene.specimen.grid.n_nodes() * FlexibleGradients::bytes_per_grid_node;
 }
 
 bool is_very_slender(const Specimen& body) {
@@ -113,6 +104,8 @@ bool is_very_slender(const Specimen& body) {
 std::int64_t bytes_for_factor(const Specimen& body) {
   constexpr double most_cells_across = 3.1, per_component = 480, per_square = 95; // measured up to 5
   constexpr std::int64_t most_bytes = std::int64_t{512} << 20;
+  if (3 * body.n_matter_cells() > most_components_of_slender) // there are more nodes than cells
+    return 0;
   const std::int64_t n_components = 3 * body.n_matter_nodes();
   const double across = cells_across(body);
   const bool may_have_one =
@@ -126,28 +119,23 @@ std::int64_t bytes_for_factor(const Specimen& body) {
   return bytes <= most_bytes ? bytes : 0;
 }
 
-std::int64_t iterations_worth_a_factor(const CoupledTask& task) {
-  constexpr std::int64_t never = std::numeric_limits<std::int64_t>::max();
-  if (bytes_for_factor(task.scene.specimen) == 0)
-    return never;
-  const DirectSystem system(task);
-  if (!may_be_made(system, task.scene.specimen))
-    return never;
-  return static_cast<std::int64_t>(std::ceil(
-      system.factor_operations() / (operations_per_iteration * static_cast<double>(system.n_components()))));
+std::unique_ptr<DirectSystem> make_direct_system(const CoupledTask& task) {
+  const std::int64_t most_bytes = bytes_for_factor(task.scene.specimen);
+  if (most_bytes == 0)
+    return nullptr;
+  auto system = std::make_unique<DirectSystem>(task);
+  return system->n_components() > 0 && system->bytes() <= most_bytes ? std::move(system) : nullptr;
 }
 
-std::optional<bool> solve_coupled_by_factor(const CoupledTask& task, Answer& answer) {
-  if (bytes_for_factor(task.scene.specimen) == 0)
-    return std::nullopt;
-  DirectSystem system(task);
-  if (!may_be_made(system, task.scene.specimen) || !system.factor())
+std::optional<bool> solve_coupled_by_factor(const CoupledTask& task, std::unique_ptr<DirectSystem> system,
+                                            Answer& answer) {
+  if (system == nullptr || !system->factor())
     return std::nullopt;
   answer.algorithm = "lattice elasticity, conjugate gradients around a Cholesky factor";
   if (answer.iterations == 0)
     answer.seconds.setup = task.clock.seconds();
   answer.displacement = task.initial_state();
-  return flexible_gradients(task).finish(system, system, answer);
+  return flexible_gradients(task).finish(*system, *system, answer);
 }
 
 } // namespace maille::deform

@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -29,7 +30,8 @@ public:
   explicit DirectSystem(const CoupledTask& task);
 
   std::int64_t n_components() const { return lower_.rows(); } ///< that are not fixed
-  double factor_operations() const { return operations_; }
+  /// After how many iterations of multigrid a factor has cost less than they have.
+  std::int64_t iterations_worth_it() const;
   /// Of matrix, factor and what conjugate gradients around them have.
   std::int64_t bytes() const;
   /// @return false where the matrix is not positive definite, within rounding
@@ -59,7 +61,6 @@ private:
   std::vector<Unknown> unknowns_;
   Sparse lower_;
   Factor factor_;
-  std::vector<std::int32_t> place_; ///< in nodes_, by node of the grid
   double numbers_ = 0, operations_ = 0;
   Charge of_matrix_, of_factor_;
 };
@@ -72,12 +73,12 @@ bool is_very_slender(const Specimen& body);
 /// chains and columns.
 std::int64_t bytes_for_factor(const Specimen& body);
 
-/// After how many iterations of multigrid a factor has cost less than they have: at least so many that most
-/// bodies are solved by then. Never, where it may not be made.
-std::int64_t iterations_worth_a_factor(const CoupledTask& task);
+/// Null where a factor may not be made.
+std::unique_ptr<DirectSystem> make_direct_system(const CoupledTask& task);
 
 /// For bodies that are very slender, and those on which multigrid of their pieces comes to no end.
-/// @return as CoupledAlgorithm; nothing where a factor may not be made
-std::optional<bool> solve_coupled_by_factor(const CoupledTask& task, Answer& answer);
+/// @param system of the task, may be null @return as CoupledAlgorithm; nothing where there is no factor
+std::optional<bool> solve_coupled_by_factor(const CoupledTask& task, std::unique_ptr<DirectSystem> system,
+                                            Answer& answer);
 
 } // namespace maille::deform

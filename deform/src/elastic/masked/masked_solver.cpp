@@ -1,7 +1,6 @@
 #include "elastic/masked/masked_solver.hpp"
 
 #include "control/method.hpp"
-#include "elastic/direct/direct_system.hpp"
 #include "elastic/multigrid/chebyshev.hpp"
 #include "maille/scene/scene.hpp"
 
@@ -365,9 +364,13 @@ bool MaskedSolver::gives_up(std::int64_t iterations) {
   constexpr std::int64_t first_doubt = 64;
   if (iterations < first_doubt || slabs().are_shared())
     return false;
-  if (most_iterations_ == 0)
-    most_iterations_ = std::max(first_doubt, iterations_worth_a_factor(task_));
-  return iterations >= most_iterations_;
+  if (!direct_)
+    direct_ = make_direct_system(task_);
+  return *direct_ != nullptr && iterations >= (*direct_)->iterations_worth_it();
+}
+
+std::unique_ptr<DirectSystem> MaskedSolver::take_direct() {
+  return direct_ ? std::move(*direct_) : make_direct_system(task_);
 }
 
 CoupledRound MaskedSolver::solve(Displacement& u, Answer& answer) {
@@ -411,7 +414,7 @@ bool solve_by_ranks(const CoupledTask& task, Answer& answer) {
   const Slabs slabs = solver->slabs();
   solver.reset();
   if (end == CoupledRound::stalled) { // whole, on every rank
-    const auto is_converged = solve_coupled_by_factor(task, answer);
+    const auto is_converged = solve_coupled_by_factor(task, make_direct_system(task), answer);
     return is_converged ? *is_converged : solve_coupled_body(task, answer);
   }
   const Grid& grid = task.scene.specimen.grid;
@@ -429,31 +432,12 @@ bool solve_by_ranks(const CoupledTask& task, Answer& answer) {
   return end == CoupledRound::finished;
 }
 
-/// The cycle in float32, for conjugate gradients in float64.
-class CycleOfFloat32 : public FlexibleOperator {
-public:
-  /// Both must outlive this.
-  CycleOfFloat32(const LatticeElasticity& elasticity, MaskedSystem& system)
-      : elasticity_(elasticity), system_(system) {}
-  void apply(const Displacement& u, Displacement& forces) override { system_.apply(u, forces); }
-  void precondition(const Displacement& residual, Displacement& correction) override {
-    std::ranges::fill(correction.values(), 0.0); // the system knows nothing of nodes without tissue
-    system_.precondition(residual, correction);
-  }
-  Displacement diagonal() const override { return elasticity_.diagonal(); }
-
-private:
-  const LatticeElasticity& elasticity_;
-  MaskedSystem& system_;
-};
-
 /// What bends at next to no energy is told from rounding, and both norms of its error are looked at.
 bool solve_in_float64(const CoupledTask& task, MaskedSolver& solver, Answer& answer) {
   answer.algorithm += ", in float64";
   MaskedSystem system(task.scene.specimen.grid, solver.elasticity(), solver.multigrid(), task.team);
-  CycleOfFloat32 cycle(solver.elasticity(), system);
   answer.displacement = task.initial_state();
-  return flexible_gradients(task).finish(cycle, system, answer);
+  return flexible_gradients(task).finish(system, system, answer);
 }
 
 } // namespace
@@ -463,7 +447,8 @@ bool solve_coupled_masked(const CoupledTask& task, Answer& answer) {
   if (task.control.communicator != nullptr)
     return solve_by_ranks(task, answer);
   const bool is_slender = is_very_slender(task.scene.specimen);
-  if (const auto is_converged = is_slender ? solve_coupled_by_factor(task, answer) : std::nullopt)
+  if (const auto is_converged =
+          is_slender ? solve_coupled_by_factor(task, make_direct_system(task), answer) : std::nullopt)
     return *is_converged;
   MaskedSolver solver(task);
   answer.seconds.setup = task.clock.seconds();
@@ -475,7 +460,7 @@ bool solve_coupled_masked(const CoupledTask& task, Answer& answer) {
   if (!begins_within_limits(task)) {
     const CoupledRound end = solver.solve(answer.displacement, answer);
     if (end == CoupledRound::stalled) {
-      const auto by_factor = solve_coupled_by_factor(task, answer);
+      const auto by_factor = solve_coupled_by_factor(task, solver.take_direct(), answer);
       return by_factor ? *by_factor : solve_coupled_body(task, answer);
     }
     is_converged = end == CoupledRound::finished;

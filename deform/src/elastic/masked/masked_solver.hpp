@@ -1,20 +1,23 @@
 #pragma once
 /// Elasticity on a body of any shape and any material in 3D: its operator, and its solver.
 
+#include "elastic/direct/direct_system.hpp"
 #include "elastic/krylov/coupled_system.hpp"
+#include "elastic/krylov/flexible_gradients.hpp"
 #include "elastic/krylov/kept_body.hpp"
 #include "elastic/krylov/mixed_gradients.hpp"
 #include "elastic/masked/masked_multigrid.hpp"
 #include "elastic/model/lattice_elasticity.hpp"
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 namespace maille::deform {
 
 /// In float64; directions in float32.
-class MaskedSystem : public CoupledSystem {
+class MaskedSystem : public CoupledSystem, public FlexibleOperator {
 public:
   /// All must outlive this.
   MaskedSystem(const Grid& grid, const LatticeElasticity& elasticity, MaskedMultigrid& multigrid,
@@ -24,8 +27,10 @@ public:
   void apply(const Displacement& u, Displacement& forces) override { elasticity_.apply(u, forces, team_); }
   bool finds_directions() const override { return true; }
   void set_penalties(const List<PenaltyLink>& links) override;
-  /// correction = one cycle for (K + penalties) correction = residual. @pre as find_direction
-  void precondition(const Displacement& residual, Displacement& correction);
+  /// correction = one cycle for (K + penalties) correction = residual, at nodes of matter; beside them it
+  /// stays what it is. @pre as find_direction
+  void precondition(const Displacement& residual, Displacement& correction) override;
+  Displacement diagonal() const override { return elasticity_.diagonal(); }
   int find_direction(const Displacement& residual, int most, double reduction,
                      const std::function<bool()>& must_stop, Displacement& direction) override;
 
@@ -89,6 +94,8 @@ public:
   /// Takes u, in which prescribed components have their values, to the answer, if it is not stopped and does
   /// not stall. An empty one begins at rest, but for what is prescribed.
   CoupledRound solve(Displacement& u, Answer& answer);
+  /// What may have the answer where solve() has stalled; null: nothing.
+  std::unique_ptr<DirectSystem> take_direct();
   /// Energy, and what holds every prescribed component of the scene there.
   void find_energy_and_reactions(const Displacement& u, Answer& answer);
   MaskedMultigrid& multigrid() { return body_.multigrid; }
@@ -131,7 +138,7 @@ private:
   double energy_ = 0;                 ///< u . K u when forces were found the last time [J]
   List<double> held_;                 ///< what pulled at the scene's prescribed components then [N]
   bool are_forces_of_state_ = false;  ///< no step was taken since they were found
-  std::int64_t most_iterations_ = 0;  ///< more are worth a factor; 0: not known yet
+  std::optional<std::unique_ptr<DirectSystem>> direct_; ///< null: may not be made; nothing: not asked yet
 };
 
 } // namespace maille::deform

@@ -35,44 +35,43 @@ std::vector<std::int64_t> nodes_of_matter(const Specimen& body) {
 
 StiffnessBlocks::StiffnessBlocks(const Specimen& body, const LatticeElasticity& elasticity,
                                  const std::vector<std::int64_t>& nodes)
-    : rows_(nodes.size()) {
-  const Grid& grid = body.grid;
-  std::vector<std::int32_t> number(static_cast<std::size_t>(grid.n_nodes()), -1);
+    : grid_(body.grid), place_(static_cast<std::size_t>(grid_.n_nodes()), -1), rows_(nodes.size()) {
   for (std::size_t i = 0; i < nodes.size(); ++i)
-    number[static_cast<std::size_t>(nodes[i])] = static_cast<std::int32_t>(i);
-  const auto place_of = [&](std::int64_t node) { return number[static_cast<std::size_t>(node)]; };
-  const auto block_of = [&](std::int64_t near, int after) -> Block& {
-    return rows_[static_cast<std::size_t>(place_of(near))][static_cast<std::size_t>(after)];
-  };
+    place_[static_cast<std::size_t>(nodes[i])] = static_cast<std::int32_t>(i);
   std::map<std::int32_t, Eigen::MatrixXd> by_kind;
-  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
+  for (std::int64_t cell = 0; cell < grid_.n_cells(); ++cell) {
     if (!body.is_matter(cell))
       continue;
     auto [entry, is_new] = by_kind.try_emplace(elasticity.kind_number(cell));
     if (is_new)
       entry->second = cell_stiffness<3>(elasticity, cell) / elasticity.weight(cell);
-    const Index3 index = grid.cell_at(cell);
+    const Index3 index = grid_.cell_at(cell);
     for (int near = 0; near < 8; ++near)
       for (int far = 0; far < 8; ++far) {
         const auto along = [&](int axis) { return ((far >> axis) & 1) - ((near >> axis) & 1); };
         const int after = along(0) + 3 * along(1) + 9 * along(2);
         if (after < 0)
           continue;
-        Block& block = block_of(grid.corner(index, near), after);
-        block.node = place_of(grid.corner(index, far));
-        block.values += elasticity.weight(cell) * entry->second.block<3, 3>(3 * far, 3 * near);
+        Block& of_both = block(grid_.corner(index, near), after);
+        of_both.node = place_[static_cast<std::size_t>(grid_.corner(index, far))];
+        of_both.values += elasticity.weight(cell) * entry->second.block<3, 3>(3 * far, 3 * near);
       }
   }
   for (const NodalSpring& spring : elasticity.springs())
-    if (place_of(spring.node) >= 0)
-      block_of(spring.node, 0).values += spring.stiffness;
+    if (place_[static_cast<std::size_t>(spring.node)] >= 0)
+      block(spring.node, 0).values += spring.stiffness;
 }
 
-void StiffnessBlocks::add_spring(std::size_t near, std::size_t far, std::size_t after, int component,
-                                 double stiffness) {
-  rows_[near][0].values(component, component) += stiffness;
-  rows_[far][0].values(component, component) += stiffness;
-  rows_[near][after].values(component, component) -= stiffness;
+StiffnessBlocks::Block& StiffnessBlocks::block(std::int64_t near, int after) {
+  return rows_[static_cast<std::size_t>(place_[static_cast<std::size_t>(near)])]
+              [static_cast<std::size_t>(after)];
+}
+
+void StiffnessBlocks::add_spring(std::int64_t node, int axis, int component, double stiffness) {
+  constexpr std::array<int, 3> next{1, 3, 9};
+  block(node, 0).values(component, component) += stiffness;
+  block(node + grid_.stride(axis), 0).values(component, component) += stiffness;
+  block(node, next[static_cast<std::size_t>(axis)]).values(component, component) -= stiffness;
 }
 
 Eigen::SparseMatrix<double> StiffnessBlocks::lower(const std::vector<char>& is_fixed,

@@ -25,12 +25,12 @@ std::vector<std::int64_t> nodes_of_matter(const Specimen& body);
 /// Cost  O(cells), a cell's matrix once a kind of matter; 1.1 KB a node
 class StiffnessBlocks {
 public:
-  /// With the springs of `elasticity`. @param nodes all of the matter's, in the order of the grid
+  /// With the springs of `elasticity`. @param body outlives this
+  /// @param nodes all of the matter's, in the order of the grid
   StiffnessBlocks(const Specimen& body, const LatticeElasticity& elasticity,
                   const std::vector<std::int64_t>& nodes);
-  /// A spring between components of two nodes of one cell. @param near, far places in `nodes`, ascending
-  /// @param after   how many nodes after near far is: 1 + 3 + 9 for one along each axis
-  void add_spring(std::size_t near, std::size_t far, std::size_t after, int component, double stiffness);
+  /// A spring between a component of a node of matter and that of the next node along an axis, of one cell.
+  void add_spring(std::int64_t node, int axis, int component, double stiffness);
   /// The lower triangle, of components 3 * place + component that are not fixed, which keep their order.
   /// @param group if not null, becomes the node of each that has some, from 0 on
   Eigen::SparseMatrix<double> lower(const std::vector<char>& is_fixed,
@@ -42,6 +42,10 @@ private:
     std::int32_t node = -1;
     Eigen::Matrix3d values = Eigen::Matrix3d::Zero();
   };
+  Block& block(std::int64_t near, int after); ///< of a node of the grid
+
+  const Grid& grid_;
+  std::vector<std::int32_t> place_; ///< in `nodes`, by node of the grid; -1: none
   std::vector<std::array<Block, n_after>> rows_;
 };
 
