@@ -10,6 +10,13 @@ target_compile_options(maille_compile_options INTERFACE
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
   # Fused multiply-add depends on the machine; the same input must give the same bits.
   -ffp-contract=off)
+# Hardening, since scenes and images come from strangers: stack protector, checked libc calls, control-flow enforcement, read-only relocations.
+# Sanitizers have checks of their own, which _FORTIFY_SOURCE would hide.
+if(NOT (MAILLE_SANITIZE OR MAILLE_SANITIZE_THREADS OR MAILLE_FUZZ))
+  target_compile_options(maille_compile_options INTERFACE -fstack-protector-strong
+    $<$<STREQUAL:${CMAKE_SYSTEM_PROCESSOR},x86_64>:-fcf-protection> $<$<NOT:$<CONFIG:Debug>>:-D_FORTIFY_SOURCE=2>)
+  target_link_options(maille_compile_options INTERFACE LINKER:-z,relro,-z,now)
+endif()
 set(address_and_undefined -fsanitize=address,undefined)
 if(MAILLE_SANITIZE)
   # Undefined behaviour is looked for in the product: tests, most of what is compiled, take thrice the time with it. Checks of every

@@ -2,7 +2,9 @@
 # without the libraries that they stand on. A plugin is closed: it holds its own copy of what it is linked to, and exports one function.
 # Programs look for them by their RUNPATH: in the build tree, and where they are installed.
 set(maille_plugin_folder ${CMAKE_INSTALL_LIBDIR}/maille)
-set(CMAKE_BUILD_RPATH ${PROJECT_BINARY_DIR}/plugins)
+# CMake fills a RUNPATH that is shorter than the installed one with empty entries, and the loader reads an empty entry as the current folder.
+# Trailing slashes make it long enough for every installed one.
+set(CMAKE_BUILD_RPATH ${PROJECT_BINARY_DIR}/plugins////////////////////////////////////////////////////////////////)
 file(RELATIVE_PATH from_programs_to_plugins ${CMAKE_CURRENT_SOURCE_DIR}/${CMAKE_INSTALL_BINDIR} ${CMAKE_CURRENT_SOURCE_DIR}/${maille_plugin_folder})
 file(RELATIVE_PATH from_plugins_to_data ${CMAKE_CURRENT_SOURCE_DIR}/${maille_plugin_folder} ${CMAKE_CURRENT_SOURCE_DIR}/${CMAKE_INSTALL_DATADIR})
 set(maille_plugin_exports ${CMAKE_CURRENT_BINARY_DIR}/plugin_exports.map)
