@@ -72,6 +72,14 @@ const Form* detect_form(TableReader& table) {
   if (touched == 1 && present.size() == detected->keys.size()) {
     return detected;
   }
+  // E and nu as they are called elsewhere: one cause, one line.
+  if (const toml::node* E = table.find("E"); touched == 1 && E && !E->is_array()) {
+    table.fault("E",
+                "youngs_modulus and poisson_ratio of an isotropic material, or lists { E, nu, G } of an "
+                "orthotropic one",
+                describe(*E));
+    return nullptr;
+  }
   table.fault("", std::string(wanted_forms),
               touched == 0   ? "none of these keys"
               : touched == 1 ? fmt::format("only {}", fmt::join(present, ", "))
