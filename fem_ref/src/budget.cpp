@@ -17,7 +17,7 @@ bool wants_multigrid(const Scene& scene, const Options& options) {
     return false;
   constexpr std::int64_t largest_bottom = 6000;
   constexpr double least_nodes = 4000; // a factor is quicker below
-  if (options.solver == LinearSolver::gmg || options.solver == LinearSolver::gmg_matrix)
+  if (options.solver == LinearSolver::gmg)
     return why_no_hierarchy(scene).empty();
   return options.solver == LinearSolver::automatic && scene.dimension() == 3 &&
          static_cast<double>(scene.specimen.n_matter_cells()) * std::pow(options.degree, 3) >= least_nodes &&
@@ -34,7 +34,7 @@ double bytes_at_least(const Scene& scene, const Options& options) {
   const double coupled_nodes = std::pow(options.degree + 2, d); // of a node, on average, in the interior
   const double bytes_per_entry = 35; // of process memory: 50 at 32^3 cells Q1, 35 at 16^3 cells Q2
   const double bytes_per_node_of_meshes = 2000;
-  if (wants_multigrid(scene, options) && options.solver != LinearSolver::gmg_matrix)
+  if (wants_multigrid(scene, options))
     return bytes_per_node_of_meshes * nodes;
   return bytes_per_entry * nodes * coupled_nodes * d * d;
 }
@@ -53,7 +53,7 @@ std::string why_refused(const Scene& scene, const Options& options) {
            "it, quadratic ones do not";
   if (options.shape && (options.body_force || options.exact))
     return "a shape cannot be combined with a body force or an exact solution";
-  if (options.solver == LinearSolver::gmg || options.solver == LinearSolver::gmg_matrix)
+  if (options.solver == LinearSolver::gmg)
     if (std::string reason = options.shape ? "the body has a shape" : why_no_hierarchy(scene);
         !reason.empty())
       return "no geometric multigrid: " + reason;

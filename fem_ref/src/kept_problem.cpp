@@ -94,10 +94,8 @@ void KeptProblem<dim>::prepare_solver(Watch& watch) {
   } else if constexpr (dim > 1) {
     if (wants_multigrid(scene_, options_)) {
       preparation_ = prepare_multigrid(scene_, problem_.body(), prescription.is_prescribed, options_, watch);
-      preparation_.algorithm = solver_in_words(options_.degree, n_free_,
-                                               options_.solver == LinearSolver::gmg_matrix
-                                                   ? "CG with geometric multigrid, level matrices"
-                                                   : "CG with geometric multigrid, matrix-free");
+      preparation_.algorithm =
+          solver_in_words(options_.degree, n_free_, "CG with geometric multigrid, matrix-free");
     }
   }
   if (!preparation_.solver && preparation_.status == Status::done) {

@@ -36,17 +36,15 @@ TEST(MultigridOracle, GivesTheFactorsAnswer) {
       const Scene scene = fibrous_box(dimension, cells);
       const Answer truth = fem_ref::solve(scene, options_of(degree, LinearSolver::cholmod)).answer;
       ASSERT_EQ(truth.status, Status::done) << truth.message;
-      for (const LinearSolver solver : {LinearSolver::gmg, LinearSolver::gmg_matrix}) {
-        SCOPED_TRACE(fmt::format("{}D Q{}, solver {}", dimension, degree, static_cast<int>(solver)));
-        const Answer answer = fem_ref::solve(scene, options_of(degree, solver)).answer;
-        ASSERT_EQ(answer.status, Status::done) << answer.message;
-        EXPECT_LT(test::largest_difference(truth.displacement, answer.displacement),
-                  1e-8 * test::largest(truth.displacement));
-        EXPECT_LT(answer.residual, 1e-10);
-        EXPECT_LT(answer.iterations,
-                  60); // fibres ten times stiffer, slanted: 47 where quadratic; CG alone takes hundreds
-        EXPECT_NEAR(*answer.strain_energy, *truth.strain_energy, 1e-8 * *truth.strain_energy);
-      }
+      SCOPED_TRACE(fmt::format("{}D Q{}", dimension, degree));
+      const Answer answer = fem_ref::solve(scene, options_of(degree, LinearSolver::gmg)).answer;
+      ASSERT_EQ(answer.status, Status::done) << answer.message;
+      EXPECT_LT(test::largest_difference(truth.displacement, answer.displacement),
+                1e-8 * test::largest(truth.displacement));
+      EXPECT_LT(answer.residual, 1e-10);
+      // Fibres ten times stiffer and slanted take 47 with quadratic elements; CG alone takes hundreds.
+      EXPECT_LT(answer.iterations, 60);
+      EXPECT_NEAR(*answer.strain_energy, *truth.strain_energy, 1e-8 * *truth.strain_energy);
     }
 }
 
@@ -70,8 +68,7 @@ TEST(MultigridContract, RefusesBodiesWithoutHierarchy) {
 // Oracle: every scene solved by itself. What iterates goes on with the vectors that it has, which shows in
 // its last bits.
 TEST(KeptSolverOracle, OtherLoadsAndValuesGetTheirOwnAnswers) {
-  for (const LinearSolver solver :
-       {LinearSolver::cholmod, LinearSolver::umfpack, LinearSolver::cg_amg, LinearSolver::gmg}) {
+  for (const LinearSolver solver : {LinearSolver::cholmod, LinearSolver::cg_amg, LinearSolver::gmg}) {
     const bool iterates = solver == LinearSolver::cg_amg || solver == LinearSolver::gmg;
     fem_ref::Solver kept(options_of(1, solver));
     Scene scene = fibrous_box(3, {8, 4, 4});

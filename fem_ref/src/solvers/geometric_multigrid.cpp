@@ -8,100 +8,17 @@
 #include <algorithm>
 #include <cmath>
 #include <deal.II/base/mg_level_object.h>
-#include <deal.II/base/subscriptor.h>
 #include <deal.II/lac/diagonal_matrix.h>
-#include <deal.II/lac/dynamic_sparsity_pattern.h>
 #include <deal.II/lac/la_parallel_vector.h>
 #include <deal.II/lac/precondition.h>
-#include <deal.II/lac/sparse_matrix.h>
-#include <deal.II/lac/sparsity_pattern.h>
 #include <deal.II/multigrid/mg_smoother.h>
 #include <deal.II/multigrid/mg_transfer_matrix_free.h>
 #include <deal.II/multigrid/multigrid.h>
 #include <memory>
-#include <span>
 #include <vector>
 
 namespace maille::fem_ref {
 namespace {
-
-/// The stiffness of one multigrid level as a matrix of float32, for comparison with CellOperator.
-/// Same constructor, members and sense as CellOperator<dim, float>.
-template<int dim>
-class LevelMatrix : public dealii::Subscriptor {
-public:
-  using value_type = float;
-  using Vector = dealii::LinearAlgebra::distributed::Vector<float>;
-
-  LevelMatrix(const std::vector<float>& K, const std::vector<unsigned>& nodes, std::vector<unsigned> fixed,
-              std::size_t n_unknowns);
-
-  void vmult(Vector& to, const Vector& from) const { matrix_.vmult(to, from); }
-  void Tvmult(Vector& to, const Vector& from) const { matrix_.vmult(to, from); }
-  std::size_t m() const { return matrix_.m(); }
-  std::size_t n() const { return matrix_.n(); }
-  float el(std::size_t i, std::size_t j) const {
-    return matrix_.el(static_cast<unsigned>(i), static_cast<unsigned>(j));
-  }
-  void initialize_dof_vector(Vector& vector) const { vector.reinit(matrix_.m()); }
-  Vector inverse_diagonal() const;
-  std::span<const unsigned> fixed() const { return fixed_; }
-  std::int64_t bytes() const;
-
-private:
-  std::vector<unsigned> fixed_;
-  dealii::SparsityPattern pattern_; // before the matrix, which points to it
-  dealii::SparseMatrix<float> matrix_;
-};
-
-template<int dim>
-LevelMatrix<dim>::LevelMatrix(const std::vector<float>& K, const std::vector<unsigned>& nodes,
-                              std::vector<unsigned> fixed, std::size_t n_unknowns)
-    : fixed_(std::move(fixed)) {
-  const auto n_rows = static_cast<unsigned>(std::lround(std::sqrt(static_cast<double>(K.size()))));
-  const unsigned per_cell = n_rows / dim;
-  std::vector<bool> is_fixed(n_unknowns, false);
-  for (const unsigned unknown : fixed_)
-    is_fixed[unknown] = true;
-  const auto unknown = [&](std::size_t cell, unsigned row) {
-    return nodes[cell * per_cell + row / dim] + row % dim;
-  };
-  dealii::DynamicSparsityPattern pattern(static_cast<unsigned>(n_unknowns));
-  std::vector<dealii::types::global_dof_index> columns;
-  for (unsigned i = 0; i < n_unknowns; ++i)
-    pattern.add(i, i);
-  for (std::size_t cell = 0; cell < nodes.size() / per_cell; ++cell) {
-    columns.clear();
-    for (unsigned j = 0; j < n_rows; ++j)
-      if (!is_fixed[unknown(cell, j)])
-        columns.push_back(unknown(cell, j));
-    for (unsigned i = 0; i < n_rows; ++i)
-      if (!is_fixed[unknown(cell, i)])
-        pattern.add_entries(unknown(cell, i), columns.begin(), columns.end());
-  }
-  pattern_.copy_from(pattern);
-  matrix_.reinit(pattern_);
-  for (std::size_t cell = 0; cell < nodes.size() / per_cell; ++cell)
-    for (unsigned i = 0; i < n_rows; ++i)
-      for (unsigned j = 0; j < n_rows && !is_fixed[unknown(cell, i)]; ++j)
-        if (!is_fixed[unknown(cell, j)])
-          matrix_.add(unknown(cell, i), unknown(cell, j), K[i * n_rows + j]);
-}
-
-template<int dim>
-typename LevelMatrix<dim>::Vector LevelMatrix<dim>::inverse_diagonal() const {
-  Vector diagonal(matrix_.m());
-  for (unsigned i = 0; i < matrix_.m(); ++i)
-    diagonal(i) = 1 / matrix_.diag_element(i); // of a fixed one: infinite until the next lines
-  for (const unsigned unknown : fixed_)
-    diagonal(unknown) = 0;
-  return diagonal;
-}
-
-template<int dim>
-std::int64_t LevelMatrix<dim>::bytes() const {
-  return static_cast<std::int64_t>(pattern_.memory_consumption() + matrix_.memory_consumption());
-}
 
 using Float = dealii::LinearAlgebra::distributed::Vector<float>;
 using Double = dealii::LinearAlgebra::distributed::Vector<double>;
@@ -138,10 +55,10 @@ private:
   }
 };
 
-template<class Operator>
+template<int dim>
 class LevelProducts : public dealii::MGMatrixBase<Float> {
 public:
-  std::vector<std::unique_ptr<Operator>> levels;
+  std::vector<std::unique_ptr<CellOperator<dim, float>>> levels;
 
   void vmult(unsigned level, Float& to, const Float& from) const override { levels[level]->vmult(to, from); }
   void vmult_add(unsigned level, Float& to, const Float& from) const override {
@@ -195,7 +112,7 @@ private:
   Eigen::CholmodDecomposition<Eigen::SparseMatrix<double>> factor_;
 };
 
-template<int dim, class LevelOperator>
+template<int dim>
 class MultigridSolver : public PreparedSolver {
 public:
   MultigridSolver(const Scene& scene, const Body<dim>& body, const std::vector<bool>& is_prescribed,
@@ -213,6 +130,7 @@ public:
   std::int64_t bytes() const;
 
 private:
+  using LevelOperator = CellOperator<dim, float>;
   using Chebyshev = dealii::PreconditionChebyshev<LevelOperator, Float, dealii::DiagonalMatrix<Float>>;
   using Preconditioner = dealii::PreconditionMG<dim, Float, Transfer<dim>>;
 
@@ -225,7 +143,7 @@ private:
   Mesh<dim> mesh_;
   std::vector<unsigned> unknown_of_; ///< the mesh's unknown of component 0 for every node of the body
   std::unique_ptr<CellOperator<dim, double>> stiffness_;
-  LevelProducts<LevelOperator> products_;
+  LevelProducts<dim> products_;
   Transfer<dim> transfer_;
   Bottom<dim> bottom_;
   dealii::mg::SmootherRelaxation<Chebyshev, Float> smoother_;
@@ -234,8 +152,8 @@ private:
   bool is_ready_ = true;
 };
 
-template<int dim, class LevelOperator>
-void MultigridSolver<dim, LevelOperator>::number(const Body<dim>& body) {
+template<int dim>
+void MultigridSolver<dim>::number(const Body<dim>& body) {
   const Grid& grid = body.specimen().grid;
   unknown_of_.resize(body.n_nodes());
   mesh_.for_each_cell(-1, [&](const Index3& at, const std::vector<unsigned>& nodes) {
@@ -245,9 +163,9 @@ void MultigridSolver<dim, LevelOperator>::number(const Body<dim>& body) {
   });
 }
 
-template<int dim, class LevelOperator>
-void MultigridSolver<dim, LevelOperator>::make_levels(const Scene& scene, const Body<dim>& body,
-                                                      const std::vector<bool>& is_prescribed, int degree) {
+template<int dim>
+void MultigridSolver<dim>::make_levels(const Scene& scene, const Body<dim>& body,
+                                       const std::vector<bool>& is_prescribed, int degree) {
   const Grid& grid = scene.specimen.grid;
   const Element<dim>& element = body.element();
   NodeLattice<dim> lattice(grid.cells(), degree);
@@ -288,8 +206,8 @@ void MultigridSolver<dim, LevelOperator>::make_levels(const Scene& scene, const 
   transfer_.build(mesh_.numbering());
 }
 
-template<int dim, class LevelOperator>
-void MultigridSolver<dim, LevelOperator>::smooth() {
+template<int dim>
+void MultigridSolver<dim>::smooth() {
   const unsigned finest = products_.get_maxlevel();
   smoother_.resize(0, finest);
   for (unsigned level = 0; level <= finest; ++level) {
@@ -310,8 +228,8 @@ void MultigridSolver<dim, LevelOperator>::smooth() {
   }
 }
 
-template<int dim, class LevelOperator>
-Solution MultigridSolver<dim, LevelOperator>::solve(const dealii::Vector<double>& f, Watch& watch) {
+template<int dim>
+Solution MultigridSolver<dim>::solve(const dealii::Vector<double>& f, Watch& watch) {
   Solution solution;
   Double load, u;
   stiffness_->initialize_dof_vector(load);
@@ -327,8 +245,8 @@ Solution MultigridSolver<dim, LevelOperator>::solve(const dealii::Vector<double>
   return solution;
 }
 
-template<int dim, class LevelOperator>
-std::int64_t MultigridSolver<dim, LevelOperator>::bytes() const {
+template<int dim>
+std::int64_t MultigridSolver<dim>::bytes() const {
   const auto n = static_cast<std::int64_t>(stiffness_->m());
   std::int64_t bytes = stiffness_->bytes() + static_cast<std::int64_t>(unknown_of_.size() * sizeof(unsigned));
   for (const auto& level : products_.levels)
@@ -341,27 +259,19 @@ std::int64_t MultigridSolver<dim, LevelOperator>::bytes() const {
          5 * static_cast<std::int64_t>(sizeof(double)) * n;
 }
 
-template<int dim, class LevelOperator>
-Preparation prepare_with(const Scene& scene, const Body<dim>& body, const std::vector<bool>& is_prescribed,
-                         const Options& options) {
-  auto solver = std::make_unique<MultigridSolver<dim, LevelOperator>>(scene, body, is_prescribed, options);
-  if (!solver->is_ready())
-    return give_up(Status::failed, "the coarsest mesh can still move without deforming");
-  Preparation preparation;
-  preparation.bytes = solver->bytes();
-  preparation.solver = std::move(solver);
-  return preparation;
-}
-
 } // namespace
 
 template<int dim>
 Preparation prepare_multigrid(const Scene& scene, const Body<dim>& body,
                               const std::vector<bool>& is_prescribed, const Options& options, Watch& watch) {
   watch.report(0.3, "hierarchy of meshes");
-  return options.solver == LinearSolver::gmg_matrix
-             ? prepare_with<dim, LevelMatrix<dim>>(scene, body, is_prescribed, options)
-             : prepare_with<dim, CellOperator<dim, float>>(scene, body, is_prescribed, options);
+  auto solver = std::make_unique<MultigridSolver<dim>>(scene, body, is_prescribed, options);
+  if (!solver->is_ready())
+    return give_up(Status::failed, "the coarsest mesh can still move without deforming");
+  Preparation preparation;
+  preparation.bytes = solver->bytes();
+  preparation.solver = std::move(solver);
+  return preparation;
 }
 
 template Preparation prepare_multigrid<2>(const Scene&, const Body<2>&, const std::vector<bool>&,

@@ -66,12 +66,6 @@ Preparation by_cg(LinearSystem& system, const Options& options, Watch& watch, co
   return preparation;
 }
 
-Preparation by_umfpack(const LinearSystem& system, Watch& watch) {
-  Preparation preparation = prepare_umfpack(system, watch);
-  preparation.algorithm = in_words(system, "UMFPACK");
-  return preparation;
-}
-
 /// @param cholmod analysed
 Preparation by_cholmod(const LinearSystem& system, std::unique_ptr<CholmodSolver> cholmod, Watch& watch,
                        const std::string& why = {}) {
@@ -145,8 +139,6 @@ Preparation prepare(LinearSystem& system, const Options& options, Watch& watch) 
   switch (options.solver) {
   case LinearSolver::cholmod:
     return by_cholmod_alone(system, watch);
-  case LinearSolver::umfpack:
-    return by_umfpack(system, watch);
   case LinearSolver::cg_amg:
     return by_cg(system, options, watch);
   default:

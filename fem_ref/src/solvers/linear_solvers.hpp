@@ -41,7 +41,6 @@ Preparation give_up(Status status, std::string message);
 Preparation prepare(LinearSystem& system, const Options& options, Watch& watch);
 
 /// These fill everything but `algorithm`.
-Preparation prepare_umfpack(const LinearSystem& system, Watch& watch);
 Preparation prepare_amg(LinearSystem& system, double tolerance, Watch& watch);
 
 /// "Q1, <solver> (<why>), 12,345 unknowns"
@@ -50,8 +49,7 @@ std::string solver_in_words(int degree, std::int64_t n_free, std::string_view so
 
 /// V-cycles of deal.II's Multigrid in float32 inside its CG in float64: smoothing by Chebyshev polynomials
 /// (one before, one after), transfer by MGTransferMatrixFree, a sparse Cholesky factor at the bottom.
-/// Operators of the levels come from the element's matrix (CellOperator), or, for comparison, are assembled
-/// matrices of float32 (LevelMatrix).
+/// Operators of the levels come from the element's matrix (CellOperator).
 ///
 /// A coarse node is fixed where a fixed fine node hangs on it, so that what coarse levels bring never moves a
 /// fixed node.

@@ -106,7 +106,7 @@ nlohmann::ordered_json row(int cells, int degree, const char* solver, const Figu
 }
 
 /// A factor of more would take minutes, or more memory than most machines have.
-constexpr int largest_for_cholmod = 32, largest_for_umfpack = 16;
+constexpr int largest_for_cholmod = 32;
 
 } // namespace
 
@@ -116,9 +116,8 @@ void bench_fem(const BenchOptions& options, BenchReport& report) {
   double amg_total = 0, default_total = 0, default_peak = 0;
   const std::vector<int> sizes = options.quick ? std::vector<int>{8, 16} : std::vector<int>{16, 32, 64};
   for (const int cells : sizes)
-    for (const fem_ref::LinearSolver solver : {automatic, cholmod, umfpack, cg_amg, gmg, gmg_matrix}) {
-      if ((solver == cholmod && cells > largest_for_cholmod) ||
-          (solver == umfpack && cells > largest_for_umfpack))
+    for (const fem_ref::LinearSolver solver : {automatic, cholmod, cg_amg, gmg}) {
+      if (solver == cholmod && cells > largest_for_cholmod)
         continue;
       const auto figures = solve_apart(poked_cube(cells), 1, solver, report.control);
       if (report.control.should_stop())

@@ -11,13 +11,11 @@
 
 namespace maille::fem_ref {
 
-/// How the equations are solved: sparse Cholesky, sparse LU, CG with smoothed-aggregation AMG of Trilinos, CG
-/// with deal.II's geometric multigrid (boxes of one matter with even numbers of cells) without matrices, and
-/// with float32 ones.
-enum class LinearSolver { automatic, cholmod, umfpack, cg_amg, gmg, gmg_matrix };
+/// How the equations are solved: sparse Cholesky, CG with smoothed-aggregation AMG of Trilinos, CG with
+/// deal.II's matrix-free geometric multigrid (boxes of one material with even numbers of cells).
+enum class LinearSolver { automatic, cholmod, cg_amg, gmg };
 /// As on the command line, in the order of the enumeration.
-inline constexpr std::array<std::string_view, 6> linear_solver_names{"automatic", "cholmod", "umfpack",
-                                                                     "amg",       "gmg",     "gmg-matrix"};
+inline constexpr std::array<std::string_view, 4> linear_solver_names{"automatic", "cholmod", "amg", "gmg"};
 std::optional<LinearSolver> linear_solver_named(std::string_view name);
 
 struct Options {

@@ -77,14 +77,13 @@ void Boxes::poke_in_full() {
   const std::int64_t sweeps = small.sweep();
   figures_.coupled_small = lattice(small);
   figures_.extrapolated_small = extrapolated_;
-  for (const LinearSolver solver :
-       {LinearSolver::gmg, LinearSolver::gmg_matrix, LinearSolver::cg_amg, LinearSolver::cholmod})
+  for (const LinearSolver solver : {LinearSolver::gmg, LinearSolver::cg_amg, LinearSolver::cholmod})
     small.fem_q1(solver);
 
   RelaxCase middle = at(question, reference, sizes_.middle);
   middle.extrapolated_sweep(sweeps, sizes_.small);
   figures_.coupled_middle = lattice(middle);
-  for (const LinearSolver solver : {LinearSolver::gmg, LinearSolver::gmg_matrix, LinearSolver::cg_amg})
+  for (const LinearSolver solver : {LinearSolver::gmg, LinearSolver::cg_amg})
     figures_.fem_middle.push_back(middle.fem_q1(solver));
 
   RelaxCase large(question, sizes_.large, {}, "", options_.quick, report_);
@@ -112,7 +111,7 @@ void Boxes::stretch() {
   RelaxCase pull = at(question, reference, sizes_.pull);
   figures_.coupled_pull = pull.coupled(1e-3);
   pull.extrapolated();
-  for (const LinearSolver solver : {LinearSolver::gmg, LinearSolver::cholmod, LinearSolver::umfpack})
+  for (const LinearSolver solver : {LinearSolver::gmg, LinearSolver::cholmod})
     pull.fem_q1(solver);
   RelaxCase small = at(question, reference, sizes_.small);
   const std::int64_t sweeps = small.sweep();

@@ -23,7 +23,7 @@ using fem_ref::LinearSolver;
 constexpr double slow = 5; // seconds, from which on once has to do
 
 bool is_direct(LinearSolver solver) {
-  return solver == LinearSolver::cholmod || solver == LinearSolver::umfpack;
+  return solver == LinearSolver::cholmod;
 }
 
 nlohmann::ordered_json or_nothing(const std::optional<double>& value) {
