@@ -133,7 +133,8 @@ std::string broken_promise(const Scene& scene, std::string_view method, const An
     if (std::string what = misplaced(scene, answer); !what.empty())
       return what;
   if (method == "coupled" && in_blocks(scene) && promises_limits(scene, method)) {
-    // Links are measured in the mean frame of their cells. The bound covers the rounding of this second measurement.
+    // Links are measured in the mean frame of their cells. The bound covers the rounding of this second
+    // measurement.
     constexpr double allowed = 1e-8;
     const double found = largest_violation_in_blocks(scene, LinkLimits(scene), answer.displacement);
     if (found > allowed)
