@@ -41,6 +41,8 @@ def labels_of(array: npt.ArrayLike) -> npt.NDArray[Any]:
 
     Strides may be any; only what has another type or byte order is copied.
     """
+    if np.ma.is_masked(array):
+        raise TypeError("expected labels without a mask, found masked voxels: fill them, as by array.filled(0)")
     values = np.asarray(array)
     if values.ndim == 4 and values.shape[3] == 1:
         values = values[..., 0]

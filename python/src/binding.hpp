@@ -17,6 +17,7 @@
 #include <exception>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
@@ -65,6 +66,27 @@ private:
   std::thread::id caller_ = std::this_thread::get_id();
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now(), last_told_{};
 };
+
+/// Guards an object whose methods release the interpreter's lock: a second thread is refused while it lives.
+class SoleUse {
+public:
+  /// @throws std::runtime_error, RuntimeError in Python
+  SoleUse(std::atomic<bool>& is_used, const char* what) : is_used_(is_used) {
+    if (is_used.exchange(true))
+      throw std::runtime_error(std::string("this ") + what +
+                               " is in use by another thread: expected one thread at a time");
+  }
+  ~SoleUse() { is_used_ = false; }
+  SoleUse(const SoleUse&) = delete;
+  SoleUse& operator=(const SoleUse&) = delete;
+
+private:
+  std::atomic<bool>& is_used_;
+};
+
+/// @throws ValueError for NaN and infinity
+void require_finite(const char* what, double value);
+void require_finite(const char* what, const Vec3& values);
 
 /// An array over memory that `owner` keeps; nobody can write to it.
 template<class T>

@@ -8,6 +8,8 @@
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/write_image.hpp"
 
+#include <algorithm>
+
 namespace maille::python {
 
 namespace {
@@ -54,6 +56,9 @@ SceneHandle build(const std::string& name, const py::array& array,
                              add_labels<std::int32_t>(builder, array, to_world) ||
                              add_labels<std::int64_t>(builder, array, to_world)))
     throw py::type_error("expected labels in three axes of uint8, uint16, int16, int32 or int64");
+  for (const auto& row : affine)
+    for (const double value : row)
+      require_finite("affine", value);
   if (is_ras)
     builder.world(WorldAxes::ras);
   builder.keys(keys, folder);
@@ -120,9 +125,11 @@ class DragHandle {
 public:
   DragHandle(const SceneHandle& handle, int threads)
       : asked_(handle.asked), scene_(with_limits(handle.scene())), limits_(scene_),
-        drag_(scene_, limits_, threads) {}
+        drag_(scene_, limits_, std::max(1, threads)) {}
 
   py::dict move(const Nodes& nodes, const Vec3& by) {
+    const SoleUse use(is_used_, "Drag");
+    require_finite("by", by);
     check(nodes);
     moves_.clear();
     for (py::ssize_t i = 0; i < nodes.size(); ++i)
@@ -138,17 +145,22 @@ public:
     return out;
   }
   void release(const Nodes& nodes) {
+    const SoleUse use(is_used_, "Drag");
     check(nodes);
     for (py::ssize_t i = 0; i < nodes.size(); ++i)
       drag_.release(nodes.data()[i]);
   }
   /// A new array: the body goes on moving.
   py::array displacement() const {
+    const SoleUse use(is_used_, "Drag");
     auto* const state = new Displacement(drag_.displacement());
     const py::capsule owner(state, [](void* kept) { delete static_cast<Displacement*>(kept); });
     return displacement_view(owner, scene_.specimen.grid, *state);
   }
-  double residue() const { return drag_.residue().largest; }
+  double residue() const {
+    const SoleUse use(is_used_, "Drag");
+    return drag_.residue().largest;
+  }
 
 private:
   void check(const Nodes& nodes) const {
@@ -166,6 +178,7 @@ private:
   LinkLimits limits_;
   deform::Drag drag_;
   std::vector<deform::Drag::Move> moves_;
+  mutable std::atomic<bool> is_used_{false};
 };
 
 } // namespace

@@ -2,6 +2,8 @@
 
 #include "binding.hpp"
 
+#include <cmath>
+
 namespace maille::python {
 
 namespace {
@@ -13,12 +15,28 @@ constexpr std::chrono::milliseconds between_looks{50};
 Steering::Steering(int threads, std::optional<double> seconds, std::optional<std::int64_t> bytes,
                    py::object progress)
     : progress_(std::move(progress)) {
+  if (threads < 1)
+    throw py::value_error("threads: expected 1 or more, found " + std::to_string(threads));
+  if (seconds && !(*seconds >= 0))
+    throw py::value_error("seconds: expected 0 or more, found " + std::to_string(*seconds));
+  if (bytes && *bytes < 0)
+    throw py::value_error("bytes: expected 0 or more, found " + std::to_string(*bytes));
   control_.threads = threads;
   control_.seconds_budget = seconds;
   control_.bytes_budget = bytes;
   control_.stop_requested = [this] { return should_stop(); };
   if (!progress_.is_none())
     control_.progress = [this](double fraction, std::string_view what) { tell(fraction, what); };
+}
+
+void require_finite(const char* what, double value) {
+  if (!std::isfinite(value))
+    throw py::value_error(std::string(what) + ": expected finite numbers, found " + std::to_string(value));
+}
+
+void require_finite(const char* what, const Vec3& values) {
+  for (const double value : values)
+    require_finite(what, value);
 }
 
 template<class Ask>

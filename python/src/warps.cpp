@@ -80,6 +80,7 @@ public:
   }
 
   py::array warp(const Values& values, bool are_labels, float background) const {
+    require_finite("background", background);
     Image image = image_of(values);
     Image after;
     {

@@ -7,6 +7,9 @@
 
 #include <Eigen/Geometry>
 
+#include <atomic>
+#include <cstdint>
+
 namespace maille::python {
 
 namespace {
@@ -15,12 +18,19 @@ Vec3 triple(const Eigen::Vector3d& v) {
   return {v[0], v[1], v[2]};
 }
 
+/// A trajectory, and the world that its objects and nodes are of.
+struct RecordedInput {
+  Trajectory trajectory;
+  std::uint64_t world = 0;
+};
+
 /// A world, and where it was before its first frame.
 class WorldHandle {
 public:
   explicit WorldHandle(const std::string& file) : world_(read_world_scene(file)), drives_(world_) {}
 
   const WorldScene& scene() const { return world_.scene(); }
+  std::uint64_t id() const { return id_; }
   int object(const std::string& name) const {
     for (std::size_t i = 0; i < scene().objects.size(); ++i)
       if (scene().objects[i].name == name)
@@ -30,11 +40,16 @@ public:
 
   /// @param asked of each: name, nodes, by, axis, angle, about (None: the middle of its box), slide
   py::dict advance(const py::list& asked, int threads, std::optional<double> seconds) {
+    const SoleUse use(is_used_, "World");
     std::vector<deform::Drive> drives;
     for (const py::handle one : asked) {
       const auto& [name, nodes, by, axis, angle, about, slide] =
           one.cast<std::tuple<std::string, std::vector<std::int64_t>, Vec3, Vec3, double, std::optional<Vec3>,
                               bool>>();
+      require_finite("by", by);
+      require_finite("axis", axis);
+      require_finite("angle", angle);
+      require_finite("about", about.value_or(Vec3{}));
       DriveSpan span;
       span.object = static_cast<std::size_t>(object(name));
       span.nodes = nodes;
@@ -48,10 +63,17 @@ public:
     return played(drives, threads, seconds);
   }
 
-  void release(const std::string& name) { world_.release(object(name)); }
+  void release(const std::string& name) {
+    const SoleUse use(is_used_, "World");
+    world_.release(object(name));
+  }
 
   /// The next frame of a recorded input, whose spans have part in it.
-  py::dict play(const Trajectory& trajectory, std::int64_t frame, int threads) {
+  py::dict play(const RecordedInput& input, std::int64_t frame, int threads) {
+    const SoleUse use(is_used_, "World");
+    if (input.world != id_)
+      throw py::value_error("expected a trajectory that was read for this world");
+    const Trajectory& trajectory = input.trajectory;
     std::vector<DriveSpan> active;
     for (const DriveSpan& span : trajectory.spans)
       if (span.first_frame <= frame && frame < span.end_frame())
@@ -61,6 +83,7 @@ public:
   }
 
   py::array displacement(const std::string& name) const {
+    const SoleUse use(is_used_, "World");
     const int number = object(name);
     if (world_.kind(number) != ObjectKind::deformable)
       throw py::value_error("expected a deformable object, found \"" + name + "\"");
@@ -71,6 +94,7 @@ public:
   }
   /// Rows of the matrix from an object's frame, as its shape has it, to the world [m].
   std::array<std::array<double, 4>, 4> pose(const std::string& name) const {
+    const SoleUse use(is_used_, "World");
     const deform::Pose now = drives_.frame_now(world_, static_cast<std::size_t>(object(name)));
     std::array<std::array<double, 4>, 4> rows{};
     rows[3][3] = 1;
@@ -128,20 +152,25 @@ private:
     return out;
   }
 
+  static inline std::atomic<std::uint64_t> n_made_{0};
+
   deform::World world_;
   deform::TrajectoryDrives drives_;
+  std::uint64_t id_ = ++n_made_; ///< of a world that is gone, none has it again
+  mutable std::atomic<bool> is_used_{false};
 };
 
 } // namespace
 
 void bind_worlds(py::module_& module) {
-  py::class_<Trajectory>(module, "Trajectory")
+  py::class_<RecordedInput>(module, "Trajectory")
       .def(py::init([](const std::string& file, const WorldHandle& world) {
-        return read_trajectory(file, world.scene());
+        return RecordedInput{read_trajectory(file, world.scene()), world.id()};
       }))
-      .def_readonly("name", &Trajectory::name)
-      .def_readonly("frame_seconds", &Trajectory::frame_seconds)
-      .def_readonly("n_frames", &Trajectory::n_frames);
+      .def_property_readonly("name", [](const RecordedInput& i) { return i.trajectory.name; })
+      .def_property_readonly("frame_seconds",
+                             [](const RecordedInput& i) { return i.trajectory.frame_seconds; })
+      .def_property_readonly("n_frames", [](const RecordedInput& i) { return i.trajectory.n_frames; });
   py::class_<WorldHandle>(module, "World")
       .def(py::init<const std::string&>())
       .def_property_readonly("name", [](const WorldHandle& w) { return w.scene().name; })

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <map>
 #include <mutex>
+#include <pthread.h>
 #include <string_view>
 
 // Tools that look for what is written beyond an array have to see each for itself.
@@ -175,7 +176,12 @@ public:
   }
   /// Never destroyed: arrays may be given back by anybody's destructors.
   static LargePages& all() {
-    static LargePages* const pages = new LargePages;
+    static LargePages* const pages = [] {
+      // Else a child of a process whose other threads take arrays may wait for ever.
+      const auto unlock = [] { all().mutex_.unlock(); };
+      pthread_atfork([] { all().mutex_.lock(); }, unlock, unlock);
+      return new LargePages;
+    }();
     return *pages;
   }
 

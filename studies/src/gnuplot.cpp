@@ -6,11 +6,9 @@
 #include <fmt/format.h>
 
 #include <cctype>
-#include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
-#include <sys/wait.h>
 
 namespace maille::studies {
 
@@ -35,9 +33,8 @@ void run_gnuplot(const std::string& commands) {
   const auto script = folder / "commands.gp", log = folder / "log";
   if (!(std::ofstream(script) << commands << std::flush))
     throw std::runtime_error("cannot write gnuplot's commands to " + script.string());
-  const int status = std::system(
-      fmt::format("gnuplot -d {} > {} 2>&1", shell_word(script.string()), shell_word(log.string())).c_str());
-  if (status != -1 && WIFEXITED(status) && WEXITSTATUS(status) == 0)
+  if (run_program(
+          fmt::format("gnuplot -d {} > {} 2>&1", shell_word(script.string()), shell_word(log.string()))) == 0)
     return;
   std::ifstream words(log);
   throw std::runtime_error("gnuplot failed: " + std::string(std::istreambuf_iterator<char>(words),

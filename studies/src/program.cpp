@@ -1,14 +1,14 @@
 #include "program.hpp"
 
 #include <array>
+#include <atomic>
+#include <cerrno>
 #include <chrono>
 #include <csignal>
-#include <cstddef>
-#include <cstdio>
-#include <cstdlib>
 #include <thread>
 #include <utility>
 
+#include <fcntl.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -23,40 +23,111 @@ std::string shell_word(std::string_view text) {
 }
 
 bool has_program(std::string_view name) {
-  return std::system(("command -v " + shell_word(name) + " > /dev/null 2>&1").c_str()) == 0;
+  return run_program("command -v " + shell_word(name) + " > /dev/null 2>&1") == 0;
+}
+
+namespace {
+
+std::array<std::atomic<pid_t>, 32> running_groups{};
+std::atomic<bool> are_ended{false};
+static_assert(std::atomic<pid_t>::is_always_lock_free, "a signal handler may touch it");
+
+/// A shell in a process group of its own, known to end_programs() while this lives.
+class Program {
+public:
+  /// @param output  its standard output; -1: that of this process
+  explicit Program(const std::string& line, int output = -1) {
+    std::string shell = "sh", option = "-c", command = line;
+    const std::array<char*, 4> words{shell.data(), option.data(), command.data(), nullptr};
+    posix_spawnattr_t attributes;
+    posix_spawnattr_init(&attributes);
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGDEF);
+    sigset_t usual;
+    sigemptyset(&usual);
+    sigaddset(&usual, SIGPIPE);
+    posix_spawnattr_setsigdefault(&attributes, &usual);
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    if (output >= 0)
+      posix_spawn_file_actions_adddup2(&actions, output, STDOUT_FILENO);
+    if (posix_spawn(&process_, "/bin/sh", &actions, &attributes, words.data(), environ) != 0)
+      process_ = -1;
+    posix_spawn_file_actions_destroy(&actions);
+    posix_spawnattr_destroy(&attributes);
+    for (std::atomic<pid_t>& group : running_groups)
+      if (pid_t none = 0; has_started() && group.compare_exchange_strong(none, process_)) {
+        place_ = &group;
+        break;
+      }
+    if (are_ended)
+      end();
+  }
+  Program(const Program&) = delete;
+  Program& operator=(const Program&) = delete;
+  ~Program() { forget(); }
+
+  bool has_started() const { return process_ > 0; }
+  void end() const {
+    if (has_started())
+      kill(-process_, SIGKILL);
+  }
+  /// Its exit code, 128 + N for signal N. @param options  WNOHANG: nothing while it runs
+  std::optional<int> wait(int options = 0) {
+    int status = 0;
+    pid_t found = 0;
+    while ((found = waitpid(process_, &status, options)) < 0 && errno == EINTR) {
+    }
+    if (found == 0)
+      return std::nullopt;
+    forget();
+    return WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
+  }
+
+private:
+  void forget() {
+    if (place_ != nullptr)
+      *place_ = 0;
+    place_ = nullptr;
+  }
+
+  pid_t process_ = -1;
+  std::atomic<pid_t>* place_ = nullptr;
+};
+
+} // namespace
+
+void end_programs() noexcept {
+  are_ended = true;
+  for (const std::atomic<pid_t>& group : running_groups)
+    if (const pid_t process = group; process > 0)
+      kill(-process, SIGKILL);
 }
 
 std::optional<std::string> output_of(const std::string& line) {
-  std::FILE* const output = popen(line.c_str(), "r");
-  if (output == nullptr)
+  std::array<int, 2> ends{};
+  if (pipe2(ends.data(), O_CLOEXEC) != 0)
     return std::nullopt;
+  Program program(line, ends[1]);
+  close(ends[1]);
   std::string text;
   std::array<char, 1 << 14> some{};
-  for (std::size_t n = 0; (n = std::fread(some.data(), 1, some.size(), output)) > 0;)
-    text.append(some.data(), n);
-  return pclose(output) == 0 ? std::optional(std::move(text)) : std::nullopt;
+  for (ssize_t n = 0; (n = read(ends[0], some.data(), some.size())) > 0 || (n < 0 && errno == EINTR);)
+    text.append(some.data(), n < 0 ? 0U : static_cast<unsigned>(n));
+  close(ends[0]);
+  return program.has_started() && program.wait() == 0 ? std::optional(std::move(text)) : std::nullopt;
 }
 
 std::optional<int> run_program(const std::string& line, const std::function<bool()>& should_stop) {
-  std::string shell = "sh", option = "-c", command = line;
-  const std::array<char*, 4> words{shell.data(), option.data(), command.data(), nullptr};
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP); // a group of its own, to be ended as one
-  pid_t process = 0;
-  const int error = posix_spawn(&process, "/bin/sh", nullptr, &attributes, words.data(), environ);
-  posix_spawnattr_destroy(&attributes);
-  if (error != 0)
+  Program program(line);
+  if (!program.has_started())
     return 127;
-  bool is_killed = false;
-  for (int status = 0;; std::this_thread::sleep_for(std::chrono::milliseconds(is_killed ? 1 : 20))) {
-    if (waitpid(process, &status, WNOHANG) == process) {
-      if (is_killed)
-        return std::nullopt;
-      return WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
-    }
+  if (!should_stop)
+    return program.wait();
+  for (bool is_killed = false;; std::this_thread::sleep_for(std::chrono::milliseconds(is_killed ? 1 : 20))) {
+    if (const auto code = program.wait(WNOHANG))
+      return is_killed ? std::nullopt : code;
     if (!is_killed && should_stop()) {
-      kill(-process, SIGKILL);
+      program.end();
       is_killed = true;
     }
   }

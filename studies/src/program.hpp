@@ -21,6 +21,10 @@ std::optional<std::string> output_of(const std::string& line);
 /// with all that it has started.
 /// @return its exit code, 128 + N where signal N ended it, 127 where it cannot be started; nothing where it
 ///         was killed on demand
-std::optional<int> run_program(const std::string& line, const std::function<bool()>& should_stop);
+std::optional<int> run_program(const std::string& line, const std::function<bool()>& should_stop = {});
+
+/// Kills all programs that are running, with all that they have started, and every later one. A signal
+/// handler may call it.
+void end_programs() noexcept;
 
 } // namespace maille::studies

@@ -1,5 +1,5 @@
-/// Less memory than is needed (`ulimit -v`): a message and an exit code, never a crash, and earlier results
-/// stay.
+/// Less memory, stack or open files than are needed (`ulimit`): a message and an exit code, never a crash or
+/// an endless loop, and earlier results stay.
 
 #include "support/sanitized.hpp"
 #include "writing_commands.hpp"
@@ -82,6 +82,53 @@ TEST(BlasMemoryContract, AFactorThatTakesAllThereIsEnds) {
     n_done += run.code == 0;
   }
   EXPECT_GT(n_done, 0) << "no limit was high enough";
+}
+
+// Every command that writes, and the two kinds of finite elements, under a ladder of each limit.
+TEST(ResourceLimitsContract, NoCommandHangsOrEndsByASignal) {
+#ifdef MAILLE_CHECKS_ACCESS
+  GTEST_SKIP() << "the sanitizer reserves more address space than any limit leaves";
+#endif
+  const CommandFolder folder;
+  folder.folder().write("in/belly.toml", CommandFolder::box("[\"1 mm\", 0, 0]", "[32, 8, 8]"));
+  std::vector<WritingCommand> commands = test::writing_commands();
+  for (const char* method : {"fem_q1", "fem_q2"})
+    commands.push_back({method, fmt::format("run IN/belly.toml --methods {}", method)});
+  commands.push_back({"check", "check IN/box.toml"});
+  commands.push_back({"explain", "explain IN/box.toml"});
+  commands.push_back({"render", "render IN/box.toml --width 40 --height 40 --out OUT/r.png"});
+  for (const WritingCommand& command : commands)
+    folder.prepare(command);
+  constexpr int is_endless = 124, not_loaded = 127, first_signal = 129, stopped_by_timeout = 137;
+  int n_hangs = 0, n_signals = 0, n_runs = 0;
+  for (const auto& [limit, values] : {std::pair<std::string, std::vector<int>>{"-d", {30, 64, 150}},
+                                      {"-v", {150, 900}},
+                                      {"-s", {64, 1024}},
+                                      {"-n", {4, 7}}})
+    for (const int value : values) {
+      const int argument = limit == "-d" || limit == "-v" ? 1024 * value : value;
+      const std::string before =
+          fmt::format("timeout -k 1 30 sh -c 'ulimit {} {}; exec \"$@\"' sh", limit, argument);
+      if (const int bare = folder.run("--version", before).code; bare != 0 && bare != 1)
+        continue; // the system's loader ends it before main
+      for (const WritingCommand& command : commands) {
+        const Outcome run = folder.run(command.arguments, before);
+        const bool hangs = run.code == is_endless || run.code == stopped_by_timeout;
+        const bool has_died = !hangs && run.code >= first_signal;
+        n_hangs += hangs;
+        n_signals += has_died;
+        ++n_runs;
+        EXPECT_FALSE(hangs || has_died)
+            << command.name << " under ulimit " << limit << ' ' << argument << ": " << run.code << '\n'
+            << run.err;
+        EXPECT_TRUE(run.code == command.exit_code || run.code == not_loaded || !run.err.empty() ||
+                    run.code == 1)
+            << command.name << " under ulimit " << limit << ' ' << argument << ": no word of why";
+      }
+    }
+  EXPECT_GT(n_runs, 0);
+  fmt::print("hangs_under_limits {} of {} runs\nsignals_under_limits {} of {} runs\n", n_hangs, n_runs,
+             n_signals, n_runs);
 }
 
 } // namespace

@@ -4,7 +4,14 @@
 #include "writing_commands.hpp"
 
 #include <chrono>
+#include <csignal>
+#include <ctime>
+#include <random>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <thread>
 #include <tuple>
+#include <unistd.h>
 
 namespace maille {
 namespace {
@@ -116,6 +123,88 @@ TEST(InterruptedReferenceContract, WithoutAnAnswerEarlierFilesStay) {
   EXPECT_EQ(run.code, 1) << run.err;
   EXPECT_NE(run.err.find("earlier files stay"), std::string::npos) << run.err;
   EXPECT_EQ(files_in(folder.out()), earlier);
+}
+
+struct Stopped {
+  double seconds = 0; ///< of processor, from the signal to the end
+  int code = -1;      ///< exit code, 128 + N for signal N
+  bool was_running = false;
+};
+
+/// @param after  seconds of processor before the signal
+Stopped stop_after(const std::string& line, double after, int signal) {
+  const pid_t process = fork();
+  if (process == 0) {
+    execl("/bin/sh", "sh", "-c", ("exec " + line + " > /dev/null 2>&1").c_str(), nullptr);
+    _exit(127);
+  }
+  clockid_t clock{};
+  clock_getcpuclockid(process, &clock);
+  const auto used = [&] {
+    timespec time{};
+    return clock_gettime(clock, &time) == 0
+               ? static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec)
+               : after;
+  };
+  siginfo_t info{};
+  Stopped result;
+  const auto has_ended = [&] {
+    return waitid(P_PID, static_cast<id_t>(process), &info, WEXITED | WNOHANG | WNOWAIT) != 0 ||
+           info.si_pid == process;
+  };
+  while (used() < after && !has_ended())
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  const double before = used();
+  result.was_running = !has_ended();
+  kill(process, signal);
+  int status = 0;
+  rusage usage{};
+  wait4(process, &status, 0, &usage);
+  for (const timeval& time : {usage.ru_utime, usage.ru_stime})
+    result.seconds += static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+  result.seconds -= before;
+  result.code = WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
+  return result;
+}
+
+// Signals at seeded moments fall into reading, the method, mechanics, files and pictures.
+TEST(StopTimeContract, EveryPhaseEndsWithinASecondOfProcessor) {
+  const CommandFolder folder;
+  const auto scene = [&](const char* name, const std::string& cells) {
+    folder.folder().write(std::string("in/") + name, CommandFolder::box("[\"0.5 mm\", 0, 0]", cells));
+    return (folder.in() / name).string();
+  };
+  const std::string large = scene("large.toml", "[90, 60, 60]"), small = scene("small.toml", "[30, 20, 20]"),
+                    out = folder.out().string(), maille = MAILLE_COMMAND;
+  std::mt19937 lot(41);
+  double worst = 0;
+  int n_stopped = 0;
+  for (const auto& [line, latest] :
+       {std::pair{"run " + large + " --methods coupled --threads 1 --out " + out, 4.0},
+        {"compare " + large + " --methods limits,coupled --reference coupled --threads 1 --out " + out +
+             " --picture " + out + "/c.png",
+         6.0},
+        {"run " + small + " --methods fem_q1 --threads 1", 3.0},
+        {"render " + large + " --threads 1 --width 6000 --height 6000 --samples 16 --out " + out + "/r.png",
+         3.0},
+        {"verify --quick", 2.0},
+        {"bench propagate", 2.0}})
+    for (int trial = 0; trial < 4; ++trial) {
+      const double after = std::uniform_real_distribution(0.1, latest)(lot);
+      const int signal = trial % 2 == 0 ? SIGTERM : SIGINT;
+      const Stopped run = stop_after(maille + " " + line, after, signal);
+      if (!run.was_running)
+        continue;
+      ++n_stopped;
+      worst = std::max(worst, run.seconds);
+      EXPECT_LE(run.seconds, 1) << line << " after " << after << " s";
+      EXPECT_TRUE(run.code == 1 || run.code == 128 + signal)
+          << line << " after " << after << " s: " << run.code;
+      for (const auto& [name, text] : files_in(folder.out(), true))
+        ADD_FAILURE() << line << " after " << after << " s: " << name << " is left over";
+    }
+  EXPECT_GT(n_stopped, 12);
+  fmt::print("seconds_to_stop {:.2f} ({} signals)\n", worst, n_stopped);
 }
 
 // A second signal, and one where nobody listens, end the process at once; what was half written goes with it.

@@ -5,6 +5,7 @@ import os
 import pickle
 import subprocess
 import sys
+import threading
 
 import numpy as np
 import pytest
@@ -183,3 +184,49 @@ def test_scenes_oracle_copies_and_pickles_are_the_scene():
     u = scene.run("coupled", threads=1).displacement
     for other in (copy.deepcopy(scene), copy.copy(scene), pickle.loads(pickle.dumps(scene))):
         assert np.array_equal(other.run("coupled", threads=1).displacement, u)
+
+
+def test_drags_contract_one_thread_at_a_time():
+    drag = label_scene(two_labels()).drag()
+    nodes = drag._scene.nodes_in("z+")
+    errors, others = [], []
+
+    def pull(step):
+        for n in range(60):
+            try:
+                drag.move(nodes, by=(0.0, 0.0, step * n))
+                drag.displacement
+                drag.residue
+            except RuntimeError as error:
+                errors.append(str(error))
+            except Exception as error:  # any other is a failure
+                others.append(error)
+
+    threads = [threading.Thread(target=pull, args=(1e-5 * (k + 1),)) for k in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not others and all("one thread at a time" in text for text in errors)
+    assert np.isfinite(drag.displacement).all()
+
+
+@pytest.mark.parametrize("bad", [float("nan"), float("inf"), -float("inf")])
+def test_numbers_contract_nan_and_infinity_are_refused(bad):
+    scene = label_scene(two_labels())
+    drag = scene.drag()
+    for axis in range(3):
+        by = [0.0, 0.0, 0.0]
+        by[axis] = bad
+        with pytest.raises(ValueError):
+            drag.move("z+", by=tuple(by))
+    assert np.isfinite(drag.displacement).all()
+    for wrong in ({"tolerance": bad}, {"seconds": bad if bad != float("inf") else -1.0}):
+        with pytest.raises(ValueError):
+            scene.run("coupled", threads=1, **wrong)
+
+
+def test_arrays_contract_masked_voxels_are_refused():
+    masked = np.ma.masked_equal(two_labels(), 17)
+    with pytest.raises(TypeError, match="mask"):
+        label_scene(masked).check()

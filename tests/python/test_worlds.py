@@ -1,5 +1,7 @@
 """Worlds, frame by frame."""
 
+import threading
+
 import numpy as np
 import pytest
 
@@ -80,3 +82,52 @@ def test_worlds_contract_faults_are_those_of_files(tmp_path, world):
     (tmp_path / "bad_path.toml").write_text('[[drive]]\nobject = "fingr"\n')
     with pytest.raises(maille.SceneFaults):
         world.play(tmp_path / "bad_path.toml")
+
+
+def test_worlds_contract_one_thread_at_a_time(world):
+    """A second thread is refused or waits for its turn at the interpreter's lock; neither ends the process."""
+    errors, others = [], []
+
+    def play():
+        for n in range(200):
+            if errors:
+                break
+            try:
+                world.advance([maille.drive("finger", by=(0, 0, "-0.5 mm" if n % 8 < 4 else "0.5 mm"))], threads=1)
+                world.pose("finger")
+            except RuntimeError as error:
+                errors.append(str(error))
+            except Exception as error:  # any other is a failure
+                others.append(error)
+
+    threads = [threading.Thread(target=play) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not others
+    assert errors and all("one thread at a time" in text for text in errors)
+    assert np.isfinite(world.displacement("pad")).all()
+
+
+@pytest.mark.parametrize("bad", [float("nan"), float("inf"), -float("inf")])
+def test_worlds_contract_numbers_that_are_not_finite_are_refused_and_frames_have_a_bound(world, bad):
+    for what in ({"by": (bad, 0, 0)}, {"axis": (0, 0, bad)}, {"angle": bad}, {"about": (0, bad, 0), "angle": 0.1}):
+        with pytest.raises(ValueError):
+            world.advance([maille.drive("finger", **what)], threads=1)
+    frame = world.advance([maille.drive("finger", by=(0, 0, "-1e9 mm"))], threads=1)
+    assert frame.status == "clamped" and frame.rounds <= 3000
+    with pytest.raises(ValueError):
+        world.advance([maille.drive("finger", about=(1e300, 0, 0), angle=0.1)], threads=1)
+
+
+def test_worlds_contract_a_trajectory_of_another_world_is_refused(world, tmp_path):
+    (tmp_path / "other.toml").write_text(WORLD)
+    (tmp_path / "press.toml").write_text(
+        'frames = 1\nframe_time = "10 ms"\n[[drive]]\nobject = "finger"\nby = [0, 0, "-1 mm"]\n')
+    from maille import _core
+
+    other = maille.World(tmp_path / "other.toml")
+    trajectory = _core.Trajectory(str(tmp_path / "press.toml"), other._core)
+    with pytest.raises(ValueError, match="this world"):
+        world._core.play(trajectory, 1, 1)

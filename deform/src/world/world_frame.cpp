@@ -34,9 +34,14 @@ void check(const WorldParts& parts, const Drive& drive) {
   if (drive.object < 0 || drive.object >= parts.n_objects())
     fail("of an object that is not there");
   const RigidMotion& motion = drive.motion;
-  if (!motion.by.allFinite() || !motion.about.allFinite() || !(std::abs(motion.angle) <= std::numbers::pi) ||
-      !(std::abs(motion.axis.norm() - 1) < 1e-9))
-    fail("a finite motion, a turn of at most half a circle, an axis of length 1");
+  double size = 0; // of the world [m]
+  for (int a = 0; a < parts.scene.dimension; ++a)
+    size += parts.scene.cells[static_cast<std::size_t>(a)] * parts.scene.spacing[static_cast<std::size_t>(a)];
+  // About a point further away a turn is rounding.
+  if (!motion.by.allFinite() || !(motion.about.norm() <= 1e6 * size) ||
+      !(std::abs(motion.angle) <= std::numbers::pi) || !(std::abs(motion.axis.norm() - 1) < 1e-9))
+    fail("a finite motion, a turn about a point within a million times the world's size, of at most half a "
+         "circle, an axis of length 1");
   switch (parts.member(drive.object).kind) {
   case ObjectKind::fixed:
     fail("a fixed object does not move");
@@ -54,6 +59,12 @@ void check(const WorldParts& parts, const Drive& drive) {
       if (node < 0 || node >= body.scene().specimen.grid.n_nodes() || body.lattice().voxel(node) < 0)
         fail("of a node that is not of the body");
   }
+}
+
+/// A drive that has gone so many cells has come through the whole world, and round in it: what is left of it
+/// is beyond the border.
+int most_steps(const WorldScene& scene) {
+  return 8 * (scene.cells[0] + scene.cells[1] + scene.cells[2]);
 }
 
 } // namespace
@@ -116,15 +127,15 @@ FrameResult WorldFrame::run() {
     return run_balanced();
   if (parts_.scene.method == "hand_on")
     return run_handed_on();
-  const int n = n_steps();
-  if (!clock_.rounds_left)
-    clock_.rounds_left = n * most_rounds_a_step;
+  const int n = n_steps(), last = std::min(n, most_steps(parts_.scene));
+  if (!clock_.rounds_left) // ten steps' worth, or four rounds a step: no frame is without a bound
+    clock_.rounds_left = std::min(n * most_rounds_a_step, std::max(10 * most_rounds_a_step, 4L * last));
   for (auto& [faces, push] : parts_.pushes)
     push.change *= faded;
   for (DeformableObject& body : parts_.bodies)
     for (Pin& pin : body.pins())
       pin.stays = false;
-  for (int step = 0; step < n && clock_.may_go_on(); ++step) {
+  for (int step = 0; step < last && clock_.may_go_on(); ++step) {
     for (auto& [faces, push] : parts_.pushes)
       push = {push.change, std::nullopt, 0};
     const Moment before = moment();
@@ -190,7 +201,7 @@ int WorldFrame::n_steps() const {
       most = std::max(most, (std::abs(drive.motion.by[a]) + std::abs(drive.motion.angle) * arm) /
                                 parts_.scene.spacing[static_cast<std::size_t>(a)]);
   }
-  return static_cast<int>(std::ceil(std::min(most * (1 - 1e-12), 1e6)));
+  return static_cast<int>(std::ceil(std::min(most * (1 - 1e-12), 2e7)));
 }
 
 void WorldFrame::drive(std::size_t i, int step, int n) {

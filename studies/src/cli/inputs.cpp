@@ -1,6 +1,7 @@
 #include "inputs.hpp"
 
 #include "cli/commands.hpp"
+#include "maille/fem_ref/ranks.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/materials/text_file.hpp"
 #include "maille/materials/toml_reader.hpp"
@@ -13,9 +14,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <cstdlib>
 #include <fstream>
+#include <functional>
+#include <iterator>
 #include <set>
+#include <span>
+#include <string_view>
+#include <utility>
 
 namespace maille::studies {
 
@@ -39,6 +47,8 @@ fs::path where_it_leads(const std::string& text, const fs::path& folder) {
   return folder / name;
 }
 
+std::vector<fs::path> kept_files; ///< in the order in which they were named
+
 class Keeper {
 public:
   /// @param names_others  a scene or a study; a material names no file
@@ -47,6 +57,7 @@ public:
     if (!fs::is_regular_file(file, error) || !seen_.insert(fs::weakly_canonical(file, error).string()).second)
       return;
     keep_input(file);
+    kept_files.push_back(file);
     if (names_others && file.extension() == ".toml")
       keep_named_in_toml(file);
     else if (file.extension() == ".mhd")
@@ -96,6 +107,84 @@ void keep_inputs(const std::vector<std::filesystem::path>& files) {
   Keeper keeper;
   for (const fs::path& file : files)
     keeper.keep(file, true);
+}
+
+namespace {
+
+constexpr const char* failed = "failed";
+bool have_met = false; ///< on what they share
+
+std::string hash_of_kept_files() {
+  std::uint64_t sum = 0;
+  std::string part(std::size_t{1} << 20, '\0');
+  for (const fs::path& file : kept_files) {
+    std::ifstream stream(file, std::ios::binary);
+    do {
+      stream.read(part.data(), std::ssize(part));
+      const auto size = static_cast<std::string::size_type>(stream.gcount());
+      sum = sum * 0x100000001b3U + std::hash<std::string_view>{}({part.data(), size});
+    } while (stream);
+  }
+  return fmt::format("{} {:x}", kept_files.size(), sum);
+}
+
+template<class T>
+std::uint64_t hash_of(const std::vector<T>& values) {
+  const auto bytes = std::as_bytes(std::span(values));
+  return std::hash<std::string_view>{}({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
+/// What every rank says, by rank.
+std::vector<std::string> said_by_all(const std::string& text) {
+  const auto bytes = std::as_bytes(std::span(text));
+  const std::vector<std::byte> own(bytes.begin(), bytes.end());
+  std::vector<std::string> all;
+  for (const auto& one : fem_ref::exchange({static_cast<unsigned>(fem_ref::ranks().size), own}))
+    all.emplace_back(reinterpret_cast<const char*>(one.data()), one.size());
+  return all;
+}
+
+} // namespace
+
+bool ranks_agree(const Digests& digests) {
+  if (fem_ref::ranks().size == 1)
+    return true;
+  const auto said =
+      said_by_all(nlohmann::json(digests).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+  const auto first = std::ranges::find_if(said, [](const std::string& text) { return text != failed; });
+  const auto other =
+      std::ranges::find_if(said, [&](const std::string& text) { return text != failed && text != *first; });
+  const bool is_speaker = first - said.begin() == fem_ref::ranks().rank;
+  if (other != said.end() && is_speaker) {
+    const auto theirs = nlohmann::json::parse(*other).get<Digests>();
+    std::string what;
+    for (std::size_t i = 0; i < digests.size(); ++i)
+      if (theirs.at(i) != digests[i])
+        what += (what.empty() ? "" : ", ") + digests[i].first;
+    fmt::print(stderr, "maille: expected the same on all ranks, found that rank {} differs in its {}\n",
+               other - said.begin(), what);
+  }
+  return other == said.end() && std::ranges::find(said, failed) == said.end();
+}
+
+bool ranks_agree_on(const Scene* scene, const std::string& options) {
+  if (fem_ref::ranks().size == 1)
+    return true;
+  have_met = true;
+  std::string body;
+  if (scene != nullptr)
+    body = fmt::format("{} {:x} {:x} {}", fmt::join(scene->specimen.grid.cells(), " "),
+                       hash_of(scene->specimen.material_id), hash_of(scene->specimen.label),
+                       fmt::join(scene->specimen.grid.spacing(), " "));
+  return ranks_agree({{"options", options}, {"scene", hash_of_kept_files()}, {"body", body}});
+}
+
+bool reports_failure() {
+  if (std::exchange(have_met, true) || fem_ref::ranks().size == 1)
+    return fem_ref::ranks().is_first();
+  const auto said = said_by_all(failed);
+  return fem_ref::ranks().is_first() ||
+         std::ranges::any_of(said, [](const std::string& text) { return text != failed; });
 }
 
 std::string scene_text_of(const std::filesystem::path& file) {

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace maille::studies {
@@ -14,6 +15,18 @@ namespace maille::studies {
 /// (TOML), every file that they name in turn: images, their data, materials, scenes. What cannot be read is
 /// left to its reader to report.
 void keep_inputs(const std::vector<std::filesystem::path>& files);
+
+/// Compares what ranks are about to share; what differs is printed once. All ranks of a command for all
+/// must call it. @param digests  by what they are of, as users call it @return true where they are equal
+using Digests = std::vector<std::pair<std::string, std::string>>;
+bool ranks_agree(const Digests& digests);
+
+/// Compares the files that are kept, the body and the options, and is the first meeting after they were read.
+bool ranks_agree_on(const Scene* scene, const std::string& options);
+
+/// Tells ranks that wait in ranks_agree_on() that this one has failed, unless they have met already.
+/// @return whether this rank is to say why: the first of those that have all failed, each that failed alone
+bool reports_failure();
 
 /// The text of a scene file; nothing where it can no longer be read: part of it would be another scene.
 std::string scene_text_of(const std::filesystem::path& file);

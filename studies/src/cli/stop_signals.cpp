@@ -1,7 +1,9 @@
 #include "cli/commands.hpp"
 
 #include "maille/fem_ref/abandoned.hpp"
+#include "maille/fem_ref/ranks.hpp"
 #include "maille/studies/export/whole_file.hpp"
+#include "program.hpp"
 
 #include <array>
 #include <atomic>
@@ -9,11 +11,14 @@
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
+#include <string_view>
+#include <sys/time.h>
+#include <unistd.h>
 
 namespace maille::studies {
 namespace {
 
-std::atomic<bool> is_heard{false}, is_asked{false};
+std::atomic<bool> is_heard{false}, is_asked{false}, is_alone{true};
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may touch it");
 
 /// What follows within this time means the same: timeout and mpirun send a signal to a process and to its
@@ -21,8 +26,34 @@ static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may touc
 constexpr long same_wish_ns = 200'000'000;
 timespec first_wish{};
 
+/// Processor time that the process may take to end by itself, of all its threads together, and the least
+/// wall-clock time: many threads use up the former at once.
+constexpr long grace_us = 850'000, least_grace_ns = 350'000'000, again_us = 50'000;
+
+long since_first_wish_ns() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now); // a handler may call it
+  return (now.tv_sec - first_wish.tv_sec) * 1'000'000'000L + now.tv_nsec - first_wish.tv_nsec;
+}
+
+void limit_grace(long microseconds) {
+  const itimerval timer{{0, again_us}, {0, microseconds}};
+  setitimer(ITIMER_PROF, &timer, nullptr);
+}
+
+/// Ends phases that do not poll is_stop_asked(): drawing, writing, libraries.
+void on_end_of_grace(int) {
+  if (since_first_wish_ns() < least_grace_ns)
+    return; // the timer repeats
+  remove_unfinished_files();
+  constexpr std::string_view message = "maille: interrupted; unfinished files are removed\n";
+  static_cast<void>(!write(STDERR_FILENO, message.data(), message.size()));
+  _exit(exit_run_failed);
+}
+
 void end_by(int signal) {
   remove_unfinished_files();
+  end_programs();
   struct sigaction usual {};
   usual.sa_handler = SIG_DFL;
   sigaction(signal, &usual, nullptr);
@@ -30,15 +61,15 @@ void end_by(int signal) {
 }
 
 void on_stop(int signal) {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now); // a handler may call it
   if (!is_heard)
     end_by(signal);
   else if (!is_asked) {
-    first_wish = now;
+    clock_gettime(CLOCK_MONOTONIC, &first_wish);
     is_asked = true;
-  } else if ((now.tv_sec - first_wish.tv_sec) * 1'000'000'000L + now.tv_nsec - first_wish.tv_nsec >
-             same_wish_ns)
+    end_programs();
+    if (is_alone)
+      limit_grace(grace_us);
+  } else if (since_first_wish_ns() > same_wish_ns)
     end_by(signal);
 }
 
@@ -59,6 +90,8 @@ void catch_stop_signals() {
 }
 
 void hear_stop_signals() {
+  is_alone = fem_ref::ranks().size == 1; // ranks stop together, between iterations
+  std::signal(SIGPROF, on_end_of_grace);
   is_heard = true;
 }
 
@@ -67,6 +100,8 @@ bool is_stop_asked() {
 }
 
 int leave(int exit_code) {
+  if (is_asked && exit_code == exit_done)
+    exit_code = exit_run_failed;
   if (fem_ref::works_left_behind() == 0)
     return exit_code;
   std::fflush(nullptr);

@@ -127,10 +127,13 @@ int compare_command(const CompareOptions& options) {
   const SceneAndMeasures read = read_scene_and_measures(options.scene);
   const Scene& scene = read.scene;
   keep_inputs({options.scene});
+  const auto reference = options.reference.empty() ? default_reference(names) : options.reference;
+  if (!ranks_agree_on(&scene, fmt::format("{} {} {} {} {}", fmt::join(names, " "), reference,
+                                          options.reference_seconds, options.fem_solver, options.estimate)))
+    return exit_faulty_input;
   std::optional<ResultsFolder> folder;
   if (fem_ref::ranks().is_first())
     prepare_outputs(options, scene, folder);
-  const auto reference = options.reference.empty() ? default_reference(names) : options.reference;
   const Control control = terminal_control(options.threads);
   Comparison comparison =
       compare_methods(scene, names, reference, control, methods, options.reference_seconds);
@@ -139,6 +142,11 @@ int compare_command(const CompareOptions& options) {
     return exit_done; // the first rank speaks for all
   if (options.estimate)
     add_estimates(scene, comparison, control);
+  const auto tell = [&control](const char* phase) {
+    if (control.progress)
+      control.progress(1, phase);
+  };
+  tell("mechanics");
   add_mechanics(scene, comparison);
   add_measures(scene, read.measures, comparison);
   comparison.warnings = reference_warnings(scene, comparison, control);
@@ -156,14 +164,17 @@ int compare_command(const CompareOptions& options) {
   std::vector<std::filesystem::path> files;
   if (folder && control.should_stop())
     folder->keep_earlier();
+  tell("files");
   if (folder && has_answers)
     files = write_files(scene, comparison, options, *folder);
   bool is_drawn = true;
   if (options.picture && !is_cut) {
+    tell("picture");
     is_drawn = draw(scene, comparison, options);
     if (is_drawn)
       files.emplace_back(*options.picture);
   }
+  end_progress();
   if (!quiet) { // last: what cannot be printed is in the files all the same
     std::string text = table(scene, comparison);
     for (const auto& file : files)

@@ -2,6 +2,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/help.hpp"
+#include "cli/inputs.hpp"
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/materials/fault.hpp"
 
@@ -14,6 +15,7 @@
 #include <cstdlib>
 #include <fcntl.h>
 #include <new>
+#include <string_view>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -21,9 +23,14 @@ namespace {
 
 using namespace maille::studies;
 
+/// Where nothing can be written to standard error either, the exit code alone says it.
+void complain(const std::string& message) {
+  std::fputs((for_terminal(message) + "\n").c_str(), stderr);
+}
+
 /// What only this rank has met must not leave the others waiting.
 int fail(std::string_view message, int exit_code) {
-  fmt::print(stderr, "maille: {}\n", for_terminal(std::string(message)));
+  complain(fmt::format("maille: {}", message));
   maille::fem_ref::abort_ranks(exit_code);
   return exit_code;
 }
@@ -57,25 +64,47 @@ int run(int argc, char** argv) {
   try {
     app->parse(words);
   } catch (const CLI::ParseError& error) {
-    if (!maille::fem_ref::ranks().is_first())
+    if (!reports_failure())
       return error.get_exit_code() == 0 ? exit_done : exit_faulty_input;
     return app->exit(error) == 0 ? exit_done : exit_faulty_input;
   }
   return code;
 }
 
-/// Where address space is limited (`ulimit -v`), threads of OpenBLAS ask for their buffers without end, and
-/// that library waits for them as the process forks or ends. It looks at its variable as it is loaded, which
-/// was before: the process begins once more.
-void do_without_threads_of_blas(char** argv) {
+bool is_limited(decltype(RLIMIT_AS) resource) {
   rlimit limit{};
+  return getrlimit(resource, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY;
+}
+
+/// Under a limit of memory (`ulimit -v`, `ulimit -d`) threads of OpenBLAS ask for their buffers without end,
+/// and that library waits for them as the process forks or ends. @return whether the environment was changed,
+/// which that library reads while it is loaded
+bool limit_blas_threads() {
   constexpr const char* variable = "OPENBLAS_NUM_THREADS";
-  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY ||
-      std::getenv(variable) != nullptr)
-    return;
+  const char* const threads = std::getenv(variable);
+  if ((!is_limited(RLIMIT_AS) && !is_limited(RLIMIT_DATA)) ||
+      (threads != nullptr && std::string_view(threads) == "1"))
+    return false;
   setenv(variable, "1", 1);
   setenv("MALLOC_ARENA_MAX", "1", 0); // else every thread reserves 64 MiB for its own
-  execv("/proc/self/exe", argv);      // goes on where that cannot be
+  return true;
+}
+
+/// Raises a low limit of the stack (`ulimit -s`) as far as the hard limit permits; a stack that is too small
+/// ends the process by a signal. @return whether it was raised: stacks of threads have the size that the
+/// limit had when the process started
+bool raise_stack_limit() {
+  constexpr rlim_t least = rlim_t{512} << 10, usual = rlim_t{8} << 20;
+  rlimit limit{};
+  if (getrlimit(RLIMIT_STACK, &limit) != 0 || limit.rlim_cur >= least)
+    return false;
+  const rlimit raised{std::min(limit.rlim_max, usual), limit.rlim_max};
+  if (raised.rlim_cur < least || setrlimit(RLIMIT_STACK, &raised) != 0) {
+    constexpr std::string_view message = "maille: expected a stack limit (ulimit -s) of 512 KiB or more\n";
+    static_cast<void>(!write(STDERR_FILENO, message.data(), message.size())); // takes next to no stack
+    std::_Exit(exit_run_failed);
+  }
+  return true;
 }
 
 /// Where the caller closed one of the first three, the first file that is opened would take its place, and
@@ -99,17 +128,26 @@ int with_all_output(int exit_code) {
 int main(int argc, char** argv) {
   open_standard_streams();
   std::signal(SIGXFSZ, SIG_IGN); // a limit of a file's size is then an error of writing, and said as such
-  do_without_threads_of_blas(argv);
+  std::signal(SIGPIPE, SIG_IGN); // likewise a reader that has gone
   catch_stop_signals();
   try {
+    const bool has_raised = raise_stack_limit();
+    if (limit_blas_threads() || has_raised)
+      execv("/proc/self/exe", argv); // goes on where that cannot be
     const std::vector<std::string> words(argv + 1, argv + argc);
     if (const auto asked = asked_command(words); asked && !is_of_this_program(*asked, words))
       become_program_of(*asked, argv);
     maille::fem_ref::start_ranks();
-    return leave(with_all_output(run(argc, argv)));
-  } catch (const maille::InputError& error) { // met by all ranks
-    if (maille::fem_ref::ranks().is_first())
-      fmt::print(stderr, "{}\n", for_terminal(error.what()));
+    const bool is_shared = is_for_all_ranks(argc, argv);
+    if (!ranks_agree({{"command", is_shared ? asked_command(words)->name : "(of the first rank alone)"}}))
+      return exit_faulty_input;
+    const int code = run(argc, argv);
+    if (is_shared)
+      reports_failure(); // the others wait for a word of what ended before the scene was read
+    return leave(with_all_output(code));
+  } catch (const maille::InputError& error) {
+    if (reports_failure())
+      complain(error.what());
     return leave(exit_faulty_input);
   } catch (const UsageError& error) {
     return leave(fail(error.what(), exit_faulty_input));

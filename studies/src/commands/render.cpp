@@ -206,13 +206,21 @@ int render_command(const RenderOptions& options) {
   std::string legend;
   SeenScene seen = seen_by(options, control, legend);
   end_progress();
+  std::string words = command_line(); // ranks may have other names for their scenes
+  if (const std::size_t at = words.find(options.scene.string()); at != std::string::npos)
+    words.erase(at, options.scene.string().size());
+  if (!ranks_agree_on(nullptr, words))
+    return exit_faulty_input;
   for (render::SceneObject& object : seen.objects)
     object.crop = crop;
   const render::View view = view_of(options.camera, seen.objects);
   check_eye(view, seen.objects);
   const auto start = std::chrono::steady_clock::now();
   Work work;
+  if (control.progress)
+    control.progress(0, "casting");
   const auto files = draw(options, seen, view, background, work);
+  end_progress();
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (!fem_ref::ranks().is_first())
     return exit_done;

@@ -175,12 +175,16 @@ std::vector<Comparison> run_in_steps(const SceneAndMeasures& asked, const std::s
     if (options.estimate && fem_ref::ranks().is_first())
       add_estimates(part, result, control);
     if (fem_ref::ranks().is_first()) {
+      if (control.progress)
+        control.progress(fraction, "mechanics");
       add_mechanics(part, result);
       add_measures(part, asked.measures, result);
     }
     for (const ComparisonRow& row : result.rows) {
       course.has_answers = course.has_answers || is_under_way(row.answer);
       if (files && is_converged(row.answer.status)) {
+        if (control.progress)
+          control.progress(fraction, "files");
         files->add(part, row, fraction);
         if (!course.answers.empty() && course.answers.back().method == method)
           course.answers.pop_back();
@@ -282,6 +286,9 @@ int run_command(const RunOptions& options) {
   check_maps(options, scene);
   check_warp(options, scene);
   keep_inputs({options.scene});
+  if (!ranks_agree_on(&scene, fmt::format("{} {} {} {}", fmt::join(names, " "), options.fem_solver,
+                                          options.steps, options.estimate)))
+    return exit_faulty_input;
   const bool speaks = fem_ref::ranks().is_first(); // for all ranks
   std::optional<ResultsFolder> folder;
   if (speaks && options.out)

@@ -4,8 +4,6 @@
 
 #include <fmt/format.h>
 
-#include <cstdlib>
-
 namespace maille::studies {
 
 namespace {
@@ -36,12 +34,12 @@ std::optional<std::string> make_film(const std::filesystem::path& stem, int n_di
                                    fmt::format("_%0{}d.png", n_digits),
                         film = "file:" + std::filesystem::absolute(file).string();
       status =
-          std::system(fmt::format("ffmpeg -nostdin -y -loglevel error -framerate {} -i {} -frames:v {} "
+          run_program(fmt::format("ffmpeg -nostdin -y -loglevel error -framerate {} -i {} -frames:v {} "
                                   "-vf 'pad=ceil(iw/2)*2:ceil(ih/2)*2:0:0:white' " // H.264 wants even sides
                                   "-c:v libx264 -crf 20 -pix_fmt "
                                   "yuv420p -movflags +faststart {} > /dev/null 2>&1",
-                                  1 / frame_seconds, shell_word(pictures), n_pictures, shell_word(film))
-                          .c_str());
+                                  1 / frame_seconds, shell_word(pictures), n_pictures, shell_word(film)))
+              .value_or(1);
       if (status != 0)
         throw std::runtime_error("ffmpeg failed");
     });

@@ -2,6 +2,8 @@
 
 #include "study/worker_pool.hpp"
 
+#include "maille/studies/export/whole_file.hpp"
+
 #include <fmt/format.h>
 #include <poll.h>
 
@@ -19,6 +21,7 @@
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
+#include <sys/time.h>
 #include <sys/wait.h>
 #include <system_error>
 #include <thread>
@@ -34,8 +37,18 @@ using Work = std::function<std::string(std::size_t, const std::function<bool()>&
 
 std::atomic<bool> told_to_end{false};
 
+/// Processor time for a worker to end by itself.
+constexpr long grace_us = 850'000;
+
 void on_terminate(int) {
   told_to_end = true;
+  const itimerval timer{{}, {0, grace_us}};
+  setitimer(ITIMER_PROF, &timer, nullptr);
+}
+
+void on_end_of_grace(int) {
+  remove_unfinished_files();
+  _exit(1);
 }
 
 /// Everything, or false where the other side is gone. @param some (from, bytes): moves some of them, and says
@@ -70,7 +83,8 @@ bool receive_all(int socket, void* data, std::size_t size) {
   if (getppid() != parent)
     _exit(1); // it died before
   for (const auto& [signal, handler] :
-       {std::pair{SIGINT, SIG_IGN}, std::pair{SIGHUP, SIG_IGN}, std::pair{SIGTERM, &on_terminate}}) {
+       {std::pair{SIGINT, SIG_IGN}, std::pair{SIGHUP, SIG_IGN}, std::pair{SIGTERM, &on_terminate},
+        std::pair{SIGPROF, &on_end_of_grace}}) {
     struct sigaction wanted {}; // the parent hears the first two, and asks by the third
     wanted.sa_handler = handler;
     sigaction(signal, &wanted, nullptr);

@@ -9,6 +9,8 @@
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <tuple>
+#include <utility>
 
 namespace maille {
 namespace {
@@ -40,6 +42,35 @@ TEST(RanksCommandContract, CoupledWritesTheSameFileByTwoProcesses) {
   const json one = json::parse(alone.out)["results"][0], two = json::parse(together.out)["results"][0];
   EXPECT_EQ(one.at("iterations").get<int>(), two.at("iterations").get<int>());
   EXPECT_EQ(one.at("strain_energy").get<double>(), two.at("strain_energy").get<double>());
+}
+
+// Each pair is what ranks 0 and 1 are asked; files that lag on a shared disk, scripts that differ.
+TEST(RanksContract, RanksThatDifferEndWithTheDifferenceNamed) {
+  if (test::shell("command -v mpirun").code != 0)
+    GTEST_SKIP() << "mpirun is not installed";
+  const test::TemporaryFolder folder;
+  for (const auto& [name, modulus] : {std::pair{"a", "10 kPa"}, {"b", "20 kPa"}})
+    folder.write(std::string(name) + ".toml",
+                 std::string("[specimen]\nshape = \"box\"\ncells = [4, 3, 3]\nspacing = \"1 mm\"\n"
+                             "material = { youngs_modulus = \"") +
+                     modulus +
+                     "\", poisson_ratio = 0.3 }\n[[hold]]\nwhere = \"x-\"\n[[move]]\nwhere = "
+                     "\"x+\"\nby = [\"0.1 mm\", 0, 0]\n");
+  const std::string maille = "exec " + std::string(MAILLE_COMMAND), at = (folder / "").string();
+  for (const auto& [first, second, word] :
+       {std::tuple{" run " + at + "a.toml", " run " + at + "b.toml", "scene"},
+        {" run " + at + "a.toml", " run " + at + "none.toml", "none.toml"},
+        {" run " + at + "none.toml", " run " + at + "a.toml", "none.toml"},
+        {" run " + at + "a.toml", " check " + at + "a.toml", "command"},
+        {" run " + at + "a.toml", " run " + at + "a.toml --steps 2", "options"}}) {
+    folder.write("ranks.sh", "[ $OMPI_COMM_WORLD_RANK = 0 ] && " + maille + first + "\n" + maille + second);
+    const auto run =
+        test::shell("OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 timeout 60 mpirun "
+                    "--oversubscribe -n 2 sh " +
+                    at + "ranks.sh");
+    EXPECT_EQ(run.code, 2) << first << second << "\n124: it did not end\n" << run.err;
+    EXPECT_NE(run.err.find(word), std::string::npos) << run.err;
+  }
 }
 
 } // namespace

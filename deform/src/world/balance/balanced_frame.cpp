@@ -56,6 +56,8 @@ FrameResult WorldFrame::run_balanced() {
     if (drive.lead)
       balance.object(drive.object).stiffness = drive.lead->stiffness;
   const int n = n_balanced_steps();
+  const Index3& cells = parts_.scene.cells; // a longer way leads out of the world
+  const int last = std::min(n, 8 * (cells[0] + cells[1] + cells[2]) * (n / n_steps()));
   if (const auto left = clock_.seconds_left) // of which the end takes as much as it did last time
     clock_.seconds_left = [left, end = balance.seconds_to_hand_back()] {
       std::optional<double> seconds = left();
@@ -65,9 +67,9 @@ FrameResult WorldFrame::run_balanced() {
     };
   bool has_settled = settle_balanced(drives_.empty()); // with what has changed hands
   int step = 0;
-  for (; step < n && !drives_.empty() && clock_.may_go_on(); ++step) {
+  for (; step < last && !drives_.empty() && clock_.may_go_on(); ++step) {
     drive_balanced(step, n);
-    const bool is_last = step == n - 1;
+    const bool is_last = step == last - 1;
     has_settled = settle_balanced(is_last);
     if (take_back(step, n))
       has_settled = settle_balanced(is_last);
