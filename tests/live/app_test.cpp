@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 
 namespace maille::live {
@@ -114,6 +115,27 @@ TEST(LiveAppContract, WithoutASceneThereIsAMenu) {
   EXPECT_NE(window.widget("open puzzle"), nullptr); // the menu again
   for (const Prototype& each : settings.menu)
     EXPECT_TRUE(std::filesystem::exists(each.scene)) << each.scene;
+}
+
+TEST(LiveAppContract, AFileSaysWhatToDoAndF1ListsTheKeys) {
+  const auto says = [](const HeadlessWindow& window, std::string_view what) {
+    return std::ranges::any_of(window.shown().panel, [&](const Widget& widget) {
+      return widget.label.find(what) != std::string::npos;
+    });
+  };
+  Event key;
+  key.kind = EventKind::key_down;
+  key.name = "F1";
+  for (const char* file : {"eight.toml", "chain.toml", "puzzle.toml"}) {
+    HeadlessWindow window(320, 240);
+    (void)played(world_folder / file, {{0, Event()}}, window);
+    EXPECT_TRUE(says(window, "Drag")) << file;
+    EXPECT_FALSE(says(window, "Ctrl+Q"));
+    (void)played(world_folder / file, {{0, key}}, window);
+    EXPECT_TRUE(says(window, "Ctrl+Q")) << file;
+    (void)played(world_folder / file, {{0, key}, {0, key}}, window);
+    EXPECT_FALSE(says(window, "Ctrl+Q")) << file;
+  }
 }
 
 TEST(LiveAppContract, FaultsOfASceneAreShownAllOfThem) {

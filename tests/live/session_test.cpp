@@ -131,6 +131,22 @@ TEST(LiveSessionContract, ANutIsStoppedByTheThreadAndGoesOnWhenItIsTurned) {
   EXPECT_EQ(session.n_penetrations(), 0);
 }
 
+// Contract: surfaces of bodies in 2D keep no proxy out, so that a tool beside them is drawn where the physics has
+// it.
+TEST(LiveSessionContract, BesideFlatBodiesAToolIsWhereThePhysicsHasIt) {
+  Session session(read_world_scene(test::world_folder / "eight.toml"), unhurried());
+  session.grip({0, {}}, 1);
+  deform::Pose goal = session.goal();
+  for (int step = 1; step <= 8; ++step) {
+    goal.position[0] += 1 * mm;
+    session.reach(goal, 1 + step);
+    ASSERT_TRUE(session.wait_idle(patience));
+    EXPECT_FALSE(session.proxy().has_value());
+  }
+  EXPECT_EQ(session.n_penetrations(), 0);
+  EXPECT_GT(session.state()->frames[0].position[0], 2 * mm);
+}
+
 // The proxy of the hand is out of all matter at every tick, however deep the hand goes.
 TEST(LiveSessionContract, TheProxyStaysOutOfTheMuscle) {
   const WorldScene scene = read_world_scene(test::world_folder / "muscle.toml");

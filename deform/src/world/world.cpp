@@ -1,6 +1,7 @@
 #include "maille/deform/world/world.hpp"
 
 #include "world/balance/balance.hpp"
+#include "world/cell_overlap.hpp"
 #include "world/dynamics/dynamics.hpp"
 #include "world/dynamics/soft_dynamics.hpp"
 #include "world/occupancy/posed_shape.hpp"
@@ -100,6 +101,7 @@ WorldParts::WorldParts(WorldScene asked)
       if ((member(object).kind == ObjectKind::deformable) == bodies_now)
         bodies_now ? add_body(object) : add_rigid(object);
     }
+  check_apart();
   if (scene.method == "hand_on")
     check_single_voxels(*this);
   if (scene.contact == ContactLaw::surfaces)
@@ -108,6 +110,33 @@ WorldParts::WorldParts(WorldScene asked)
     dynamics = std::make_unique<Dynamics>(*this);
   else if (scene.dynamics)
     soft_dynamics = std::make_unique<SoftDynamics>(*this);
+}
+
+/// Cells of the world do not tell thin overlaps apart. What is smooth stands elsewhere than its voxels: Balance
+/// looks at its surface.
+void WorldParts::check_apart() const {
+  constexpr double overlap_over_cell = 1e-3;
+  const auto pose_in_world = [this](const WorldObject& object) {
+    Pose pose = pose_of(object, scene.dimension);
+    for (int a = 0; a < scene.dimension; ++a)
+      pose.position += pose.rotation.col(a) * object.scene.specimen.origin[static_cast<std::size_t>(a)];
+    return pose;
+  };
+  for (std::size_t i = 0; i < scene.objects.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      const WorldObject &one = scene.objects[i], &other = scene.objects[j];
+      if (one.is_smooth || other.is_smooth ||
+          (one.kind == ObjectKind::fixed && other.kind == ObjectKind::fixed))
+        continue;
+      const Vec3 &edges = one.scene.specimen.grid.spacing(),
+                 &other_edges = other.scene.specimen.grid.spacing();
+      const double edge =
+          std::min(*std::min_element(edges.begin(), edges.begin() + scene.dimension),
+                   *std::min_element(other_edges.begin(), other_edges.begin() + scene.dimension));
+      if (is_matter_in(one.scene.specimen, pose_in_world(one), other.scene.specimen, pose_in_world(other),
+                       overlap_over_cell * edge))
+        fail_to_place(scene, static_cast<int>(i), static_cast<int>(j));
+    }
 }
 
 WorldParts::WorldParts(const WorldParts& other, LoneBody body)

@@ -77,6 +77,7 @@ struct WorldParts {
   std::unique_ptr<SoftDynamics> soft_dynamics; ///< where some are deformable
 
 private:
+  void check_apart() const;
   void add_rigid(int object);
   void add_body(int object);
 };

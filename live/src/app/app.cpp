@@ -131,7 +131,8 @@ void App::load(const std::filesystem::path& file) {
     session_ = std::make_unique<Session>(std::move(loaded.scene), settings);
     session_->use(device_);
     painter_ = std::make_unique<PainterLoop>(
-        dimension < 3 ? flat_painter() : volume_painter(std::move(loaded.looks), settings_.threads),
+        dimension < 3 ? flat_painter()
+                      : volume_painter(std::move(loaded.looks), settings_.threads, std::move(loaded.paints)),
         [this] { window_.wake(); });
     if (settings_.in_step)
       painter_->set_whole_only(true);
@@ -140,6 +141,7 @@ void App::load(const std::filesystem::path& file) {
     file_ = file;
     state_ = session_->state();
     scene_ = session_->scene();
+    what_to_do_ = what_to_do_with(file);
     scene_number_ = state_->scene_number;
     has_rings_ = scene_->dimension == 3;
     shown_state_ = 0;

@@ -94,6 +94,13 @@ public:
 
 private:
   // app.cpp, show.cpp
+  struct Eye {
+    Looking looking;
+    int width;                                  ///< of its picture [pixels]
+    double left;                                ///< where that begins
+    std::optional<std::array<float, 4>> colour; ///< in which it alone sees lines
+  };
+  std::vector<Eye> eyes() const;
   void load(const std::filesystem::path& file);
   void unload();
   void take_events(std::vector<Event> events);
@@ -130,6 +137,7 @@ private:
   void take_widget(const Event& event);
   std::vector<Widget> panel() const;
   std::vector<Widget> menu_panel() const;
+  std::string what_to_do_with(const std::filesystem::path& file) const;
   std::vector<OverlayText> corner() const;
   void colour_by(ColourBy what);
   void refresh_field();
@@ -182,7 +190,7 @@ private:
   /// Constants that wait until the physics has done what it does.
   std::map<std::string, WorldSetting> pending_;
   double text_scale_ = 1;
-  bool is_full_screen_ = false, wants_stop_ = false;
+  bool is_full_screen_ = false, wants_stop_ = false, has_keys_ = false;
   std::optional<std::filesystem::path> film_;
   std::int64_t film_pictures_ = 0;
   double film_next_ = 0;

@@ -4,7 +4,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <string>
 #include <vector>
 
 namespace maille::live {
@@ -21,6 +23,24 @@ std::vector<Widget> App::menu_panel() const {
   return panel;
 }
 
+/// As the menu has it, or what its objects are there for.
+std::string App::what_to_do_with(const std::filesystem::path& file) const {
+  std::error_code none;
+  for (const Prototype& each : settings_.menu)
+    if (std::filesystem::equivalent(each.scene, file, none))
+      return each.what_to_do;
+  const auto has = [this](ObjectKind kind) {
+    return std::ranges::any_of(scene_->objects,
+                               [kind](const WorldObject& each) { return each.kind == kind; });
+  };
+  std::string text;
+  if (has(ObjectKind::rigid))
+    text = "Drag a rigid object: it moves, and stops at what it meets. ";
+  if (has(ObjectKind::deformable))
+    text += "Drag a body: it is pulled at that place. Shift while letting go pins it there. ";
+  return text + "Drag the ground to see it from elsewhere.";
+}
+
 std::vector<Prototype> standard_menu(const std::filesystem::path& scenes) {
   const std::filesystem::path worlds = scenes / "world";
   return {
@@ -31,6 +51,15 @@ std::vector<Prototype> standard_menu(const std::filesystem::path& scenes) {
       {"bolt", "A nut, a washer and a bolt",
        "Drag the washer, press Z, and go down the bolt; the nut, likewise; comma and full stop turn it on.",
        worlds / "bolt.toml"},
+      {"photograph", "A photograph, cut up",
+       "Drag the pieces over one another from above until the picture is whole; G has rings to turn them.",
+       scenes / "render" / "puzzle.toml"},
+      {"chain", "A chain of voxels: figure 7 of 1995",
+       "Drag its left end: pushed, its voxels come no nearer than their limits; pulled, they follow one by "
+       "one.",
+       worlds / "chain.toml"},
+      {"eight", "Soft discs, pressed", "Drag the plunger into the discs, the softest first.",
+       worlds / "eight.toml"},
       {"head", "A head, felt", "Drag the fingertip along the skull. The wheel moves it away from you.",
        worlds / "head.toml"},
       {"muscle", "A muscle, poked", "Push the probe into the muscle's belly and let it come back.",

@@ -58,6 +58,22 @@ Widget check(std::string name, std::string label, bool is_on) {
           .choices = {}};
 }
 
+constexpr std::array keys{"drag a body: pull at it; the ground: turn the view",
+                          "right button: shift the view; wheel: nearer, or what is held",
+                          "X Y Z in a drag: along that axis",
+                          "arrows , .   turn what is held",
+                          "Shift or P while letting go: pin",
+                          "R   release what is pinned",
+                          "1 2 3   limits, relaxed, coupled",
+                          "F   ask finite elements",
+                          "G   rings",
+                          "T, Shift+T   a ball or a voxel to poke with",
+                          "Ctrl+Z, Ctrl+Y   undo, redo",
+                          "Home   the whole scene",
+                          "- =   size of letters",
+                          "F11 full screen, F12 screenshot",
+                          "Ctrl+Q   end"};
+
 constexpr std::array<float, 4> ink{0.1f, 0.1f, 0.12f, 1}, red{0.7f, 0.1f, 0.05f, 1};
 
 std::string milliseconds(double seconds) {
@@ -65,7 +81,10 @@ std::string milliseconds(double seconds) {
 }
 
 std::string newtons(double force) {
-  return force < 1e-3 && force > 0 ? fmt::format("{:.3g} mN", 1000 * force) : fmt::format("{:.3g} N", force);
+  constexpr double rounding = 1e-9;
+  return force < rounding ? "0 N"
+         : force < 1e-3   ? fmt::format("{:.3g} mN", 1000 * force)
+                          : fmt::format("{:.3g} N", force);
 }
 
 /// What the last frame has left to do, as far as it knows.
@@ -96,6 +115,13 @@ int App::soft_object() const {
 std::vector<Widget> App::panel() const {
   std::vector<Widget> panel;
   panel.push_back(heading("Maille live"));
+  if (has_keys_) {
+    panel.push_back(heading("Keys"));
+    for (const char* line : keys)
+      panel.push_back(text(line));
+    panel.push_back(button("keys", "back (F1)"));
+    return panel;
+  }
   for (const std::string& fault : faults_)
     panel.push_back(text(fault, true));
   if (!session_) {
@@ -104,8 +130,8 @@ std::vector<Widget> App::panel() const {
     return panel;
   }
   panel.push_back(text(scene_->title.empty() ? scene_->name : scene_->title));
-  if (!what_to_do_.empty())
-    panel.push_back(text(what_to_do_));
+  panel.push_back(text(what_to_do_));
+  panel.push_back(button("keys", "keys (F1)"));
   for (const std::string& note : notes_)
     panel.push_back(text("not asked here: " + note, true));
   const bool is_soft = soft_object() >= 0;
@@ -180,8 +206,10 @@ std::vector<OverlayText> App::corner() const {
                   still_to_go(*state_)));
   const auto painted = painter_->newest();
   if (painted)
-    add(fmt::format("picture {}, {} after the hand{}", milliseconds(painted->seconds),
-                    milliseconds(report_.event_to_picture.empty() ? 0 : report_.event_to_picture.back()),
+    add(fmt::format("picture {}{}{}", milliseconds(painted->seconds),
+                    report_.event_to_picture.empty()
+                        ? ""
+                        : ", " + milliseconds(report_.event_to_picture.back()) + " after the hand",
                     painted->is_whole ? "" : ", coarse while it moves"));
   if (is_soft) {
     const auto verdict = judge_->estimated();
@@ -216,14 +244,14 @@ void App::take_widget(const Event& event) {
   const std::string& name = event.name;
   if (name.starts_with("open ")) {
     const auto chosen = std::ranges::find(settings_.menu, name.substr(5), &Prototype::name);
-    if (chosen != settings_.menu.end()) {
-      what_to_do_ = chosen->what_to_do;
+    if (chosen != settings_.menu.end())
       load(chosen->scene);
-    }
     return;
   }
-  if (name == "full" || name == "shot" || name == "film" || name == "text") {
-    if (name == "full")
+  if (name == "full" || name == "shot" || name == "film" || name == "text" || name == "keys") {
+    if (name == "keys")
+      has_keys_ = !has_keys_;
+    else if (name == "full")
       key({.kind = EventKind::key_down, .name = "F11", .text = {}});
     else if (name == "shot")
       save_shot(event.text);

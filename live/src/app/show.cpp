@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -55,21 +57,52 @@ void App::show() {
   shown.panel = panel();
   if (session_ && state_) {
     shown.texts = corner();
-    shown.lines =
-        Rings::marks(*scene_, *state_, looking_, looking_.view.width, looking_.view.height, text_scale_);
-    if (has_rings_)
-      for (OverlayLine& line : Rings::lines(*scene_, *state_, selected_, looking_, looking_.view.width,
-                                            looking_.view.height, drag_ == Drag::ring ? ring_axis_ : -1))
+    for (const Eye& eye : eyes()) {
+      const int height = looking_.view.height;
+      std::vector<OverlayLine> lines =
+          Rings::marks(*scene_, *state_, eye.looking, eye.width, height, text_scale_);
+      if (has_rings_)
+        for (OverlayLine& line : Rings::lines(*scene_, *state_, selected_, eye.looking, eye.width, height,
+                                              drag_ == Drag::ring ? ring_axis_ : -1))
+          lines.push_back(std::move(line));
+      if (axis_ >= 0)
+        lines.push_back(Rings::axis(*scene_, eye.looking, eye.width, height, axis_, grabbed_at_,
+                                    2 * ball_about(*scene_, *state_, selected_).second));
+      for (OverlayLine& line : lines) {
+        for (std::array<float, 2>& point : line.points)
+          point[0] += static_cast<float>(eye.left);
+        line.colour = eye.colour.value_or(line.colour);
         shown.lines.push_back(std::move(line));
-    if (axis_ >= 0)
-      shown.lines.push_back(Rings::axis(*scene_, looking_, looking_.view.width, looking_.view.height, axis_,
-                                        grabbed_at_, 2 * ball_about(*scene_, *state_, selected_).second));
+      }
+    }
   }
   has_new_numbers_ = false;
   last_shown_ = seconds_now();
   window_.show(shown);
   in_window_ = painted;
   take_picture();
+}
+
+/// Whose picture is where in the window.
+std::vector<App::Eye> App::eyes() const {
+  const int width = looking_.view.width;
+  if (looking_.stereo == Stereo::none || scene_->dimension < 3)
+    return {{looking_, width, 0, std::nullopt}};
+  const bool is_beside = looking_.stereo == Stereo::side_by_side;
+  render::View view = looking_.view;
+  if (is_beside)
+    view.width = std::max(1, width / 2);
+  std::vector<Eye> eyes;
+  for (const render::View& seen : render::stereo_views(view, {looking_.eye_separation})) {
+    Eye& eye = eyes.emplace_back(looking_, seen.width, 0, std::nullopt);
+    eye.looking.view = seen;
+    if (is_beside)
+      eye.left = eyes.size() > 1 ? seen.width : 0;
+    else // through red glass cyan is dark, and red is none
+      eye.colour =
+          eyes.size() > 1 ? std::array<float, 4>{1, 0, 0, 1} : std::array<float, 4>{0, 0.8f, 0.8f, 1};
+  }
+  return eyes;
 }
 
 void App::save_shot(std::string file) {

@@ -309,6 +309,8 @@ void App::key(const Event& event) {
   if (name == "F11") {
     is_full_screen_ = !is_full_screen_;
     window_.set_full_screen(is_full_screen_);
+  } else if (name == "F1") {
+    has_keys_ = !has_keys_;
   } else if (event.control && name == "Q") {
     wants_stop_ = true;
   } else if (name == "F12") {

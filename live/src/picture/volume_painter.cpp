@@ -65,8 +65,10 @@ bool is_same(const std::shared_ptr<const Displacement>& one, const std::weak_ptr
 
 class VolumePainter : public Painter {
 public:
-  VolumePainter(std::vector<std::optional<Seen>> looks, int threads)
-      : looks_(std::move(looks)), whole_{render::Renderer(threads), render::StereoRenderer(threads), {}},
+  VolumePainter(std::vector<std::optional<Seen>> looks, int threads,
+                std::vector<std::shared_ptr<const render::Paint>> paints)
+      : looks_(std::move(looks)),
+        paints_(std::move(paints)), whole_{render::Renderer(threads), render::StereoRenderer(threads), {}},
         rough_{render::Renderer(threads), render::StereoRenderer(threads), {}} {}
 
   Painted paint(const WorldScene& scene, const WorldState& state, const Looking& looking) override {
@@ -124,6 +126,7 @@ private:
       kept.look = has_look                           ? looks_[i]->look
                   : object.kind == ObjectKind::fixed ? solid(bone, body)
                                                      : solid(colours[colour++ % colours.size()], body);
+      seen.paint = own_paint(i);
       seen.volume = has_look ? render::volume_of(*looks_[i], body) : render::volume_of_matter(body);
       if (object.kind == ObjectKind::deformable) {
         kept.deformation = std::make_shared<render::Deformation>(render::lattice_of(body));
@@ -157,7 +160,7 @@ private:
       const bool has_field = looking.field && looking.field->object == static_cast<int>(i);
       const std::shared_ptr<const Field> field = has_field ? looking.field : nullptr;
       if (field != kept.field) {
-        objects[i].paint = field ? paint_of(*field, scene.objects[i].scene.specimen) : nullptr;
+        objects[i].paint = field ? paint_of(*field, scene.objects[i].scene.specimen) : own_paint(i);
         rough_.objects[i].paint = objects[i].paint;
         kept.field = field;
       }
@@ -168,6 +171,10 @@ private:
     shift_ = looking.opacity_shift;
     for (std::size_t i = 0; i < objects.size(); ++i)
       objects[i].look = rough_.objects[i].look = std::make_shared<const Look>(changed(kept_[i].look));
+  }
+
+  std::shared_ptr<const render::Paint> own_paint(std::size_t object) const {
+    return object < paints_.size() ? paints_[object] : nullptr;
   }
 
   Look changed(Look look) const {
@@ -229,6 +236,7 @@ private:
   }
 
   std::vector<std::optional<Seen>> looks_;
+  std::vector<std::shared_ptr<const render::Paint>> paints_;
   Seeing whole_, rough_;
   std::vector<Kept> kept_;
   std::uint64_t scene_number_ = 0;
@@ -237,8 +245,9 @@ private:
 
 } // namespace
 
-std::unique_ptr<Painter> volume_painter(std::vector<std::optional<Seen>> looks, int threads) {
-  return std::make_unique<VolumePainter>(std::move(looks), threads);
+std::unique_ptr<Painter> volume_painter(std::vector<std::optional<Seen>> looks, int threads,
+                                        std::vector<std::shared_ptr<const render::Paint>> paints) {
+  return std::make_unique<VolumePainter>(std::move(looks), threads, std::move(paints));
 }
 
 } // namespace maille::live

@@ -206,7 +206,9 @@ std::int64_t Session::n_penetrations() const {
   std::promise<std::int64_t> promise;
   physics_->post([&] {
     const deform::World& world = physics_->timeline().world();
-    promise.set_value(world.n_penetrations() + world.n_shared_cells());
+    // Where surfaces keep objects apart, two of them may meet in a cell.
+    const bool has_own_cells = world.scene().contact != ContactLaw::surfaces;
+    promise.set_value(world.n_penetrations() + (has_own_cells ? world.n_shared_cells() : std::int64_t{0}));
   });
   return promise.get_future().get();
 }

@@ -13,7 +13,8 @@ namespace {
 
 /// Tools of more voxels are too many for a loop at 1 kHz: they are shown where the physics has them.
 constexpr std::int32_t most_voxels = 1500;
-/// Surfaces of more faces take longer to gather than a frame.
+/// Surfaces of more faces take longer to gather than a frame. Beside such a body, or one of two dimensions, a
+/// tool is shown where the physics has it.
 constexpr std::int64_t most_cells = 200'000;
 
 } // namespace
@@ -34,9 +35,10 @@ std::shared_ptr<const HandSurroundings> Physics::surround() const {
       continue;
     }
     const Scene& scene = world.scene().objects[static_cast<std::size_t>(object)].scene;
-    if (scene.dimension() == 3 && scene.specimen.grid.n_cells() <= most_cells)
-      bodies.push_back(
-          std::make_shared<const deform::BodySurface>(scene, world.displacement(object), world.pose(object)));
+    if (scene.dimension() < 3 || scene.specimen.grid.n_cells() > most_cells)
+      return nullptr;
+    bodies.push_back(
+        std::make_shared<const deform::BodySurface>(scene, world.displacement(object), world.pose(object)));
   }
   around->matter = std::make_shared<const deform::Surroundings>(&others->map(), world.cell_size(), bodies);
   around->others = std::move(others);

@@ -402,7 +402,7 @@ void add_live(CLI::App* command, LiveOptions& options) {
                    "body limits")
       ->check(CLI::IsMember({"limits", "relaxed", "coupled"}));
   command->add_option("--frame-budget", options.budget,
-                      "that a frame of the physics may take, such as 16ms; default: 30ms where bodies have "
+                      "that a frame of the physics may take, such as 16ms; default: 22ms where bodies have "
                       "forces, else until it has settled");
   command->add_option("--stereo", options.stereo, "none, side-by-side or anaglyph")
       ->check(CLI::IsMember({"none", "side-by-side", "anaglyph"}))

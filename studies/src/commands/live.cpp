@@ -9,6 +9,7 @@
 #include "maille/scene/world/world_scene.hpp"
 #include "maille/studies/methods.hpp"
 #include "maille/studies/play.hpp"
+#include "view/seen_scene.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -35,6 +36,10 @@ live::Loaded load(const std::filesystem::path& file) {
   loaded.scene =
       is_world_scene(file) ? read_world_scene(file) : world_of_body(read_scene(file), "limits", loaded.notes);
   loaded.looks = read_looks(file);
+  for (std::size_t i = 0; i < loaded.looks.size() && i < loaded.scene.objects.size(); ++i)
+    loaded.paints.push_back(loaded.looks[i]
+                                ? paint_of_look(loaded.scene.objects[i].scene.specimen, loaded.looks[i]->look)
+                                : nullptr);
   return loaded;
 }
 

@@ -211,6 +211,10 @@ int play_command(const PlayOptions& options) {
   }
   end_progress();
   const bool is_whole = static_cast<std::int64_t>(frames.size()) == player.trajectory().n_frames;
+  const std::int64_t n_inside = penetrations_of(player.world());
+  if (n_inside > 0)
+    fmt::print(stderr, "maille play: {} cells of matter lie in the matter of another object, or outside\n",
+               n_inside);
   std::vector<std::string> lines = recording.finish(is_whole);
   for (const std::string& each : left_out)
     lines.push_back("not asked here: " + each);
@@ -224,7 +228,7 @@ int play_command(const PlayOptions& options) {
     out["files"] = lines;
     deliver(json_text(out), options.json);
   }
-  return is_whole && !has_failed ? exit_done : exit_run_failed;
+  return is_whole && !has_failed && n_inside == 0 ? exit_done : exit_run_failed;
 }
 
 } // namespace maille::studies

@@ -291,7 +291,12 @@ Vec3 object_colour(const WorldScene& world, std::size_t object) {
   for (std::size_t i = 0; i < object; ++i)
     place += world.objects[i].kind == ObjectKind::fixed ? 0 : 1;
   const auto& colour = palette[place % palette.size()];
-  return {colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0};
+  const std::size_t round = place / palette.size(); // lighter each time that the palette comes round
+  const double light = 1 - std::pow(0.6, static_cast<double>(round));
+  Vec3 mixed;
+  for (std::size_t c = 0; c < 3; ++c)
+    mixed[c] = light + (1 - light) * colour[c] / 255.0;
+  return mixed;
 }
 
 std::vector<vtkSmartPointer<vtkProp>> object_actors(const WorldScene& world, std::size_t object,

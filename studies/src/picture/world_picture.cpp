@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
 
 namespace maille::studies {
 namespace {
@@ -46,18 +47,23 @@ View view_of(const WorldScene& world) {
   return view;
 }
 
-/// Names of what moves, in its colours.
+/// Names of what moves, in its colours: as many as can be read, smaller where they are many.
 void add_legend(vtkRenderer& page_renderer, const WorldScene& world, const Page& page) {
-  const double em = page.text_size;
+  constexpr std::size_t easily = 7, most = 14;
   std::vector<std::size_t> named;
   for (std::size_t i = 0; i < world.objects.size(); ++i)
-    if (world.objects[i].kind != ObjectKind::fixed && named.size() < 7)
+    if (world.objects[i].kind != ObjectKind::fixed)
       named.push_back(i);
-  const double room = page.legend.width / static_cast<double>(std::max<std::size_t>(named.size(), 1));
-  for (std::size_t i = 0; i < named.size(); ++i)
-    add_text(page_renderer, world.objects[named[i]].name,
+  const std::size_t n = std::min(named.size(), most), n_more = named.size() - n;
+  const double room = page.legend.width / std::max<double>(static_cast<double>(n), 1),
+               em = 0.85 * page.text_size *
+                    std::min(1.0, static_cast<double>(easily) / std::max(static_cast<double>(n), 1.0));
+  for (std::size_t i = 0; i < n; ++i)
+    add_text(page_renderer,
+             i + 1 == n && n_more > 0 ? "and " + std::to_string(n_more + 1) + " more"
+                                      : world.objects[named[i]].name,
              page.legend.left + (static_cast<double>(i) + 0.5) * room,
-             page.legend.bottom + page.legend.height, 0.85 * em, object_colour(world, named[i]), true);
+             page.legend.bottom + page.legend.height, em, object_colour(world, named[i]), true);
 }
 
 /// The world's border: its edges, which are a wall's.

@@ -131,12 +131,6 @@ std::vector<PlayedObject> objects_of(const deform::World& world) {
   return rows;
 }
 
-std::int64_t penetrations_of(const deform::World& world) {
-  // Where surfaces keep objects apart, two of them may meet in a cell.
-  return world.n_penetrations() +
-         (world.scene().contact != ContactLaw::surfaces ? world.n_shared_cells() : std::int64_t{0});
-}
-
 const ResultTable<Play>& columns_of_play() {
   static const ResultTable<Play> table([](ResultTable<Play>& columns) {
     constexpr auto player = &Play::player;
@@ -180,6 +174,12 @@ double median(const std::vector<PlayedFrame>& frames) {
 }
 
 } // namespace
+
+std::int64_t penetrations_of(const deform::World& world) {
+  // Where surfaces keep objects apart, two of them may meet in a cell.
+  return world.n_penetrations() +
+         (world.scene().contact != ContactLaw::surfaces ? world.n_shared_cells() : std::int64_t{0});
+}
 
 nlohmann::ordered_json json(const Player& player, const std::vector<PlayedFrame>& frames) {
   return columns_of_play().json({&player, &frames});

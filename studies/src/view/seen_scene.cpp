@@ -80,10 +80,7 @@ void add_body(const Specimen& body, std::optional<Seen> seen, bool is_deformable
     hide_what_is_not_near(body, of);
   object.volume = render::volume_of(of, body);
   object.look = std::make_shared<Look>(of.look);
-  if (!of.look.label_colours.empty() && !body.label.empty())
-    object.paint = paint_of_labels(body, of.look);
-  if (!of.look.picture.empty())
-    object.paint = paint_of_picture(body, of.look);
+  object.paint = paint_of_look(body, of.look);
   std::shared_ptr<render::Deformation> deformation;
   if (is_deformable)
     deformation = std::make_shared<render::Deformation>(render::lattice_of(body, margin_of(of.look, body)));
@@ -93,6 +90,12 @@ void add_body(const Specimen& body, std::optional<Seen> seen, bool is_deformable
 }
 
 } // namespace
+
+std::shared_ptr<const render::Paint> paint_of_look(const Specimen& body, const Look& look) {
+  if (!look.picture.empty())
+    return paint_of_picture(body, look);
+  return look.label_colours.empty() || body.label.empty() ? nullptr : paint_of_labels(body, look);
+}
 
 render::VoxelGrid cells_as_voxels(const Specimen& body) {
   render::VoxelGrid grid;

@@ -46,6 +46,8 @@ std::shared_ptr<const render::Paint> paint_of_picture(const Specimen& body, cons
 
 /// Cells of matter in the colours that a look has for their labels; all others keep the look's own.
 std::shared_ptr<const render::Paint> paint_of_labels(const Specimen& body, const Look& look);
+/// Either, as the look has it; or null.
+std::shared_ptr<const render::Paint> paint_of_look(const Specimen& body, const Look& look);
 
 /// Paint of what an answer says of each cell: `displacement`, `strain` (equivalent), `stress` (von Mises),
 /// `labels`, `fibres`; from 0 to the largest. @return null where there is nothing to show

@@ -114,6 +114,11 @@ BalancedObject::BalancedObject(const WorldParts& parts, int object)
     for (std::int32_t node = 0; node < skin.n_nodes(); ++node)
       first_component.push_back(std::int64_t{dimension} * lattice.voxel(skin.node(node)));
     displacement = unloaded = contact_forces = Eigen::VectorXd::Zero(dimension * lattice.n_voxels());
+    std::vector<char> of_node(static_cast<std::size_t>(grid.n_nodes()), 0);
+    for (const Prescribed& p : parts.body(object).scene().prescribed)
+      of_node[static_cast<std::size_t>(p.node)] |= static_cast<char>(1 << p.component);
+    for (std::int32_t node = 0; node < skin.n_nodes(); ++node)
+      held.push_back(of_node[static_cast<std::size_t>(skin.node(node))]);
     move_all();
   } else {
     const int index = parts.member(object).index;
@@ -127,6 +132,17 @@ BalancedObject::BalancedObject(const WorldParts& parts, int object)
       make_smooth(specimen, rest);
   }
   place();
+}
+
+bool BalancedObject::is_held_along(std::int32_t node, const Eigen::Vector3d& direction) const {
+  constexpr double across = 1e-12;
+  if (kind != ObjectKind::deformable)
+    return kind == ObjectKind::fixed;
+  for (int a = 0; a < dimension; ++a)
+    if (std::abs(pose.rotation.col(a).dot(direction)) > across &&
+        (held[static_cast<std::size_t>(node)] >> a & 1) == 0)
+      return false;
+  return !moves;
 }
 
 void BalancedObject::place(std::size_t node) {
@@ -207,6 +223,14 @@ Balance::Balance(WorldParts& parts) : parts_(parts) {
   for (const Touch& touch : touches_)
     if (touch.gap < -overlap_over_cell * cell_)
       fail_to_place(parts_.scene, touch.object, touch.other);
+  for (int i = 0; i < parts.n_objects(); ++i)
+    for (int a = 0; a < parts.scene.dimension && parts.is_body(i); ++a) {
+      const auto axis = static_cast<std::size_t>(a);
+      const double end = parts.scene.cells[axis] * parts.scene.spacing[axis],
+                   little = overlap_over_cell * cell_;
+      if (object(i).box.min()[a] < -little || object(i).box.max()[a] > end + little)
+        fail_to_place(parts_.scene, i, -1);
+    }
   for (const auto& [i, j] : near_pairs_) // a hand would feel it when they touch
     for (const int number : {i, j})
       if (object(number).flexibility)

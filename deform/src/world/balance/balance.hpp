@@ -19,6 +19,8 @@
 
 namespace maille::deform {
 
+class ConvexCell;
+
 /// One object of a world whose objects meet with their surfaces.
 struct BalancedObject {
   BalancedObject(const WorldParts& parts, int object);
@@ -26,11 +28,13 @@ struct BalancedObject {
   int dimension;
   ObjectKind kind;
   Skin skin;
-  Pose pose;                         ///< x = position + rotation (rest + displacement)
-  std::vector<Eigen::Vector3d> rest; ///< of the skin's nodes, in the object's frame [m]
-  std::vector<Eigen::Vector3d> at;   ///< where they are, in the world [m]
-  Eigen::AlignedBox3d box;           ///< about them
-  std::vector<std::int32_t> voxel;   ///< of a rigid object, by the cell of matter
+  Pose pose;                           ///< x = position + rotation (rest + displacement)
+  std::vector<Eigen::Vector3d> rest;   ///< of the skin's nodes, in the object's frame [m]
+  std::vector<Eigen::Vector3d> at;     ///< where they are, in the world [m]
+  Eigen::AlignedBox3d box;             ///< about them
+  std::vector<std::int32_t> voxel;     ///< of a rigid object, by the cell of matter
+  std::vector<std::int64_t> matter;    ///< cells of the grid, once they were asked for
+  std::vector<std::int32_t> skin_node; ///< likewise, of a node of the grid; -1: none
 
   // As a whole: rigid objects that can move, and deformable ones that nothing holds.
   bool moves = false;
@@ -46,6 +50,8 @@ struct BalancedObject {
   std::optional<Eigen::Matrix<double, 6, 6>> inertia_as_a_whole;
 
   // Deformable objects.
+  std::vector<char>
+      held; ///< of the skin's nodes, one bit an axis of its frame: where holds of its scene have it
   std::unique_ptr<Flexibility> flexibility;
   std::vector<std::int64_t> fixed;           ///< components that the flexibility has held, sorted
   std::vector<std::int64_t> kept;            ///< components that holds and handles have, sorted
@@ -69,6 +75,8 @@ struct BalancedObject {
   Eigen::VectorXd pull; ///< with which they are kept, along the axes of the frame that it had at first [N]
 
   bool is_body() const { return kind == ObjectKind::deformable; }
+  /// Whether a node can never move along a direction of the world.
+  bool is_held_along(std::int32_t node, const Eigen::Vector3d& direction) const;
   /// Neither a hand nor inertia says where it is to be.
   bool is_free() const { return moves && !target && !inertia_as_a_whole; }
   /// Puts the skin where pose and displacement say.
@@ -138,6 +146,12 @@ public:
   Left left() const;
   /// Contacts that press, with the forces that the state is in balance with.
   const std::vector<Touch>& pressing() const { return pressing_; }
+  /// Two objects of which one is in the other, though no corner need be.
+  std::optional<std::pair<int, int>> crossing();
+  /// What rounds change.
+  struct State;
+  State state() const;
+  void restore(const State& state);
   /// Poses, displacements, pins' forces and the map of the world, as they are here.
   void hand_back();
   /// What that took last time [s].
@@ -177,6 +191,7 @@ private:
   bool is_local() const { return behind_ == 0; }
   void measure_touches();
   void add_touches(int object, int other);
+  std::vector<ConvexCell> cells_near(int object, int other);
   void add_border(const NearBorder& border);
   /// Where a contact holds on to the other's skin, or to the world.
   struct Grip {
@@ -235,6 +250,19 @@ private:
   double force_change_ = 0;             ///< of any of them by the last round [N]
   std::map<Key, Grip> grips_;
   double seconds_to_hand_back_ = 0;
+};
+
+struct Balance::State {
+  struct Object {
+    Pose pose;
+    std::optional<Pose> target;
+    Eigen::VectorXd displacement, unloaded, contact_forces, pull;
+    std::vector<std::int64_t> forced;
+  };
+  std::vector<Object> objects;
+  std::vector<Touch> touches, pressing;
+  std::map<Key, Grip> grips;
+  double behind = 0;
 };
 
 } // namespace maille::deform

@@ -4,6 +4,7 @@
 #include "world/world_frame.hpp"
 
 #include <Eigen/Geometry>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -65,19 +66,42 @@ FrameResult WorldFrame::run_balanced() {
         *seconds -= end;
       return seconds;
     };
+  const bool was_apart = !balance.crossing();
+  Balance::State before = balance.state();
   bool has_settled = settle_balanced(drives_.empty()); // with what has changed hands
   int step = 0;
-  for (; step < last && !drives_.empty() && clock_.may_go_on(); ++step) {
+  const auto goes_back = [&] { // out of what has gone through edges
+    const auto crossing = was_apart ? balance.crossing() : std::nullopt;
+    if (!crossing)
+      return false;
+    balance.restore(before);
+    for (std::size_t i = 0; i < drives_.size(); ++i)
+      if (parts_.is_body(drives_[i].object))
+        put_handles(i, static_cast<double>(step) / n);
+    balance.prescribe();
+    crossed_ = fmt::format("objects `{}` and `{}` would overlap: the frame ended before that",
+                           name(crossing->first), name(crossing->second));
+    return true;
+  };
+  has_settled = !goes_back() && has_settled;
+  for (; step < last && !drives_.empty() && crossed_.empty() && clock_.may_go_on(); ++step) {
+    before = balance.state();
     drive_balanced(step, n);
     const bool is_last = step == last - 1;
     has_settled = settle_balanced(is_last);
     if (take_back(step, n))
       has_settled = settle_balanced(is_last);
+    if (goes_back())
+      break;
     find_blocked(n);
   }
-  has_settled = has_settled && (step == n || drives_.empty());
-  if (!blocked_.empty() && clock_.may_go_on())
+  has_settled = has_settled && (step == n || drives_.empty() || !crossed_.empty());
+  if (!blocked_.empty() && crossed_.empty() && clock_.may_go_on())
     has_settled = settle_balanced();
+  if (const auto crossing = balance.crossing(); crossing && crossed_.empty()) {
+    crossed_ = fmt::format("objects `{}` and `{}` overlap", name(crossing->first), name(crossing->second));
+    has_settled = false;
+  }
   for (WorldParts::Member& member : parts_.members)
     member.is_unsettled = !has_settled;
   balance.hand_back();
@@ -244,6 +268,10 @@ void WorldFrame::report_balanced(bool has_settled) {
     body.settle_handles();
   report_end(has_settled, "contacts came and went without end: the frame ended on the way",
              "the frame ended before all had settled");
+  if (!crossed_.empty() && !clock_.ended) {
+    result_.status = has_settled ? Status::clamped : Status::budget_reached;
+    result_.message = crossed_;
+  }
 }
 
 } // namespace maille::deform

@@ -159,7 +159,12 @@ void Balance::add_touches(int object, int other) {
       touch.weights = near.weight;
       touch.normal = near.normal;
       touch.gap = near.gap;
-      touches_.push_back(touch);
+      const bool can_move = !one.is_held_along(touch.node, touch.normal) ||
+                            std::ranges::any_of(touch.nodes, [&](std::int32_t node) {
+                              return node >= 0 && !two.is_held_along(node, touch.normal);
+                            });
+      if (can_move)
+        touches_.push_back(touch);
     }
 }
 
@@ -177,7 +182,8 @@ void Balance::add_border(const NearBorder& border) {
       touch.object = border.object;
       touch.node = node;
       touch.normal[border.axis] = direction;
-      touches_.push_back(touch);
+      if (!one.is_held_along(node, touch.normal))
+        touches_.push_back(touch);
     }
 }
 

@@ -100,7 +100,7 @@ std::vector<ImpactPoint> Dynamics::points(double within) const {
     list.push_back(point);
   }
   std::ranges::stable_sort(list, {}, [](const ImpactPoint& p) { return std::pair(p.object, p.other); });
-  return list;
+  return carriers_of(list);
 }
 
 void Dynamics::keep(std::span<const ImpactPoint> points) {

@@ -1,5 +1,6 @@
 #include "world/dynamics/impacts.hpp"
 
+#include "lattice/sort_uniquely.hpp"
 #include "world/surface/contact_program.hpp"
 
 #include <Eigen/Geometry>
@@ -7,7 +8,9 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <iterator>
 #include <span>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -16,9 +19,11 @@ namespace maille::deform {
 namespace {
 
 constexpr double slow = 1e-12;    ///< of the fastest approach: rounding
+constexpr double nearly = 1e-6;   ///< likewise, of all pairs at once
 constexpr double give = 1e-11;    ///< of the largest entry: so that points that say the same share an impulse
 constexpr double rounding = 1e-9; ///< of the work of an impulse
-constexpr int most_turns_a_pair = 200; ///< of pairs that press one another to and fro
+/// Pairs that press one another to and fro, as they do in a stack, are resolved together in the end.
+constexpr std::size_t most_turns_a_pair = 12;
 
 /// How much faster a point opens than it is to.
 double opening(const ImpactPoint& point, std::span<const Pose> poses, std::span<const MovingObject> moving) {
@@ -29,13 +34,18 @@ double opening(const ImpactPoint& point, std::span<const Pose> poses, std::span<
   return speed(point.object) - (point.other < 0 ? 0 : speed(point.other)) - point.lead;
 }
 
+/// Points of a pair of objects, or of all that press one another.
 class Pair {
 public:
   Pair(std::span<ImpactPoint> points, std::span<const Pose> poses, std::span<MovingObject> moving)
       : points_(points), poses_(poses), moving_(moving) {
     const auto n = static_cast<Eigen::Index>(points.size());
     answer_ = Eigen::MatrixXd::Zero(n, n);
-    for (const int object : {points.front().object, points.front().other}) {
+    std::vector<int> objects;
+    for (const ImpactPoint& point : points)
+      objects.insert(objects.end(), {point.object, point.other});
+    sort_uniquely(objects);
+    for (const int object : objects) {
       if (object < 0 || !moving[static_cast<std::size_t>(object)].has_mass)
         continue;
       const MovingObject& one = moving[static_cast<std::size_t>(object)];
@@ -43,7 +53,9 @@ public:
       Eigen::MatrixXd arms(n, 3), normals(n, 3);
       for (Eigen::Index i = 0; i < n; ++i) {
         const ImpactPoint& point = points[static_cast<std::size_t>(i)];
-        normals.row(i) = point.normal.transpose() * (point.object == object ? 1 : -1);
+        normals.row(i) = point.normal.transpose() * (point.object == object  ? 1
+                                                     : point.other == object ? -1
+                                                                             : 0);
         arms.row(i) = (point.at - one.place(pose)).cross(Eigen::Vector3d(normals.row(i))).transpose();
       }
       answer_ += normals * normals.transpose() / one.mass +
@@ -81,17 +93,115 @@ public:
   }
 
 private:
-  Eigen::VectorXd impulses(const Eigen::VectorXd& before, double restitution) const {
-    std::vector<char> may_pull(points_.size(), 0), active;
-    return contact_forces(answer_, before + restitution * before.cwiseMin(0.0), may_pull, active);
+  Eigen::VectorXd impulses(const Eigen::VectorXd& before, double restitution) {
+    const std::vector<char> may_pull(points_.size(), 0);
+    return contact_forces(answer_, before + restitution * before.cwiseMin(0.0), may_pull, active_);
   }
 
   std::span<ImpactPoint> points_;
   std::span<const Pose> poses_;
   std::span<MovingObject> moving_;
-  Eigen::MatrixXd answer_; ///< speeds at which points open for impulses on them [1/kg]
+  Eigen::MatrixXd answer_;   ///< speeds at which points open for impulses on them [1/kg]
+  std::vector<char> active_; ///< points that have pressed last: mostly those that will
   bool has_mass_ = false;
 };
+
+constexpr double same_normal = 1e-9; ///< of two of length 1: less is rounding
+constexpr std::size_t few_points = 4;
+
+/// Places in the plane across a normal, with the numbers of their points.
+struct Flat {
+  Eigen::Vector2d at;
+  std::size_t point;
+};
+
+/// Corners of the convex hull, straight angles left out.
+/// Source  Andrew 1979 (Inf. Process. Lett. 9)
+std::vector<std::size_t> hull_of(std::vector<Flat> places) {
+  std::ranges::sort(places, {}, [](const Flat& one) { return std::tuple(one.at[0], one.at[1], one.point); });
+  const double size = (places.back().at - places.front().at).norm();
+  std::vector<Flat> hull;
+  for (int side = 0; side < 2; ++side) {
+    const std::size_t first = hull.size();
+    for (const Flat& next : places) {
+      while (hull.size() >= first + 2) {
+        const Eigen::Vector2d along = hull.back().at - hull[hull.size() - 2].at,
+                              on = next.at - hull[hull.size() - 2].at;
+        if (along[0] * on[1] - along[1] * on[0] > same_normal * size * on.norm())
+          break;
+        hull.pop_back();
+      }
+      hull.push_back(next);
+    }
+    hull.pop_back(); // the first of the other side
+    std::ranges::reverse(places);
+  }
+  std::vector<std::size_t> corners;
+  for (const Flat& one : hull)
+    corners.push_back(one.point);
+  return corners;
+}
+
+/// Appends those of a pair's points that carry all that the others could: where normals are the same, the
+/// corners of the convex hull, between which speeds of rigid objects are linear, and the deepest.
+void add_carriers(std::span<const ImpactPoint> pair, std::vector<ImpactPoint>& carriers) {
+  std::vector<char> is_known(pair.size(), 0);
+  for (std::size_t i = 0; i < pair.size(); ++i) {
+    if (is_known[i] != 0)
+      continue;
+    const Eigen::Vector3d &normal = pair[i].normal, across = normal.unitOrthogonal();
+    const Eigen::Vector3d last = normal.cross(across);
+    std::vector<Flat> same;
+    for (std::size_t k = i; k < pair.size(); ++k)
+      if (is_known[k] == 0 && (pair[k].normal - normal).norm() < same_normal) {
+        is_known[k] = 1;
+        same.push_back({{across.dot(pair[k].at), last.dot(pair[k].at)}, k});
+      }
+    std::vector<std::size_t> chosen;
+    if (same.size() <= few_points) {
+      for (const Flat& one : same)
+        chosen.push_back(one.point);
+    } else {
+      chosen = hull_of(same);
+      chosen.push_back(
+          std::ranges::min(same, {}, [&](const Flat& one) { return pair[one.point].gap; }).point);
+      sort_uniquely(chosen);
+    }
+    for (const std::size_t point : chosen)
+      carriers.push_back(pair[point]);
+  }
+}
+
+} // namespace
+
+std::vector<ImpactPoint> carriers_of(std::span<const ImpactPoint> points) {
+  std::vector<ImpactPoint> carriers;
+  for (std::size_t begin = 0, end = 0; begin < points.size(); begin = end) {
+    while (end < points.size() && points[end].object == points[begin].object &&
+           points[end].other == points[begin].other)
+      ++end;
+    add_carriers(points.subspan(begin, end - begin), carriers);
+  }
+  return carriers;
+}
+
+namespace {
+
+void resolve_together(std::span<ImpactPoint> points, std::span<const Pose> poses,
+                      std::span<MovingObject> moving) {
+  const auto has_mass = [&](int object) {
+    return object >= 0 && moving[static_cast<std::size_t>(object)].has_mass;
+  };
+  std::vector<ImpactPoint> movable;
+  std::ranges::copy_if(points, std::back_inserter(movable), [&](const ImpactPoint& point) {
+    return has_mass(point.object) || has_mass(point.other);
+  });
+  Pair(movable, poses, moving).resolve(0);
+  auto next = movable.begin();
+  for (ImpactPoint& point : points)
+    if (has_mass(point.object) || has_mass(point.other))
+      point = *next++;
+}
 
 } // namespace
 
@@ -120,10 +230,12 @@ double resolve_impacts(std::span<ImpactPoint> points, std::span<const Pose> pose
       }
     }
     first = std::max(first, fastest);
-    if (next == nullptr || !(fastest_with_mass > slow * first) || turn == most)
-      return fastest > slow * first ? fastest : 0;
-    // Pairs that press one another to and fro stay together in the end.
-    next->resolve(turn < most / 2 ? restitution : 0);
+    if (next == nullptr || !(fastest_with_mass > slow * first) || turn > most)
+      return fastest > (turn > most ? nearly : slow) * first ? fastest : 0;
+    if (turn == most)
+      resolve_together(points, poses, moving);
+    else
+      next->resolve(restitution);
   }
 }
 

@@ -19,6 +19,10 @@ struct ImpactPoint {
   double impulse = 0;         ///< on the object along the normal, so far [N s]
 };
 
+/// Those of the points, in order, that carry whatever all of them could: of a face that lies on another its
+/// corners. @param points by their pairs
+std::vector<ImpactPoint> carriers_of(std::span<const ImpactPoint> points);
+
 /// Changes speeds so that nothing that touches comes nearer, pair of objects after pair, the one that
 /// approaches fastest first: so a blow goes through a row of balls as through Newton's cradle.
 ///

@@ -19,7 +19,9 @@ namespace maille::live {
 struct Loaded {
   WorldScene scene;
   std::vector<std::optional<Seen>> looks; ///< one an object, or fewer
-  std::vector<std::string> notes;         ///< what the scene asks for and the hand's world has not
+  std::vector<std::shared_ptr<const render::Paint>>
+      paints;                     ///< likewise, or null: pictures, colours of labels
+  std::vector<std::string> notes; ///< what the scene asks for and the hand's world has not
 };
 
 /// One line of the menu.

@@ -84,8 +84,9 @@ public:
 };
 /// Seen from above, cell by cell. 2D (and 1D) worlds.
 std::unique_ptr<Painter> flat_painter();
-/// Cast as volumes. 3D worlds.
-std::unique_ptr<Painter> volume_painter(std::vector<std::optional<Seen>> looks, int threads);
+/// Cast as volumes. 3D worlds. @param paints in place of looks' colours, one an object, or fewer; or null
+std::unique_ptr<Painter> volume_painter(std::vector<std::optional<Seen>> looks, int threads,
+                                        std::vector<std::shared_ptr<const render::Paint>> paints = {});
 
 /// Makes pictures in a thread of its own, always of the newest state and view; while things move, of as few
 /// pixels as keep to a thirtieth of a second, then whole.

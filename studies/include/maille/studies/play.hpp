@@ -70,6 +70,8 @@ private:
   WorldMoment moment_;
 };
 
+/// Cells of matter in the matter of another object or outside, and voxels in cells of others.
+std::int64_t penetrations_of(const deform::World& world);
 /// Everything that was played, for programs.
 nlohmann::ordered_json json(const Player& player, const std::vector<PlayedFrame>& frames);
 /// The same in a few lines, for people.
