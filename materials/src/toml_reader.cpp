@@ -126,6 +126,8 @@ std::optional<int> line_of_deep_key(std::string_view text, int most) {
 
 constexpr int deepest_key = 256; // as toml++ has it of brackets
 
+constexpr std::size_t most_told = 1000; ///< faults of a file; one more says that there are others
+
 std::string in_quotes(std::string_view text) {
   constexpr std::size_t longest = 60;
   if (text.size() <= longest) {
@@ -172,7 +174,10 @@ toml::table parse_toml(std::string_view text, const std::string& file) {
 }
 
 void FaultList::add(int line, std::string key, std::string expected, std::string found) {
-  faults_.push_back({file_, line, std::move(key), std::move(expected), std::move(found)});
+  if (faults_.size() < most_told)
+    faults_.push_back({file_, line, std::move(key), std::move(expected), std::move(found)});
+  else if (faults_.size() == most_told)
+    faults_.push_back({file_, line, "", fmt::format("at most {} faults", most_told), "more"});
 }
 
 void FaultList::throw_if_any() {
@@ -292,10 +297,11 @@ const toml::table* TableReader::subtable(std::string_view key) {
 
 void TableReader::finish() {
   const std::vector<std::string_view> known(known_.begin(), known_.end());
+  const std::string expected =
+      known.empty() ? "no key here" : fmt::format("one of: {}", fmt::join(known, ", "));
   for (const auto& [key, node] : *table_) {
-    if (!known_.contains(key.str())) {
-      fault(key.str(), known.empty() ? "no key here" : fmt::format("one of: {}", fmt::join(known, ", ")),
-            "an unknown key" + did_you_mean(key.str(), known));
+    if (!known_.contains(key.str()) && faults_->size() <= most_told) {
+      fault(key.str(), expected, "an unknown key" + did_you_mean(key.str(), known));
     }
   }
 }

@@ -4,19 +4,23 @@
 #include "conditions/places_in_files.hpp"
 #include "conditions/voxelise.hpp"
 #include "maille/deform/probe/device.hpp"
+#include "maille/live/live.hpp"
 #include "maille/materials/fault.hpp"
+#include "maille/materials/json.hpp"
 #include "maille/materials/library.hpp"
 #include "maille/scene/image.hpp"
+#include "maille/scene/look.hpp"
 #include "maille/scene/named_segments.hpp"
 #include "maille/scene/read_scene.hpp"
+#include "maille/scene/voxel_map.hpp"
 #include "maille/scene/world/trajectory.hpp"
 #include "maille/scene/world/world_scene.hpp"
 #include "maille/studies/choose.hpp"
+#include "maille/studies/identify.hpp"
 #include "maille/studies/study.hpp"
 #include "maille/studies/study_table.hpp"
+#include "picture/read_picture.hpp"
 #include "support/temporary_folder.hpp"
-
-#include <nlohmann/json.hpp>
 
 #include <cmath>
 #include <cstdint>
@@ -139,7 +143,7 @@ void check_trajectory(const Trajectory& path, const WorldScene& world) {
     require(span.object < world.objects.size(), "drives of objects that there are");
     const WorldObject& object = world.objects[span.object];
     require(object.kind != ObjectKind::fixed, "drives of what can move");
-    for (const std::int64_t node : span.nodes)
+    for (const std::int64_t node : std::vector<std::int64_t>(span.nodes))
       require(node >= 0 && node < object.scene.specimen.grid.n_nodes(), "nodes that there are");
     require(span.first_frame >= 1 && span.n_frames >= 1 && span.end_frame() - 1 <= path.n_frames,
             "frames that there are");
@@ -307,6 +311,70 @@ int read_study_table(std::string_view text) {
       const std::string line = studies::json_line(row);
       require(studies::json_line(studies::row_from_json(line)) == line, "rows read back as they were");
     }
+  });
+}
+
+/// JSON: lists of results, tables of studies, what `report` shows.
+int read_json(std::string_view text) {
+  return tried([&] {
+    const auto json = parse_json(text, "list.json");
+    require(parse_json(json.dump(), "list.json") == json, "values that read back as they were");
+  });
+}
+
+/// Colour maps of ParaView.
+int read_colour_map(std::string_view text) {
+  static const ScratchFile file("map.json");
+  return tried([&] {
+    const Look look = read_paraview_colours(file.holding(text));
+    require(!look.colours.empty() && !look.opacity.empty(), "colours and opacity");
+  });
+}
+
+/// Looks of a scene.
+int read_look(std::string_view text) {
+  set_file_scope(FileScope::sandbox);
+  static const ScratchFile file("looks.toml");
+  return tried([&] { read_looks(file.holding(text)); });
+}
+
+/// Pictures in PNG.
+int read_picture(std::string_view text) {
+  return tried([&] {
+    const auto picture = studies::read_png(text, "a.png");
+    require(picture.rgb.size() == std::size_t{3} * static_cast<std::size_t>(picture.width) *
+                                      static_cast<std::size_t>(picture.height),
+            "three bytes a pixel");
+  });
+}
+
+/// Arrays of results that VTK's writers wrote (.vti, .vtu), on eight nodes.
+int read_field_file(std::string_view text) {
+  static const ScratchFile file("a.vti");
+  return tried([&] {
+    const auto path = file.holding(text);
+    const auto values = read_vtk_array(path, "Displacement", 8, 3);
+    require(values.empty() || values.size() == 24, "three numbers a node");
+    require(read_vtk_array(path, "Units", 0, 11).size() <= 11, "no more letters than are asked for");
+  });
+}
+
+/// Events of a window.
+int read_events(std::string_view text) {
+  return tried([&] {
+    double before = 0;
+    for (const auto& event : live::parse_script(text, "events.csv")) {
+      require(event.at >= before, "times that do not fall");
+      before = event.at;
+    }
+  });
+}
+
+/// Measured numbers, as `identify` reads them.
+int read_measured(std::string_view text) {
+  return tried([&] {
+    for (const auto& one : studies::read_observations(text, "a.csv", {{"force", "N"}, {"u", "m"}, {"e", ""}}))
+      require(std::isfinite(one.value) && (!one.sigma || *one.sigma > 0), "numbers that are some");
   });
 }
 

@@ -16,7 +16,7 @@ using test::top_middle;
 
 DriveSpan pulled(const WorldScene& world, const Vec3& by) {
   DriveSpan span;
-  span.nodes = {top_middle(world)};
+  span.nodes = std::vector{top_middle(world)};
   span.by = by;
   return span;
 }

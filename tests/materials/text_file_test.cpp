@@ -1,11 +1,15 @@
 // Text files, and TOML that would overrun the stack.
 #include "maille/materials/fault.hpp"
-#include "maille/materials/text_file.hpp"
+#include "maille/materials/json.hpp"
 #include "maille/materials/toml_reader.hpp"
 #include "support/mistake.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <random>
 
 namespace maille {
 namespace {
@@ -72,6 +76,62 @@ TEST(DeepTomlContract, DotsOfNumbersAndTextsDoNotCount) {
                  "flat.toml");
   EXPECT_EQ(table["n"].as_array()->size(), 1001u);
   EXPECT_TRUE(table.at_path("e.a.a").is_table());
+}
+
+// Truth: nlohmann's own parser, of values made at random.
+TEST(JsonOracle, ReadsWhatNlohmannReads) {
+  std::mt19937 random(1);
+  const std::function<nlohmann::ordered_json(int)> any = [&](int depth) -> nlohmann::ordered_json {
+    nlohmann::ordered_json value;
+    switch (random() % (depth > 5 ? 5 : 7)) {
+    case 0:
+      return random() % 2 == 0;
+    case 1:
+      return std::ldexp(static_cast<double>(random()), static_cast<int>(random() % 80) - 60);
+    case 2:
+      return -static_cast<std::int64_t>(random());
+    case 3:
+      return "quotes \" \\ [ { \u00e9 " + std::to_string(random());
+    case 4:
+      return nullptr;
+    case 5:
+      for (unsigned n = random() % 5; n > 0; --n)
+        value.push_back(any(depth + 1));
+      return value;
+    default:
+      for (unsigned n = random() % 5; n > 0; --n)
+        value["key" + std::to_string(random())] = any(depth + 1);
+      return value;
+    }
+  };
+  for (int i = 0; i < 300; ++i) {
+    const std::string text = any(0).dump(i % 2 == 0 ? -1 : 1);
+    EXPECT_EQ(parse_json(text, "a.json"), nlohmann::ordered_json::parse(text));
+  }
+}
+
+TEST(JsonContract, DeepTextIsAFaultWithItsPlace) {
+  const auto nested = [](int depth, char open, char close) {
+    std::string text = "{ \"a\": \"[[[\",\n \"b\": ";
+    text.append(static_cast<std::size_t>(depth), open);
+    return text.append(static_cast<std::size_t>(depth), close) + "}";
+  };
+  EXPECT_NO_THROW(parse_json(nested(63, '[', ']'), "a.json"));
+  for (const int depth : {64, 65, 200'000, 1'000'000}) {
+    const Fault fault = only_fault_of([&] { parse_json(nested(depth, '[', ']'), "a.json"); });
+    EXPECT_EQ(to_string(fault),
+              "a.json:2: expected JSON of at most 64 brackets inside each other, found more at "
+              "character 70");
+  }
+  EXPECT_EQ(only_fault_of([&] { parse_json(nested(200'000, '{', '}'), "a.json"); }).line, 2);
+}
+
+TEST(JsonContract, FaultsSayWhere) {
+  EXPECT_EQ(to_string(only_fault_of([] { parse_json("[1,\n 2 3]", "a.json"); })),
+            "a.json:2: expected JSON, found \"2 3\" at character 4");
+  EXPECT_EQ(only_fault_of([] { parse_json("", "a.json"); }).expected, "JSON");
+  EXPECT_EQ(only_fault_of([] { parse_json("{\"a\": 1, \"a\": 2}", "a.json"); }).found, "\"a\" again");
+  EXPECT_EQ(only_fault_of([] { parse_json("[", "a.jsonl", 7); }).line, 7);
 }
 
 } // namespace

@@ -80,7 +80,7 @@ TEST(ReadTrajectoryContract, DrivesFollowOneAnotherUnlessTheySayWhenTheyStart) {
   EXPECT_FALSE(spans[0].to);
   EXPECT_EQ(spans[1].object, 2u);
   EXPECT_EQ(spans[1].first_frame, 3);
-  EXPECT_EQ(spans[1].nodes.size(), 12u); // of the face of 3 x 2 cells
+  EXPECT_EQ(std::vector<std::int64_t>(spans[1].nodes).size(), 12u); // of the face of 3 x 2 cells
   EXPECT_EQ(spans[2].first_frame, 5);
   EXPECT_EQ(*spans[2].to, (Vec3{0.001, 0, 0}));
   EXPECT_NEAR(spans[2].angle, std::numbers::pi / 2, 1e-15);
@@ -117,7 +117,7 @@ TEST(ReadTrajectoryContract, RowsSayTheSameAsTables) {
   EXPECT_EQ(rows.n_frames, 2);
   ASSERT_EQ(rows.spans.size(), 2u);
   EXPECT_EQ(rows.spans[0].first_frame, 1); // by frames, not by rows
-  EXPECT_EQ(rows.spans[0].nodes.size(), 12u);
+  EXPECT_EQ(std::vector<std::int64_t>(rows.spans[0].nodes).size(), 12u);
   EXPECT_EQ(rows.spans[0].by, (Vec3{0, 0, -0.001}));
   EXPECT_EQ(rows.spans[1].by, (Vec3{0.001, 0, 0}));
   EXPECT_NEAR(rows.spans[1].angle, std::numbers::pi / 2, 1e-15);

@@ -71,6 +71,7 @@ std::shared_ptr<const Paint> Paint::field(const VoxelGrid& grid, std::span<const
 
 std::shared_ptr<const Paint> Paint::picture(const VoxelGrid& grid, std::span<const std::uint8_t> rgb) {
   std::shared_ptr<Paint> paint(new Paint(grid, Kind::picture));
+  paint->pixels_.reserve(rgb.size() / 3);
   for (std::size_t i = 0; i + 2 < rgb.size(); i += 3)
     paint->pixels_.push_back(rgb[i] | static_cast<std::uint32_t>(rgb[i + 1]) << 8 |
                              static_cast<std::uint32_t>(rgb[i + 2]) << 16);

@@ -1,9 +1,8 @@
 #include "conditions/places_in_files.hpp"
-#include "maille/materials/text_file.hpp"
+#include "maille/materials/json.hpp"
 #include "maille/scene/csv.hpp"
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <charconv>
@@ -13,7 +12,7 @@ namespace maille::reader {
 
 namespace {
 
-using nlohmann::json;
+using json = nlohmann::ordered_json;
 
 constexpr double metres_per_millimetre = 1e-3;
 constexpr double largest_coordinate = 1e9; ///< [mm]
@@ -85,17 +84,18 @@ Landmarks read_fcsv(const std::filesystem::path& file) {
 
 /// One of `markups`. @return false where its form is another
 bool add_markup(const json& markup, Landmarks& landmarks, bool& is_first) {
-  const auto frame = frame_named(markup.value("coordinateSystem", std::string()));
+  const json& named = json_entry(markup, "coordinateSystem");
+  const auto frame = named.is_string() ? frame_named(named.get_ref<const std::string&>()) : std::nullopt;
   if (is_first)
     landmarks.frame = frame;
   else if (landmarks.frame != frame)
     landmarks.frame.reset();
   is_first = false;
-  const json unit = markup.value("coordinateUnits", json("mm"));
-  if (unit != json("mm") && !(unit.is_array() && !unit.empty() && unit[0] == json("mm")))
+  const json& unit = json_entry(markup, "coordinateUnits");
+  if (!unit.is_null() && unit != json("mm") && !(unit.is_array() && !unit.empty() && unit[0] == json("mm")))
     return false;
-  for (const json& point : markup.value("controlPoints", json::array())) {
-    const json place = point.value("position", json());
+  for (const json& point : json_entry(markup, "controlPoints")) {
+    const json& place = json_entry(point, "position");
     if (!place.is_array() || place.size() != 3)
       return false;
     Vec3 x{};
@@ -105,7 +105,8 @@ bool add_markup(const json& markup, Landmarks& landmarks, bool& is_first) {
       x[a] = metres_per_millimetre * place[a].get<double>();
     }
     landmarks.points.push_back(x);
-    landmarks.names.push_back(point.value("label", std::string()));
+    const json& label = json_entry(point, "label");
+    landmarks.names.push_back(label.is_string() ? label.get<std::string>() : "");
   }
   return true;
 }
@@ -115,15 +116,14 @@ Landmarks read_markups(const std::filesystem::path& file) {
                                  "\"position\": [x, y, z] }] }] } "
                                  "in millimetres, as 3D Slicer writes it";
   Landmarks landmarks;
-  try {
-    const json document = json::parse(read_text_file(file, "landmarks, a .mrk.json file"));
-    bool is_first = true;
-    for (const json& markup : document.at("markups"))
-      if (!add_markup(markup, landmarks, is_first))
-        fail(file, 0, "markups", wanted, "another form, or a number that is not finite");
-  } catch (const json::exception& error) {
-    fail(file, 0, "", wanted, error.what());
-  }
+  const json document = parse_json(read_text_file(file, "landmarks, a .mrk.json file"), file);
+  const json& markups = json_entry(document, "markups");
+  if (!markups.is_array())
+    fail(file, 0, "markups", wanted, markups.is_null() ? "none" : "another form");
+  bool is_first = true;
+  for (const json& markup : markups)
+    if (!add_markup(markup, landmarks, is_first))
+      fail(file, 0, "markups", wanted, "another form, or a number that is not finite");
   return landmarks;
 }
 

@@ -1,4 +1,5 @@
 #include "conditions/places_in_files.hpp"
+#include "geometry/box_tree.hpp"
 #include "maille/materials/text_file.hpp"
 
 #include <Eigen/Geometry>
@@ -133,28 +134,19 @@ double distance(const Vec3& point, const Triangle& triangle) {
 std::vector<std::int64_t> nodes_near(const std::vector<Triangle>& triangles, double within,
                                      const Specimen& body) {
   const Grid& grid = body.grid;
-  std::vector<bool> is_near(static_cast<std::size_t>(grid.n_nodes()), false);
-  for (const Triangle& triangle : triangles) {
-    Index3 first{0, 0, 0}, last = grid.nodes();
-    for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a) {
-      const auto [low, high] = std::minmax({triangle[0][a], triangle[1][a], triangle[2][a]});
-      const double h = grid.spacing()[a], n = grid.nodes()[a];
-      first[a] = static_cast<int>(std::clamp(std::floor((low - within - body.origin[a]) / h), 0.0, n));
-      last[a] = static_cast<int>(std::clamp(std::ceil((high + within - body.origin[a]) / h) + 1, 0.0, n));
-    }
-    for (int k = first[2]; k < last[2]; ++k)
-      for (int j = first[1]; j < last[1]; ++j)
-        for (int i = first[0]; i < last[0]; ++i) {
-          const Index3 at{i, j, k};
-          const auto node = static_cast<std::size_t>(grid.node(at));
-          if (!is_near[node] && distance(body.position(at), triangle) <= within * (1 + 1e-9))
-            is_near[node] = true;
-        }
-  }
+  const BoxTree tree(triangles);
+  const double reach = within * (1 + 1e-9);
   std::vector<std::int64_t> nodes;
-  for (std::size_t node = 0; node < is_near.size(); ++node)
-    if (is_near[node])
-      nodes.push_back(static_cast<std::int64_t>(node));
+  for (std::int64_t node = 0; node < grid.n_nodes(); ++node) {
+    const Vec3 at = body.position(grid.node_at(node));
+    bool is_near = false;
+    tree.near(at, reach * reach, [&](std::size_t triangle) {
+      is_near = is_near || distance(at, triangles[triangle]) <= reach;
+      return is_near ? -1 : reach * reach;
+    });
+    if (is_near)
+      nodes.push_back(node);
+  }
   return nodes;
 }
 

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <limits>
+#include <numeric>
 #include <optional>
 #include <vector>
 
@@ -33,55 +33,34 @@ Box box_of(const std::vector<std::vector<Triangle>>& surfaces) {
   return box;
 }
 
-/// Which rows of voxels along x a triangle crosses, and where.
-class Crossings {
+/// Where a triangle crosses rows of voxels along x, which lie a little beside the middles of the voxels so that
+/// they meet no edge.
+class RowsOfTriangle {
 public:
-  Crossings(const ImageInfo& grid, const Vec3& low)
-      : size_(grid.size), spacing_(grid.spacing), low_(low),
-        rows_(static_cast<std::size_t>(grid.size[1]) * static_cast<std::size_t>(grid.size[2])) {}
-
-  void add(const Triangle& triangle) {
-    Box box;
+  RowsOfTriangle(const Triangle& triangle, const ImageInfo& grid, const Vec3& low)
+      : triangle_(triangle), grid_(grid), low_(low) {
     for (const Vec3& corner : triangle)
-      box.add(corner);
-    for (int k = first(box.low[2], 2); k <= last(box.high[2], 2); ++k)
-      for (int j = first(box.low[1], 1); j <= last(box.high[1], 1); ++j)
-        if (const auto x = crossed(triangle, middle(j, 1), middle(k, 2)))
-          row(j, k).push_back(*x);
+      box_.add(corner);
   }
-
-  std::vector<double>& row(int j, int k) {
-    return rows_[static_cast<std::size_t>(j) +
-                 static_cast<std::size_t>(size_[1]) * static_cast<std::size_t>(k)];
-  }
-  /// A little beside it, so that no line meets an edge.
-  double middle(int i, std::size_t axis) const {
+  static double middle(const ImageInfo& grid, const Vec3& low, int i, std::size_t axis) {
     constexpr std::array<double, 3> beside{0, 0.61803e-6, 0.41421e-6};
-    return low_[axis] + (i + 0.5 + beside[axis]) * spacing_[axis];
+    return low[axis] + (i + 0.5 + beside[axis]) * grid.spacing[axis];
   }
+  int first(std::size_t axis) const { return row_at(std::floor(steps(box_.low[axis], axis)), axis); }
+  int last(std::size_t axis) const { return row_at(std::ceil(steps(box_.high[axis], axis)), axis); }
 
-private:
-  int first(double x, std::size_t axis) const {
-    return static_cast<int>(
-        std::clamp(std::floor((x - low_[axis]) / spacing_[axis] - 0.5), 0.0, size_[axis] - 1.0));
-  }
-  int last(double x, std::size_t axis) const {
-    return static_cast<int>(
-        std::clamp(std::ceil((x - low_[axis]) / spacing_[axis] - 0.5), 0.0, size_[axis] - 1.0));
-  }
-  /// Where a line along x through (y, z) goes through a triangle. An edge belongs to the triangle that is
-  /// to the side of larger y, of edges along y of larger z: two triangles that share one never both have
-  /// it.
-  static std::optional<double> crossed(const Triangle& triangle, double y, double z) {
+  /// Where the row through (y, z) goes through the triangle. An edge belongs to the triangle that is to the
+  /// side of larger y, of edges along y of larger z: two triangles that share one never both have it.
+  std::optional<double> crossed(double y, double z) const {
     bool is_in = false;
     for (std::size_t c = 0; c < 3; ++c) { // crossings of the edges by a half-line along y
-      const Vec3 &a = triangle[c], &b = triangle[(c + 1) % 3];
+      const Vec3 &a = triangle_[c], &b = triangle_[(c + 1) % 3];
       if ((a[2] > z) != (b[2] > z) && y < a[1] + (z - a[2]) / (b[2] - a[2]) * (b[1] - a[1]))
         is_in = !is_in;
     }
     if (!is_in)
       return std::nullopt;
-    const Vec3 &o = triangle[0], &p = triangle[1], &q = triangle[2];
+    const Vec3 &o = triangle_[0], &p = triangle_[1], &q = triangle_[2];
     const double n_x = (p[1] - o[1]) * (q[2] - o[2]) - (p[2] - o[2]) * (q[1] - o[1]);
     const double n_y = (p[2] - o[2]) * (q[0] - o[0]) - (p[0] - o[0]) * (q[2] - o[2]);
     const double n_z = (p[0] - o[0]) * (q[1] - o[1]) - (p[1] - o[1]) * (q[0] - o[0]);
@@ -90,10 +69,26 @@ private:
     return o[0] - (n_y * (y - o[1]) + n_z * (z - o[2])) / n_x;
   }
 
-  Index3 size_;
-  Vec3 spacing_, low_;
-  std::vector<std::vector<double>> rows_;
+private:
+  double steps(double x, std::size_t axis) const { return (x - low_[axis]) / grid_.spacing[axis] - 0.5; }
+  int row_at(double step, std::size_t axis) const {
+    return static_cast<int>(std::clamp(step, 0.0, grid_.size[axis] - 1.0));
+  }
+
+  const Triangle& triangle_;
+  const ImageInfo& grid_;
+  const Vec3& low_;
+  Box box_;
 };
+
+/// Takes up the triangles that begin in a row or layer and drops those that have ended before it.
+/// @param order   by their first, of which those before `next` are taken up
+void move_on(const std::vector<RowsOfTriangle>& triangles, const std::vector<std::uint32_t>& order,
+             std::size_t axis, int at, std::size_t& next, std::vector<std::uint32_t>& open) {
+  std::erase_if(open, [&](std::uint32_t t) { return triangles[t].last(axis) < at; });
+  for (; next < order.size() && triangles[order[next]].first(axis) <= at; ++next)
+    open.push_back(order[next]);
+}
 
 } // namespace
 
@@ -117,28 +112,51 @@ OrFault<Image> voxelised(const std::vector<std::vector<Triangle>>& surfaces, con
   image.values.assign(static_cast<std::size_t>(image.info.n_voxels()), 0);
   const Index3& size = image.info.size;
   for (std::size_t s = 0; s < surfaces.size(); ++s) {
-    Crossings crossings(image.info, box.low);
+    std::vector<RowsOfTriangle> triangles;
     for (const Triangle& triangle : surfaces[s])
-      crossings.add(triangle);
+      triangles.emplace_back(triangle, image.info, box.low);
+    const auto middle = [&](int i, std::size_t axis) {
+      return RowsOfTriangle::middle(image.info, box.low, i, axis);
+    };
+    std::vector<std::uint32_t> order(triangles.size()), in_layer, rows, in_row;
+    const auto by_first = [&](std::size_t axis) {
+      return [&, axis](std::uint32_t one, std::uint32_t other) {
+        return triangles[one].first(axis) < triangles[other].first(axis);
+      };
+    };
+    std::iota(order.begin(), order.end(), 0U);
+    std::ranges::sort(order, by_first(2));
+    std::vector<double> row; // crossings of one row at a time: memory follows the triangles
     bool holds_any = false;
-    for (int k = 0; k < size[2]; ++k)
+    std::size_t next_of_layer = 0;
+    for (int k = 0; k < size[2]; ++k) {
+      move_on(triangles, order, 2, k, next_of_layer, in_layer);
+      rows = in_layer;
+      std::ranges::sort(rows, by_first(1));
+      in_row.clear();
+      std::size_t next_of_row = 0;
       for (int j = 0; j < size[1]; ++j) {
-        auto& row = crossings.row(j, k);
+        move_on(triangles, rows, 1, j, next_of_row, in_row);
+        row.clear();
+        for (const std::uint32_t triangle : in_row)
+          if (const auto x = triangles[triangle].crossed(middle(j, 1), middle(k, 2)))
+            row.push_back(*x);
         if (row.size() % 2 != 0)
           return RegionFault{
               "a closed surface",
               fmt::format("surface {} with a hole: a line along x at y = {:.6g}, z = {:.6g} m crosses "
                           "it {} times",
-                          s + 1, crossings.middle(j, 1), crossings.middle(k, 2), row.size())};
+                          s + 1, middle(j, 1), middle(k, 2), row.size())};
         std::ranges::sort(row);
         for (std::size_t c = 0; c + 1 < row.size(); c += 2)
-          for (int i = 0; i < size[0]; ++i)
-            if (const double x = crossings.middle(i, 0); x >= row[c] && x < row[c + 1]) {
+          for (int i = 0; row[c] < row[c + 1] && i < size[0]; ++i)
+            if (const double x = middle(i, 0); x >= row[c] && x < row[c + 1]) {
               image.values[static_cast<std::size_t>(
                   i + std::int64_t{size[0]} * (j + std::int64_t{size[1]} * k))] = static_cast<float>(s + 1);
               holds_any = true;
             }
       }
+    }
     if (!holds_any)
       return RegionFault{"a closed surface around the middle of at least one voxel",
                          fmt::format("surface {}, of {} triangles, around none: it is open or thinner than "

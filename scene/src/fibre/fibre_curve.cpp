@@ -1,3 +1,4 @@
+#include "geometry/box_tree.hpp"
 #include "maille/scene/fibre/fibre_field.hpp"
 
 #include <algorithm>
@@ -36,20 +37,27 @@ FibreCurve::FibreCurve(std::span<const Vec3> points) : points_(points.begin(), p
     const Vec3& after = i < pieces.size() ? pieces[i] : is_closed ? pieces.front() : pieces.back();
     directions_[i] = unit(blend(before, after, 0.5));
   }
+  std::vector<std::array<Vec3, 2>> ends;
+  for (std::size_t i = 0; i + 1 < points_.size(); ++i)
+    ends.push_back({points_[i], points_[i + 1]});
+  pieces_ = std::make_shared<const BoxTree>(ends);
 }
 
 Vec3 FibreCurve::direction_at(const Vec3& position) const {
   double nearest = std::numeric_limits<double>::infinity();
+  std::size_t first = points_.size();
   Vec3 direction{};
-  for (std::size_t i = 0; i + 1 < points_.size(); ++i) {
+  pieces_->near(position, nearest, [&](std::size_t i) {
     const Vec3 piece = difference(points_[i + 1], points_[i]);
     const double t = std::clamp(dot(difference(position, points_[i]), piece) / dot(piece, piece), 0.0, 1.0);
     const Vec3 away = difference(position, blend(points_[i], points_[i + 1], t));
-    if (dot(away, away) < nearest) {
-      nearest = dot(away, away);
+    if (const double square = dot(away, away); square < nearest || (square == nearest && i < first)) {
+      nearest = square;
+      first = i;
       direction = blend(directions_[i], directions_[i + 1], t);
     }
-  }
+    return nearest;
+  });
   return unit(direction);
 }
 

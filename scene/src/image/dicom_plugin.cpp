@@ -17,6 +17,7 @@
 #include <cstring>
 #include <exception>
 #include <fcntl.h>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
@@ -36,6 +37,26 @@ bool begins_as_dicom(const std::string& file) {
   std::ifstream stream(file, std::ios::binary);
   std::array<char, 132> bytes{};
   return stream.read(bytes.data(), bytes.size()) && std::memcmp(bytes.data() + 128, "DICM", 4) == 0;
+}
+
+/// GDCM allocates what a file claims. From here on this process may take 256 MB and 40 times the file more than
+/// it has, and a minute and a second a MB.
+void bound_memory_and_time(const std::string& file) {
+  constexpr rlim_t always = rlim_t{256} << 20, a_byte = 40;
+  constexpr unsigned seconds = 60, bytes_a_second = 1'000'000;
+  std::error_code ignored;
+  const std::uintmax_t found = std::filesystem::file_size(file, ignored), bytes = ignored ? 0 : found;
+  alarm(seconds + static_cast<unsigned>(bytes / bytes_a_second));
+  rlimit limit{};
+  std::ifstream pages("/proc/self/statm");
+  rlim_t data = 0; // its sixth number
+  for (int i = 0; i < 6; ++i)
+    pages >> data;
+  if (!pages || getrlimit(RLIMIT_DATA, &limit) != 0)
+    return;
+  limit.rlim_cur =
+      std::min(limit.rlim_max, data * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + always + a_byte * bytes);
+  setrlimit(RLIMIT_DATA, &limit);
 }
 
 std::string text(const gdcm::StringFilter& filter, std::uint16_t group, std::uint16_t element) {
@@ -67,6 +88,7 @@ double first_or(const std::vector<double>& found, double otherwise) {
 }
 
 DicomHeader read_header(const std::string& file) {
+  bound_memory_and_time(file);
   DicomHeader header;
   if (!begins_as_dicom(file))
     return header;
@@ -108,14 +130,21 @@ DicomHeader read_header(const std::string& file) {
   return header;
 }
 
-template<class Stored>
-void append(const std::vector<char>& bytes, std::vector<double>& values) {
-  values.resize(bytes.size() / sizeof(Stored));
-  for (std::size_t i = 0; i < values.size(); ++i) {
+/// Calls put(values) with parts of the pixels, one after another.
+template<class Stored, class Put>
+void convert(const std::vector<char>& bytes, const Put& put) {
+  constexpr std::size_t in_part = std::size_t{1} << 16;
+  std::vector<double> part;
+  for (std::size_t i = 0; i < bytes.size() / sizeof(Stored); ++i) {
     Stored value;
     std::memcpy(&value, bytes.data() + i * sizeof(Stored), sizeof(Stored));
-    values[i] = static_cast<double>(value);
+    part.push_back(static_cast<double>(value));
+    if (part.size() == in_part) {
+      put(part);
+      part.clear();
+    }
   }
+  put(part);
 }
 
 /// Whether the file ends before the pixels that it announces; GDCM makes up what is missing. Of compressed
@@ -142,7 +171,10 @@ bool is_cut_short(const std::string& file, const gdcm::DataSet& data) {
   return false;
 }
 
-std::string read_pixels(const std::string& file, std::vector<double>& values) {
+/// @param begin is given the number of pixels, before the first part
+template<class Begin, class Put>
+std::string read_pixels(const std::string& file, const Begin& begin, const Put& put) {
+  bound_memory_and_time(file);
   gdcm::ImageReader reader;
   reader.SetFileName(file.c_str());
   if (!reader.Read())
@@ -150,40 +182,41 @@ std::string read_pixels(const std::string& file, std::vector<double>& values) {
   if (is_cut_short(file, reader.GetFile().GetDataSet()))
     return "a file that is cut short";
   const gdcm::Image& image = reader.GetImage();
+  std::error_code ignored;
+  const std::uintmax_t size = std::filesystem::file_size(file, ignored);
+  constexpr std::size_t always = std::size_t{1} << 25, a_byte = 20; // 4096 x 4096 pixels of 16 bits
+  if (image.GetBufferLength() > always + a_byte * size)
+    return "more pixels than its size allows";
   std::vector<char> bytes(image.GetBufferLength());
   if (!image.GetBuffer(bytes.data()))
     return "pixels that GDCM cannot decode";
+  const auto give = [&]<class Stored>(Stored /*one*/) {
+    begin(bytes.size() / sizeof(Stored));
+    convert<Stored>(bytes, put);
+    return std::string();
+  };
   switch (image.GetPixelFormat().GetScalarType()) {
   case gdcm::PixelFormat::UINT8:
-    append<std::uint8_t>(bytes, values);
-    break;
+    return give(std::uint8_t{});
   case gdcm::PixelFormat::INT8:
-    append<std::int8_t>(bytes, values);
-    break;
+    return give(std::int8_t{});
   case gdcm::PixelFormat::UINT12:
   case gdcm::PixelFormat::UINT16:
-    append<std::uint16_t>(bytes, values);
-    break;
+    return give(std::uint16_t{});
   case gdcm::PixelFormat::INT12:
   case gdcm::PixelFormat::INT16:
-    append<std::int16_t>(bytes, values);
-    break;
+    return give(std::int16_t{});
   case gdcm::PixelFormat::UINT32:
-    append<std::uint32_t>(bytes, values);
-    break;
+    return give(std::uint32_t{});
   case gdcm::PixelFormat::INT32:
-    append<std::int32_t>(bytes, values);
-    break;
+    return give(std::int32_t{});
   case gdcm::PixelFormat::FLOAT32:
-    append<float>(bytes, values);
-    break;
+    return give(float{});
   case gdcm::PixelFormat::FLOAT64:
-    append<double>(bytes, values);
-    break;
+    return give(double{});
   default:
     return "pixels of a type that is no number of 8 to 64 bits";
   }
-  return {};
 }
 
 // ---- in a process of its own ------------------------------------------------------------------------------
@@ -259,6 +292,7 @@ bool apart(Work&& work, Take&& take) {
     return false;
   if (child == 0) {
     signal(SIGABRT, SIG_DFL);
+    signal(SIGALRM, SIG_DFL);
     signal(SIGPIPE, SIG_DFL);
     constexpr rlimit none{0, 0};
     setrlimit(RLIMIT_CORE, &none);
@@ -354,23 +388,33 @@ std::vector<DicomHeader> headers(const std::vector<std::string>& files) {
 }
 
 std::string pixels(const std::string& file, std::vector<double>& values) {
-  std::string fault = "a damaged file";
+  std::string fault = "a damaged file, or one that takes more memory or time than its size allows";
   const auto work = [&](const Pipe& pipe) {
-    std::vector<double> read;
-    pipe.put_text(read_pixels(file, read));
-    const std::size_t size = read.size();
-    pipe.put(&size, sizeof(size));
-    pipe.put(read.data(), size * sizeof(double));
+    const auto begin = [&](std::size_t n) {
+      pipe.put_text({});
+      pipe.put(&n, sizeof(n));
+    };
+    const auto put = [&](const std::vector<double>& part) {
+      pipe.put(part.data(), part.size() * sizeof(double));
+    };
+    if (const std::string said = read_pixels(file, begin, put); !said.empty())
+      pipe.put_text(said);
   };
   apart(work, [&](const Pipe& pipe) {
     std::string said;
     std::size_t size = 0;
     constexpr std::size_t most = std::size_t{1} << 32U; // 65536 x 65536
-    if (!pipe.take_text(said) || !pipe.take(&size, sizeof(size)) || size > most)
+    if (!pipe.take_text(said))
+      return;
+    if (!said.empty()) {
+      fault = said;
+      return;
+    }
+    if (!pipe.take(&size, sizeof(size)) || size > most)
       return;
     values.resize(size);
     if (pipe.take(values.data(), size * sizeof(double)))
-      fault = said;
+      fault.clear();
   });
   return fault;
 }

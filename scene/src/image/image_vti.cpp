@@ -1,10 +1,11 @@
-// VTK's XML image data (.vti).
+// VTK's XML image data (.vti), and arrays of nodes in .vti and .vtu.
 //
 // Source: VTK File Formats (Kitware), section on XML formats, and VTK 9.1's vtkXMLWriter for what it leaves
 // open. Raw appended data is no valid XML, so the file is cut at <AppendedData before the XML is parsed.
-// Departures: one Piece only; compressors other than vtkZLibDataCompressor are refused by name.
+// Departures: one Piece only; compressors other than zlib and LZ4 are refused by name.
 
 #include "image/image_vti_data.hpp"
+#include "maille/scene/voxel_map.hpp"
 
 #include <fmt/format.h>
 
@@ -90,21 +91,26 @@ std::string choice(xml_node node, const char* name, std::initializer_list<std::s
   return {};
 }
 
-void read_encoding(VtiFile& vti, Faults& faults) {
+xml_node read_encoding(VtiFile& vti, std::initializer_list<std::string_view> types, Faults& faults) {
   const xml_node root = vti.document.child("VTKFile");
   if (!root)
     faults.fail("VTKFile", "this as the outermost element", in_quotes(vti.document.first_child().name()));
-  choice(root, "type", {"ImageData"}, "", faults);
+  const std::string type = choice(root, "type", types, "", faults);
   vti.swap_bytes =
       must_swap(choice(root, "byte_order", {"LittleEndian", "BigEndian"}, "", faults) == "BigEndian");
   vti.has_wide_header = choice(root, "header_type", {"UInt32", "UInt64"}, "UInt32", faults) == "UInt64";
-  vti.is_compressed = !choice(root, "compressor", {"", "vtkZLibDataCompressor"}, "", faults).empty();
+  const std::string compressor =
+      choice(root, "compressor", {"", "vtkZLibDataCompressor", "vtkLZ4DataCompressor"}, "", faults);
+  vti.is_compressed = !compressor.empty();
+  vti.is_lz4 = compressor == "vtkLZ4DataCompressor";
   if (vti.appended_from > 0)
     vti.is_appended_raw =
         choice(root.child("AppendedData"), "encoding", {"raw", "base64"}, "", faults) == "raw";
-  if (root.child("ImageData").empty())
-    faults.add("ImageData", "this element", "none");
+  const xml_node grid = root.child(type.c_str());
+  if (!grid && !type.empty())
+    faults.add(type, "this element", "none");
   faults.throw_if_any();
+  return grid;
 }
 
 template<class T>
@@ -244,8 +250,7 @@ OpenImage open_vti(const std::filesystem::path& file, std::int64_t largest_text,
   vti->file = file;
   read_text(file, largest_text, *vti, faults);
   parse_text(*vti, faults);
-  read_encoding(*vti, faults);
-  const xml_node grid = vti->document.child("VTKFile").child("ImageData");
+  const xml_node grid = read_encoding(*vti, {"ImageData"}, faults);
   const Extent extent = read_extent(grid, faults);
   const xml_node piece = only_piece(grid, faults);
   xml_node array = active_array(piece.child("CellData"));
@@ -273,3 +278,70 @@ OpenImage open_vti(const std::filesystem::path& file, std::int64_t largest_text,
 }
 
 } // namespace maille::image_formats
+
+namespace maille {
+
+std::vector<double> read_vtk_array(const std::filesystem::path& file, std::string_view name,
+                                   std::int64_t tuples, std::int64_t components) {
+  using namespace image_formats;
+  constexpr std::int64_t largest_text = std::int64_t{16} << 20;
+  Faults faults(file.string());
+  const auto vti = std::make_shared<VtiFile>();
+  vti->file = file;
+  read_text(file, largest_text, *vti, faults);
+  parse_text(*vti, faults);
+  const xml_node grid = read_encoding(*vti, {"ImageData", "UnstructuredGrid"}, faults);
+  const xml_node piece = grid.child("Piece"), points = piece.child("PointData");
+  const auto of_name = [&](xml_node parent) {
+    return parent.find_child_by_attribute("Name", std::string(name).c_str());
+  };
+  const xml_node array = tuples > 0 ? of_name(points) : of_name(grid.child("FieldData"));
+  std::int64_t there = piece.attribute("NumberOfPoints").as_llong(-1);
+  if (std::string_view(grid.name()) == "ImageData") {
+    const Extent extent = read_extent(grid, faults);
+    there = 1;
+    for (const auto& [first, last] : extent)
+      if (__builtin_mul_overflow(there, last - first + 1, &there))
+        faults.fail("WholeExtent", "points that can be counted", "more");
+  }
+  if (tuples > 0 && there != tuples)
+    faults.fail("", fmt::format("{} points, as the scene's body has", tuples), fmt::format("{}", there));
+  if (!array || (tuples > 0 && array.attribute("NumberOfComponents").as_llong(1) != components))
+    return {};
+  const bool is_text = std::string_view(array.attribute("type").value()) == "String";
+  const auto type = is_text ? ScalarType::int8 : vti_scalar_type(array.attribute("type").value());
+  if (!type)
+    faults.fail(vti_array_name(array) + " type", "a number or String",
+                in_quotes(array.attribute("type").value()));
+  const auto bytes = tuples > 0 ? std::optional(tuples * components * bytes_of(*type)) : std::nullopt;
+  const ByteSourcePtr source = open_vti_array(vti, array, *type, bytes, faults);
+  const auto decoded = [&]<class T>(T /*one*/) {
+    const bool swap = vti->swap_bytes && std::string_view(array.attribute("format").value()) != "ascii";
+    const std::int64_t wanted = std::max(tuples, std::int64_t{1}) * components;
+    std::vector<double> values; // grows as the file fills it
+    std::array<char, 1 << 16> part{};
+    for (std::size_t got = part.size(); got == part.size() && std::ssize(values) < wanted;) {
+      got = source->read(part);
+      for (std::size_t at = 0; at + sizeof(T) <= got && std::ssize(values) < wanted; at += sizeof(T))
+        values.push_back(static_cast<double>(number_at<T>(part.data() + at, swap)));
+    }
+    if (tuples > 0 && std::ssize(values) != wanted)
+      faults.fail(vti_array_name(array), fmt::format("{} numbers", wanted), "the end of the data");
+    return values;
+  };
+  switch (*type) {
+  case ScalarType::int8:
+    return decoded(std::int8_t{});
+  case ScalarType::int32:
+    return decoded(std::int32_t{});
+  case ScalarType::float32:
+    return decoded(float{});
+  case ScalarType::float64:
+    return decoded(double{});
+  default:
+    faults.fail(vti_array_name(array) + " type", "Int32, Float32 or Float64",
+                in_quotes(array.attribute("type").value()));
+  }
+}
+
+} // namespace maille

@@ -53,12 +53,50 @@ void check_bytes(const std::string& key, std::optional<std::int64_t> expected, s
     faults.fail(key, fmt::format("{} bytes", *expected), fmt::format("{} bytes", found));
 }
 
-/// Blocks that are deflated one by one.
+/// A block of LZ4, in memory that grows no faster than 255 times what it is made of.
+///
+/// Source: LZ4 block format. A token holds two lengths of four bits, 15 of which go on in bytes up to one below
+/// 255: literals, then a match at least 4 long, some bytes back.
+std::string lz4_expanded(std::string_view from, std::int64_t size, const std::string& key, Faults& faults) {
+  std::string to;
+  const auto damaged = [&] { faults.fail(key, "a block of LZ4", "one that is damaged"); };
+  const auto byte = [&] {
+    if (from.empty())
+      damaged();
+    const auto value = static_cast<unsigned char>(from.front());
+    from.remove_prefix(1);
+    return std::int64_t{value};
+  };
+  const auto length = [&](std::int64_t nibble) {
+    for (std::int64_t more = nibble == 15 ? 255 : 0; more == 255; nibble += more)
+      more = byte();
+    return nibble;
+  };
+  while (!from.empty()) {
+    const std::int64_t token = byte(), literals = length(token >> 4);
+    if (literals > std::ssize(from) || literals > size - std::ssize(to))
+      damaged();
+    to.append(from.begin(), from.begin() + literals);
+    from = {from.begin() + literals, from.end()};
+    if (from.empty())
+      break;
+    const std::int64_t low = byte(), back = low | byte() << 8, match = length(token & 15) + 4;
+    if (back == 0 || back > std::ssize(to) || match > size - std::ssize(to))
+      damaged();
+    for (std::int64_t i = 0; i < match; ++i)
+      to.push_back(*(to.end() - back));
+  }
+  if (std::ssize(to) != size)
+    damaged();
+  return to;
+}
+
+/// Blocks that are compressed one by one.
 class BlockSource final : public ByteSource {
 public:
   BlockSource(ByteSourcePtr source, const VtiFile& vti, const std::string& key,
               std::optional<std::int64_t> expected, Faults& faults)
-      : source_(std::move(source)), key_(key), faults_(faults) {
+      : source_(std::move(source)), key_(key), faults_(faults), is_lz4_(vti.is_lz4) {
     CountReader counts(*source_, vti, key, faults);
     const std::int64_t n_blocks = counts.next();
     block_bytes_ = counts.next();
@@ -100,8 +138,18 @@ private:
       return true;
     if (is_cut_short_ || n_opened_ == compressed_bytes_.size())
       return false;
-    block_ = inflated(first_bytes(source_, compressed_bytes_[n_opened_++]), Compression::zlib, faults_);
+    const ByteSourcePtr compressed = first_bytes(source_, compressed_bytes_[n_opened_++]);
     block_left_ = n_opened_ == compressed_bytes_.size() ? last_bytes_ : block_bytes_;
+    if (is_lz4_) {
+      std::array<char, 1 << 14> part{};
+      std::string bytes;
+      for (std::size_t got = part.size(); got == part.size();)
+        bytes.append(part.data(), got = compressed->read(part));
+      expanded_ = lz4_expanded(bytes, block_left_, key_, faults_);
+      block_ = open_text(expanded_);
+    } else {
+      block_ = inflated(compressed, Compression::zlib, faults_);
+    }
     return true;
   }
   /// A block has to end where its header says, with its check sum.
@@ -127,6 +175,8 @@ private:
   std::int64_t last_bytes_ = 0;
   std::size_t n_opened_ = 0;
   ByteSourcePtr block_;
+  bool is_lz4_;
+  std::string expanded_; ///< of LZ4
   std::int64_t block_left_ = 0;
   bool is_cut_short_ = false;
 };

@@ -17,6 +17,7 @@ struct VtiFile {
   bool swap_bytes = false;
   bool has_wide_header = false; ///< UInt64 counts, else UInt32
   bool is_compressed = false;
+  bool is_lz4 = false; ///< else zlib, where compressed
 };
 
 std::optional<ScalarType> vti_scalar_type(std::string_view name);

@@ -1,9 +1,7 @@
 // Colour maps as ParaView writes them: JSON, a list of maps.
 
-#include "maille/materials/text_file.hpp"
+#include "maille/materials/json.hpp"
 #include "maille/scene/look.hpp"
-
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -22,15 +20,15 @@ namespace {
 }
 
 /// Numbers in groups, as RGBPoints and Points are; every one finite, the first of each group ascending.
-std::vector<double> numbers_in_groups(const nlohmann::json& map, const char* key, std::size_t group,
+std::vector<double> numbers_in_groups(const nlohmann::ordered_json& map, const char* key, std::size_t group,
                                       const std::filesystem::path& file) {
-  const nlohmann::json& list = map.at(key);
+  const nlohmann::ordered_json& list = map.at(key);
   const std::string expected = "groups of " + std::to_string(group) +
                                " finite numbers, each group's value "
                                "not below the one before";
   std::vector<double> numbers;
   if (list.is_array())
-    for (const nlohmann::json& number : list)
+    for (const nlohmann::ordered_json& number : list)
       numbers.push_back(number.is_number() ? number.get<double>() : std::nan(""));
   bool is_good = !numbers.empty() && numbers.size() % group == 0 &&
                  std::ranges::all_of(numbers, [](double x) { return std::isfinite(x); });
@@ -44,10 +42,8 @@ std::vector<double> numbers_in_groups(const nlohmann::json& map, const char* key
 } // namespace
 
 Look read_paraview_colours(const std::filesystem::path& file) {
-  const auto json = nlohmann::json::parse(read_text_file(file, "a colour map"), nullptr, false);
-  if (json.is_discarded())
-    fail(file, "", "a colour map of ParaView, in JSON", "text that is no JSON");
-  const nlohmann::json* map = json.is_array() && !json.empty() ? &json.front() : &json;
+  const auto json = parse_json(read_text_file(file, "a colour map"), file);
+  const nlohmann::ordered_json* map = json.is_array() && !json.empty() ? &json.front() : &json;
   if (!map->is_object() || !map->contains("RGBPoints"))
     fail(file, "RGBPoints", "a map with points of colour", "none");
   Look look;

@@ -102,6 +102,16 @@ void fill_partial_volume(const PartialVolume& asked, const LayeredImage& image,
         return;
       }
     }
+    if (asked.from == PartialVolume::From::smooth) {
+      constexpr double widest = 16; // [voxels]; memory and time grow with it
+      const double most = widest * *std::ranges::min_element(image.info().spacing);
+      if (!(asked.width <= most)) {
+        table.faults().add(asked.line, path + ".smooth",
+                           fmt::format("about a voxel, at most {:g}: {:.4g} mm", widest, 1e3 * most),
+                           fmt::format("{:.4g} mm", 1e3 * asked.width));
+        return;
+      }
+    }
     LayerWindow shares = is_grey ? shares_of_grey(from.open(coarsen[2]), asked.none, asked.full)
                                  : shares_of_labels(from.open(coarsen[2]), ranges);
     if (asked.from == PartialVolume::From::smooth)

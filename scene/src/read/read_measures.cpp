@@ -308,9 +308,20 @@ void check_columns(const Measure& measure, TableReader& table, std::map<std::str
 std::vector<Measure> read_measures(TableReader& root, const Scene& scene, bool has_body) {
   std::vector<Measure> measures;
   std::map<std::string, std::string> owner;
+  // All places together, in bytes: 32 million and those of some sixty measures of the whole body.
+  constexpr std::int64_t bytes_of_point = 100, always = 32'000'000, a_cell = 512;
+  const std::int64_t most = always + (has_body ? a_cell * scene.specimen.grid.n_cells() : 0);
+  std::int64_t bytes = 0;
   for_each_table(root, "measure", [&](TableReader& table) {
     if (auto measure = MeasureReader(root, table, scene, has_body).read()) {
       check_columns(*measure, table, owner);
+      bytes += bytes_of_point * std::ssize(measure->points) +
+               std::int64_t{8} * (std::ssize(measure->cells) + std::ssize(measure->nodes));
+      if (bytes > most) {
+        table.fault("", fmt::format("measures whose places take at most {} MB together", most / 1'000'000),
+                    "more");
+        table.faults().throw_if_any();
+      }
       measures.push_back(std::move(*measure));
     }
   });

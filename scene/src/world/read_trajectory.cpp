@@ -38,6 +38,27 @@ std::string movable_names(const WorldScene& world) {
 
 } // namespace reader
 
+NodeRuns::NodeRuns(const std::vector<std::int64_t>& nodes) {
+  std::vector<Run> runs;
+  for (const std::int64_t node : nodes)
+    if (runs.empty() || runs.back()[1] + 1 != node)
+      runs.push_back({node, node});
+    else
+      runs.back()[1] = node;
+  runs.shrink_to_fit();
+  if (!runs.empty())
+    runs_ = std::make_shared<const std::vector<Run>>(std::move(runs));
+}
+
+NodeRuns::operator std::vector<std::int64_t>() const {
+  std::vector<std::int64_t> nodes;
+  if (runs_)
+    for (const auto& [first, last] : *runs_)
+      for (std::int64_t node = first; node <= last; ++node)
+        nodes.push_back(node);
+  return nodes;
+}
+
 namespace {
 
 using reader::most_frames;
@@ -67,8 +88,9 @@ bool read_driven(TableReader& table, const WorldScene& world, DriveSpan& span) {
   const auto region = reader::read_region(table, body.grid.dimension(), &body);
   if (!region)
     return false;
-  span.nodes = region->nodes(body);
-  if (span.nodes.empty())
+  const std::vector<std::int64_t> nodes = region->nodes(body);
+  span.nodes = nodes;
+  if (nodes.empty())
     table.fault("where", "a region with at least one node of the object in it",
                 reader::in_words(*table.find("where")));
   return true;
@@ -151,7 +173,8 @@ Trajectory read_tables(std::string_view text, const std::filesystem::path& file,
       root.fault("frame_time", "a time > 0", describe(*root.find("frame_time")));
   }
   trajectory.n_frames = root.integer("frames", 0, most_frames).value_or(0);
-  std::int64_t next = 1;
+  std::int64_t next = 1, bytes = 0;
+  constexpr std::int64_t most_bytes = std::int64_t{64} << 20;
   reader::for_each_table(root, "drive", [&](TableReader& table) {
     DriveSpan span;
     span.first_frame = table.integer("start", 1, most_frames).value_or(next);
@@ -164,6 +187,13 @@ Trajectory read_tables(std::string_view text, const std::filesystem::path& file,
     else
       for (const char* key : {"by", "to", "turn", "slide", "follow", "stiffness", "release"})
         table.find(key);
+    if (!trajectory.spans.empty() && trajectory.spans.back().nodes == span.nodes)
+      span.nodes = trajectory.spans.back().nodes; // one list for both
+    else if ((bytes += span.nodes.bytes()) > most_bytes) {
+      table.fault("where", fmt::format("regions of all drives that take at most {} MiB", most_bytes >> 20),
+                  "more");
+      faults.throw_if_any();
+    }
     trajectory.spans.push_back(std::move(span));
   });
   root.finish();

@@ -184,11 +184,19 @@ std::vector<std::int64_t> listed_nodes(std::string_view text, const Specimen& bo
   return std::ranges::adjacent_find(sorted) == sorted.end() ? nodes : wrong();
 }
 
-std::vector<std::int64_t> read_nodes(Row& row, const Specimen& body) {
-  const std::string_view list = row.text("nodes");
-  if (!list.empty() && !row.text("where").empty())
+/// By object and text: rows of one region share it.
+using Regions = std::map<std::pair<std::size_t, std::string>, NodeRuns, std::less<>>;
+
+NodeRuns read_nodes(Row& row, std::size_t object, const Specimen& body, Regions& regions) {
+  const std::string_view list = row.text("nodes"), face = row.text("where");
+  if (!list.empty() && !face.empty())
     row.fault("nodes", "either `where` or `nodes`", "both");
-  return list.empty() ? nodes_of_face(row.text("where"), body, row) : listed_nodes(list, body, row);
+  const std::pair key(object, std::string(list.empty() ? face : list));
+  const auto known = regions.find(key);
+  if (known != regions.end())
+    return known->second;
+  NodeRuns nodes = list.empty() ? nodes_of_face(face, body, row) : listed_nodes(list, body, row);
+  return nodes.empty() ? nodes : regions.emplace(key, std::move(nodes)).first->second;
 }
 
 void read_release(Row& row, DriveSpan& span) {
@@ -267,7 +275,7 @@ std::optional<std::int64_t> read_frame(Row& row) {
   return std::nullopt;
 }
 
-std::optional<DriveSpan> read_row(Row& row, const WorldScene& world) {
+std::optional<DriveSpan> read_row(Row& row, const WorldScene& world, Regions& regions) {
   DriveSpan span;
   const auto frame = read_frame(row);
   if (!frame)
@@ -285,7 +293,7 @@ std::optional<DriveSpan> read_row(Row& row, const WorldScene& world) {
   if (span.release)
     return span;
   if (!is_rigid)
-    span.nodes = read_nodes(row, world.objects[*object].scene.specimen);
+    span.nodes = read_nodes(row, *object, world.objects[*object].scene.specimen, regions);
   else if (row.has_any({"where", "nodes"}))
     row.fault(row.text("where").empty() ? "nodes" : "where", "nothing: a rigid object moves as a whole",
               "\"" + std::string(row.text("where")) + std::string(row.text("nodes")) + "\"");
@@ -300,6 +308,7 @@ Trajectory read_trajectory_rows(std::string_view text, const WorldScene& world, 
   std::optional<Header> header;
   std::optional<WorldScene> with_tool; ///< rows may drive what a row has brought
   const WorldScene* whole = &world;
+  Regions regions;
   for (CsvRecords records(text, CsvComments::lines); records.next();) {
     const std::string_view first = trimmed(records.cells().front());
     if ((first.empty() && records.cells().size() == 1) || first.starts_with('#'))
@@ -323,7 +332,7 @@ Trajectory read_trajectory_rows(std::string_view text, const WorldScene& world, 
     } else if (row.is_frame_alone()) {
       if (const auto frame = read_frame(row))
         trajectory.n_frames = std::max(trajectory.n_frames, *frame);
-    } else if (auto span = read_row(row, *whole))
+    } else if (auto span = read_row(row, *whole, regions))
       trajectory.spans.push_back(std::move(*span));
   }
   if (!header)

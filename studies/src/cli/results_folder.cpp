@@ -1,13 +1,12 @@
 #include "cli/commands.hpp"
 
 #include "inputs.hpp"
-#include "maille/materials/fault.hpp"
+#include "maille/materials/json.hpp"
 #include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/methods.hpp"
 #include "maille/studies/version.hpp"
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <fstream>
@@ -19,10 +18,16 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
+constexpr std::int64_t largest_list = std::int64_t{1} << 30; ///< [bytes]
+
 /// A list of results, or nothing where the file is none.
 ordered_json list_in(const fs::path& file) {
-  std::ifstream stream(file);
-  ordered_json list = ordered_json::parse(stream, nullptr, false);
+  ordered_json list;
+  try {
+    list = parse_json(read_text_file(file, "a list of results", largest_list), file);
+  } catch (const InputError&) { // another program's file
+    return list;
+  }
   const bool is_list = list.is_object() && list.contains("kind") && list.contains("scene") &&
                        list["kind"].is_string() && list["scene"].is_string();
   return is_list ? list : ordered_json();

@@ -5,10 +5,10 @@
 #include "study/plan/read_parameter.hpp"
 #include "text.hpp"
 
+#include "identify/displacement_data.hpp"
 #include "maille/materials/text_file.hpp"
 #include "maille/scene/measure/measure.hpp"
 #include "maille/studies/comparison.hpp"
-#include "maille/studies/displacement_data.hpp"
 #include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/identify.hpp"
 #include "maille/studies/measure_values.hpp"

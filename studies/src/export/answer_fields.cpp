@@ -1,20 +1,12 @@
 #include "answer_fields.hpp"
 
-#include "body_grid.hpp"
 #include "body_pieces.hpp"
-#include "data_set_parts.hpp"
+#include "maille/scene/voxel_map.hpp"
 
-#include <vtkDataArray.h>
-#include <vtkDataSet.h>
-#include <vtkErrorCode.h>
-#include <vtkNew.h>
-#include <vtkPointData.h>
-#include <vtkXMLImageDataReader.h>
-#include <vtkXMLUnstructuredGridReader.h>
-
-#include <fmt/format.h>
+#include <algorithm>
 #include <optional>
 #include <stdexcept>
+#include <string_view>
 #include <vector>
 
 namespace maille::studies {
@@ -23,32 +15,24 @@ namespace fs = std::filesystem;
 namespace {
 
 /// Puts an array of some nodes into a field of all, which it makes where there is none.
-void add_field(vtkDataSet& body, const char* name, const Scene& scene, const BodyNumbering& numbering,
+void add_field(const fs::path& file, const char* name, const Scene& scene, const BodyNumbering& numbering,
                std::optional<Displacement>& all) {
-  vtkDataArray* const array = body.GetPointData()->GetArray(name);
-  if (array == nullptr || array->GetNumberOfComponents() != 3)
+  const std::vector<double> values = read_vtk_array(file, name, std::ssize(numbering.nodes), 3);
+  if (values.empty())
     return;
   if (!all)
     all.emplace(scene.specimen.grid);
-  const double in_a_metre = is_in_millimetres(body) ? 1e3 : 1;
-  for (vtkIdType i = 0; i < array->GetNumberOfTuples(); ++i) {
-    Vec3 value{};
-    array->GetTuple(i, value.data());
+  constexpr std::string_view millimetres = "lengths: mm";
+  const double in_a_metre =
+      std::ranges::equal(read_vtk_array(file, "Units", 0, std::ssize(millimetres)), millimetres) ? 1e3 : 1;
+  auto at = values.begin();
+  for (const std::int64_t node : numbering.nodes) {
+    Vec3 value{at[0], at[1], at[2]};
+    at += 3;
     value = to_object(scene.specimen.placement, value);
     for (int c = 0; c < scene.dimension(); ++c)
-      (*all)(c, numbering.nodes[static_cast<std::size_t>(i)]) =
-          value[static_cast<std::size_t>(c)] / in_a_metre;
+      (*all)(c, node) = value[static_cast<std::size_t>(c)] / in_a_metre;
   }
-}
-
-template<class Reader>
-vtkSmartPointer<vtkDataSet> read(const std::filesystem::path& file) {
-  vtkNew<Reader> reader;
-  reader->SetFileName(file.c_str());
-  reader->Update();
-  if (reader->GetErrorCode() != vtkErrorCode::NoError)
-    throw std::runtime_error("cannot read " + file.string());
-  return vtkSmartPointer<vtkDataSet>(reader->GetOutput());
 }
 
 } // namespace
@@ -58,27 +42,23 @@ AnswerFields read_answer_fields(const Scene& scene, const std::filesystem::path&
     throw std::runtime_error("there is no " + file.string());
   AnswerFields fields;
   std::optional<Displacement> displacement;
-  const auto add = [&](const fs::path& part, vtkDataSet& body, const BodyNumbering& numbering) {
-    if (body.GetNumberOfPoints() != static_cast<vtkIdType>(numbering.nodes.size()))
-      throw std::runtime_error(fmt::format("{} has {} points, the scene's body {}", part.string(),
-                                           body.GetNumberOfPoints(), numbering.nodes.size()));
-    add_field(body, "Displacement", scene, numbering, displacement);
-    add_field(body, "DisplacementReference", scene, numbering, fields.reference);
-    add_field(body, "DisplacementError", scene, numbering, fields.error);
-    add_field(body, "DisplacementErrorEstimate", scene, numbering, fields.estimate);
+  const auto add = [&](const fs::path& part, const BodyNumbering& numbering) {
+    add_field(part, "Displacement", scene, numbering, displacement);
+    add_field(part, "DisplacementReference", scene, numbering, fields.reference);
+    add_field(part, "DisplacementError", scene, numbering, fields.error);
+    add_field(part, "DisplacementErrorEstimate", scene, numbering, fields.estimate);
   };
   if (file.extension() == ".pvtu")
     for (std::size_t i = 0; fs::exists(file_of_piece(file, i)); ++i) {
-      const auto piece = read<vtkXMLUnstructuredGridReader>(file_of_piece(file, i));
-      const Layers layers = layers_in(*piece->GetFieldData());
-      if (layers.first < 0 || layers.first >= layers.end || layers.end > scene.specimen.grid.cells()[2])
-        throw std::runtime_error(file.string() + " is of another grid");
-      add(file, *piece, numbering_of(scene.specimen, layers));
+      const std::vector<double> layers = read_vtk_array(file_of_piece(file, i), "Layers", 0, 2);
+      const int n = scene.dimension() == 3 ? scene.specimen.grid.cells()[2] : 0;
+      if (layers.size() != 2 || !(layers[0] >= 0 && layers[0] < layers[1] && layers[1] <= n))
+        throw std::runtime_error(file_of_piece(file, i).string() + " is of another grid");
+      add(file_of_piece(file, i),
+          numbering_of(scene.specimen, {static_cast<int>(layers[0]), static_cast<int>(layers[1])}));
     }
-  else if (file.extension() == ".vti")
-    add(file, *read<vtkXMLImageDataReader>(file), whole_grid(scene.specimen.grid));
   else
-    add(file, *read<vtkXMLUnstructuredGridReader>(file), matter_only(scene.specimen));
+    add(file, file.extension() == ".vti" ? whole_grid(scene.specimen.grid) : matter_only(scene.specimen));
   if (!displacement)
     throw std::runtime_error(file.string() + " holds no Displacement");
   fields.displacement = std::move(*displacement);

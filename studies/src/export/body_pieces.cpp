@@ -158,13 +158,6 @@ void add_layers(vtkFieldData& arrays, const Layers& layers) {
   arrays.AddArray(array);
 }
 
-Layers layers_in(vtkFieldData& arrays) {
-  vtkDataArray* const array = arrays.GetArray(name_of_layers);
-  if (array == nullptr || array->GetNumberOfValues() != 2)
-    throw std::runtime_error("a piece of a body does not say which layers of cells it has");
-  return {static_cast<int>(array->GetTuple1(0)), static_cast<int>(array->GetTuple1(1))};
-}
-
 std::string list_of_pieces(const fs::path& list, std::size_t pieces, vtkDataSet& one) {
   pugi::xml_document document;
   pugi::xml_node root = document.append_child("VTKFile");

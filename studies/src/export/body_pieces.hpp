@@ -52,7 +52,5 @@ std::string list_of_pieces(const std::filesystem::path& list, std::size_t pieces
 
 /// A piece knows its layers.
 void add_layers(vtkFieldData& arrays, const Layers& layers);
-/// @throws std::runtime_error where it does not
-Layers layers_in(vtkFieldData& arrays);
 
 } // namespace maille::studies

@@ -100,12 +100,6 @@ void use_millimetres(vtkDataSet& body) {
   }
 }
 
-bool is_in_millimetres(vtkDataSet& body) {
-  auto* const units = vtkStringArray::SafeDownCast(body.GetFieldData()->GetAbstractArray("Units"));
-  return units != nullptr && units->GetNumberOfValues() > 0 &&
-         std::string(units->GetValue(0)).starts_with("lengths: mm");
-}
-
 void write_data_set(vtkXMLWriter& writer, vtkDataSet& body, const fs::path& file, Compression compression) {
   writer.SetInputData(&body);
   writer.SetDataModeToAppended();

@@ -30,8 +30,6 @@ void add_text(vtkFieldData& arrays, const char* name, const std::string& text);
 
 /// Places, displacements and what Units says of them, from metres to millimetres.
 void use_millimetres(vtkDataSet& body);
-/// Whether Units says so.
-bool is_in_millimetres(vtkDataSet& body);
 
 enum class Compression {
   zlib, ///< every reader has it

@@ -3,6 +3,8 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
+#include <string_view>
 #include <vector>
 
 namespace maille::studies {
@@ -13,8 +15,18 @@ struct ColourPicture {
   std::vector<std::uint8_t> rgb;
 };
 
-/// Of PNG or JPEG, by VTK's readers; shades of grey become colours, transparency is left out.
-/// @throws InputError where the file is no such picture
+/// Of PNG by libpng, or JPEG by VTK's reader; shades of grey become colours, transparency is left out.
+/// @throws InputError where the file is no such picture, or has more pixels than its size allows
 ColourPicture read_picture(const std::filesystem::path& file);
+
+/// @param bytes of the whole file @param file for messages
+ColourPicture read_png(std::string_view bytes, const std::filesystem::path& file);
+
+inline constexpr const char* wanted_picture = "a picture in PNG or JPEG of 8 bits a channel";
+[[noreturn]] void fail_picture(const std::filesystem::path& file, std::string expected, std::string found);
+/// @throws InputError beyond 16384 pixels along an axis, or beyond 16 million and ten a byte of the file:
+///         memory follows the file, not its claims
+void require_picture_size(const std::filesystem::path& file, std::uint64_t width, std::uint64_t height,
+                          std::uint64_t bytes);
 
 } // namespace maille::studies

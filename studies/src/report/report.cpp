@@ -1,5 +1,6 @@
 #include "maille/studies/report/report.hpp"
 
+#include "maille/materials/json.hpp"
 #include "maille/scene/memory.hpp"
 #include "maille/studies/version.hpp"
 #include "page_parts.hpp"
@@ -10,6 +11,7 @@
 #include <cctype>
 #include <cstdint>
 #include <fmt/format.h>
+#include <map>
 #include <sstream>
 #include <stdexcept>
 
@@ -48,24 +50,28 @@ std::vector<fs::path> files_in(const fs::path& folder) {
   return files;
 }
 
-/// Nothing that Maille writes stands deeper; nlohmann prints what is nested by calling itself.
-constexpr int deepest = 64;
-
-/// Leaves out what is deeper, so that no file fills the stack.
-bool is_shallow(int depth, PageData::parse_event_t, const PageData&) {
-  return depth <= deepest;
+/// The value of a JSON text; null where the text is faulty.
+PageData parsed_or_null(std::string_view text, const fs::path& file) {
+  try {
+    return parse_json(text, file);
+  } catch (const InputError&) {
+    return nullptr;
+  }
 }
 
-PageData parsed(const std::string& text, const fs::path& file) {
-  const auto is_shallow = [&](int depth, PageData::parse_event_t, const PageData&) {
-    if (depth > deepest)
-      throw std::runtime_error(fmt::format("{}: more than {} brackets deep", file.string(), deepest));
-    return true;
-  };
-  PageData data = PageData::parse(text, is_shallow, false);
-  if (data.is_discarded())
-    throw std::runtime_error(file.string() + " is no JSON");
-  return data;
+using JsonFiles = std::map<fs::path, PageData>;
+
+/// The content of the .json files, each parsed once; notes those that are none.
+JsonFiles json_in(const std::vector<fs::path>& files, PageDraft& draft) {
+  JsonFiles parsed;
+  for (const fs::path& file : files)
+    if (file.extension() == ".json")
+      try {
+        parsed.emplace(file, parse_json(bytes_of_file(file), file));
+      } catch (const InputError& error) {
+        draft.notes.emplace_back(error.what());
+      }
+  return parsed;
 }
 
 /// Rows of a study; a last line that is not whole, as a study that was killed leaves, is passed over.
@@ -73,7 +79,7 @@ std::vector<PageData> study_rows(const fs::path& file) {
   std::vector<PageData> rows;
   std::istringstream lines(bytes_of_file(file));
   for (std::string line; std::getline(lines, line);)
-    if (PageData row = PageData::parse(line, nullptr, false); row.is_object() && row.contains("method"))
+    if (PageData row = parsed_or_null(line, file); row.is_object() && row.contains("method"))
       rows.push_back(std::move(row));
   return rows;
 }
@@ -111,11 +117,9 @@ std::vector<fs::path> pictures_in(const std::vector<fs::path>& files, PageDraft&
 }
 
 /// What `study` wrote beside its table; null where it did not, or it is damaged.
-PageData about_study(const fs::path& table) {
-  const fs::path file = table.parent_path() / (table.stem().string() + "_about.json");
-  std::error_code no_matter;
-  return fs::is_regular_file(file, no_matter) ? PageData::parse(bytes_of_file(file), is_shallow, false)
-                                              : PageData();
+PageData about_study(const fs::path& table, const JsonFiles& files) {
+  const auto about = files.find(table.parent_path() / (table.stem().string() + "_about.json"));
+  return about == files.end() ? PageData() : about->second;
 }
 
 /// Takes those out of a list that are so.
@@ -128,30 +132,29 @@ std::vector<fs::path> taken_out(std::vector<fs::path>& pictures, const Is& is) {
 }
 
 bool is_of_frames(const PageData& data) {
-  return at(data, "trajectory").is_string() && at(data, "frames").is_array() &&
-         at(data, "objects").is_array();
+  return json_entry(data, "trajectory").is_string() && json_entry(data, "frames").is_array() &&
+         json_entry(data, "objects").is_array();
 }
 bool is_of_probe(const PageData& data) {
-  return at(data, "ticks").is_number() && at(data, "passivity").is_object() && at(data, "force").is_object();
+  return json_entry(data, "ticks").is_number() && json_entry(data, "passivity").is_object() &&
+         json_entry(data, "force").is_object();
 }
 
 /// What the folder's other file says about a play, null where there is none.
 /// @param is  whether a file is it
 template<class Is>
-PageData beside(const std::vector<fs::path>& files, const PageData& scene, const Is& is) {
-  for (const fs::path& file : files)
-    if (file.extension() == ".json")
-      if (PageData data = PageData::parse(bytes_of_file(file), is_shallow, false);
-          is(data) && at(data, "scene") == scene)
-        return data;
-  return nullptr;
+const PageData& beside(const JsonFiles& files, const PageData& scene, const Is& is) {
+  for (const auto& [file, data] : files)
+    if (json_entry(data, "scene") == scene && is(data))
+      return data;
+  return json_entry(nullptr, "");
 }
 
 /// A play by what it wrote into the folder, and by its frames where those are there too.
-void add_play(const PageData& data, const std::vector<fs::path>& files, std::vector<fs::path>& pictures,
+void add_play(const PageData& data, const JsonFiles& files, std::vector<fs::path>& pictures,
               PageDraft& draft) {
-  const PageData scene = at(data, "scene");
-  const auto is_list = [](const PageData& other) { return at(other, "kind") == "play"; };
+  const PageData& scene = json_entry(data, "scene");
+  const auto is_list = [](const PageData& other) { return json_entry(other, "kind") == "play"; };
   if (is_list(data)) {
     const std::string stem = plain(scene) + "_";
     const auto is_moment = [&](const fs::path& file) {
@@ -168,17 +171,18 @@ void add_play(const PageData& data, const std::vector<fs::path>& files, std::vec
 
 /// Adds the section of one file, if it is of results.
 /// @param files all of the folder @param pictures of which those that belong to the section are taken out
-void add_section(const fs::path& file, const fs::path& folder, const std::vector<fs::path>& files,
+void add_section(const fs::path& file, const fs::path& folder, const JsonFiles& files,
                  std::vector<fs::path>& pictures, PageDraft& draft) {
   if (file.extension() == ".jsonl") {
     if (const auto rows = study_rows(file); !rows.empty() && !file.stem().string().ends_with("_older"))
-      add_study_section(rows, file, about_study(file), draft);
+      add_study_section(rows, file, about_study(file, files), draft);
     return;
   }
-  if (file.extension() != ".json")
+  const auto json = files.find(file);
+  if (json == files.end())
     return;
-  const PageData data = parsed(bytes_of_file(file), file);
-  const PageData kind = at(data, "kind");
+  const PageData& data = json->second;
+  const PageData& kind = json_entry(data, "kind");
   const auto own = [&](const fs::path& picture) { return picture.stem() == file.stem(); };
   if (kind == "compare" || kind == "run")
     add_answers_section(data, folder, draft);
@@ -186,7 +190,7 @@ void add_section(const fs::path& file, const fs::path& folder, const std::vector
     add_play(data, files, pictures, draft);
   else if (is_of_probe(data))
     add_probe_section(data, file.stem().string(), taken_out(pictures, own), draft);
-  else if (at(data, "rows").is_array() && at(data, "reference_algorithm").is_string())
+  else if (json_entry(data, "rows").is_array() && json_entry(data, "reference_algorithm").is_string())
     add_trade_section(data, taken_out(pictures, own), draft);
 }
 
@@ -196,11 +200,15 @@ void add_section(const fs::path& file, const fs::path& folder, const std::vector
 std::vector<fs::path> add_sections(const std::vector<fs::path>& files, const fs::path& folder,
                                    PageDraft& draft) {
   std::vector<fs::path> pictures = pictures_in(files, draft);
+  const JsonFiles read = json_in(files, draft);
   for (const fs::path& file : files)
     try {
-      add_section(file, folder, files, pictures, draft);
-    } catch (const nlohmann::json::exception& error) {
-      draft.notes.push_back(fmt::format("{}: no results that Maille wrote: {}", file.string(), error.what()));
+      add_section(file, folder, read, pictures, draft);
+    } catch (const nlohmann::json::exception&) {
+      draft.notes.push_back(fmt::format(
+          "{}: expected results that Maille wrote, found entries of another form", file.string()));
+    } catch (const InputError& error) {
+      draft.notes.emplace_back(error.what());
     } catch (const std::runtime_error& error) {
       draft.notes.emplace_back(error.what());
     }

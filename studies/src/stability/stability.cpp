@@ -1,7 +1,7 @@
 #include "maille/studies/stability.hpp"
 
 #include "maille/checks/promises.hpp"
-#include "maille/materials/fault.hpp"
+#include "maille/materials/json.hpp"
 #include "stability/columns.hpp"
 #include "stability/extremes.hpp"
 #include "stability/questions.hpp"
@@ -109,7 +109,7 @@ void ask_extremes(const std::vector<Extreme>& extremes, const StabilityOptions& 
     const Extreme& extreme = extremes[tasks[given.task].extreme];
     if (given.death.empty()) {
       std::vector<Fault> faults; // none: it wrote what is read
-      cell = columns_of_stability().read_json(Value::parse(given.text), "", 0, faults);
+      cell = columns_of_stability().read_json(parse_json(given.text, ""), "", 0, faults);
     } else {
       cell.outcome = "died";
       cell.broken = given.death;

@@ -1,5 +1,6 @@
 #include "study/table_files.hpp"
 
+#include "maille/materials/json.hpp"
 #include "maille/studies/version.hpp"
 #include "results/figures.hpp"
 
@@ -192,7 +193,7 @@ std::string json_line(const StudyRow& row) {
 
 StudyRow row_from_json(std::string_view line) {
   std::vector<Fault> faults;
-  StudyRow row = columns_of_study().read_json(Value::parse(line), "", 0, faults);
+  StudyRow row = columns_of_study().read_json(parse_json(line, ""), "", 0, faults);
   if (!faults.empty())
     throw std::invalid_argument(to_string(faults.front()));
   return row;

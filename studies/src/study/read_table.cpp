@@ -2,8 +2,7 @@
 
 #include "maille/studies/study_table.hpp"
 
-#include "maille/materials/fault.hpp"
-#include "maille/materials/text_file.hpp"
+#include "maille/materials/json.hpp"
 #include "study/table_files.hpp"
 
 #include <algorithm>
@@ -27,8 +26,13 @@ StudyTable parse_study_table(std::string_view text, const fs::path& file) {
     const bool is_last = end + 1 >= text.size();
     std::vector<Fault> of_line;
     ++line;
-    const auto json = Value::parse(text.substr(start, end - start), nullptr, false);
-    StudyRow row = columns_of_study().read_json(json, file.string(), line, of_line);
+    StudyRow row;
+    try {
+      row = columns_of_study().read_json(parse_json(text.substr(start, end - start), file, line),
+                                         file.string(), line, of_line);
+    } catch (const InputError& error) {
+      of_line = error.faults();
+    }
     table.is_torn = is_last && (end == text.size() || !of_line.empty());
     if (of_line.empty() && !table.is_torn)
       table.rows.push_back(std::move(row));

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -15,7 +16,7 @@
 namespace maille::studies {
 
 std::shared_ptr<const render::Paint> paint_of_picture(const Specimen& body, const Look& look) {
-  const ColourPicture picture = read_picture(look.picture);
+  ColourPicture picture = read_picture(look.picture);
   const Vec3& h = body.grid.spacing();
   std::array<double, 2> pixel{look.pixel, look.pixel};
   if (look.pixel == 0)
@@ -38,11 +39,11 @@ std::shared_ptr<const render::Paint> paint_of_picture(const Specimen& body, cons
   grid.size = {size[0], size[1], 1};
   grid.spacing = {pixel[0], pixel[1], h[2]};
   grid.origin = {0.5 * pixel[0], 0.5 * pixel[1], body.origin[2] + 0.5 * h[2]};
-  std::vector<std::uint8_t> from_below; // rows upwards, as y goes
   const auto row = static_cast<std::ptrdiff_t>(3) * size[0];
-  for (int y = size[1] - 1; y >= 0; --y)
-    from_below.insert(from_below.end(), picture.rgb.begin() + row * y, picture.rgb.begin() + row * (y + 1));
-  return render::Paint::picture(grid, from_below);
+  const auto begin = picture.rgb.begin();
+  for (int y = 0; y < size[1] / 2; ++y) // rows upwards, as y goes
+    std::swap_ranges(begin + row * y, begin + row * (y + 1), begin + row * (size[1] - 1 - y));
+  return render::Paint::picture(grid, picture.rgb);
 }
 
 } // namespace maille::studies

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -146,6 +147,41 @@ TEST(FibreFieldAnalytic, GapsAreFilledLayerByLayerWithinTheirRegion) {
   }
   EXPECT_NEAR(degrees_of(body, 7), std::atan2(y, x) / 2 * 180 / pi, float_rounding);
   EXPECT_NEAR(degrees_of(body, 9), degrees_of(body, 7), float_rounding);
+}
+
+// Truth: all pieces, one after another, of which the first nearest counts.
+TEST(FibreCurveOracle, TheNearestPieceIsFound) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> place(-4, 4);
+  for (const int n : {2, 3, 7, 200, 3000}) {
+    std::vector<Vec3> points;
+    std::vector<Eigen::Vector3d> at, of_piece, of_point;
+    for (int i = 0; i < n; ++i) {
+      points.push_back({std::round(place(random)), std::round(place(random)), place(random)});
+      at.emplace_back(points.back().data());
+      if (i > 0)
+        of_piece.push_back((at[at.size() - 1] - at[at.size() - 2]).normalized());
+    }
+    for (std::size_t i = 0; i < at.size(); ++i)
+      of_point.push_back(
+          (of_piece[i > 0 ? i - 1 : 0] + of_piece[std::min(i, of_piece.size() - 1)]).normalized());
+    const FibreCurve curve(points);
+    for (int i = 0; i < 300; ++i) {
+      const Eigen::Vector3d x(std::round(2 * place(random)), std::round(place(random)), place(random));
+      double nearest = INFINITY;
+      Eigen::Vector3d direction;
+      for (std::size_t piece = 0; piece + 1 < at.size(); ++piece) {
+        const Eigen::Vector3d along = at[piece + 1] - at[piece];
+        const double t = std::clamp((x - at[piece]).dot(along) / along.squaredNorm(), 0.0, 1.0);
+        if (const double away = (x - at[piece] - t * along).norm(); away < nearest * (1 - 1e-12)) {
+          nearest = away;
+          direction = (of_point[piece] + t * (of_point[piece + 1] - of_point[piece])).normalized();
+        }
+      }
+      const Vec3 found = curve.direction_at({x[0], x[1], x[2]});
+      EXPECT_LT((Eigen::Vector3d(found.data()) - direction).norm(), 1e-9) << n;
+    }
+  }
 }
 
 } // namespace

@@ -1,6 +1,7 @@
 #include "maille/studies/export/vtk_files.hpp"
 
 #include "export/answer_fields.hpp"
+#include "maille/materials/fault.hpp"
 #include "maille/studies/export/whole_file.hpp"
 #include "studies/export/export_reading.hpp"
 #include "studies/export/export_scenes.hpp"
@@ -21,7 +22,9 @@
 #include <vtkXMLPUnstructuredGridReader.h>
 
 #include <algorithm>
+#include <fstream>
 #include <map>
+#include <random>
 
 namespace maille::studies {
 namespace {
@@ -227,6 +230,48 @@ TEST(BlocksContract, AnswersAreBlocksWithTheNamesOfTheirMethods) {
     EXPECT_EQ(body->GetNumberOfCells(), (i == 0 ? scene : holed).specimen.n_matter_cells());
     EXPECT_NE(body->GetPointData()->GetArray("Displacement"), nullptr);
   }
+}
+
+// Bytes changed at random in files of either kind and compression: a field or a fault, at once.
+TEST(AnswerFieldsContract, DamagedFilesAreFaults) {
+  const Scene scene = block(3, {6, 4, 4});
+  const Displacement displacement = wave(scene, 1e-4);
+  Scene holed = scene;
+  holed.specimen.material_id.assign(96, 0);
+  holed.specimen.material_id[5] = no_material;
+  TemporaryFolder folder;
+  ExportFields fields{&displacement};
+  const fs::path box = write_vtk(scene, fields, folder / "box"),
+                 body = write_vtk(holed, fields, folder / "body");
+  fields.most_cells = 48;
+  write_vtk(holed, fields, folder / "parts");
+  std::mt19937 random(2);
+  int n_refused = 0;
+  const auto damage = [&](const fs::path& file, const fs::path& asked, const Scene& of) {
+    std::ifstream stream(file, std::ios::binary);
+    const std::string whole(std::istreambuf_iterator<char>(stream), {});
+    EXPECT_NO_THROW(read_answer_fields(of, asked));
+    for (int i = 0; i < 300; ++i) {
+      std::string bytes = whole;
+      for (unsigned n = 1 + random() % 20; n > 0; --n)
+        bytes[random() % bytes.size()] = static_cast<char>(random());
+      std::ofstream(file, std::ios::binary)
+          << (i % 5 == 0 ? bytes.substr(0, random() % bytes.size()) : bytes);
+      try {
+        read_answer_fields(of, asked);
+      } catch (const InputError& error) {
+        ++n_refused;
+        EXPECT_EQ(error.faults().front().file, file.string());
+      } catch (const std::runtime_error& error) {
+        ++n_refused;
+        EXPECT_NE(std::string(error.what()).find(file.parent_path().string()), std::string::npos);
+      }
+    }
+  };
+  damage(box, box, scene);
+  damage(body, body, holed);
+  damage(folder / "parts/0001.vtu", folder / "parts.pvtu", holed);
+  EXPECT_GT(n_refused, 100);
 }
 
 } // namespace

@@ -5,13 +5,16 @@
 #include "support/temporary_folder.hpp"
 #include "view/seen_scene.hpp"
 
+#include "maille/materials/fault.hpp"
 #include "maille/scene/read_scene.hpp"
 
 #include <gtest/gtest.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <random>
 
 namespace maille::studies {
 namespace {
@@ -261,6 +264,41 @@ by = ["1 mm", 0, 0]
     EXPECT_NEAR(red, 35 * (1 + warp), 7 * (1 + warp)) << warp;
     EXPECT_NEAR(blue, 35 * (1 + warp), 7 * (1 + warp)) << warp;
   }
+}
+
+// Pictures that libpng refuses, and bytes changed at random: a fault or a picture, never a signal.
+TEST_F(PicturesContract, DamagedPicturesAreFaults) {
+  write_picture("whole.png", 12, 9);
+  std::ifstream stream(folder_.path() / "whole.png", std::ios::binary);
+  const std::string whole(std::istreambuf_iterator<char>(stream), {});
+  std::mt19937 random(5);
+  int n_refused = 0;
+  for (int i = 0; i < 2000; ++i) {
+    std::string bytes = whole;
+    for (unsigned n = 1 + random() % 3; n > 0; --n)
+      bytes[random() % bytes.size()] = static_cast<char>(random());
+    if (i % 2 == 0) { // the header's checksum is right
+      const auto sum =
+          static_cast<std::uint32_t>(crc32(0, reinterpret_cast<const Bytef*>(bytes.data()) + 12, 17));
+      for (std::size_t b = 0; b < 4; ++b)
+        bytes[29 + b] = static_cast<char>(sum >> (24 - 8 * b));
+    }
+    try {
+      const ColourPicture picture = read_png(bytes, "a.png");
+      EXPECT_EQ(picture.rgb.size(), static_cast<std::size_t>(3 * picture.width * picture.height));
+    } catch (const InputError& error) {
+      ++n_refused;
+      EXPECT_EQ(error.faults().front().file, "a.png");
+    }
+  }
+  EXPECT_GT(n_refused, 500);
+}
+
+TEST_F(PicturesContract, PixelsFollowTheFile) {
+  EXPECT_THROW(require_picture_size("a.png", 16384, 16384, 783'000), InputError);
+  EXPECT_THROW(require_picture_size("a.png", 16385, 1, 1 << 30), InputError);
+  EXPECT_NO_THROW(require_picture_size("a.png", 16384, 16384, 30'000'000));
+  EXPECT_NO_THROW(require_picture_size("a.png", 4096, 4096, 100));
 }
 
 } // namespace

@@ -28,4 +28,12 @@ std::optional<VoxelBlocks> voxel_blocks(const ImageInfo& info, const Specimen& b
 std::optional<Image> on_voxels(const ImageInfo& info, const Specimen& body, int components,
                                const std::function<void(std::int64_t cell, std::span<float> values)>& values);
 
+/// Numbers of an array of a file that write_vtk wrote (.vti, .vtu), by the array's name; none where the file
+/// has no such array. Bounded as images are: memory follows the file and `tuples`.
+/// @param tuples of the array at nodes, as many as the file must have; 0: an array beside the grid, of which
+///        the first `components` numbers or letters are read
+/// @throws InputError: damaged, cut short, another number of points
+std::vector<double> read_vtk_array(const std::filesystem::path& file, std::string_view name,
+                                   std::int64_t tuples, std::int64_t components);
+
 } // namespace maille

@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -54,6 +55,8 @@ private:
   std::vector<bool> is_known_;
 };
 
+class BoxTree;
+
 /// A polyline whose direction turns evenly: at its points the direction halves the angle between the two
 /// pieces that meet there (at free ends it is the end piece's own), and along a piece it is the normalised
 /// linear blend of those at its ends, so it is continuous along the line. A regular polygon on a circle has
@@ -67,7 +70,7 @@ public:
   explicit FibreCurve(std::span<const Vec3> points);
 
   /// Direction at the point of the line nearest to `position`; of equally near ones the first along the line.
-  /// Unit length. O(points)
+  /// Unit length. O(log(points)) as a rule
   Vec3 direction_at(const Vec3& position) const;
 
   /// True if the pieces that meet at the point between `before` and `after` point in opposite directions.
@@ -75,6 +78,7 @@ public:
 
 private:
   std::vector<Vec3> points_, directions_; ///< directions at the points
+  std::shared_ptr<const BoxTree> pieces_;
 };
 
 } // namespace maille

@@ -4,19 +4,38 @@
 
 #include "maille/scene/world/world_scene.hpp"
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string_view>
 #include <vector>
 
 namespace maille {
 
+/// Numbers of nodes in an order of their own, as runs of successive ones; copies share them.
+class NodeRuns {
+public:
+  NodeRuns() = default;
+  NodeRuns(const std::vector<std::int64_t>& nodes); // NOLINT: stands for the list
+  operator std::vector<std::int64_t>() const;       // NOLINT
+  bool empty() const { return !runs_; }
+  std::int64_t bytes() const { return runs_ ? std::int64_t{sizeof(Run)} * std::ssize(*runs_) : 0; }
+  friend bool operator==(const NodeRuns& one, const NodeRuns& other) {
+    return one.runs_ == other.runs_ || (one.runs_ && other.runs_ && *one.runs_ == *other.runs_);
+  }
+
+private:
+  using Run = std::array<std::int64_t, 2>; ///< first and last
+  std::shared_ptr<const std::vector<Run>> runs_;
+};
+
 /// A movement asked of one object, or of some nodes of a deformable one, in equal steps over some frames.
 struct DriveSpan {
-  std::size_t object = 0;          ///< of WorldScene::objects
-  std::vector<std::int64_t> nodes; ///< of a deformable object's grid; empty for rigid ones
-  std::int64_t first_frame = 1;    ///< counted from 1: frame 0 is the world as the scene has it
+  std::size_t object = 0;       ///< of WorldScene::objects
+  NodeRuns nodes;               ///< of a deformable object's grid; empty for rigid ones
+  std::int64_t first_frame = 1; ///< counted from 1: frame 0 is the world as the scene has it
   std::int64_t n_frames = 1;
   Vec3 by{}; ///< all frames together [m]
   std::optional<Vec3>
