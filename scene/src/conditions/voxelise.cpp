@@ -46,11 +46,16 @@ public:
       box.add(corner);
     for (int k = first(box.low[2], 2); k <= last(box.high[2], 2); ++k)
       for (int j = first(box.low[1], 1); j <= last(box.high[1], 1); ++j)
-        if (const auto x = crossed(triangle, middle(j, 1), middle(k, 2)))
-          row(j, k).push_back(*x);
+        if (const auto crossing = crossed(triangle, middle(j, 1), middle(k, 2)))
+          row(j, k).push_back(*crossing);
   }
 
-  std::vector<double>& row(int j, int k) {
+  /// Where a line goes through the surface, and whether inwards by the order of the triangle's corners.
+  struct Crossing {
+    double x = 0;
+    int step = 0; ///< 1: inwards, -1: outwards
+  };
+  std::vector<Crossing>& row(int j, int k) {
     return rows_[static_cast<std::size_t>(j) +
                  static_cast<std::size_t>(size_[1]) * static_cast<std::size_t>(k)];
   }
@@ -72,7 +77,7 @@ private:
   /// Where a line along x through (y, z) goes through a triangle. An edge belongs to the triangle that is
   /// to the side of larger y, of edges along y of larger z: two triangles that share one never both have
   /// it.
-  static std::optional<double> crossed(const Triangle& triangle, double y, double z) {
+  static std::optional<Crossing> crossed(const Triangle& triangle, double y, double z) {
     bool is_in = false;
     for (std::size_t c = 0; c < 3; ++c) { // crossings of the edges by a half-line along y
       const Vec3 &a = triangle[c], &b = triangle[(c + 1) % 3];
@@ -87,12 +92,12 @@ private:
     const double n_z = (p[0] - o[0]) * (q[1] - o[1]) - (p[1] - o[1]) * (q[0] - o[0]);
     if (n_x == 0)
       return std::nullopt;
-    return o[0] - (n_y * (y - o[1]) + n_z * (z - o[2])) / n_x;
+    return Crossing{o[0] - (n_y * (y - o[1]) + n_z * (z - o[2])) / n_x, n_x < 0 ? 1 : -1};
   }
 
   Index3 size_;
   Vec3 spacing_, low_;
-  std::vector<std::vector<double>> rows_;
+  std::vector<std::vector<Crossing>> rows_;
 };
 
 } // namespace
@@ -120,7 +125,14 @@ OrFault<Image> voxelised(const std::vector<std::vector<Triangle>>& surfaces, con
     Crossings crossings(image.info, box.low);
     for (const Triangle& triangle : surfaces[s])
       crossings.add(triangle);
-    bool holds_any = false;
+    bool holds_any = false, is_oriented = true; // each line that enters leaves
+    for (int k = 0; k < size[2]; ++k)
+      for (int j = 0; j < size[1]; ++j) {
+        int depth = 0;
+        for (const auto& crossing : crossings.row(j, k))
+          depth += crossing.step;
+        is_oriented = is_oriented && depth == 0;
+      }
     for (int k = 0; k < size[2]; ++k)
       for (int j = 0; j < size[1]; ++j) {
         auto& row = crossings.row(j, k);
@@ -130,14 +142,17 @@ OrFault<Image> voxelised(const std::vector<std::vector<Triangle>>& surfaces, con
               fmt::format("surface {} with a hole: a line along x at y = {:.6g}, z = {:.6g} m crosses "
                           "it {} times",
                           s + 1, crossings.middle(j, 1), crossings.middle(k, 2), row.size())};
-        std::ranges::sort(row);
-        for (std::size_t c = 0; c + 1 < row.size(); c += 2)
-          for (int i = 0; i < size[0]; ++i)
-            if (const double x = crossings.middle(i, 0); x >= row[c] && x < row[c + 1]) {
+        std::ranges::sort(row, {}, [](const auto& crossing) { return crossing.x; });
+        int depth = 0;
+        for (std::size_t c = 0; c + 1 < row.size(); ++c) {
+          depth += is_oriented ? row[c].step : c % 2 == 0 ? 1 : -1;
+          for (int i = 0; i < size[0] && depth != 0; ++i)
+            if (const double x = crossings.middle(i, 0); x >= row[c].x && x < row[c + 1].x) {
               image.values[static_cast<std::size_t>(
                   i + std::int64_t{size[0]} * (j + std::int64_t{size[1]} * k))] = static_cast<float>(s + 1);
               holds_any = true;
             }
+        }
       }
     if (!holds_any)
       return RegionFault{"a closed surface around the middle of at least one voxel",

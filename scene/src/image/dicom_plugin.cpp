@@ -12,6 +12,7 @@
 #include <array>
 #include <cerrno>
 #include <charconv>
+#include <cmath>
 #include <csignal>
 #include <cstdint>
 #include <cstring>
@@ -81,6 +82,7 @@ DicomHeader read_header(const std::string& file) {
   header.is_dicom = true;
   header.series = text(filter, 0x0020, 0x000e);
   header.series_name = text(filter, 0x0008, 0x103e);
+  header.image_type = text(filter, 0x0008, 0x0008);
   header.modality = text(filter, 0x0008, 0x0060);
   header.transfer_syntax =
       gdcm::TransferSyntax::GetTSString(reader.GetFile().GetHeader().GetDataSetTransferSyntax());
@@ -142,6 +144,26 @@ bool is_cut_short(const std::string& file, const gdcm::DataSet& data) {
   return false;
 }
 
+/// What the header says of the sign counts, not the stream of compressed pixels, which may say otherwise.
+void take_sign_of_header(const std::string& file, const gdcm::PixelFormat& format,
+                         std::vector<double>& values) {
+  gdcm::Reader reader;
+  reader.SetFileName(file.c_str());
+  if (!reader.ReadUpToTag(gdcm::Tag(0x7fe0, 0x0010)))
+    return;
+  gdcm::StringFilter filter;
+  filter.SetFile(reader.GetFile());
+  const double is_signed = first_or(numbers(filter, 0x0028, 0x0103), -1);
+  if (is_signed < 0 || (is_signed == 1) == (format.GetPixelRepresentation() == 1))
+    return;
+  const double range = std::ldexp(1.0, format.GetBitsStored());
+  for (double& value : values)
+    if (is_signed == 1 && value >= range / 2)
+      value -= range;
+    else if (is_signed == 0 && value < 0)
+      value += range;
+}
+
 std::string read_pixels(const std::string& file, std::vector<double>& values) {
   gdcm::ImageReader reader;
   reader.SetFileName(file.c_str());
@@ -183,6 +205,7 @@ std::string read_pixels(const std::string& file, std::vector<double>& values) {
   default:
     return "pixels of a type that is no number of 8 to 64 bits";
   }
+  take_sign_of_header(file, image.GetPixelFormat(), values);
   return {};
 }
 
@@ -302,7 +325,7 @@ void put(const Pipe& pipe, const DicomHeader& h) {
                      h.along[1][0], h.along[1][1], h.along[1][2], h.row_spacing, h.column_spacing,
                      h.thickness, h.slope, h.intercept}};
   pipe.put(&plain, sizeof(plain));
-  for (const std::string* text : {&h.series, &h.series_name, &h.modality, &h.transfer_syntax})
+  for (const std::string* text : {&h.series, &h.series_name, &h.modality, &h.transfer_syntax, &h.image_type})
     pipe.put_text(*text);
 }
 
@@ -327,7 +350,7 @@ bool take(const Pipe& pipe, DicomHeader& h) {
   h.thickness = n[11];
   h.slope = n[12];
   h.intercept = n[13];
-  for (std::string* text : {&h.series, &h.series_name, &h.modality, &h.transfer_syntax})
+  for (std::string* text : {&h.series, &h.series_name, &h.modality, &h.transfer_syntax, &h.image_type})
     if (!pipe.take_text(*text))
       return false;
   return true;

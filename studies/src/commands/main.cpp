@@ -4,6 +4,7 @@
 #include "cli/help.hpp"
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/materials/fault.hpp"
+#include "maille/scene/image.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -87,6 +88,12 @@ void open_standard_streams() {
       std::_Exit(exit_run_failed);
 }
 
+/// Warnings of files that the command's own output does not have.
+void say_file_warnings() {
+  for (const std::string& warning : maille::file_warnings(true))
+    fmt::print(stderr, "warning: {}\n", for_terminal(warning));
+}
+
 /// What is still in a buffer when the process ends would be lost without a word where the disk is full.
 int with_all_output(int exit_code) {
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
@@ -106,7 +113,9 @@ int main(int argc, char** argv) {
     if (const auto asked = asked_command(words); asked && !is_of_this_program(*asked, words))
       become_program_of(*asked, argv);
     maille::fem_ref::start_ranks();
-    return leave(with_all_output(run(argc, argv)));
+    const int code = run(argc, argv);
+    say_file_warnings();
+    return leave(with_all_output(code));
   } catch (const maille::InputError& error) { // met by all ranks
     if (maille::fem_ref::ranks().is_first())
       fmt::print(stderr, "{}\n", for_terminal(error.what()));
