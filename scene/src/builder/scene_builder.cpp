@@ -56,6 +56,7 @@ void set_geometry(const Affine& affine, ImageInfo& info, std::vector<Fault>& fau
     faults.push_back({"", 0, key, "a last row 0 0 0 1",
                       fmt::format("{} {} {} {}", affine[3][0], affine[3][1], affine[3][2], affine[3][3])});
   image_formats::FileGeometry geometry;
+  geometry.fallback = WorldAxes::unknown; // of no file
   geometry.units_per_metre = 1;
   geometry.spacing_keys.fill(key);
   geometry.origin_key = geometry.direction_key = key;

@@ -1,10 +1,12 @@
 #include "maille/scene/warp/displacement_field.hpp"
 
 #include "conditions/number_table.hpp"
+#include "maille/scene/scene.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
@@ -14,13 +16,104 @@
 
 namespace maille {
 
-DisplacementImage::DisplacementImage(const std::filesystem::path& file, double metres)
+DisplacementImage::DisplacementImage(const std::filesystem::path& file, double metres, const Specimen* body)
     : image_(read_image(file)), metres_(metres) {
   const int n = image_.info.components, axes = image_.info.size[2] == 1 ? 2 : 3;
   if (n != 3 && n != axes)
     throw InputError(
         {{file.string(), 0, "", fmt::format("{} values a voxel: a displacement along each axis", axes),
           fmt::format("{}", n)}});
+  if (!body)
+    return;
+  image_.info = in_world(image_.info, body->placement.world);
+  if (const auto& rows = image_.info.vectors_to_world) {
+    to_object_.emplace();
+    for (std::size_t a = 0; a < 3; ++a)
+      for (std::size_t c = 0; c < 3; ++c)
+        for (std::size_t row = 0; row < 3; ++row)
+          (*to_object_)[a][c] += body->placement.direction[row][a] * (*rows)[row][c];
+  }
+  continue_matter(file, *body);
+}
+
+/// Maps of a body are 0 beside its matter, and its surface lies half a voxel beyond the voxels that count.
+void DisplacementImage::continue_matter(const std::filesystem::path& file, const Specimen& body) {
+  const ImageInfo& info = image_.info;
+  const Index3& n = info.size;
+  const auto n_voxels = static_cast<std::size_t>(info.n_voxels());
+  const auto components = static_cast<std::size_t>(info.components);
+  std::vector<bool> is_known(n_voxels, true), is_matter(n_voxels, false);
+  std::int64_t n_unknown = 0, n_matter = 0;
+  std::size_t voxel = 0;
+  for (int k = 0; k < n[2]; ++k)
+    for (int j = 0; j < n[1]; ++j)
+      for (int i = 0; i < n[0]; ++i, ++voxel) {
+        Vec3 world = info.origin;
+        const Vec3 along{i * info.spacing[0], j * info.spacing[1], k * info.spacing[2]};
+        for (std::size_t row = 0; row < 3; ++row)
+          for (std::size_t a = 0; a < 3; ++a)
+            world[row] += info.direction[row][a] * along[a];
+        const Vec3 x = point_in_object(body.placement, world);
+        Index3 cell{};
+        for (std::size_t a = 0; a < static_cast<std::size_t>(body.grid.dimension()); ++a)
+          cell[a] = static_cast<int>(
+              std::floor(std::clamp((x[a] - body.origin[a]) / body.grid.spacing()[a], -1.0, 2e9)));
+        is_matter[voxel] = body.grid.has_cell(cell) && body.is_matter(body.grid.cell(cell));
+        n_matter += is_matter[voxel] ? 1 : 0;
+        bool is_zero = true, is_finite = true;
+        for (std::size_t c = 0; c < components; ++c) {
+          is_zero = is_zero && image_.values[c * n_voxels + voxel] == 0;
+          is_finite = is_finite && std::isfinite(image_.values[c * n_voxels + voxel]);
+        }
+        is_known[voxel] = is_matter[voxel] || !(is_zero || !is_finite);
+        n_unknown += is_known[voxel] ? 0 : 1;
+      }
+  if (n_unknown == 0 || n_matter == 0)
+    return;
+  const std::array<std::size_t, 3> stride{1, static_cast<std::size_t>(n[0]),
+                                          static_cast<std::size_t>(n[0]) * static_cast<std::size_t>(n[1])};
+  std::int64_t n_continued = 0;
+  for (int pass = 0; pass < 3; ++pass) { // across faces, then edges, then corners
+    const std::vector<bool> before = is_known;
+    voxel = 0;
+    for (int k = 0; k < n[2]; ++k)
+      for (int j = 0; j < n[1]; ++j)
+        for (int i = 0; i < n[0]; ++i, ++voxel) {
+          if (before[voxel])
+            continue;
+          const Index3 at{i, j, k};
+          Vec3 sum{};
+          int n_lines = 0;
+          for (std::size_t a = 0; a < 3; ++a)
+            for (const int step : {-1, 1}) {
+              const auto inside = [&](int of) { return at[a] + of * step >= 0 && at[a] + of * step < n[a]; };
+              const auto place = [&](int of) {
+                return step > 0 ? voxel + static_cast<std::size_t>(of) * stride[a]
+                                : voxel - static_cast<std::size_t>(of) * stride[a];
+              };
+              if (!inside(1) || !before[place(1)] || (pass == 0 && !is_matter[place(1)]))
+                continue;
+              ++n_lines;
+              const bool has_second = inside(2) && before[place(2)];
+              for (std::size_t c = 0; c < components; ++c) {
+                const float near = image_.values[c * n_voxels + place(1)];
+                sum[c] += has_second ? 2 * double{near} - double{image_.values[c * n_voxels + place(2)]}
+                                     : double{near};
+              }
+            }
+          if (n_lines == 0)
+            continue;
+          is_known[voxel] = true;
+          ++n_continued;
+          for (std::size_t c = 0; c < components; ++c)
+            image_.values[c * n_voxels + voxel] = static_cast<float>(sum[c] / n_lines);
+        }
+  }
+  if (n_continued > 0)
+    warn_of_file(
+        file, fmt::format("is 0 or no number beside the matter: the field goes on in a straight line over {} "
+                          "voxels around it",
+                          n_continued));
 }
 
 std::optional<Vec3> DisplacementImage::at(const Vec3& point) const {
@@ -59,7 +152,13 @@ std::optional<Vec3> DisplacementImage::at(const Vec3& point) const {
   }
   if (!std::ranges::all_of(sum, [](double value) { return std::isfinite(value); }))
     return std::nullopt;
-  return sum;
+  if (!to_object_)
+    return sum;
+  Vec3 turned{};
+  for (std::size_t a = 0; a < 3; ++a)
+    for (std::size_t c = 0; c < 3; ++c)
+      turned[a] += (*to_object_)[a][c] * sum[c];
+  return turned;
 }
 
 std::vector<DisplacementPoint> read_displacement_points(const std::filesystem::path& file) {

@@ -1,6 +1,7 @@
 #include "conditions/places_in_files.hpp"
 #include "maille/materials/json.hpp"
 #include "maille/scene/csv.hpp"
+#include "maille/scene/image.hpp"
 
 #include <fmt/format.h>
 
@@ -46,6 +47,10 @@ std::string_view head_entry(std::string_view text, std::string_view name) {
   return {};
 }
 
+void warn_not_placed(const std::filesystem::path& file, const std::string& name, const std::string& status) {
+  warn_of_file(file, fmt::format("point \"{}\" is not placed ({}) and is left out", name, status));
+}
+
 Landmarks read_fcsv(const std::filesystem::path& file) {
   const std::string text = read_text_file(file, "landmarks, a .fcsv file");
   Landmarks landmarks;
@@ -65,10 +70,17 @@ Landmarks read_fcsv(const std::filesystem::path& file) {
     const auto& cells = records.cells();
     if (cells.size() == 1 && trimmed(cells[0], blanks).empty())
       continue;
+    // 3D Slicer 5 writes a position's status behind the columns that it names: 2 is placed.
+    const std::size_t status = column("associatedNodeID") + 1, label = column("label");
+    if (status < cells.size() && (cells[status] == "0" || cells[status] == "1" || cells[status] == "3")) {
+      warn_not_placed(file, label < cells.size() ? cells[label] : "", "status " + cells[status]);
+      continue;
+    }
     Vec3 x{};
     for (std::size_t a = 0; a < 3; ++a) {
-      const std::string_view cell =
+      std::string_view cell =
           of_axis[a] < cells.size() ? trimmed(cells[of_axis[a]], blanks) : std::string_view();
+      cell.remove_prefix(cell.starts_with('+') ? 1 : 0);
       const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), x[a]);
       if (error != std::errc{} || end != cell.data() + cell.size() || !(std::abs(x[a]) <= largest_coordinate))
         fail(file, records.line(), std::string{"xyz"[a]}, "a number, in millimetres",
@@ -76,14 +88,13 @@ Landmarks read_fcsv(const std::filesystem::path& file) {
       x[a] *= metres_per_millimetre;
     }
     landmarks.points.push_back(x);
-    const std::size_t label = column("label");
     landmarks.names.push_back(label < cells.size() ? cells[label] : "");
   }
   return landmarks;
 }
 
-/// One of `markups`. @return false where its form is another
-bool add_markup(const json& markup, Landmarks& landmarks, bool& is_first) {
+/// One of `markups`.
+void add_markup(const std::filesystem::path& file, const json& markup, Landmarks& landmarks, bool& is_first) {
   const json& named = json_entry(markup, "coordinateSystem");
   const auto frame = named.is_string() ? frame_named(named.get_ref<const std::string&>()) : std::nullopt;
   if (is_first)
@@ -93,22 +104,28 @@ bool add_markup(const json& markup, Landmarks& landmarks, bool& is_first) {
   is_first = false;
   const json& unit = json_entry(markup, "coordinateUnits");
   if (!unit.is_null() && unit != json("mm") && !(unit.is_array() && !unit.empty() && unit[0] == json("mm")))
-    return false;
+    fail(file, 0, "coordinateUnits", "\"mm\"", unit.dump());
   for (const json& point : json_entry(markup, "controlPoints")) {
     const json& place = json_entry(point, "position");
+    const json& state = json_entry(point, "positionStatus");
+    const json& label = json_entry(point, "label");
+    const std::string name = label.is_string() ? label.get<std::string>() : "";
+    const std::string status = state.is_string() ? state.get<std::string>() : "defined";
+    if (status != "defined" || place == json("")) {
+      warn_not_placed(file, name, status == "defined" ? "no position" : status);
+      continue;
+    }
     if (!place.is_array() || place.size() != 3)
-      return false;
+      fail(file, 0, "position", "[x, y, z] in millimetres", place.dump());
     Vec3 x{};
     for (std::size_t a = 0; a < 3; ++a) {
       if (!place[a].is_number() || !(std::abs(place[a].get<double>()) <= largest_coordinate))
-        return false;
+        fail(file, 0, "position", "three finite numbers in millimetres", place.dump());
       x[a] = metres_per_millimetre * place[a].get<double>();
     }
     landmarks.points.push_back(x);
-    const json& label = json_entry(point, "label");
-    landmarks.names.push_back(label.is_string() ? label.get<std::string>() : "");
+    landmarks.names.push_back(name);
   }
-  return true;
 }
 
 Landmarks read_markups(const std::filesystem::path& file) {
@@ -122,8 +139,7 @@ Landmarks read_markups(const std::filesystem::path& file) {
     fail(file, 0, "markups", wanted, markups.is_null() ? "none" : "another form");
   bool is_first = true;
   for (const json& markup : markups)
-    if (!add_markup(markup, landmarks, is_first))
-      fail(file, 0, "markups", wanted, "another form, or a number that is not finite");
+    add_markup(file, markup, landmarks, is_first);
   return landmarks;
 }
 

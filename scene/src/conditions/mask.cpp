@@ -78,7 +78,9 @@ private:
 
 OrFault<Region> region_of_mask(const std::filesystem::path& file, const std::vector<LabelRange>& ranges,
                                bool resample, const Specimen& body) {
-  const LayeredImage image(file);
+  LayeredImage image(file);
+  image.place_on(body);
+  image.round_to(single_labels(ranges));
   const ImageInfo& info = image.info();
   if (info.components != 1)
     return RegionFault{"an image of labels: one value a voxel",

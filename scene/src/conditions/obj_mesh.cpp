@@ -27,7 +27,16 @@ public:
   explicit ObjReading(const std::filesystem::path& file) : file_(file) {}
 
   SurfaceMesh read() {
-    const std::string bytes = read_text_file(file_, "a surface, an OBJ file", largest_obj_bytes);
+    std::string bytes = read_text_file(file_, "a surface, an OBJ file", largest_obj_bytes);
+    // Of a line that goes on in the next, the number in messages is that of its end.
+    for (std::size_t at = bytes.find('\\'); at != std::string::npos; at = bytes.find('\\', at + 1)) {
+      const std::size_t end = bytes.find_first_not_of("\\\r", at);
+      if (end == std::string::npos || bytes[end] != '\n')
+        continue;
+      std::fill(bytes.begin() + static_cast<std::ptrdiff_t>(at),
+                bytes.begin() + static_cast<std::ptrdiff_t>(end) + 1, ' ');
+      ++line_;
+    }
     std::string_view text = bytes;
     while (!text.empty()) {
       ++line_;
@@ -68,7 +77,8 @@ private:
     Vec3 x{};
     for (double& component : x) {
       const std::string_view word = next_word();
-      const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), component);
+      const char* const from = word.data() + (word.starts_with('+') ? 1 : 0);
+      const auto [end, error] = std::from_chars(from, word.data() + word.size(), component);
       if (error != std::errc{} || end != word.data() + word.size() ||
           !(std::abs(component) <= largest_coordinate))
         fail(fmt::format("v and three numbers of at most {:g} in size", largest_coordinate),

@@ -70,6 +70,7 @@ void read_text(const std::filesystem::path& file, std::string_view text, Surface
     Vec3 x{};
     for (double& component : x) {
       skip();
+      row.remove_prefix(row.starts_with('+') ? 1 : 0);
       const auto [rest, error] = std::from_chars(row.data(), row.data() + row.size(), component);
       if (error != std::errc{})
         fail(file, line, "vertex and three numbers", "\"" + std::string(row.substr(0, 40)) + "\"");
@@ -106,8 +107,16 @@ SurfaceMesh read_stl(const std::filesystem::path& file) {
     mesh.frame = stated_frame(std::string_view(bytes).substr(0, bytes.find('\n')));
     read_text(file, bytes, mesh);
   } else {
-    fail(file, 0, "an STL file: `solid` and facets, or 80 bytes, a number of triangles and 50 bytes of each",
-         fmt::format("{} bytes that are neither", bytes.size()));
+    const bool is_ply = bytes.starts_with("ply"), is_vtk = bytes.starts_with("# vtk"),
+               is_xml = bytes.starts_with("<");
+    fail(file, 0, "a surface, STL or OBJ",
+         is_ply   ? "a PLY file"
+         : is_vtk ? "a VTK file (.vtk)"
+         : is_xml
+             ? "an XML file such as .vtp"
+             : fmt::format("{} bytes that are neither text (`solid` ...) nor 80 bytes, a number of triangles "
+                           "and 50 bytes of each",
+                           bytes.size()));
   }
   if (mesh.triangles.empty())
     fail(file, 0, "at least one triangle", "none");

@@ -49,9 +49,14 @@ public:
   int first(std::size_t axis) const { return row_at(std::floor(steps(box_.low[axis], axis)), axis); }
   int last(std::size_t axis) const { return row_at(std::ceil(steps(box_.high[axis], axis)), axis); }
 
+  /// Where a line goes through the surface, and whether inwards by the order of the triangle's corners.
+  struct Crossing {
+    double x = 0;
+    int step = 0; ///< 1: inwards, -1: outwards
+  };
   /// Where the row through (y, z) goes through the triangle. An edge belongs to the triangle that is to the
   /// side of larger y, of edges along y of larger z: two triangles that share one never both have it.
-  std::optional<double> crossed(double y, double z) const {
+  std::optional<Crossing> crossed(double y, double z) const {
     bool is_in = false;
     for (std::size_t c = 0; c < 3; ++c) { // crossings of the edges by a half-line along y
       const Vec3 &a = triangle_[c], &b = triangle_[(c + 1) % 3];
@@ -66,7 +71,7 @@ public:
     const double n_z = (p[0] - o[0]) * (q[1] - o[1]) - (p[1] - o[1]) * (q[0] - o[0]);
     if (n_x == 0)
       return std::nullopt;
-    return o[0] - (n_y * (y - o[1]) + n_z * (z - o[2])) / n_x;
+    return Crossing{o[0] - (n_y * (y - o[1]) + n_z * (z - o[2])) / n_x, n_x < 0 ? 1 : -1};
   }
 
 private:
@@ -126,37 +131,56 @@ OrFault<Image> voxelised(const std::vector<std::vector<Triangle>>& surfaces, con
     };
     std::iota(order.begin(), order.end(), 0U);
     std::ranges::sort(order, by_first(2));
-    std::vector<double> row; // crossings of one row at a time: memory follows the triangles
-    bool holds_any = false;
-    std::size_t next_of_layer = 0;
-    for (int k = 0; k < size[2]; ++k) {
-      move_on(triangles, order, 2, k, next_of_layer, in_layer);
-      rows = in_layer;
-      std::ranges::sort(rows, by_first(1));
-      in_row.clear();
-      std::size_t next_of_row = 0;
-      for (int j = 0; j < size[1]; ++j) {
-        move_on(triangles, rows, 1, j, next_of_row, in_row);
-        row.clear();
-        for (const std::uint32_t triangle : in_row)
-          if (const auto x = triangles[triangle].crossed(middle(j, 1), middle(k, 2)))
-            row.push_back(*x);
-        if (row.size() % 2 != 0)
-          return RegionFault{
-              "a closed surface",
-              fmt::format("surface {} with a hole: a line along x at y = {:.6g}, z = {:.6g} m crosses "
-                          "it {} times",
-                          s + 1, middle(j, 1), middle(k, 2), row.size())};
-        std::ranges::sort(row);
-        for (std::size_t c = 0; c + 1 < row.size(); c += 2)
-          for (int i = 0; row[c] < row[c + 1] && i < size[0]; ++i)
-            if (const double x = middle(i, 0); x >= row[c] && x < row[c + 1]) {
-              image.values[static_cast<std::size_t>(
-                  i + std::int64_t{size[0]} * (j + std::int64_t{size[1]} * k))] = static_cast<float>(s + 1);
-              holds_any = true;
-            }
+    // Visits the crossings of one row at a time, so that memory follows the triangles.
+    const auto for_each_row = [&](const auto& visit) {
+      std::vector<RowsOfTriangle::Crossing> row;
+      std::size_t next_of_layer = 0;
+      in_layer.clear();
+      for (int k = 0; k < size[2]; ++k) {
+        move_on(triangles, order, 2, k, next_of_layer, in_layer);
+        rows = in_layer;
+        std::ranges::sort(rows, by_first(1));
+        in_row.clear();
+        std::size_t next_of_row = 0;
+        for (int j = 0; j < size[1]; ++j) {
+          move_on(triangles, rows, 1, j, next_of_row, in_row);
+          row.clear();
+          for (const std::uint32_t triangle : in_row)
+            if (const auto crossing = triangles[triangle].crossed(middle(j, 1), middle(k, 2)))
+              row.push_back(*crossing);
+          visit(row, j, k);
+        }
       }
-    }
+    };
+    std::optional<RegionFault> hole;
+    bool holds_any = false, is_oriented = true; // each line that enters leaves
+    for_each_row([&](const auto& row, int j, int k) {
+      int depth = 0;
+      for (const auto& crossing : row)
+        depth += crossing.step;
+      is_oriented = is_oriented && depth == 0;
+      if (row.size() % 2 != 0 && !hole)
+        hole = RegionFault{
+            "a closed surface",
+            fmt::format(
+                "surface {} with a hole: a line along x at y = {:.6g}, z = {:.6g} m crosses it {} times",
+                s + 1, middle(j, 1), middle(k, 2), row.size())};
+    });
+    if (hole)
+      return *hole;
+    for_each_row([&](auto& row, int j, int k) {
+      std::ranges::sort(row, {}, [](const auto& crossing) { return crossing.x; });
+      int depth = 0;
+      for (std::size_t c = 0; c + 1 < row.size(); ++c) {
+        depth += is_oriented ? row[c].step : c % 2 == 0 ? 1 : -1;
+        for (int i = 0; depth != 0 && row[c].x < row[c + 1].x && i < size[0]; ++i)
+          if (const double x = middle(i, 0); x >= row[c].x && x < row[c + 1].x) {
+            image.values[static_cast<std::size_t>(
+                i + std::int64_t{size[0]} * (j + std::int64_t{size[1]} * k))] = static_cast<float>(s + 1);
+            holds_any = true;
+          }
+      }
+    });
     if (!holds_any)
       return RegionFault{"a closed surface around the middle of at least one voxel",
                          fmt::format("surface {}, of {} triangles, around none: it is open or thinner than "

@@ -18,7 +18,7 @@ struct DicomHeader {
   bool is_dicom = false;   ///< all else is empty where not
   bool is_damaged = false; ///< begins as DICOM does, and cannot be read
   std::string series;      ///< SeriesInstanceUID
-  std::string series_name, modality, transfer_syntax;
+  std::string series_name, modality, transfer_syntax, image_type;
   int columns = 0, rows = 0, frames = 1, samples = 1; ///< x, y, slices and values a pixel
   bool has_position = false, has_orientation = false, has_spacing = false;
   Vec3 position{};                 ///< ImagePositionPatient: of the first pixel's middle

@@ -12,6 +12,7 @@
 #include <array>
 #include <cerrno>
 #include <charconv>
+#include <cmath>
 #include <csignal>
 #include <cstdint>
 #include <cstring>
@@ -103,6 +104,7 @@ DicomHeader read_header(const std::string& file) {
   header.is_dicom = true;
   header.series = text(filter, 0x0020, 0x000e);
   header.series_name = text(filter, 0x0008, 0x103e);
+  header.image_type = text(filter, 0x0008, 0x0008);
   header.modality = text(filter, 0x0008, 0x0060);
   header.transfer_syntax =
       gdcm::TransferSyntax::GetTSString(reader.GetFile().GetHeader().GetDataSetTransferSyntax());
@@ -171,6 +173,33 @@ bool is_cut_short(const std::string& file, const gdcm::DataSet& data) {
   return false;
 }
 
+/// Corrects pixels whose compressed stream and header disagree about the sign: the header decides.
+class SignOfHeader {
+public:
+  SignOfHeader(const std::string& file, const gdcm::PixelFormat& format) {
+    gdcm::Reader reader;
+    reader.SetFileName(file.c_str());
+    if (!reader.ReadUpToTag(gdcm::Tag(0x7fe0, 0x0010)))
+      return;
+    gdcm::StringFilter filter;
+    filter.SetFile(reader.GetFile());
+    is_signed_ = first_or(numbers(filter, 0x0028, 0x0103), -1);
+    if (is_signed_ >= 0 && (is_signed_ == 1) != (format.GetPixelRepresentation() == 1))
+      range_ = std::ldexp(1.0, format.GetBitsStored());
+  }
+  void correct(std::vector<double>& values) const {
+    for (double& value : values)
+      if (is_signed_ == 1 && value >= range_ / 2)
+        value -= range_;
+      else if (is_signed_ == 0 && value < 0)
+        value += range_;
+  }
+  bool differs() const { return range_ > 0; }
+
+private:
+  double is_signed_ = -1, range_ = 0;
+};
+
 /// @param begin is given the number of pixels, before the first part
 template<class Begin, class Put>
 std::string read_pixels(const std::string& file, const Begin& begin, const Put& put) {
@@ -190,9 +219,14 @@ std::string read_pixels(const std::string& file, const Begin& begin, const Put& 
   std::vector<char> bytes(image.GetBufferLength());
   if (!image.GetBuffer(bytes.data()))
     return "pixels that GDCM cannot decode";
+  const SignOfHeader sign(file, image.GetPixelFormat());
   const auto give = [&]<class Stored>(Stored /*one*/) {
     begin(bytes.size() / sizeof(Stored));
-    convert<Stored>(bytes, put);
+    convert<Stored>(bytes, [&](std::vector<double>& part) {
+      if (sign.differs())
+        sign.correct(part);
+      put(part);
+    });
     return std::string();
   };
   switch (image.GetPixelFormat().GetScalarType()) {
@@ -336,7 +370,7 @@ void put(const Pipe& pipe, const DicomHeader& h) {
                      h.along[1][0], h.along[1][1], h.along[1][2], h.row_spacing, h.column_spacing,
                      h.thickness, h.slope, h.intercept}};
   pipe.put(&plain, sizeof(plain));
-  for (const std::string* text : {&h.series, &h.series_name, &h.modality, &h.transfer_syntax})
+  for (const std::string* text : {&h.series, &h.series_name, &h.modality, &h.transfer_syntax, &h.image_type})
     pipe.put_text(*text);
 }
 
@@ -361,7 +395,7 @@ bool take(const Pipe& pipe, DicomHeader& h) {
   h.thickness = n[11];
   h.slope = n[12];
   h.intercept = n[13];
-  for (std::string* text : {&h.series, &h.series_name, &h.modality, &h.transfer_syntax})
+  for (std::string* text : {&h.series, &h.series_name, &h.modality, &h.transfer_syntax, &h.image_type})
     if (!pipe.take_text(*text))
       return false;
   return true;

@@ -15,6 +15,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <mutex>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -55,6 +56,36 @@ std::string text_of(const std::array<Vec3, 3>& rows) {
   return text;
 }
 
+/// Whether a form spans a grid of boxes; a form of zeros has NaN for its axes.
+bool is_grid(const FileGeometry& geometry) {
+  bool is_good = true;
+  for (std::size_t a = 0; a < 3; ++a) {
+    is_good = is_good && std::abs(std::sqrt(dot(geometry.direction, a, a)) - 1) <= largest_shear &&
+              std::isfinite(geometry.spacing[a]) && geometry.spacing[a] > 0 &&
+              std::isfinite(geometry.origin[a]);
+    for (std::size_t b = 0; b < a; ++b)
+      is_good = is_good && std::abs(dot(geometry.direction, a, b)) <= largest_shear;
+  }
+  return is_good;
+}
+
+/// The largest distance of a corner's voxel by one form and by the other [mm]; NaN of what is not finite.
+double distance_mm(const FileGeometry& one, const FileGeometry& other, const Index3& size) {
+  double most = 0;
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    double squared = 0;
+    for (std::size_t row = 0; row < 3; ++row) {
+      double x = one.origin[row] - other.origin[row];
+      for (std::size_t a = 0; a < 3; ++a)
+        x += (corner >> a & 1U ? size[a] - 1.0 : 0.0) *
+             (one.direction[row][a] * one.spacing[a] - other.direction[row][a] * other.spacing[a]);
+      squared += x * x;
+    }
+    most = squared <= most * most ? most : std::sqrt(squared);
+  }
+  return 1e3 * most / one.units_per_metre;
+}
+
 bool is_direction(const FileGeometry& geometry, Faults& faults) {
   const auto& rows = geometry.direction;
   const std::string& key = geometry.direction_key;
@@ -93,14 +124,19 @@ OpenImage open_image(const std::filesystem::path& file, std::int64_t largest, Fa
     faults.fail("",
                 "a file that ends in .nii, .nii.gz, .mha, .mhd, .nrrd, .nhdr or .vti, or a folder of DICOM "
                 "files",
-                std::filesystem::exists(file) ? in_quotes(file.filename().string()) : "nothing of that name");
+                !std::filesystem::exists(file) ? "nothing of that name"
+                : file.extension() == ".hdr" || file.extension() == ".img"
+                    ? in_quotes(file.filename().string()) +
+                          ", NIfTI or ANALYZE in two files: fslchfiletype or "
+                          "nibabel make it one"
+                    : in_quotes(file.filename().string()));
   if (ending == ".vti")
     return open_vti(file, largest, faults);
   if (ending == ".mha" || ending == ".mhd")
     return open_meta_image(file, faults);
   if (ending == ".nrrd" || ending == ".nhdr")
     return open_nrrd(file, faults);
-  return open_nifti(file, ending == ".nii.gz", faults);
+  return open_nifti(file, faults);
 }
 
 /// A fault where so many layers of the decoded image are more than the limits allow.
@@ -145,7 +181,31 @@ std::int64_t largest_bytes(const ImageLimits& limits) {
   return limits.largest_bytes > 0 ? limits.largest_bytes : available_memory() / 2;
 }
 
-void set_geometry(ImageInfo& info, const FileGeometry& geometry, Faults& faults) {
+void set_geometry(ImageInfo& info, const FileGeometry& stated, Faults& faults,
+                  const std::vector<FileGeometry>& others) {
+  const auto good = std::ranges::find_if(others, is_grid);
+  const bool is_replaced = !is_grid(stated) && good != others.end();
+  const FileGeometry& geometry = is_replaced ? *good : stated;
+  if (is_replaced) {
+    const double apart = distance_mm(stated, geometry, info.size);
+    warn_of_file(
+        faults.file(),
+        std::isfinite(apart)
+            ? fmt::format("the {} is sheared and spans no grid: the {} counts, up to {:.3g} mm from it",
+                          stated.name, geometry.name, apart)
+            : fmt::format("the {} is empty: the {} counts, voxel 0 at ({:.4g}, {:.4g}, {:.4g}) mm",
+                          stated.name, geometry.name, 1e3 / geometry.units_per_metre * geometry.origin[0],
+                          1e3 / geometry.units_per_metre * geometry.origin[1],
+                          1e3 / geometry.units_per_metre * geometry.origin[2]));
+  }
+  for (const FileGeometry& other : others)
+    if (const double apart = distance_mm(geometry, other, info.size);
+        !is_replaced && is_grid(other) &&
+        apart > 10 / geometry.units_per_metre * std::ranges::min(geometry.spacing))
+      warn_of_file(faults.file(),
+                   fmt::format("{} and {} place the voxels up to {:.4g} mm apart: the {} counts, while ITK "
+                               "(3D Slicer, ANTs, plastimatch) may take the {}",
+                               geometry.name, other.name, apart, geometry.name, other.name));
   const double units = geometry.units_per_metre;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     info.spacing[axis] = geometry.spacing[axis] / units;
@@ -158,9 +218,182 @@ void set_geometry(ImageInfo& info, const FileGeometry& geometry, Faults& faults)
   }
   if (is_direction(geometry, faults))
     info.direction = nearest_orthonormal(geometry.direction);
+  info.states_world = geometry.world != WorldAxes::unknown;
+  info.world = info.states_world ? geometry.world : geometry.fallback;
+  if (!info.states_world && info.world != WorldAxes::unknown && info.size[2] > 1)
+    warn_of_file(faults.file(),
+                 fmt::format("states no orientation: taken as {}, voxel 0 at ({:.4g}, {:.4g}, "
+                             "{:.4g}) mm",
+                             info.world == WorldAxes::lps ? "LPS, as ITK does" : "RAS", 1e3 * info.origin[0],
+                             1e3 * info.origin[1], 1e3 * info.origin[2]));
 }
 
 } // namespace image_formats
+
+namespace {
+
+struct FileWarnings {
+  std::mutex mutex;
+  std::vector<std::string> all;
+  std::size_t n_returned = 0;
+};
+FileWarnings& warnings() {
+  static FileWarnings of_process;
+  return of_process;
+}
+
+/// Of each axis of the columns of `direction`, the image's axis along it and whether that runs backwards.
+struct AxisOrder {
+  std::array<std::size_t, 3> axis{0, 1, 2};
+  std::array<bool, 3> is_reversed{};
+  bool is_same() const { return axis == AxisOrder{}.axis && is_reversed == AxisOrder{}.is_reversed; }
+};
+AxisOrder order_along(const ImageInfo& info, const std::array<Vec3, 3>& direction) {
+  AxisOrder order;
+  for (std::size_t b = 0; b < 3; ++b) {
+    bool is_found = false;
+    for (std::size_t a = 0; a < 3 && !is_found; ++a) {
+      double cosine = 0;
+      for (std::size_t row = 0; row < 3; ++row)
+        cosine += info.direction[row][a] * direction[row][b];
+      constexpr double rounding = 1e-6; // a turn by some 1e-3
+      is_found = std::abs(cosine) > 1 - rounding;
+      if (is_found) {
+        order.axis[b] = a;
+        order.is_reversed[b] = cosine < 0;
+      }
+    }
+    if (!is_found)
+      return {};
+  }
+  return order;
+}
+
+ImageInfo ordered(const ImageInfo& info, const AxisOrder& order) {
+  ImageInfo out = info;
+  for (std::size_t b = 0; b < 3; ++b) {
+    const std::size_t a = order.axis[b];
+    out.size[b] = info.size[a];
+    out.spacing[b] = info.spacing[a];
+    for (std::size_t row = 0; row < 3; ++row) {
+      out.direction[row][b] = order.is_reversed[b] ? -info.direction[row][a] : info.direction[row][a];
+      if (order.is_reversed[b])
+        out.origin[row] += info.direction[row][a] * info.spacing[a] * (info.size[a] - 1);
+    }
+  }
+  return out;
+}
+
+/// Labels that are whole numbers but for rounding, and values that are none.
+class LabelRounding {
+public:
+  explicit LabelRounding(std::vector<float> labels) : labels_(std::move(labels)) {}
+  void round(std::span<float> values) {
+    for (float& value : values) {
+      if (value == std::round(value) || !std::isfinite(value))
+        continue;
+      float whole = value;
+      round_labels({&whole, 1});
+      if (std::ranges::find(labels_, value) != labels_.end())
+        continue;
+      if (whole != value && std::ranges::find(labels_, whole) != labels_.end()) {
+        ++n_rounded_;
+        first_rounded_ = n_rounded_ == 1 ? value : first_rounded_;
+        value = whole;
+      } else if (whole == value) {
+        ++n_other_;
+        first_other_ = n_other_ == 1 ? value : first_other_;
+      }
+    }
+  }
+  void warn(const std::filesystem::path& file) const {
+    if (n_rounded_ > 0)
+      warn_of_file(file,
+                   fmt::format("{} voxels are a label but for rounding, the first {:.9g}: they count for it",
+                               n_rounded_, first_rounded_));
+    if (n_other_ > 0)
+      warn_of_file(file, fmt::format("{} voxels are no whole number, the first {:.9g}: they are no label's",
+                                     n_other_, first_other_));
+  }
+
+private:
+  std::vector<float> labels_;
+  std::int64_t n_rounded_ = 0, n_other_ = 0;
+  float first_rounded_ = 0, first_other_ = 0;
+};
+
+} // namespace
+
+ImageInfo in_world(ImageInfo info, WorldAxes world) {
+  const bool is_other =
+      info.world != WorldAxes::unknown && world != WorldAxes::unknown && info.world != world;
+  for (std::size_t row = 0; row < 2 && is_other; ++row) {
+    info.origin[row] = -info.origin[row];
+    for (std::size_t a = 0; a < 3; ++a) {
+      info.direction[row][a] = -info.direction[row][a];
+      if (info.vectors_to_world)
+        (*info.vectors_to_world)[row][a] = -(*info.vectors_to_world)[row][a];
+    }
+  }
+  info.world = world == WorldAxes::unknown ? info.world : world;
+  return info;
+}
+
+ImageInfo along_axes(const ImageInfo& info, const std::array<Vec3, 3>& direction) {
+  return ordered(info, order_along(info, direction));
+}
+
+Image along_axes(Image image, const std::array<Vec3, 3>& direction) {
+  const AxisOrder order = order_along(image.info, direction);
+  if (order.is_same())
+    return image;
+  Image out{ordered(image.info, order), std::vector<float>(image.values.size())};
+  const std::array<std::int64_t, 3> stride{1, image.info.size[0],
+                                           std::int64_t{image.info.size[0]} * image.info.size[1]};
+  std::int64_t first = 0;
+  std::array<std::int64_t, 3> step{};
+  for (std::size_t b = 0; b < 3; ++b) {
+    step[b] = order.is_reversed[b] ? -stride[order.axis[b]] : stride[order.axis[b]];
+    first += order.is_reversed[b] ? stride[order.axis[b]] * (out.info.size[b] - 1) : 0;
+  }
+  std::size_t to = 0;
+  for (int c = 0; c < out.info.components; ++c)
+    for (int k = 0; k < out.info.size[2]; ++k)
+      for (int j = 0; j < out.info.size[1]; ++j)
+        for (int i = 0; i < out.info.size[0]; ++i)
+          out.values[to++] = image.values[static_cast<std::size_t>(c * out.info.n_voxels() + first +
+                                                                   i * step[0] + j * step[1] + k * step[2])];
+  return out;
+}
+
+std::int64_t round_labels(std::span<float> values) {
+  std::int64_t n = 0;
+  for (float& value : values) {
+    const float whole = std::round(value);
+    constexpr float rounding = 1e-5F;
+    if (value != whole && std::abs(value - whole) <= rounding * std::max(1.0F, std::abs(whole))) {
+      value = whole;
+      ++n;
+    }
+  }
+  return n;
+}
+
+void warn_of_file(const std::filesystem::path& file, const std::string& text) {
+  FileWarnings& found = warnings();
+  const std::scoped_lock lock(found.mutex);
+  std::string warning = file.string() + ": " + text;
+  if (std::ranges::find(found.all, warning) == found.all.end())
+    found.all.push_back(std::move(warning));
+}
+
+std::vector<std::string> file_warnings(bool only_new) {
+  FileWarnings& found = warnings();
+  const std::scoped_lock lock(found.mutex);
+  const std::size_t first = only_new ? found.n_returned : 0;
+  found.n_returned = found.all.size();
+  return {found.all.begin() + static_cast<std::ptrdiff_t>(first), found.all.end()};
+}
 
 ImageInfo read_image_info(const std::filesystem::path& file) {
   image_formats::Faults faults(file.string());
@@ -189,7 +422,17 @@ LayerWindow LayeredImage::open(int layers) const {
   image_formats::check_memory(*file_, std::min(layers, info_.size[2]), {}, faults);
   auto reader = std::make_shared<image_formats::ValueReader>(*file_, faults);
   const std::size_t n = static_cast<std::size_t>(info_.size[0]) * static_cast<std::size_t>(info_.size[1]);
-  return {info_, [reader, n](int, std::vector<float>& values) { reader->read(n, values); }};
+  if (labels_.empty())
+    return {info_, [reader, n](int, std::vector<float>& values) { reader->read(n, values); }};
+  auto rounding = std::make_shared<LabelRounding>(labels_);
+  return {info_, [reader, n, rounding, path = path_, last = info_.size[2] - 1](int layer,
+                                                                               std::vector<float>& values) {
+            const std::size_t first = values.size();
+            reader->read(n, values);
+            rounding->round(std::span(values).subspan(first));
+            if (layer == last)
+              rounding->warn(path);
+          }};
 }
 
 std::vector<std::filesystem::path> files_of_image(const std::filesystem::path& file) {

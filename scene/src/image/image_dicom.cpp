@@ -79,6 +79,24 @@ std::vector<fs::path> regular_files(const fs::path& folder) {
   return files;
 }
 
+/// What a folder without a series holds instead, for a message.
+std::string found_instead(const fs::path& folder) {
+  std::error_code none;
+  std::size_t n_images = 0;
+  for (fs::recursive_directory_iterator at(folder, fs::directory_options::skip_permission_denied, none), end;
+       at != end && at.depth() < 4; at.increment(none)) {
+    const std::string name = at->path().filename().string();
+    n_images += name.ends_with(".nii.gz") || name.ends_with(".nii") || name.ends_with(".nrrd") ? 1 : 0;
+    if (at->is_regular_file(none) && is_dicom(at->path()))
+      return "none in it, but in " + in_quotes(at->path().parent_path().string());
+  }
+  return n_images == 0
+             ? "no DICOM image in it"
+             : fmt::format(
+                   "{} image{} of another format: one image of labels is read, not a mask a structure",
+                   n_images, n_images == 1 ? "" : "s");
+}
+
 /// The slices of one series: of a folder all, which must be of one; of a file those of its own in its folder.
 std::vector<Slice> slices_of(const fs::path& place, const DicomFunctions& gdcm, Faults& faults) {
   std::error_code none;
@@ -102,7 +120,8 @@ std::vector<Slice> slices_of(const fs::path& place, const DicomFunctions& gdcm, 
     if (headers[n].is_dicom && headers[n].rows > 0 && (is_folder || headers[n].series == wanted))
       series[headers[n].series].push_back({files[n], std::move(headers[n])});
   if (series.empty())
-    faults.fail("", "a folder with the DICOM files of a series", "no DICOM image in it");
+    faults.fail("", "a folder with the DICOM files of a series",
+                is_folder ? found_instead(place) : "no DICOM image in it");
   if (series.size() > 1) {
     std::string found;
     for (const auto& [uid, slices] : series)
@@ -131,6 +150,13 @@ void check_slices(const std::vector<Slice>& slices, Faults& faults) {
                  names + (n_wrong > most_named ? fmt::format(" and {} more", n_wrong - most_named) : ""));
   };
   const DicomHeader& first = slices.front().header;
+  if (first.modality == "SEG")
+    faults.fail(
+        "Modality", "slices of an image",
+        "SEG, a segmentation object: dcmqi's segimage2itkimage or 3D Slicer make it an image of labels");
+  if (first.image_type.find("MOSAIC") != std::string::npos)
+    faults.fail("ImageType", "a slice a file",
+                "MOSAIC, many slices as tiles of one: dcm2niix makes it NIfTI");
   refuse(
       "NumberOfFrames", "one slice a file (of enhanced files dcm2niix makes NIfTI)",
       [](const DicomHeader& h) { return h.frames != 1; },
@@ -294,9 +320,9 @@ OpenImage open_dicom(const fs::path& place, Faults& faults) {
   geometry.direction_key = "ImageOrientationPatient";
   set_size(image.info, {first.columns, first.rows, static_cast<std::int64_t>(slices.size())},
            {"Columns", "Rows", "Rows"}, 1, "SamplesPerPixel", faults);
+  geometry.world = WorldAxes::lps;
   set_geometry(image.info, geometry, faults);
   faults.throw_if_any();
-  image.info.world = WorldAxes::lps;
   image.layout.type = ScalarType::float32;
   image.open_data = [slices = std::move(slices), gdcm, faults] {
     return std::make_shared<SliceSource>(slices, *gdcm, faults);

@@ -26,6 +26,8 @@ public:
   [[noreturn]] void fail(std::string key, std::string expected, std::string found);
   /// @throws InputError if there are any
   void throw_if_any() const;
+  bool any() const { return !faults_.empty(); }
+  const std::string& file() const { return file_; }
 
 private:
   std::string file_;
@@ -92,6 +94,8 @@ struct ValueLayout {
   bool component_fastest = false; ///< as in MetaImage and vti; NIfTI has the component slowest
   double slope = 1;
   double intercept = 0;
+  bool is_lower_triangle =
+      false; ///< six components xx xy yy xz yz zz (NIfTI 1005), given as xx yy zz xy xz yz
 };
 
 /// An image whose header is read and found sound.
@@ -137,6 +141,9 @@ std::vector<float> read_values(const OpenImage& image, const Faults& faults);
 
 /// The grid of an image in the file's unit of length.
 struct FileGeometry {
+  const char* name = "";                ///< of what states it, e.g. sform
+  WorldAxes world = WorldAxes::unknown; ///< as the header states
+  WorldAxes fallback = WorldAxes::lps;  ///< where it does not: that of ITK, of NIfTI ras
   Vec3 spacing{1, 1, 1};
   Vec3 origin{0, 0, 0};
   std::array<Vec3, 3> direction{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}; ///< rows; columns are the image's axes
@@ -146,14 +153,18 @@ struct FileGeometry {
   std::string direction_key;
 };
 
-/// Checks the geometry and writes it into `info`, in metres, the direction orthonormal to rounding.
-/// Columns that are off unit length or a right angle by more than 1e-3 are refused: such axes span no grid of
-/// boxes. Smaller errors (a header's float32) are evened out.
-void set_geometry(ImageInfo& info, const FileGeometry& geometry, Faults& faults);
+/// The one rule for where an image lies, in metres, the direction orthonormal to rounding, and in which world.
+///
+/// `stated` counts. Columns that are off unit length or a right angle by more than 1e-3 span no grid of boxes
+/// (a form of zeros, too): then the first of `others` that spans one counts, with a warning, else a fault.
+/// Others that lie elsewhere by more than a hundredth of a voxel are warned of. A world that is not stated is
+/// the fallback, with a warning.
+void set_geometry(ImageInfo& info, const FileGeometry& stated, Faults& faults,
+                  const std::vector<FileGeometry>& others = {});
 
 // ---- formats ----------------------------------------------------------------------------------------------
 
-OpenImage open_nifti(const std::filesystem::path& file, bool is_gzipped, Faults& faults);
+OpenImage open_nifti(const std::filesystem::path& file, Faults& faults);
 OpenImage open_meta_image(const std::filesystem::path& file, Faults& faults);
 /// The file that holds the data of a MetaImage: itself, or the one that its header names. @throws InputError
 std::filesystem::path data_file_of_meta_image(const std::filesystem::path& file, Faults& faults);

@@ -270,10 +270,11 @@ OpenImage open_meta_image(const fs::path& file, Faults& faults) {
   image.size_key = "DimSize";
   read_size(fields, static_cast<std::size_t>(n_axes), image.info, faults);
   image.layout = read_layout(fields, faults);
-  set_geometry(image.info, read_geometry(fields, static_cast<std::size_t>(n_axes), faults), faults);
+  FileGeometry geometry = read_geometry(fields, static_cast<std::size_t>(n_axes), faults);
   if (const auto orientation = fields.text({"AnatomicalOrientation"});
       orientation && orientation->find('?') == std::string::npos)
-    image.info.world = WorldAxes::lps;
+    geometry.world = WorldAxes::lps;
+  set_geometry(image.info, geometry, faults);
   faults.throw_if_any();
   const std::int64_t bytes = image.info.n_voxels() * image.info.components * bytes_of(image.layout.type);
   const DataPlace data = find_data(fields, file, header.bytes, bytes, faults);

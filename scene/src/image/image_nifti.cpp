@@ -1,8 +1,8 @@
 // NIfTI-1 and NIfTI-2 in one file (.nii, .nii.gz).
 //
 // Source: NIfTI-1 Data Format, nifti1.h (Cox et al., 2004, NIfTI Data Format Working Group), and nifti2.h
-// (2011). Departures: a sform that shears is refused; two-file images (.hdr and .img), ANALYZE without a
-// magic, and types that are no plain numbers (complex, RGB, bits, 128-bit floats) are refused by name;
+// (2011). Departures: a sform that shears is refused where no qform is beside it; ANALYZE without a magic, and
+// types that are no plain numbers (complex, RGB, bits, 128-bit floats) are refused by name;
 // coordinate systems are taken as RAS whatever the xform codes' numbers.
 
 #include "image/image_formats.hpp"
@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -21,10 +22,10 @@ struct Version {
   int number;
   std::int32_t header_bytes;
   std::size_t magic, dim, datatype, bitpix, pixdim, vox_offset, slope, intercept, units, qform, sform,
-      quatern, qoffset, srow;
+      quatern, qoffset, srow, intent;
 };
-constexpr Version version_1{1, 348, 344, 40, 70, 72, 76, 108, 112, 116, 123, 252, 254, 256, 268, 280};
-constexpr Version version_2{2, 540, 4, 16, 12, 14, 104, 168, 176, 184, 500, 344, 348, 352, 376, 400};
+constexpr Version version_1{1, 348, 344, 40, 70, 72, 76, 108, 112, 116, 123, 252, 254, 256, 268, 280, 68};
+constexpr Version version_2{2, 540, 4, 16, 12, 14, 104, 168, 176, 184, 500, 344, 348, 352, 376, 400, 504};
 constexpr std::int64_t extension_flag_bytes = 4;
 constexpr std::int64_t largest_offset = std::int64_t{1}
                                         << 28; // a compressed file could make us skip for hours
@@ -69,8 +70,12 @@ private:
   bool swap_bytes_;
 };
 
-ByteSourcePtr open_bytes(const std::filesystem::path& file, bool is_gzipped, Faults& faults) {
+/// Compressed or not is what the first bytes say, whatever the name.
+ByteSourcePtr open_bytes(const std::filesystem::path& file, Faults& faults) {
+  std::array<char, 2> first{};
+  open_file(file, 0, faults)->read(first);
   ByteSourcePtr source = open_file(file, 0, faults);
+  const bool is_gzipped = first[0] == '\x1f' && first[1] == '\x8b';
   return is_gzipped ? inflated(std::move(source), Compression::gzip, faults) : source;
 }
 
@@ -229,8 +234,10 @@ void read_qform(const Header& header, FileGeometry& geometry, Faults& faults) {
                      header.real(version.qoffset, 2)};
 }
 
-FileGeometry read_geometry(const Header& header, Faults& faults) {
+/// What places the voxels, the first what counts (the sform, else the qform, else pixdim).
+std::vector<FileGeometry> read_geometry(const Header& header, Faults& faults) {
   FileGeometry geometry;
+  geometry.world = geometry.fallback = WorldAxes::ras;
   switch (header.length_unit()) {
   case 0: // not said
   case 2:
@@ -246,14 +253,40 @@ FileGeometry read_geometry(const Header& header, Faults& faults) {
     faults.add("xyzt_units", "0, 1 (m), 2 (mm) or 3 (micrometre) for lengths",
                fmt::format("{}", header.length_unit()));
   }
-  if (header.code(header.version().sform) > 0) {
-    read_sform(header, geometry);
-    return geometry;
+  std::vector<FileGeometry> stated;
+  const bool has_sform = header.code(header.version().sform) > 0;
+  if (has_sform) {
+    stated.push_back(geometry);
+    stated.back().name = "sform";
+    read_sform(header, stated.back());
   }
+  const bool is_empty = has_sform && std::ranges::max(stated.front().spacing) == 0;
   read_pixdim(header, geometry);
-  if (header.code(header.version().qform) > 0)
-    read_qform(header, geometry, faults);
-  return geometry;
+  if (header.code(header.version().qform) > 0) {
+    Faults of_other("");
+    geometry.name = "qform";
+    read_qform(header, geometry, has_sform ? of_other : faults);
+    if (!of_other.any())
+      stated.push_back(geometry);
+  } else if (!has_sform || is_empty) {
+    geometry.name = "pixdim";
+    geometry.world = WorldAxes::unknown;
+    stated.push_back(geometry);
+  }
+  if (stated.empty())
+    stated.push_back(geometry);
+  return stated;
+}
+
+/// Whose axes vectors are along, and the order of a symmetric matrix.
+void read_intent(const Header& header, OpenImage& image) {
+  constexpr int symmetric_matrix = 1005, displacement = 1006, vector = 1007;
+  const int intent = header.code(header.version().intent);
+  image.layout.is_lower_triangle = intent == symmetric_matrix && image.info.components == 6;
+  if (intent == displacement)
+    image.info.vectors_to_world = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  else if (intent == vector) // ITK writes its own LPS here
+    image.info.vectors_to_world = {{{-1, 0, 0}, {0, -1, 0}, {0, 0, 1}}};
 }
 
 std::int64_t read_data_offset(const Header& header, Faults& faults) {
@@ -272,20 +305,20 @@ std::int64_t read_data_offset(const Header& header, Faults& faults) {
 
 } // namespace
 
-OpenImage open_nifti(const std::filesystem::path& file, bool is_gzipped, Faults& faults) {
-  const Header header = read_header(*open_bytes(file, is_gzipped, faults), faults);
+OpenImage open_nifti(const std::filesystem::path& file, Faults& faults) {
+  const Header header = read_header(*open_bytes(file, faults), faults);
   check_magic(header, faults);
   OpenImage image;
   image.size_key = "dim";
   read_size(header, image.info, faults);
   image.layout = read_layout(header, faults);
-  set_geometry(image.info, read_geometry(header, faults), faults);
-  if (header.code(header.version().sform) > 0 || header.code(header.version().qform) > 0)
-    image.info.world = WorldAxes::ras;
+  const std::vector<FileGeometry> stated = read_geometry(header, faults);
+  set_geometry(image.info, stated.front(), faults, {stated.begin() + 1, stated.end()});
+  read_intent(header, image);
   const std::int64_t offset = read_data_offset(header, faults);
   faults.throw_if_any();
-  image.open_data = [file, is_gzipped, offset, faults]() mutable {
-    ByteSourcePtr source = open_bytes(file, is_gzipped, faults);
+  image.open_data = [file, offset, faults]() mutable {
+    ByteSourcePtr source = open_bytes(file, faults);
     std::vector<char> skipped(4096);
     for (std::int64_t left = offset; left > 0;) {
       const auto count = static_cast<std::size_t>(std::min(left, std::int64_t{4096}));

@@ -3,8 +3,7 @@
 //
 // Source: "Definition of NRRD File Format" (Kindlmann, Teem), versions 1 to 5; for .seg.nrrd the
 // documentation of 3D Slicer, "Segmentations: file format". Departures: data as text, hex and bzip2,
-// several data files, skipped lines and bytes, measurement frames, and axes of time are refused by name or
-// not used; an axis of components is the first or the last one.
+// several data files, skipped lines and bytes, and axes of time are refused by name; an axis of components is the first or the last one.
 
 #include "image/image_formats.hpp"
 #include "maille/scene/named_segments.hpp"
@@ -162,7 +161,9 @@ public:
     read_axes();
     read_layout(image.layout);
     set_sizes(image.info);
-    set_geometry(image.info, read_geometry(image.info), faults_);
+    const FileGeometry geometry = read_geometry();
+    set_geometry(image.info, geometry, faults_);
+    read_vectors(image.info);
     faults_.throw_if_any();
     const std::int64_t bytes = image.info.n_voxels() * image.info.components * bytes_of(image.layout.type);
     set_data(image, bytes);
@@ -177,7 +178,9 @@ public:
     const fs::path data = name;
     const bool climbs =
         std::any_of(data.begin(), data.end(), [](const fs::path& part) { return part == ".."; });
-    if (data.is_absolute() || climbs || name.starts_with("LIST") || name.find('%') != std::string::npos ||
+    if (name.starts_with("LIST"))
+      faults_.fail("data file", "one file in the header's folder or below it", "LIST, several data files");
+    if (data.is_absolute() || climbs || name.find('%') != std::string::npos ||
         name.find('\0') != std::string::npos)
       faults_.add("data file", "one file in the header's folder or below it", in_quotes(name));
     return file_.parent_path() / data;
@@ -266,7 +269,7 @@ private:
              components_axis_ < n_axes_ ? sizes_[components_axis_] : 1, "sizes", faults_);
   }
 
-  FileGeometry read_geometry(ImageInfo& info) {
+  FileGeometry read_geometry() {
     FileGeometry geometry;
     geometry.origin_key = "space origin";
     geometry.direction_key = "space directions";
@@ -281,7 +284,7 @@ private:
             in_quotes(*space));
       world = known.value_or(World{});
     }
-    info.world = world.axes;
+    geometry.world = world.axes;
     const std::size_t n_space = components_axis_ < n_axes_ ? n_axes_ - 1 : n_axes_;
     read_units(geometry);
     if (directions_.empty())
@@ -296,7 +299,8 @@ private:
         faults_.add("space origin", fmt::format("({} numbers)", n_world), in_quotes(*origin));
       else
         std::ranges::copy(*values, geometry.origin.begin());
-    }
+    } else if (!field("space") && field("axis mins"))
+      read_axis_mins(geometry);
     if (world.flips_x) {
       geometry.origin[0] = -geometry.origin[0];
       for (double& component : geometry.direction[0])
@@ -319,6 +323,47 @@ private:
       faults_.add("space units", "\"mm\", \"cm\", \"m\" or \"um\"", in_quotes(*units));
     else
       geometry.units_per_metre = found->second;
+  }
+
+  /// Old files' origin, as ITK takes it: the edge of the first voxel, unless voxels are nodes.
+  void read_axis_mins(FileGeometry& geometry) {
+    const std::vector<std::string> mins = words_of(*field("axis mins"));
+    const std::vector<std::string> centers =
+        words_of(lower(field("centers").value_or(field("centerings").value_or(""))));
+    std::size_t next = 0;
+    for (std::size_t axis = 0; axis < n_axes_ && mins.size() == n_axes_; ++axis)
+      if (is_space(axis)) {
+        const auto value = parse_numbers<double>(mins[axis], 1);
+        const bool is_node = centers.size() == n_axes_ && centers[axis] == "node";
+        geometry.origin[next] =
+            value ? value->front() + (is_node ? 0 : geometry.spacing[next] / 2) : std::nan("");
+        ++next;
+      }
+    if (mins.size() != n_axes_)
+      faults_.add("axis mins", fmt::format("{} numbers", n_axes_), in_quotes(*field("axis mins")));
+    geometry.origin_key = "axis mins";
+  }
+
+  /// Vectors and tensors are along the axes of `space`, or of the measurement frame in it.
+  void read_vectors(ImageInfo& info) {
+    const auto text = field("measurement frame");
+    const bool is_vector =
+        components_axis_ < kinds_.size() && kinds_[components_axis_].find("vector") != std::string::npos;
+    if (!info.states_world || info.components == 1 || (!text && !is_vector))
+      return;
+    std::array<Vec3, 3> rows{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    const auto columns = words_of(text.value_or(""));
+    for (std::size_t c = 0; text && c < 3; ++c) {
+      const auto column = columns.size() == 3 ? parse_vector(columns[c], 3) : std::nullopt;
+      if (!column)
+        return faults_.add("measurement frame", "three vectors of three numbers", in_quotes(*text));
+      for (std::size_t row = 0; row < 3; ++row)
+        rows[row][c] = (*column)[row];
+    }
+    if (world_named(lower(field("space").value_or(""))).value_or(World{}).flips_x)
+      for (double& component : rows[0])
+        component = -component;
+    info.vectors_to_world = rows;
   }
 
   void read_spacings(FileGeometry& geometry) {
@@ -380,7 +425,7 @@ private:
     const bool is_local = data == file_;
     const std::int64_t from = is_local ? header_.bytes : 0;
     const std::int64_t found = size_of_file(data, faults_) - from;
-    if (!is_gzipped_ && found != bytes)
+    if (!is_gzipped_ && found < bytes)
       faults_.fail("sizes", fmt::format("{} bytes of data", bytes), fmt::format("{}", found));
     image.open_data = [data, from, is_gzipped = is_gzipped_, faults = faults_]() mutable {
       ByteSourcePtr source = open_file(data, from, faults);

@@ -210,9 +210,16 @@ void ValueReader::read_as(std::size_t count, std::vector<float>& values) {
   if (done_ < wanted_)
     return;
   // Reading on has compressed data check its own sum, and finds sizes that are too small.
-  char surplus = 0;
-  if (source_->read(std::span(&surplus, 1)) > 0)
+  constexpr std::size_t most_surplus = 1 << 20; // more is another image, or a bomb
+  buffer_.resize(std::max(buffer_.size(), std::size_t{1} << 16));
+  std::size_t surplus = 0;
+  while (const std::size_t got = surplus > most_surplus ? 0 : source_->read(buffer_))
+    surplus += got;
+  if (surplus > most_surplus)
     faults_.fail("data", fmt::format("{} bytes", wanted_ * sizeof(T)), "more");
+  if (surplus > 0)
+    warn_of_file(faults_.file(), fmt::format("has {} bytes behind the {} of its data: they are left", surplus,
+                                             wanted_ * sizeof(T)));
   if (source_->is_cut_short())
     faults_.fail("data", "complete encoded data", "data that ends early, before its check sum");
 }
@@ -250,8 +257,15 @@ std::vector<float> read_values(const OpenImage& image, const Faults& faults) {
   std::vector<float> values;
   ValueReader(image, faults).read(static_cast<std::size_t>(n_values(image.info)), values);
   if (image.layout.component_fastest && image.info.components > 1)
-    return planar(values, static_cast<std::size_t>(image.info.components));
-  return values;
+    values = planar(values, static_cast<std::size_t>(image.info.components));
+  if (!image.layout.is_lower_triangle)
+    return values;
+  std::vector<float> ordered;
+  ordered.reserve(values.size());
+  const auto n = static_cast<std::ptrdiff_t>(image.info.n_voxels());
+  for (const std::ptrdiff_t component : {0, 2, 5, 1, 3, 4})
+    ordered.insert(ordered.end(), values.begin() + component * n, values.begin() + (component + 1) * n);
+  return ordered;
 }
 
 } // namespace maille::image_formats

@@ -154,18 +154,33 @@ xml_node only_piece(xml_node grid, Faults& faults) {
   return piece;
 }
 
-/// The array that Scalars names, else the first that is not VTK's own book-keeping.
-xml_node active_array(xml_node attributes) {
-  xml_node first;
-  const std::string_view active = attributes.attribute("Scalars").value();
-  for (const xml_node array : attributes.children("DataArray")) {
-    const std::string_view name = array.attribute("Name").value();
-    if (!active.empty() && name == active)
-      return array;
-    if (!first && name != "vtkGhostType")
-      first = array;
+/// Arrays of voxels, without VTK's own book-keeping.
+std::vector<xml_node> arrays_in(xml_node piece, bool only_active) {
+  std::vector<xml_node> arrays;
+  for (const char* of : {"CellData", "PointData"}) {
+    const std::string_view active = piece.child(of).attribute("Scalars").value();
+    for (const xml_node array : piece.child(of).children("DataArray"))
+      if (const std::string_view name = array.attribute("Name").value();
+          name != "vtkGhostType" && (!only_active || (!active.empty() && name == active)))
+        arrays.push_back(array);
   }
-  return first;
+  return arrays;
+}
+
+/// The active scalars, else the only array; of several a fault that lists them.
+xml_node values_of(xml_node piece, Faults& faults) {
+  const std::vector<xml_node> all = arrays_in(piece, false), active = arrays_in(piece, true);
+  const std::vector<xml_node>& found = active.empty() ? all : active;
+  if (found.empty())
+    faults.fail("CellData, PointData", "a DataArray", "none");
+  std::string names;
+  for (const xml_node array : found)
+    names += fmt::format("{}{} of {}", names.empty() ? "" : ", ", in_quotes(array.attribute("Name").value()),
+                         array.parent().name());
+  if (found.size() > 1)
+    faults.fail("Scalars", "one array, or one that is active (Scalars=\"NAME\" of CellData or PointData)",
+                names);
+  return found.front();
 }
 
 /// Whether a text such as `m`, `length: m` or `lengths: m; Stress: Pa` says that lengths are in metres.
@@ -253,12 +268,8 @@ OpenImage open_vti(const std::filesystem::path& file, std::int64_t largest_text,
   const xml_node grid = read_encoding(*vti, {"ImageData"}, faults);
   const Extent extent = read_extent(grid, faults);
   const xml_node piece = only_piece(grid, faults);
-  xml_node array = active_array(piece.child("CellData"));
-  const bool has_cells = !array.empty();
-  if (!has_cells)
-    array = active_array(piece.child("PointData"));
-  if (!array)
-    faults.fail("CellData, PointData", "a DataArray", "none");
+  const xml_node array = values_of(piece, faults);
+  const bool has_cells = std::string_view(array.parent().name()) == "CellData";
   OpenImage image;
   image.size_key = "WholeExtent";
   read_array(array, vti_array_name(array), extent, has_cells, image, faults);

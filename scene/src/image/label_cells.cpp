@@ -37,6 +37,14 @@ std::optional<LabelRange> parse_label(std::string_view text) {
   return LabelRange{static_cast<float>(*low), static_cast<float>(*high), 0};
 }
 
+std::vector<float> single_labels(const std::vector<LabelRange>& ranges) {
+  std::vector<float> labels;
+  for (const LabelRange& range : ranges)
+    if (range.low == range.high && range.low == std::floor(range.low))
+      labels.push_back(range.low);
+  return labels.size() == ranges.size() ? labels : std::vector<float>{};
+}
+
 std::uint8_t material_of(float value, const std::vector<LabelRange>& ranges) {
   for (const LabelRange& range : ranges)
     if (value >= range.low && value <= range.high)

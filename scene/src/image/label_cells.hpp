@@ -36,6 +36,9 @@ std::optional<LabelRange> parse_label(std::string_view text);
 
 std::uint8_t material_of(float value, const std::vector<LabelRange>& ranges);
 
+/// The whole numbers that stand for themselves, not for a range.
+std::vector<float> single_labels(const std::vector<LabelRange>& ranges);
+
 /// Calls visit(value, n) for n equal values one behind the other: of labels there are few such runs.
 template<class Visit>
 void for_each_run(std::span<const float> values, Visit&& visit) {

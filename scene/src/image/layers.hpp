@@ -13,6 +13,7 @@
 
 namespace maille {
 
+struct Specimen;
 namespace image_formats {
 struct OpenImage;
 }
@@ -70,6 +71,11 @@ public:
   explicit LayeredImage(const std::filesystem::path& file);
 
   const ImageInfo& info() const { return info_; }
+  /// From now on values within rounding of one of these labels are that label; a reading to the end warns of
+  /// them, and of others that are no whole number.
+  void round_to(std::vector<float> labels) { labels_ = std::move(labels); }
+  /// Turns the image to a body's world and axes, see on_body: another order of axes reads it as a whole.
+  void place_on(const Specimen& body);
   /// @param layers that will be asked for at a time
   /// @pre one value a voxel
   /// @throws InputError where so many layers do not fit into memory, by the header; the window, as read_image
@@ -80,6 +86,8 @@ private:
   const Image* whole_ = nullptr;
   std::filesystem::path path_;
   std::shared_ptr<const image_formats::OpenImage> file_;
+  std::shared_ptr<const Image> turned_; ///< what `whole_` points to, if that is ours
+  std::vector<float> labels_;
 };
 
 } // namespace maille

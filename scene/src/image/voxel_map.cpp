@@ -1,5 +1,7 @@
 #include "maille/scene/voxel_map.hpp"
 
+#include "image/layers.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -21,6 +23,35 @@ bool has_same_axes(const ImageInfo& info, const Placement& placement) {
 }
 
 } // namespace
+
+ImageInfo on_body(const ImageInfo& info, const Specimen& body) {
+  const Placement& placement = body.placement;
+  const ImageInfo seen = along_axes(in_world(info, placement.world), placement.direction);
+  ImageInfo same = info;
+  same.world = placement.world;
+  same = along_axes(same, placement.direction);
+  const bool is_only_there =
+      info.world != placement.world && !voxel_blocks(seen, body) && voxel_blocks(same, body);
+  const bool is_stated =
+      info.states_world && (body.image.empty() || read_image_info(body.image).states_world);
+  return is_only_there && !is_stated ? same : seen;
+}
+
+void LayeredImage::place_on(const Specimen& body) {
+  const ImageInfo placed = on_body(info_, body);
+  if (placed.world != info_.world && placed.origin == info_.origin)
+    warn_of_file(path_, "is taken to be in the world of the body's image, on whose voxels it is: one of them "
+                        "states no orientation");
+  const bool is_reordered =
+      placed.size != info_.size || !has_same_axes(in_world(info_, placed.world), body.placement);
+  info_ = placed;
+  if (!is_reordered || info_.components != 1)
+    return;
+  Image image = read_image(path_);
+  image.info = in_world(image.info, placed.world);
+  turned_ = std::make_shared<const Image>(along_axes(std::move(image), body.placement.direction));
+  whole_ = turned_.get();
+}
 
 std::optional<VoxelBlocks> voxel_blocks(const ImageInfo& info, const Specimen& body) {
   if (!has_same_axes(info, body.placement))

@@ -40,7 +40,8 @@ private:
 };
 
 Header header_of(const ImageInfo& info, StoredType type) {
-  constexpr std::int16_t vector = 1007, symmetric_matrix = 1005, scanner = 1;
+  constexpr std::int16_t displacement = 1006, vector = 1007, symmetric_matrix = 1005, scanner = 1;
+  constexpr std::array<Vec3, 3> same{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   constexpr double millimetres = 1e3;
   constexpr char unit_is_millimetre = 2;
   Header header;
@@ -54,7 +55,7 @@ Header header_of(const ImageInfo& info, StoredType type) {
   header.put(52, std::int16_t{1});
   header.put(54, std::int16_t{1});
   if (info.components == 3)
-    header.put(68, vector);
+    header.put(68, info.vectors_to_world == same && info.world == WorldAxes::ras ? displacement : vector);
   if (info.components == 6) {
     header.put(56, 3.0F); // intent_p1: of a 3 x 3 matrix
     header.put(68, symmetric_matrix);

@@ -29,12 +29,12 @@ std::array<bool, 3> read_axes(TableReader& table, int dimension) {
                     table.faults());
 }
 
-/// Places are those of the image's own world; vectors are in the table's frame.
+/// Places are those of the body's world; vectors are as the header states, else in the table's frame.
 std::function<std::optional<Vec3>(const Vec3&)> field_of_image(std::shared_ptr<DisplacementImage> image,
                                                                const TableFrame& frame) {
   return [image = std::move(image), frame](const Vec3& x) -> std::optional<Vec3> {
     const auto u = image->at(point_in_world(frame.body_in_world, x));
-    return u ? std::optional(frame.vector_in_object(*u)) : std::nullopt;
+    return u && !image->is_along_object() ? std::optional(frame.vector_in_object(*u)) : u;
   };
 }
 
@@ -70,7 +70,8 @@ void read_motion(TableReader& table, int dimension, const TableFrame& frame, Con
 }
 
 /// `field = { image, unit }` or `{ points, within }`: displacements from a file, in place of `by` and `turn`.
-void read_field(TableReader& table, const TableFrame& frame, int dimension, Condition& condition) {
+void read_field(TableReader& table, const TableFrame& frame, int dimension, const Specimen* body,
+                Condition& condition) {
   for (const char* key : {"by", "turn"})
     if (const toml::node* node = table.find(key))
       table.fault(key, "no such key with a `field`", describe(*node));
@@ -105,7 +106,7 @@ void read_field(TableReader& table, const TableFrame& frame, int dimension, Cond
   }
   try {
     if (is_image)
-      condition.field = field_of_image(std::make_shared<DisplacementImage>(*file, metres), frame);
+      condition.field = field_of_image(std::make_shared<DisplacementImage>(*file, metres, body), frame);
     else
       condition.field = field_of_points(read_displacement_points(*file), within, frame);
   } catch (const InputError& error) {
@@ -128,7 +129,7 @@ void read_condition(TableReader& table, bool held, const Scene& scene, bool has_
                 describe(*table.find("axes")));
   bool turns_about_its_middle = false;
   if (!held && table.has("field"))
-    read_field(table, frame, scene.dimension(), condition);
+    read_field(table, frame, scene.dimension(), body, condition);
   else if (!held)
     read_motion(table, scene.dimension(), frame, condition, turns_about_its_middle);
   if (region && has_body)

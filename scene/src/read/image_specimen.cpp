@@ -6,11 +6,15 @@
 #include "read/reader.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,17 +34,21 @@ std::vector<LabelRange> read_threshold(TableReader& table) {
   return {{std::nextafter(static_cast<float>(*threshold), INFINITY), INFINITY, 0}};
 }
 
-/// What the image calls its labels; nothing where it cannot be read, of which its own reader tells.
-std::vector<NamedSegment> segments_of(TableReader& table, const std::filesystem::path& folder) {
+/// What the image calls its labels; nothing where its header cannot be read, of which its own reader tells.
+std::optional<std::vector<NamedSegment>> segments_of(TableReader& table,
+                                                     const std::filesystem::path& folder) {
   const toml::node* image = table.find("image");
   const auto name = image ? image->value<std::string>() : std::nullopt;
   if (!name)
-    return {};
+    return std::vector<NamedSegment>{};
   try {
     const NamedFile file = named_file(*name, folder);
-    return file.file.empty() ? std::vector<NamedSegment>{} : named_segments(file.file);
+    if (file.file.empty())
+      return std::nullopt;
+    read_image_info(file.file);
+    return named_segments(file.file);
   } catch (const InputError&) {
-    return {};
+    return std::nullopt;
   }
 }
 
@@ -53,17 +61,52 @@ std::optional<LabelRange> label_or_name(std::string_view key, const std::vector<
   return LabelRange{value, value, 0};
 }
 
+/// Of segments that one name stands for `labels 1 and 2`; empty where it stands for one.
+std::string labels_of_one_name(std::string_view name, const std::vector<NamedSegment>& segments) {
+  std::set<std::int32_t> labels;
+  for (const NamedSegment& segment : segments)
+    if (segment.name == name)
+      labels.insert(segment.label);
+  return labels.size() < 2 ? "" : fmt::format("labels {}", fmt::join(labels, " and "));
+}
+
+/// Whether labels can be told apart at all; else one fault: segments in several layers, or labels that
+/// float32 does not hold.
+bool are_labels_readable(TableReader& table, const std::vector<NamedSegment>& segments) {
+  if (std::ranges::any_of(segments, [](const NamedSegment& segment) { return segment.layer > 0; })) {
+    table.fault("image", "segments of one layer (in 3D Slicer: Segmentations, Collapse labelmap layers)",
+                "segments that overlap, in several layers");
+    for (const char* key : {"labels", "material", "threshold"})
+      table.find(key);
+    return false;
+  }
+  const toml::table* section = table.has("labels") ? table.subtable("labels") : nullptr;
+  std::vector<std::string_view> too_large;
+  for (const auto& [key, node] : section ? *section : toml::table{}) {
+    std::int64_t label = 0;
+    const auto [end, error] = std::from_chars(key.str().data(), key.str().data() + key.str().size(), label);
+    if (error == std::errc{} && end == key.str().data() + key.str().size() && !is_label(label) &&
+        static_cast<std::int64_t>(static_cast<float>(label)) != label)
+      too_large.push_back(key.str());
+  }
+  if (!too_large.empty())
+    table.fault("labels", wanted_label() + ": renumber the image's",
+                fmt::format("{}", fmt::join(too_large, ", ")));
+  return too_large.empty();
+}
+
 std::string wanted_labels(const std::vector<NamedSegment>& segments) {
   std::string wanted = "a grey value such as 17, or a range such as \"1150..4000\"";
   for (std::size_t i = 0; i < segments.size() && i < 10; ++i)
     wanted += (i == 0 ? ", or a segment: " : ", ") + segments[i].name;
-  return wanted + (segments.size() > 10 ? ", ..." : "");
+  return wanted + (segments.size() > 10 ? ", ..." : segments.empty() ? " (names: of .seg.nrrd)" : "");
 }
 
 /// `labels = { 17 = "muscle/soleus", "1150..4000" = "bone/..." }`, or `material`, if there must be one, for
 /// every voxel above `threshold`, or that is not 0.
 std::vector<LabelRange> read_labels(TableReader& table, bool has_material,
-                                    const std::vector<NamedSegment>& segments, MaterialTable& materials) {
+                                    const std::vector<NamedSegment>& segments, bool has_image,
+                                    MaterialTable& materials) {
   std::vector<LabelRange> ranges;
   if (!table.has("labels") && (table.has("material") || !has_material)) {
     const std::size_t before = table.faults().size();
@@ -77,17 +120,26 @@ std::vector<LabelRange> read_labels(TableReader& table, bool has_material,
   if (!section)
     return {};
   const std::string path = table.path_of("labels");
+  std::map<int, std::string> unknown; // by line, so that one cause is one fault
   for (const auto& [key, node] : *section) {
     const auto range = label_or_name(key.str(), segments);
-    if (!range)
-      table.faults().add(line_of(node), path, wanted_labels(segments), "\"" + std::string(key.str()) + "\"");
+    if (const std::string several = labels_of_one_name(key.str(), segments); !several.empty())
+      table.faults().add(line_of(node), path, "a name of one segment, or its label",
+                         "\"" + std::string(key.str()) + "\", the name of " + several);
+    if (!range) {
+      std::string& names = unknown[line_of(node)];
+      names += (names.empty() ? "\"" : ", \"") + std::string(key.str()) + "\"";
+    }
     const auto material = materials.add(node, path + "." + std::string(key.str()), table.faults());
     if (!range || !material)
       continue;
     add_label({range->low, range->high, *material}, std::string(key.str()), line_of(node), path, ranges,
               table.faults());
   }
-  if (ranges.empty() && table.faults().size() == faults_before)
+  for (const auto& [line, names] : unknown)
+    if (has_image)
+      table.faults().add(line, path, wanted_labels(segments), names);
+  if (ranges.empty() && unknown.empty() && table.faults().size() == faults_before)
     table.fault("labels", "at least one grey value", "an empty table");
   return ranges;
 }
@@ -162,11 +214,15 @@ bool read_image_specimen(TableReader& table, const std::filesystem::path& folder
   const toml::node* image_node =
       given ? nullptr : table.require("image", "a file: .nii, .nii.gz, .mha, .mhd, .nrrd, .nhdr or .vti");
   const auto name = given ? std::optional<std::string>("") : table.text("image");
-  const auto ranges = read_labels(table, has_material, segments_of(table, folder), materials);
+  const auto named = segments_of(table, folder);
+  const auto segments = named.value_or(std::vector<NamedSegment>{});
+  const bool is_readable = are_labels_readable(table, segments);
+  const auto ranges = is_readable ? read_labels(table, has_material, segments, named.has_value(), materials)
+                                  : std::vector<LabelRange>{};
   const auto coarsen = read_coarsen(table);
   const auto fibre = read_fibre(table);
   const auto partial = read_partial_volume(table, coarsen.value_or(Index3{2, 2, 2}));
-  if (!name || !coarsen || !fibre)
+  if (!name || !coarsen || !fibre || !is_readable)
     return false;
   const int line = image_node ? line_of(*image_node) : 0;
   const std::string path = table.path_of("image");
@@ -175,9 +231,11 @@ bool read_image_specimen(TableReader& table, const std::filesystem::path& folder
   if (!file)
     return false;
   try {
-    const auto image = given ? LayeredImage(*given) : labels_of(*file, *coarsen, path, line, faults);
+    auto image = given ? LayeredImage(*given) : labels_of(*file, *coarsen, path, line, faults);
     if (!image || !cells_fit(image->info(), *coarsen, path, line, faults))
       return false;
+    if (table.has("labels"))
+      image->round_to(single_labels(ranges));
     LabelCensus census(ranges);
     fill_cells(*image, *coarsen, ranges, census, body);
     const bool is_segmented = table.has("labels");

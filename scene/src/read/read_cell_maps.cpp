@@ -96,6 +96,7 @@ void fill_partial_volume(const PartialVolume& asked, const LayeredImage& image,
       if (!file)
         return;
       from = LayeredImage(*file);
+      from.place_on(body);
       if (from.info().components != 1 || !have_same_voxels(from.info(), image.info())) {
         table.faults().add(asked.line, path,
                            "an image of one value a voxel on the voxels of the body's image", asked.image);
@@ -316,7 +317,8 @@ void read_stiffness_map(TableReader& specimen, const std::filesystem::path& fold
   if (!file)
     return;
   try {
-    const LayeredImage image(*file);
+    LayeredImage image(*file);
+    image.place_on(*body);
     const ImageInfo& info = image.info();
     const auto blocks = voxel_blocks(info, *body);
     if (info.components != 1 || !blocks)

@@ -1,6 +1,7 @@
 #include "image/label_cells.hpp"
 #include "maille/scene/fibre/fibre_field.hpp"
 #include "maille/scene/image.hpp"
+#include "maille/scene/voxel_map.hpp"
 #include "read/reader.hpp"
 
 #include <Eigen/Eigenvalues>
@@ -11,6 +12,7 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
@@ -24,12 +26,16 @@ using Tensor = Eigen::Matrix3d;
 /// Why a cell has no direction of its own.
 enum class Lack { nothing, no_tensor, not_positive, isotropic };
 
-/// The tensor of one voxel: xx yy zz xy xz yz, component slowest.
-Tensor voxel_tensor(const Image& image, std::size_t voxel) {
+/// Where the six components of a tensor stand: xx yy zz xy xz yz, and FSL's xx xy xz yy yz zz.
+using Order = std::array<std::size_t, 6>;
+constexpr Order own_order{0, 1, 2, 3, 4, 5}, order_of_fsl{0, 3, 5, 1, 2, 4};
+
+/// The tensor of one voxel, component slowest.
+Tensor voxel_tensor(const Image& image, std::size_t voxel, const Order& order = own_order) {
   const auto n = static_cast<std::size_t>(image.info.n_voxels());
   std::array<double, 6> t{};
   for (std::size_t c = 0; c < 6; ++c)
-    t[c] = double{image.values[c * n + voxel]};
+    t[c] = double{image.values[order[c] * n + voxel]};
   Tensor tensor;
   tensor << t[0], t[3], t[4], t[3], t[1], t[5], t[4], t[5], t[2];
   return tensor;
@@ -78,8 +84,54 @@ std::string words(const ImageInfo& info) {
                      info.spacing[2], info.origin[0], info.origin[1], info.origin[2]);
 }
 
+/// From the axes that the file's tensors are along, as its header states, else those of its voxels, to the
+/// body's; exact where both are the same in another order or direction.
+Tensor to_body(const ImageInfo& info, const Specimen& body) {
+  const ImageInfo seen = in_world(info, body.placement.world);
+  const std::array<Vec3, 3> from = seen.vectors_to_world.value_or(seen.direction);
+  Tensor turn = Tensor::Zero();
+  for (std::size_t a = 0; a < 3; ++a)
+    for (std::size_t b = 0; b < 3; ++b) {
+      double& entry = turn(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b));
+      for (std::size_t row = 0; row < 3; ++row)
+        entry += body.placement.direction[row][a] * from[row][b];
+      if (constexpr double rounding = 1e-4; std::abs(entry - std::round(entry)) < rounding)
+        entry = std::round(entry);
+    }
+  return turn;
+}
+
+/// The angle between the voxels' axes and the world's, in whatever order [degrees].
+double obliqueness(const ImageInfo& info) {
+  double least = 1;
+  for (std::size_t a = 0; a < 3; ++a)
+    least = std::min(least, std::max({std::abs(info.direction[0][a]), std::abs(info.direction[1][a]),
+                                      std::abs(info.direction[2][a])}));
+  return std::acos(std::min(least, 1.0)) * 180 / std::numbers::pi;
+}
+
+/// Voxels of matter with a tensor, and those where it is positive in an order of its components.
+struct PositiveTensors {
+  std::int64_t all = 0, own = 0, of_fsl = 0;
+};
+PositiveTensors count_positive(const Image& image, const LabelCells& labels) {
+  PositiveTensors n;
+  labels.for_each_cell([&](std::int64_t, const std::vector<std::size_t>& voxels) {
+    for (const std::size_t voxel : voxels) {
+      const Tensor tensor = voxel_tensor(image, voxel);
+      if (!tensor.allFinite() || tensor.isZero(0))
+        continue;
+      ++n.all;
+      n.own += is_positive(tensor) ? 1 : 0;
+      n.of_fsl += is_positive(voxel_tensor(image, voxel, order_of_fsl)) ? 1 : 0;
+    }
+  });
+  return n;
+}
+
 /// Directions of the cells whose tensors have one, and which those are.
-std::vector<bool> read_directions(const Image& image, const LabelCells& labels, Specimen& body) {
+std::vector<bool> read_directions(const Image& image, const Tensor& turn, const LabelCells& labels,
+                                  Specimen& body) {
   const auto n = static_cast<std::size_t>(body.grid.n_cells());
   FibreReport& report = body.fibre_report;
   body.fibres.assign(n, {0, 0, 0});
@@ -89,7 +141,8 @@ std::vector<bool> read_directions(const Image& image, const LabelCells& labels, 
     Lack lack{};
     const Tensor tensor = sum_of_tensors(image, voxels, lack);
     if (lack == Lack::nothing) {
-      const auto direction = first_eigenvector(tensor);
+      const auto direction =
+          first_eigenvector(turn.isIdentity(0) ? tensor : turn * tensor * turn.transpose());
       body.fibres[cell] = direction.value_or(std::array<float, 3>{0, 0, 0});
       is_known[cell] = direction.has_value();
       lack = direction ? Lack::nothing : Lack::isotropic;
@@ -125,7 +178,7 @@ void fibres_from_tensors(const std::filesystem::path& file, const FibreRequest& 
                fmt::format("{} a voxel", info.components));
     return;
   }
-  if (!have_same_voxels(info, labels.info())) {
+  if (!have_same_voxels(on_body(info, body), labels.info())) {
     faults.add(request.line, path, "a tensor image on the voxels of the labels, " + words(labels.info()),
                words(info));
     return;
@@ -133,7 +186,24 @@ void fibres_from_tensors(const std::filesystem::path& file, const FibreRequest& 
   FibreReport& report = body.fibre_report;
   report = {};
   report.source = "tensor_image";
-  std::vector<bool> is_known = read_directions(read_image(file), labels, body);
+  Image image = read_image(file);
+  image.info = in_world(image.info, on_body(info, body).world);
+  image = along_axes(std::move(image), body.placement.direction);
+  if (const PositiveTensors n = count_positive(image, labels); 2 * n.own < n.all) {
+    faults.add(
+        request.line, path, "a tensor image that is positive in most voxels, in the order xx yy zz xy xz yz",
+        fmt::format("{} of {} that are not{}", n.all - n.own, n.all,
+                    n.of_fsl > n.own ? fmt::format("; in FSL's order, xx xy xz yy yz zz, {} are", n.of_fsl)
+                                     : std::string()));
+    return;
+  }
+  if (const double angle = obliqueness(info); !info.vectors_to_world && angle > 1)
+    warn_of_file(
+        file, fmt::format("does not state what its tensors are along: taken along the voxels' axes, as FSL "
+                          "writes them; those along the world's (MRtrix, DIPY) would be turned by {:.3g} "
+                          "degrees",
+                          angle));
+  std::vector<bool> is_known = read_directions(image, to_body(info, body), labels, body);
   if (report.without_direction() == report.cells) {
     faults.add(request.line, path, "a tensor image with a direction in at least one voxel of the body",
                fmt::format("none in {} cells", report.cells));

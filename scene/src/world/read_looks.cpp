@@ -105,6 +105,7 @@ void fill_grey(TableReader& table, const std::filesystem::path& folder, Seen& se
       return;
     }
     const ImageInfo of_body = own ? read_image_info(*own) : seen.grey.info;
+    seen.grey.info = in_world(seen.grey.info, of_body.world);
     seen.placement = reader::placement_of(of_body);
     if (seen.look.is_centred)
       put_middle_on(of_body, seen.grey.info);

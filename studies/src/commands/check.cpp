@@ -3,6 +3,7 @@
 #include "cli/worlds.hpp"
 #include "maille/materials/text_file.hpp"
 #include "maille/materials/toml_reader.hpp"
+#include "maille/scene/image.hpp"
 #include "maille/scene/measure/measure.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/world/trajectory.hpp"
@@ -114,7 +115,9 @@ void check_scene(Checked& checked) {
   const auto [scene, measures] = read_scene_and_measures(checked.file);
   if (const std::string reason = unusable_number(scene); !reason.empty())
     throw InputError({{checked.file, 0, "", "numbers that methods can reckon with", reason}});
-  const Plausibility& proportions = checked.proportions.emplace(plausibility(scene));
+  Plausibility& proportions = checked.proportions.emplace(plausibility(scene));
+  const std::vector<std::string> of_files = file_warnings();
+  proportions.warnings.insert(proportions.warnings.begin(), of_files.begin(), of_files.end());
   checked.parts = parts_of(scene);
   checked.words = fmt::format(
       "{}D, {} cells, {} nodes, {} material{}, {} prescribed components\n{}\n", scene.dimension(),

@@ -7,6 +7,7 @@
 #include "maille/deform/solve.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/frame.hpp"
+#include "maille/scene/image.hpp"
 #include "maille/scene/look.hpp"
 #include "maille/scene/memory.hpp"
 #include "maille/scene/plausibility.hpp"
@@ -214,7 +215,10 @@ struct Explanation {
         parts(parts_of(of, limits, frame)),
         plan(frame.is_turned ? deform::plan_limits(in_object(planned, frame), limits)
                              : deform::plan_limits(planned, limits)),
-        proportions(plausibility(of)), ways(ways_of(of, plan)), holders(holders_of(of, limits, plan)) {}
+        proportions(plausibility(of)), ways(ways_of(of, plan)), holders(holders_of(of, limits, plan)) {
+    const std::vector<std::string> of_files = file_warnings();
+    proportions.warnings.insert(proportions.warnings.begin(), of_files.begin(), of_files.end());
+  }
 
   const Scene* scene;
   Scene planned; ///< outlives its limits

@@ -5,6 +5,7 @@
 #include "cli/inputs.hpp"
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/materials/fault.hpp"
+#include "maille/scene/image.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -116,6 +117,12 @@ void open_standard_streams() {
       std::_Exit(exit_run_failed);
 }
 
+/// Warnings of files that the command's own output does not have.
+void say_file_warnings() {
+  for (const std::string& warning : maille::file_warnings(true))
+    fmt::print(stderr, "warning: {}\n", for_terminal(warning));
+}
+
 /// What is still in a buffer when the process ends would be lost without a word where the disk is full.
 int with_all_output(int exit_code) {
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
@@ -142,6 +149,7 @@ int main(int argc, char** argv) {
     if (!ranks_agree({{"command", is_shared ? asked_command(words)->name : "(of the first rank alone)"}}))
       return exit_faulty_input;
     const int code = run(argc, argv);
+    say_file_warnings();
     if (is_shared)
       reports_failure(); // the others wait for a word of what ended before the scene was read
     return leave(with_all_output(code));

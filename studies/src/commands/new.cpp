@@ -135,7 +135,8 @@ struct LabelImage {
 };
 
 LabelImage look_at(const fs::path& file) {
-  const Image image = read_image(file);
+  Image image = read_image(file);
+  round_labels(image.values);
   LabelImage found;
   found.info = image.info;
   if (image.info.components != 1)

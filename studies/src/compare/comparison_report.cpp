@@ -2,6 +2,7 @@
 
 #include "compare/comparison_columns.hpp"
 #include "json_parts.hpp"
+#include "maille/scene/image.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "mechanics/mechanics_report.hpp"
 #include "results/figures.hpp"
@@ -272,7 +273,8 @@ std::string estimates_in_words(const Comparison& comparison, const std::vector<L
 /// Of the reference, the question, and the answers.
 std::vector<std::string> all_warnings(const Scene& scene, const Comparison& comparison) {
   const Plausibility question = plausibility(scene);
-  std::vector<std::string> warnings = question.warnings;
+  std::vector<std::string> warnings = file_warnings();
+  warnings.insert(warnings.end(), question.warnings.begin(), question.warnings.end());
   warnings.insert(warnings.end(), comparison.warnings.begin(), comparison.warnings.end());
   for (const ComparisonRow& row : comparison.rows)
     if (row.mechanics)

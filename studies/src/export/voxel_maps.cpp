@@ -40,6 +40,8 @@ std::optional<Image> displacement_of_voxels(const ImageInfo& info, const Scene& 
   auto image = on_voxels(info, body, 3, [](std::int64_t, std::span<float>) {});
   if (!blocks || !image)
     return std::nullopt;
+  image->info = in_world(image->info, WorldAxes::ras);
+  image->info.vectors_to_world = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   const DisplacementOfCells u(body, answer);
   const auto n = static_cast<std::size_t>(info.n_voxels());
   for (std::size_t voxel = 0; voxel < n; ++voxel) {

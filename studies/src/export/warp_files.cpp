@@ -6,7 +6,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace maille::studies {
 
@@ -14,14 +16,51 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// As programs built on ITK read the file: what does not state a world is in ITK's.
-Image read_in_a_world(const fs::path& file) {
-  Image image = read_image(file);
-  const std::string ending = file.extension().string();
-  if (image.info.world == WorldAxes::unknown)
-    image.info.world =
-        ending == ".mha" || ending == ".mhd" || ending == ".nrrd" ? WorldAxes::lps : WorldAxes::ras;
-  return image;
+struct Box {
+  Vec3 low{INFINITY, INFINITY, INFINITY}, high{-INFINITY, -INFINITY, -INFINITY};
+  void add(const Vec3& x) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      low[a] = std::min(low[a], x[a]);
+      high[a] = std::max(high[a], x[a]);
+    }
+  }
+};
+
+/// How far an image lies from the body, in words.
+std::string apart_in_words(const ImageInfo& image, const Specimen& body) {
+  const ImageInfo info = in_world(image, body.placement.world);
+  Box of_image, of_body;
+  const Index3 last{body.grid.cells()};
+  for (int corner = 0; corner < 8; ++corner) {
+    Vec3 x = info.origin;
+    for (std::size_t row = 0; row < 3; ++row)
+      for (std::size_t a = 0; a < 3; ++a)
+        x[row] += info.direction[row][a] * info.spacing[a] * ((corner >> a & 1 ? info.size[a] : 0) - 0.5);
+    of_image.add(x);
+    of_body.add(point_in_world(
+        body.placement,
+        body.position({corner & 1 ? last[0] : 0, corner & 2 ? last[1] : 0, corner & 4 ? last[2] : 0})));
+  }
+  double gap = 0, middles = 0;
+  for (std::size_t a = 0; a < 3; ++a) {
+    gap = std::hypot(gap,
+                     std::max({0.0, of_image.low[a] - of_body.high[a], of_body.low[a] - of_image.high[a]}));
+    middles =
+        std::hypot(middles, (of_image.low[a] + of_image.high[a] - of_body.low[a] - of_body.high[a]) / 2);
+  }
+  return fmt::format("{:.4g} mm from the body to the image, {:.4g} mm from middle to middle", 1e3 * gap,
+                     1e3 * middles);
+}
+
+/// @throws std::runtime_error where no voxel is in the body
+Pull pull_on(const ImageInfo& grid, const fs::path& file, const std::vector<DeformedBody>& bodies) {
+  Pull pull = pull_of(grid, bodies);
+  if (pull.reached == 0 && pull.at_rest == 0)
+    throw std::runtime_error(
+        fmt::format("{}: expected an image over the body, found none of its voxels in it, at "
+                    "rest or deformed: {}",
+                    file.string(), apart_in_words(grid, *bodies.front().specimen)));
+  return pull;
 }
 
 /// A body whose world is not stated is in the image's.
@@ -94,9 +133,7 @@ std::string csv_of(const std::vector<WarpedLabel>& labels) {
 }
 
 void add_warnings(WarpedFiles& made) {
-  if (made.reached == 0 && made.at_rest == 0)
-    made.warnings.emplace_back(
-        "no voxel of the image is in the body, at rest or deformed: their headers place them apart");
+  made.warnings = file_warnings(true);
   if (made.folded_cells > 0)
     made.warnings.push_back(
         fmt::format("{} cells are folded: where they are, images mean nothing", made.folded_cells));
@@ -144,18 +181,21 @@ WarpedFiles write_warp(const Scene& scene, const Answer& answer, const WarpReque
   };
   std::optional<Pull> pull;
   if (request.image) {
-    const Image image = read_in_a_world(*request.image);
-    pull = pull_of(image.info, bodies);
+    const Image image = read_image(*request.image);
+    pull = pull_on(image.info, *request.image, bodies);
     in_all_formats(warped(*pull, image, request.background), "warped", StoredAs::float32);
   }
   const ImageInfo of_image = pull ? pull->grid : ImageInfo{};
   if (const auto file = labels_of(scene, request)) {
-    Image labels = read_in_a_world(*file);
+    Image labels = read_image(*file);
+    if (const std::int64_t n = round_labels(labels.values); n > 0)
+      warn_of_file(*file,
+                   fmt::format("{} voxels are whole numbers but for rounding: they count as these", n));
     std::optional<Pull> of_labels;
     if (!pull)
-      pull = pull_of(labels.info, bodies);
+      pull = pull_on(labels.info, *file, bodies);
     else if (ImageInfo info = labels.info; info.components = 1, !is_same_grid(info, of_image))
-      of_labels = pull_of(labels.info, bodies);
+      of_labels = pull_on(labels.info, *file, bodies);
     const Pull& used = of_labels ? *of_labels : *pull;
     const Image after = warped_labels(used, labels);
     in_all_formats(after, "labels_warped", StoredAs::labels);

@@ -37,7 +37,7 @@ MaterialPoint in_body(const Specimen& body, const Vec3& world) {
 }
 
 void read_image(const std::filesystem::path& file, double sigma, const Scene& scene, DisplacementData& data) {
-  const DisplacementImage image(file, 1e-3);
+  const DisplacementImage image(file, 1e-3, &scene.specimen);
   const ImageInfo& info = image.info();
   std::int64_t not_finite = 0;
   for (std::int64_t voxel = 0; voxel < info.n_voxels(); ++voxel) {

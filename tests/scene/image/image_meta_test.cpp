@@ -170,10 +170,9 @@ TEST_F(MetaImageContract, NamesTheFieldThatIsWrong) {
   EXPECT_EQ(keys_of(faults("NDims = 3\nElementDataFile = LOCAL\n")), "DimSize; ElementType");
   EXPECT_EQ(keys_of(faults("ObjectType = Tube\nNDims = 3\nElementDataFile = LOCAL\n")),
             "ObjectType; DimSize; ElementType");
-  EXPECT_EQ(keys_of(faults(header("") + "\1\2\3\4\5")), "data");     // too short
-  EXPECT_EQ(keys_of(faults(header("") + "\1\2\3\4\5\6\7")), "data"); // too long
-  EXPECT_EQ(keys_of(faults("NDims = 3\n")), "ElementDataFile");      // ends before the data
-  EXPECT_EQ(keys_of(faults(std::string(1 << 20, 'x'))), "");         // another format
+  EXPECT_EQ(keys_of(faults(header("") + "\1\2\3\4\5")), "data"); // too short
+  EXPECT_EQ(keys_of(faults("NDims = 3\n")), "ElementDataFile");  // ends before the data
+  EXPECT_EQ(keys_of(faults(std::string(1 << 20, 'x'))), "");     // another format
 }
 
 TEST_F(MetaImageContract, IntegersThatFloat32CannotHoldAreAFault) {

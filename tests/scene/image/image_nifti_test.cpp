@@ -3,6 +3,8 @@
 
 #include "scene/image/image_writers.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -206,8 +208,33 @@ TEST_F(NiftiContract, NamesTheFieldThatIsWrong) {
               file.qform = 1, file.quatern = {0, 0, 0, NAN};
             }),
             "qoffset_x, qoffset_y, qoffset_z");
-  EXPECT_NE(key([](NiftiFile& file) { file.sform = 1; }).find("srow_x"), std::string::npos); // singular
-  EXPECT_EQ(key([](NiftiFile& file) { file.data += "y"; }), "data");                         // surplus
+  EXPECT_NE(key([](NiftiFile& file) { file.sform = 1, file.srow[0] = 1; }).find("srow_x"), std::string::npos);
+}
+
+// Truth: forms that are known here; what the fallback is, and how far apart they are, is said.
+TEST_F(NiftiContract, FormsFallBackWithAWarning) {
+  const TemporaryFolder folder;
+  NiftiFile file{.dim = {3, 2, 1, 1}, .qform = 1, .sform = 2, .quatern = {0, 0, 0, 1, 2, 3}, .data = "ab"};
+  const auto origin_and_warning = [&](const std::string& name) {
+    const Vec3 origin = read_image_info(folder.write(name, file.bytes())).origin;
+    const auto warnings = file_warnings(true);
+    return fmt::format("{:.0f} {}", 1e3 * origin[0], warnings.empty() ? "" : warnings.front());
+  };
+  const std::string empty = origin_and_warning("empty.nii");
+  EXPECT_TRUE(empty.starts_with("1 ") && empty.find("sform is empty: the qform counts") != std::string::npos)
+      << empty;
+  file.srow = {1, 0, 0, 11, 0, 1, 0, -3, 0, 0, 1, 6};
+  const std::string apart = origin_and_warning("apart.nii");
+  EXPECT_TRUE(apart.starts_with("11 ") && apart.find("up to 11.58 mm apart") != std::string::npos) << apart;
+  file.srow[1] = 0.3;
+  const std::string sheared = origin_and_warning("sheared.nii");
+  EXPECT_TRUE(sheared.starts_with("1 ") && sheared.find("sheared") != std::string::npos) << sheared;
+  file.srow = {1, 0, 0, 1, 0, 1, 0, 2, 0, 0, 1, 3};
+  EXPECT_EQ(origin_and_warning("same.nii"), "1 ");
+  file.data += "behind";
+  read_image(folder.write("longer.nii", file.bytes()));
+  const auto left = file_warnings(true);
+  EXPECT_TRUE(left.size() == 1 && left.front().find("6 bytes behind the 2") != std::string::npos);
 }
 
 } // namespace

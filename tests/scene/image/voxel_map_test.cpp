@@ -106,7 +106,7 @@ TEST(VoxelMapContract, TensorsAndFramesAreThoseOfTheFormat) {
   image_tests::TemporaryFolder folder;
   write_nifti(image, folder.path() / "tensor.nii.gz");
   const Image read = read_image(folder.path() / "tensor.nii.gz");
-  EXPECT_EQ(read.values, (std::vector<float>{11, 12, 22, 13, 23, 33}));
+  EXPECT_EQ(read.values, (std::vector<float>{11, 22, 33, 12, 13, 23}));
   EXPECT_NEAR(read.info.origin[0], -1e-3, 1e-9);
   EXPECT_NEAR(read.info.origin[1], -2e-3, 1e-9);
   EXPECT_NEAR(read.info.origin[2], 3e-3, 1e-9);

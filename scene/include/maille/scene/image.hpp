@@ -7,6 +7,9 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
 #include <vector>
 
 namespace maille {
@@ -22,9 +25,13 @@ struct ImageInfo {
   Vec3 origin{0, 0, 0};  ///< centre of voxel 0 [m]
   std::array<Vec3, 3> direction{
       {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}; ///< rows of the matrix image axes -> world
-  /// NIfTI with an sform or a qform: ras; MetaImage with AnatomicalOrientation, as ITK writes it: lps; NRRD:
-  /// what `space` says (of left-anterior-superior, ras, x turned round).
+  /// NIfTI: ras; DICOM: lps; MetaImage with AnatomicalOrientation, as ITK writes it: lps; NRRD: what `space`
+  /// says (of left-anterior-superior, ras, x turned round). A file that does not say is lps, as for ITK.
   WorldAxes world = WorldAxes::unknown;
+  bool states_world = true; ///< false: `world` is the fallback
+  /// Rows of the matrix from the frame of the file's vectors and tensors to the world, where the header states
+  /// it: NIfTI's intents 1006 (RAS) and 1007 (LPS, as ITK writes it), NRRD's space and measurement frame.
+  std::optional<std::array<Vec3, 3>> vectors_to_world{};
   std::int64_t n_voxels() const { return std::int64_t{1} * size[0] * size[1] * size[2]; }
 };
 
@@ -34,6 +41,22 @@ struct Image {
   /// infinities are as in the file.
   std::vector<float> values;
 };
+
+/// The same place seen from another world: x and y turned over between lps and ras. An unknown world is that
+/// of the other.
+ImageInfo in_world(ImageInfo info, WorldAxes world);
+/// The same voxels with their axes as the columns of `direction` (rows of a matrix), in another order and
+/// direction: exact copies. As it is where no such order exists.
+ImageInfo along_axes(const ImageInfo& info, const std::array<Vec3, 3>& direction);
+Image along_axes(Image image, const std::array<Vec3, 3>& direction);
+
+/// Values within 1e-5 of a whole number (of its size, above 1) become that number. @return how many did
+std::int64_t round_labels(std::span<float> values);
+
+/// What a reader found doubtful in a file, and what it took: `FILE: text`. Kept for the process, each once.
+void warn_of_file(const std::filesystem::path& file, const std::string& text);
+/// All of them, in their order. @param only_new those that no call has returned yet
+std::vector<std::string> file_warnings(bool only_new = false);
 
 /// Limits that a reader keeps to, so that a lying header or a decompression bomb costs nothing.
 struct ImageLimits {
@@ -53,14 +76,14 @@ ImageInfo read_image_info(const std::filesystem::path& file);
 /// - MetaImage: two or three axes; data behind the header or in one file in its folder or below; zlib or not.
 /// - NRRD: versions 1 to 5; raw or gzip; data behind the header or in one file in its folder or below; an
 ///   axis of components before or behind those of space.
-/// - vti: one piece; ascii, base64 or raw, inline or appended, zlib or not. Voxels are the cells if there is
-///   cell data, else the points; the values are the active Scalars, else the first array.
+/// - vti: one piece; ascii, base64 or raw, inline or appended, zlib or not. The values are the active Scalars,
+///   of cells or points, else the only array.
 ///
 /// Cost        linear in the voxels; memory up to twice that of the values, no faster than the file fills it
 /// @throws InputError: missing, unknown format, truncated, inconsistent, or larger than `limits` (checked
 ///         from the header, before anything is allocated; the message has the number of bytes); axes sheared
-///         by more than 1e-3, integers that float32 does not hold exactly, bytes after the data of a NIfTI or
-///         MetaImage file. A fault's key is the header's field, its line 0.
+///         by more than 1e-3 without a qform beside them, integers that float32 does not hold exactly. A
+///         fault's key is the header's field, its line 0. Bytes behind the data are left with a warning.
 Image read_image(const std::filesystem::path& file, const ImageLimits& limits = {});
 
 /// The files whose bytes read_image would read: the file itself and, where a MetaImage's header names another

@@ -7,23 +7,31 @@
 
 namespace maille {
 
+struct Specimen;
+
 /// Vectors on the voxels of an image, between their centres linear along each axis (multilinear); half a
 /// voxel beyond the outer centres it is what they have.
 class DisplacementImage {
 public:
   /// @param metres that a value of 1 stands for
+  /// @param body   in whose world places are (see on_body); voxels beside its matter that are 0 or no number
+  ///               take what the matter's voxels lead to in a straight line. May be null
   /// @throws InputError: the image is none, or has not as many values a voxel as it has axes (three, of one
   ///         slice two or three)
-  DisplacementImage(const std::filesystem::path& file, double metres);
+  DisplacementImage(const std::filesystem::path& file, double metres, const Specimen* body);
 
-  /// At a point of the image's world [m], along the axes in which the file's vectors are [m]. Nothing
-  /// outside, and where a voxel around it is not finite.
+  /// At a point of the world [m], along the axes in which the file's vectors are [m], of the body's object where
+  /// the header states them. Nothing outside, and where a voxel around it is not finite.
   std::optional<Vec3> at(const Vec3& point) const;
+  bool is_along_object() const { return to_object_.has_value(); }
   const ImageInfo& info() const { return image_.info; }
 
 private:
+  void continue_matter(const std::filesystem::path& file, const Specimen& body);
+
   Image image_;
   double metres_;
+  std::optional<std::array<Vec3, 3>> to_object_; ///< rows of the matrix from the file's vectors
 };
 
 /// A displacement that was seen at a point.
