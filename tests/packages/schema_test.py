@@ -18,7 +18,7 @@ UNKNOWN = "zzz_unknown"
 BOX = 'shape = "box"\ncells = [4, 4, 4]\nspacing = "1 mm"\nmaterial = "muscle/soleus"\n'
 FLAT = 'shape = "box"\ncells = [4, 4]\nspacing = "1 mm"\nmaterial = "muscle/soleus"\n'
 IMAGE = 'shape = "image"\nimage = "labels.mha"\n'
-LABELS = 'labels = { 1 = "muscle/soleus", 2 = "muscle/gastrocnemius" }\n'
+LABELS = 'labels = { 1 = "fat/subcutaneous", 2 = { youngs_modulus = "30 kPa", poisson_ratio = 0.3, name = "firm" } }\n'
 OWN = "{ youngs_modulus = '10 kPa', poisson_ratio = 0.3 }"
 PLACE = '[0, 0, 0]'
 

@@ -102,7 +102,7 @@ def bent():
     labels[6:18, 6:12, 5:13] = 17
     labels[6:18, 12:18, 5:13] = 5
     affine = np.array([[-1.9, 0.7, 0, 40], [0.7, 1.9, 0, -35], [0, 0, 3, 5], [0, 0, 0, 1.0]])
-    scene = maille.Scene(maille.Image(labels, affine=affine, labels={17: "muscle/soleus", 5: "muscle/soleus"}),
+    scene = maille.Scene(maille.Image(labels, affine=affine, labels={17: "muscle/soleus", 5: "muscle/soleus"}, fibre=(1, 0, 0)),
                          moves=[maille.move("x-", by=("6 mm", "3 mm", "4 mm")),
                                 maille.move("x+", by=("6 mm", "9 mm", "4 mm"))])
     return labels, affine, scene.run("coupled")

@@ -217,9 +217,9 @@ std::vector<Asked> all_kinds(std::mt19937& random) {
   const std::map<float, int> ranges{{1, 0}, {2, 0}, {3, 0}, {4, 1}, {5, 2}, {6, 2}}, some{{2, 0}, {5, 1}},
       all{{1, 0}, {2, 0}, {3, 0}, {4, 0}, {5, 0}, {6, 0}};
   const std::string of_ranges = "labels = { \"1..3\" = \"muscle/soleus\", 4 = \"bone/cortical_tibia\", "
-                                "\"5..6\" = \"muscle/gastrocnemius\" }",
-                    of_some = "labels = { 2 = \"muscle/soleus\", 5 = \"bone/cortical_tibia\" }",
-                    of_all = "material = \"muscle/soleus\"";
+                                "\"5..6\" = \"muscle/gastrocnemius\" }\nfibre = [1, 0, 0]",
+                    of_some = "labels = { 2 = \"muscle/soleus\", 5 = \"bone/cortical_tibia\" }\nfibre = [1, 0, 0]",
+                    of_all = "material = \"muscle/soleus\"\nfibre = [1, 0, 0]";
   const auto shares_of_labels = [](const Image& image, const std::map<float, int>& material) {
     std::vector<double> shares;
     for (const float value : image.values)
@@ -510,7 +510,7 @@ TEST(ImageLayersContract, AnImageTakesTheMemoryOfSomeLayers) {
   };
   const std::int64_t before = peak();
   const Scene scene = scene_of("[specimen]\nshape = \"image\"\nimage = \"FILE\"\ncoarsen = 4\n"
-                               "labels = { 1 = \"muscle/soleus\" }\n[[hold]]\nwhere = \"x-\"\n",
+                               "labels = { 1 = \"fat/subcutaneous\" }\n[[hold]]\nwhere = \"x-\"\n",
                                file);
   EXPECT_EQ(scene.specimen.grid.cells(), (Index3{256, 256, 1}));
   // As floats it would be 1 GiB. Sanitizers keep what is given back for a while.

@@ -144,7 +144,7 @@ TEST_F(NrrdContract, SegmentsOfSlicerAreLabelsByName) {
   EXPECT_EQ(segments[1].label, 7);
   const Scene read = parse_scene("[specimen]\nshape = \"image\"\nimage = \"calf.seg.nrrd\"\n"
                                  "labels = { Soleus = \"muscle/soleus\", \"Gastrocnemius medialis\" = "
-                                 "\"muscle/vastus_lateralis\" }\n[[hold]]\nwhere = \"x-\"\n",
+                                 "\"muscle/vastus_lateralis\" }\nfibre = [1, 0, 0]\n[[hold]]\nwhere = \"x-\"\n",
                                  folder_.path() / "scene.toml");
   ASSERT_EQ(read.materials.size(), 2U);
   for (std::size_t cell = 0; cell < 16; ++cell)

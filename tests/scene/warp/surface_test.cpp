@@ -168,7 +168,7 @@ TEST(ObjContract, FacesOfAnyCornersAndNumbersBackwardsAreRead) {
   EXPECT_EQ(mesh.frame, reader::CoordinateFrame::ras);
   const Scene read =
       parse_scene("[specimen]\nshape = \"surface\"\nsurface = [\"cube.obj\", \"cube.obj\"]\n"
-                  "spacing = \"1 mm\"\nlabels = { 2 = \"muscle/soleus\" }\n[[hold]]\nwhere = \"z-\"\n",
+                  "spacing = \"1 mm\"\nlabels = { 2 = \"fat/subcutaneous\" }\n[[hold]]\nwhere = \"z-\"\n",
                   folder.path() / "scene.toml");
   EXPECT_EQ(read.specimen.grid.cells(), (Index3{4, 4, 4}));
   EXPECT_EQ(read.specimen.placement.world, WorldAxes::ras);
