@@ -199,9 +199,9 @@ private:
     const bool is_plate = scene_.test && (is_move ? scene_.test->kind != TestKind::indent : condition == 0);
     const bool is_face = part.where.size() > 1 && part.where.front() != '{' && !is_drive && !scene_.test;
     if (part.share < (is_plate ? least_plate : is_face && part.nodes > 1 ? least_face : 0))
-      warn("{} at {} touches {} nodes, {:.2g} % of the body's mean cross-section: of an uneven end only the "
+      warn("{}{}{} touches {} nodes, {:.2g} % of the body's mean cross-section: of an uneven end only the "
            "outermost plane",
-           part.name, part.where, part.nodes, 100 * part.share);
+           part.name, part.where.empty() ? "" : " at ", part.where, part.nodes, 100 * part.share);
   }
 
   void about_turns() {

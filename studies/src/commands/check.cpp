@@ -94,8 +94,11 @@ const ResultTable<StatedPart>& columns_of_conditions() {
 const ResultTable<MaterialSummary>& columns_of_materials() {
   static const ResultTable<MaterialSummary> table([](ResultTable<MaterialSummary>& columns) {
     constexpr auto modulus = [](const MaterialSummary& of) {
-      return of.least == of.most ? fmt::format("{:.4g} kPa", of.least / 1000)
-                                 : fmt::format("{:.4g} to {:.4g} kPa", of.least / 1000, of.most / 1000);
+      const auto [unit, name] = of.most >= 1e9   ? std::pair(1e9, "GPa")
+                                : of.most >= 1e6 ? std::pair(1e6, "MPa")
+                                                 : std::pair(1e3, "kPa");
+      return of.least == of.most ? fmt::format("{:.4g} {}", of.most / unit, name)
+                                 : fmt::format("{:.4g} to {:.4g} {}", of.least / unit, of.most / unit, name);
     };
     columns.add({"", "name", "", "as the scene has it"}, {"material", -28}, &MaterialSummary::name);
     columns.add({}, {"E", 28}, modulus);

@@ -304,9 +304,9 @@ volume = { label = 2 }
   const auto values = values_of(read(""));
   EXPECT_NEAR(*values[0].value, -12e-6 * 1e9 * 0.01, 1e-9);
   EXPECT_NEAR(*values[1].value, -6e-6 * 1e10 * 0.01, 1e-9);
-  EXPECT_NEAR(*values[2].value, 48e-9, 1e-14);
+  EXPECT_NEAR(*values[2].value, 48e-9, 1e-13);
   const auto in_part = values_of(read("coarsen = [1, 2, 1]\npartial_volume = true"));
-  EXPECT_NEAR(*in_part[2].value + *in_part[3].value, 72e-9, 1e-14);
+  EXPECT_NEAR(*in_part[2].value + *in_part[3].value, 72e-9, 1e-13);
 }
 
 // Truth: the energies of cells, added up here.
