@@ -144,12 +144,14 @@ std::optional<LayeredImage> labels_of(const std::filesystem::path& file, const I
 void account_for(const LabelCensus& census, const std::vector<LabelRange>& ranges,
                  const std::vector<NamedLabel>& names, const LabelCells& cells, const std::string& path,
                  FaultList& faults, Scene& scene) {
-  std::vector<std::int64_t> used(ranges.size(), 0);
+  std::vector<std::int64_t> used(ranges.size(), 0), n_cells = used;
   cells.for_each_cell([&](std::int64_t cell, const std::vector<std::size_t>& own) {
     const float label = cells.labels()[static_cast<std::size_t>(cell)];
     for (std::size_t i = 0; i < ranges.size(); ++i)
-      if (label >= ranges[i].low && label <= ranges[i].high)
+      if (label >= ranges[i].low && label <= ranges[i].high) {
         used[i] += std::ssize(own);
+        ++n_cells[i];
+      }
   });
   constexpr double said_at = 0.1; // of a label; borders of fewer voxels are what `coarsen` is for
   std::string lost;
@@ -158,7 +160,7 @@ void account_for(const LabelCensus& census, const std::vector<LabelRange>& range
     const std::int64_t all = census.voxels(i), gone = all - used[i];
     const double share = static_cast<double>(gone) / static_cast<double>(std::max<std::int64_t>(all, 1));
     is_much = is_much || share > said_at;
-    if (all > 0 && used[i] == 0)
+    if (all > 0 && n_cells[i] == 0)
       faults.add(names[i].line, path + "." + names[i].text,
                  "a label that most voxels of some cell have: a smaller `coarsen`",
                  fmt::format("{} voxels, all of them in cells of other labels or of none", all));
