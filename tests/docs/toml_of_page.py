@@ -123,7 +123,8 @@ def completed(lines):
     if re.search(r"^\[specimen\]", text, re.M):
         return [text + rest]
     first = next((line for line in lines if line.strip() and not line.startswith("#")), "[")
-    return [specimen + text + rest for specimen in ((STRIP, MUSCLE, LEG) if first.startswith("[") else (MUSCLE, LEG))]
+    own = re.search(r"^fibre\s*=", text, re.M)  # in place of the body's
+    return [(re.sub(r"fibre = .*\n", "", specimen) if own else specimen) + text + rest for specimen in ((STRIP, MUSCLE, LEG) if first.startswith("[") else (MUSCLE, LEG))]
 
 
 def check(maille, folder, *names):
