@@ -17,7 +17,7 @@ from matplotlib import pyplot as plt  # noqa: E402
 x, y = np.meshgrid(np.arange(48) - 23.5, np.arange(48) - 23.5, indexing="ij")
 radius = np.hypot(x, y)
 disc = ((radius < 23) & (radius > 9)).astype(np.uint8)[:, :, np.newaxis]
-scene = maille.Scene(maille.Image(disc, material="muscle/soleus"), holds=[maille.hold("x-")],
+scene = maille.Scene(maille.Image(disc, material="muscle/soleus", fibre=(1, 0, 0)), holds=[maille.hold("x-")],
                      limits={"from": "given", "stretch": 1.2, "compress": 0.8, "shear": 0.2})
 drag = scene.drag()
 

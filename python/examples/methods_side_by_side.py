@@ -17,7 +17,7 @@ voxels[:, 5:7, 3:5] = 2
 scene = maille.Scene(
     maille.Image(voxels, spacing=1.0, fibre=(1, 0, 0),
                  labels={1: "muscle/vastus_lateralis", 2: {"youngs_modulus": "1 MPa", "poisson_ratio": 0.4}}),
-    holds=[maille.hold("x-")], moves=[maille.move("x+", by=("1 mm", "5 mm", 0))])
+    holds=[maille.hold("x-")], moves=[maille.move("x+", by=("1 mm", "3 mm", 0))])
 compared = scene.compare(("limits", "relaxed"), reference="coupled")
 
 figure, axes = plt.subplots(3, 1, figsize=(7.5, 7.5), sharex=True, constrained_layout=True)

@@ -93,7 +93,8 @@ py::dict checked(const Scene& scene) {
   out["nodes"] = scene.specimen.n_matter_nodes();
   std::vector<std::string> left_out;
   for (const LeftOutPiece& piece : scene.left_out)
-    left_out.push_back(piece.name);
+    if (piece.cells > 0)
+      left_out.push_back(piece.name);
   out["left_out"] = left_out;
   return out;
 }

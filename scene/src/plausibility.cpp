@@ -17,6 +17,8 @@ namespace {
 constexpr double largest_small_strain = 0.1, largest_cell = 0.01, largest_body = 10; // 1, m, m
 /// Of the body's length: a cantilever that bends further turns its end by more than 17 degrees.
 constexpr double largest_small_deflection = 0.2;
+/// Loads above this part of the stiffness press cells to half their length.
+constexpr double most_of_stiffness = 0.5;
 
 struct LengthUnit {
   const char* name;
@@ -130,15 +132,17 @@ void warn_of_sizes(const Scene& scene, Plausibility& found) {
 void warn_of_strains(const Scene& scene, Plausibility& found) {
   constexpr const char* limit =
       "relaxed, coupled and finite elements are small-strain elasticity, good up to some 10 %";
-  if (!in_blocks(scene)) {
-    if (found.mean_strain > largest_small_strain)
-      found.warnings.push_back(
-          fmt::format("the moves ask for a mean strain of {}; {}", percent(*found.mean_strain), limit));
-    if (found.strain_of_loads > largest_small_strain)
-      found.warnings.push_back(fmt::format("the {} is {} of the stiffness that it works against; {}",
-                                           scene.contracts() ? "contraction" : "traction",
-                                           percent(*found.strain_of_loads), limit));
-  }
+  const bool turns_cells = in_blocks(scene);
+  if (found.mean_strain > largest_small_strain)
+    found.warnings.push_back(fmt::format(
+        "the moves ask for a mean strain of {}; {}", percent(*found.mean_strain),
+        turns_cells ? "blocks turn, but their stress is linear in strain, good up to some 10 %" : limit));
+  if (found.strain_of_loads > (turns_cells ? most_of_stiffness : largest_small_strain))
+    found.warnings.push_back(fmt::format(
+        "the {} is {} of the stiffness that it works against; {}",
+        scene.contracts() ? "contraction" : "traction", percent(*found.strain_of_loads),
+        found.strain_of_loads > most_of_stiffness ? "cells may turn inside out: less load, or stiffer matter"
+                                                  : limit));
   for (const Material& material : scene.materials)
     if (material.damage && found.mean_strain > *std::ranges::min_element(material.damage->stretch) - 1)
       found.warnings.push_back(fmt::format("a mean strain of {}, and {} fails at a stretch of {:.3g}",
@@ -158,12 +162,15 @@ Plausibility plausibility(const Scene& scene) {
     found.largest_move = std::max(found.largest_move, norm(node.displacement));
   if (const double length = *std::ranges::max_element(found.size); length > 0)
     found.move_over_length = found.largest_move / length;
-  if (found.largest_move > 0 && scene.turns.empty())
+  const bool turns = !scene.turns.empty() ||
+                     std::ranges::any_of(scene.drives, [](const Drive& drive) { return drive.turned() > 0; });
+  if (found.largest_move > 0 && !turns)
     found.mean_strain = mean_strain(scene, nodes);
   if (scene.contracts() || !scene.tractions.empty())
     found.strain_of_loads = strain_of_loads(scene);
   warn_of_sizes(scene, found);
   warn_of_strains(scene, found);
+  std::ranges::move(statement_warnings(scene), std::back_inserter(found.warnings));
   return found;
 }
 

@@ -19,9 +19,9 @@ from commands_of_page import blocks, print_figure
 HELD = '\n[[hold]]\nwhere = "z-"\n'
 MOVED = '\n[[move]]\nwhere = "z+"\nby = [0, 0, "0.5 mm"]\n'
 STRIP = '[specimen]\nshape = "box"\ncells = [32, 8, 8]\nspacing = "1 mm"\nmaterial = "muscle/vastus_lateralis"\nfibre = [1, 0, 0]\n'
-MUSCLE = '[specimen]\nshape = "image"\nimage = "labels.nii.gz"\nlabels = { 17 = "muscle/soleus" }\n'
+MUSCLE = '[specimen]\nshape = "image"\nimage = "labels.nii.gz"\nlabels = { 17 = "muscle/soleus" }\nfibre = [0, 0, 1]\n'
 LEG = ('[specimen]\nshape = "image"\nimage = "labels.nii.gz"\nlabels = { 17 = "muscle/soleus", 19 = "muscle/soleus", "20..24" = "muscle/soleus", '
-       '30 = "bone/cortical_tibia" }\n')
+       '30 = "bone/cortical_tibia" }\nfibre = [0, 0, 1]\n')
 SIZE, MILLIMETRES = (16, 16, 24), 2
 
 
@@ -123,7 +123,8 @@ def completed(lines):
     if re.search(r"^\[specimen\]", text, re.M):
         return [text + rest]
     first = next((line for line in lines if line.strip() and not line.startswith("#")), "[")
-    return [specimen + text + rest for specimen in ((STRIP, MUSCLE, LEG) if first.startswith("[") else (MUSCLE, LEG))]
+    own = re.search(r"^fibre\s*=", text, re.M)  # in place of the body's
+    return [(re.sub(r"fibre = .*\n", "", specimen) if own else specimen) + text + rest for specimen in ((STRIP, MUSCLE, LEG) if first.startswith("[") else (MUSCLE, LEG))]
 
 
 def check(maille, folder, *names):

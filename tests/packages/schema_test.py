@@ -19,6 +19,7 @@ BOX = 'shape = "box"\ncells = [4, 4, 4]\nspacing = "1 mm"\nmaterial = "muscle/so
 FLAT = 'shape = "box"\ncells = [4, 4]\nspacing = "1 mm"\nmaterial = "muscle/soleus"\n'
 IMAGE = 'shape = "image"\nimage = "labels.mha"\n'
 LABELS = 'labels = { 1 = "muscle/soleus", 2 = "muscle/gastrocnemius" }\n'
+FIBRED = LABELS + 'fibre = [1, 0, 0]\n'
 OWN = "{ youngs_modulus = '10 kPa', poisson_ratio = 0.3 }"
 PLACE = '[0, 0, 0]'
 
@@ -27,7 +28,7 @@ def scene(specimen=BOX, rest=""):
     return f"[specimen]\n{specimen}{rest}"
 
 
-def of_image(rest, specimen=IMAGE + LABELS):
+def of_image(rest, specimen=IMAGE + FIBRED):
     return scene(specimen, rest)
 
 
@@ -51,9 +52,9 @@ TABLES = {
         scene(BOX + LINE), scene(FLAT + LINE), scene(BOX.replace("box", "ellipsoid") + LINE),
         scene(BOX.replace("box", "muscle") + f'tendon = {{ material = "tendon/achilles", fraction = 0.2 }}\n{LINE}'),
         scene(BOX + 'look = { colour = "#aa3322" }\n' + LINE),
-        scene(IMAGE + LABELS + 'stiffness = { image = "labels.mha", unit = "kPa" }\n' + LINE),
+        scene(IMAGE + FIBRED + 'stiffness = { image = "labels.mha", unit = "kPa" }\n' + LINE),
         scene('shape = "surface"\nsurface = "a.stl"\nspacing = "1 mm"\nunit = "mm"\n' + LINE), scene(IMAGE + 'material = "muscle/soleus"\nthreshold = 0\n' + LINE)],
-    "definitions/specimen/properties/stiffness": [scene(IMAGE + LABELS + f'stiffness = {{ image = "labels.mha", {keys}{INSIDE} }}\n') for keys in (
+    "definitions/specimen/properties/stiffness": [scene(IMAGE + FIBRED + f'stiffness = {{ image = "labels.mha", {keys}{INSIDE} }}\n') for keys in (
         'unit = "kPa", quantity = "shear_modulus", labels = 1', 'law = "morgan_2003_vertebra", density = ["0.02 g/cm^3", "0.1 g/cm^3"]')],
     "definitions/specimen/properties/tendon": [
         scene(BOX.replace("box", "muscle") + f'tendon = {{ material = "tendon/achilles", fraction = 0.2{INSIDE} }}\n')],
@@ -88,9 +89,9 @@ TABLES = {
         'by = ["1 mm", 0, 0]\ncourse = [[0, 0], [1, 1]]', 'poses = "poses.csv"\nabout = [0, 0, 0]')] + [scene(
             rest='[[drive]]\nwhere = "x+"\nframe = "grid"\nturn = { angle = "2 deg", axis = [0, 0, 1] }\n' + LINE)],
     "definitions/sliding": [of_image('[[sliding]]\nbetween = [1, 2]\n' + LINE)],
-    "definitions/partial_volume/anyOf/1": [scene(IMAGE + LABELS + f"partial_volume = {{ {keys}{INSIDE} }}\n") for keys in (
+    "definitions/partial_volume/anyOf/1": [scene(IMAGE + FIBRED + f"partial_volume = {{ {keys}{INSIDE} }}\n") for keys in (
         'smooth = "1 mm"', 'none = 0, full = 2, image = "labels.mha", least = 0.1')],
-    "definitions/look": [scene(IMAGE + LABELS + f'look = {{ {keys}{INSIDE} }}\n') for keys in (
+    "definitions/look": [scene(IMAGE + FIBRED + f'look = {{ {keys}{INSIDE} }}\n') for keys in (
         'preset = "grey", window = [0, 2], unit_distance = "1 mm", around = "all"', 'colours = [[0, "#000000"], [2, "#ffffff"]], opacity = [[0, 0], [2, 1]]',
         'colour = "#aa3322", labels = { 1 = "#aa3322" }, shading = true', 'image = "labels.mha", mode = "isosurface", isovalue = 1, ambient = 0.1')],
     "definitions/limits": [scene(rest=f'[limits]\nfrom = "{source}"\n{keys}{LINE}') for source, keys in (
@@ -113,7 +114,7 @@ TABLES = {
     "definitions/world": [f'[world]\ncells = [8, 8, 8]\nspacing = "1 mm"\n{LINE}[[object]]\nname = "a"\nkind = "fixed"\n{BOX}'],
     "definitions/object": [world(f'kind = "{kind}"\n{text}\n{LINE}') for kind, text in (
         ("deformable", BOX), ("deformable", BOX.replace("box", "muscle") + 'tendon = { material = "tendon/achilles" }'),
-        ("rigid", IMAGE + "threshold = 0"), ("deformable", IMAGE + LABELS), ("rigid", 'shape = "rows"\nrows = ["#"]'),
+        ("rigid", IMAGE + "threshold = 0"), ("deformable", IMAGE + FIBRED), ("rigid", 'shape = "rows"\nrows = ["#"]'),
         ("rigid", 'shape = "bolt"\ncells = [8, 8, 8]\nhead = "2 mm"\nthread = { radius = "3 mm", depth = "1 mm", pitch = "2 mm", play = 0 }'),
         ("rigid", 'shape = "nut"\ncells = [8, 8, 8]\nthread = { radius = "2 mm", depth = "1 mm", pitch = "2 mm", play = 0 }'),
         ("rigid", 'shape = "washer"\ncells = [8, 8, 2]\nhole = "2 mm"'), ("rigid", 'shape = "puzzle_piece"\ncells = [8, 8]\npieces = [2, 2]\npiece = [0, 0]'))]

@@ -46,5 +46,5 @@ AFFINE = np.array([[1.6, -1.2, 0, 10], [1.2, 1.6, 0, -20], [0, 0, 3, 5], [0, 0, 
 def label_scene(labels, **keys):
     return maille.Scene(
         maille.Image(labels, affine=AFFINE,
-                     labels={17: "muscle/soleus", 5: {"youngs_modulus": "30 kPa", "poisson_ratio": 0.4}}),
+                     labels={17: "muscle/soleus", 5: {"youngs_modulus": "30 kPa", "poisson_ratio": 0.4}}, fibre=(1, 0, 0)),
         holds=[maille.hold("z-")], moves=[maille.move("z+", by=(0, 0, "0.3 mm"))], **keys)

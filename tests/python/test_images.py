@@ -54,7 +54,7 @@ def shifted(by):
     step = AFFINE[:3, :3] @ by
     spacing = np.linalg.norm(AFFINE[:3, :3], axis=0)
     move = [float(1e-3 * n * s) for n, s in zip(by, spacing)]
-    scene = maille.Scene(maille.Image(labels, affine=AFFINE, material="muscle/soleus"),
+    scene = maille.Scene(maille.Image(labels, affine=AFFINE, material="muscle/soleus", fibre=(1, 0, 0)),
                          moves=[maille.move({"box": [[-1, -1, -1], [1, 1, 1]]}, by=move)])
     return labels, scene.run("coupled"), step
 
@@ -102,7 +102,7 @@ def bent():
     labels[6:18, 6:12, 5:13] = 17
     labels[6:18, 12:18, 5:13] = 5
     affine = np.array([[-1.9, 0.7, 0, 40], [0.7, 1.9, 0, -35], [0, 0, 3, 5], [0, 0, 0, 1.0]])
-    scene = maille.Scene(maille.Image(labels, affine=affine, labels={17: "muscle/soleus", 5: "muscle/soleus"}),
+    scene = maille.Scene(maille.Image(labels, affine=affine, labels={17: "muscle/soleus", 5: "muscle/soleus"}, fibre=(1, 0, 0)),
                          moves=[maille.move("x-", by=("6 mm", "3 mm", "4 mm")),
                                 maille.move("x+", by=("6 mm", "9 mm", "4 mm"))])
     return labels, affine, scene.run("coupled")

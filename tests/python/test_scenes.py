@@ -94,7 +94,7 @@ def test_scenes_contract_sizes_and_warnings(strip):
 
 
 def test_scenes_contract_moves_that_turn_and_regions_are_those_of_files():
-    scene = maille.Scene(maille.Image(two_labels(), affine=AFFINE, material="muscle/soleus"),
+    scene = maille.Scene(maille.Image(two_labels(), affine=AFFINE, material="muscle/soleus", fibre=(1, 0, 0)),
                          holds=[maille.hold({"box": [[0, 0, 0], [1, 1, "4 mm"]]})],
                          moves=[maille.move("z+", turn={"angle": "3 deg", "axis": [0, 0, 1]})])
     u = scene.run("coupled").displacement
@@ -107,15 +107,15 @@ def test_scenes_contract_the_world_of_an_affine_is_the_patients():
     labels[2:5, 2:5, 1:13] = 17                                               # long along k
     ends = dict(holds=[maille.hold({"label": 17, "end": "distal", "depth": "4 mm"})],
                 moves=[maille.move({"label": 17, "end": "proximal", "depth": "4 mm"}, by=(0, 0, "0.1 mm"))])
-    scene = maille.Scene(maille.Image(labels, affine=AFFINE, labels={17: "muscle/soleus"}), **ends)
+    scene = maille.Scene(maille.Image(labels, affine=AFFINE, labels={17: "muscle/soleus"}, fibre=(1, 0, 0)), **ends)
     u = scene.run("limits").displacement
     assert np.abs(u[0]).max() == 0 and u[-1, 0, 0, 2] == pytest.approx(1e-4)  # superior is up the k axis
     turned = AFFINE.copy()
     turned[:3, 2] *= -1
-    u = maille.Scene(maille.Image(labels, affine=turned, labels={17: "muscle/soleus"}), **ends).run("limits").displacement
+    u = maille.Scene(maille.Image(labels, affine=turned, labels={17: "muscle/soleus"}, fibre=(1, 0, 0)), **ends).run("limits").displacement
     assert np.abs(u[-1]).max() == 0 and np.abs(u[0]).max() > 5e-5
     with pytest.raises(maille.SceneFaults, match="patient"):
-        maille.Scene(maille.Image(labels, labels={17: "muscle/soleus"}), **ends).check()
+        maille.Scene(maille.Image(labels, labels={17: "muscle/soleus"}, fibre=(1, 0, 0)), **ends).check()
 
 
 def test_studies_contract_a_record_a_case_and_method(strip):
@@ -155,7 +155,7 @@ def test_scenes_oracle_frames_and_sliding_borders_are_those_of_files(tmp_path):
 
 def test_scenes_contract_what_drives_a_bone_is_that_of_files():
     scene = maille.Scene(
-        maille.Image(two_labels(), affine=AFFINE, labels={17: "muscle/soleus", 5: "bone/cortical_tibia"}),
+        maille.Image(two_labels(), affine=AFFINE, labels={17: "muscle/soleus", 5: "bone/cortical_tibia"}, fibre=(1, 0, 0)),
         holds=[maille.hold("z-")], drives=[{"label": 5, "by": ["0.1 mm", 0, 0]}])
     u = scene.run("coupled", threads=1).displacement
     assert np.allclose(u[-1, ..., 0], 1e-4)

@@ -1,7 +1,7 @@
 import maille, nibabel as nib, numpy as np
 image = nib.load("labels.nii.gz")
 scene = maille.Scene(
-    specimen=maille.Image(np.asarray(image.dataobj), affine=image.affine, labels={17: "muscle/soleus"}),
+    specimen=maille.Image(np.asarray(image.dataobj), affine=image.affine, labels={17: "muscle/soleus"}, fibre=(0, 0, 1)),
     holds=[maille.hold("z-")],
     moves=[maille.move("z+", by=(0, 0, "7.5 mm"))])
 scene.check()                                  # raises SceneFaults, every fault at once, with key and value

@@ -258,7 +258,8 @@ TEST(ReadSceneContract, ImageBecomesItsMatterWithItsPlacement) {
   write_mha(folder, "labels.mha", {4, 2, 2}, std::string("\0\0\0\0\0\0\0\0\0\7\7\0\0\x9\x9\0", 16));
   const auto file = folder.write("scene.toml", scene_with(R"(shape = "image"
 image = "labels.mha"
-labels = { 7 = "muscle/soleus", "8..10" = "fat/subcutaneous" })"));
+labels = { 7 = "muscle/soleus", "8..10" = "fat/subcutaneous" }
+fibre = [1, 0, 0])"));
   const Scene scene = read_scene(file);
   EXPECT_EQ(scene.specimen.grid.cells(), (Index3{2, 2, 1})); // cropped to the matter
   EXPECT_EQ(scene.materials.at(scene.specimen.material(0)).name, "muscle/soleus");
@@ -276,8 +277,8 @@ TEST(ReadSceneContract, LabelsOfCellsAreKeptAndThoseThatNoVoxelHasAreFaults) {
   const test::TemporaryFolder folder;
   write_mha(folder, "labels.mha", {4, 2, 2}, std::string("\0\0\0\0\0\0\0\0\0\7\7\0\0\x9\x9\0", 16));
   const auto read = [&](const std::string& labels) {
-    return read_scene(
-        folder.write("scene.toml", scene_with("shape = \"image\"\nimage = \"labels.mha\"\n" + labels)));
+    return read_scene(folder.write(
+        "scene.toml", scene_with("shape = \"image\"\nimage = \"labels.mha\"\nfibre = [1, 0, 0]\n" + labels)));
   };
   const Scene one = read("labels = { \"7..9\" = \"muscle/soleus\" }");
   EXPECT_EQ(one.materials.size(), 1u);
@@ -302,7 +303,8 @@ TEST(ReadSceneContract, BoundsOfRealLabelsMeanTheVoxelsThatAreWrittenSo) {
                    bytes);
   const auto cells = [&](const std::string& labels) {
     const auto file = folder.write(
-        "scene.toml", scene_with("shape = \"image\"\nimage = \"real.mha\"\nlabels = { " + labels + " }"));
+        "scene.toml", scene_with("shape = \"image\"\nimage = \"real.mha\"\nfibre = [1, 0, 0]\nlabels = { " +
+                                 labels + " }"));
     return read_scene(file).specimen.n_matter_cells();
   };
   EXPECT_EQ(cells("\"0.1..0.3\" = \"muscle/soleus\""), 2);
@@ -317,7 +319,8 @@ TEST(ReadSceneContract, CoarsenMergesBlocksByMajority) {
   const auto file = folder.write("scene.toml", scene_with(R"(shape = "image"
 image = "labels.mha"
 coarsen = 2
-labels = { 7 = "muscle/soleus", 9 = "fat/subcutaneous" })"));
+fibre = [1, 0, 0]
+labels = { "7..9" = "muscle/soleus" })"));
   const Scene scene = read_scene(file);
   EXPECT_EQ(scene.specimen.n_matter_cells(), 1);
   EXPECT_EQ(scene.materials.at(scene.specimen.material(0)).name, "muscle/soleus");
@@ -336,7 +339,7 @@ TEST(ReadSceneContract, PiecesThatNothingHoldsAreCountedNamedAndLeftOut) {
   const auto file = folder.write(
       "scene.toml", scene_with(R"(shape = "image"
 image = "labels.mha"
-material = "muscle/soleus")",
+material = "fat/subcutaneous")",
                                "[[hold]]\nwhere = { box = [[0, 0, 0], [0, \"2 mm\", \"4 mm\"]] }\n"));
   const Scene scene = read_scene(file);
   // The island shares only the corner node (0, 1, 1) with the bar, which is held: it stays. The edge-joined
@@ -344,7 +347,7 @@ material = "muscle/soleus")",
   EXPECT_EQ(scene.specimen.n_matter_cells(), 4);
   ASSERT_EQ(scene.left_out.size(), 1u);
   EXPECT_EQ(scene.left_out[0].cells, 1);
-  EXPECT_NE(scene.left_out[0].name.find("muscle/soleus"), std::string::npos);
+  EXPECT_NE(scene.left_out[0].name.find("fat/subcutaneous"), std::string::npos);
 }
 
 TEST(ReadSceneAnalytic, TensorImageGivesItsFirstEigenvector) {
@@ -379,8 +382,8 @@ TEST(ReadSceneContract, ImagesThatDoNotFitTheirUseAreFaultsOfTheirKeys) {
     const auto file = folder.write("scene.toml", scene_with("shape = \"image\"\n" + specimen));
     return test::only_fault_of([&] { read_scene(file); });
   };
-  const std::string labels = "image = \"labels.mha\"\nmaterial = \"muscle/soleus\"\n";
-  EXPECT_EQ(fault_of("image = \"colours.mha\"\nmaterial = \"muscle/soleus\"\n").key, "specimen.image");
+  const std::string labels = "image = \"labels.mha\"\nmaterial = \"fat/subcutaneous\"\n";
+  EXPECT_EQ(fault_of("image = \"colours.mha\"\nmaterial = \"fat/subcutaneous\"\n").key, "specimen.image");
   // The tensors have the right size but stand elsewhere: their header has no offset.
   EXPECT_EQ(fault_of(labels + "fibre = { tensor_image = \"colours.mha\" }").key, "specimen.fibre");
   EXPECT_EQ(fault_of(labels + "fibre = { tensor_image = \"none.mha\" }").key, "specimen.fibre");
@@ -388,7 +391,8 @@ TEST(ReadSceneContract, ImagesThatDoNotFitTheirUseAreFaultsOfTheirKeys) {
             "specimen.fibre");
   EXPECT_EQ(fault_of(labels + "fibre = { tensor_image = \"\" }").key, "specimen.fibre.tensor_image");
   EXPECT_EQ(fault_of("image = \"labels.mha\"\nlabels = {}").key, "specimen.labels");
-  EXPECT_EQ(fault_of("image = \"labels.mha\"\nlabels = { 8 = \"muscle/soleus\" }").key, "specimen.labels.8");
+  EXPECT_EQ(fault_of("image = \"labels.mha\"\nlabels = { 8 = \"fat/subcutaneous\" }").key,
+            "specimen.labels.8");
 }
 
 TEST(ReadSceneAnalytic, FibresOfAnyLengthGiveTheirDirection) {

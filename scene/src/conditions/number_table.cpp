@@ -43,9 +43,13 @@ public:
       if (!unit_[k].empty() && !parse_quantity("1 " + unit_[k], column->dimension))
         faults.add(line, name, describe(column->dimension), "[" + unit_[k] + "]");
     }
-    for (std::size_t k = 0; k < columns.size(); ++k)
+    for (std::size_t k = 0; k < columns.size(); ++k) {
       if (columns[k].is_needed && !place_[k])
         faults.add(line, std::string(columns[k].name), "a column of that name", "none");
+      // `x [mm], y, z`: a unit counts until another one is stated.
+      if (k > 0 && unit_[k].empty() && columns[k].dimension == columns[k - 1].dimension)
+        unit_[k] = unit_[k - 1];
+    }
   }
   std::size_t n_cells() const { return n_cells_; }
   const std::optional<std::size_t>& place(std::size_t k) const { return place_[k]; }

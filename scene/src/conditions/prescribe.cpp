@@ -72,9 +72,24 @@ double area(const Grid& grid, int axis) {
 
 void add_traction(const Region& region, const Vec3& traction, const Asked& where, Scene& scene,
                   FaultList& faults) {
+  const auto faces = faces_in(region, where, scene.specimen, faults);
+  // Of a slope in steps it is 1 / sqrt(3) at least; an end with a depth has sides that look at each other.
+  constexpr double least_of_one_side = 0.57;
+  double all = 0;
+  Vec3 net{};
+  for (const auto& [face, part] : faces) {
+    const double of_face = part * area(scene.specimen.grid, face.axis);
+    all += of_face;
+    net[static_cast<std::size_t>(face.axis)] += face.upper ? of_face : -of_face;
+  }
+  if (const double one_side = std::hypot(net[0], net[1], net[2]); one_side < least_of_one_side * all)
+    scene.left_out.push_back(
+        {0,
+         fmt::format("{}: the traction acts on all faces there, {:.4g} mm^2, of which {:.4g} mm^2 have none "
+                     "opposite; a `force` is shared out by area",
+                     where.key.substr(0, where.key.rfind(".where")), 1e6 * all, 1e6 * one_side)});
   pull_at(
-      faces_in(region, where, scene.specimen, faults), [&](const FaceLoad&) { return traction; }, where,
-      scene);
+      faces, [&](const FaceLoad&) { return traction; }, where, scene);
 }
 
 void add_pressure(const Region& region, double pressure, const Asked& where, Scene& scene,

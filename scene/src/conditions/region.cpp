@@ -11,6 +11,7 @@
 #include <iterator>
 #include <numeric>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -153,9 +154,34 @@ bool Region::contains_cell(const Specimen& body, std::int64_t cell) const {
   return true;
 }
 
+namespace {
+
+/// The cell that ends a row of ever less tissue from `cell` on along `axis`, beyond which is void; `cell`
+/// itself where the row does not end so.
+std::int64_t outermost(const Specimen& body, std::int64_t cell, int axis, bool upper) {
+  Index3 at = body.grid.cell_at(cell);
+  for (std::int64_t last = cell;; last = body.grid.cell(at)) {
+    at[static_cast<std::size_t>(axis)] += upper ? 1 : -1;
+    if (!body.grid.has_cell(at) || !body.is_matter(body.grid.cell(at)))
+      return last;
+    if (body.tissue.empty() || body.tissue_of(body.grid.cell(at)) > body.tissue_of(last) ||
+        body.tissue_of(body.grid.cell(at)) == 1)
+      return cell;
+  }
+}
+
+} // namespace
+
 bool Region::contains_face(const Specimen& body, std::int64_t cell, int axis, bool upper) const {
   if (!parts_.empty())
     return join([&](const Region& part) { return part.contains_face(body, cell, axis, upper); });
+  if (has_face(body, cell, axis, upper))
+    return true;
+  const std::int64_t end = body.tissue.empty() ? cell : outermost(body, cell, axis, upper);
+  return end != cell && has_face(body, end, axis, upper);
+}
+
+bool Region::has_face(const Specimen& body, std::int64_t cell, int axis, bool upper) const {
   if (kind_ == Kind::face && (axis != face_axis_ || upper != upper_))
     return false;
   if (cells_ && !std::ranges::binary_search(*cells_, cell))
@@ -166,6 +192,37 @@ bool Region::contains_face(const Specimen& body, std::int64_t cell, int axis, bo
         !contains(body, body.grid.node_at(body.grid.corner(at, corner))))
       return false;
   return true;
+}
+
+bool Region::names_cells() const {
+  return cells_ || std::ranges::any_of(parts_, &Region::names_cells);
+}
+
+bool Region::contains_corner(const Specimen& body, const Index3& node, std::int64_t cell) const {
+  if (!parts_.empty())
+    return join([&](const Region& part) { return part.contains_corner(body, node, cell); });
+  return (!cells_ || std::ranges::binary_search(*cells_, cell)) && contains(body, node);
+}
+
+void Region::share_nodes(const Specimen& body, std::vector<std::int64_t>& nodes,
+                         std::vector<std::int64_t>& cells) const {
+  if (!names_cells())
+    return;
+  std::set<std::int64_t> shared;
+  for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell) {
+    if (!body.is_matter(cell))
+      continue;
+    bool is_in = false;
+    for (int corner = 0; corner < body.grid.corners_per_cell(); ++corner)
+      if (const std::int64_t node = body.grid.corner(body.grid.cell_at(cell), corner);
+          contains_corner(body, body.grid.node_at(node), cell)) {
+        shared.insert(node);
+        is_in = true;
+      }
+    if (is_in)
+      cells.push_back(cell);
+  }
+  nodes.assign(shared.begin(), shared.end());
 }
 
 std::vector<std::int64_t> Region::nodes(const Specimen& body) const {
@@ -340,7 +397,7 @@ void add_label(const LabelRange& range, const std::string& text, int line, const
 void check_labels_occur(const LabelCensus& census, const std::vector<NamedLabel>& names,
                         const std::string& path, FaultList& faults) {
   for (std::size_t i = 0; i < names.size(); ++i)
-    if (!census.occurs(i))
+    if (census.voxels(i) == 0)
       faults.add(names[i].line, path + "." + names[i].text,
                  "a grey value that occurs in the image, which has " + census.in_words(),
                  "\"" + names[i].text + "\", which no voxel has");
@@ -371,7 +428,7 @@ void fill_cells(const LayeredImage& image, const Index3& coarsen, const std::vec
         for (int j = block.low[1]; j < block.high[1]; ++j)
           for_each_run(layers.layer(k).subspan(static_cast<std::size_t>(j) * width, width),
                        [&](float value, std::size_t n) {
-                         census.add(value);
+                         census.add(value, n);
                          rows.append(n, material_of(value, ranges));
                        });
       if (coarsen == Index3{1, 1, 1}) {

@@ -39,9 +39,14 @@ public:
 
   /// Sorted, each once.
   std::vector<std::int64_t> nodes(const Specimen& specimen) const;
+  /// Of a region that names cells (a label, a mask), its nodes as the corners of its own cells, and these:
+  /// then a node on a border counts in part on either side. Other regions leave both as they are.
+  void share_nodes(const Specimen& specimen, std::vector<std::int64_t>& nodes,
+                   std::vector<std::int64_t>& cells) const;
   std::vector<FaceLoad> faces(const Specimen& specimen) const;
   /// The same, each with its part of the surface: of cells that are tissue in part the surface lies on all
-  /// faces across which less is tissue, each by how much less. 1 on faces of whole cells.
+  /// faces across which less is tissue, each by how much less, up to void: those in a row are in the region
+  /// where the outermost is. 1 on faces of whole cells.
   std::vector<std::pair<FaceLoad, double>> weighted_faces(const Specimen& specimen) const;
   /// True if all corners of the cell are in it, and it is one of its cells; of a face of the box, none are.
   bool contains_cell(const Specimen& specimen, std::int64_t cell) const;
@@ -52,7 +57,11 @@ private:
   explicit Region(Kind kind) : kind_(kind) {}
   static Region joined(Kind kind, std::vector<Region> parts);
   bool contains(const Specimen& specimen, const Index3& node) const;
+  /// @param node, cell one of the corners of the other
+  bool contains_corner(const Specimen& specimen, const Index3& node, std::int64_t cell) const;
+  bool names_cells() const;
   bool contains_face(const Specimen& specimen, std::int64_t cell, int axis, bool upper) const;
+  bool has_face(const Specimen& specimen, std::int64_t cell, int axis, bool upper) const;
   /// `is_in` of the parts, joined as the kind says. @pre any, all or outside
   template<class IsIn>
   bool join(IsIn&& is_in) const;

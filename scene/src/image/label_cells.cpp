@@ -52,13 +52,13 @@ std::uint8_t material_of(float value, const std::vector<LabelRange>& ranges) {
   return no_material;
 }
 
-void LabelCensus::add(float value) {
+void LabelCensus::add(float value, std::size_t n) {
+  for (std::size_t i = 0; i < ranges_.size(); ++i)
+    if (value >= ranges_[i].low && value <= ranges_[i].high)
+      voxels_[i] += static_cast<std::int64_t>(n);
   if (value == last_)
     return;
   last_ = value;
-  for (std::size_t i = 0; i < ranges_.size(); ++i)
-    if (value >= ranges_[i].low && value <= ranges_[i].high)
-      occurs_[i] = true;
   if (value != 0 && std::isfinite(value) && values_.size() <= most_listed)
     values_.insert(value);
   low_ = std::fmin(low_, value);

@@ -61,17 +61,16 @@ void for_each_run(std::span<const float> values, Visit&& visit) {
 class LabelCensus {
 public:
   /// @param ranges must outlive this
-  explicit LabelCensus(const std::vector<LabelRange>& ranges)
-      : ranges_(ranges), occurs_(ranges.size(), false) {}
-  void add(float value);
-  /// Whether a voxel has a value of a range.
-  bool occurs(std::size_t range) const { return occurs_[range]; }
+  explicit LabelCensus(const std::vector<LabelRange>& ranges) : ranges_(ranges), voxels_(ranges.size(), 0) {}
+  void add(float value, std::size_t n = 1);
+  /// Voxels that have a value of a range.
+  std::int64_t voxels(std::size_t range) const { return voxels_[range]; }
   /// The grey values but 0, shortly: each where they are few, else from where to where.
   std::string in_words() const;
 
 private:
   const std::vector<LabelRange>& ranges_;
-  std::vector<bool> occurs_;
+  std::vector<std::int64_t> voxels_;
   std::set<float> values_; ///< but 0; so many that they are seen to be too many to list
   float low_ = std::numeric_limits<float>::infinity(), high_ = -low_;
   float last_ = std::numeric_limits<float>::quiet_NaN();

@@ -105,11 +105,24 @@ private:
       result.scale += std::abs(answer_.reaction[i]);
       if (measure.condition ? p.condition == *measure.condition
                             : std::ranges::binary_search(measure.nodes, p.node))
-        force[static_cast<std::size_t>(p.component)] += answer_.reaction[i];
+        force[static_cast<std::size_t>(p.component)] +=
+            answer_.reaction[i] * (measure.cells.empty() ? 1 : share_of(measure.cells, p));
     }
     if (measure.section)
       force = force_across(scene_, *measure.section, answer_);
     give(measure, to_world(body_.placement, force), result);
+  }
+
+  /// The part of a node's force that those of its cells bear that are in `cells`: each by its stiffness along
+  /// the component, as cells side by side share a load. Parts of all cells add up to 1.
+  double share_of(const std::vector<std::int64_t>& cells, const Prescribed& p) const {
+    double own = 0, all = 0;
+    body_.for_each_cell_at(body_.grid.node_at(p.node), [&](std::int64_t cell) {
+      const double weight = body_.weight_of(cell) * scene_.object_stiffness(cell)(p.component, p.component);
+      all += weight;
+      own += std::ranges::binary_search(cells, cell) ? weight : 0;
+    });
+    return own / all;
   }
 
   void take_displacement(const Measure& measure, MeasuredValue& result) const {
@@ -226,13 +239,15 @@ private:
   }
 
   void take_volume(const Measure& measure, MeasuredValue& result) const {
-    double of_cell = 1, ratios = 0;
+    double of_cell = 1, tissue = 0, ratios = 0;
     for (std::size_t a = 0; a < static_cast<std::size_t>(scene_.dimension()); ++a)
       of_cell *= body_.grid.spacing()[a];
     const VolumeRatio ratio(body_.grid);
-    for (const std::int64_t cell : measure.cells)
-      ratios += ratio(of_cells_, cell);
-    const double rest = of_cell * static_cast<double>(measure.cells.size());
+    for (const std::int64_t cell : measure.cells) {
+      tissue += body_.tissue_of(cell);
+      ratios += body_.tissue_of(cell) * ratio(of_cells_, cell);
+    }
+    const double rest = of_cell * tissue;
     result.scale = rest;
     give_change(measure, rest, of_cell * ratios, result);
   }

@@ -191,6 +191,40 @@ std::optional<LayeredImage> labels_of(const std::filesystem::path& file, const I
   return std::nullopt;
 }
 
+/// Of every label the voxels that no cell of it has, as cells hold what most of their voxels are: a label that
+/// is gone is a fault, a part of one is said.
+void account_for(const LabelCensus& census, const std::vector<LabelRange>& ranges,
+                 const std::vector<NamedLabel>& names, const LabelCells& cells, const std::string& path,
+                 FaultList& faults, Scene& scene) {
+  std::vector<std::int64_t> used(ranges.size(), 0), n_cells = used;
+  cells.for_each_cell([&](std::int64_t cell, const std::vector<std::size_t>& own) {
+    const float label = cells.labels()[static_cast<std::size_t>(cell)];
+    for (std::size_t i = 0; i < ranges.size(); ++i)
+      if (label >= ranges[i].low && label <= ranges[i].high) {
+        used[i] += std::ssize(own);
+        ++n_cells[i];
+      }
+  });
+  constexpr double said_at = 0.1; // of a label; borders of fewer voxels are what `coarsen` is for
+  std::string lost;
+  bool is_much = false;
+  for (std::size_t i = 0; i < ranges.size(); ++i) {
+    const std::int64_t all = census.voxels(i), gone = all - used[i];
+    const double share = static_cast<double>(gone) / static_cast<double>(std::max<std::int64_t>(all, 1));
+    is_much = is_much || share > said_at;
+    if (all > 0 && n_cells[i] == 0)
+      faults.add(names[i].line, path + "." + names[i].text,
+                 "a label that most voxels of some cell have: a smaller `coarsen`",
+                 fmt::format("{} voxels, all of them in cells of other labels or of none", all));
+    else if (gone > 0)
+      lost += fmt::format("{}{} of {} of label {} ({:.2g} %)", lost.empty() ? "" : ", ", gone, all,
+                          names[i].text, 100 * share);
+  }
+  if (!lost.empty())
+    scene.left_out.push_back(
+        {is_much ? 0 : -1, "coarsen: voxels in cells of other labels or of none: " + lost});
+}
+
 void read_tensors(const FibreRequest& fibre, const std::filesystem::path& folder, const LabelCells& labels,
                   TableReader& table, Specimen& body) {
   const std::string path = table.path_of("fibre");
@@ -207,8 +241,9 @@ void read_tensors(const FibreRequest& fibre, const std::filesystem::path& folder
 } // namespace
 
 bool read_image_specimen(TableReader& table, const std::filesystem::path& folder, bool has_material,
-                         MaterialTable& materials, Specimen& body, std::vector<float>* labels,
+                         MaterialTable& materials, Scene& scene, std::vector<float>* labels,
                          const Image* given) {
+  Specimen& body = scene.specimen;
   FaultList& faults = table.faults();
   const std::size_t faults_before = faults.size();
   const toml::node* image_node =
@@ -255,6 +290,8 @@ bool read_image_specimen(TableReader& table, const std::filesystem::path& folder
       const LabelCells cells(*image, ranges, first, *coarsen, body);
       if (is_segmented)
         body.label = cells.whole_labels();
+      if (is_segmented && *coarsen != Index3{1, 1, 1})
+        account_for(census, ranges, names_of_labels(table), cells, table.path_of("labels"), faults, scene);
       if (!fibre->tensor_image.empty())
         read_tensors(*fibre, folder, cells, table, body);
       if (labels)

@@ -260,7 +260,10 @@ double mean_modulus(const StiffnessMap& map, const LayerWindow& image, const Vox
 
 void apply_map(const StiffnessMap& map, const LayeredImage& image, const VoxelBlocks& blocks,
                const std::vector<Material>& materials, const std::string& path, FaultList& faults,
-               Specimen& body) {
+               Scene& scene) {
+  Specimen& body = scene.specimen;
+  std::int64_t out_of_range = 0;
+  double least = INFINITY, most = 0; // densities of cells
   LayerWindow layers = image.open(blocks.per_cell[2]);
   std::vector<float> ratio(static_cast<std::size_t>(body.grid.n_cells()), 1);
   Unusable none;
@@ -281,6 +284,14 @@ void apply_map(const StiffnessMap& map, const LayeredImage& image, const VoxelBl
         none.first = body.position(at);
       continue;
     }
+    if (map.law) {
+      constexpr double rounding = 1e-9;
+      const double density = 1000 * std::pow(modulus / map.law->modulus, 1 / map.law->exponent);
+      least = std::min(least, density);
+      most = std::max(most, density);
+      if (density < map.law->least * (1 - rounding) || density > map.law->most * (1 + rounding))
+        ++out_of_range;
+    }
     const ElasticConstants& c0 = materials[body.material(cell)].elasticity;
     ratio[c] = static_cast<float>(modulus / (map.is_shear ? c0.G12 : c0.youngs_modulus[0]));
   }
@@ -288,6 +299,13 @@ void apply_map(const StiffnessMap& map, const LayeredImage& image, const VoxelBl
   body.stiffness_ratio = std::move(ratio);
   if (n == 0)
     faults.add(map.line, path, "labels that some matter has", "none of it");
+  if (out_of_range > 0)
+    scene.left_out.push_back(
+        {0,
+         fmt::format("{}: the density of {} of {} cells is outside of {:.3g} to {:.3g} g/cm^3, which {} was "
+                     "measured on: {:.3g} to {:.3g} g/cm^3",
+                     path, out_of_range, n, map.law->least / 1000, map.law->most / 1000, map.law->name,
+                     least / 1000, most / 1000)});
   if (none.first)
     faults.add(
         map.line, path, "a modulus > 0 in every cell of matter that the map is for",
@@ -300,10 +318,11 @@ void apply_map(const StiffnessMap& map, const LayeredImage& image, const VoxelBl
 } // namespace
 
 void read_stiffness_map(TableReader& specimen, const std::filesystem::path& folder,
-                        const std::vector<Material>& materials, Specimen* body) {
+                        const std::vector<Material>& materials, Scene* scene) {
   const auto map = read_map(specimen);
-  if (!map || !body)
+  if (!map || !scene)
     return;
+  const Specimen* body = &scene->specimen;
   const std::string path = specimen.path_of("stiffness");
   if (body->image.empty()) {
     specimen.fault("stiffness", "a body that is read from an image", "a generated shape");
@@ -328,7 +347,7 @@ void read_stiffness_map(TableReader& specimen, const std::filesystem::path& fold
                             info.components != 1 ? fmt::format("{} values a voxel", info.components)
                                                  : "voxels that lie otherwise");
     else
-      apply_map(*map, image, *blocks, materials, path, specimen.faults(), *body);
+      apply_map(*map, image, *blocks, materials, path, specimen.faults(), *scene);
   } catch (const InputError& error) {
     adopt(error, path, map->line, specimen.faults());
   }

@@ -134,6 +134,19 @@ std::optional<Vec3> unit_vector(Vec3 v) {
   return v;
 }
 
+bool lacks_fibre(const toml::table& specimen) {
+  const auto shape = specimen["shape"].value<std::string>().value_or("image");
+  return !specimen.contains("fibre") && (shape == "image" || shape == "surface");
+}
+
+void add_lack_of_fibre(int line, const std::string& needed_by, FaultList& faults) {
+  faults.add(line, "specimen.fibre",
+             "how fibres run, for " + needed_by +
+                 ": a direction along the grid such as [0, 0, 1], { angle, plane }, { curve } or { "
+                 "tensor_image }",
+             "no `fibre`");
+}
+
 std::optional<FibreRequest> read_fibre(TableReader& table) {
   constexpr const char* wanted = "three numbers, { angle, plane }, { curve } or { tensor_image }";
   FibreRequest request;

@@ -206,6 +206,15 @@ void read_loads(TableReader& root, Scene& scene, const std::vector<float>& label
       read_contraction(table, frame, scene, labels, has_body);
     else
       read_surface_load(table, frame, scene, has_body);
+    const toml::table* specimen = root.has("specimen") ? root.find("specimen")->as_table() : nullptr;
+    if (specimen && table.has("contraction") && lacks_fibre(*specimen))
+      add_lack_of_fibre(table.line(), table.path() + ", a contraction", table.faults());
+    if (specimen && table.has("gravity") && specimen->at_path("stiffness.law"))
+      scene.left_out.push_back({0, table.path() +
+                                       ": gravity takes the materials' `density`, not the densities "
+                                       "of the image that `stiffness` reads"});
+    if (table.has("gravity") && scene.gravity == Vec3{0, 0, 0})
+      scene.left_out.push_back({0, table.path() + " is zero: it weighs nothing"});
   });
 }
 

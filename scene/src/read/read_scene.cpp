@@ -97,6 +97,8 @@ void reader::read_relaxation(TableReader& root, Scene& scene) {
     scene.relaxation.frame = *frame == "object" ? StrainFrame::object : StrainFrame::blocks;
   if (const auto increments = table.integer("increments", 1, most_increments))
     scene.relaxation.increments = static_cast<int>(*increments);
+  if (table.has("increments") && scene.relaxation.frame != StrainFrame::blocks)
+    scene.left_out.push_back({0, table.path_of("increments") + " has no effect without frame = \"blocks\""});
   table.finish();
 }
 

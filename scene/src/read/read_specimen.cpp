@@ -114,6 +114,13 @@ bool read_generated(TableReader& table, const std::string& shape, const BodyDefa
   return true;
 }
 
+void require_fibre(TableReader& table, const std::vector<Material>& materials) {
+  const auto needs = std::ranges::find_if(
+      materials, [](const Material& material) { return !material.elasticity.is_isotropic(); });
+  if (needs != materials.end() && !table.has("fibre"))
+    add_lack_of_fibre(table.line(), needs->name + ", which is not the same along all axes", table.faults());
+}
+
 /// Centre of a cell along an axis, from -1 at the lower end of the grid to 1 at the upper.
 double relative_centre(const Grid& grid, const Index3& cell, std::size_t axis) {
   return 2 * (cell[axis] + 0.5) / grid.cells()[axis] - 1;
@@ -225,11 +232,11 @@ bool read_body(TableReader& table, const std::string& shape, const BodyDefaults&
   scene.specimen.shape = shape;
   bool body = false;
   if (shape == "image") {
-    body = read_image_specimen(table, folder, defaults.has_material, materials, scene.specimen, labels);
+    body = read_image_specimen(table, folder, defaults.has_material, materials, scene, labels);
     read_plane(table, body ? scene.specimen.grid.dimension() : 0, scene);
   } else if (shape == "surface") {
-    body = read_surface_specimen(table, folder, defaults.has_material, defaults.spacing, materials,
-                                 scene.specimen, labels);
+    body = read_surface_specimen(table, folder, defaults.has_material, defaults.spacing, materials, scene,
+                                 labels);
     read_plane(table, body ? scene.specimen.grid.dimension() : 0, scene);
   } else {
     body = read_generated(table, shape, defaults, materials, scene);
@@ -237,7 +244,9 @@ bool read_body(TableReader& table, const std::string& shape, const BodyDefaults&
       table.fault("partial_volume", "no such key unless shape = \"image\"", describe(*node));
   }
   // A faulty map leaves the body's shape, on which all that follows is checked, too.
-  read_stiffness_map(table, folder, materials.materials(), body ? &scene.specimen : nullptr);
+  read_stiffness_map(table, folder, materials.materials(), body ? &scene : nullptr);
+  if (defaults.has_material && (shape == "image" || shape == "surface"))
+    require_fibre(table, materials.materials());
   scene.materials = materials.take();
   return body;
 }
@@ -247,8 +256,9 @@ bool read_specimen(TableReader& table, const std::filesystem::path& folder, Scen
   if (given) {
     MaterialTable materials(folder);
     scene.specimen.shape = "image";
-    const bool body = read_image_specimen(table, folder, true, materials, scene.specimen, labels, given);
+    const bool body = read_image_specimen(table, folder, true, materials, scene, labels, given);
     read_plane(table, body ? scene.specimen.grid.dimension() : 0, scene);
+    require_fibre(table, materials.materials());
     scene.materials = materials.take();
     table.finish();
     return body;

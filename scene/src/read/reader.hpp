@@ -74,6 +74,10 @@ struct FibreRequest {
   int line = 0;
 };
 std::optional<FibreRequest> read_fibre(TableReader& table);
+/// Whether a `[specimen]` is of an image or surfaces and has no `fibre`: their axes mean nothing to muscles.
+bool lacks_fibre(const toml::table& specimen);
+/// A fault of one, where `needed_by` has constants or a pull along fibres.
+void add_lack_of_fibre(int line, const std::string& needed_by, FaultList& faults);
 /// The same direction with length 1; nothing where it is zero or not finite.
 std::optional<Vec3> unit_vector(Vec3 direction);
 
@@ -113,13 +117,13 @@ std::vector<std::uint8_t> muscle_cells(const Grid& grid, double tendon_fraction)
 
 /// `shape = "image"`. @param labels, given as in read_specimen. @return false where there is no body
 bool read_image_specimen(TableReader& table, const std::filesystem::path& folder, bool has_material,
-                         MaterialTable& materials, Specimen& specimen, std::vector<float>* labels,
+                         MaterialTable& materials, Scene& scene, std::vector<float>* labels,
                          const Image* given = nullptr);
 /// `shape = "surface"`: `surface` (closed, .stl or .obj; of several the labels 1, 2, ...), `unit`,
 /// `spacing`, and the keys of an image's labels and fibres. @return false where there is no body
 bool read_surface_specimen(TableReader& table, const std::filesystem::path& folder, bool has_material,
                            const std::optional<Vec3>& spacing_otherwise, MaterialTable& materials,
-                           Specimen& specimen, std::vector<float>* labels);
+                           Scene& scene, std::vector<float>* labels);
 /// A scene file's text whose body is of an image in memory. @throws InputError
 SceneAndMeasures parse_scene_of(const Image& image, std::string_view text, const std::filesystem::path& file);
 /// True if two images have the same voxels in the same places, to a thousandth of a voxel.
@@ -141,10 +145,10 @@ std::optional<PartialVolume> read_partial_volume(TableReader& specimen, const In
 void fill_partial_volume(const PartialVolume& asked, const LayeredImage& image,
                          const std::vector<LabelRange>& ranges, const Index3& coarsen,
                          const std::filesystem::path& folder, TableReader& table, Specimen& body);
-/// `stiffness` of a body from an image: fills its stiffness_ratio. @param body null: only the key's own
+/// `stiffness` of a body from an image: fills its stiffness_ratio. @param scene null: only the key's own
 /// faults
 void read_stiffness_map(TableReader& specimen, const std::filesystem::path& folder,
-                        const std::vector<Material>& materials, Specimen* body);
+                        const std::vector<Material>& materials, Scene* scene);
 
 /// Directions from a diffusion-tensor image on the voxels of the label image, smoothed and filled; see
 /// FibreField.

@@ -79,7 +79,7 @@ bool read_meshes(const std::vector<std::string>& names, const std::filesystem::p
 
 bool read_surface_specimen(TableReader& table, const std::filesystem::path& folder, bool has_material,
                            const std::optional<Vec3>& spacing_otherwise, MaterialTable& materials,
-                           Specimen& body, std::vector<float>* labels) {
+                           Scene& scene, std::vector<float>* labels) {
   const auto names = read_names(table);
   const double metres = metres_of(table.choice("unit", {"mm", "cm", "m"}).value_or("mm"));
   const auto spacing = read_spacing(table, 3, spacing_otherwise);
@@ -109,7 +109,7 @@ bool read_surface_specimen(TableReader& table, const std::filesystem::path& fold
   Image& image = std::get<Image>(made);
   if (frame)
     image.info.world = *frame == CoordinateFrame::lps ? WorldAxes::lps : WorldAxes::ras;
-  return read_image_specimen(table, folder, has_material, materials, body, labels, &image);
+  return read_image_specimen(table, folder, has_material, materials, scene, labels, &image);
 }
 
 } // namespace maille::reader

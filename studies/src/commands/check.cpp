@@ -46,6 +46,8 @@ struct Checked {
   std::vector<Fault> faults{};
   std::optional<Plausibility> proportions{}; ///< of a scene with one body; so is the next
   std::vector<BodyPart> parts{};
+  std::vector<StatedPart> conditions{};
+  std::vector<MaterialSummary> materials{};
   std::vector<CheckedMeasure> measures{};
   std::string words{};
 };
@@ -76,6 +78,41 @@ const ResultTable<BodyPart>& columns_of_body() {
   return table;
 }
 
+const ResultTable<StatedPart>& columns_of_conditions() {
+  static const ResultTable<StatedPart> table([](ResultTable<StatedPart>& columns) {
+    columns.add({"", "name", "", "`hold[1]`: the first [[hold]]"}, {"condition", -16}, &StatedPart::name);
+    columns.add({"", "nodes", "", "that it is the first to ask for"}, {"nodes", 9}, &StatedPart::nodes);
+    columns.add({}, {"area", 16},
+                [](const StatedPart& part) { return fmt::format("{:.5g} mm^2", 1e6 * part.area); });
+    columns.add({"", "area_m2", "m^2", "of outer faces, in 2D per metre of thickness"}, &StatedPart::area);
+    columns.add({"", "share", "", "of the body's mean cross-section"}, {"of section", 12, in_percent},
+                &StatedPart::share);
+    columns.add({"", "where", "", "as the scene has it"}, {"where"}, &StatedPart::where);
+  });
+  return table;
+}
+
+const ResultTable<MaterialSummary>& columns_of_materials() {
+  static const ResultTable<MaterialSummary> table([](ResultTable<MaterialSummary>& columns) {
+    constexpr auto modulus = [](const MaterialSummary& of) {
+      const auto [unit, name] = of.most >= 1e9   ? std::pair(1e9, "GPa")
+                                : of.most >= 1e6 ? std::pair(1e6, "MPa")
+                                                 : std::pair(1e3, "kPa");
+      return of.least == of.most ? fmt::format("{:.4g} {}", of.most / unit, name)
+                                 : fmt::format("{:.4g} to {:.4g} {}", of.least / unit, of.most / unit, name);
+    };
+    columns.add({"", "name", "", "as the scene has it"}, {"material", -28}, &MaterialSummary::name);
+    columns.add({}, {"E", 28}, modulus);
+    columns.add({"", "least_modulus", "Pa", "Young's, of all axes and cells"}, &MaterialSummary::least);
+    columns.add({"", "largest_modulus", "Pa", "the same"}, &MaterialSummary::most);
+    columns.add({}, {"density", 16},
+                [](const MaterialSummary& of) { return fmt::format("{:.5g} kg/m^3", of.density); });
+    columns.add({"", "density", "kg/m^3", "that gravity takes"}, &MaterialSummary::density);
+    columns.add({"", "fibre", "", "where its direction is from"}, {"fibre"}, &MaterialSummary::fibre);
+  });
+  return table;
+}
+
 const ResultTable<Checked>& columns_of_check() {
   static const ResultTable<Checked> table([](ResultTable<Checked>& columns) {
     const auto has_body = [](const Checked& of) { return of.proportions.has_value(); };
@@ -87,6 +124,12 @@ const ResultTable<Checked>& columns_of_check() {
     columns.add_rows({"", "parts", "", "a row a label, else a material"}, columns_of_body(), &Checked::parts)
         .json_where(has_body);
     columns
+        .add_rows({"", "conditions", "", "holds, moves and loads"}, columns_of_conditions(),
+                  &Checked::conditions)
+        .json_where(has_body);
+    columns.add_rows({"", "materials", "", "of the body"}, columns_of_materials(), &Checked::materials)
+        .json_where(has_body);
+    columns
         .add_rows({"", "measures", "", "that the scene asks for"}, columns_of_measures(), &Checked::measures)
         .json_where([](const Checked& of) { return !of.measures.empty(); });
   });
@@ -95,17 +138,25 @@ const ResultTable<Checked>& columns_of_check() {
 
 std::vector<BodyPart> parts_of(const Scene& scene) {
   const Specimen& body = scene.specimen;
-  std::map<std::pair<std::int32_t, std::uint8_t>, std::int64_t> cells;
+  struct Content {
+    std::int64_t cells = 0;
+    double tissue = 0;
+  };
+  std::map<std::pair<std::int32_t, std::uint8_t>, Content> contents;
   for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
-    if (body.is_matter(cell))
-      ++cells[{body.label.empty() ? 0 : body.label[static_cast<std::size_t>(cell)], body.material(cell)}];
+    if (body.is_matter(cell)) {
+      Content& content = contents[{body.label.empty() ? 0 : body.label[static_cast<std::size_t>(cell)],
+                                   body.material(cell)}];
+      ++content.cells;
+      content.tissue += body.tissue_of(cell);
+    }
   double of_cell = 1;
   for (std::size_t a = 0; a < static_cast<std::size_t>(scene.dimension()); ++a)
     of_cell *= body.grid.spacing()[a];
   std::vector<BodyPart> parts;
-  for (const auto& [key, count] : cells)
+  for (const auto& [key, content] : contents)
     parts.push_back({body.label.empty() ? std::nullopt : std::optional(key.first),
-                     scene.materials[key.second].name, count, static_cast<double>(count) * of_cell,
+                     scene.materials[key.second].name, content.cells, content.tissue * of_cell,
                      scene.dimension()});
   return parts;
 }
@@ -118,23 +169,30 @@ void check_scene(Checked& checked) {
   Plausibility& proportions = checked.proportions.emplace(plausibility(scene));
   const std::vector<std::string> of_files = file_warnings();
   proportions.warnings.insert(proportions.warnings.begin(), of_files.begin(), of_files.end());
+  if (const std::string motion = scene.sliding.empty() ? remaining_rigid_motion(scene) : std::string{};
+      !motion.empty())
+    proportions.warnings.push_back(motion + ": coupled and finite elements refuse it");
   checked.parts = parts_of(scene);
+  checked.conditions = stated_parts(scene);
+  checked.materials = materials_of(scene);
   checked.words = fmt::format(
       "{}D, {} cells, {} nodes, {} material{}, {} prescribed components\n{}\n", scene.dimension(),
       scene.specimen.n_matter_cells(), scene.specimen.n_matter_nodes(), scene.materials.size(),
       scene.materials.size() == 1 ? "" : "s", scene.prescribed.size(), maille::in_words(scene, proportions));
   for (const std::string& warning : proportions.warnings)
     checked.words += fmt::format("warning: {}\n", warning);
-  checked.words += columns_of_body().text(checked.parts);
+  checked.words += columns_of_body().text(checked.parts) + columns_of_conditions().text(checked.conditions) +
+                   columns_of_materials().text(checked.materials);
   if (scene.specimen.fibre_report.source == "tensor_image")
     checked.words += fmt::format("fibres: {}\n", in_words(scene.specimen.fibre_report));
+  for (const LeftOutPiece& piece : scene.left_out)
+    if (piece.cells < 0)
+      checked.words += piece.name + "\n";
   for (const Measure& measure : measures) {
     checked.measures.push_back(
         {measure.name, std::string(unit_of(measure, scene.dimension())), in_words(measure)});
     checked.words += fmt::format("measure {}: {}\n", measure.name, checked.measures.back().meaning);
   }
-  for (const LeftOutPiece& piece : scene.left_out)
-    checked.words += fmt::format("left out: {}\n", piece.name);
 }
 
 /// Each body for itself, too.
@@ -142,12 +200,11 @@ void check_world(Checked& checked) {
   const WorldScene world = read_world_scene(checked.file);
   const PlacedWorld made = placed(world, checked.file);
   checked.words = in_words(world) + "\n";
-  for (const WorldObject& object : world.objects) {
-    const Plausibility found = plausibility(object.scene);
-    checked.words += fmt::format("{}: size {}\n", object.name, size_in_words(object.scene, found.size));
-    for (const std::string& warning : found.warnings)
-      checked.words += fmt::format("warning: {}: {}\n", object.name, warning);
-  }
+  for (const WorldObject& object : world.objects)
+    checked.words += fmt::format("{}: size {}\n", object.name,
+                                 size_in_words(object.scene, plausibility(object.scene).size));
+  for (const std::string& warning : world_warnings(world))
+    checked.words += fmt::format("warning: {}\n", warning);
   for (std::size_t object = 0; object < made.thin.size(); ++object)
     if (made.thin[object] > 0)
       checked.words +=

@@ -309,8 +309,6 @@ std::string in_words(const Explanation& about) {
   text += in_words(about.ways, about.plan, scene.dimension());
   for (const Holder& holder : about.holders)
     text += in_words(holder, body.n_matter_nodes());
-  for (const LeftOutPiece& piece : scene.left_out)
-    text += fmt::format("left out: {}\n", piece.name);
   return text;
 }
 

@@ -4,6 +4,7 @@
 #include "cli/inputs.hpp"
 #include "cli/worlds.hpp"
 #include "commands/camera_options.hpp"
+#include "maille/scene/plausibility.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/world/world_scene.hpp"
 #include "maille/studies/picture/world_picture.hpp"
@@ -218,14 +219,18 @@ int play_command(const PlayOptions& options) {
   std::vector<std::string> lines = recording.finish(is_whole);
   for (const std::string& each : left_out)
     lines.push_back("not asked here: " + each);
+  const std::vector<std::string> warnings = world_warnings(scene);
   if (options.json != "-") {
     deliver(in_words(player, frames), std::nullopt);
     for (const std::string& line : lines)
       fmt::print("{}\n", line);
+    for (const std::string& warning : warnings)
+      fmt::print("warning: {}\n", warning);
   }
   if (options.json) {
     auto out = json(player, frames);
     out["files"] = lines;
+    out["warnings"] = warnings;
     deliver(json_text(out), options.json);
   }
   return is_whole && !has_failed && n_inside == 0 ? exit_done : exit_run_failed;

@@ -361,8 +361,6 @@ std::string table(const Scene& scene, const Comparison& comparison) {
         is_converged(best->answer.status)
             ? "nothing finer than linear elements could be afforded"
             : fmt::format("it ended {}, and nothing is measured against it", to_string(best->answer.status)));
-  for (const LeftOutPiece& piece : scene.left_out)
-    text += fmt::format("left out: {}\n", piece.name);
   for (const std::string& warning : all_warnings(scene, comparison))
     text += fmt::format("warning: {}\n", warning);
   return text;
@@ -380,7 +378,8 @@ nlohmann::ordered_json json(const Scene& scene, const Comparison& comparison) {
   out["taut_scale_pa"] = comparison.taut_scale > 0 ? json_number(comparison.taut_scale) : nullptr;
   out["left_out"] = nlohmann::ordered_json::array();
   for (const LeftOutPiece& piece : scene.left_out)
-    out["left_out"].push_back({{"cells", piece.cells}, {"name", piece.name}});
+    if (piece.cells > 0)
+      out["left_out"].push_back({{"cells", piece.cells}, {"name", piece.name}});
   out["warnings"] = all_warnings(scene, comparison);
   out["results"] = columns_of_comparison().json_rows(lines_of(scene, comparison));
   return out;

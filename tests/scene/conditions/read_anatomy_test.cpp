@@ -169,7 +169,7 @@ TEST(ReadAnatomyContract, AnOpenSurfaceIsNoBody) {
   files.folder().write("flat.stl", "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 5 0 "
                                    "0\nvertex 0 5 0\nendloop\nendfacet\nendsolid\n");
   const std::string found = files.faults("units = \"mm\"\n[specimen]\nshape = \"surface\"\nsurface = "
-                                         "\"flat.stl\"\nspacing = 1\nmaterial = \"muscle/soleus\"\n");
+                                         "\"flat.stl\"\nspacing = 1\nmaterial = \"fat/subcutaneous\"\n");
   EXPECT_NE(found.find("specimen.surface: a closed surface"), std::string::npos) << found;
   EXPECT_EQ(std::ranges::count(found, '\n'), 1) << found; // and its material is no fault
 }

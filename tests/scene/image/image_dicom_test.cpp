@@ -217,7 +217,7 @@ TEST(DicomOracle, ABodyIsReadSliceBySlice) {
   const Image image = read_image(folder.path());
   const Specimen body =
       parse_scene("[specimen]\nshape = \"image\"\nimage = \"" + folder.path().string() +
-                  "\"\ncoarsen = 2\nmaterial = \"muscle/soleus\"\nthreshold = -45.5\n"
+                  "\"\ncoarsen = 2\nmaterial = \"fat/subcutaneous\"\nthreshold = -45.5\n"
                   "[[hold]]\nwhere = { sphere = { centre = [0, 0, 0], radius = \"10 m\" } }\n")
           .specimen;
   const Index3& n = image.info.size;

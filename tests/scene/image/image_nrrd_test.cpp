@@ -143,18 +143,19 @@ TEST_F(NrrdContract, SegmentsOfSlicerAreLabelsByName) {
   ASSERT_EQ(segments.size(), 2U);
   EXPECT_EQ(segments[1].name, "Gastrocnemius medialis");
   EXPECT_EQ(segments[1].label, 7);
-  const Scene read = parse_scene("[specimen]\nshape = \"image\"\nimage = \"calf.seg.nrrd\"\n"
-                                 "labels = { Soleus = \"muscle/soleus\", \"Gastrocnemius medialis\" = "
-                                 "\"muscle/vastus_lateralis\" }\n[[hold]]\nwhere = \"x-\"\n",
-                                 folder_.path() / "scene.toml");
+  const Scene read =
+      parse_scene("[specimen]\nshape = \"image\"\nimage = \"calf.seg.nrrd\"\n"
+                  "labels = { Soleus = \"muscle/soleus\", \"Gastrocnemius medialis\" = "
+                  "\"muscle/vastus_lateralis\" }\nfibre = [1, 0, 0]\n[[hold]]\nwhere = \"x-\"\n",
+                  folder_.path() / "scene.toml");
   ASSERT_EQ(read.materials.size(), 2U);
   for (std::size_t cell = 0; cell < 16; ++cell)
     EXPECT_EQ(read.specimen.label[cell], cell % 4 < 2 ? 3 : 7);
   try {
-    parse_scene(
-        "[specimen]\nshape = \"image\"\nimage = \"calf.seg.nrrd\"\nlabels = { Soles = \"muscle/soleus\" }\n"
-        "[[hold]]\nwhere = \"x-\"\n",
-        folder_.path() / "scene.toml");
+    parse_scene("[specimen]\nshape = \"image\"\nimage = \"calf.seg.nrrd\"\nlabels = { Soles = "
+                "\"fat/subcutaneous\" }\n"
+                "[[hold]]\nwhere = \"x-\"\n",
+                folder_.path() / "scene.toml");
     ADD_FAILURE();
   } catch (const InputError& error) {
     EXPECT_NE(error.faults().front().expected.find("Soleus, Gastrocnemius medialis"), std::string::npos);

@@ -22,7 +22,7 @@ TEST(VoxelMapOracle, EveryVoxelHasTheValuesOfTheCellThatItsMiddleIsIn) {
       folder.write("labels.nii", test::nifti_of(array));
       const Scene scene = read_scene(
           folder.write("scene.toml",
-                       "[specimen]\nshape = \"image\"\nimage = \"labels.nii\"\nmaterial = \"muscle/soleus\"\n"
+                       "[specimen]\nshape = \"image\"\nimage = \"labels.nii\"\nmaterial = \"fat/subcutaneous\"\n"
                        "coarsen = " +
                            std::to_string(coarsen) + "\n[[hold]]\nwhere = \"x-\"\n"));
       const Specimen& specimen = scene.specimen;

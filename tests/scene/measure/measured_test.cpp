@@ -5,6 +5,7 @@
 #include "maille/scene/read_scene.hpp"
 #include "support/bodies/scenes.hpp"
 #include "support/dice.hpp"
+#include "support/label_scene.hpp"
 
 #include <Eigen/Dense>
 #include <fmt/format.h>
@@ -244,6 +245,68 @@ component = "normal"
     EXPECT_FALSE(value.value || value.vector);
     EXPECT_EQ(value.why_not, "limits knows no forces");
   }
+}
+
+// Truth: two bars side by side under one plate share its force by E A; parts of the plate, by label, by what
+// is not of it, add up to the whole, as volumes of labels do, of which a cell has the part that is tissue.
+TEST(MeasureAnalytic, PartsByLabelAddUpToTheWhole) {
+  image_tests::TemporaryFolder folder;
+  test::LabelArray bars{
+      {6, 3, 4}, {}, affine_of({1e-3, 1e-3, 1e-3}, {0, 0, 0}, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}})};
+  for (int voxel = 0; voxel < 72; ++voxel)
+    bars.values.push_back(voxel % 6 < 4 ? 1 : 2);
+  folder.write("labels.nii", test::nifti_of(bars));
+  const auto read = [&](const std::string& keys) {
+    return read_scene_and_measures(folder.write("scene.toml", R"(units = "m"
+[specimen]
+shape = "image"
+image = "labels.nii"
+labels = { 1 = { youngs_modulus = 1e9, poisson_ratio = 0 }, 2 = { youngs_modulus = 1e10, poisson_ratio = 0 } }
+)" + keys + R"(
+[[hold]]
+where = "z-"
+[[move]]
+where = "z+"
+by = [0, 0, -4e-5]
+[[measure]]
+name = "one"
+force = { where = { all = ["z+", { label = 1 }] } }
+component = "z"
+[[measure]]
+name = "two"
+force = { where = { all = ["z+", { not = { label = 1 } }] } }
+component = "z"
+[[measure]]
+name = "volume_1"
+volume = { label = 1 }
+[[measure]]
+name = "volume_2"
+volume = { label = 2 }
+)"));
+  };
+  const auto values_of = [](const SceneAndMeasures& asked) {
+    // Of uniaxial strain of 1 %: a cell presses its four corners with E a / 4 each.
+    Answer answer;
+    answer.method = "coupled";
+    answer.displacement = Displacement(asked.scene.specimen.grid);
+    for (const Prescribed& p : asked.scene.prescribed) {
+      double force = 0;
+      asked.scene.specimen.for_each_cell_at(
+          asked.scene.specimen.grid.node_at(p.node), [&](std::int64_t cell) {
+            force -= 0.01 *
+                     asked.scene.materials[asked.scene.specimen.material(cell)].elasticity.youngs_modulus[0] *
+                     1e-6 / 4;
+          });
+      answer.reaction.push_back(p.component == 2 && !p.held ? force : 0);
+    }
+    return measured(asked.scene, asked.measures, answer);
+  };
+  const auto values = values_of(read(""));
+  EXPECT_NEAR(*values[0].value, -12e-6 * 1e9 * 0.01, 1e-9);
+  EXPECT_NEAR(*values[1].value, -6e-6 * 1e10 * 0.01, 1e-9);
+  EXPECT_NEAR(*values[2].value, 48e-9, 1e-13);
+  const auto in_part = values_of(read("coarsen = [1, 2, 1]\npartial_volume = true"));
+  EXPECT_NEAR(*in_part[2].value + *in_part[3].value, 72e-9, 1e-13);
 }
 
 // Truth: the energies of cells, added up here.

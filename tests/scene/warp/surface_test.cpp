@@ -59,7 +59,7 @@ TEST(SurfaceContract, WhatIsWrittenAsStlIsReadAsABodyOfTheSameVoxels) {
   const auto surfaces = surfaces_of(body.bodies()[0], body.scene.materials);
   write_surfaces(surfaces, folder.path() / "body.stl", LengthUnit::millimetre);
   const std::string scene = "[specimen]\nshape = \"surface\"\nsurface = \"body.stl\"\nspacing = \"2 mm\"\n"
-                            "material = \"muscle/soleus\"\n[[hold]]\nwhere = \"z-\"\n";
+                            "material = \"fat/subcutaneous\"\n[[hold]]\nwhere = \"z-\"\n";
   const Scene read = parse_scene(scene, folder.path() / "scene.toml");
   EXPECT_EQ(read.specimen.grid.cells(), body.scene.specimen.grid.cells());
   EXPECT_EQ(read.specimen.material_id, body.scene.specimen.material_id);
@@ -168,7 +168,7 @@ TEST(ObjContract, FacesOfAnyCornersAndNumbersBackwardsAreRead) {
   EXPECT_EQ(mesh.frame, reader::CoordinateFrame::ras);
   const Scene read =
       parse_scene("[specimen]\nshape = \"surface\"\nsurface = [\"cube.obj\", \"cube.obj\"]\n"
-                  "spacing = \"1 mm\"\nlabels = { 2 = \"muscle/soleus\" }\n[[hold]]\nwhere = \"z-\"\n",
+                  "spacing = \"1 mm\"\nlabels = { 2 = \"fat/subcutaneous\" }\n[[hold]]\nwhere = \"z-\"\n",
                   folder.path() / "scene.toml");
   EXPECT_EQ(read.specimen.grid.cells(), (Index3{4, 4, 4}));
   EXPECT_EQ(read.specimen.placement.world, WorldAxes::ras);

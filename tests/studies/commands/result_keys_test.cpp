@@ -74,7 +74,10 @@ const std::string plausibility =
 TEST_F(ResultKeysGolden, OfCheck) {
   EXPECT_EQ(keys_of("check " + strip_file + " --json"),
             "scene faults " + plausibility +
-                " parts[].label parts[].voxels parts[].volume_m3 parts[].material");
+                " parts[].label parts[].voxels parts[].volume_m3 parts[].material conditions[].name "
+                "conditions[].nodes conditions[].area_m2 conditions[].share conditions[].where "
+                "materials[].name materials[].least_modulus materials[].largest_modulus materials[].density "
+                "materials[].fibre");
   EXPECT_EQ(keys_of("check " + world_file + " --json"), "scene faults");
   EXPECT_EQ(keys_of("check " + world_file + " " + down_file + " --json"), "scene kind faults");
   EXPECT_EQ(keys_of("check " + folder.write("bad.toml", "[specimen]\nshape = 1\n").string() + " --json", 2),
@@ -114,7 +117,7 @@ TEST_F(ResultKeysGolden, OfPlay) {
             "objects[].rotation frames[].frame frames[].status frames[].seconds frames[].rounds "
             "frames[].handed_on frames[].moved_on frames[].drives[].object frames[].drives[].fraction "
             "frames[].drives[].force frames[].contacts[].object frames[].contacts[].other "
-            "frames[].contacts[].voxels frames[].contacts[].force files");
+            "frames[].contacts[].voxels frames[].contacts[].force files warnings");
 }
 
 TEST_F(ResultKeysGolden, OfProbe) {

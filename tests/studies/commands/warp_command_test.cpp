@@ -22,7 +22,7 @@ protected:
     scene_ = folder_
                  .write("scene.toml",
                         "[specimen]\nshape = \"image\"\nimage = \"labels.nii\"\n"
-                        "labels = { 17 = \"muscle/soleus\", 5 = \"muscle/vastus_lateralis\" }\n"
+                        "labels = { 17 = \"muscle/soleus\", 5 = \"muscle/vastus_lateralis\" }\nfibre = [1, 0, 0]\n"
                         "[[hold]]\nwhere = \"x-\"\n[[move]]\nwhere = \"x+\"\nby = [\"0.1 mm\", 0, 0]\n")
                  .string();
   }

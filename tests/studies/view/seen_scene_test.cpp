@@ -103,6 +103,7 @@ TEST(LabelPaintAnalytic, WhatHasNoColourOfItsOwnKeepsTheLooks) {
 shape = "image"
 image = "labels.mha"
 labels = { 1 = "muscle/soleus", 2 = "muscle/soleus" }
+fibre = [1, 0, 0]
 look = { colour = "#0000ff", shading = false, labels = { 2 = "#ff0000" } }
 [[hold]]
 where = "x-"

@@ -35,6 +35,35 @@ inline constexpr double least_usable = 1e-60, greatest_usable = 1e60;
 /// Cost  O(prescribed + loads), and O(cells) where fibres differ or contract
 std::string unusable_number(const Scene& scene);
 
+struct WorldScene;
+
+/// A hold, a move, a load or a plate of a test as the scene has it.
+struct StatedPart {
+  std::string name, where; ///< as in Scene::conditions
+  std::int64_t nodes = 0;  ///< that it has first of all conditions
+  double area = 0;         ///< of the outer faces between its nodes [m^2], in 2D per metre of thickness
+  double share = 0;        ///< its larger side over the body's mean cross-section there [1]
+};
+/// One each of Scene::conditions, in their order. O(cells + prescribed log prescribed)
+std::vector<StatedPart> stated_parts(const Scene& scene);
+
+/// A material as the body has it.
+struct MaterialSummary {
+  std::string name;
+  double least = 0, most = 0; ///< Young's modulus over its axes, and its cells' stiffness [Pa]
+  double density = 0;         ///< [kg/m^3]
+  std::string fibre;          ///< whose axis 1 it takes, in words
+};
+std::vector<MaterialSummary> materials_of(const Scene& scene);
+
+/// What of the scene has no effect, loses a part, or is read otherwise than it seems to be written: courses
+/// that end at rest, turns beyond small ones, plates that touch little of an uneven end, single nodes, zeros,
+/// conditions that others cover, pieces and voxels that are left out, moduli and densities in another unit,
+/// gravity that lifts. plausibility() has these, too.
+std::vector<std::string> statement_warnings(const Scene& scene);
+/// Of a world's objects, and of those that lie at its border.
+std::vector<std::string> world_warnings(const WorldScene& world);
+
 struct Plausibility {
   Vec3 size{};                 ///< of the box around the matter, along the scene's axes [m]
   double largest_move = 0;     ///< length of the largest prescribed displacement [m]
@@ -53,7 +82,7 @@ struct Plausibility {
 /// on the way, not the strain at a corner.
 ///
 /// Warned of are: a mean strain, or a strain of loads, above 10 %, where small-strain elasticity no longer
-/// holds (not with frame = "blocks", whose strains are measured otherwise); a stretch at which a material of
+/// holds (with frame = "blocks", whose cells turn, of loads above 50 %); a stretch at which a material of
 /// the body is known to fail; cells larger than 1 cm and bodies larger than 10 m, as of lengths in another
 /// unit than was meant.
 /// Cost  O(cells + prescribed components)
