@@ -133,21 +133,22 @@ double distance(const Vec3& point, const Triangle& triangle) {
 std::vector<std::int64_t> nodes_near(const std::vector<Triangle>& triangles, double within,
                                      const Specimen& body) {
   const Grid& grid = body.grid;
+  const double reach = within + place_tolerance(body);
   std::vector<bool> is_near(static_cast<std::size_t>(grid.n_nodes()), false);
   for (const Triangle& triangle : triangles) {
     Index3 first{0, 0, 0}, last = grid.nodes();
     for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a) {
       const auto [low, high] = std::minmax({triangle[0][a], triangle[1][a], triangle[2][a]});
       const double h = grid.spacing()[a], n = grid.nodes()[a];
-      first[a] = static_cast<int>(std::clamp(std::floor((low - within - body.origin[a]) / h), 0.0, n));
-      last[a] = static_cast<int>(std::clamp(std::ceil((high + within - body.origin[a]) / h) + 1, 0.0, n));
+      first[a] = static_cast<int>(std::clamp(std::floor((low - reach - body.origin[a]) / h), 0.0, n));
+      last[a] = static_cast<int>(std::clamp(std::ceil((high + reach - body.origin[a]) / h) + 1, 0.0, n));
     }
     for (int k = first[2]; k < last[2]; ++k)
       for (int j = first[1]; j < last[1]; ++j)
         for (int i = first[0]; i < last[0]; ++i) {
           const Index3 at{i, j, k};
           const auto node = static_cast<std::size_t>(grid.node(at));
-          if (!is_near[node] && distance(body.position(at), triangle) <= within * (1 + 1e-9))
+          if (!is_near[node] && distance(body.position(at), triangle) <= reach)
             is_near[node] = true;
         }
   }

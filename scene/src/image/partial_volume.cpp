@@ -185,6 +185,15 @@ LayerWindow shares_of_grey(LayerWindow image, double none, double full) {
   });
 }
 
+Index3 voids_around(const ImageInfo& info, double width, const Index3& coarsen) {
+  Index3 voids{};
+  for (std::size_t a = 0; a < 3; ++a)
+    if (info.size[a] > 1) // what the first mean reaches, and the voxels that the surface may pass into
+      voids[a] = (Gaussian(width / info.spacing[a], info.size[a]).reach + 2 + coarsen[a] - 1) / coarsen[a] *
+                 coarsen[a];
+  return voids;
+}
+
 LayerWindow shares_of_smoothed(LayerWindow labels, double width) {
   const ImageInfo info = labels.info();
   const auto smoothing = std::make_shared<const Smoothing>(info, width);
