@@ -102,8 +102,13 @@ std::vector<double> energies_of_cells(const AnswerHandle& handle) {
 
 const Mechanics& found_mechanics(AnswerHandle& handle) {
   if (!handle.found) {
-    const py::gil_scoped_release unlocked;
-    handle.found = mechanics_of(handle.scene(), handle.answer, energies_of_cells(handle));
+    std::optional<Mechanics> made;
+    {
+      const py::gil_scoped_release unlocked;
+      made = mechanics_of(handle.scene(), handle.answer, energies_of_cells(handle));
+    }
+    if (!handle.found) // another thread may have been first
+      handle.found = std::move(made);
   }
   return *handle.found;
 }
