@@ -17,7 +17,7 @@ LayerWindow shares_of_grey(LayerWindow image, double none, double full);
 /// Cost  some 10 ns a voxel and voxel of width; at most some 24 layers of float32 a voxel of width
 LayerWindow shares_of_smoothed(LayerWindow labels, double width);
 /// How many voxels of void it takes around an image so that its border plays no part, in whole cells; none
-/// across a single layer.
+/// across a plane scene.
 Index3 voids_around(const ImageInfo& info, double width, const Index3& coarsen);
 
 /// Fills the body's cells of which at least `least` is tissue: `tissue`, and of cells that hold no matter so
