@@ -20,7 +20,7 @@ def bent(frame, degrees):
     end = (LENGTH * math.sin(angle) / angle, LENGTH * (1 - math.cos(angle)) / angle)
     scene = maille.Scene(maille.box((NX, NY), "1 mm", {"youngs_modulus": "10 kPa", "poisson_ratio": 0.3}), holds=[maille.hold("x-")],
                          moves=[maille.move("x+", by=(end[0] - LENGTH, end[1]), turn={"angle": angle, "about": (LENGTH, 0.004, 0)})],
-                         relaxation={"frame": frame})
+                         relaxation={"frame": frame}, units="m, rad")
     return scene.run("coupled")
 
 

@@ -43,7 +43,7 @@ def draw_lifted(axes):
 
 def draw_chain(axis):
     """Five nodes, four links of length 1 that may stretch and shorten by half."""
-    scene = maille.Scene(maille.box((4,), 1.0, {"youngs_modulus": "1 kPa", "poisson_ratio": 0.0}), holds=[maille.hold("x-")],
+    scene = maille.Scene(maille.box((4,), "1 m", {"youngs_modulus": "1 kPa", "poisson_ratio": 0.0}), holds=[maille.hold("x-")],
                          limits={"from": "given", "stretch": 1.5, "compress": 0.5, "shear": 0.5})
     drag = scene.drag()
     states = []

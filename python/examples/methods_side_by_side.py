@@ -15,7 +15,7 @@ from matplotlib import pyplot as plt  # noqa: E402
 voxels = np.full((40, 12, 8), 1, dtype=np.uint8)
 voxels[:, 5:7, 3:5] = 2
 scene = maille.Scene(
-    maille.Image(voxels, spacing=1.0, fibre=(1, 0, 0),
+    maille.Image(voxels, spacing="1 mm", fibre=(1, 0, 0),
                  labels={1: "muscle/vastus_lateralis", 2: {"youngs_modulus": "1 MPa", "poisson_ratio": 0.4}}),
     holds=[maille.hold("x-")], moves=[maille.move("x+", by=("1 mm", "3 mm", 0))])
 compared = scene.compare(("limits", "relaxed"), reference="coupled")

@@ -2,10 +2,10 @@
 
     scene = maille.load("strip.toml")           # or maille.Scene(...) from arrays
     answer = scene.run("coupled")
-    answer.displacement                         # numpy array (nz, ny, nx, 3) in metres: a view, no copy
+    answer.displacement                         # numpy array (nz, ny, nx, 3) in metres, in the world's frame
 
-Units are SI throughout; lengths may be texts with a unit ("7.5 mm"). Images are in millimetres, as nibabel has
-them. Start with help(maille.Scene) and help(maille.Answer); docs/python.md has whole programs.
+Answers are in SI units. Lengths of a question have a unit ("7.5 mm"), or the scene has ``units="mm"``; affines are
+in millimetres, as nibabel has them. Start with help(maille.Scene) and help(maille.Answer); docs/python.md has whole programs.
 """
 
 from __future__ import annotations
@@ -20,14 +20,17 @@ if int(_numpy.__version__.split(".")[0]) >= 2 and not _core.knows_numpy_2:
     raise ImportError(f"maille was built with a pybind11 before 2.12, which knows numpy 1 alone, and numpy {_numpy.__version__} is installed: "
                       "pip install 'numpy<2', or build maille with a newer pybind11")
 from ._answer import Answer, Errors, compare
-from ._faults import Fault, SceneFaults
+from ._faults import Fault, MailleWarning, SceneFaults
 from ._images import Image
 from ._scene import Comparison, Drag, Report, Scene, PathLike, box, hold, load_on, measure, move
 from ._world import Frame, World, drive
 
 
 def load(file: PathLike) -> Scene:
-    """Reads a scene file. @raises SceneFaults with every fault at once, each with its line and key."""
+    """Reads a scene file.
+
+    @raises FileNotFoundError; SceneFaults with every fault at once, each with its line and key
+    """
     return Scene.from_file(file)
 
 
@@ -41,5 +44,5 @@ def materials() -> List[str]:
     return _core.materials()
 
 
-__all__ = ["Answer", "Comparison", "Drag", "Errors", "Fault", "Frame", "Image", "Report", "Scene", "SceneFaults",
-           "World", "box", "compare", "drive", "hold", "load", "load_on", "materials", "measure", "methods", "move"]
+__all__ = ["Answer", "Comparison", "Drag", "Errors", "Fault", "Frame", "Image", "MailleWarning", "Report", "Scene",
+           "SceneFaults", "World", "box", "compare", "drive", "hold", "load", "load_on", "materials", "measure", "methods", "move"]

@@ -33,15 +33,54 @@ class Errors:
     stress: Optional[float]  #: the same of stress
 
 
-class Answer:
-    """Displacement and what follows from it. Arrays are views: nothing is copied, and none can be written to.
+def axes_of(scene: _core.Scene, frame: str) -> Optional[Floats]:
+    """The matrix from the grid's axes to those of ``frame``; None where they are the same."""
+    if frame not in ("world", "grid"):
+        raise ValueError(f'expected frame = "world" or "grid", found {frame!r}')
+    axes = np.array(scene.direction)
+    return None if frame == "grid" or np.array_equal(axes, np.eye(3)) else axes
 
+
+def vectors_in(axes: Optional[Floats], vectors: Floats) -> Floats:
+    """Vectors along the last axis; those of a plane get a third component where they are turned."""
+    if axes is None:
+        return vectors
+    turned: Floats = vectors @ axes[:, : vectors.shape[-1]].T
+    turned.flags.writeable = False
+    return turned
+
+
+_PLACE = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
+
+
+def _full(tensors: Floats) -> Floats:
+    """3 x 3 matrices of symmetric tensors XX YY ZZ XY YZ XZ."""
+    full = np.empty((*tensors.shape[:-1], 3, 3))
+    for n, (a, b) in enumerate(_PLACE):
+        full[..., a, b] = full[..., b, a] = tensors[..., n]
+    return full
+
+
+def _turned(tensors: Floats, axes: Any) -> Floats:
+    full = axes @ _full(tensors) @ axes.T
+    return np.stack([full[..., a, b] for a, b in _PLACE], axis=-1)
+
+
+class Answer:
+    """Displacement and what follows from it. Arrays cannot be written to.
+
+    Vectors and tensors are in the world's frame, as in files and as forces are; with ``frame="grid"`` along the
+    axes of the image, which are views without a copy, as are those in the world where both frames are the same.
     Of an answer that was refused or failed, ``message`` says why, and arrays raise ValueError.
     """
 
-    def __init__(self, core: _core.Answer, scene: "Scene") -> None:
+    def __init__(self, core: _core.Answer, scene: "Scene", frame: str = "world") -> None:
         self._core = core
         self._scene = scene
+        self._frame = frame
+        self._axes = axes_of(core.scene, frame)
+        self._turned: Dict[str, Floats] = {}
+        self._warnings: Optional[List[str]] = None
         self._mechanics: Optional[Dict[str, Any]] = None
         self._estimate: Optional[Dict[str, Any]] = None
 
@@ -79,6 +118,22 @@ class Answer:
         return self._core.message
 
     @property
+    def warnings(self) -> List[str]:
+        """What the command prints as warnings: of the question, and of the answer."""
+        if self._warnings is None:
+            self._warnings = self._core.warnings()
+        return self._warnings
+
+    @property
+    def frame(self) -> str:
+        """Of the arrays: ``world`` or ``grid``."""
+        return self._frame
+
+    def in_frame(self, frame: str) -> "Answer":
+        """The same answer, with arrays in ``world`` or ``grid``."""
+        return Answer(self._core, self._scene, frame)
+
+    @property
     def seconds(self) -> float:
         """Wall-clock time of set-up and solve [s]."""
         return self._core.seconds
@@ -107,28 +162,88 @@ class Answer:
     def displacement(self) -> Floats:
         """Displacement of every node [m]: array (nz, ny, nx, 3), of which x is fastest in memory and components slowest.
 
-        In 2D (ny, nx, 2). Along the grid's axes; 0 at grid points that are no nodes of the body. A view of the
-        answer's own memory, without a copy: ``displacement.T`` is indexed [component, i, j, k].
+        In 2D (ny, nx, 2). Along the axes of ``frame``; 0 at grid points that are no nodes of the body. A view of the
+        answer's own memory where those are the grid's: ``displacement.T`` is indexed [component, i, j, k].
         """
-        return self._core.displacement
+        return self._kept("displacement", lambda: vectors_in(self._axes, self._core.displacement))
+
+    def _kept(self, name: str, make: Callable[[], Floats]) -> Floats:
+        if name not in self._turned:
+            array = make()
+            if array.flags.writeable:
+                array.flags.writeable = False
+            if self._axes is None and array.base is not None:
+                return array  # a view, which keeps the answer
+            self._turned[name] = array
+        return self._turned[name]
+
+    def _tensors(self, name: str, tensors: Floats) -> Floats:
+        if self._axes is None:
+            return tensors
+        return self._kept(name, lambda: _turned(tensors, self._axes))
+
+    def _require_stress(self) -> None:
+        if not self._core.has_stress:
+            raise ValueError(f"expected a method that knows stress, such as coupled, found {self.method}, which keeps limits alone")
 
     @property
     def strain(self) -> Floats:
         """Mean strain of every cell [1]: array (cz, cy, cx, 6), XX YY ZZ XY YZ XZ, tensor shear; 0 without matter.
 
-        In the object's frame. Found on first use, about 1 us a cell; then a view.
+        Where moves turn the body, that of before it turned. Found on first use, about 1 us a cell.
         """
-        return self._core.strain
+        return self._tensors("strain", self._core.strain)
 
     @property
     def stress(self) -> Floats:
-        """Mean stress of every cell [Pa], as ``strain``; of methods that know no stress what Hooke's law would say."""
-        return self._core.stress
+        """Mean stress of every cell [Pa], as ``strain``. @raises ValueError for methods that know no stress."""
+        self._require_stress()
+        return self._tensors("stress", self._core.stress)
 
     @property
     def von_mises(self) -> Floats:
-        """Von Mises stress of every cell [Pa]: array (cz, cy, cx)."""
+        """Von Mises stress of every cell [Pa]: array (cz, cy, cx). @raises ValueError as ``stress``."""
+        self._require_stress()
         return self._core.von_mises
+
+    @property
+    def principal_strain(self) -> Floats:
+        """Principal strains of every cell [1]: array (cz, cy, cx, 3), the largest first."""
+        return self._kept("principal", lambda: np.linalg.eigvalsh(_full(self._core.strain))[..., ::-1].copy())
+
+    @property
+    def fibre_direction(self) -> Optional[Floats]:
+        """Unit vectors along the fibres of every cell: array (cz, cy, cx, 3); None where the scene has no fibres.
+
+        A fibre has no sign: of the two the one that is nearer to the mean direction.
+        """
+        fibres = self._core.scene.fibres
+        if fibres is None:
+            return None
+        flat = fibres.reshape(-1, 3)
+        mean = np.linalg.eigh(flat.T @ flat)[1][:, -1]
+        signed = fibres * np.where(fibres @ (mean if mean[np.abs(mean).argmax()] > 0 else -mean) < 0, -1.0, 1.0)[..., np.newaxis]
+        return self._kept("fibres", lambda: vectors_in(self._axes, signed))
+
+    def _along_fibres(self, tensors: Floats) -> Optional[Floats]:
+        fibres = self._core.scene.fibres
+        return None if fibres is None else np.einsum("...i,...ij,...j->...", fibres, _full(tensors), fibres)
+
+    @property
+    def fibre_strain(self) -> Optional[Floats]:
+        """Strain along the fibre of every cell [1]: array (cz, cy, cx); None where the scene has no fibres."""
+        return self._along_fibres(self._core.strain)
+
+    @property
+    def fibre_stress(self) -> Optional[Floats]:
+        """Stress along the fibre of every cell [Pa], as ``fibre_strain``. @raises ValueError as ``stress``."""
+        self._require_stress()
+        return self._along_fibres(self._core.stress)
+
+    @property
+    def label(self) -> Optional[npt.NDArray[np.int32]]:
+        """The label of every cell: array (cz, cy, cx), 0 without matter; None where the body is no segmentation."""
+        return self._core.scene.labels
 
     @property
     def estimated_error(self) -> Optional[float]:
@@ -154,7 +269,7 @@ class Answer:
 
     @property
     def labels(self) -> List[Record]:
-        """A record a label: cells, volumes [m^3], strains [1] and stresses [Pa] as mean, min, max and percentiles.
+        """A record a label (``label`` has the array): cells, volumes [m^3], strains [1] and stresses [Pa] as mean, min, max and percentiles.
 
         Read them by ``pandas.DataFrame(answer.labels)``. Empty where the body is no segmentation.
         """
@@ -195,7 +310,8 @@ class Answer:
         return found
 
     def to_vtk(self, unit: str = "m") -> Any:
-        """A vtkImageData with Displacement at points, and MaterialId, Label, Strain, Stress, VonMises of cells.
+        """A vtkImageData with Displacement at points, and of cells what files have: MaterialId, Label, FiberDirection,
+        Strain, PrincipalStrain, FiberStrain, and of methods that know stress Stress, VonMises and FiberStress.
 
         In the world's place and frame, lengths in ``unit``, m or mm; ``pyvista.wrap`` takes it. Cells without matter
         are hidden. One copy: VTK keeps vectors interleaved. Needs VTK for Python (python3-vtk9, or pip install vtk).

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, Sequence, Tuple
+import errno
+import os
+from typing import NamedTuple, Sequence, Tuple, Union
 
 
 class Fault(NamedTuple):
@@ -19,6 +21,10 @@ class Fault(NamedTuple):
         return ": ".join(part for part in (place, self.key) if part) + f": expected {self.expected}, found {self.found}"
 
 
+class MailleWarning(UserWarning):
+    """What the command prints as a warning: an answer that is not what it seems, or a question out of proportion."""
+
+
 class SceneFaults(ValueError):
     """Raised where a scene, a world or an image is faulty.
 
@@ -29,3 +35,10 @@ class SceneFaults(ValueError):
     def __init__(self, message: str, faults: Sequence[Tuple[str, int, str, str, str]] = ()) -> None:
         super().__init__(message)
         self.faults = [Fault(*fault) for fault in faults]
+
+
+def existing(file: Union[str, "os.PathLike[str]"]) -> str:
+    """The file's name. @raises FileNotFoundError"""
+    if not os.path.exists(file):
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), os.fspath(file))
+    return os.fspath(file)

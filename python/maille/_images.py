@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Mapping, Optional, Protocol, Tuple, Union, runtime_checkable
+from typing import Any, Mapping, Optional, Protocol, Sequence, Tuple, Union, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
+
+from . import _core
 
 Rows = Tuple[Tuple[float, float, float, float], ...]
 
@@ -80,7 +82,8 @@ class Image:
 
     ``array``   along i, j, k, as nibabel has it; any strides, byte order and type of whole numbers (float too)
     ``affine``  4 x 4, from indices of voxels to their middles, in ``unit`` (millimetres unless told otherwise);
-                columns perpendicular; its world is right, anterior, superior, as nibabel's. Without one, ``spacing`` says how far voxels are apart
+                columns perpendicular; its world is right, anterior, superior, as nibabel's. Without one, ``spacing`` says how far voxels are apart:
+                "1 mm", three such, or numbers in a ``unit`` that is given
     ``labels``  which label is which material: a name of the library or a table of constants. Without it,
                 ``material`` is that of every voxel that is not 0
     ``fibre``   how fibres run, as ``fibre`` of scene files: a direction, or a mapping
@@ -92,18 +95,26 @@ class Image:
     affine: Optional[Any] = None
     labels: Optional[Mapping[int, Any]] = None
     material: Optional[Any] = None
-    spacing: Union[float, Tuple[float, float, float]] = 1.0
-    unit: str = "mm"
+    spacing: Union[float, str, Sequence[Union[float, str]]] = "1 mm"
+    unit: Optional[str] = None
     fibre: Optional[Any] = None
     coarsen: Union[int, Tuple[int, int, int]] = 1
     keys: Mapping[str, Any] = field(default_factory=dict)
 
     def rows(self) -> Rows:
-        """The affine in metres."""
+        """The affine in metres. @raises ValueError where a spacing has no unit"""
         if self.affine is not None:
-            return metres(self.affine, self.unit)
-        steps = np.ones(3) * np.asarray(self.spacing, dtype=np.float64)
-        return metres(np.diag([*steps, 1.0]), self.unit)
+            return metres(self.affine, self.unit or "mm")
+        given = [self.spacing] * 3 if isinstance(self.spacing, (int, float, str)) else list(self.spacing)
+        return metres(np.diag([*(self._metres(step) for step in given), 1.0]), "m")
+
+    def _metres(self, step: Union[float, str]) -> float:
+        if not isinstance(step, str) and self.unit is not None:
+            return metres(np.diag([float(step)] * 3 + [1.0]), self.unit)[0][0]
+        length = _core.length(step) if isinstance(step, str) else None
+        if length is None:
+            raise ValueError(f'spacing: expected a length such as "1 mm", or a number and unit=, found {step!r}')
+        return length
 
     def voxels(self) -> npt.NDArray[Any]:
         """The labels along i, j, k."""

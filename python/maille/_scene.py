@@ -6,6 +6,7 @@ import copy
 import itertools
 import os
 import re
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Callable, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple, Union
@@ -14,8 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core, _toml
-from ._answer import Answer, Floats, Progress, Record, compare
-from ._faults import SceneFaults
+from ._answer import Answer, Floats, Progress, Record, axes_of, compare, vectors_in
+from ._faults import MailleWarning, SceneFaults, existing
 from ._images import Image, Rows
 
 Table = Dict[str, Any]
@@ -42,7 +43,7 @@ def move(where: Where, *, by: Optional[Sequence[Length]] = None, axes: Optional[
     """Nodes that are put elsewhere, as ``[[move]]``.
 
     ``where`` as of ``hold``
-    ``by``    three lengths, numbers in metres or texts with a unit
+    ``by``    three lengths, such as ``"2 mm"``; bare numbers where the scene has ``units``
     ``axes``  components, such as ``xz``; all without it
     ``turn``  ``{"angle": "20 deg", "axis": (0, 0, 1), "about": ("1 mm", 0, 0)}``
     ``frame`` of ``by``, ``turn`` and places: ``grid`` (the body's own axes, default), ``world``, ``ras`` or ``lps``
@@ -62,7 +63,7 @@ def measure(name: str, **what: Any) -> Table:
 
 
 def box(cells: Sequence[int], spacing: Union[Length, Sequence[Length]], material: Any, **keys: Any) -> Table:
-    """A box of cells, as ``[specimen]``: one, two or three numbers of cells, their size, and what they are of."""
+    """A box of cells, as ``[specimen]``: one, two or three numbers of cells, their size ("1 mm"), and what they are of."""
     return {"shape": "box", "cells": list(cells), "spacing": spacing, "material": material, **keys}
 
 
@@ -101,10 +102,12 @@ class Scene:
     ``holds``, ``moves``, ``loads``, ``measures``  what ``hold``, ``move``, ``load_on`` and ``measure`` make
     ``drives``, ``sliding``  tables of ``[[drive]]`` and ``[[sliding]]``: ``{"between": [17, 19], "friction": 0.3}``
     ``limits``, ``relaxation``, ``test``, ``title``  as in scene files (docs/scene.md)
+    ``units``    of lengths and angles without one, as in scene files: ``"mm"``, ``"m, rad"``
     ``name``     of files and results
     ``folder``   where files that it names are looked for
 
-    Numbers without a unit are in SI: metres, radians, pascals. Nothing is read before the scene is first used.
+    Lengths and angles are texts with a unit, or ``units`` says what bare numbers are in; other bare numbers are in SI.
+    Nothing is read before the scene is first used.
     ``check`` then raises SceneFaults with every fault at once, and so does all else.
     """
 
@@ -113,11 +116,12 @@ class Scene:
                  measures: Iterable[Mapping[str, Any]] = (), *, drives: Iterable[Mapping[str, Any]] = (),
                  sliding: Iterable[Mapping[str, Any]] = (), limits: Optional[Mapping[str, Any]] = None,
                  relaxation: Optional[Mapping[str, Any]] = None, test: Optional[Mapping[str, Any]] = None,
-                 title: Optional[str] = None, name: str = "scene", folder: PathLike = ".") -> None:
+                 title: Optional[str] = None, units: Optional[str] = None, name: str = "scene",
+                 folder: PathLike = ".") -> None:
         self._image = specimen if isinstance(specimen, Image) else None
         table = specimen.table() if isinstance(specimen, Image) else dict(specimen)
         self._document: Table = _without_none(
-            units="m, rad", title=title, specimen=table, limits=limits, relaxation=relaxation, test=test,
+            units=units, title=title, specimen=table, limits=limits, relaxation=relaxation, test=test,
             hold=[dict(h) for h in holds] or None, move=[dict(m) for m in moves] or None,
             load=[dict(one) for one in loads] or None, measure=[dict(m) for m in measures] or None,
             drive=[dict(d) for d in drives] or None, sliding=[dict(pair) for pair in sliding] or None)
@@ -128,15 +132,15 @@ class Scene:
 
     @classmethod
     def from_dict(cls, document: Mapping[str, Any], *, name: str = "scene", folder: PathLike = ".") -> "Scene":
-        """A scene file as a mapping, keys as in the file. Numbers are in SI unless ``units`` says otherwise."""
+        """A scene file as a mapping, keys as in the file."""
         scene = cls({}, name=name, folder=folder)
-        scene._document = {"units": "m, rad", **copy.deepcopy(dict(document))}
+        scene._document = copy.deepcopy(dict(document))
         return scene
 
     @classmethod
     def from_file(cls, file: PathLike) -> "Scene":
-        """A scene file. @raises SceneFaults with every fault, its line and key."""
-        path = Path(file)
+        """A scene file. @raises FileNotFoundError; SceneFaults with every fault, its line and key."""
+        path = Path(existing(file))
         core = _core.read_scene(os.fspath(path))
         scene = cls({}, name=path.stem, folder=path.parent)
         scene._text = path.read_text(encoding="utf-8")
@@ -245,7 +249,7 @@ class Scene:
 
     def run(self, method: str = "coupled", *, tolerance: Optional[float] = None, threads: Optional[int] = None,
             seconds: Optional[float] = None, bytes: Optional[int] = None,
-            progress: Optional[Progress] = None) -> Answer:
+            progress: Optional[Progress] = None, frame: str = "world") -> Answer:
         """Answers the scene by one method; see ``maille.methods()``, and ``maille.fem`` for fem_q1 and fem_q2.
 
         ``tolerance`` estimated remaining error over the largest prescribed displacement, 0 to 1
@@ -253,17 +257,22 @@ class Scene:
         ``seconds``   a budget: what is there by then, with status budget_reached
         ``bytes``     memory that the method may take; what does not fit is refused before anything is allocated
         ``progress``  called some 20 times a second at most with the fraction done and what is being done
-        Other Python threads go on meanwhile. Ctrl-C stops it and raises KeyboardInterrupt; what
+        ``frame``     of the answer's arrays: ``world``, as of files and forces, or ``grid``, the image's own axes
+        What the command warns of is a MailleWarning, and in ``Answer.warnings``. Other Python threads go on meanwhile. Ctrl-C stops it and raises KeyboardInterrupt; what
         ``progress`` raises stops it too.
         """
         count = threads or os.cpu_count() or 1
         if method in FEM_METHODS:
             from . import fem
 
-            return fem.run(self, method, threads=count, seconds=seconds, progress=progress)
-        if method not in _core.methods():
+            answer = fem.run(self, method, threads=count, seconds=seconds, progress=progress).in_frame(frame)
+        elif method in _core.methods():
+            answer = Answer(self._built.run(method, tolerance, count, seconds, bytes, progress), self, frame)
+        else:
             raise ValueError(f"expected one of {', '.join([*_core.methods(), *FEM_METHODS])}, found {method!r}")
-        return Answer(self._built.run(method, tolerance, count, seconds, bytes, progress), self)
+        for warning in answer.warnings:
+            warnings.warn(warning, MailleWarning, stacklevel=2)
+        return answer
 
     def compare(self, methods: Sequence[str] = ("limits", "relaxed", "coupled"), *, reference: str = "coupled",
                 threads: Optional[int] = None, progress: Optional[Progress] = None) -> Comparison:
@@ -310,9 +319,9 @@ class Scene:
             _set(varied._document, key, value)
         return varied
 
-    def drag(self, *, threads: int = 1) -> "Drag":
-        """The body in somebody's hand, step by step, within the limits of its links; see ``Drag``."""
-        return Drag(self, threads)
+    def drag(self, *, threads: int = 1, frame: str = "world") -> "Drag":
+        """The body in a hand, step by step, within the limits of its links; ``frame`` as of ``run``. See ``Drag``."""
+        return Drag(self, threads, frame)
 
     # ---- files -------------------------------------------------------------------------------------------------
 
@@ -359,8 +368,9 @@ class Drag:
     where it was put until it is released. Two handles or more that turn together turn the body with them.
     """
 
-    def __init__(self, scene: Scene, threads: int = 1) -> None:
+    def __init__(self, scene: Scene, threads: int = 1, frame: str = "world") -> None:
         self._scene = scene
+        self._axes = axes_of(scene._built, frame)
         self._core = _core.Drag(scene._built, threads)
         self._nodes: Dict[str, npt.NDArray[np.int64]] = {}
 
@@ -375,11 +385,13 @@ class Drag:
         return np.asarray(where, dtype=np.int64)
 
     def move(self, where: Union[Where, Sequence[int], npt.NDArray[np.int64]], *, by: Sequence[Length]) -> Record:
-        """Puts nodes at a displacement from rest, three lengths [m]; says whether it was cut (``is_cut``).
+        """Puts nodes at a displacement from rest, three lengths [m] along the frame; says whether it was cut (``is_cut``).
 
         ``where`` a face, a region, or numbers of nodes (see ``Scene.nodes_in``)
         """
         x, y, z = (one if isinstance(one, float) else _metres(one) for one in by)
+        if self._axes is not None:
+            x, y, z = (float(one) for one in np.array((x, y, z)) @ self._axes)
         return self._core.move(self._numbers(where), (x, y, z))
 
     def release(self, where: Union[Where, Sequence[int], npt.NDArray[np.int64]]) -> None:
@@ -389,7 +401,7 @@ class Drag:
     @property
     def displacement(self) -> Floats:
         """As it is now [m]: array (nz, ny, nx, 3), as Answer.displacement; a copy, since the body goes on."""
-        return self._core.displacement
+        return vectors_in(self._axes, self._core.displacement)
 
     @property
     def residue(self) -> float:
@@ -412,29 +424,21 @@ def _parsed(text: str) -> Table:
     return tomllib.loads(text)
 
 
-_STEP = re.compile(r"([^.\[\]]+)(?:\[(\d+)\])?")
-
-
 def _set(document: Table, key: str, value: Any) -> None:
-    steps = key.split(".")
+    """At ``move[1].by``, lists counted from 1; ``move.0.by`` is the older form."""
+    steps = re.sub(r"\[([1-9]\d*)\]", lambda found: f".{int(found.group(1)) - 1}", key).split(".")
+    if not all(re.fullmatch(r"[^\[\]]+", step) for step in steps):
+        raise ValueError(f"expected a key such as move[1].by, found {key!r}")
     place: Any = document
-    for n, step in enumerate(steps):
-        found = _STEP.fullmatch(step)
-        if found is None:
-            raise ValueError(f"expected a key such as move[1].by, found {key!r}")
-        name, index = found.group(1), found.group(2)
-        is_last = n + 1 == len(steps)
-        if index is None and is_last:
-            place[name] = value
-            return
-        try:
-            place = place[name]
-            if index is not None and not is_last:
-                place = place[int(index) - 1]
-        except (KeyError, IndexError, TypeError):
-            raise ValueError(f"expected a key that the scene has, found {key!r}") from None
-        if index is not None and is_last:
-            place[int(index) - 1] = value
+    try:
+        for step in steps[:-1]:
+            place = place[int(step) if isinstance(place, list) else step]
+        last: Any = int(steps[-1]) if isinstance(place, list) else steps[-1]
+        if isinstance(place, list):
+            place[last]
+        place[last] = value
+    except (KeyError, IndexError, TypeError, ValueError):
+        raise ValueError(f"expected a key that the scene has, found {key!r}") from None
 
 
 def _figures(answer: Answer) -> Record:

@@ -44,32 +44,26 @@ def image_data(answer: "Answer", unit: str = "m") -> Any:
         array.SetName(name)
         data.AddArray(array)
 
+    answer = answer.in_frame("world")
     u = answer.displacement
     vectors = np.zeros((u[..., 0].size, 3))
     vectors[:, : u.shape[-1]] = u.reshape(-1, u.shape[-1])
-    add(grid.GetPointData(), "Displacement", scale * (vectors @ direction.T))
+    add(grid.GetPointData(), "Displacement", scale * vectors)
     cells = grid.GetCellData()
     material = core.material_id.reshape(-1)
     add(cells, "MaterialId", material)
     add(cells, "vtkGhostType", np.where(material == 255, _HIDDEN, 0).astype(np.uint8))
-    if core.labels is not None:
-        add(cells, "Label", core.labels.reshape(-1))
-    add(cells, "Strain", _turned(answer.strain.reshape(-1, 6), direction))
-    if answer._core.has_stress:
-        add(cells, "Stress", _turned(answer.stress.reshape(-1, 6), direction))
-        add(cells, "VonMises", answer.von_mises.reshape(-1))
+    has_stress = answer._core.has_stress
+    fields = {"Label": answer.label, "FiberDirection": answer.fibre_direction, "Strain": answer.strain,
+              "PrincipalStrain": answer.principal_strain, "FiberStrain": answer.fibre_strain,
+              "Stress": answer.stress if has_stress else None, "VonMises": answer.von_mises if has_stress else None,
+              "FiberStress": answer.fibre_stress if has_stress else None}
+    for name, values in fields.items():
+        if values is not None:
+            add(cells, name, values.reshape(material.size, -1) if values.size > material.size else values.reshape(-1))
     units = vtkStringArray()
     units.SetName("Units")
     units.InsertNextValue(f"{unit}, Pa")
     grid.GetFieldData().AddArray(units)
     return grid
 
-
-def _turned(tensors: Any, direction: Any) -> Any:
-    """R T R^T of symmetric tensors XX YY ZZ XY YZ XZ."""
-    place = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
-    full = np.empty((tensors.shape[0], 3, 3))
-    for n, (a, b) in enumerate(place):
-        full[:, a, b] = full[:, b, a] = tensors[:, n]
-    turned = direction @ full @ direction.T
-    return np.stack([turned[:, a, b] for a, b in place], axis=1)

@@ -10,6 +10,7 @@ import numpy as np
 
 from . import _core
 from ._answer import Floats, Record
+from ._faults import existing
 from ._scene import Length, PathLike, _metres
 
 Drive = Tuple[str, List[int], Tuple[float, float, float], Tuple[float, float, float], float,
@@ -56,7 +57,7 @@ class World:
     """
 
     def __init__(self, file: PathLike) -> None:
-        self._core = _core.World(os.fspath(file))
+        self._core = _core.World(existing(file))
         self._played = 0
 
     def __repr__(self) -> str:
@@ -104,7 +105,7 @@ class World:
 
         Between two frames the world can be looked at. @raises SceneFaults before the first frame
         """
-        trajectory = _core.Trajectory(os.fspath(file), self._core)
+        trajectory = _core.Trajectory(existing(file), self._core)
         return self._frames(trajectory, threads or os.cpu_count() or 1)
 
     def _frames(self, trajectory: _core.Trajectory, threads: int) -> Iterator[Frame]:

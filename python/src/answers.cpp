@@ -3,7 +3,10 @@
 #include "binding.hpp"
 #include "maille/deform/estimated_error.hpp"
 #include "maille/deform/solve.hpp"
-#include "maille/scene/mechanics/mechanics.hpp"
+#include "maille/scene/plausibility.hpp"
+
+#include <algorithm>
+#include <cmath>
 
 namespace maille::python {
 
@@ -97,13 +100,40 @@ std::vector<double> energies_of_cells(const AnswerHandle& handle) {
                                           : std::vector<double>{};
 }
 
-py::dict mechanics(const AnswerHandle& handle) {
-  require_displacement(handle);
-  Mechanics found;
-  {
-    const py::gil_scoped_release unlocked;
-    found = mechanics_of(handle.scene(), handle.answer, energies_of_cells(handle));
+const Mechanics& found_mechanics(AnswerHandle& handle) {
+  if (!handle.found) {
+    std::optional<Mechanics> made;
+    {
+      const py::gil_scoped_release unlocked;
+      made = mechanics_of(handle.scene(), handle.answer, energies_of_cells(handle));
+    }
+    if (!handle.found) // another thread may have been first
+      handle.found = std::move(made);
   }
+  return *handle.found;
+}
+
+/// As the command has them: of the question, and of the answer.
+std::vector<std::string> warnings(AnswerHandle& handle) {
+  const Scene& scene = handle.scene();
+  const Plausibility question = plausibility(scene);
+  std::vector<std::string> found = question.warnings;
+  if (!handle.has_displacement() || !has_stress(handle.answer.method))
+    return found;
+  double largest = 0;
+  for (std::int64_t node = 0; node < scene.specimen.grid.n_nodes(); ++node) {
+    const Vec3 u = handle.answer.displacement.at(node);
+    largest = std::max(largest, std::hypot(u[0], u[1], u[2]));
+  }
+  for (std::string& warning :
+       implausible_answer(scene, question, handle.answer.method, largest, found_mechanics(handle).body))
+    found.push_back(std::move(warning));
+  return found;
+}
+
+py::dict mechanics(AnswerHandle& handle) {
+  require_displacement(handle);
+  const Mechanics& found = found_mechanics(handle);
   py::dict out;
   out["holds"] = records_of(found.holds);
   out["moves"] = records_of(found.moves);
@@ -225,6 +255,7 @@ void bind_answers(py::module_& module) {
                                                  handle.cell_fields().von_mises.data(), 1);
                              })
       .def_property_readonly("has_stress", [](const Handle& a) { return has_stress(a.answer.method); })
+      .def("warnings", &warnings)
       .def("mechanics", &mechanics)
       .def("measures", &measures)
       .def("estimate", &estimate);

@@ -5,6 +5,7 @@
 #include "maille/scene/answer.hpp"
 #include "maille/scene/cell_fields.hpp"
 #include "maille/scene/measure/measure.hpp"
+#include "maille/scene/mechanics/mechanics.hpp"
 #include "maille/scene/scene_builder.hpp"
 
 #include <pybind11/functional.h>
@@ -34,7 +35,8 @@ struct SceneHandle {
 struct AnswerHandle {
   std::shared_ptr<const SceneAndMeasures> asked;
   Answer answer;
-  std::optional<CellFields> fields{}; ///< once somebody has asked
+  std::optional<CellFields> fields{}; ///< once they were asked for, as the next
+  std::optional<Mechanics> found{};
   const Scene& scene() const { return asked->scene; }
   bool has_displacement() const { return !answer.displacement.empty(); }
   const CellFields& cell_fields();

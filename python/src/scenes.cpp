@@ -250,6 +250,22 @@ void bind_scenes(py::module_& module) {
                                return world == WorldAxes::ras ? "ras" : world == WorldAxes::lps ? "lps" : "";
                              })
       .def_property_readonly("node_affine", [](const SceneHandle& s) { return node_affine(s.scene()); })
+      .def_property_readonly("direction",
+                             [](const SceneHandle& s) { return s.scene().specimen.placement.direction; })
+      .def_property_readonly(
+          "fibres",
+          [](const SceneHandle& s) -> py::object {
+            if (!s.scene().has_fibres())
+              return py::none();
+            const Specimen& body = s.scene().specimen;
+            auto shape = shape_of(body.grid, body.grid.cells());
+            shape.push_back(3);
+            py::array_t<double> fibres(shape);
+            double* to = fibres.mutable_data();
+            for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
+              to = std::ranges::copy(body.is_matter(cell) ? body.fibre_of(cell) : Vec3{}, to).out;
+            return fibres;
+          })
       .def_property_readonly("materials",
                              [](const SceneHandle& s) {
                                std::vector<std::string> names;

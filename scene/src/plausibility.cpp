@@ -1,14 +1,19 @@
 #include "maille/scene/plausibility.hpp"
 
 #include "maille/scene/block_frames.hpp"
+#include "maille/scene/voxel_map.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <map>
+#include <numbers>
 
 namespace maille {
 
@@ -208,6 +213,89 @@ std::string size_in_words(const Scene& scene, const Vec3& size) {
   return text + " " + unit.name;
 }
 
+namespace {
+
+/// `right-left` of a line, `left` of an arrow, and how far off it is; empty where the image does not say where
+/// the patient is.
+std::string in_patient(const Specimen& body, const Vec3& direction, bool is_arrow) {
+  constexpr std::array<std::array<const char*, 3>, 3> names{{{"left", "right", "right-left"},
+                                                             {"posterior", "anterior", "anterior-posterior"},
+                                                             {"inferior", "superior", "inferior-superior"}}};
+  if (body.placement.world == WorldAxes::unknown)
+    return "";
+  const Vec3 world = to_world(body.placement, direction);
+  std::size_t most = 0;
+  for (std::size_t a = 1; a < 3; ++a)
+    most = std::abs(world[a]) > std::abs(world[most]) ? a : most;
+  const bool is_ras = body.placement.world == WorldAxes::ras || most == 2;
+  const double cosine = std::min(1.0, std::abs(world[most]) / norm(world));
+  const double off = std::acos(cosine) * 180 / std::numbers::pi;
+  const std::string name = names[most][!is_arrow ? 2 : (world[most] > 0) == is_ras ? 1 : 0];
+  return off < 1 ? name : fmt::format("{}, {:.0f} deg off", name, off);
+}
+
+/// `x` or `-z` of the grid, or three numbers.
+std::string in_grid(const Vec3& direction, bool is_arrow) {
+  const double size = norm(direction);
+  for (std::size_t a = 0; a < 3; ++a)
+    if (std::abs(direction[a]) > (1 - 1e-9) * size)
+      return fmt::format("{}{} of the grid", is_arrow && direction[a] < 0 ? "-" : "", "xyz"[a]);
+  return fmt::format("({:.3g}, {:.3g}, {:.3g}) of the grid", direction[0] / size, direction[1] / size,
+                     direction[2] / size);
+}
+
+/// The direction that is nearest to those of all cells of matter.
+Vec3 mean_fibre(const Specimen& body) {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
+    if (const Vec3 f = body.fibre_of(cell); body.is_matter(cell))
+      sum += Eigen::Vector3d(f[0], f[1], f[2]) * Eigen::RowVector3d(f[0], f[1], f[2]);
+  const Eigen::Vector3d mean = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(sum).eigenvectors().col(2);
+  return {mean[0], mean[1], mean[2]};
+}
+
+/// A line a direction, and what the border of an image cuts off.
+std::string directions_in_words(const Scene& scene) {
+  const Specimen& body = scene.specimen;
+  std::string text;
+  const auto add = [&](const char* words, const Vec3& direction, bool is_arrow) {
+    const std::string patient = in_patient(body, direction, is_arrow), grid = in_grid(direction, is_arrow);
+    text += patient.empty() ? fmt::format("\n{} along {}", words, grid)
+            : is_arrow      ? fmt::format("\n{} to {} ({})", words, patient, grid)
+                            : fmt::format("\n{} along {}: {}", words, grid, patient);
+  };
+  if (scene.has_fibres())
+    add(body.fibres.empty() ? "fibres" : "fibres, on average,",
+        body.fibres.empty() ? body.fibre : mean_fibre(body), false);
+  if (scene.gravity != Vec3{})
+    add("gravity points", scene.gravity, true);
+  if (body.tissue.empty() || body.image.empty())
+    return text;
+  const ImageInfo info = read_image_info(body.image);
+  const auto blocks = voxel_blocks(info, body);
+  if (!blocks)
+    return text;
+  double cut = 0, all = 0;
+  for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell) {
+    const Index3 at = body.grid.cell_at(cell);
+    bool is_at_border = false;
+    for (std::size_t a = 0; a < static_cast<std::size_t>(body.grid.dimension()); ++a) {
+      const int first = blocks->first[a] + at[a] * blocks->per_cell[a];
+      is_at_border = is_at_border || first <= 0 || first + blocks->per_cell[a] >= info.size[a];
+    }
+    const double tissue = body.is_matter(cell) ? body.tissue_of(cell) : 0;
+    all += tissue;
+    cut += is_at_border ? tissue : 0;
+  }
+  const auto cells = static_cast<double>(body.n_matter_cells());
+  text += fmt::format("\ntissue is {} of the volume of its cells", percent(all / cells));
+  if (cut > 0)
+    text += fmt::format("; {} of it is at the image's border, beyond which is void", percent(cut / all));
+  return text;
+}
+
+} // namespace
+
 std::string in_words(const Scene& scene, const Plausibility& found) {
   std::string text = "size " + size_in_words(scene, found.size);
   if (found.largest_move > 0)
@@ -217,7 +305,7 @@ std::string in_words(const Scene& scene, const Plausibility& found) {
     text += "; mean strain " + percent(*found.mean_strain);
   if (found.strain_of_loads)
     text += "; loads over stiffness " + percent(*found.strain_of_loads);
-  return text;
+  return text + directions_in_words(scene);
 }
 
 } // namespace maille

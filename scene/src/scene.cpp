@@ -174,9 +174,23 @@ LimitSource Scene::limit_source() const {
   return all_have_some ? LimitSource::material : LimitSource::taut;
 }
 
+// Axis 3 is the part across the fibre of the first reference that is not along it: the normal of a plane scene,
+// the world's z (up, in a patient), the world's x. So the axes do not depend on how an image is stored, and a
+// fibre that is turned round turns axis 2 round alone, which no stiffness feels.
 Eigen::Matrix3d Scene::material_axes(std::int64_t cell) const {
-  const Vec3 f = specimen.fibre_of(cell);
-  return axes_from_fibre({f[0], f[1], f[2]});
+  constexpr double least_sine = 1e-3; // below, rounding of the fibre would turn the axes
+  const auto vector = [](const Vec3& v) { return Eigen::Vector3d(v[0], v[1], v[2]); };
+  const auto& to_world = specimen.placement.direction;
+  const Eigen::Vector3d fibre = vector(specimen.fibre_of(cell)).stableNormalized();
+  const std::array references{dimension() < 3 ? Eigen::Vector3d(0, 0, 1) : vector(to_world[2]),
+                              vector(to_world[0]), vector(to_world[2])};
+  Eigen::Vector3d across = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < references.size() && across.norm() < least_sine; ++i)
+    across = references[i] - fibre * fibre.dot(references[i]);
+  across.normalize();
+  Eigen::Matrix3d axes;
+  axes << fibre, across.cross(fibre), across;
+  return axes;
 }
 
 Matrix6 Scene::object_stiffness(std::int64_t cell) const {

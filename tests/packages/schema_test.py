@@ -65,6 +65,7 @@ TABLES = {
     MATERIAL + "/properties/damage": [
         scene(BOX.replace('"muscle/soleus"', f"{{ youngs_modulus = '10 kPa', poisson_ratio = 0.3, damage = {{ stretch = 1.4{INSIDE} }} }}"))],
     "definitions/fibre/anyOf/1": [
+        scene(BOX + f'fibre = {{ direction = [0, 0, 1], frame = "grid"{INSIDE} }}\n'),
         scene(BOX + f'fibre = {{ angle = "20 deg", plane = "xz"{INSIDE} }}\n'),
         scene(BOX + f'fibre = {{ angle = "20 deg", plane = "xz", bipennate = true{INSIDE} }}\n'),
         scene(BOX + f'fibre = {{ curve = [[0, 0, 0], ["1 mm", 0, 0]]{INSIDE} }}\n'),

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import maille
-from conftest import STRIP, label_scene, two_labels
+from conftest import AFFINE, STRIP, label_scene, two_labels
 
 
 def resident():
@@ -200,13 +200,58 @@ def test_vtk_contract_has_the_arrays_in_the_worlds_frame():
     answer = label_scene(two_labels()).run()
     grid = answer.to_vtk()
     u = vtk_to_numpy(grid.GetPointData().GetArray("Displacement"))
-    ours = answer.displacement.reshape(-1, 3)
+    ours = answer.in_frame("grid").displacement.reshape(-1, 3)
     affine = answer.scene.node_affine
     direction = affine[:3, :3] / np.linalg.norm(affine[:3, :3], axis=0)
-    assert u == pytest.approx(ours @ direction.T)
+    assert u == pytest.approx(ours @ direction.T) and u == pytest.approx(answer.displacement.reshape(-1, 3))
+    cells = grid.GetCellData()
+    assert {cells.GetArrayName(i) for i in range(cells.GetNumberOfArrays())} == {
+        "MaterialId", "Label", "FiberDirection", "Strain", "PrincipalStrain", "FiberStrain", "Stress", "VonMises",
+        "FiberStress", "vtkGhostType"}
     assert np.array(grid.GetPoint(5)) == pytest.approx((affine @ [5, 0, 0, 1])[:3])
     stress = vtk_to_numpy(grid.GetCellData().GetArray("Stress"))
     assert stress[:, :3].sum(axis=1) == pytest.approx(answer.stress.reshape(-1, 6)[:, :3].sum(axis=1))
+
+
+def test_arrays_oracle_do_not_depend_on_how_the_image_is_stored():
+    """Truth: the same voxels in another order, their affine with them."""
+    first, second = two_labels(), np.ascontiguousarray(two_labels().transpose(2, 0, 1)[::-1])
+    to_first = np.array([[0, 1, 0, 0], [0, 0, 1, 0], [-1, 0, 0, first.shape[2] - 1], [0, 0, 0, 1]])
+    orthotropic = {"E": ["60 kPa", "40 kPa", "5 kPa"], "nu": [0.2] * 3, "G": ["8 kPa", "6 kPa", "4 kPa"]}
+
+    def answered(labels, affine, sign):
+        return maille.Scene(
+            maille.Image(labels, affine=affine, labels={17: orthotropic, 5: "muscle/soleus"},
+                         fibre={"direction": [0.6 * sign, 0.5 * sign, 0.62 * sign], "frame": "ras"}),
+            holds=[maille.hold("inferior")], moves=[maille.move("superior", by=(0, "0.1 mm", "0.3 mm"), frame="ras")],
+            relaxation={"tolerance": 1e-9}).run()
+
+    one, other = answered(first, AFFINE, 1), answered(second, AFFINE @ to_first, -1)
+    for name in ("displacement", "strain", "stress", "von_mises", "principal_strain", "fibre_strain", "fibre_stress",
+                 "fibre_direction", "label"):
+        ours = getattr(one, name)
+        theirs = np.transpose(getattr(other, name), (2, 0, 1, 3)[: ours.ndim])[::-1]  # stored along -z, x, y
+        assert np.abs(ours - theirs).max() <= 1e-6 * np.abs(ours).max(), name
+    assert one.labels[0]["fibre_strain_mean"] == pytest.approx(one.fibre_strain[one.label == 5].mean())
+    grid = one.in_frame("grid")
+    assert grid.frame == "grid" and not np.allclose(grid.displacement, one.displacement)
+    assert np.linalg.norm(grid.displacement, axis=-1) == pytest.approx(np.linalg.norm(one.displacement, axis=-1))
+
+
+def test_warnings_oracle_are_the_commands(tmp_path):
+    """Truth: what `run --json` warns of."""
+    file = tmp_path / "far.toml"
+    file.write_text(STRIP.replace("0.4 mm", "8 mm"))
+    with pytest.warns(maille.MailleWarning, match="mean strain of 100 %"):
+        answer = maille.load(file).run()
+    command = os.environ.get("MAILLE_COMMAND", "")
+    if os.path.exists(command):
+        run = subprocess.run([command, "run", str(file), "--json"], capture_output=True, text=True, check=True)
+        assert answer.warnings == json.loads(run.stdout)["warnings"]
+    limits = maille.load(file).run("limits")
+    for name in ("stress", "von_mises", "fibre_stress"):
+        with pytest.raises(ValueError, match="knows stress"):
+            getattr(limits, name)
 
 
 def test_help_contract_says_shapes_and_units():

@@ -55,7 +55,7 @@ def shifted(by):
     spacing = np.linalg.norm(AFFINE[:3, :3], axis=0)
     move = [float(1e-3 * n * s) for n, s in zip(by, spacing)]
     scene = maille.Scene(maille.Image(labels, affine=AFFINE, material="muscle/soleus", fibre=(1, 0, 0)),
-                         moves=[maille.move({"box": [[-1, -1, -1], [1, 1, 1]]}, by=move)])
+                         moves=[maille.move({"box": [[-1, -1, -1], [1, 1, 1]]}, by=move)], units="m")
     return labels, scene.run("coupled"), step
 
 

@@ -57,7 +57,7 @@ def test_scenes_oracle_a_mapping_is_the_file(strip):
     """Truth: the file's own answer."""
     by_file = maille.load(strip).run("relaxed", threads=1)
     scene = maille.Scene(maille.box((8, 4, 4), "1 mm", {"youngs_modulus": "10 kPa", "poisson_ratio": 0.3}),
-                         holds=[maille.hold("x-")], moves=[maille.move("x+", by=(0.0004, 0, 0))])
+                         holds=[maille.hold("x-")], moves=[maille.move("x+", by=("0.4 mm", 0, 0))])
     assert np.array_equal(scene.run("relaxed", threads=1).displacement, by_file.displacement)
     again = maille.Scene.from_dict(maille.load(strip).document())
     assert np.array_equal(again.run("relaxed", threads=1).displacement, by_file.displacement)
@@ -95,7 +95,7 @@ def test_scenes_contract_sizes_and_warnings(strip):
 
 def test_scenes_contract_moves_that_turn_and_regions_are_those_of_files():
     scene = maille.Scene(maille.Image(two_labels(), affine=AFFINE, material="muscle/soleus", fibre=(1, 0, 0)),
-                         holds=[maille.hold({"box": [[0, 0, 0], [1, 1, "4 mm"]]})],
+                         holds=[maille.hold({"box": [[0, 0, 0], ["1 m", "1 m", "4 mm"]]})],
                          moves=[maille.move("z+", turn={"angle": "3 deg", "axis": [0, 0, 1]})])
     u = scene.run("coupled").displacement
     assert np.abs(u[-1, 0, 0, :2]).max() > 1e-5 and np.abs(u[0]).max() == 0
@@ -125,8 +125,31 @@ def test_studies_contract_a_record_a_case_and_method(strip):
     assert [row["method"] for row in rows] == ["coupled", "relaxed"] * 2
     assert rows[2]["force_x"] == pytest.approx(2 * rows[0]["force_x"], rel=1e-3)
     assert scene.document()["move"][0]["by"][0] == "0.4 mm"
-    with pytest.raises(ValueError, match="expected a key that the scene has"):
-        scene.study({"move[2].by": [[0, 0, 0]]})
+    for key in ("move[2].by", "move[0].by", "move.1.by", "move[1].by[4]", "move.by"):
+        with pytest.raises(ValueError, match="expected a key"):
+            scene.study({key: [[0, 0, 0]]})
+    for key in ("move[1].by[1]", "move.0.by.0"):  # counted from 1, and the older form
+        assert scene.with_values({key: "0.2 mm"}).document()["move"][0]["by"] == ["0.2 mm", 0, 0]
+
+
+def test_units_contract_a_bare_length_is_refused_unless_units_are_given(tmp_path):
+    plain, solid = np.ones((3, 3, 3), dtype=np.uint8), {"youngs_modulus": "10 kPa", "poisson_ratio": 0.3}
+    with pytest.raises(maille.SceneFaults, match="specimen.spacing: expected a length"):
+        maille.Scene(maille.box((3, 3, 3), 1, solid), holds=[maille.hold("x-")]).check()
+    with pytest.raises(ValueError, match="spacing: expected a length"):
+        maille.Scene(maille.Image(plain, material=solid, spacing=1), holds=[maille.hold("x-")]).check()
+    for body in (maille.box((3, 3, 3), 1, solid), maille.Image(plain, material=solid, spacing=1, unit="mm"),
+                 maille.Image(plain, material=solid, spacing="1 mm")):
+        for units, by in ((None, 2), ("mm", 2)):
+            scene = maille.Scene(body, holds=[maille.hold("x-")], moves=[maille.move("x+", by=(by, 0, 0))], units=units)
+            if units is None:
+                with pytest.raises(maille.SceneFaults, match="expected a length"):
+                    scene.check()
+            else:
+                assert scene.check().largest_move == pytest.approx(2e-3) and scene.spacing == pytest.approx((1e-3,) * 3)
+    for read in (maille.load, maille.World):
+        with pytest.raises(FileNotFoundError):
+            read(tmp_path / "none.toml")
 
 
 def test_comparisons_contract_rows_and_errors(strip):
@@ -150,14 +173,14 @@ def test_scenes_oracle_frames_and_sliding_borders_are_those_of_files(tmp_path):
     by_array = scene.run("coupled", threads=1).displacement
     assert np.allclose(maille.load(file).run("coupled", threads=1).displacement, by_array, atol=1e-9)
     prescribed = by_array[:, :, -1].reshape(-1, 3)
-    assert np.allclose(prescribed, np.array([0.8 * 0.1 + 0.6 * 0.2, -0.6 * 0.1 + 0.8 * 0.2, 0]) * 1e-3)
+    assert np.allclose(prescribed, [1e-4, 2e-4, 0])
 
 
 def test_scenes_contract_what_drives_a_bone_is_that_of_files():
     scene = maille.Scene(
         maille.Image(two_labels(), affine=AFFINE, labels={17: "muscle/soleus", 5: "bone/cortical_tibia"}, fibre=(1, 0, 0)),
         holds=[maille.hold("z-")], drives=[{"label": 5, "by": ["0.1 mm", 0, 0]}])
-    u = scene.run("coupled", threads=1).displacement
+    u = scene.run("coupled", threads=1, frame="grid").displacement
     assert np.allclose(u[-1, ..., 0], 1e-4)
 
 

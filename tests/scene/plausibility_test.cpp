@@ -3,6 +3,7 @@
 
 #include "maille/materials/fault.hpp"
 #include "maille/scene/read_scene.hpp"
+#include "maille/scene/scene_builder.hpp"
 #include "maille/scene/world/world_scene.hpp"
 
 #include <gtest/gtest.h>
@@ -166,6 +167,44 @@ TEST(PlausibilityContract, ShippedScenesDrawNoWarning) {
         ADD_FAILURE() << entry.path() << ": " << warning;
     }
   std::cout << "shipped_warnings " << shipped_warnings << '\n';
+}
+
+// Truth: an image that is stored superior, right, anterior-reversed.
+TEST(PlausibilityOracle, FibresAndGravityPointInThePatient) {
+  const auto words = [](const std::string& fibre, const std::string& load, WorldAxes world) {
+    const Affine affine{{{0, 1e-3, 0, 0}, {0, 0, -1e-3, 0}, {1e-3, 0, 0, 0}, {0, 0, 0, 1}}};
+    const Scene scene =
+        SceneBuilder()
+            .labels(std::vector<std::uint8_t>(27, 1), ArrayLayout::x_fastest({3, 3, 3}), affine)
+            .world(world)
+            .keys("[specimen]\nmaterial = \"muscle/soleus\"\n" + fibre +
+                  "\n[[hold]]\nwhere = \"x-\"\n[[load]]\n" + load)
+            .build();
+    return in_words(scene, plausibility(scene));
+  };
+  const auto has = [](const std::string& text, const std::string& part) {
+    EXPECT_NE(text.find(part), std::string::npos) << part << "\nin\n" << text;
+  };
+  const std::string plain = words("fibre = [1, 0, 0]", "gravity = [9.81, 0, 0]", WorldAxes::ras);
+  has(plain, "\nfibres along x of the grid: inferior-superior");
+  has(plain, "\ngravity points to superior (x of the grid)");
+  const std::string asked = words("fibre = { direction = [0, 3, 0], frame = \"lps\" }",
+                                  "gravity = [0, 1, 0]\nframe = \"lps\"", WorldAxes::ras);
+  has(asked, "fibres along z of the grid: anterior-posterior");
+  has(asked, "gravity points to posterior (z of the grid)");
+  has(words("fibre = { angle = \"30 deg\", plane = \"zx\", frame = \"world\" }", "gravity = [0, -1, 0]",
+            WorldAxes::lps),
+      "inferior-superior, 30 deg off");
+  has(words("fibre = [1, 0, 0]", "gravity = [0, -1, 0]", WorldAxes::lps),
+      "gravity points to right (-y of the grid)");
+  has(words("fibre = [1, 0, 0]", "gravity = [0, -1, 0]", WorldAxes::unknown),
+      "gravity points along -y of the grid");
+  EXPECT_THROW(
+      words("fibre = { direction = [0, 3, 0], frame = \"ras\" }", "gravity = [1, 0, 0]", WorldAxes::unknown),
+      InputError);
+  EXPECT_THROW(
+      words("fibre = { direction = [0, 0, 0], frame = \"ras\" }", "gravity = [1, 0, 0]", WorldAxes::ras),
+      InputError);
 }
 
 PartMechanics strained_by(double percentile_5, double percentile_95) {

@@ -190,12 +190,11 @@ OrFault<Region> end_of_label(const std::vector<std::int64_t>& cells, std::string
   for (const std::int64_t cell : piece)
     for (int corner = 0; corner < body.grid.corners_per_cell(); ++corner)
       top = std::max(top, height(body.grid.corner(body.grid.cell_at(cell), corner)));
-  const double rounding = 1e-6 * body.grid.spacing()[0];
+  const double lowest = top - depth - place_tolerance(body);
   std::vector<std::int64_t> nodes;
   for (const std::int64_t cell : cells)
     for (int corner = 0; corner < body.grid.corners_per_cell(); ++corner)
-      if (const std::int64_t node = body.grid.corner(body.grid.cell_at(cell), corner);
-          height(node) >= top - depth - rounding)
+      if (const std::int64_t node = body.grid.corner(body.grid.cell_at(cell), corner); height(node) >= lowest)
         nodes.push_back(node);
   std::vector<Region> both;
   both.push_back(Region::of_cells(body.grid, cells));

@@ -101,6 +101,12 @@ Region Region::outside(Region part) {
   return joined(Kind::outside, {std::move(part)});
 }
 
+double place_tolerance(const Specimen& body) {
+  constexpr double of_a_spacing = 1e-4;
+  const Vec3& spacing = body.grid.spacing();
+  return of_a_spacing * *std::min_element(spacing.begin(), spacing.begin() + body.grid.dimension());
+}
+
 template<class IsIn>
 bool Region::join(IsIn&& is_in) const {
   if (kind_ == Kind::outside)
@@ -109,16 +115,13 @@ bool Region::join(IsIn&& is_in) const {
 }
 
 bool Region::contains(const Specimen& body, const Index3& node) const {
-  // A corner that a person writes as 0.3 and the grid as 3 * 0.1 is the same corner.
-  constexpr double rounding = 1e-6;
-  const auto is_between = [&](const Vec3& x, int n_axes, const auto& tolerance) {
+  const double tolerance = place_tolerance(body);
+  const auto is_between = [&](const Vec3& x, int n_axes) {
     for (std::size_t a = 0; a < static_cast<std::size_t>(n_axes); ++a)
-      if (x[a] < low_[a] - tolerance(a) || x[a] > high_[a] + tolerance(a))
+      if (x[a] < low_[a] - tolerance || x[a] > high_[a] + tolerance)
         return false;
     return true;
   };
-  const Vec3& spacing = body.grid.spacing();
-  const double smallest = *std::min_element(spacing.begin(), spacing.begin() + body.grid.dimension());
   switch (kind_) {
   case Kind::numbered:
     return std::ranges::binary_search(numbers_, body.grid.node(node));
@@ -127,15 +130,12 @@ bool Region::contains(const Specimen& body, const Index3& node) const {
     return node[a] == (upper_ ? body.grid.nodes()[a] - 1 : 0);
   }
   case Kind::box:
-    return is_between(body.position(node), body.grid.dimension(),
-                      [&](std::size_t a) { return rounding * spacing[a]; });
+    return is_between(body.position(node), body.grid.dimension());
   case Kind::placed_box:
-    return is_between(point_in_world(placement_, body.position(node)), 3,
-                      [&](std::size_t) { return rounding * smallest; });
+    return is_between(point_in_world(placement_, body.position(node)), 3);
   case Kind::sphere: {
     const Vec3 x = body.position(node);
-    return std::hypot(x[0] - centre_[0], x[1] - centre_[1], x[2] - centre_[2]) <=
-           radius_ + rounding * smallest;
+    return std::hypot(x[0] - centre_[0], x[1] - centre_[1], x[2] - centre_[2]) <= radius_ + tolerance;
   }
   default:
     return join([&](const Region& part) { return part.contains(body, node); });

@@ -144,7 +144,7 @@ std::vector<std::int64_t> nodes_near(const std::vector<Triangle>& triangles, dou
                                      const Specimen& body) {
   const Grid& grid = body.grid;
   const BoxTree tree(triangles);
-  const double reach = within * (1 + 1e-9);
+  const double reach = within + place_tolerance(body);
   std::vector<std::int64_t> nodes;
   for (std::int64_t node = 0; node < grid.n_nodes(); ++node) {
     const Vec3 at = body.position(grid.node_at(node));

@@ -415,7 +415,37 @@ LayeredImage::LayeredImage(const std::filesystem::path& file) : path_(file) {
   info_ = file_->info;
 }
 
+LayeredImage LayeredImage::padded(const Index3& voids) const {
+  LayeredImage around = *this;
+  around.voids_ = voids;
+  for (std::size_t a = 0; a < 3; ++a) {
+    around.info_.size[a] += 2 * voids[a];
+    for (std::size_t r = 0; r < 3; ++r)
+      around.info_.origin[r] -= voids[a] * info_.spacing[a] * info_.direction[r][a];
+  }
+  return around;
+}
+
 LayerWindow LayeredImage::open(int layers) const {
+  if (voids_ != Index3{}) {
+    LayeredImage bare = *this;
+    bare.voids_ = {};
+    bare.info_ = whole_ ? whole_->info : file_->info;
+    const auto inside = std::make_shared<LayerWindow>(bare.open(layers));
+    return {
+        info_, [inside, voids = voids_, width = info_.size[0],
+                n = info_.size[0] * std::ptrdiff_t{info_.size[1]}](int layer, std::vector<float>& values) {
+          values.insert(values.end(), static_cast<std::size_t>(n), NAN);
+          const Index3& size = inside->info().size;
+          const int k = layer - voids[2];
+          if (k < 0 || k >= size[2])
+            return;
+          inside->move_to(k, k + 1);
+          auto from = inside->layer(k).begin();
+          for (int j = 0; j < size[1]; ++j, from += size[0])
+            std::copy_n(from, size[0], values.end() - n + voids[0] + std::ptrdiff_t{width} * (j + voids[1]));
+        }};
+  }
   if (whole_)
     return LayerWindow(*whole_);
   image_formats::Faults faults(path_.string());

@@ -93,8 +93,10 @@ LabelCells::LabelCells(const LayeredImage& image, const std::vector<LabelRange>&
 /// @param values memory of the caller
 float LabelCells::label_of(std::int64_t cell, const LayerWindow& voxels, std::vector<float>& values) const {
   const VoxelBlock own = block_of(cell, 0);
-  const float first = voxels[own.first_voxel(info().size)];
-  bool are_equal = true;
+  bool are_equal = true; // and there: a smooth surface may pass beyond the image's border
+  for (std::size_t a = 0; a < 3; ++a)
+    are_equal &= own.low[a] < own.high[a];
+  const float first = are_equal ? voxels[own.first_voxel(info().size)] : 0;
   own.for_each_row(info().size, [&](std::size_t voxel, std::size_t end) {
     for (; voxel < end; ++voxel)
       are_equal &= voxels[voxel] == first;

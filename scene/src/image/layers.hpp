@@ -80,9 +80,12 @@ public:
   /// @pre one value a voxel
   /// @throws InputError where so many layers do not fit into memory, by the header; the window, as read_image
   LayerWindow open(int layers) const;
+  /// The same with so many voxels of void, which are NaN, on both sides along each axis.
+  LayeredImage padded(const Index3& voids) const;
 
 private:
   ImageInfo info_;
+  Index3 voids_{};
   const Image* whole_ = nullptr;
   std::filesystem::path path_;
   std::shared_ptr<const image_formats::OpenImage> file_;

@@ -185,6 +185,17 @@ LayerWindow shares_of_grey(LayerWindow image, double none, double full) {
   });
 }
 
+Index3 voids_around(const ImageInfo& info, double width, const Index3& coarsen) {
+  Index3 voids{};
+  const std::size_t n_axes = info.size[2] > 1 ? 3 : 2;
+  for (std::size_t a = 0; a < n_axes;
+       ++a) { // what the first mean reaches, and what the surface may pass into
+    const int voxels = static_cast<int>(std::min(std::ceil(3 * width / info.spacing[a]), 1e6)) + 2;
+    voids[a] = (voxels + coarsen[a] - 1) / coarsen[a] * coarsen[a];
+  }
+  return voids;
+}
+
 LayerWindow shares_of_smoothed(LayerWindow labels, double width) {
   const ImageInfo info = labels.info();
   const auto smoothing = std::make_shared<const Smoothing>(info, width);

@@ -11,10 +11,14 @@ LayerWindow shares_of_labels(LayerWindow image, const std::vector<LabelRange>& r
 LayerWindow shares_of_grey(LayerWindow image, double none, double full);
 /// The part of each voxel within the smooth surface that a segmentation stands for: where twice the labels'
 /// Gaussian mean less its own mean, whose surface is off by the fourth power of the width only, is above 1/2,
-/// found at 4 x 4 x 4 points of a voxel between which it is linear. The border of the image is no surface.
-/// @param width standard deviation of the Gaussian [m], > 0
+/// found at 4 x 4 x 4 points of a voxel between which it is linear.
+/// @param labels with voids_around() of void on all sides: values go on beyond the border
+/// @param width  standard deviation of the Gaussian [m], > 0
 /// Cost  some 10 ns a voxel and voxel of width; at most some 24 layers of float32 a voxel of width
 LayerWindow shares_of_smoothed(LayerWindow labels, double width);
+/// How many voxels of void it takes around an image so that its border plays no part, in whole cells; none
+/// across a plane scene.
+Index3 voids_around(const ImageInfo& info, double width, const Index3& coarsen);
 
 /// Fills the body's cells of which at least `least` is tissue: `tissue`, and of cells that hold no matter so
 /// far the material that most voxels of matter around them have; takes the matter from those that have less.

@@ -7,10 +7,9 @@ namespace maille {
 
 namespace {
 
-/// In cells from node 0 along an axis; a point that a person writes as 0.3 and the grid as 3 * 0.1 is on the
-/// same border.
+/// In cells from node 0 along an axis; a point that a viewer shows on a border is on it, as of regions.
 double in_cells(const Specimen& body, const Vec3& place, std::size_t axis) {
-  constexpr double tolerance = 1e-6;
+  constexpr double tolerance = 1e-4;
   const double at = (place[axis] - body.origin[axis]) / body.grid.spacing()[axis];
   return std::abs(at - std::round(at)) < tolerance ? std::round(at) : at;
 }

@@ -65,7 +65,7 @@ double share_beyond(std::span<const double> sizes, std::span<const double> norma
 BeyondPlane::BeyondPlane(const Specimen& specimen, const SectionPlane& plane)
     : body_(specimen), plane_(plane) {
   const Vec3& h = body_.grid.spacing();
-  rounding_ = 1e-6 * *std::min_element(h.begin(), h.begin() + body_.grid.dimension());
+  rounding_ = 1e-4 * *std::min_element(h.begin(), h.begin() + body_.grid.dimension());
 }
 
 double BeyondPlane::distance(std::int64_t node) const {

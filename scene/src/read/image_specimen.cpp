@@ -1,5 +1,6 @@
 #include "conditions/region.hpp"
 #include "image/label_cells.hpp"
+#include "image/partial_volume.hpp"
 #include "maille/scene/image.hpp"
 #include "maille/scene/named_segments.hpp"
 #include "maille/scene/read_scene.hpp"
@@ -267,12 +268,19 @@ bool read_image_specimen(TableReader& table, const std::filesystem::path& folder
     return false;
   try {
     auto image = given ? LayeredImage(*given) : labels_of(*file, *coarsen, path, line, faults);
-    if (!image || !cells_fit(image->info(), *coarsen, path, line, faults))
+    if (!image)
       return false;
     if (table.has("labels"))
       image->round_to(single_labels(ranges));
+    // What lies beyond the image is void, as in a larger image of the same body.
+    const bool is_smooth = partial && partial->from == PartialVolume::From::smooth && partial->width > 0;
+    const Index3 voids = is_smooth ? voids_around(image->info(), partial->width, *coarsen) : Index3{};
+    const LayeredImage around = image->padded(voids);
+    if (!cells_fit(around.info(), *coarsen, path, line, faults))
+      return false;
     LabelCensus census(ranges);
-    fill_cells(*image, *coarsen, ranges, census, body);
+    fill_cells(around, *coarsen, ranges, census, body);
+    body.placement = placement_of(image->info());
     const bool is_segmented = table.has("labels");
     if (faults.size() == faults_before && is_segmented)
       check_labels_occur(census, names_of_labels(table), table.path_of("labels"), faults);
@@ -280,12 +288,17 @@ bool read_image_specimen(TableReader& table, const std::filesystem::path& folder
       return false;
     body.image = file->string();
     if (partial)
-      fill_partial_volume(*partial, *image, ranges, *coarsen, folder, table, body);
+      fill_partial_volume(*partial, around, ranges, *coarsen, folder, table, body);
     const char* const key = is_segmented ? "labels" : "image";
     if (!has_matter(body, table.path_of(key), table.line_of_key(key), faults))
       return false;
-    const Index3 first = crop_to_matter(body);
-    place_fibres(*fibre, body);
+    Index3 first = crop_to_matter(body);
+    for (std::size_t a = 0; a < 3; ++a) {
+      first[a] -= voids[a] / (*coarsen)[a];
+      body.origin[a] = first[a] * body.grid.spacing()[a];
+    }
+    if (!place_fibres(*fibre, body, faults))
+      return false;
     if (labels || is_segmented || !fibre->tensor_image.empty()) {
       const LabelCells cells(*image, ranges, first, *coarsen, body);
       if (is_segmented)

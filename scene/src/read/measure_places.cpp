@@ -162,12 +162,13 @@ void MeasurePlaces::read_sphere(TableReader& table, Measure& measure) const {
   if (!middle || !radius || !(*radius > 0) || !has_body_)
     return;
   const Specimen& body = scene_.specimen;
+  const double reach = *radius + reader::place_tolerance(body);
   take_cells(measure, [&](std::int64_t cell) {
     const Vec3 x = body.position(body.grid.cell_at(cell));
     double square = 0;
     for (std::size_t a = 0; a < static_cast<std::size_t>(scene_.dimension()); ++a)
       square += std::pow(x[a] + body.grid.spacing()[a] / 2 - (*middle)[a], 2);
-    return square <= *radius * *radius * (1 + 1e-9);
+    return square <= reach * reach;
   });
   if (measure.cells.empty())
     table.fault("", "a sphere with the middle of at least one cell of matter in it",

@@ -3,6 +3,9 @@
 #include "maille/scene/fibre/fibre_field.hpp"
 
 #include <cmath>
+#include <string>
+#include <utility>
+#include <variant>
 
 namespace maille::reader {
 
@@ -19,6 +22,17 @@ std::optional<Vec3> direction_from_list(const toml::array& list) {
     v[a] = *value;
   }
   return unit_vector(v);
+}
+
+/// `{ direction = [x, y, z] }`
+bool read_direction(TableReader& table, FibreRequest& request) {
+  const toml::node& node = *table.find("direction");
+  const auto* list = node.as_array();
+  const auto direction = list ? direction_from_list(*list) : std::nullopt;
+  if (!direction)
+    table.fault("direction", "three numbers, not all 0", describe(node));
+  request.direction = direction.value_or(request.direction);
+  return direction.has_value();
 }
 
 /// `bipennate = true`, or where the fibres meet along the plane's second axis.
@@ -148,12 +162,14 @@ void add_lack_of_fibre(int line, const std::string& needed_by, FaultList& faults
 }
 
 std::optional<FibreRequest> read_fibre(TableReader& table) {
-  constexpr const char* wanted = "three numbers, { angle, plane }, { curve } or { tensor_image }";
+  constexpr const char* wanted =
+      "three numbers, { direction }, { angle, plane }, { curve } or { tensor_image }";
   FibreRequest request;
   const toml::node* node = table.find("fibre");
   if (!node)
     return request;
   request.line = line_of(*node);
+  request.path = table.path_of("fibre");
   if (const auto* list = node->as_array()) {
     if (const auto v = direction_from_list(*list)) {
       request.direction = *v;
@@ -161,9 +177,18 @@ std::optional<FibreRequest> read_fibre(TableReader& table) {
     }
   } else if (const auto* values = node->as_table()) {
     TableReader reader(*values, table.path_of("fibre"), table.faults());
-    const bool good = reader.has("tensor_image") ? read_tensor_image(reader, request)
-                      : reader.has("curve")      ? read_curve(reader, request)
-                                                 : read_angle(reader, request);
+    bool good = reader.has("tensor_image") ? read_tensor_image(reader, request)
+                : reader.has("curve")      ? read_curve(reader, request)
+                : reader.has("direction")  ? read_direction(reader, request)
+                                           : read_angle(reader, request);
+    if (request.tensor_image.empty()) {
+      const auto frame = read_frame(reader, CoordinateFrame::grid);
+      good = good && frame;
+      request.frame = frame.value_or(CoordinateFrame::grid);
+      if (request.bipennate && request.frame != CoordinateFrame::grid)
+        reader.fault("frame", "\"grid\" with `bipennate`, whose halves lie along an axis of the grid",
+                     describe(*reader.find("frame")));
+    }
     reader.finish();
     return good ? std::optional(request) : std::nullopt;
   }
@@ -171,10 +196,27 @@ std::optional<FibreRequest> read_fibre(TableReader& table) {
   return std::nullopt;
 }
 
-void place_fibres(const FibreRequest& request, Specimen& body) {
+bool place_fibres(FibreRequest request, Specimen& body, FaultList& faults) {
+  if (request.frame != CoordinateFrame::grid) {
+    const auto placement = placement_in(body, request.frame);
+    const auto* fault = std::get_if<RegionFault>(&placement);
+    if (fault || body.grid.dimension() < 3) {
+      faults.add(request.line, request.path + ".frame",
+                 fault ? fault->expected : "\"grid\", as the scene is not three-dimensional",
+                 fault
+                     ? fault->found
+                     : "\"" + std::string(coordinate_frames[static_cast<std::size_t>(request.frame)]) + "\"");
+      return false;
+    }
+    Placement turned = std::get<Placement>(placement);
+    for (Vec3& point : request.curve)
+      point = point_in_object(turned, point);
+    turned.origin = {};
+    request.direction = point_in_object(turned, request.direction);
+  }
   body.fibre = request.direction;
   if (!request.bipennate && request.curve.empty())
-    return;
+    return true;
   const Grid& grid = body.grid;
   const std::optional<FibreCurve> curve =
       request.curve.empty() ? std::nullopt : std::optional<FibreCurve>(request.curve);
@@ -202,6 +244,7 @@ void place_fibres(const FibreRequest& request, Specimen& body) {
   }
   body.fibre_report.source = curve ? "curve" : "bipennate";
   body.fibre_report.cells = body.n_matter_cells();
+  return true;
 }
 
 } // namespace maille::reader

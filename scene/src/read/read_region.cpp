@@ -44,17 +44,6 @@ std::optional<Vec3> read_point(const toml::node& node, const std::string& path, 
   return good ? std::optional(point) : std::nullopt;
 }
 
-/// `frame`, `otherwise` where it is absent; nothing and a fault where it is none.
-std::optional<CoordinateFrame> read_frame(TableReader& table, CoordinateFrame otherwise) {
-  if (!table.has("frame"))
-    return otherwise;
-  const auto name = table.choice("frame", {coordinate_frames.begin(), coordinate_frames.end()});
-  if (!name)
-    return std::nullopt;
-  return static_cast<CoordinateFrame>(std::ranges::find(coordinate_frames, *name) -
-                                      coordinate_frames.begin());
-}
-
 /// Reads one `where`. Without a body only the faults of its own form are found, and what it selects is empty.
 class RegionReader {
 public:
@@ -400,6 +389,16 @@ private:
 };
 
 } // namespace
+
+std::optional<CoordinateFrame> read_frame(TableReader& table, CoordinateFrame otherwise) {
+  if (!table.has("frame"))
+    return otherwise;
+  const auto name = table.choice("frame", {coordinate_frames.begin(), coordinate_frames.end()});
+  if (!name)
+    return std::nullopt;
+  return static_cast<CoordinateFrame>(std::ranges::find(coordinate_frames, *name) -
+                                      coordinate_frames.begin());
+}
 
 Vec3 TableFrame::vector_in_object(const Vec3& vector) const {
   Placement turned = placement;

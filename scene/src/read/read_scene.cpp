@@ -166,7 +166,6 @@ SceneAndMeasures parse_scene_and_measures(std::string_view text, const std::file
 SceneAndMeasures reader::parse_scene_of(const Image& image, std::string_view text,
                                         const std::filesystem::path& file) {
   FaultList faults(file.string());
-  faults.units = {1.0, 1.0};
   const toml::table document = parse_toml(text, file.string());
   SceneAndMeasures read = read_root(document, file, faults, &image);
   faults.throw_if_any();

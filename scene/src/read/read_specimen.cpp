@@ -27,12 +27,12 @@ void read_plane(TableReader& table, int dimension, Scene& scene) {
 }
 
 /// The belly has the scene's fibres, in tendons they run along x. @pre tendons are still of material 1
-void muscle_fibres(const FibreRequest& belly, Specimen& body) {
-  place_fibres(belly, body);
+void muscle_fibres(const FibreRequest& belly, Specimen& body, FaultList& faults) {
+  if (!place_fibres(belly, body, faults))
+    return;
   const std::array<float, 3> along{1, 0, 0};
-  const std::array<float, 3> pennate{static_cast<float>(belly.direction[0]),
-                                     static_cast<float>(belly.direction[1]),
-                                     static_cast<float>(belly.direction[2])};
+  const std::array<float, 3> pennate{static_cast<float>(body.fibre[0]), static_cast<float>(body.fibre[1]),
+                                     static_cast<float>(body.fibre[2])};
   const bool is_constant = body.fibres.empty();
   body.fibres.resize(body.material_id.size(), pennate);
   for (std::size_t cell = 0; cell < body.material_id.size(); ++cell)
@@ -106,12 +106,12 @@ bool read_generated(TableReader& table, const std::string& shape, const BodyDefa
   if (muscle) {
     if (!fibre_is_given)
       fibre->direction = usual_pennation(grid->dimension());
-    muscle_fibres(*fibre, body);
+    muscle_fibres(*fibre, body, table.faults());
     std::ranges::replace(body.material_id, std::uint8_t{1}, tendon.material);
   } else {
-    place_fibres(*fibre, body);
+    place_fibres(*fibre, body, table.faults());
   }
-  return true;
+  return table.faults().size() == faults_before;
 }
 
 void require_fibre(TableReader& table, const std::vector<Material>& materials) {

@@ -68,9 +68,11 @@ struct Bipennate {
 struct FibreRequest {
   Vec3 direction{1, 0, 0};
   std::optional<Bipennate> bipennate;
-  std::vector<Vec3> curve;     ///< not empty: a FibreCurve's points
-  std::string tensor_image;    ///< not empty: directions come from this image
-  double smoothing_radius = 0; ///< of the tensor image's directions [m]
+  std::vector<Vec3> curve;                       ///< not empty: a FibreCurve's points
+  std::string tensor_image;                      ///< not empty: directions come from this image
+  double smoothing_radius = 0;                   ///< of the tensor image's directions [m]
+  CoordinateFrame frame = CoordinateFrame::grid; ///< of `direction` and `curve`
+  std::string path;                              ///< of the key
   int line = 0;
 };
 std::optional<FibreRequest> read_fibre(TableReader& table);
@@ -81,8 +83,9 @@ void add_lack_of_fibre(int line, const std::string& needed_by, FaultList& faults
 /// The same direction with length 1; nothing where it is zero or not finite.
 std::optional<Vec3> unit_vector(Vec3 direction);
 
-/// Gives the body's matter the fibres that were asked for, but for those of tensor images.
-void place_fibres(const FibreRequest& request, Specimen& body);
+/// Gives the body's matter the fibres that were asked for, but for those of tensor images. @return false, and
+/// a fault, where the body does not stand in their frame
+bool place_fibres(FibreRequest request, Specimen& body, FaultList& faults);
 
 /// The `[specimen]` table: shape, grid, matter, fibres. Fills scene.specimen, scene.materials, scene.plane.
 /// @param folder where images are looked for
@@ -175,6 +178,9 @@ std::vector<std::int64_t> nodes_of_foundations(const toml::table& root, const Sc
 
 /// More is a slip, and so many increments that they could not be counted.
 inline constexpr double largest_turn = 200 * std::numbers::pi;
+
+/// `frame`, `otherwise` where it is absent; nothing and a fault where it is none.
+std::optional<CoordinateFrame> read_frame(TableReader& table, CoordinateFrame otherwise);
 
 /// What the places and vectors of a table are in, by its key `frame`.
 struct TableFrame {

@@ -316,8 +316,7 @@ bool read_shape_of_worlds(TableReader& table, const std::string& shape, const Bo
     return false;
   }
   crop_to_matter(body);
-  place_fibres(*fibre, body);
-  return true;
+  return place_fibres(*fibre, body, table.faults());
 }
 
 } // namespace

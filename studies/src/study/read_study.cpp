@@ -175,7 +175,7 @@ void StudyReader::read_parameters(StudyFile& study) {
     return;
   }
   for (std::size_t i = 0; i < list->size(); ++i) {
-    TableReader table(*(*list)[i].as_table(), fmt::format("parameter[{}]", i), faults_);
+    TableReader table(*(*list)[i].as_table(), fmt::format("parameter[{}]", i + 1), faults_);
     if (auto parameter = read_parameter(table, study))
       study.parameters.push_back(std::move(*parameter));
   }

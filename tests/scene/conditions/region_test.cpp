@@ -1,5 +1,6 @@
 /// Regions in words of anatomy: the nodes that they select, held against positions in the world found here.
 #include "maille/materials/text_file.hpp"
+#include "maille/scene/scene_builder.hpp"
 #include "support/bodies/scenes.hpp"
 #include "support/dice.hpp"
 #include "support/label_scene.hpp"
@@ -9,12 +10,14 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <functional>
 #include <iostream>
 #include <map>
 #include <numbers>
+#include <random>
 #include <set>
 
 namespace maille {
@@ -261,6 +264,123 @@ where = "x-"
 )";
 
 // Truth: the force is the sum over faces of traction and area; a closed surface under pressure has none.
+/// What a viewer shows of a body's nodes, in an image whose affine has gone through float32.
+class ViewedBody {
+public:
+  explicit ViewedBody(std::mt19937& random) {
+    const auto below = [&](int most) { return static_cast<int>(random() % static_cast<unsigned>(most)); };
+    std::array<std::size_t, 3> axis{0, 1, 2};
+    std::ranges::shuffle(axis, random);
+    Index3 size{};
+    Affine affine{};
+    for (std::size_t r = 0; r < 3; ++r) {
+      n[r] = 3 + below(5);
+      h[r] = 0.4 + 0.003 * below(1000);
+      low[r] = 0.01 * (below(40000) - 20000);
+    }
+    for (std::size_t a = 0; a < 3; ++a) {
+      const std::size_t r = axis[a];
+      const bool is_reversed = below(2) == 1;
+      size[a] = n[r];
+      affine[r][a] = 1e-3 * double{static_cast<float>(is_reversed ? -h[r] : h[r])};
+      affine[r][3] = 1e-3 * double{static_cast<float>(low[r] + h[r] * (is_reversed ? n[r] - 0.5 : 0.5))};
+      cut[r] = {below(n[r]), 1 + below(n[r])};
+      std::ranges::sort(cut[r]);
+      cut[r][1] += cut[r][1] == cut[r][0] ? 1 : 0;
+    }
+    affine[3][3] = 1;
+    const std::vector<std::uint8_t> ones(static_cast<std::size_t>(size[0] * size[1] * size[2]), 1);
+    builder.labels(ones, ArrayLayout::x_fastest(size), affine).world(WorldAxes::ras);
+  }
+  /// A region's corners with four digits behind the point. @param flat the upper face along that axis alone
+  std::string box(std::size_t flat = 3) const {
+    std::array<std::string, 2> corners;
+    for (std::size_t end = 0; end < 2; ++end)
+      for (std::size_t r = 0; r < 3; ++r)
+        corners[end] += fmt::format("{}\"{:.4f} mm\"", r > 0 ? ", " : "",
+                                    low[r] + h[r] * (r == flat ? n[r] : cut[r][end]));
+    return fmt::format("{{ box = [[{}], [{}]], frame = \"ras\" }}", corners[0], corners[1]);
+  }
+  Scene scene(const std::string& conditions) const {
+    SceneBuilder asked = builder;
+    return asked
+        .keys("[specimen]\nmaterial = { youngs_modulus = \"1 kPa\", poisson_ratio = 0.3 }\n" + conditions)
+        .build();
+  }
+
+  SceneBuilder builder{"viewed"};
+  Index3 n{};
+  Vec3 h{}, low{}; ///< [mm]
+  std::array<std::array<int, 2>, 3> cut{};
+};
+
+// Truth: whole numbers of node planes between the corners.
+TEST(RegionOracle, BoxesReadOffAViewerAreInclusive) {
+  std::mt19937 random(7);
+  int wrong = 0;
+  for (int i = 0; i < 500; ++i) {
+    const ViewedBody body(random);
+    std::size_t nodes = 3, faces = 1;
+    for (std::size_t r = 0; r < 3; ++r) {
+      nodes *= static_cast<std::size_t>(body.cut[r][1] - body.cut[r][0] + 1);
+      faces *= static_cast<std::size_t>(r == 2 ? 1 : body.cut[r][1] - body.cut[r][0]);
+    }
+    const Scene held = body.scene("[[hold]]\nwhere = " + body.box() + "\n");
+    const Scene ball =
+        body.scene(fmt::format("[[hold]]\nwhere = {{ sphere = {{ centre = [\"{:.4f} mm\", \"{:.4f} mm\", "
+                               "\"{:.4f} mm\"], radius = \"{:.4f} mm\" }}, frame = \"ras\" }}\n",
+                               body.low[0], body.low[1], body.low[2], *std::ranges::min_element(body.h)));
+    const auto in_ball =
+        3 * static_cast<std::size_t>(1 + std::ranges::count(body.h, *std::ranges::min_element(body.h)));
+    const Scene pressed = body.scene(
+        "[[hold]]\nwhere = \"inferior\"\n[[load]]\npressure = \"1 kPa\"\nwhere = " + body.box(2) + "\n");
+    wrong += held.prescribed.size() == nodes && pressed.tractions.size() == faces &&
+                     ball.prescribed.size() == in_ball
+                 ? 0
+                 : 1;
+  }
+  std::cout << fmt::format("{{\"name\": \"ras_regions_wrong\", \"value\": {}, \"goal\": 0}}\n", wrong);
+  EXPECT_EQ(wrong, 0);
+}
+
+// Truth: the same body in a larger image, to the bit. Bodies of noise pass beyond their image's border, too.
+TEST(PartialVolumeOracle, VoidAroundAnImageChangesNoBit) {
+  for (unsigned i = 0; i < 40; ++i) {
+    const auto body_with = [&](int voids) {
+      std::mt19937 random(i);
+      const int n = 3 + static_cast<int>(i % 4), size = n + 2 * voids;
+      std::vector<std::uint8_t> values(static_cast<std::size_t>(size * size * size), 0);
+      const auto at = [&](int x, int y, int z) -> std::uint8_t& {
+        return values[static_cast<std::size_t>(x + voids + size * (y + voids + size * (z + voids)))];
+      };
+      for (int z = 0; z < n; ++z)
+        for (int y = 0; y < n; ++y)
+          for (int x = 0; x < n; ++x)
+            at(x, y, z) = static_cast<std::uint8_t>(random() % 3);
+      at(0, 0, 0) = 1;
+      at(1, 0, 0) = 2;
+      const double first = -1e-3 * voids;
+      const Affine affine{{{1e-3, 0, 0, first}, {0, 1e-3, 0, first}, {0, 0, 1e-3, first}, {0, 0, 0, 1}}};
+      return SceneBuilder()
+          .labels(values, ArrayLayout::x_fastest({size, size, size}), affine)
+          .keys(fmt::format("[specimen]\nlabels = {{ 1 = \"muscle/soleus\", 2 = \"bone/cortical_tibia\" }}\n"
+                            "partial_volume = {{ smooth = \"0.{} mm\" }}\n[[hold]]\n"
+                            "where = {{ sphere = {{ centre = [0, 0, 0], radius = \"1 m\" }} }}\n",
+                            6 + i % 4))
+          .build()
+          .specimen;
+    };
+    const Specimen tight = body_with(0), padded = body_with(1 + static_cast<int>(i % 3));
+    EXPECT_EQ(tight.grid.cells(), padded.grid.cells()) << i;
+    EXPECT_EQ(tight.tissue, padded.tissue) << i;
+    EXPECT_EQ(tight.material_id, padded.material_id) << i;
+    EXPECT_EQ(tight.label, padded.label) << i;
+    for (std::size_t a = 0; a < 3; ++a)
+      EXPECT_NEAR(point_in_world(tight.placement, tight.origin)[a],
+                  point_in_world(padded.placement, padded.origin)[a], 1e-15);
+  }
+}
+
 TEST(RegionAnalytic, LoadsOnFaces) {
   const auto force_of = [](const std::string& load) {
     const Scene scene = parse_scene(block + "[[load]]\n" + load);

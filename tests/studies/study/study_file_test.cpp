@@ -57,7 +57,7 @@ TEST_F(StudyFileContract, EveryFaultIsReportedAtOnceWithItsLine) {
   const std::string found = faults(text);
   for (const char* part :
        {"study.toml:2: methods", "\"magic\"", "study.toml:3: combin", "did you mean",
-        "study.toml:5: parameter[0].key", "specimen.material.E_fiber", "study.toml:9: parameter[1].range"})
+        "study.toml:5: parameter[1].key", "specimen.material.E_fiber", "study.toml:9: parameter[2].range"})
     EXPECT_NE(found.find(part), std::string::npos) << part << "\nin\n" << found;
 }
 
@@ -65,18 +65,23 @@ TEST_F(StudyFileContract, KeysThatASceneLacksAreFaults) {
   expect_fault(head + parameter("move.1.by", "values = [0]"), "study.toml:5", "it has only move");
   expect_fault(head + parameter("nothing", "values = [0]"), "study.toml:5", "it has nothing");
   expect_fault(head + parameter("move.0.by.0", "values = [0]") + parameter("move.0.by", "values = [0]"),
-               "parameter[1].key", "every key of the scene once");
+               "parameter[2].key", "every key of the scene once");
+  expect_fault(head + parameter("move[1].by[1]", "values = [0]") + parameter("move.0.by", "values = [0]"),
+               "parameter[2].key", "every key of the scene once");
+  expect_fault(head + parameter("move[0].by", "values = [0]"), "parameter[1].key", "counted from 1");
+  expect_fault(head + parameter("move[1].be", "values = [0]"), "parameter[1].key", "it has only move[1]");
+  EXPECT_EQ(faults(head + parameter("move[1].by[1]", "values = [0]")), "none");
 }
 
 TEST_F(StudyFileContract, WrongFormsAreFaults) {
   const std::string key = "move.0.by.0";
-  expect_fault(head + parameter(key, "values = []"), "parameter[0].values", "a list of values");
-  expect_fault(head + parameter(key, "values = [\"1 mm\", \"1 cm\"]"), "parameter[0].values", "one unit");
-  expect_fault(head + parameter(key, "log_range = [0, 1]\ncount = 3"), "parameter[0].log_range", "> 0");
-  expect_fault(head + parameter(key, "range = [0, 1]"), "parameter[0].count", "found nothing");
-  expect_fault(head + parameter(key, "range = [0, 1]\nvalues = [1]"), "parameter[0].range", "one of values");
-  expect_fault(head + parameter(key, ""), "parameter[0]", "one of values");
-  expect_fault(head + parameter(key, "values = [0]\ncount = 2"), "parameter[0].count", "no count");
+  expect_fault(head + parameter(key, "values = []"), "parameter[1].values", "a list of values");
+  expect_fault(head + parameter(key, "values = [\"1 mm\", \"1 cm\"]"), "parameter[1].values", "one unit");
+  expect_fault(head + parameter(key, "log_range = [0, 1]\ncount = 3"), "parameter[1].log_range", "> 0");
+  expect_fault(head + parameter(key, "range = [0, 1]"), "parameter[1].count", "found nothing");
+  expect_fault(head + parameter(key, "range = [0, 1]\nvalues = [1]"), "parameter[1].range", "one of values");
+  expect_fault(head + parameter(key, ""), "parameter[1]", "one of values");
+  expect_fault(head + parameter(key, "values = [0]\ncount = 2"), "parameter[1].count", "no count");
   expect_fault(head + "combine = \"sobol\"\n", "samples", "number of cases");
   expect_fault(head + "samples = 4\n", "study.toml:4: samples", "no such key unless");
   expect_fault(head + "seed = 4\n", "study.toml:4: seed", "no such key unless");
@@ -92,7 +97,7 @@ TEST_F(StudyFileContract, ValuesAreCountedBeforeTheyAreMade) {
   const std::string million = "range = [0, 1]\ncount = 1000000";
   expect_fault(head + "combine = \"zip\"\n" + parameter("move.0.by.0", million) +
                    parameter("specimen.fibre.angle", million),
-               "parameter[1].count", "from 1 to 1");
+               "parameter[2].count", "from 1 to 1");
   std::string many = head + "combine = \"sobol\"\nsamples = 1000000\n";
   for (const char* key : {"E_fibre", "E_cross", "G_fibre", "nu_fibre", "nu_cross"})
     many += parameter(std::string("specimen.material.") + key, "range = [0.1, 0.2]");
@@ -107,8 +112,8 @@ TEST_F(StudyFileContract, RangesThatOverflowAreFaults) {
   const std::string key = "move.0.by.0";
   for (const char* ends : {"[1e-300, 1e300]", "[1e300, 1e-300]"})
     expect_fault(head + parameter(key, std::string("log_range = ") + ends + "\ncount = 3"),
-                 "parameter[0].log_range", "ratio");
-  expect_fault(head + parameter(key, "range = [-1e308, 1e308]\ncount = 3"), "parameter[0].range",
+                 "parameter[1].log_range", "ratio");
+  expect_fault(head + parameter(key, "range = [-1e308, 1e308]\ncount = 3"), "parameter[1].range",
                "difference");
   EXPECT_EQ(faults(head + parameter(key, "log_range = [1e-150, 1e150]\ncount = 3")), "none");
 }
@@ -121,9 +126,9 @@ TEST_F(StudyFileContract, APipeIsNoScene) {
 
 TEST_F(StudyFileContract, LabelsAreColumnsOfTheirOwn) {
   const std::string key = "move.0.by.0", values = "\nvalues = [0]";
-  expect_fault(head + parameter(key, "label = \"\"" + values), "parameter[0].label", "printable");
-  expect_fault(head + parameter(key, "label = \"a\\u0001b\"" + values), "parameter[0].label", "printable");
-  expect_fault(head + parameter(key, "label = \"method\"" + values), "parameter[0].label",
+  expect_fault(head + parameter(key, "label = \"\"" + values), "parameter[1].label", "printable");
+  expect_fault(head + parameter(key, "label = \"a\\u0001b\"" + values), "parameter[1].label", "printable");
+  expect_fault(head + parameter(key, "label = \"method\"" + values), "parameter[1].label",
                "no other column's");
 }
 

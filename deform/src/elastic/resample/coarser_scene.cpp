@@ -245,6 +245,7 @@ std::optional<Scene> coarser_scene(const Scene& fine, const std::vector<Prescrib
   coarse.limits = fine.limits;
   coarse.relaxation.tolerance = fine.relaxation.tolerance;
   coarse.specimen.grid = Grid(grid.dimension(), cells, spacing);
+  coarse.specimen.placement = fine.specimen.placement;
   coarse.specimen.fibre = fine.specimen.fibre;
   coarsen_matter(fine.specimen, coarse.specimen);
   coarse.tractions = coarse_tractions(fine, coarse.specimen);

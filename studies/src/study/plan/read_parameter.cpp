@@ -24,6 +24,21 @@ StudyValue drawn(double value, const std::string& unit) {
           std::strtod(number.c_str(), nullptr)};
 }
 
+/// With every `[i]`, counted from 1, as the older `.i` from 0: `move[1].by` becomes `move.0.by`.
+std::string with_dots(std::string_view key) {
+  std::string dotted;
+  for (std::size_t at = 0; at < key.size();) {
+    std::size_t number = 0;
+    const char* const first = key.data() + at + 1;
+    const auto [end, error] = std::from_chars(first, key.data() + key.size(), number);
+    const bool is_index =
+        key[at] == '[' && error == std::errc{} && number > 0 && end != key.data() + key.size() && *end == ']';
+    dotted += is_index ? fmt::format(".{}", number - 1) : std::string(1, key[at]);
+    at = is_index ? static_cast<std::size_t>(end - key.data()) + 1 : at + 1;
+  }
+  return dotted;
+}
+
 /// The child of a table by name or of an array by index; nullptr where there is none.
 toml::node* child(toml::node& parent, std::string_view name) {
   if (toml::table* table = parent.as_table())
@@ -126,8 +141,8 @@ void check_keys(TableReader& table, const StudyParameter& parameter, const Study
       if (const DottedNode found = find_dotted(document, key); !found.node)
         table.fault(
             "key",
-            fmt::format("a key that {} has{}", scene.file.filename().string(),
-                        key.find('[') != key.npos ? ", lists counted from 0, as in move.0.by" : ""),
+            fmt::format("a key that {} has, lists counted from 1, as in move[1].by",
+                        scene.file.filename().string()),
             fmt::format("\"{}\", of which {}", key,
                         found.last.empty() ? "it has nothing" : fmt::format("it has only {}", found.last)));
   }
@@ -136,7 +151,7 @@ void check_keys(TableReader& table, const StudyParameter& parameter, const Study
 /// Reports keys that an earlier parameter sets as well, or something around or inside them.
 void check_overlap(TableReader& table, const StudyParameter& parameter, const StudyFile& study) {
   const auto is_within = [](const std::string& inner, const std::string& outer) {
-    return inner == outer || inner.starts_with(outer + ".");
+    return (with_dots(inner) + ".").starts_with(with_dots(outer) + ".");
   };
   std::vector<std::string> earlier;
   for (const StudyParameter& other : study.parameters)
@@ -267,7 +282,7 @@ std::vector<std::string> texts_of(const toml::node& node, const std::string& pat
 
 std::optional<StudyParameter> read_parameter(TableReader& table, const StudyFile& study) {
   StudyParameter parameter;
-  constexpr const char* expected = "a dotted key of the scene such as \"move.0.by\", or a list of them";
+  constexpr const char* expected = "a dotted key of the scene such as \"move[1].by\", or a list of them";
   if (const toml::node* node = table.require("key", expected))
     parameter.keys = texts_of(*node, table.path_of("key"), expected, table.faults());
   parameter.label = table.text("label").value_or(parameter.keys.empty() ? "" : parameter.keys.front());
@@ -278,20 +293,27 @@ std::optional<StudyParameter> read_parameter(TableReader& table, const StudyFile
   return has_values && !parameter.keys.empty() ? std::optional(parameter) : std::nullopt;
 }
 
-DottedNode find_dotted(toml::table& root, std::string_view key) {
+DottedNode find_dotted(toml::table& root, std::string_view asked) {
+  const std::string dotted = with_dots(asked);
+  const std::string_view key = dotted;
   DottedNode found{&root, ""};
   for (std::size_t start = 0; start <= key.size();) {
     const std::size_t dot = std::min(key.find('.', start), key.size());
-    toml::node* next = child(*found.node, key.substr(start, dot - start));
+    const std::string step(key.substr(start, dot - start));
+    toml::node* next = child(*found.node, step);
     if (!next)
       return {nullptr, found.last};
-    found = {next, std::string(key.substr(0, dot))};
+    found = {next, found.node->is_array() ? fmt::format("{}[{}]", found.last, std::stoll(step) + 1)
+                   : found.last.empty()   ? step
+                                          : found.last + "." + step};
     start = dot + 1;
   }
   return found;
 }
 
-void replace_dotted(toml::table& root, std::string_view key, const std::string& value) {
+void replace_dotted(toml::table& root, std::string_view asked, const std::string& value) {
+  const std::string dotted = with_dots(asked);
+  const std::string_view key = dotted;
   const toml::table document = toml::parse("value = " + value);
   const std::size_t dot = key.rfind('.');
   toml::node& parent = dot == std::string_view::npos ? root : *find_dotted(root, key.substr(0, dot)).node;

@@ -1,6 +1,6 @@
 #pragma once
 /// One [[parameter]] table of a study, from TOML to its values, and nodes of TOML by dotted key
-/// (`specimen.material.E_fibre`, `move.0.by`).
+/// (`specimen.material.E_fibre`, `move[1].by`).
 
 #include "maille/materials/toml_reader.hpp"
 #include "maille/studies/study.hpp"
@@ -18,7 +18,7 @@ struct DottedNode {
   std::string last;
 };
 
-/// Follows names of tables and indices (from 0) of arrays.
+/// Follows names of tables and entries of arrays: `move[1]`, counted from 1, or `move.0`, from 0.
 DottedNode find_dotted(toml::table& root, std::string_view key);
 
 /// Puts a value, written as TOML, in the place of what stands at `key`.
