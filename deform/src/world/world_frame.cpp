@@ -203,7 +203,7 @@ int WorldFrame::n_steps() const {
       most = std::max(most, (std::abs(drive.motion.by[a]) + std::abs(drive.motion.angle) * arm) /
                                 parts_.scene.spacing[static_cast<std::size_t>(a)]);
   }
-  return static_cast<int>(std::ceil(std::min(most * (1 - 1e-12), 2e7)));
+  return static_cast<int>(std::ceil(std::min(most * (1 - 1e-12), 2e9)));
 }
 
 void WorldFrame::drive(std::size_t i, int step, int n) {

@@ -147,7 +147,8 @@ int compare_command(const CompareOptions& options) {
       control.progress(1, phase);
   };
   tell("mechanics");
-  add_mechanics(scene, comparison);
+  if (!control.should_stop()) // the time that is left is for files
+    add_mechanics(scene, comparison);
   add_measures(scene, read.measures, comparison);
   comparison.warnings = reference_warnings(scene, comparison, control);
   end_progress();

@@ -58,7 +58,7 @@ FrameResult WorldFrame::run_balanced() {
       balance.object(drive.object).stiffness = drive.lead->stiffness;
   const int n = n_balanced_steps();
   const Index3& cells = parts_.scene.cells; // a longer way leads out of the world
-  const int last = std::min(n, 8 * (cells[0] + cells[1] + cells[2]) * (n / n_steps()));
+  const int last = std::min(n, 8 * (cells[0] + cells[1] + cells[2]) * std::max(1, n / n_steps()));
   if (const auto left = clock_.seconds_left) // of which the end takes as much as it did last time
     clock_.seconds_left = [left, end = balance.seconds_to_hand_back()] {
       std::optional<double> seconds = left();
@@ -111,7 +111,8 @@ FrameResult WorldFrame::run_balanced() {
 
 int WorldFrame::n_balanced_steps() const {
   const double longest = *std::ranges::max_element(parts_.scene.spacing);
-  return n_steps() * static_cast<int>(std::ceil(longest / (step_over_cell * parts_.balance->cell()) - 1e-9));
+  return std::min(n_steps(), 20'000'000) *
+         static_cast<int>(std::ceil(longest / (step_over_cell * parts_.balance->cell()) - 1e-9));
 }
 
 void WorldFrame::drive_balanced(int step, int n) {
