@@ -20,8 +20,6 @@ namespace {
 /// Bodies that push each other to and fro, each letting go of what the other then meets, are left to the next
 /// frame.
 constexpr int most_turns_a_body = 10;
-/// A drive that came less of its way than this did not move.
-constexpr double nothing = 1e-9;
 /// A drive that misses less of its way than this was done.
 constexpr double missed = 1e-6;
 
@@ -256,7 +254,7 @@ std::string WorldFrame::first_cut_drive() const {
              ? ""
              : fmt::format("object `{}` came {:.3g} % of its way",
                            name(drives_[static_cast<std::size_t>(cut - result_.drives.begin())].object),
-                           cut->fraction > nothing ? 100 * cut->fraction : 0.0);
+                           cut->fraction > missed ? 100 * cut->fraction : 0.0);
 }
 
 void WorldFrame::report_end(bool has_settled, const char* endless, const char* cut_short) {

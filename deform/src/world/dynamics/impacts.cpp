@@ -21,7 +21,7 @@ namespace {
 constexpr double slow = 1e-12;    ///< of the fastest approach: rounding
 constexpr double nearly = 1e-6;   ///< likewise, of all pairs at once
 constexpr double give = 1e-11;    ///< of the largest entry: so that points that say the same share an impulse
-constexpr double rounding = 1e-9; ///< of the work of an impulse
+constexpr double rounding = 1e-9; ///< of the work of an impulse, and of the sine of an angle
 /// Pairs that press one another to and fro, as they do in a stack, are resolved together in the end.
 constexpr std::size_t most_turns_a_pair = 12;
 
@@ -42,8 +42,10 @@ public:
     const auto n = static_cast<Eigen::Index>(points.size());
     answer_ = Eigen::MatrixXd::Zero(n, n);
     std::vector<int> objects;
-    for (const ImpactPoint& point : points)
+    for (const ImpactPoint& point : points) {
       objects.insert(objects.end(), {point.object, point.other});
+      active_.push_back(point.impulse > 0);
+    }
     sort_uniquely(objects);
     for (const int object : objects) {
       if (object < 0 || !moving[static_cast<std::size_t>(object)].has_mass)
@@ -106,7 +108,7 @@ private:
   bool has_mass_ = false;
 };
 
-constexpr double same_normal = 1e-9; ///< of two of length 1: less is rounding
+constexpr double same_normal = 1e-6; ///< of two of length 1, as faces that lie on one another have
 constexpr std::size_t few_points = 4;
 
 /// Places in the plane across a normal, with the numbers of their points.
@@ -127,7 +129,7 @@ std::vector<std::size_t> hull_of(std::vector<Flat> places) {
       while (hull.size() >= first + 2) {
         const Eigen::Vector2d along = hull.back().at - hull[hull.size() - 2].at,
                               on = next.at - hull[hull.size() - 2].at;
-        if (along[0] * on[1] - along[1] * on[0] > same_normal * size * on.norm())
+        if (along[0] * on[1] - along[1] * on[0] > rounding * size * on.norm())
           break;
         hull.pop_back();
       }
