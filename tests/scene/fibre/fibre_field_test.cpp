@@ -157,7 +157,7 @@ TEST(FibreCurveOracle, TheNearestPieceIsFound) {
     std::vector<Vec3> points;
     std::vector<Eigen::Vector3d> at, of_piece, of_point;
     for (int i = 0; i < n; ++i) {
-      points.push_back({std::round(place(random)), std::round(place(random)), place(random)});
+      points.push_back({std::round(place(random)), place(random), place(random)});
       at.emplace_back(points.back().data());
       if (i > 0)
         of_piece.push_back((at[at.size() - 1] - at[at.size() - 2]).normalized());
@@ -169,7 +169,7 @@ TEST(FibreCurveOracle, TheNearestPieceIsFound) {
     for (int i = 0; i < 300; ++i) {
       const Eigen::Vector3d x(std::round(2 * place(random)), std::round(place(random)), place(random));
       double nearest = INFINITY;
-      Eigen::Vector3d direction;
+      Eigen::Vector3d direction = Eigen::Vector3d::Zero();
       for (std::size_t piece = 0; piece + 1 < at.size(); ++piece) {
         const Eigen::Vector3d along = at[piece + 1] - at[piece];
         const double t = std::clamp((x - at[piece]).dot(along) / along.squaredNorm(), 0.0, 1.0);

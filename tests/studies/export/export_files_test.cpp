@@ -253,7 +253,7 @@ TEST(AnswerFieldsContract, DamagedFilesAreFaults) {
     EXPECT_NO_THROW(read_answer_fields(of, asked));
     for (int i = 0; i < 300; ++i) {
       std::string bytes = whole;
-      for (unsigned n = 1 + random() % 20; n > 0; --n)
+      for (std::uint64_t n = 1 + random() % 20; n > 0; --n)
         bytes[random() % bytes.size()] = static_cast<char>(random());
       std::ofstream(file, std::ios::binary)
           << (i % 5 == 0 ? bytes.substr(0, random() % bytes.size()) : bytes);

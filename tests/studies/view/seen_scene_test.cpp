@@ -276,7 +276,7 @@ TEST_F(PicturesContract, DamagedPicturesAreFaults) {
   int n_refused = 0;
   for (int i = 0; i < 2000; ++i) {
     std::string bytes = whole;
-    for (unsigned n = 1 + random() % 3; n > 0; --n)
+    for (std::uint64_t n = 1 + random() % 3; n > 0; --n)
       bytes[random() % bytes.size()] = static_cast<char>(random());
     if (i % 2 == 0) { // the header's checksum is right
       const auto sum =
