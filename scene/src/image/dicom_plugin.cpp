@@ -153,14 +153,15 @@ void take_sign_of_header(const std::string& file, const gdcm::PixelFormat& forma
     return;
   gdcm::StringFilter filter;
   filter.SetFile(reader.GetFile());
-  const double is_signed = first_or(numbers(filter, 0x0028, 0x0103), -1);
-  if (is_signed < 0 || (is_signed == 1) == (format.GetPixelRepresentation() == 1))
+  const auto& syntax = reader.GetFile().GetHeader().GetDataSetTransferSyntax();
+  if (!syntax.IsEncapsulated())
     return;
+  const bool is_signed = first_or(numbers(filter, 0x0028, 0x0103), 0) == 1;
   const double range = std::ldexp(1.0, format.GetBitsStored());
   for (double& value : values)
-    if (is_signed == 1 && value >= range / 2)
+    if (is_signed && value >= range / 2 && value < range)
       value -= range;
-    else if (is_signed == 0 && value < 0)
+    else if (!is_signed && value < 0)
       value += range;
 }
 
