@@ -87,9 +87,8 @@ void DisplacementImage::continue_matter(const std::filesystem::path& file, const
           for (std::size_t a = 0; a < 3; ++a)
             for (const int step : {-1, 1}) {
               const auto inside = [&](int of) { return at[a] + of * step >= 0 && at[a] + of * step < n[a]; };
-              const auto place = [&](int of) {
-                return step > 0 ? voxel + static_cast<std::size_t>(of) * stride[a]
-                                : voxel - static_cast<std::size_t>(of) * stride[a];
+              const auto place = [&](std::size_t of) {
+                return step > 0 ? voxel + of * stride[a] : voxel - of * stride[a];
               };
               if (!inside(1) || !before[place(1)] || (pass == 0 && !is_matter[place(1)]))
                 continue;

@@ -28,7 +28,7 @@ public:
 
   SurfaceMesh read() {
     std::string bytes = read_text_file(file_, "a surface, an OBJ file", largest_obj_bytes);
-    // Of a line that goes on in the next, the number in messages is that of its end.
+    // Continued lines are joined; messages give the number of the last one.
     for (std::size_t at = bytes.find('\\'); at != std::string::npos; at = bytes.find('\\', at + 1)) {
       const std::size_t end = bytes.find_first_not_of("\\\r", at);
       if (end == std::string::npos || bytes[end] != '\n')

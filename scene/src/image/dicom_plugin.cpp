@@ -183,21 +183,24 @@ public:
       return;
     gdcm::StringFilter filter;
     filter.SetFile(reader.GetFile());
-    is_signed_ = first_or(numbers(filter, 0x0028, 0x0103), -1);
-    if (is_signed_ >= 0 && (is_signed_ == 1) != (format.GetPixelRepresentation() == 1))
-      range_ = std::ldexp(1.0, format.GetBitsStored());
+    if (!reader.GetFile().GetHeader().GetDataSetTransferSyntax().IsEncapsulated())
+      return;
+    is_signed_ = first_or(numbers(filter, 0x0028, 0x0103), 0) == 1;
+    range_ = std::ldexp(1.0, format.GetBitsStored());
   }
   void correct(std::vector<double>& values) const {
+    if (range_ == 0)
+      return;
     for (double& value : values)
-      if (is_signed_ == 1 && value >= range_ / 2)
+      if (is_signed_ && value >= range_ / 2 && value < range_)
         value -= range_;
-      else if (is_signed_ == 0 && value < 0)
+      else if (!is_signed_ && value < 0)
         value += range_;
   }
-  bool differs() const { return range_ > 0; }
 
 private:
-  double is_signed_ = -1, range_ = 0;
+  bool is_signed_ = false;
+  double range_ = 0; ///< 0: not compressed, nothing to correct
 };
 
 /// @param begin is given the number of pixels, before the first part
@@ -223,8 +226,7 @@ std::string read_pixels(const std::string& file, const Begin& begin, const Put& 
   const auto give = [&]<class Stored>(Stored /*one*/) {
     begin(bytes.size() / sizeof(Stored));
     convert<Stored>(bytes, [&](std::vector<double>& part) {
-      if (sign.differs())
-        sign.correct(part);
+      sign.correct(part);
       put(part);
     });
     return std::string();

@@ -242,7 +242,7 @@ FileWarnings& warnings() {
   return of_process;
 }
 
-/// Of each axis of the columns of `direction`, the image's axis along it and whether that runs backwards.
+/// The image's axis along each column of `direction`, and whether it runs backwards.
 struct AxisOrder {
   std::array<std::size_t, 3> axis{0, 1, 2};
   std::array<bool, 3> is_reversed{};
