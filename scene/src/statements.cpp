@@ -21,40 +21,31 @@ namespace {
 constexpr double least_modulus = 100, greatest_modulus = 1e12, least_density = 500, greatest_density = 25000;
 /// Small strains and turns end here [rad]: energy is off by a third, and grows with the square.
 constexpr double largest_small_turn = 15 * std::numbers::pi / 180;
-/// Of the mean cross-section: a plate of a test that touches less is uneven, a hold or a move by a face's name
-/// is next to nothing.
+/// Least shares of the mean cross-section: below, a test's plate is uneven, a face's hold or move tiny.
 constexpr double least_plate = 0.8, least_face = 0.05;
 
 double norm(const Vec3& v) {
   return std::hypot(v[0], v[1], v[2]);
 }
 
-double face_area(const Grid& grid, int axis) {
+double face_area(const Grid& grid, std::size_t axis) {
   double area = 1;
-  for (int a = 0; a < grid.dimension(); ++a)
-    area *= a == axis ? 1 : grid.spacing()[static_cast<std::size_t>(a)];
+  for (std::size_t a = 0; a < std::size_t(grid.dimension()); ++a)
+    area *= a == axis ? 1 : grid.spacing()[a];
   return area;
 }
-
-/// Outer faces by their axis and side.
-struct Faces {
-  std::array<std::array<double, 2>, 3> area{}; ///< [m^2]
-  void add(const Grid& grid, int axis, bool upper) {
-    area[static_cast<std::size_t>(axis)][upper ? 1 : 0] += face_area(grid, axis);
-  }
-};
 
 /// What one of Scene::conditions has.
 struct Stated {
   std::set<std::int64_t> nodes;
-  Faces faces;
+  std::array<std::array<double, 2>, 3> area{}; ///< of outer faces, by their axis and side [m^2]
   std::int64_t n_faces = 0;
   bool is_load = false, is_held = false;
   double most = 0; ///< displacement, traction or stiffness of springs
 };
 
-void add_face(const Grid& grid, const Index3& cell, int axis, bool upper, Stated& stated) {
-  stated.faces.add(grid, axis, upper);
+void add_face(const Grid& grid, const Index3& cell, std::size_t axis, bool upper, Stated& stated) {
+  stated.area[axis][upper ? 1 : 0] += face_area(grid, axis);
   ++stated.n_faces;
   for (int corner = 0; corner < grid.corners_per_cell(); ++corner)
     if ((corner >> axis & 1) == (upper ? 1 : 0))
@@ -69,8 +60,8 @@ void add_outer_faces(const Specimen& body, Stated& stated) {
   for (const std::int64_t cell : cells)
     for (int side = 0; side < 2 * body.grid.dimension(); ++side) {
       Index3 beyond = body.grid.cell_at(cell);
-      const int axis = side / 2;
-      beyond[static_cast<std::size_t>(axis)] += side % 2 ? 1 : -1;
+      const auto axis = std::size_t(side / 2);
+      beyond[axis] += side % 2 ? 1 : -1;
       if (body.grid.has_cell(beyond) && body.is_matter(body.grid.cell(beyond)))
         continue;
       bool is_in = true;
@@ -78,7 +69,7 @@ void add_outer_faces(const Specimen& body, Stated& stated) {
         is_in = (corner >> axis & 1) != side % 2 ||
                 stated.nodes.contains(body.grid.corner(body.grid.cell_at(cell), corner));
       if (is_in)
-        stated.faces.add(body.grid, axis, side % 2);
+        stated.area[axis][side % 2 ? 1 : 0] += face_area(body.grid, axis);
     }
 }
 
@@ -99,13 +90,13 @@ std::vector<Stated> stated_of(const Scene& scene) {
     add_outer_faces(scene.specimen, stated);
   for (const FaceLoad& load : scene.tractions)
     if (Stated* stated = at(load.condition)) {
-      add_face(grid, grid.cell_at(load.cell), load.axis, load.upper, *stated);
+      add_face(grid, grid.cell_at(load.cell), std::size_t(load.axis), load.upper, *stated);
       stated->is_load = true;
       stated->most = std::max(stated->most, norm(load.traction));
     }
   for (const FaceSpring& spring : scene.springs)
     if (Stated* stated = at(spring.condition)) {
-      add_face(grid, grid.cell_at(spring.cell), spring.axis, spring.upper, *stated);
+      add_face(grid, grid.cell_at(spring.cell), std::size_t(spring.axis), spring.upper, *stated);
       stated->is_load = true;
       stated->most = spring.stiffness;
     }
@@ -116,16 +107,15 @@ std::vector<Stated> stated_of(const Scene& scene) {
 Vec3 cross_sections(const Specimen& body) {
   const double cells = static_cast<double>(body.n_matter_cells());
   Vec3 area{};
-  for (int a = 0; a < body.grid.dimension(); ++a)
-    area[static_cast<std::size_t>(a)] =
-        cells * face_area(body.grid, a) / body.grid.cells()[static_cast<std::size_t>(a)];
+  for (std::size_t a = 0; a < std::size_t(body.grid.dimension()); ++a)
+    area[a] = cells * face_area(body.grid, a) / body.grid.cells()[a];
   return area;
 }
 
 StatedPart part_of(const Stated& stated, const NamedCondition& asked, const Vec3& sections) {
   StatedPart part{asked.name, asked.where, std::ssize(stated.nodes)};
   for (std::size_t a = 0; a < 3; ++a)
-    for (const double area : stated.faces.area[a]) {
+    for (const double area : stated.area[a]) {
       part.area += area;
       if (sections[a] > 0)
         part.share = std::max(part.share, area / sections[a]);
@@ -328,13 +318,14 @@ std::vector<std::string> world_warnings(const WorldScene& world) {
                  Eigen::Map<const Eigen::Vector3d>(object.position.data()));
     }
     for (int a = 0; a < world.dimension; ++a) {
-      const double h = world.spacing[static_cast<std::size_t>(a)];
+      const auto axis = std::size_t(a);
+      const double h = world.spacing[axis];
       const bool is_low = box.min()[a] < 1e-6 * h;
-      if (is_low || box.max()[a] > (world.cells[static_cast<std::size_t>(a)] - 1e-6) * h)
+      if (is_low || box.max()[a] > (world.cells[axis] - 1e-6) * h)
         warnings.push_back(
             fmt::format("{}: it lies at the world's border {}{}, a wall: forces there count as "
                         "contact; a cell between the two leaves them out",
-                        object.name, "xyz"[a], is_low ? '-' : '+'));
+                        object.name, "xyz"[axis], is_low ? '-' : '+'));
     }
   }
   return warnings;

@@ -73,7 +73,7 @@ double area(const Grid& grid, int axis) {
 void add_traction(const Region& region, const Vec3& traction, const Asked& where, Scene& scene,
                   FaultList& faults) {
   const auto faces = faces_in(region, where, scene.specimen, faults);
-  // Of a slope in steps it is 1 / sqrt(3) at least; an end with a depth has sides that look at each other.
+  // A slope in steps has 1 / sqrt(3) at least; an end with a depth has sides that face each other.
   constexpr double least_of_one_side = 0.57;
   double all = 0;
   Vec3 net{};

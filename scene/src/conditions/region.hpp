@@ -39,7 +39,7 @@ public:
 
   /// Sorted, each once.
   std::vector<std::int64_t> nodes(const Specimen& specimen) const;
-  /// Of a region that names cells (a label, a mask), its nodes as the corners of its own cells, and these:
+  /// Where the region names cells (a label, a mask): its nodes as the corners of its own cells, and these:
   /// then a node on a border counts in part on either side. Other regions leave both as they are.
   void share_nodes(const Specimen& specimen, std::vector<std::int64_t>& nodes,
                    std::vector<std::int64_t>& cells) const;

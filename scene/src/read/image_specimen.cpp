@@ -192,8 +192,8 @@ std::optional<LayeredImage> labels_of(const std::filesystem::path& file, const I
   return std::nullopt;
 }
 
-/// Of every label the voxels that no cell of it has, as cells hold what most of their voxels are: a label that
-/// is gone is a fault, a part of one is said.
+/// Counts the voxels of each label that its cells do not hold: a label without a cell is a fault, a loss of
+/// more than a tenth a warning.
 void account_for(const LabelCensus& census, const std::vector<LabelRange>& ranges,
                  const std::vector<NamedLabel>& names, const LabelCells& cells, const std::string& path,
                  FaultList& faults, Scene& scene) {

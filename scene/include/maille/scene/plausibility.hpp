@@ -61,7 +61,7 @@ std::vector<MaterialSummary> materials_of(const Scene& scene);
 /// conditions that others cover, pieces and voxels that are left out, moduli and densities in another unit,
 /// gravity that lifts. plausibility() has these, too.
 std::vector<std::string> statement_warnings(const Scene& scene);
-/// Of a world's objects, and of those that lie at its border.
+/// The same for a world: warnings of its objects, and objects at its border.
 std::vector<std::string> world_warnings(const WorldScene& world);
 
 struct Plausibility {
