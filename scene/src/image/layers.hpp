@@ -80,7 +80,7 @@ public:
   /// @pre one value a voxel
   /// @throws InputError where so many layers do not fit into memory, by the header; the window, as read_image
   LayerWindow open(int layers) const;
-  /// The same with so many voxels of void, which are NaN, on both sides along each axis.
+  /// The same with `voids` voxels of NaN on both sides along each axis.
   LayeredImage padded(const Index3& voids) const;
 
 private:

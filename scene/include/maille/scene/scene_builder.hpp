@@ -149,7 +149,7 @@ public:
 
   /// All that a scene file says, in TOML, of a body of labels(): [specimen] without `shape` and `image`
   /// (labels, material, fibre, coarsen), [[hold]], [[move]], [limits] and so on, in place of what the other
-  /// calls say. Numbers without a unit are in SI. @param folder of files that it names
+  /// calls say. Lengths and angles have a unit, or `units` says theirs. @param folder of files that it names
   SceneBuilder& keys(std::string toml, std::filesystem::path folder = {});
 
   /// The grid as given, of which nodes in lists are numbered; empty before there is a sound body. O(1)

@@ -27,7 +27,7 @@ struct StudyRange {
 
 /// One thing that varies: one or more keys of the scene that take the same value.
 struct StudyParameter {
-  std::vector<std::string> keys; ///< dotted, indices from 0: `specimen.material.E_fibre`, `move.0.by`
+  std::vector<std::string> keys; ///< dotted: `specimen.material.E_fibre`, `move[1].by`
   std::string label;             ///< default: the first key
   std::string unit;              ///< of all its values, as the study writes it; empty: numbers in SI, or text
   std::optional<StudyRange> range;
