@@ -67,10 +67,10 @@ ForceCheck balance_of(const Scene& scene, const Mechanics& found) {
       moment.norm() / std::max({held.moment.norm(), given.moment.norm(), rounding * of_size});
   if (check.force_share > tolerance)
     check.caveats.push_back(
-        fmt::format("forces are not in balance: {:.3g} N is missing, {:.2g} % of the largest", force.norm(),
+        fmt::format("forces are not in balance: {:.3g} N is missing, {:.3g} % of the largest", force.norm(),
                     100 * check.force_share));
   if (moment.norm() > tolerance * of_size)
-    check.caveats.push_back(fmt::format("moments are not in balance: {:.3g} N m is missing, {:.2g} % of the "
+    check.caveats.push_back(fmt::format("moments are not in balance: {:.3g} N m is missing, {:.3g} % of the "
                                         "moment about the {}",
                                         moment.norm(), 100 * check.moment_share,
                                         found.holds.empty() ? "moves" : "holds"));
@@ -93,10 +93,12 @@ std::optional<ForceCheck> check_forces(const Scene& scene, const Answer& answer)
                                           has_modulus(scene, answer) ? "" : ", and mean nothing here"));
   } else if (!check.caveats.empty() && scene.limits_bind_coupled() && !in_blocks(scene))
     check.caveats.back() += ": limits act along each of the object's axes, and hold it against turning";
-  if (answer.n_cut > 0)
-    check.caveats.emplace_back(
-        "limits cut the moves back: taut links carry any force, and these forces are one "
-        "set of many in balance");
+  const bool uses_slack_up = answer.method == "relaxed" && scene.limits.from == LimitSource::taut &&
+                             !scene.limits.taut_scale && !found.moves.empty();
+  if (answer.n_cut > 0 || uses_slack_up)
+    check.caveats.push_back(fmt::format(
+        "{}: taut links carry any force, and these forces are one set of many in balance",
+        answer.n_cut > 0 ? "limits cut the moves back" : "the moves use the slack of taut limits up"));
   return check;
 }
 
