@@ -26,7 +26,7 @@ constexpr Eigen::Index none = -1;
 using Vector = Eigen::VectorXd;
 using Matrix = Eigen::MatrixXd;
 
-/// Logarithms of the unknowns, what the model says there, and its slopes where they were taken.
+/// Logarithms of the unknowns, the numbers of the model there, and its slopes where they were taken.
 struct Point {
   Vector theta, computed;
   double misfit = 0;
