@@ -134,6 +134,22 @@ void warn_of_sizes(const Scene& scene, Plausibility& found) {
                     length_in_words(found.largest_move), percent(found.move_over_length)));
 }
 
+/// The force is the nodes' under the punch: few of them tell its radius badly.
+void warn_of_punch(const Scene& scene, Plausibility& found) {
+  constexpr double fewest_cells = 4, rounding = 0.1;
+  if (!scene.test || scene.test->kind != TestKind::indent)
+    return;
+  double cell = 0;
+  for (std::size_t a = 0; a < static_cast<std::size_t>(scene.dimension()); ++a)
+    if (static_cast<int>(a) != scene.test->axis)
+      cell = std::max(cell, scene.specimen.grid.spacing()[a]);
+  if (const double cells = scene.test->radius / cell; cells < fewest_cells - rounding)
+    found.warnings.push_back(
+        fmt::format("the punch has a radius of {:.2g} cells: its force is good to some per "
+                    "cent from {:g} cells on",
+                    cells, fewest_cells));
+}
+
 void warn_of_strains(const Scene& scene, Plausibility& found) {
   constexpr const char* limit =
       "relaxed, coupled and finite elements are small-strain elasticity, good up to some 10 %";
@@ -174,6 +190,7 @@ Plausibility plausibility(const Scene& scene) {
   if (scene.contracts() || !scene.tractions.empty())
     found.strain_of_loads = strain_of_loads(scene);
   warn_of_sizes(scene, found);
+  warn_of_punch(scene, found);
   warn_of_strains(scene, found);
   std::ranges::move(statement_warnings(scene), std::back_inserter(found.warnings));
   return found;

@@ -3,6 +3,7 @@
 #include "maille/scene/answer.hpp"
 #include "maille/scene/cell_fields.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"
+#include "maille/scene/mechanics/recovery.hpp"
 
 #include <Eigen/Geometry>
 
@@ -95,6 +96,8 @@ std::optional<TestResult> test_result(const Scene& scene, const Answer& answer) 
       result.apparent_modulus = result.stiffness / (2 * test.radius);
     break;
   }
+  if (!has_modulus(scene, answer))
+    result.apparent_modulus.reset();
   if (test.asks_for_failure)
     if (const auto factor = factor_to_failure(scene, answer))
       result.failure = *factor * result.reaction;

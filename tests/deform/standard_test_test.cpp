@@ -1,10 +1,15 @@
 // A scene's [test], answered: apparent constants of homogeneous bodies are the material's own.
 #include "maille/deform/solve.hpp"
 #include "maille/materials/fault.hpp"
+#include "maille/scene/mechanics/recovery.hpp"
+#include "maille/scene/plausibility.hpp"
 #include "maille/scene/read_scene.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
 
 namespace maille {
 namespace {
@@ -113,11 +118,62 @@ TEST(StandardTestOracle, AnIndenterFeelsTheForceOfItsPatch) {
       ++moved;
     }
   EXPECT_EQ(moved, 13u); // nodes of a 1 mm grid within 2 mm of one of them
+  const double radius = 1e-3 * (std::sqrt(13 / std::numbers::pi) - 0.25);
+  EXPECT_NEAR(scene.test->radius, radius, 1e-9);
+  EXPECT_NE(plausibility(scene).warnings.at(0).find("a radius of 1.8 cells"), std::string::npos);
   const TestResult found = test_result(scene, answer).value();
   EXPECT_GT(found.reaction, 0);
   EXPECT_NEAR(found.reaction, force, 1e-12);
-  EXPECT_NEAR(found.apparent_modulus.value(), force / (2 * 2e-3 * 0.08e-3), 1e-6 * E);
+  EXPECT_NEAR(found.apparent_modulus.value(), force / (2 * radius * 0.08e-3), 1e-6 * E);
   EXPECT_NEAR(result_of(tested(indent + "0.02", "[12, 12, 8]")).reaction, 2 * force, 1e-4 * force);
+}
+
+// Truth: Hayes et al. 1972, J. Biomech. 5:541, table 1: F / (2 R d) of a bonded layer is kappa E / (1 - nu^2).
+TEST(StandardTestAnalytic, AnIndentedLayerIsThatOfHayes) {
+  struct Layer {
+    int cells, height; ///< to a radius, and high
+    double kappa, within;
+  };
+  for (const Layer& layer : {Layer{4, 4, 2.480, 0.05}, Layer{6, 6, 2.480, 0.03}, Layer{8, 8, 2.480, 0.03},
+                             Layer{6, 15, 1.472, 0.03}}) {
+    const TestResult found = result_of(
+        tested(fmt::format("kind = \"indent\"\naxis = \"z\"\nradius = \"{} mm\"\nstrain = 0.01", layer.cells),
+               fmt::format("[{0}, {0}, {1}]", 8 * layer.cells, layer.height)));
+    EXPECT_NEAR(found.apparent_modulus.value() / (layer.kappa * E / (1 - nu * nu)), 1, layer.within)
+        << layer.cells << " " << layer.height;
+  }
+}
+
+// Truth: statics: a force of 6 mN on an arm of 12 mm is 72 uN m at the hold.
+TEST(ForceCheckAnalytic, LimitsHoldABeamAgainstBending) {
+  const auto checked = [](const std::string& more) {
+    const Scene scene = parse_scene("[specimen]\nshape = \"box\"\ncells = [6, 6, 12]\nspacing = \"1 mm\"\n"
+                                    "material = { youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }\n"
+                                    "[[hold]]\nwhere = \"z-\"\n[[load]]\nwhere = \"z+\"\n"
+                                    "force = [\"6 mN\", 0, 0]\n" +
+                                    more);
+    return check_forces(scene, deform::solve(scene, "coupled")).value();
+  };
+  const ForceCheck free = checked("");
+  EXPECT_TRUE(free.caveats.empty());
+  EXPECT_LT(free.moment_share, 1e-4);
+  const ForceCheck bound =
+      checked("[limits]\nfrom = \"given\"\nstretch = 1.02\ncompress = 0.98\nshear = 0.02\n");
+  EXPECT_LT(bound.force_share, 1e-4);
+  EXPECT_NEAR(std::abs(bound.missing.moment[1]), bound.moment_share * 72e-6, 1e-9);
+  EXPECT_GT(bound.moment_share, 0.5);
+  ASSERT_EQ(bound.caveats.size(), 1u);
+  EXPECT_NE(bound.caveats[0].find("moments are not in balance"), std::string::npos) << bound.caveats[0];
+}
+
+// Truth: the definition: at a Poisson ratio of 0.4999 the diagonal is 1667 times Young's modulus.
+TEST(ForceCheckAnalytic, RelaxedHasNoModulusNearIncompressibility) {
+  const std::string axial = "kind = \"axial\"\naxis = \"z\"\nstrain = -0.02";
+  EXPECT_TRUE(result_of(tested(axial), "relaxed").apparent_modulus);
+  const Scene scene = tested(axial, "[4, 4, 4]", 0.4999);
+  EXPECT_FALSE(result_of(scene, "relaxed").apparent_modulus);
+  EXPECT_TRUE(result_of(scene).apparent_modulus);
+  EXPECT_NEAR(stiffening_of_relaxed(scene), 1667, 1);
 }
 
 // Truth: in uniaxial stress the effective strain is the strain, everywhere.

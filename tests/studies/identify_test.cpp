@@ -42,7 +42,7 @@ TEST(IdentifyAnalytic, FindsWhatExactDataWereMadeWith) {
     const Identification one = identify({{"E", start * 12e3}}, observed({0.02 * 12e3}), bar);
     EXPECT_EQ(one.status, IdentifyStatus::done) << one.message;
     EXPECT_NEAR(one.unknowns[0].value, 12e3, 1e-3 * 12e3);
-    EXPECT_LE(one.solves, 12);
+    EXPECT_LE(one.solves, 36); // 12 a start
     EXPECT_FALSE(one.unknowns[0].interval) << "one datum and no sigma tell nothing of its error";
   }
   // A pull towards -x, far from a line in its stiffness.
@@ -57,7 +57,7 @@ TEST(IdentifyAnalytic, FindsWhatExactDataWereMadeWith) {
   EXPECT_EQ(two.status, IdentifyStatus::done) << two.message;
   EXPECT_NEAR(two.unknowns[0].value, 3, 3e-3);
   EXPECT_NEAR(two.unknowns[1].value, 0.4, 4e-4);
-  EXPECT_LE(two.solves, 24);
+  EXPECT_LE(two.solves, 72);
   for (std::size_t i = 0; i < data.size(); ++i)
     EXPECT_NEAR(two.computed[i], data[i], 1e-3 * data[i]);
 }
@@ -113,9 +113,30 @@ TEST(IdentifyAnalytic, SaysWhatTheDataLeaveOpen) {
   EXPECT_NEAR(unheard.unknowns[0].value, 4, 1e-3);
 }
 
+// Truth: by construction: x and 1 / x fit alike, and a plateau hides an unknown that slopes at its rim still tell.
+TEST(IdentifyAnalytic, SaysWhatFitsAsWellElsewhere) {
+  const Model even = [](const std::vector<double>& p) {
+    const double x = std::log(p[0]);
+    return std::optional(std::vector{x * x, 3 * x * x, 2 * p[1]});
+  };
+  const Identification both = identify({{"E", 2}, {"G", 5}}, observed({0.25, 0.75, 8}, 0.01), even);
+  EXPECT_EQ(both.status, IdentifyStatus::undetermined);
+  EXPECT_NE(both.message.find("E: "), std::string::npos) << both.message;
+  EXPECT_FALSE(both.unknowns[0].is_determined);
+  EXPECT_TRUE(both.unknowns[1].is_determined);
+  const Model plateau = [](const std::vector<double>& p) {
+    return std::optional(std::vector{p[0], p[0] / (1 + std::pow(p[1], -2))});
+  };
+  const Identification hidden = identify({{"E", 1}, {"E_cross", 3}}, observed({1, 0.97}, 0.02), plateau);
+  EXPECT_EQ(hidden.status, IdentifyStatus::undetermined) << hidden.unknowns[1].value;
+  EXPECT_FALSE(hidden.unknowns[1].is_determined);
+}
+
 TEST(IdentifyContract, EndsWhereTheModelDoes) {
   const Model none = [](const std::vector<double>&) { return std::optional<std::vector<double>>(); };
-  EXPECT_EQ(identify({{"E", 1}}, observed({1, 2}), none).status, IdentifyStatus::failed);
+  const Identification failed = identify({{"E", 1}}, observed({1, 2}), none);
+  EXPECT_EQ(failed.status, IdentifyStatus::failed);
+  EXPECT_FALSE(failed.unknowns[0].is_determined);
   Control control;
   control.stop_requested = [] { return true; };
   EXPECT_EQ(identify({{"a", 1}, {"b", 1}}, observed({1, 2, 3}), decay(3), {}, control).status,
@@ -190,7 +211,7 @@ TEST(IdentifyCommandAnalytic, FindsTheConstantsOfItsOwnAnswer) {
   ASSERT_EQ(found.code, 0) << found.err << found.out;
   const auto json = nlohmann::json::parse(found.out);
   EXPECT_EQ(json["status"], "done");
-  EXPECT_LE(json["solves"].get<int>(), 24);
+  EXPECT_LE(json["solves"].get<int>(), 72);
   EXPECT_NEAR(json["unknowns"][0]["value"].get<double>(), 30, 0.3);
   EXPECT_NEAR(json["unknowns"][1]["value"].get<double>(), 5, 0.05);
   for (const auto& row : json["observations"])

@@ -9,8 +9,9 @@ namespace maille {
 
 namespace {
 
-/// Forces that cancel to less than this part of their sizes are rounding.
-constexpr double negligible = 1e-6;
+/// Forces that cancel to less than this part of their sizes are in balance by themselves, as those of a hold
+/// that nothing pulls at: what is left is the tolerance of solvers, with no error of its own.
+constexpr double negligible = 1e-3;
 
 double length(const Vec3& v) {
   return std::hypot(v[0], v[1], v[2]);

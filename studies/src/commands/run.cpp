@@ -149,6 +149,12 @@ std::string text_of_steps(const Scene& scene, const std::vector<Comparison>& ste
       text += "\n" + in_words(*row.mechanics);
   if (n_steps > 1)
     text += "\n" + columns_of_curve().text(curve.points);
+  for (std::size_t i = 0; i + 1 < steps.size(); ++i) // the last one is in the table
+    for (const ComparisonRow& row : steps[i].rows)
+      if (!is_converged(row.answer.status))
+        text += fmt::format("step {} of {} ended {}{}{}: no files, exit code {}\n", i + 1, n_steps,
+                            to_string(row.answer.status), row.answer.message.empty() ? "" : ": ",
+                            row.answer.message, exit_run_failed);
   if (const std::string measures = measure_steps_in_words(measures_of(steps, n_steps));
       n_steps > 1 && !measures.empty())
     text += "\n" + measures;

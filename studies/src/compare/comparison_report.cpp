@@ -3,6 +3,7 @@
 #include "compare/comparison_columns.hpp"
 #include "json_parts.hpp"
 #include "maille/scene/image.hpp"
+#include "maille/scene/mechanics/recovery.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "mechanics/mechanics_report.hpp"
 #include "results/figures.hpp"
@@ -59,6 +60,9 @@ std::string mechanics_in_words(const Scene& scene, const Comparison& comparison)
       text += fmt::format("; strain energy {:.4g} J{}", *answer.strain_energy,
                           scene.dimension() == 2 ? "/m" : "");
     text += "\n";
+    if (const auto check = check_forces(scene, answer))
+      for (const std::string& caveat : check->caveats)
+        text += fmt::format("{:<9} {}\n", "", caveat);
   }
   return text.empty() ? text : text + "\n";
 }
@@ -143,8 +147,19 @@ void add_measures(Table& columns) {
 constexpr auto of_mechanics = &ComparisonRow::mechanics;
 constexpr auto of_mechanics_errors = &ComparisonRow::mechanics_errors;
 
-Value mechanics_json(const Mechanics& mechanics) {
-  return in_json(mechanics);
+Value mechanics_json(const Line& line) {
+  if (!line.row->mechanics)
+    return nullptr;
+  Value out = in_json(*line.row->mechanics);
+  if (const auto check = check_forces(*line.scene, line.row->answer)) {
+    out["missing"] = {{"centroid", check->missing.centroid},
+                      {"force", check->missing.force},
+                      {"moment", check->missing.moment},
+                      {"force_share", json_number(check->force_share)},
+                      {"moment_share", json_number(check->moment_share)}};
+    out["caveats"] = check->caveats;
+  }
+  return out;
 }
 
 Value rubbing_json(const Answer& answer) {
@@ -319,9 +334,7 @@ const Table& columns_of_comparison() {
               "borders that slide with friction: labels, N that press and rub, slipping share"},
              of_row, of_answer, rubbing_json)
         .json_where([](const Line& line) { return !line.row->answer.rubbing.empty(); });
-    columns
-        .add({"", "mechanics", "", "of labels, materials and the body, see below"}, of_row, of_mechanics,
-             mechanics_json)
+    columns.add({"", "mechanics", "", "of labels, materials and the body, see below"}, mechanics_json)
         .omitted();
     return columns;
   }();

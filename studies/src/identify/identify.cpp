@@ -16,12 +16,22 @@ namespace {
 constexpr double difference_step = 1e-2; ///< of logarithms: far above the rounding of the model's algebra
 constexpr double least_influence = 1e-4; ///< over the greatest, that is more than that rounding
 constexpr double longest_step = 2.3;     ///< a factor of ten
-constexpr double widest_interval = 4.6;  ///< half a width of logarithms: a factor of 100 either way
+constexpr double widest_interval = 4.6;  ///< of logarithms: a factor of 100 from end to end
 constexpr double assumed_sigma = 0.01;   ///< of each value, where none is given: weights alone
 constexpr double near_enough_for_values = 0.1; ///< beyond, steps are taken on logarithms of the data
+constexpr double far_away = 1.4;               ///< other starts: a factor of 4
+constexpr double straight = 0.1;               ///< logarithms over which slopes are taken not to change
+constexpr Eigen::Index none = -1;
 
 using Vector = Eigen::VectorXd;
 using Matrix = Eigen::MatrixXd;
+
+/// Logarithms of the unknowns, the numbers of the model there, and its slopes where they were taken.
+struct Point {
+  Vector theta, computed;
+  double misfit = 0;
+  Matrix slopes;
+};
 
 class Search {
 public:
@@ -30,9 +40,9 @@ public:
       : unknowns_(unknowns), observations_(observations), model_(model), settings_(settings),
         control_(control), n_(static_cast<Eigen::Index>(unknowns.size())),
         m_(static_cast<Eigen::Index>(observations.size())) {
-    theta_.resize(n_);
+    best_.theta.resize(n_);
     for (Eigen::Index j = 0; j < n_; ++j)
-      theta_(j) = std::log(unknowns[static_cast<std::size_t>(j)].start);
+      best_.theta(j) = std::log(unknowns[static_cast<std::size_t>(j)].start);
     found_.freedom = static_cast<int>(m_ - n_);
     found_.sigma_is_known = observations.front().sigma.has_value();
     double largest = 0;
@@ -49,84 +59,118 @@ public:
   }
 
   Identification run() {
-    const auto start = at(theta_);
-    if (!start)
+    if (!evaluate(best_))
       return ended(IdentifyStatus::failed, "the model has no answer at the start");
-    computed_ = *start;
-    const int budget = settings_.solves_per_unknown * static_cast<int>(n_);
-    Matrix slopes;
-    bool is_small = false;
-    while (!is_small) {
-      if (control_.should_stop())
-        return ended(IdentifyStatus::interrupted, "stopped");
-      if (found_.solves + n_ + 1 > budget)
-        return finish(
-            slopes, IdentifyStatus::budget_reached,
-            fmt::format("{} solves did not bring the steps below {:g}", found_.solves, settings_.tolerance));
-      if (!differentiate(slopes))
-        return ended(IdentifyStatus::failed, "the model has no answer beside " + values_in_words());
-      const Vector step = limited(newton_step(slopes));
-      is_small = step.cwiseAbs().maxCoeff() < settings_.tolerance;
-      if (!is_small && !advance(step))
-        is_small = true; // nothing nearer lies that way: the noise of the model's own algebra
+    const IdentifyStatus status = descend(best_);
+    switch (status) {
+    case IdentifyStatus::interrupted:
+      return ended(status, "stopped");
+    case IdentifyStatus::failed:
+      return ended(status, "the model has no answer beside " + values_in_words(best_.theta));
+    case IdentifyStatus::budget_reached:
+      return finish(status, fmt::format("{} solves did not bring the steps below {:g}", found_.solves,
+                                        settings_.tolerance));
+    default:
+      start_elsewhere();
+      return control_.should_stop() ? ended(IdentifyStatus::interrupted, "stopped") : finish(status, "");
     }
-    return finish(slopes, IdentifyStatus::done, "");
   }
 
 private:
-  std::optional<Vector> at(const Vector& theta) {
+  bool evaluate(Point& point) {
     std::vector<double> values;
-    for (const double t : theta)
+    for (const double t : point.theta)
       values.push_back(std::exp(t));
     ++found_.solves;
     const auto numbers = model_(values);
     if (!numbers)
-      return std::nullopt;
-    Vector computed(m_);
+      return false;
+    point.computed.resize(m_);
     for (Eigen::Index i = 0; i < m_; ++i)
-      computed(i) = (*numbers)[static_cast<std::size_t>(i)];
-    return computed.allFinite() ? std::optional(computed) : std::nullopt;
+      point.computed(i) = (*numbers)[static_cast<std::size_t>(i)];
+    point.misfit = misfit(point.computed);
+    return point.computed.allFinite();
+  }
+
+  /// Gauss and Newton's steps to the least misfit. @param fixed an unknown that stays as it is
+  IdentifyStatus descend(Point& point, Eigen::Index fixed = none) {
+    const int budget = found_.solves - 1 + settings_.solves_per_unknown * static_cast<int>(n_);
+    while (true) {
+      if (control_.should_stop())
+        return IdentifyStatus::interrupted;
+      if (found_.solves + n_ + 1 > budget)
+        return IdentifyStatus::budget_reached;
+      if (!differentiate(point, fixed))
+        return IdentifyStatus::failed;
+      const Vector step = limited(newton_step(point));
+      // Else nothing nearer lies that way: the noise of the model's own algebra.
+      if (step.cwiseAbs().maxCoeff() < settings_.tolerance || !advance(point, step))
+        return IdentifyStatus::done;
+    }
+  }
+
+  /// Takes the best of what other starts lead to, and keeps the others.
+  void start_elsewhere() {
+    for (const double sign : {1.0, -1.0}) {
+      Point other;
+      bool has_answer = false;
+      for (double part = 1; part > 0.2 && !has_answer; part /= 2) {
+        other.theta = best_.theta;
+        for (Eigen::Index j = 0; j < n_; ++j)
+          other.theta(j) += (j % 2 == 0 ? sign : -sign) * part * far_away;
+        has_answer = !control_.should_stop() && evaluate(other);
+      }
+      if (!has_answer)
+        continue;
+      const IdentifyStatus status = descend(other);
+      if (status == IdentifyStatus::done && other.misfit < best_.misfit)
+        std::swap(best_, other);
+      others_.push_back(std::move(other));
+    }
   }
 
   double misfit(const Vector& computed) const {
     return ((computed - wanted_).array() / sigma_.array()).square().sum();
   }
 
-  bool differentiate(Matrix& slopes) {
-    slopes.resize(m_, n_);
+  bool differentiate(Point& point, Eigen::Index fixed) {
+    Matrix slopes = Matrix::Zero(m_, n_);
     for (Eigen::Index j = 0; j < n_; ++j) {
-      Vector beside = theta_;
-      beside(j) += difference_step;
-      const auto computed = at(beside);
-      if (!computed)
+      if (j == fixed)
+        continue;
+      Point beside{point.theta, {}, 0, {}};
+      beside.theta(j) += difference_step;
+      if (!evaluate(beside))
         return false;
-      slopes.col(j) = (*computed - computed_) / difference_step;
+      slopes.col(j) = (beside.computed - point.computed) / difference_step;
     }
+    point.slopes = std::move(slopes);
     return true;
   }
 
   /// True where every datum has the sign of what is computed, and some are far off.
-  bool is_far() const {
+  bool is_far(const Vector& computed) const {
     double farthest = 0;
     for (Eigen::Index i = 0; i < m_; ++i) {
-      if (!(computed_(i) * wanted_(i) > 0))
+      if (!(computed(i) * wanted_(i) > 0))
         return false;
-      farthest = std::max(farthest, std::abs(std::log(computed_(i) / wanted_(i))));
+      farthest = std::max(farthest, std::abs(std::log(computed(i) / wanted_(i))));
     }
     return farthest > near_enough_for_values;
   }
 
   /// The least-squares step of the linearised model; the shortest where it is not determined.
-  Vector newton_step(const Matrix& slopes) const {
+  Vector newton_step(const Point& point) const {
     Matrix a(m_, n_);
     Vector b(m_);
-    const bool far = is_far();
+    const bool far = is_far(point.computed);
     for (Eigen::Index i = 0; i < m_; ++i) {
+      const double computed = point.computed(i);
       // log: d(log f) = df / f, weighed by the relative sigma.
-      const double weight = far ? std::abs(wanted_(i)) / (sigma_(i) * computed_(i)) : 1 / sigma_(i);
-      a.row(i) = weight * slopes.row(i);
-      b(i) = far ? std::abs(wanted_(i)) / sigma_(i) * std::log(wanted_(i) / computed_(i))
-                 : (wanted_(i) - computed_(i)) / sigma_(i);
+      const double weight = far ? std::abs(wanted_(i)) / (sigma_(i) * computed) : 1 / sigma_(i);
+      a.row(i) = weight * point.slopes.row(i);
+      b(i) = far ? std::abs(wanted_(i)) / sigma_(i) * std::log(wanted_(i) / computed)
+                 : (wanted_(i) - computed) / sigma_(i);
     }
     Eigen::JacobiSVD<Matrix> svd(a, Eigen::ComputeThinU | Eigen::ComputeThinV);
     svd.setThreshold(least_influence);
@@ -141,26 +185,24 @@ private:
   }
 
   /// Goes as far along the step as the misfit falls. @return false where it falls nowhere
-  bool advance(const Vector& step) {
+  bool advance(Point& point, const Vector& step) {
     constexpr int most_halvings = 4;
-    const double before = misfit(computed_);
     double part = 1;
     for (int i = 0; i <= most_halvings; ++i, part /= 2) {
-      const auto computed = at(theta_ + part * step);
-      if (!computed || !(misfit(*computed) < before))
+      Point ahead{point.theta + part * step, {}, 0, point.slopes};
+      if (!evaluate(ahead) || !(ahead.misfit < point.misfit))
         continue;
-      theta_ += part * step;
-      computed_ = *computed;
+      point = std::move(ahead);
       return true;
     }
     return false;
   }
 
-  std::string values_in_words() const {
+  std::string values_in_words(const Vector& theta) const {
     std::vector<std::string> words;
     for (Eigen::Index j = 0; j < n_; ++j)
       words.push_back(
-          fmt::format("{} = {:.4g}", unknowns_[static_cast<std::size_t>(j)].name, std::exp(theta_(j))));
+          fmt::format("{} = {:.4g}", unknowns_[static_cast<std::size_t>(j)].name, std::exp(theta(j))));
     return fmt::format("{}", fmt::join(words, ", "));
   }
 
@@ -170,20 +212,48 @@ private:
     found_.unknowns.clear();
     for (Eigen::Index j = 0; j < n_; ++j)
       found_.unknowns.push_back(
-          {unknowns_[static_cast<std::size_t>(j)].name, std::exp(theta_(j)), std::nullopt, true});
-    if (computed_.size() > 0) {
-      found_.computed.assign(computed_.begin(), computed_.end());
-      found_.misfit = misfit(computed_);
+          {unknowns_[static_cast<std::size_t>(j)].name, std::exp(best_.theta(j)), std::nullopt, false});
+    if (best_.computed.size() > 0) {
+      found_.computed.assign(best_.computed.begin(), best_.computed.end());
+      found_.misfit = best_.misfit;
     }
     return found_;
   }
 
+  /// How far an unknown can go until the least misfit beside it has risen by so much; a straight model says
+  /// `reach`. @param along the change of all unknowns with it, of a straight model
+  double profile(Eigen::Index j, const Vector& along, double reach, double rise) {
+    constexpr int most_points = 5;
+    constexpr double near_enough = 0.2, farthest = 3;
+    const double sign = along(j);
+    double low = 0, high = INFINITY;
+    for (int i = 0; i < most_points && low < widest_interval && !control_.should_stop(); ++i) {
+      Point point{best_.theta + reach * along, {}, 0, {}};
+      point.theta(j) = best_.theta(j) + reach * sign;
+      if (!evaluate(point)) { // constants that are none, or no answer: ends of what can be
+        high = reach;
+        reach = (low + high) / 2;
+        continue;
+      }
+      if (n_ > 1)
+        descend(point, j);
+      const double rose = point.misfit - best_.misfit;
+      if (std::abs(rose / rise - 1) < near_enough)
+        return reach;
+      (rose < rise ? low : high) = reach;
+      reach *= std::sqrt(rise / std::max(rose, rise / (farthest * farthest)));
+      if (!(reach > low && reach < high))
+        reach = std::isfinite(high) ? (low + high) / 2 : farthest * low;
+    }
+    return std::max(reach, low);
+  }
+
   /// Intervals, and what the data leave open.
-  Identification finish(const Matrix& slopes, IdentifyStatus status, std::string message) {
+  Identification finish(IdentifyStatus status, std::string message) {
     ended(status, std::move(message));
-    if (slopes.size() == 0)
+    if (best_.slopes.size() == 0)
       return found_;
-    const Matrix a = sigma_.cwiseInverse().asDiagonal() * slopes;
+    const Matrix a = sigma_.cwiseInverse().asDiagonal() * best_.slopes;
     const Eigen::JacobiSVD<Matrix> svd(a, Eigen::ComputeThinU | Eigen::ComputeThinV);
     const bool has_scale = found_.sigma_is_known || found_.freedom > 0;
     const double scale = found_.sigma_is_known ? 1
@@ -194,22 +264,40 @@ private:
                                 : boost::math::quantile(boost::math::students_t(found_.freedom), 0.975);
     // Exact data tell as much as the model's own rounding lets them.
     const double exact_enough = std::max(scale, 1e-6);
-    Vector variance = Vector::Zero(n_);
+    Matrix covariance = Matrix::Zero(n_, n_);
     std::vector<std::string> open;
     for (Eigen::Index k = 0; k < n_; ++k) {
-      const double s = svd.singularValues()(k);
+      const double s = std::max(svd.singularValues()(k), 1e-100);
       const Vector along = svd.matrixV().col(k);
-      const double half_width = s > 0 ? quantile * exact_enough / s : INFINITY;
-      if (half_width > widest_interval || !(s > least_influence * svd.singularValues()(0)))
+      if (quantile * exact_enough / s > widest_interval / 2 ||
+          !(s > least_influence * svd.singularValues()(0)))
         open.push_back(left_open(along));
-      variance += along.cwiseAbs2() * (s > 0 ? exact_enough * exact_enough / (s * s) : INFINITY);
+      covariance += along * along.transpose() * (exact_enough * exact_enough / (s * s));
     }
+    const bool is_settled = open.empty() && status == IdentifyStatus::done;
     for (Eigen::Index j = 0; j < n_; ++j) {
       Identified& one = found_.unknowns[static_cast<std::size_t>(j)];
-      const double half_width = quantile * std::sqrt(variance(j));
-      one.is_determined = half_width <= widest_interval;
-      if (has_scale && std::isfinite(half_width))
-        one.interval = {std::exp(theta_(j) - half_width), std::exp(theta_(j) + half_width)};
+      double low = quantile * std::sqrt(covariance(j, j)), high = low;
+      const Vector along = covariance.col(j) / covariance(j, j);
+      if (is_settled && low <= widest_interval / 2 && low * along.cwiseAbs().maxCoeff() > straight) {
+        const double rise = quantile * quantile * exact_enough * exact_enough;
+        high = profile(j, along, high, rise);
+        low = profile(j, -along, low, rise);
+      }
+      one.is_determined = low + high <= widest_interval;
+      if (has_scale && std::isfinite(low + high))
+        one.interval = {std::exp(best_.theta(j) - low), std::exp(best_.theta(j) + high)};
+      if (!one.is_determined && is_settled)
+        open.push_back(one.name + ": values that differ by a factor of 100 fit them");
+      // Where it fits as well from another start: to the data's error, at least to 1 % of what is assumed.
+      const double as_well = best_.misfit + std::pow(quantile * std::max(exact_enough, 0.01), 2);
+      for (const Point& other : others_)
+        if (const double off = other.theta(j) - best_.theta(j);
+            one.is_determined && other.misfit <= as_well &&
+            std::abs(off) > std::max(off > 0 ? high : low, straight)) {
+          one.is_determined = false;
+          open.push_back(fmt::format("{}: {:.4g} fits as well", one.name, std::exp(other.theta(j))));
+        }
     }
     if (!open.empty() && status == IdentifyStatus::done) {
       found_.status = IdentifyStatus::undetermined;
@@ -237,7 +325,9 @@ private:
   const IdentifySettings& settings_;
   const Control& control_;
   Eigen::Index n_, m_;
-  Vector theta_, wanted_, sigma_, computed_;
+  Vector wanted_, sigma_;
+  Point best_;
+  std::vector<Point> others_;
   Identification found_;
 };
 

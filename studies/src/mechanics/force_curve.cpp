@@ -139,7 +139,7 @@ std::string force_in_words(std::span<const double> force) {
   std::string text;
   for (const double component : force)
     text += fmt::format("{}{:.4g}", text.empty() ? "(" : ", ",
-                        std::abs(component) > 1e-7 * largest ? component : 0);
+                        std::abs(component) > 1e-6 * largest ? component : 0);
   return text + ")";
 }
 

@@ -2,7 +2,10 @@
 
 #include "text.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <initializer_list>
 
 namespace maille::studies {
 
@@ -33,6 +36,28 @@ void add_spread(Parts& columns, const std::string& key, const std::string& unit,
   for (const Figure& figure : figures)
     columns.add({"", key + "." + figure.key, unit, fmt::format("{}: {}", meaning, figure.meaning)},
                 figure.value == shown ? as : Shown{}, spread, figure.value);
+}
+
+/// Figures that are rounding beside the largest of their kind are 0, for people.
+void drop_rounding(PartMechanics& part) {
+  constexpr double rounding = 1e-6;
+  const auto drop = [](std::initializer_list<std::optional<Spread>*> figures, double* other) {
+    double largest = 0;
+    for (const auto* figure : figures)
+      if (*figure)
+        largest = std::max({largest, std::abs((*figure)->least), std::abs((*figure)->most)});
+    for (auto* figure : figures)
+      if (*figure)
+        for (double* value : {&(*figure)->mean, &(*figure)->most})
+          *value = std::abs(*value) < rounding * largest ? 0 : *value;
+    if (other != nullptr && std::abs(*other) < rounding * largest)
+      *other = 0;
+  };
+  double change = part.volume_change();
+  drop({&part.fibre_strain, &part.largest_strain, &part.smallest_strain}, &change);
+  if (change == 0)
+    part.volume = part.volume_at_rest;
+  drop({&part.fibre_stress, &part.von_mises, &part.pressure}, nullptr);
 }
 
 } // namespace
@@ -99,6 +124,7 @@ std::string in_words(const Mechanics& mechanics) {
   std::vector<PartMechanics> rows = mechanics.labels.empty() ? mechanics.materials : mechanics.labels;
   if (rows.size() > 1)
     rows.push_back(mechanics.body);
+  std::ranges::for_each(rows, drop_rounding);
   return columns_of_parts().text(rows);
 }
 

@@ -339,6 +339,12 @@ void add_words(const PageData& results, const std::vector<PageData>& rows, const
     run["notes"].push_back("Estimated errors are those against linear elasticity of the same cells, found "
                            "without finite elements by "
                            "a few multigrid cycles.");
+  // Beside the tables of forces.
+  for (const PageData& row : rows)
+    for (const PageData& caveat : at(row, "mechanics", "caveats"))
+      if (const PageData note = fmt::format("Forces by {}: {}.", plain(at(row, "method")), plain(caveat));
+          std::ranges::find(run["notes"], note) == run["notes"].end())
+        run["notes"].push_back(note);
   for (const PageData& piece : at(comparison, "left_out"))
     run["notes"].push_back("Left out: " + plain(at(piece, "name")));
 }

@@ -49,14 +49,34 @@ std::string strain_in_words(double strain) {
   return fmt::format("{:.3g} %", 100 * strain);
 }
 
+constexpr double rounding = 1e-6; ///< beside the largest figure of its kind
+double without_rounding(double value, double largest) {
+  return std::abs(value) < rounding * largest ? 0 : value;
+}
+
+/// The largest of a part's strains, or of its stresses.
+double largest_of(const PageData& part, std::string_view kind) {
+  double largest = 0;
+  for (const char* key :
+       {"fibre_strain", "largest_strain", "smallest_strain", "fibre_stress", "von_mises", "pressure"})
+    if (std::string_view(key).ends_with("strain") == (kind == "strain"))
+      for (const char* figure : {"min", "max"})
+        if (const PageData value = at(part, key, figure); value.is_number())
+          largest = std::max(largest, std::abs(value.get<double>()));
+  return largest;
+}
+
 /// The mean, sorted by it, and the middle 90 %.
-PageData spread_cell(const PageData& spread, std::string (*words)(double)) {
+PageData spread_cell(const PageData& spread, std::string (*words)(double), double largest) {
   const PageData mean = at(spread, "mean"), low = at(spread, "p5"), high = at(spread, "p95");
   if (!mean.is_number())
     return number_cell("–", nullptr);
-  std::string text = words(mean.get<double>());
+  const auto shown = [&](const PageData& value) {
+    return words(without_rounding(value.get<double>(), largest));
+  };
+  std::string text = shown(mean);
   if (low.is_number() && high.is_number())
-    text += fmt::format(" ({} to {})", words(low.get<double>()), words(high.get<double>()));
+    text += fmt::format(" ({} to {})", shown(low), shown(high));
   return number_cell(std::move(text), mean);
 }
 
@@ -143,9 +163,12 @@ std::optional<PageData> parts_table(const std::vector<const PageData*>& rows, co
       PageData cells{text_cell(name_of(one)), text_cell(plain(at(*rows[row], "method")))};
       cells.push_back(
           number_cell(volume.is_number() ? in_cubic_metres(volume.get<double>(), dimension) : "–", volume));
-      cells.push_back(number_cell(percent(change), change));
+      const double strain = largest_of(one, "strain"), stress = largest_of(one, "stress");
+      cells.push_back(number_cell(
+          change.is_number() ? in_percent(without_rounding(change.get<double>(), strain)) : "–", change));
       for (const SpreadColumn& spread : spreads)
-        cells.push_back(spread_cell(at(one, spread.key), spread.words));
+        cells.push_back(spread_cell(at(one, spread.key), spread.words,
+                                    spread.words == strain_in_words ? strain : stress));
       cells.push_back(number_cell(
           energy.is_number() ? fmt::format("{:.4g} {}", energy.get<double>(), dimension == 2 ? "J/m" : "J")
                              : "–",
@@ -165,21 +188,22 @@ std::optional<PageData> parts_table(const std::vector<const PageData*>& rows, co
   return table;
 }
 
+/// The length of a vector; 0 of none.
+double size_of(const PageData& vector) {
+  double square = 0;
+  for (std::size_t axis = 0; vector.is_array() && axis < vector.size(); ++axis)
+    square += vector[axis].is_number() ? std::pow(vector[axis].get<double>(), 2) : 0;
+  return std::sqrt(square);
+}
+
 /// Components that are rounding beside the largest are 0.
-void add_vector(PageData& cells, const PageData& vector) {
-  double largest = 0;
-  const bool is_one = vector.is_array() && vector.size() == 3 &&
-                      std::ranges::all_of(vector, [](const PageData& value) { return value.is_number(); });
-  for (std::size_t axis = 0; is_one && axis < 3; ++axis)
-    largest = std::max(largest, std::abs(vector[axis].get<double>()));
+void add_vector(PageData& cells, const PageData& vector, double largest) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (!is_one) {
-      cells.push_back(number_cell("–", nullptr));
-      continue;
-    }
-    const double value = vector[axis].get<double>();
+    const PageData value = vector.is_array() && vector.size() == 3 ? vector[axis] : PageData();
     cells.push_back(
-        number_cell(fmt::format("{:.4g}", std::abs(value) < 1e-9 * largest ? 0 : value), vector[axis]));
+        value.is_number()
+            ? number_cell(fmt::format("{:.4g}", without_rounding(value.get<double>(), largest)), value)
+            : number_cell("–", nullptr));
   }
 }
 
@@ -207,8 +231,11 @@ std::optional<PageData> forces_table(const std::vector<const PageData*>& rows, c
         const PageData where = at(all[i], "where");
         PageData cells{text_cell(plain(at(all[i], "name"))), text_cell(where.is_string() ? plain(where) : ""),
                        text_cell(plain(at(*row, "method")))};
-        add_vector(cells, at(all[i], "force"));
-        add_vector(cells, at(all[i], "moment"));
+        const double force = size_of(at(all[i], "force"));
+        add_vector(cells, at(all[i], "force"), force);
+        // Lever arms are at least a part of the place's own distance from the origin: rounding beside that is 0.
+        add_vector(cells, at(all[i], "moment"),
+                   std::max(size_of(at(all[i], "moment")), force * size_of(at(all[i], "centroid"))));
         table["rows"].push_back(
             {{"is_reference", at(*row, "method") == reference}, {"cells", std::move(cells)}});
       }

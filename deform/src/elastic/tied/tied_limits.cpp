@@ -34,14 +34,18 @@ void LeastWithinLimits::apply(const Displacement& u, Displacement& forces) {
   links_.add_forces(u, penalty_, forces, model_.task().team);
 }
 
+void LeastWithinLimits::find_residual(const Displacement& u, Displacement& residual) {
+  apply(u, image_);
+  for (std::size_t b = 0; b < 3; ++b)
+    for (std::size_t i = 0; i < residual.n_nodes(); ++i)
+      residual(b, i) = (loads_[b].empty() ? 0 : loads_[b][i]) - image_(b, i);
+  links_.add_pull_to_parts(penalty_, residual, model_.task().team);
+}
+
 /// The state that is nearest to the parts of the links, less multipliers, at the price of its energy.
 void LeastWithinLimits::take_state(Displacement& u, Answer& answer) {
   u_ = &u;
-  apply(u, image_);
-  for (std::size_t b = 0; b < 3; ++b)
-    for (std::size_t i = 0; i < residual_.n_nodes(); ++i)
-      residual_(b, i) = (loads_[b].empty() ? 0 : loads_[b][i]) - image_(b, i);
-  links_.add_pull_to_parts(penalty_, residual_, model_.task().team);
+  find_residual(u, residual_);
   for (std::size_t b = 0; b < 3; ++b)
     for (std::size_t i = 0; i < residual_.n_nodes(); ++i)
       if (model_.is_fixed()[b][i])
@@ -49,6 +53,28 @@ void LeastWithinLimits::take_state(Displacement& u, Answer& answer) {
   ReductionWatch watch(most_steps, reduction, model_.task().must_stop);
   conjugate_gradients(*this, watch);
   answer.iterations += watch.iterations();
+}
+
+bool LeastWithinLimits::balance_forces(Displacement u, double tolerance, Displacement& forces,
+                                       Answer& answer) {
+  const auto& is_fixed = model_.is_fixed();
+  for (int round = 0; round < most_rounds && !model_.task().must_stop(); ++round) {
+    find_residual(u, forces);
+    for (double& force : forces.values())
+      force = -force; // what holds a fixed component
+    model_.ties().take_out_tie_forces(forces);
+    double missing = 0, all = 0;
+    for (std::size_t b = 0; b < 3; ++b)
+      for (std::size_t i = 0; i < forces.n_nodes(); ++i) {
+        const double load = loads_[b].empty() ? 0 : std::abs(loads_[b][i]);
+        missing += is_fixed[b][i] ? 0 : std::abs(forces(b, i));
+        all += is_fixed[b][i] ? std::abs(forces(b, i)) : load;
+      }
+    if (missing <= tolerance * all)
+      return true;
+    take_state(u, answer);
+  }
+  return false;
 }
 
 double LeastWithinLimits::precondition() {
@@ -102,10 +128,6 @@ bool LeastWithinLimits::solve(Displacement& u, double tolerance, Answer& answer)
       task.control.progress(std::min(0.99, n / 100.0), "within limits");
   }
   return false;
-}
-
-void LeastWithinLimits::add_forces_of_limits(Displacement& forces) const {
-  links_.add_multipliers(penalty_, forces, model_.task().team);
 }
 
 } // namespace maille::deform

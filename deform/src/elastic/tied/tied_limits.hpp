@@ -33,11 +33,16 @@ public:
   bool solve(Displacement& u, double tolerance, Answer& answer);
   /// By how much links missed in the end [m].
   double missed() const { return missed_; }
-  /// Adds what limits pull with [N].
-  void add_forces_of_limits(Displacement& forces) const;
+  /// The forces of springs, loads and limits on every node, less those of ties [N]: in balance at free nodes to
+  /// `tolerance` of the sum of all forces, for a state next to `u`. A round that ends by its displacement
+  /// alone leaves a slender body's forces far from balance.
+  /// @return whether they are
+  bool balance_forces(Displacement u, double tolerance, Displacement& forces, Answer& answer);
 
 private:
   void apply(const Displacement& u, Displacement& forces);
+  /// Loads and pulls of limits less what the body resists with.
+  void find_residual(const Displacement& u, Displacement& residual);
   void take_state(Displacement& u, Answer& answer);
   void balance(const TiedLinks::Round& round);
 

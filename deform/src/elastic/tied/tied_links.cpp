@@ -93,18 +93,6 @@ void TiedLinks::add_pull_to_parts(double factor, Displacement& forces, ThreadTea
   });
 }
 
-void TiedLinks::add_multipliers(double factor, Displacement& forces, ThreadTeam& team) const {
-  team.run(3, [&](int b, int) {
-    const auto k = static_cast<std::size_t>(b);
-    for (std::size_t i = 0; i < links_[k].size(); ++i) {
-      const Link& link = links_[k][i];
-      const double pull = factor * link.weight * limits_[k][i].multiplier;
-      forces(b, link.far) += pull;
-      forces(b, link.near) -= pull;
-    }
-  });
-}
-
 TiedLinks::Round TiedLinks::take(const Displacement& u, double forward, ThreadTeam& team) {
   std::array<Round, 3> rounds{};
   team.run(3, [&](int b, int) {
@@ -131,6 +119,13 @@ void TiedLinks::scale_multipliers(double factor) {
   for (auto& limits : limits_)
     for (Limit& limit : limits)
       limit.multiplier *= factor;
+}
+
+std::int64_t TiedLinks::n_active() const {
+  std::int64_t n = 0;
+  for (const auto& limits : limits_)
+    n += std::ranges::count_if(limits, [](const Limit& limit) { return limit.multiplier != 0; });
+  return n;
 }
 
 } // namespace maille::deform

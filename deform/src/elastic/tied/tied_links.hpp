@@ -34,8 +34,6 @@ public:
   void begin(const Displacement& u, ThreadTeam& team);
   /// forces += factor sum of w (z - y), at the ends of links.
   void add_pull_to_parts(double factor, Displacement& forces, ThreadTeam& team) const;
-  /// forces += factor sum of w y: what limits pull with.
-  void add_multipliers(double factor, Displacement& forces, ThreadTeam& team) const;
   /// By how much links miss, and what a round has changed; the largest of all links [m].
   struct Round {
     double apart = 0; ///< of the state from the parts
@@ -45,6 +43,7 @@ public:
   /// beyond the one before
   Round take(const Displacement& u, double forward, ThreadTeam& team);
   void scale_multipliers(double factor);
+  std::int64_t n_active() const; ///< links at a limit, of all components
 
 private:
   struct Link {

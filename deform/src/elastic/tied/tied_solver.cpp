@@ -171,6 +171,7 @@ bool solve_coupled_tied(const CoupledTask& asked, Answer& answer) {
   } while (friction.goes_on(answer.displacement, answer.tie_press));
   if (friction.status() != Status::done)
     return give_up(answer, friction.message());
+  answer.message = friction.message();
   answer.rubbing = friction.borders();
   system.find_energy_and_reactions(answer.displacement, friction.pulls(), answer);
   if (end != CoupledRound::finished)

@@ -39,16 +39,18 @@ bool keep_within_limits(TiedModel& model, TiedLinks& links, const std::vector<Li
   const double tolerance = task.scene.relaxation.tolerance, before = largest_entry(u);
   links.set_limits(task.scene, *task.limits);
   LeastWithinLimits least(model, links, loads, penalty);
-  const bool is_found = least.solve(u, share_of_tolerance * tolerance * before, answer);
+  bool is_found = least.solve(u, share_of_tolerance * tolerance * before, answer);
   answer.reaction.clear();
   if (knows_forces && is_found) {
+    answer.message = fmt::format("limits are active: least energy within them, with multipliers of {} links",
+                                 links.n_active());
     Displacement forces(task.scene.specimen.grid);
-    model.apply(u, forces);
-    for (std::size_t b = 0; b < 3; ++b)
-      for (std::size_t i = 0; i < loads[b].size(); ++i)
-        forces(b, i) -= loads[b][i];
-    least.add_forces_of_limits(forces);
-    answer.reaction = reactions_of_tied(model, forces);
+    is_found = least.balance_forces(u, share_of_tolerance * tolerance, forces, answer);
+    for (const Prescribed& p : task.scene.prescribed)
+      if (is_found)
+        answer.reaction.push_back(forces(p.component, p.node));
+    if (!is_found)
+      answer.message += "; their forces do not balance to the tolerance, so none are given";
   }
   FeasibleSet(task.scene, *task.limits, task.control.threads).bring_in(task.prescribed, u);
   const double largest = largest_entry(u);

@@ -3,6 +3,7 @@
 
 #include "maille/deform/solve.hpp"
 #include "maille/scene/link_limits.hpp"
+#include "maille/scene/mechanics/recovery.hpp"
 #include "maille/scene/scene_builder.hpp"
 #include "maille/scene/sliding.hpp"
 
@@ -15,6 +16,7 @@
 #include <cstdint>
 #include <functional>
 #include <numbers>
+#include <random>
 #include <span>
 #include <string>
 #include <vector>
@@ -439,6 +441,63 @@ TEST(TiedLimitsOracle, LeastEnergyWithinLimitsIsThatOfAQuadraticProgram) {
   expect_same(answer.displacement, least_by_program(split.scene, true), 2e-5);
   const LinkLimits limits(split.scene);
   EXPECT_LT(largest_violation(split.scene, limits, answer.displacement), 1e-12);
+}
+
+/// A slender block of two labels along a cut, held at its side and pulled above, of fibres and limits at random.
+Scene random_pull(std::mt19937_64& random) {
+  const auto between = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  const auto fibrous = [&] {
+    Material material;
+    material.elasticity =
+        ElasticConstants::transversely_isotropic(between(300e3, 900e3), between(30e3, 200e3),
+                                                 between(15e3, 90e3), between(0.1, 0.3), between(0.1, 0.4));
+    return material;
+  };
+  const Index3 cells{static_cast<int>(between(2, 4)), static_cast<int>(between(2, 4)),
+                     static_cast<int>(between(6, 12))};
+  const double slope = between(-1, 1), place = between(0.3, 0.7);
+  Scene scene = labelled(
+      cells,
+      [&](const Vec3& at) { return at[2] - place * cells[2] < slope * (at[0] - cells[0] / 2.0) ? 1 : 2; },
+      fibrous(), fibrous());
+  for (int z = 0; z <= cells[2]; ++z)
+    for (int y = 0; y <= cells[1]; ++y)
+      for (int b = 0; b < 3; ++b)
+        prescribe(scene, {0, y, z}, b, 0, true);
+  sort_prescribed(scene);
+  const Vec3 traction{between(-2e3, 2e3), between(-2e3, 2e3), between(-4e3, 4e3)};
+  for (int y = 0; y < cells[1]; ++y)
+    for (int x = 0; x < cells[0]; ++x)
+      scene.tractions.push_back({scene.specimen.grid.cell({x, y, cells[2] - 1}), 2, true, traction, -1});
+  give_limits(scene, between(1.002, 1.02), between(0.98, 0.998), between(0.002, 0.02));
+  scene.relaxation.tolerance = std::pow(10, between(-6, -3));
+  return scene;
+}
+
+// Truth: statics: what holds the body is the load, whatever slides and whatever limits carry.
+TEST(TiedLimitsAnalytic, ForcesBalance) {
+  std::mt19937_64 random(41);
+  int bound = 0;
+  for (int n = 0; n < 25; ++n) {
+    const Scene scene = random_pull(random);
+    for (const char* method : {"coupled", "relaxed"}) {
+      const Answer answer = solve(scene, method);
+      if (answer.status != Status::done) {
+        EXPECT_FALSE(answer.message.empty()) << n << method;
+        continue;
+      }
+      const auto check = check_forces(scene, answer);
+      ASSERT_TRUE(check.has_value()) << n << method;
+      // A flat border along an axis needs no ties, and ends by its displacement.
+      const bool is_tied = answer.algorithm.find("limits by alternating") != std::string::npos;
+      EXPECT_LE(check->force_share, (is_tied ? 1 : 10) * scene.relaxation.tolerance) << n << method;
+      EXPECT_TRUE(!is_tied || answer.message.find("limits are active") != std::string::npos) << n << method;
+      bound += is_tied ? 1 : 0;
+    }
+  }
+  EXPECT_GT(bound, 15);
 }
 
 } // namespace

@@ -1,7 +1,13 @@
 #pragma once
-/// Strain and stress at nodes, recovered from those of the cells around them.
+/// Strain and stress at nodes, recovered from those of the cells around them; what an answer's forces are good
+/// for.
 
 #include "maille/scene/cell_fields.hpp"
+#include "maille/scene/mechanics/mechanics.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
 
 namespace maille {
 
@@ -52,5 +58,24 @@ private:
   std::vector<std::int32_t> parts_here_; ///< a node's parts
   std::vector<Values> values_;
 };
+
+/// How far the forces on a body are from balance, and what they are not good for.
+struct ForceCheck {
+  /// What holds, moves and loads together lack: a force, and a moment about the middle of what is held, of what
+  /// is moved where nothing is.
+  Resultant missing;
+  double force_share = 0;  ///< of the largest of their forces [1]
+  double moment_share = 0; ///< of the moment of holds, or of that of moves and loads, about that middle [1]
+  std::vector<std::string> caveats; ///< a sentence each; empty where nothing is wrong
+};
+/// Nothing for an answer without reactions. Cost  as resultants_of()
+std::optional<ForceCheck> check_forces(const Scene& scene, const Answer& answer);
+
+/// By how much the diagonal of the stiffness that `relaxed` takes is above Young's moduli, in the material for
+/// which that is most [1]: 1.35 at a Poisson ratio of 0.3, 1667 at 0.4999.
+double stiffening_of_relaxed(const Scene& scene);
+/// Whether an answer's reactions make a modulus of the matter: not those of moves that limits cut, nor those of
+/// `relaxed` where it is more than twice too stiff.
+bool has_modulus(const Scene& scene, const Answer& answer);
 
 } // namespace maille

@@ -1,0 +1,122 @@
+// Balance of the forces on a body, and where forces mean nothing.
+#include "maille/scene/block_frames.hpp"
+#include "maille/scene/mechanics/mechanics.hpp"
+#include "maille/scene/mechanics/recovery.hpp"
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <initializer_list>
+
+namespace maille {
+
+namespace {
+
+Eigen::Vector3d of(const Vec3& v) {
+  return {v[0], v[1], v[2]};
+}
+
+/// Sum of forces, and of their moments about a place.
+struct Sum {
+  Eigen::Vector3d force = Eigen::Vector3d::Zero(), moment = Eigen::Vector3d::Zero();
+  void add(const std::vector<Resultant>& list, const Eigen::Vector3d& about) {
+    for (const Resultant& one : list) {
+      force += of(one.force);
+      moment += of(one.moment) + (of(one.centroid) - about).cross(of(one.force));
+    }
+  }
+};
+
+double diagonal_of(const Grid& grid) {
+  Eigen::Vector3d size = Eigen::Vector3d::Zero();
+  for (int a = 0; a < grid.dimension(); ++a)
+    size[a] = grid.cells()[static_cast<std::size_t>(a)] * grid.spacing()[static_cast<std::size_t>(a)];
+  return size.norm();
+}
+
+ForceCheck balance_of(const Scene& scene, const Mechanics& found) {
+  // Below these parts of the largest force, and of that force times the body's size, it is the solver's error;
+  // moments below the last are rounding.
+  const double tolerance = std::max(1e-3, 10 * scene.relaxation.tolerance), rounding = 1e-9;
+  double largest = 0;
+  for (const auto* list : {&found.holds, &found.moves, &found.loads})
+    for (const Resultant& one : *list)
+      largest = std::max(largest, of(one.force).norm());
+  const auto& middles = found.holds.empty() ? found.moves : found.holds;
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const Resultant& one : middles)
+    middle += of(one.centroid) / static_cast<double>(middles.size());
+  Sum held, given;
+  held.add(found.holds, middle);
+  given.add(found.moves, middle);
+  given.add(found.loads, middle);
+  const Eigen::Vector3d force = -(held.force + given.force), moment = -(held.moment + given.moment);
+  const double of_size = largest * diagonal_of(scene.specimen.grid);
+  ForceCheck check;
+  check.missing = {"missing",
+                   "",
+                   {middle[0], middle[1], middle[2]},
+                   {force[0], force[1], force[2]},
+                   {moment[0], moment[1], moment[2]}};
+  if (largest == 0)
+    return check;
+  check.force_share = force.norm() / largest;
+  check.moment_share =
+      moment.norm() / std::max({held.moment.norm(), given.moment.norm(), rounding * of_size});
+  if (check.force_share > tolerance)
+    check.caveats.push_back(
+        fmt::format("forces are not in balance: {:.3g} N is missing, {:.3g} % of the largest", force.norm(),
+                    100 * check.force_share));
+  if (moment.norm() > tolerance * of_size)
+    check.caveats.push_back(fmt::format("moments are not in balance: {:.3g} N m is missing, {:.3g} % of the "
+                                        "moment about the {}",
+                                        moment.norm(), 100 * check.moment_share,
+                                        found.holds.empty() ? "moves" : "holds"));
+  return check;
+}
+
+} // namespace
+
+std::optional<ForceCheck> check_forces(const Scene& scene, const Answer& answer) {
+  const Mechanics found = resultants_of(scene, answer);
+  if (found.holds.empty() && found.moves.empty())
+    return std::nullopt;
+  ForceCheck check = balance_of(scene, found);
+  if (answer.method == "relaxed") {
+    if (!check.caveats.empty())
+      check.caveats.back() += ": its components know nothing of each other";
+    if (const double factor = stiffening_of_relaxed(scene); factor > 1 + 1e-9)
+      check.caveats.push_back(fmt::format("forces and stress are of matter up to {:.3g} times as stiff{}",
+                                          factor,
+                                          has_modulus(scene, answer) ? "" : ", and mean nothing here"));
+  } else if (!check.caveats.empty() && scene.limits_bind_coupled() && !in_blocks(scene))
+    check.caveats.back() += ": limits act along each of the object's axes, and hold it against turning";
+  const bool uses_slack_up = answer.method == "relaxed" && scene.limits.from == LimitSource::taut &&
+                             !scene.limits.taut_scale && !found.moves.empty();
+  if (answer.n_cut > 0 || uses_slack_up)
+    check.caveats.push_back(fmt::format(
+        "{}: taut links carry any force, and these forces are one set of many in balance",
+        answer.n_cut > 0 ? "limits cut the moves back" : "the moves use the slack of taut limits up"));
+  return check;
+}
+
+double stiffening_of_relaxed(const Scene& scene) {
+  double largest = 1;
+  for (const Material& material : scene.materials)
+    for (int a = 0; a < 3 && scene.dimension() > 1; ++a) {
+      const auto axis = static_cast<std::size_t>(a);
+      largest = std::max(largest, stiffness(material.elasticity)(a, a) * material.relaxed_weights[axis] /
+                                      material.elasticity.youngs_modulus[axis]);
+    }
+  return largest;
+}
+
+bool has_modulus(const Scene& scene, const Answer& answer) {
+  constexpr double largest_stiffening = 2;
+  return answer.n_cut == 0 &&
+         (answer.method != "relaxed" || stiffening_of_relaxed(scene) <= largest_stiffening);
+}
+
+} // namespace maille
