@@ -10,9 +10,7 @@
 
 namespace maille::studies {
 
-/// Keeps (keep_input) the files that a command line names and, of scenes, worlds, studies and trajectories
-/// (TOML), every file that they name in turn: images, their data, materials, scenes. What cannot be read is
-/// left to its reader to report.
+/// Keeps (keep_input) the files that a command line names; those that they name are kept as they are opened.
 void keep_inputs(const std::vector<std::filesystem::path>& files);
 
 /// The text of a scene file; nothing where it can no longer be read: part of it would be another scene.

@@ -4,6 +4,8 @@
 #include "cli/help.hpp"
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/materials/fault.hpp"
+#include "maille/materials/text_file.hpp"
+#include "maille/studies/export/whole_file.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -101,6 +103,7 @@ int main(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN); // a limit of a file's size is then an error of writing, and said as such
   do_without_threads_of_blas(argv);
   catch_stop_signals();
+  maille::keep_opened_files();
   try {
     const std::vector<std::string> words(argv + 1, argv + argc);
     if (const auto asked = asked_command(words); asked && !is_of_this_program(*asked, words))
@@ -116,6 +119,6 @@ int main(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     return leave(fail("out of memory", exit_run_failed));
   } catch (const std::exception& error) {
-    return leave(fail(error.what(), exit_run_failed));
+    return leave(fail(message_of(error), exit_run_failed));
   }
 }
