@@ -69,9 +69,11 @@ void write_voxels(const test::TemporaryFolder& folder, const std::string& name) 
   const std::string stem = name.substr(0, name.find('.'));
   const bool is_apart = name.ends_with("hdr") || name.ends_with("mhd");
   const std::string nrrd =
-      "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 4 3 3\nspacings: 1 1 1\nencoding: raw\n";
-  const std::string meta = "ObjectType = Image\nNDims = 3\nDimSize = 4 3 3\nElementSpacing = 1 1 1\n"
-                           "ElementType = MET_UCHAR\nElementDataFile = ";
+      "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 4 3 3\nspace: left-posterior-superior\n"
+      "space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\nencoding: raw\n";
+  const std::string meta =
+      "ObjectType = Image\nNDims = 3\nDimSize = 4 3 3\nElementSpacing = 1 1 1\nAnatomicalOrientation = RAI\n"
+      "ElementType = MET_UCHAR\nElementDataFile = ";
   if (is_apart)
     folder.write(stem + ".raw", data);
   if (name.ends_with(".nhdr"))
@@ -98,7 +100,7 @@ fs::path scene_of(const test::TemporaryFolder& folder, const std::string& labels
     folder.write(region, "# Markups fiducial file version = 4.11\n# CoordinateSystem = LPS\n# columns = "
                          "id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,desc,associatedNodeID\n"
                          "1,3,1,1,0,0,0,1,1,1,0,F-1,,\n");
-    where = "{ points = \"" + region + "\", within = \"2 mm\", frame = \"grid\" }";
+    where = "{ points = \"" + region + "\", within = \"2 mm\" }";
   } else {
     write_voxels(folder, region);
   }
