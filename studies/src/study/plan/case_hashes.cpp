@@ -96,8 +96,9 @@ std::string CaseHashes::digests_of_opened(const StudyCase& one, const std::vecto
   }
   for (const fs::path& part : std::set(opened.files()))
     if (!known.contains(part))
-      digests->second += fmt::format("{} {}\n", part.lexically_relative(fs::absolute(folder)).string(),
-                                     sha256(read_own_text_file(part, "a file of a scene", largest_file)));
+      digests->second +=
+          fmt::format("{} {}\n", part.lexically_relative(fs::absolute(file).parent_path()).string(),
+                      sha256(read_own_text_file(part, "a file of a scene", largest_file)));
   return digests->second;
 }
 
