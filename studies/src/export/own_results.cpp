@@ -61,7 +61,7 @@ bool has_provenance(const fs::path& file) {
   std::string head(std::size_t{1} << 16, '\0'); // field data come first
   std::ifstream stream(file, std::ios::binary);
   stream.read(head.data(), static_cast<std::streamsize>(head.size()));
-  head.resize(static_cast<std::size_t>(stream.gcount()));
+  head.erase(head.begin() + stream.gcount(), head.end());
   const auto has = [&](std::string_view text) { return head.find(text) != std::string::npos; };
   return has("<VTKFile") && ((has("Name=\"Units\"") && has("Name=\"Provenance\"")) ||
                              has(fmt::format("<!--{}-->", provenance_of_list)));
