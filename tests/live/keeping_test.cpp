@@ -10,6 +10,8 @@
 #include <atomic>
 #include <fstream>
 
+#include <sys/stat.h>
+
 namespace maille::live {
 namespace {
 using test::world_folder;
@@ -91,6 +93,38 @@ TEST(LiveKeepingContract, AFolderThatIsNotThereIsSaid) {
   const LiveReport report = run_live(window, settings, tools);
   ASSERT_EQ(report.messages.size(), 1u);
   EXPECT_NE(report.messages[0].find("/nobody/made/this"), std::string::npos);
+  EXPECT_TRUE(report.has_lost);
+}
+
+TEST(LiveKeepingContract, ScreenshotsStayInTheirFolderAndFollowNoLink) {
+  const maille::test::TemporaryFolder folder;
+  const auto precious = folder.path() / "precious.png", shots = folder.path() / "shots";
+  std::filesystem::create_directory(shots);
+  std::ofstream(precious) << "precious";
+  std::filesystem::create_symlink(precious, shots / "link.png");
+  std::filesystem::create_directory(shots / "folder.png");
+  ASSERT_EQ(mkfifo((shots / "pipe.png").c_str(), 0600), 0);
+  for (const std::string name : {"../precious.png", "link.png", "folder.png", "pipe.png", "notes.txt"}) {
+    HeadlessWindow window(200, 150);
+    LiveSettings settings;
+    settings.scene = world_folder / "maze.toml";
+    settings.in_step = true;
+    settings.shots = shots;
+    Event shot;
+    shot.kind = EventKind::shot;
+    shot.text = name;
+    settings.script = {{0, shot}};
+    const LiveReport report = run_live(window, settings, test::tools());
+    EXPECT_TRUE(report.has_lost) << name;
+    EXPECT_EQ(report.messages.size(), 1U) << name;
+  }
+  std::string text;
+  std::ifstream(precious) >> text;
+  EXPECT_EQ(text, "precious");
+  EXPECT_TRUE(std::filesystem::is_symlink(shots / "link.png") &&
+              std::filesystem::is_fifo(shots / "pipe.png"));
+  EXPECT_THROW(parse_script("time [s],event,x,y,button,name,value\n0,shot,,,,,../w.png\n", "e.csv"),
+               InputError);
 }
 
 /// A node of the block is pulled by limits and pinned; F asks for the truth, here `coupled` without limits.

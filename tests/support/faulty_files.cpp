@@ -8,6 +8,7 @@
 ///                             half of what they are asked for; END: reads find the end
 ///   MAILLE_FAULT_UNDER        only files whose path begins so
 ///   MAILLE_FAULT_COUNT        a file that the numbers of all such calls are written to at the end
+///   MAILLE_OPENED             a file that the names of files opened for reading are added to
 ///
 /// Streams of libstdc++ call open and write themselves; so does VTK, but for pictures (fopen, fwrite).
 
@@ -129,8 +130,20 @@ std::string absolute(const char* path) {
   return getcwd(folder, sizeof folder) ? std::string(folder) + "/" + path : path;
 }
 
+void log_opened(const std::string& path) {
+  static auto* const real = next<int(const char*, int, ...)>("open");
+  const char* file = std::getenv("MAILLE_OPENED");
+  const int descriptor = file && is_ours(path) ? real(file, O_WRONLY | O_CREAT | O_APPEND, 0600) : -1;
+  if (descriptor < 0)
+    return;
+  dprintf(descriptor, "%s\n", path.c_str());
+  close(descriptor);
+}
+
 /// False where the file is not to be opened.
 bool may_open(const char* path, bool to_write) {
+  if (!to_write)
+    log_opened(absolute(path));
   const Fate fate = fate_of(to_write ? "open" : "open_to_read", absolute(path));
   if (fate == Fate::halve)
     end_if_asked_to();

@@ -1,6 +1,7 @@
 #include "app/app.hpp"
 
 #include "maille/materials/fault.hpp"
+#include "maille/materials/text_file.hpp"
 
 #include <fmt/format.h>
 
@@ -9,6 +10,7 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -34,6 +36,15 @@ bool are_seen_alike(const WorldState& one, const WorldState& other) {
   return one.scene_number == other.scene_number && one.event_time == other.event_time &&
          one.displacements == other.displacements && one.held_object == other.held_object && hold_same &&
          std::ranges::equal(one.frames, other.frames, is_same_pose);
+}
+
+/// Read again: a disk may have been full for a while.
+bool is_recorded(const std::filesystem::path& file, const std::string& trajectory) {
+  try {
+    return read_own_text_file(file, "a recording", std::numeric_limits<std::int64_t>::max()) == trajectory;
+  } catch (const InputError&) {
+    return false;
+  }
 }
 
 } // namespace
@@ -92,6 +103,10 @@ void App::unload() {
     report_.penetrations += session_->n_penetrations();
     session_->wait_idle(10);
     report_.trajectory = session_->text();
+    if (settings_.record && !is_recorded(*settings_.record, report_.trajectory)) {
+      report_.has_lost = true;
+      say(settings_.record->string() + ": the recording is not whole");
+    }
     report_.last_state = session_->state();
   }
   painter_.reset();
@@ -157,6 +172,7 @@ void App::load(const std::filesystem::path& file) {
     }
   } catch (const std::exception& error) {
     session_.reset();
+    report_.has_lost = report_.has_lost || settings_.record;
     say(error.what());
   }
 }

@@ -92,6 +92,8 @@ ScriptedEvent read_row(const Row& row) {
   const std::string value = row.text(6);
   if (event.kind == EventKind::shot) {
     event.text = value.empty() ? event.name : value;
+    if (!event.text.empty() && !is_name_of_picture(event.text))
+      row.fault(6, "the plain name of a picture, NAME.png", "\"" + event.text + "\"");
   } else if (event.kind == EventKind::key_down) {
     // Keys held with it stand before it: `Ctrl+Z`.
     for (std::size_t plus = event.name.find('+'); plus != std::string::npos && plus + 1 < event.name.size();

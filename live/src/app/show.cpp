@@ -108,12 +108,15 @@ std::vector<App::Eye> App::eyes() const {
 void App::save_shot(std::string file) {
   if (file.empty())
     file = fmt::format("maille_{:03}.png", ++shots_);
+  const bool is_plain = is_name_of_picture(file);
   file = (settings_.shots / file).string();
   show();
   const std::vector<std::uint8_t> pixels = window_.screenshot();
-  const std::string why = pixels.empty() ? file + ": there is nothing to be seen"
-                                         : write_png(file, window_.width(), window_.height(), pixels);
+  const std::string why = !is_plain        ? file + ": expected the plain name of a picture, NAME.png"
+                          : pixels.empty() ? file + ": there is nothing to be seen"
+                                           : write_png(file, window_.width(), window_.height(), pixels);
   faults_.clear();
+  report_.has_lost = report_.has_lost || !why.empty();
   if (!why.empty())
     say(why);
 }
@@ -128,10 +131,12 @@ void App::write_film_picture() {
     return;
   const std::string why = write_png(fmt::format("{}_{:04}.png", film_->string(), film_pictures_),
                                     window_.width(), window_.height(), pixels);
-  if (why.empty())
+  if (why.empty()) {
     ++film_pictures_;
-  else
-    say(why);
+    return;
+  }
+  report_.has_lost = true;
+  say(why);
 }
 
 void App::end_film() {

@@ -1,5 +1,7 @@
 #include "maille/live/timeline.hpp"
 
+#include "maille/materials/text_file.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -188,23 +190,28 @@ void Timeline::rewrite() {
     return;
   if (file_ != nullptr)
     std::fclose(std::exchange(file_, nullptr));
-  const std::filesystem::path fresh = record_->string() + ".part";
-  std::FILE* const file = std::fopen(fresh.c_str(), "wb");
-  const std::string all = text();
+  std::filesystem::path fresh;
   std::error_code error;
-  const bool is_written =
-      file != nullptr && std::fwrite(all.data(), 1, all.size(), file) == all.size() && std::fflush(file) == 0;
-  if (is_written)
-    std::filesystem::rename(fresh, *record_, error); // `file` goes on being the same file
-  if (is_written && !error) {
+  std::FILE* file = nullptr;
+  const auto there = std::filesystem::symlink_status(*record_, error);
+  try {
+    if ((std::filesystem::exists(there) && !std::filesystem::is_regular_file(there)) ||
+        is_kept_input(*record_))
+      throw std::filesystem::filesystem_error("", std::make_error_code(std::errc::file_exists));
+    file = fdopen(create_beside(*record_, fresh), "wb");
+    const std::string all = text();
+    if (file == nullptr || std::fwrite(all.data(), 1, all.size(), file) != all.size() ||
+        std::fflush(file) != 0)
+      throw std::filesystem::filesystem_error("", std::error_code(errno, std::generic_category()));
+    std::filesystem::rename(fresh, *record_); // `file` goes on being the same file
     file_ = file;
-    return;
+  } catch (const std::filesystem::filesystem_error& fault) {
+    record_fault_ = fmt::format("{}: cannot be written: {}", record_->string(), fault.code().message());
+    if (file != nullptr)
+      std::fclose(file);
+    if (!fresh.empty())
+      std::filesystem::remove(fresh, error);
   }
-  record_fault_ = fmt::format("{}: cannot be written: {}", record_->string(),
-                              error ? error.message() : std::strerror(errno));
-  if (file != nullptr)
-    std::fclose(file);
-  std::filesystem::remove(fresh, error);
 }
 
 } // namespace maille::live

@@ -1,6 +1,7 @@
 // Sources of bytes: files, parts of them, deflated and base64-encoded ones.
 
 #include "image/image_formats.hpp"
+#include "maille/materials/text_file.hpp"
 
 #include <fmt/format.h>
 #include <zlib.h>
@@ -222,6 +223,7 @@ std::int64_t size_of_file(const std::filesystem::path& file, Faults& faults) {
   // A pipe would make us wait and a device would never end.
   if (!std::filesystem::is_regular_file(status))
     faults.fail("", "a file", "something else at " + in_quotes(file.string()));
+  note_opened(file);
   const std::uintmax_t size = std::filesystem::file_size(file, error);
   if (error)
     faults.fail("", "a readable file", error.message());

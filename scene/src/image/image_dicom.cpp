@@ -8,6 +8,7 @@
 
 #include "image/dicom_files.hpp"
 #include "image/image_formats.hpp"
+#include "maille/materials/text_file.hpp"
 
 #include <fmt/format.h>
 
@@ -111,6 +112,9 @@ std::vector<Slice> slices_of(const fs::path& place, const DicomFunctions& gdcm, 
       faults.add("", "DICOM files that can be read",
                  files[n].filename().string() + ", which is damaged or cut short");
   faults.throw_if_any();
+  for (std::size_t n = 0; n < files.size(); ++n)
+    if (headers[n].is_dicom) // others in the folder are looked at, and left
+      note_opened(files[n]);
   std::string wanted;
   for (std::size_t n = 0; n < files.size(); ++n)
     if (!is_folder && files[n].filename() == place.filename())

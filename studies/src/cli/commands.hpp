@@ -4,10 +4,12 @@
 #include "maille/fem_ref/solve.hpp"
 #include "maille/scene/answer.hpp"
 #include "maille/studies/export/warp_files.hpp"
+#include "maille/studies/export/whole_file.hpp"
 
 #include <nlohmann/json_fwd.hpp>
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -26,11 +28,12 @@ inline LengthUnit length_unit(std::string_view text) {
 /// What is in a folder is listed by `SCENE_KIND_results.json`, KIND being run, compare or play. Results of
 /// the same scene, by the same version, take the place of earlier ones; the earlier files that have no
 /// follower go once the new ones stand, so that nothing is lost when the process is killed. Results of two
-/// kinds stay side by side as long as the scene's text is the same.
+/// kinds stay side by side as long as the scene's text is the same. Only files that Maille wrote go
+/// (is_name_of_result, has_provenance, digest_of); one process at a time has the folder.
 class ResultsFolder {
 public:
-  /// Makes the folder. @throws UsageError where it cannot be written, or holds results of another scene or
-  /// version, unless `overwrite`: then they go, too
+  /// Makes the folder. @throws UsageError where it cannot be written, another process has it, or it holds
+  /// results of another scene or version, unless `overwrite`: then they go, too
   ResultsFolder(std::filesystem::path folder, std::string scene, const std::filesystem::path& scene_file,
                 std::string kind, bool overwrite);
 
@@ -48,12 +51,16 @@ public:
 
 private:
   void look_at(const std::filesystem::path& list, bool overwrite);
+  void add_stale(const std::string& name, const std::string& scene, const std::string& digest = "");
   void add_stale_of(const nlohmann::ordered_json& list);
+  bool is_stale(const std::filesystem::path& file) const;
   bool is_of_replaced_series(const std::string& name) const;
 
   std::filesystem::path folder_;
   std::string scene_, kind_, scene_file_, scene_text_;
-  std::set<std::string> written_, stale_; ///< names in the folder
+  std::set<std::string> written_;            ///< names in the folder
+  std::map<std::string, std::string> stale_; ///< names, and digests of what cannot hold provenance
+  FolderLock lock_;
   bool keeps_earlier_ = false;
 };
 
@@ -370,7 +377,7 @@ void deliver(const std::string& text, const std::optional<std::string>& file);
 /// @throws UsageError
 void prepare_folder(const std::filesystem::path& folder);
 /// Finds out that `file` (nothing and "-": stdout) can be written, before any work is done, and is none that
-/// the command reads (keep_inputs). @throws UsageError
+/// the command reads; one that it opens later is refused then (reserve_output). @throws UsageError
 void prepare_file(const std::string& option, const std::optional<std::string>& file);
 /// What commands ask where nothing is said.
 inline constexpr const char* default_run_method = "coupled";

@@ -4,23 +4,18 @@
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/materials/text_file.hpp"
-#include "maille/materials/toml_reader.hpp"
 #include "maille/scene/cell_fields.hpp"
-#include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/picture/question_picture.hpp"
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <fstream>
 #include <functional>
 #include <iterator>
-#include <set>
 #include <span>
 #include <string_view>
 #include <utility>
@@ -29,84 +24,18 @@ namespace maille::studies {
 
 namespace {
 
-namespace fs = std::filesystem;
-
-/// Where a text of a scene would lead if it named a file: `$NAME/...`, `~/...`, beside the scene, or
-/// anywhere.
-fs::path where_it_leads(const std::string& text, const fs::path& folder) {
-  const std::string name =
-      text.substr(0, text.find(".toml#") == std::string::npos ? text.size() : text.find(".toml#") + 5);
-  const std::size_t slash = std::min(name.find('/'), name.size());
-  const char* base = nullptr;
-  if (name.starts_with('$'))
-    base = std::getenv(name.substr(1, slash - 1).c_str());
-  else if (name.starts_with("~/"))
-    base = std::getenv("HOME");
-  if (base != nullptr)
-    return fs::path(base) / name.substr(std::min(slash + 1, name.size()));
-  return folder / name;
+/// All files that were opened since the first input was named.
+const OpenedFiles& opened_files() {
+  static const OpenedFiles opened;
+  return opened;
 }
-
-std::vector<fs::path> kept_files; ///< in the order in which they were named
-
-class Keeper {
-public:
-  /// @param names_others  a scene or a study; a material names no file
-  void keep(const fs::path& file, bool names_others) {
-    std::error_code error;
-    if (!fs::is_regular_file(file, error) || !seen_.insert(fs::weakly_canonical(file, error).string()).second)
-      return;
-    keep_input(file);
-    kept_files.push_back(file);
-    if (names_others && file.extension() == ".toml")
-      keep_named_in_toml(file);
-    else if (file.extension() == ".mhd")
-      keep_data_of_image(file);
-  }
-
-private:
-  void keep_named_in_toml(const fs::path& file) {
-    try {
-      visit(parse_toml(read_text_file(file, "a scene file"), file.string()), file.parent_path(), false);
-    } catch (const InputError&) {
-      // its reader says so
-    }
-  }
-
-  void visit(const toml::node& node, const fs::path& folder, bool is_scene) {
-    if (const auto* table = node.as_table())
-      for (const auto& [key, value] : *table)
-        visit(value, folder, key == "scene");
-    else if (const auto* array = node.as_array())
-      for (const auto& value : *array)
-        visit(value, folder, is_scene);
-    else if (const auto* text = node.as_string();
-             text && text->get().size() < 4096 && text->get().find('\0') == std::string::npos)
-      keep(where_it_leads(text->get(), folder), is_scene);
-  }
-
-  /// `ElementDataFile = body.raw`
-  void keep_data_of_image(const fs::path& file) {
-    std::ifstream stream(file);
-    std::string line;
-    for (int n = 0; n < 1000 && std::getline(stream, line); ++n) {
-      if (!line.starts_with("ElementDataFile"))
-        continue;
-      const std::size_t begin = line.find_first_not_of(" \t=", 15), end = line.find_last_not_of(" \t\r");
-      if (begin != std::string::npos && end >= begin)
-        keep(file.parent_path() / line.substr(begin, end - begin + 1), false);
-    }
-  }
-
-  std::set<std::string> seen_;
-};
 
 } // namespace
 
 void keep_inputs(const std::vector<std::filesystem::path>& files) {
-  Keeper keeper;
-  for (const fs::path& file : files)
-    keeper.keep(file, true);
+  opened_files();
+  for (const std::filesystem::path& file : files)
+    keep_input(file);
 }
 
 namespace {
@@ -114,10 +43,10 @@ namespace {
 constexpr const char* failed = "failed";
 bool have_met = false; ///< on what they share
 
-std::string hash_of_kept_files() {
+std::string hash_of_opened_files() {
   std::uint64_t sum = 0;
   std::string part(std::size_t{1} << 20, '\0');
-  for (const fs::path& file : kept_files) {
+  for (const std::filesystem::path& file : opened_files().files()) {
     std::ifstream stream(file, std::ios::binary);
     do {
       stream.read(part.data(), std::ssize(part));
@@ -125,7 +54,7 @@ std::string hash_of_kept_files() {
       sum = sum * 0x100000001b3U + std::hash<std::string_view>{}({part.data(), size});
     } while (stream);
   }
-  return fmt::format("{} {:x}", kept_files.size(), sum);
+  return fmt::format("{} {:x}", opened_files().files().size(), sum);
 }
 
 template<class T>
@@ -176,7 +105,7 @@ bool ranks_agree_on(const Scene* scene, const std::string& options) {
     body = fmt::format("{} {:x} {:x} {}", fmt::join(scene->specimen.grid.cells(), " "),
                        hash_of(scene->specimen.material_id), hash_of(scene->specimen.label),
                        fmt::join(scene->specimen.grid.spacing(), " "));
-  return ranks_agree({{"options", options}, {"scene", hash_of_kept_files()}, {"body", body}});
+  return ranks_agree({{"options", options}, {"scene", hash_of_opened_files()}, {"body", body}});
 }
 
 bool reports_failure() {

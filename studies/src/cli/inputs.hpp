@@ -11,9 +11,7 @@
 
 namespace maille::studies {
 
-/// Keeps (keep_input) the files that a command line names and, of scenes, worlds, studies and trajectories
-/// (TOML), every file that they name in turn: images, their data, materials, scenes. What cannot be read is
-/// left to its reader to report.
+/// Keeps (keep_input) the files that a command line names; those that they name are kept as they are opened.
 void keep_inputs(const std::vector<std::filesystem::path>& files);
 
 /// Compares what ranks are about to share; what differs is printed once. All ranks of a command for all

@@ -1,5 +1,6 @@
 #include "cli/commands.hpp"
 
+#include "maille/materials/text_file.hpp"
 #include "maille/studies/export/whole_file.hpp"
 
 #include <fmt/format.h>
@@ -56,8 +57,8 @@ void prepare_folder(const fs::path& folder) {
     fs::create_directories(folder);
     remove_unfinished_files(folder);
   } catch (const std::exception& error) {
-    throw UsageError(
-        fmt::format("--out {}: expected a folder that can be written: {}", folder.string(), error.what()));
+    throw UsageError(fmt::format("--out {}: expected a folder that can be written: {}", folder.string(),
+                                 message_of(error)));
   }
   // A name that nobody could have put there, in a way that follows no link.
   std::string probe = (folder / ".maille-write-test-XXXXXX").string();
@@ -87,6 +88,7 @@ void prepare_file(const std::string& option, const std::optional<std::string>& f
   if (found)
     throw UsageError(
         fmt::format("{} {}: expected a file that can be written, found {}", option, *file, found));
+  reserve_output(option, path);
 }
 
 } // namespace maille::studies

@@ -1,7 +1,9 @@
 #include "cli/commands.hpp"
 
 #include "inputs.hpp"
+#include "maille/materials/fault.hpp"
 #include "maille/materials/json.hpp"
+#include "maille/materials/text_file.hpp"
 #include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/methods.hpp"
 #include "maille/studies/version.hpp"
@@ -9,6 +11,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <fstream>
 
 namespace maille::studies {
@@ -24,12 +27,14 @@ constexpr std::int64_t largest_list = std::int64_t{1} << 30; ///< [bytes]
 ordered_json list_in(const fs::path& file) {
   ordered_json list;
   try {
-    list = parse_json(read_text_file(file, "a list of results", largest_list), file);
+    list = parse_json(read_own_text_file(file, "a list of results", largest_list), file);
   } catch (const InputError&) { // another program's file
     return list;
   }
-  const bool is_list = list.is_object() && list.contains("kind") && list.contains("scene") &&
-                       list["kind"].is_string() && list["scene"].is_string();
+  const bool is_list =
+      list.is_object() &&
+      std::ranges::all_of(std::array{"kind", "scene", "maille", "scene_text"},
+                          [&](const char* key) { return list.contains(key) && list[key].is_string(); });
   return is_list ? list : ordered_json();
 }
 
@@ -47,9 +52,13 @@ std::pair<std::string, std::string> series_of(const std::string& name) {
   return {name.substr(0, last + 1), name.substr(dot)};
 }
 
-/// One plain name: what a list says of other folders is not believed.
-bool is_plain(const std::string& name) {
-  return !name.empty() && name.find('/') == std::string::npos && name != "." && name != "..";
+FolderLock lock_of(const fs::path& folder, const std::string& scene) {
+  prepare_folder(folder);
+  try {
+    return {folder, scene, FolderLock::Sharing::none};
+  } catch (const FolderTaken& error) {
+    throw UsageError(fmt::format("--out {}", error.what()));
+  }
 }
 
 } // namespace
@@ -58,8 +67,7 @@ ResultsFolder::ResultsFolder(fs::path folder, std::string scene, const fs::path&
                              bool overwrite)
     : folder_(std::move(folder)), scene_(std::move(scene)), kind_(std::move(kind)),
       scene_file_(fs::weakly_canonical(fs::absolute(scene_file)).string()),
-      scene_text_(scene_text_of(scene_file)) {
-  prepare_folder(folder_);
+      scene_text_(scene_text_of(scene_file)), lock_(lock_of(folder_, scene_)) {
   std::vector<fs::path> lists;
   for (const auto& entry : fs::directory_iterator(folder_))
     if (entry.is_regular_file() && entry.path().filename().string().ends_with("_results.json"))
@@ -68,15 +76,16 @@ ResultsFolder::ResultsFolder(fs::path folder, std::string scene, const fs::path&
   for (const fs::path& list : lists)
     look_at(list, overwrite);
   if (kind_ == "compare")
-    stale_.insert(scene_ + ".pvd"); // methods are no time steps
+    add_stale(scene_ + ".pvd", scene_); // methods are no time steps
   // What a run that was killed has left stands in no list.
   for (const std::string& method : all_methods())
     for (const char* ending : {".vti", ".vtu", ".pvtu", ".pvd"}) {
       const bool is_of_compare = std::string_view(ending) != ".pvd";
       if (kind_ == (is_of_compare ? "compare" : "run"))
-        stale_.insert(fmt::format("{}_{}{}", scene_, method, ending));
+        add_stale(fmt::format("{}_{}{}", scene_, method, ending), scene_);
       if (kind_ == "run")
-        stale_.insert(fmt::format("{}_{}_0000{}", scene_, method, ending)); // and its series, see finish()
+        add_stale(fmt::format("{}_{}_0000{}", scene_, method, ending),
+                  scene_); // and its series, see finish()
     }
 }
 
@@ -95,20 +104,42 @@ void ResultsFolder::look_at(const fs::path& file, bool overwrite) {
         folder_.string(), is_same_scene ? "version" : "scene", text_in(list, "scene"), by,
         file.filename().string()));
   if (!is_same_scene || by != version || text_in(list, "kind") == kind_ || text != scene_text_) {
-    stale_.insert(file.filename().string());
+    if (file.filename() == fmt::format("{}_{}_results.json", text_in(list, "scene"), text_in(list, "kind")))
+      add_stale(file.filename().string(), text_in(list, "scene"), digest_of(file));
     add_stale_of(list);
   }
 }
 
+/// What a list says of other names, folders and files that have changed since is not believed.
+void ResultsFolder::add_stale(const std::string& name, const std::string& scene, const std::string& digest) {
+  if (is_name_of_result(name, scene))
+    if (std::string& known = stale_[name]; known.empty())
+      known = digest;
+}
+
+bool ResultsFolder::is_stale(const fs::path& file) const {
+  const std::string name = file.filename().string();
+  const auto known = stale_.find(name);
+  if (written_.contains(name) || is_kept_input(file))
+    return false;
+  if (has_provenance(file))
+    return known != stale_.end() || is_of_replaced_series(name);
+  return known != stale_.end() && !known->second.empty() && known->second == digest_of(file);
+}
+
 void ResultsFolder::add_stale_of(const ordered_json& list) {
+  const std::string scene = text_in(list, "scene");
+  const auto digests = list.find("digests");
+  const bool is_digests = digests != list.end() && digests->is_object();
   if (const auto names = list.find("written"); names != list.end() && names->is_array())
     for (const ordered_json& name : *names)
-      if (name.is_string() && is_plain(name.get<std::string>()))
-        stale_.insert(name.get<std::string>());
+      if (name.is_string())
+        add_stale(name.get<std::string>(), scene,
+                  is_digests ? text_in(*digests, name.get<std::string>().c_str()) : "");
   if (const auto files = list.find("files"); files != list.end() && files->is_array())
     for (const ordered_json& file : *files)
-      if (file.is_object() && is_plain(text_in(file, "file")))
-        stale_.insert(text_in(file, "file"));
+      if (file.is_object())
+        add_stale(text_in(file, "file"), scene);
 }
 
 fs::path ResultsFolder::file(const std::string& ending) const {
@@ -132,7 +163,7 @@ bool ResultsFolder::is_of_replaced_series(const std::string& name) const {
     return series_of(known) == std::pair(stem, ending);
   };
   return std::any_of(written_.begin(), written_.end(), is_of_it) ||
-         std::any_of(stale_.begin(), stale_.end(), is_of_it);
+         std::any_of(stale_.begin(), stale_.end(), [&](const auto& known) { return is_of_it(known.first); });
 }
 
 fs::path ResultsFolder::finish(ordered_json results) {
@@ -142,24 +173,22 @@ fs::path ResultsFolder::finish(ordered_json results) {
                    {"scene", scene_}, {"scene_file", scene_file_}, {"scene_text", scene_text_}};
   all.update(results);
   std::vector<fs::path> gone;
-  for (const auto& entry : fs::directory_iterator(folder_)) {
-    const std::string name = entry.path().filename().string();
-    if (!written_.contains(name) && (stale_.contains(name) || is_of_replaced_series(name)) &&
-        entry.is_regular_file() && !is_kept_input(entry.path()))
+  for (const auto& entry : fs::directory_iterator(folder_))
+    if (is_stale(entry.path()))
       gone.push_back(entry.path());
-  }
   if (keeps_earlier_) {
     add(gone);
     gone.clear();
   }
   all["written"] = written_;
+  all["digests"] = ordered_json::object();
+  for (const std::string& name : written_)
+    if (const fs::path file = folder_ / name; file != list && !has_provenance(file))
+      if (const std::string digest = digest_of(file); !digest.empty())
+        all["digests"][name] = digest;
   write_whole(list, json_text(all));
-  std::error_code ignored; // what cannot be removed stays, and no result suffers
-  for (const fs::path& stale : gone) {
-    fs::remove(stale, ignored);
-    if (stale.extension() == ".pvtu") // its pieces
-      fs::remove_all(fs::path(stale).replace_extension(), ignored);
-  }
+  for (const fs::path& stale : gone)
+    remove_result(stale);
   return list;
 }
 

@@ -193,7 +193,7 @@ int live_command(const LiveOptions& options) {
     deliver(json_text(json(report, window->driver())), options.json);
   if (options.json != "-")
     deliver(in_words(report), std::nullopt);
-  return exit_done;
+  return report.has_lost ? exit_run_failed : exit_done;
 }
 
 } // namespace maille::studies

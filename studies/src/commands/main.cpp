@@ -5,7 +5,9 @@
 #include "cli/inputs.hpp"
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/materials/fault.hpp"
+#include "maille/materials/text_file.hpp"
 #include "maille/scene/image.hpp"
+#include "maille/studies/export/whole_file.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -137,6 +139,7 @@ int main(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN); // a limit of a file's size is then an error of writing, and said as such
   std::signal(SIGPIPE, SIG_IGN); // likewise a reader that has gone
   catch_stop_signals();
+  maille::keep_opened_files();
   try {
     const bool has_raised = raise_stack_limit();
     if (limit_blas_threads() || has_raised)
@@ -162,6 +165,6 @@ int main(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     return leave(fail("out of memory", exit_run_failed));
   } catch (const std::exception& error) {
-    return leave(fail(error.what(), exit_run_failed));
+    return leave(fail(message_of(error), exit_run_failed));
   }
 }

@@ -7,6 +7,7 @@
 #include "maille/studies/export/whole_file.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cctype>
@@ -100,7 +101,16 @@ start  = 11
 frames = 10
 )";
 
-std::string with_name(std::string text, std::string_view key, const std::string& name) {
+/// As TOML has it between quotes; what is no UTF-8 is replaced.
+std::string escaped(const std::string& text) {
+  std::string json = nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  for (std::size_t at = json.find('\x7f'); at != std::string::npos; at = json.find('\x7f', at))
+    json.replace(at, 1, "\\u007f");
+  return json.substr(1, json.size() - 2);
+}
+
+std::string with_name(std::string text, std::string_view key, const std::string& given) {
+  const std::string name = escaped(given);
   for (std::size_t at = text.find(key); at != std::string::npos; at = text.find(key, at + name.size()))
     text.replace(at, key.size(), name);
   return text;
@@ -216,13 +226,14 @@ std::string scene_of(const LabelImage& image, const std::string& file, const std
       "fibre   = [{4}]\n\n# Which label is what. Take a line out, and its voxels are no part of the "
       "body.{5}\n"
       "[specimen.labels]\n",
-      fs::path(file).filename().string(), name, file, coarsen, fmt::join(fibre, ", "),
+      escaped(fs::path(file).filename().string()), escaped(name), escaped(file), coarsen,
+      fmt::join(fibre, ", "),
       one ? "\n# Labels that are held at no end of the body would not move: they are comments here." : "");
   for (const auto& [label, found] : image.labels)
     text +=
         fmt::format("{}{} = \"{}\"   # {} voxels, {:.4g} ml{}\n",
                     body.only && label != *body.only ? "# " : "", label, tissue_for(found.name), found.voxels,
-                    millilitres(image, found.voxels), found.name.empty() ? "" : ": " + found.name);
+                    millilitres(image, found.voxels), found.name.empty() ? "" : ": " + escaped(found.name));
   text += fmt::format(
       "\n[[hold]]\nwhere = \"{0}-\"   # a face of the box around the body, or a region\n\n[[move]]\n"
       "where = \"{0}+\"\nby    = [{1}]   # 2 % of the body's length\n",
@@ -282,7 +293,11 @@ void new_image(const NewOptions& options) {
   while (stem.has_extension())
     stem = stem.stem();
   const fs::path out = options.out ? fs::path(*options.out) : fs::path(stem.string() + ".toml");
-  const std::string file = name_from(out.parent_path(), options.labels);
+  std::string file = name_from(out.parent_path(), options.labels);
+  if (file.starts_with('$') || file.starts_with('~')) // no variable, no home
+    file.insert(0, "./");
+  if (escaped(file).find("\xef\xbf\xbd") != std::string::npos)
+    throw UsageError(fmt::format("{}: expected a name in UTF-8, which a scene can hold", file));
   const Body body = body_to_begin_with(image, file, out);
   const std::string text = scene_of(image, file, out.string(), body);
   if (body.only) // that of all labels has been read

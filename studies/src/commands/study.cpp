@@ -15,49 +15,11 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <set>
 #include <thread>
 
 namespace maille::studies {
 
 namespace {
-
-/// The table that stands in the place of a new one: put aside while the study runs, and gone with its files
-/// once it has ended.
-class OlderTable {
-public:
-  OlderTable(const std::filesystem::path& stem, const StudyCommandOptions& asked)
-      : table_(with(stem, ".jsonl")), aside_(with(stem, "_older.jsonl")) {
-    if (!asked.overwrite)
-      return;
-    if (asked.resume || !asked.shard.empty())
-      throw UsageError("--overwrite: expected neither --resume nor --shard beside it, found one of them");
-    std::error_code error;
-    std::filesystem::remove(with(stem, ".csv"), error);
-    is_aside_ = std::filesystem::exists(table_, error);
-    if (is_aside_)
-      std::filesystem::rename(table_, aside_);
-  }
-
-  void remove_but(const std::vector<StudyRow>& rows) const {
-    if (!is_aside_)
-      return;
-    std::set<std::string> kept;
-    for (const StudyRow& row : rows)
-      kept.insert(row.vtk);
-    std::error_code error; // what cannot be removed harms no result
-    for (const StudyRow& row : read_study_table(aside_).rows)
-      if (!row.vtk.empty() && row.vtk.find('/') == std::string::npos && !kept.contains(row.vtk))
-        std::filesystem::remove(aside_.parent_path() / row.vtk, error);
-    std::filesystem::remove(aside_, error);
-  }
-
-private:
-  static std::filesystem::path with(std::filesystem::path stem, const char* ending) { return stem += ending; }
-
-  std::filesystem::path table_, aside_;
-  bool is_aside_ = false;
-};
 
 /// `3/16`: the third of sixteen parts.
 void read_shard(const std::string& text, StudyOptions& options) {
@@ -85,6 +47,9 @@ StudyOptions options_of(const StudyCommandOptions& asked, const StudyFile& study
   StudyOptions options;
   options.out = asked.out.value_or(std::filesystem::path("out") / study.name());
   options.resume = asked.resume;
+  options.overwrite = asked.overwrite;
+  if (asked.overwrite && (asked.resume || !asked.shard.empty()))
+    throw UsageError("--overwrite: expected neither --resume nor --shard beside it, found one of them");
   options.jobs = asked.jobs;
   options.solver = check_fem_solver(asked.fem_solver);
   options.unit = length_unit(asked.unit);
@@ -204,7 +169,6 @@ int study_command(const StudyCommandOptions& asked) {
   prepare_folder(options.out);
   prepare_file("--picture", asked.picture);
   prepare_file("--json", asked.json);
-  OlderTable older(options.out / study.name(), asked);
   const Control control = terminal_control(options.threads);
   StudyProgress progress;
   if (control.progress)
@@ -216,12 +180,10 @@ int study_command(const StudyCommandOptions& asked) {
   StudyOutcome outcome;
   try {
     outcome = run_study(study, options, control, progress);
-  } catch (const TableTaken& error) {
-    throw UsageError(error.what());
+  } catch (const FolderTaken& error) {
+    throw UsageError(fmt::format("--out {}", error.what()));
   }
   end_progress();
-  if (!outcome.is_interrupted)
-    older.remove_but(outcome.rows);
   const auto sensitivity =
       options.shards == 1 ? sensitivities(study, outcome.rows) : std::vector<StudySensitivity>();
   outcome.files.push_back(write_about(study, options, sensitivity));

@@ -1,5 +1,7 @@
 #include "body_pieces.hpp"
 
+#include "maille/studies/export/whole_file.hpp"
+
 #include <fmt/format.h>
 #include <pugixml.hpp>
 #include <vtkCellData.h>
@@ -11,6 +13,7 @@
 #include <algorithm>
 #include <sstream>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 namespace maille::studies {
@@ -160,6 +163,7 @@ void add_layers(vtkFieldData& arrays, const Layers& layers) {
 
 std::string list_of_pieces(const fs::path& list, std::size_t pieces, vtkDataSet& one) {
   pugi::xml_document document;
+  document.append_child(pugi::node_comment).set_value(std::string(provenance_of_list).c_str());
   pugi::xml_node root = document.append_child("VTKFile");
   root.append_attribute("type") = "PUnstructuredGrid";
   root.append_attribute("version") = "1.0";

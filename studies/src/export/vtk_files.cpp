@@ -171,8 +171,7 @@ fs::path write_in_pieces(const Scene& scene, const ExportFields& fields, const f
   const std::vector<Layers> pieces = pieces_of(scene.specimen, fields.most_cells / pieces_of_file);
   fs::path list = stem;
   list += ".pvtu";
-  fs::remove_all(file_of_piece(list, 0).parent_path());
-  fs::create_directory(file_of_piece(list, 0).parent_path());
+  make_folder_of_pieces(file_of_piece(list, 0).parent_path());
   vtkNew<vtkFieldData> names;
   add_names(*names, scene);
   std::atomic<std::size_t> next{0};

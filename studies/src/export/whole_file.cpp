@@ -1,5 +1,7 @@
 #include "maille/studies/export/whole_file.hpp"
 
+#include "maille/materials/text_file.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,10 +10,10 @@
 #include <cerrno>
 #include <csignal>
 #include <fstream>
+#include <map>
 #include <optional>
 #include <random>
 #include <regex>
-#include <set>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -25,36 +27,14 @@ namespace maille::studies {
 namespace fs = std::filesystem;
 namespace {
 
-/// What a temporary file's name has behind the name of its file: `.17.host-k3f9`, process and machine.
-std::string mark_of_process() {
-  std::array<char, 65> host{};
-  gethostname(host.data(), host.size() - 1);
-  std::string name(host.data());
-  std::replace_if(
-      name.begin(), name.end(), [](char c) { return c == '.' || c == '/'; }, '_');
-  return fmt::format(".{}.{}", getpid(), name);
-}
-
-/// A new, empty file that nobody could have put there before. Removed unless told that it has found its
-/// place.
+/// A new, empty file of a name that could not be foreseen. Removed unless told that it has found its place.
 class TemporaryFile {
 public:
   explicit TemporaryFile(const fs::path& file) {
-    std::random_device lot;
-    for (int trial = 0; trial < 100; ++trial) {
-      path_ = file.parent_path() / fmt::format(".{}{}-{:08x}.part{}", file.stem().string(), mark_of_process(),
-                                               lot(), file.extension().string());
-      const int descriptor = open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
-      if (descriptor >= 0) {
-        take_over_mode(file, descriptor);
-        close(descriptor);
-        unfinished_.emplace(path_);
-        return;
-      }
-      if (errno != EEXIST)
-        break;
-    }
-    throw fs::filesystem_error("cannot write", file, std::error_code(errno, std::generic_category()));
+    const int descriptor = create_beside(file, path_);
+    take_over_mode(file, descriptor);
+    close(descriptor);
+    unfinished_.emplace(path_);
   }
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
@@ -101,15 +81,12 @@ fs::path behind_links(fs::path file) {
 void write_whole(const fs::path& link, const std::function<void(const fs::path&)>& write) {
   const fs::path file = behind_links(link);
   if (is_kept_input(file))
-    throw fs::filesystem_error("cannot write: this run reads that file", file,
-                               std::make_error_code(std::errc::file_exists));
+    throw fs::filesystem_error("cannot write: this command reads that file", file, std::error_code());
   if (fs::exists(file) && !fs::is_regular_file(file))
-    throw fs::filesystem_error("cannot write: not a file", file,
-                               std::make_error_code(std::errc::not_supported));
+    throw fs::filesystem_error("cannot write: not a file", file, std::error_code());
   const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path{"."};
   if (!fs::is_directory(folder))
-    throw fs::filesystem_error("cannot write: no such folder", file,
-                               std::make_error_code(std::errc::not_a_directory));
+    throw fs::filesystem_error("cannot write: no such folder", file, std::error_code());
   TemporaryFile temporary(file);
   write(temporary.path());
   if (!fs::is_regular_file(temporary.path()))
@@ -119,7 +96,7 @@ void write_whole(const fs::path& link, const std::function<void(const fs::path&)
 
 void remove_unfinished_files(const fs::path& folder) {
   static const std::regex name(R"(\..*\.(\d{1,9})\.([^.]*)-[0-9a-f]{8}\.part(\..*)?)");
-  const std::string mark = mark_of_process(), host = mark.substr(mark.rfind('.') + 1);
+  const std::string host = name_of_machine();
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
     const std::string found = entry.path().filename().string();
@@ -149,27 +126,88 @@ void write_whole(const fs::path& file, std::string_view text) {
     write_whole(file, write);
 }
 
+std::string message_of(const std::exception& error) {
+  std::string text = error.what(); // "filesystem error: cannot write: Permission denied [a] [b]"
+  const auto* const of_file = dynamic_cast<const fs::filesystem_error*>(&error);
+  constexpr std::string_view begin = "filesystem error: ";
+  if (of_file == nullptr || !text.starts_with(begin))
+    return text;
+  text.erase(0, begin.size());
+  for (const fs::path& path : {of_file->path2(), of_file->path1()})
+    if (const std::string end = fmt::format(" [{}]", path.string()); text.ends_with(end))
+      text.resize(text.size() - end.size());
+  if (const std::string none = ": " + std::error_code().message(); text.ends_with(none))
+    text.resize(text.size() - none.size());
+  return of_file->path1().empty() ? text : fmt::format("{}: {}", of_file->path1().string(), text);
+}
+
 namespace {
 
-/// Device and number: a file's names, and links to it, share them.
-using Identity = std::pair<dev_t, ino_t>;
-
-std::set<Identity>& kept() {
-  static std::set<Identity> files;
+/// Locks that no other process shares: a signal that ends the process takes them away.
+std::map<fs::path, UnfinishedFile>& own_locks() {
+  static std::map<fs::path, UnfinishedFile> files;
   return files;
+}
+
+/// False where another process has locked the file. Some network folders have no locks: then it is true.
+bool lock(int descriptor, short kind) {
+  struct flock whole {};
+  whole.l_type = kind;
+  whole.l_whence = SEEK_SET;
+  return fcntl(descriptor, F_SETLK, &whole) == 0 || (errno != EACCES && errno != EAGAIN);
+}
+
+/// False where the file was removed, or replaced, since it was opened.
+bool is_still_there(int descriptor, const fs::path& file) {
+  struct stat ours {
+  }, theirs{};
+  return fstat(descriptor, &ours) == 0 && lstat(file.c_str(), &theirs) == 0 && ours.st_ino == theirs.st_ino &&
+         ours.st_dev == theirs.st_dev;
 }
 
 } // namespace
 
-void keep_input(const std::filesystem::path& file) {
-  struct stat known {};
-  if (stat(file.c_str(), &known) == 0 && S_ISREG(known.st_mode))
-    kept().emplace(known.st_dev, known.st_ino);
+FolderLock::FolderLock(const fs::path& folder, const std::string& stem, Sharing sharing)
+    : FolderLock() { // so that what is taken is given back where the rest throws
+  take(folder, ".maille.lock", sharing == Sharing::parts ? F_RDLCK : F_WRLCK);
+  if (sharing == Sharing::parts)
+    take(folder, fmt::format(".{}.lock", stem), F_WRLCK);
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error))
+    if (entry.is_symlink(error) && is_name_of_result(entry.path().filename().string(), stem))
+      throw FolderTaken(fmt::format("{}: expected no symbolic link under the name of a result, found one",
+                                    entry.path().string()));
 }
 
-bool is_kept_input(const std::filesystem::path& file) {
+void FolderLock::take(const fs::path& folder, const std::string& name, short kind) {
+  const fs::path file = folder / name;
+  auto& taken = locks_.emplace_back(-1, file);
+  do {
+    if (taken.first >= 0)
+      close(taken.first);
+    taken.first = open(file.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
+    if (taken.first < 0)
+      throw fs::filesystem_error("cannot write", file, std::error_code(errno, std::generic_category()));
+    if (!lock(taken.first, kind)) {
+      close(std::exchange(taken.first, -1));
+      throw FolderTaken(fmt::format("{}: another process is writing into this folder", folder.string()));
+    }
+  } while (!is_still_there(taken.first, file));
+  if (struct stat known{}; kind == F_WRLCK && fstat(taken.first, &known) == 0 && known.st_size == 0)
+    own_locks().try_emplace(file, file);
+}
+
+FolderLock::~FolderLock() {
   struct stat known {};
-  return stat(file.c_str(), &known) == 0 && kept().contains({known.st_dev, known.st_ino});
+  for (const auto& [descriptor, file] : locks_) {
+    // Of a lock that others share the last one removes the file; one that is not empty was there before.
+    if (descriptor < 0)
+      continue;
+    if (lock(descriptor, F_WRLCK) && fstat(descriptor, &known) == 0 && known.st_size == 0)
+      unlink(file.c_str());
+    close(descriptor);
+    own_locks().erase(file);
+  }
 }
 
 namespace {

@@ -45,7 +45,7 @@ std::optional<std::string> make_film(const std::filesystem::path& stem, int n_di
     });
   } catch (const std::runtime_error& error) {
     return fmt::format("no film: {}",
-                       status != 0 ? fmt::format("ffmpeg ended with status {}", status) : error.what());
+                       status != 0 ? fmt::format("ffmpeg ended with status {}", status) : message_of(error));
   }
   return std::nullopt;
 }

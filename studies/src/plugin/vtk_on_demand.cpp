@@ -1,5 +1,6 @@
 /// Files and pictures for programs that start without VTK: the first one opens the plugin.
 
+#include "maille/materials/text_file.hpp"
 #include "maille/studies/export/whole_file.hpp"
 #include "plugin/vtk_functions.hpp"
 
@@ -27,6 +28,10 @@ void write_world_object(const WorldScene& world, std::size_t object, const World
 }
 
 AnswerFields read_answer_fields(const Scene& scene, const std::filesystem::path& file) {
+  note_opened(file); // a plugin has no register
+  std::error_code none;
+  for (const auto& piece : std::filesystem::directory_iterator(file.parent_path() / file.stem(), none))
+    note_opened(piece.path());
   return plugin().read_fields(scene, file);
 }
 
@@ -55,6 +60,7 @@ std::optional<std::string> render_world(const WorldScene& world, const std::vect
 }
 
 ColourPicture read_picture(const std::filesystem::path& file) {
+  note_opened(file);
   return plugin().picture(file);
 }
 

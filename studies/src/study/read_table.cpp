@@ -53,7 +53,7 @@ StudyTable parse_study_csv(std::string_view text, const fs::path& file) {
 }
 
 StudyTable read_study_table(const fs::path& file) {
-  const std::string text = read_text_file(file, "a table of a study", largest_table);
+  const std::string text = read_own_text_file(file, "a table of a study", largest_table);
   return file.extension() == ".csv" ? parse_study_csv(text, file) : parse_study_table(text, file);
 }
 

@@ -4,6 +4,7 @@
 #include "maille/scene/measure/measure.hpp"
 #include "maille/studies/comparison.hpp"
 #include "maille/studies/export/vtk_files.hpp"
+#include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/study_run.hpp"
 #include "study/table_files.hpp"
 #include "study/worker_pool.hpp"
@@ -188,7 +189,8 @@ void CaseRunner::add_row(std::size_t method, const Comparison& comparison, const
     try {
       row.vtk = write_file(row, result, comparison);
     } catch (const std::exception& error) { // the figures stand without it
-      row.message += fmt::format("{}no file for ParaView: {}", row.message.empty() ? "" : "; ", error.what());
+      row.message +=
+          fmt::format("{}no file for ParaView: {}", row.message.empty() ? "" : "; ", message_of(error));
     }
   rows_.push_back(std::move(row));
 }

@@ -9,8 +9,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <fstream>
 #include <limits>
 #include <map>
+#include <set>
 
 namespace maille::studies {
 
@@ -28,12 +30,67 @@ std::string settings_in_words(const StudyOptions& options) {
   return std::string(fem_ref::linear_solver_names[static_cast<std::size_t>(options.solver)]);
 }
 
+/// A table that a new one replaces: put aside while the study runs, and removed with its files at the end.
+class OlderTable {
+public:
+  /// @throws FolderTaken where a file that is there is no table of a study
+  explicit OlderTable(const fs::path& stem)
+      : table_(with(stem, ".jsonl")), aside_(with(stem, "_older.jsonl")) {
+    const fs::path csv = with(stem, ".csv");
+    for (const fs::path& file : {table_, aside_, csv})
+      check(file);
+    std::error_code error;
+    fs::remove(csv, error);
+    is_aside_ = fs::exists(table_, error);
+    if (is_aside_)
+      fs::rename(table_, aside_);
+  }
+
+  /// @param rows of the new table @param study its name, which begins those of its files
+  void remove_but(const std::vector<StudyRow>& rows, const std::string& study) const {
+    if (!is_aside_)
+      return;
+    std::set<std::string> kept;
+    for (const StudyRow& row : rows)
+      kept.insert(row.vtk);
+    std::error_code error; // what cannot be removed harms no result
+    for (const StudyRow& row : read_study_table(aside_).rows)
+      if (const fs::path file = aside_.parent_path() / row.vtk; is_name_of_result(row.vtk, study) &&
+                                                                !kept.contains(row.vtk) &&
+                                                                has_provenance(file) && !is_kept_input(file))
+        remove_result(file);
+    fs::remove(aside_, error);
+  }
+
+private:
+  static fs::path with(fs::path stem, const char* ending) { return stem += ending; }
+
+  /// What begins as rows and headers of studies do is one's own, of whatever version.
+  static void check(const fs::path& file) {
+    std::error_code error;
+    const fs::file_status status = fs::symlink_status(file, error);
+    if (!fs::exists(status) || (fs::is_regular_file(status) && fs::file_size(file, error) == 0))
+      return;
+    const std::string example = file.extension() == ".csv" ? csv_header({}) : json_line({});
+    std::string begin(example.find_first_of(":,") + 1, '\0');
+    std::ifstream(file, std::ios::binary).read(begin.data(), static_cast<std::streamsize>(begin.size()));
+    if (!fs::is_regular_file(status) || is_kept_input(file) || !example.starts_with(begin))
+      throw FolderTaken(fmt::format(
+          "{}: expected a table of a study, which --overwrite replaces, found another file", file.string()));
+  }
+
+  fs::path table_, aside_;
+  bool is_aside_ = false;
+};
+
 class StudyRun {
 public:
   StudyRun(const StudyFile& study, const StudyOptions& options, const Control& control,
            const StudyProgress& progress)
       : study_(study), options_(options), control_(control), progress_(progress),
-        stem_(table_stem(study, options)), lock_(stem_) {}
+        stem_(table_stem(study, options)),
+        lock_(options.out, stem_.filename().string(),
+              options.shards > 1 ? FolderLock::Sharing::parts : FolderLock::Sharing::none) {}
 
   StudyOutcome run();
 
@@ -55,7 +112,8 @@ private:
   const Control& control_;
   const StudyProgress& progress_;
   fs::path stem_;
-  TableLock lock_;
+  FolderLock lock_;
+  std::optional<OlderTable> older_;            ///< with --overwrite
   std::multimap<std::string, StudyRow> found_; ///< by hash
   int n_cases_of_all_ = 0;
   std::vector<Task> tasks_;
@@ -73,7 +131,7 @@ void StudyRun::take_up() {
     if (!fs::exists(file, no_matter) || fs::file_size(file, no_matter) == 0)
       continue;
     if (!options_.resume)
-      throw TableTaken(
+      throw FolderTaken(
           fmt::format("{}: expected no table there, or --resume to go on with it", file.string()));
     if (file.extension() == ".jsonl") // of which the other is a copy
       for (StudyRow& row : read_study_table(file).rows) {
@@ -141,9 +199,9 @@ void StudyRun::keep_left_overs() {
     return;
   fs::path file = stem_;
   file += "_older.jsonl";
-  const std::string before =
-      fs::exists(file) ? read_text_file(file, "a table of a study", std::numeric_limits<std::int64_t>::max())
-                       : std::string();
+  const std::string before = fs::exists(file) ? read_own_text_file(file, "a table of a study",
+                                                                   std::numeric_limits<std::int64_t>::max())
+                                              : std::string();
   write_whole(file, before + lines);
 }
 
@@ -200,6 +258,8 @@ void StudyRun::work() {
 }
 
 StudyOutcome StudyRun::run() {
+  if (options_.overwrite)
+    older_.emplace(stem_);
   take_up();
   plan();
   keep_left_overs();
@@ -215,6 +275,8 @@ StudyOutcome StudyRun::run() {
   outcome_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   sort_rows(outcome_.rows, methods);
   outcome_.files = write_study_table(outcome_.rows, stem_);
+  if (older_ && !outcome_.is_interrupted)
+    older_->remove_but(outcome_.rows, study_.name());
   return std::move(outcome_);
 }
 

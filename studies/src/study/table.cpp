@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <array>
 #include <map>
 
 namespace maille::studies {
@@ -60,6 +61,19 @@ void add_row(std::map<std::pair<int, std::string>, StudyRow>& rows, StudyRow row
                        fmt::format("the same scene in every table of the study {}", row.study),
                        fmt::format("hashes {:.12} and {:.12}, {} and {} cases", there->second.hash, row.hash,
                                    there->second.n_cases, row.n_cases)}});
+}
+
+/// A file of that name is seen, is no option, and is read as it is written: no marks that turn its direction.
+bool is_plain_name(const std::string& name) {
+  const auto is_control = [](unsigned char c) { return c < ' ' || c == 0x7f; };
+  return !name.empty() && !name.starts_with('.') && !name.starts_with('-') && name.size() < 200 &&
+         name.find_first_of("/\\") == std::string::npos && std::ranges::none_of(name, is_control) &&
+         nlohmann::json(name).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) ==
+             "\"" + name + "\"" &&
+         std::ranges::none_of(std::array{"\xe2\x80\x8e", "\xe2\x80\x8f", "\xe2\x80\xaa", "\xe2\x80\xab",
+                                         "\xe2\x80\xac", "\xe2\x80\xad", "\xe2\x80\xae", "\xe2\x81\xa6",
+                                         "\xe2\x81\xa7", "\xe2\x81\xa8", "\xe2\x81\xa9"},
+                              [&](const char* mark) { return name.find(mark) != std::string::npos; });
 }
 
 } // namespace
@@ -115,8 +129,7 @@ std::vector<MergedTable> merge_study_tables(const std::vector<fs::path>& files, 
   }
   std::vector<MergedTable> merged;
   for (auto& [study, rows] : of_study) {
-    if (study.empty() || study == "." || study == ".." ||
-        study.find_first_of(std::string("/\\\0", 3)) != std::string::npos)
+    if (!is_plain_name(study))
       throw InputError({{files.front().string(), 0, "study", "the name of a study, one plain name of a file",
                          "\"" + study + "\""}});
     MergedTable& table = merged.emplace_back();

@@ -6,9 +6,9 @@
 
 #include <cerrno>
 #include <system_error>
+#include <utility>
 
 #include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 namespace maille::studies {
@@ -21,7 +21,7 @@ namespace {
 
 int open_to_append(const std::filesystem::path& stem, const char* ending) {
   const std::string file = stem.string() + ending;
-  const int descriptor = open(file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+  const int descriptor = open(file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_NOFOLLOW | O_CLOEXEC, 0666);
   if (descriptor < 0)
     fail("cannot write " + file);
   return descriptor;
@@ -38,51 +38,18 @@ void append_whole(int descriptor, std::string_view text) {
     fail("cannot write the table");
 }
 
-/// False where another process has locked the file.
-bool lock(int descriptor) {
-  struct flock whole {};
-  whole.l_type = F_WRLCK;
-  whole.l_whence = SEEK_SET;
-  return fcntl(descriptor, F_SETLK, &whole) == 0;
-}
-
-/// False where the file was removed, or replaced, since it was opened.
-bool is_still_there(int descriptor, const std::filesystem::path& file) {
-  struct stat ours {
-  }, theirs{};
-  return fstat(descriptor, &ours) == 0 && stat(file.c_str(), &theirs) == 0 && ours.st_ino == theirs.st_ino &&
-         ours.st_dev == theirs.st_dev;
-}
-
 } // namespace
 
-TableLock::TableLock(const std::filesystem::path& stem)
-    : file_(stem.parent_path() / fmt::format(".{}.lock", stem.filename().string())) {
-  do {
-    if (descriptor_ >= 0)
-      close(descriptor_);
-    descriptor_ = open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-    if (descriptor_ < 0)
-      fail("cannot write " + file_.string());
-    if (!lock(descriptor_)) {
-      close(descriptor_);
-      throw TableTaken(fmt::format("{}.jsonl: another process is writing this table", stem.string()));
-    }
-  } while (!is_still_there(descriptor_, file_));
-}
-
-TableLock::~TableLock() {
-  unlink(file_.c_str());
-  close(descriptor_);
-}
-
 TableAppender::TableAppender(const std::filesystem::path& stem)
-    : lines_(open_to_append(stem, ".jsonl")), csv_(open_to_append(stem, ".csv")),
+    : stem_(stem), lines_(open_to_append(stem, ".jsonl")), csv_(open_to_append(stem, ".csv")),
       has_header_(lseek(csv_, 0, SEEK_END) > 0) {}
 
 TableAppender::~TableAppender() {
-  close(lines_);
-  close(csv_);
+  for (const auto& [descriptor, ending] : {std::pair(lines_, ".jsonl"), {csv_, ".csv"}}) {
+    if (lseek(descriptor, 0, SEEK_END) == 0) // nothing came, such as on a full disk
+      unlink((stem_.string() + ending).c_str());
+    close(descriptor);
+  }
 }
 
 void TableAppender::append(const std::vector<StudyRow>& rows) {

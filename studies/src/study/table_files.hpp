@@ -21,21 +21,7 @@ void name_case(StudyRow& row, const StudyFile& study, const StudyCase& one);
 StudyRow blank_row(const StudyFile& study, const StudyCase& one, const std::string& method,
                    const std::string& hash, const StudyOptions& options);
 
-/// Holds a lock beside the table for as long as it lives; the system drops it when the process dies.
-class TableLock {
-public:
-  /// @throws TableTaken where another process holds it
-  explicit TableLock(const std::filesystem::path& stem);
-  ~TableLock();
-  TableLock(const TableLock&) = delete;
-  TableLock& operator=(const TableLock&) = delete;
-
-private:
-  std::filesystem::path file_;
-  int descriptor_ = -1;
-};
-
-/// Appends to `stem.jsonl` and `stem.csv`.
+/// Appends to `stem.jsonl` and `stem.csv`; at its end a file that is still empty goes.
 class TableAppender {
 public:
   /// Files that are there are gone on with.
@@ -47,6 +33,7 @@ public:
   void append(const std::vector<StudyRow>& rows);
 
 private:
+  std::filesystem::path stem_;
   int lines_ = -1, csv_ = -1;
   bool has_header_ = false;
 };

@@ -3,13 +3,17 @@
 #include "studies/commands/run_command.hpp"
 #include "support/temporary_folder.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <array>
+#include <map>
+#include <random>
 #include <set>
 
+#include <fcntl.h>
 #include <unistd.h>
 
 namespace maille {
@@ -108,6 +112,118 @@ TEST(OutputFolderContract, WhatAListNamesElsewhereIsNotTouched) {
   EXPECT_EQ(folder.text("victim.vti"), "precious");
 }
 
+/// Every file, link and folder below, with its content.
+std::map<std::string, std::string> tree_of(const fs::path& root) {
+  std::map<std::string, std::string> tree;
+  for (const auto& entry : fs::recursive_directory_iterator(root)) {
+    std::ifstream stream(entry.path(), std::ios::binary);
+    tree[entry.path().string()] = entry.is_symlink() ? "link to " + fs::read_symlink(entry).string()
+                                  : entry.is_directory()
+                                      ? "folder"
+                                      : std::string(std::istreambuf_iterator<char>(stream), {});
+  }
+  return tree;
+}
+
+/// A name that somebody's list of results may hold.
+std::string hostile_name(std::mt19937& dice, const std::string& root) {
+  static const std::vector<std::string> stems{
+      "thesis",     "box_thesis", "box_limits",      "bar_coupled", "docs",          "box",        "..",
+      ".",          "",           "box_limits_0003", "../beside",   "box_../beside", "docs/inner", "box_link",
+      "bar_folder", ".box",       "box_..",          "..box_"};
+  static const std::vector<std::string> endings{"",      ".txt", ".vti",   ".vtu", ".pvtu", ".pvd", ".csv",
+                                                ".json", ".png", "..pvtu", "/",    "/..",   ".vtm"};
+  std::string name = stems[dice() % stems.size()] + endings[dice() % endings.size()];
+  return dice() % 7 == 0 ? root + "/" + name : name;
+}
+
+TEST(OutputFolderContract, ListsOfOthersDeleteNothing) {
+  std::mt19937 dice(41);
+  int n_lists = 0, deleted = 0;
+  for (int trial = 0; trial < 50; ++trial) {
+    const Folder folder;
+    const std::string root = folder.path().string();
+    folder.write("beside.txt", "precious");
+    folder.write("beside.vti", "precious");
+    fs::create_directories(folder / "out/docs");
+    fs::create_directories(folder / "out/bar_folder.pvtu");
+    fs::create_directories(folder / "out/box_limits");
+    for (const std::string name :
+         {"thesis.txt", "box_thesis.txt", "...pvtu", "..pvtu", "docs.pvtu", "box_limits.pvtu",
+          "box_limits/0000.vtu", "box_limits_0003.vti", "box_thesis.csv", "box_thesis.png", "bar_coupled.vtu",
+          "bar_coupled.pvd", "bar_coupled.csv", ".box.vti", "docs/inner.vtu", "docs/0000.vtu",
+          "bar_folder.pvtu/0000.vtu", "box_thesis.json"})
+      folder.write("out/" + name, "precious " + name);
+    fs::create_symlink("../beside.vti", folder / "out/bar_link.vti");
+    for (const char* scene : {"box", "bar", "..", "docs"}) { // four lists a folder
+      nlohmann::ordered_json list{{"kind", dice() % 2 ? "run" : "compare"},
+                                  {"maille", MAILLE_VERSION},
+                                  {"scene", scene},
+                                  {"scene_file", folder.scene},
+                                  {"scene_text", "other"}};
+      for (int i = 0; i < 40; ++i) {
+        const std::string name = hostile_name(dice, root);
+        list["written"].push_back(name);
+        list["files"].push_back({{"file", hostile_name(dice, root)}});
+        list["digests"][name] = "0123456789abcdef-8";
+      }
+      folder.write(fmt::format("out/{}_of_others_{}_results.json", scene[0] == '.' ? "dots" : scene, trial),
+                   list.dump());
+      ++n_lists;
+    }
+    const auto before = tree_of(root);
+    const std::string command = trial % 2 ? "compare {} --reference limits" : "run {}";
+    const Outcome run = maille_command(fmt::format(fmt::runtime(command), folder.scene) +
+                                       " --methods limits --overwrite --out " + folder.out);
+    EXPECT_EQ(run.code, 0) << run.err;
+    const auto after = tree_of(root);
+    for (const auto& [file, content] : before)
+      if (const auto left = after.find(file); left == after.end() || left->second != content) {
+        ++deleted;
+        ADD_FAILURE() << file;
+      }
+  }
+  fmt::print("results_deleted_unlisted = {} of {} hostile lists\n", deleted, n_lists);
+  EXPECT_EQ(deleted, 0);
+  EXPECT_EQ(n_lists, 200);
+}
+
+TEST(OutputFolderContract, ALinkInTheNameOfAResultIsRefused) {
+  const Folder folder;
+  folder.write("victim.vti", "precious");
+  fs::create_symlink("../victim.vti", fs::path(folder.out) / "box_limits_0001.vti");
+  const Outcome run = maille_command("run " + folder.scene + " --methods limits --out " + folder.out);
+  EXPECT_EQ(run.code, 2) << run.err;
+  EXPECT_EQ(folder.text("victim.vti"), "precious");
+}
+
+TEST(OutputFolderContract, OneProcessAtATimeHasAFolder) {
+  const Folder folder;
+  folder.write("out/notes.txt", "mine");
+  const int lock = open((folder.out + "/.maille.lock").c_str(), O_RDWR | O_CREAT, 0600);
+  struct flock whole {};
+  whole.l_type = F_WRLCK;
+  ASSERT_EQ(fcntl(lock, F_SETLK, &whole), 0);
+  const std::string study = folder
+                                .write("study.toml", "scene = \"box.toml\"\nmethods = [\"limits\"]\n"
+                                                     "reference = \"none\"\n[[parameter]]\n"
+                                                     "key = \"move.0.by.0\"\nvalues = [\"0.1 mm\"]\n")
+                                .string();
+  const auto before = tree_of(folder.path());
+  for (const std::string& line :
+       std::vector<std::string>{"run " + folder.scene + " --methods limits --overwrite",
+                                "compare " + folder.scene + " --methods limits",
+                                "study " + study + " --overwrite", "study " + study + " --shard 1/2"}) {
+    const Outcome run = maille_command(line + " --out " + folder.out);
+    EXPECT_EQ(run.code, 2) << line << run.err;
+    EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+    EXPECT_EQ(tree_of(folder.path()), before) << line;
+  }
+  close(lock);
+  EXPECT_EQ(maille_command("study " + study + " --out " + folder.out).code, 0);
+  EXPECT_FALSE(folder.names().contains(".maille.lock"));
+}
+
 TEST(OutputFolderContract, UnfinishedFilesOfDeadProcessesGoAndLinksAreNotFollowed) {
   const Folder folder;
   std::array<char, 65> host{};
@@ -182,7 +298,7 @@ TEST(OutputFileContract, ATableMayNotNameAFileElsewhere) {
   std::string rows = folder.text("out/study.jsonl");
   const std::string name = "\"study\":\"study\"";
   ASSERT_NE(rows.find(name), std::string::npos);
-  for (const std::string bad : {"../victim", "", "..", "a/b"}) {
+  for (const std::string bad : {"../victim", "", "..", "a/b", ".hid", "-rf", "a\\nb", "a\u202eb"}) {
     std::string table = rows;
     table.replace(table.find(name), name.size(), "\"study\":\"" + bad + "\"");
     folder.write("tables/a.jsonl", table);
@@ -206,6 +322,27 @@ TEST(OutputFileContract, StudiesMayBeReplaced) {
   EXPECT_EQ(maille_command(line + " --overwrite").code, 0);
   EXPECT_TRUE(folder.names().contains("study.jsonl"));
   EXPECT_FALSE(folder.names().contains("study_older.jsonl"));
+  folder.write("out/study.csv", "name,phone\nmine,1\n");
+  EXPECT_EQ(maille_command(line + " --overwrite").code, 2);
+  EXPECT_EQ(folder.text("out/study.csv"), "name,phone\nmine,1\n");
+  EXPECT_EQ(maille_command("run " + folder.scene + " --methods limits --out " + folder.out).code, 0);
+  EXPECT_EQ(maille_command("report " + folder.out + " --out " + folder.scene).code, 2);
+  EXPECT_EQ(folder.text("box.toml"), box_of("0.1 mm"));
+}
+
+TEST(OutputFileContract, NamesOfImagesAreQuotedInNewScenes) {
+  const Folder folder;
+  const std::string image =
+      "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 4 3 3\nspacings: 1 1 1\nencoding: raw\n\n" +
+      std::string(36, '\1');
+  for (const std::string name :
+       {"a\"b.nrrd", "a\\b.nrrd", "a\nb = 1.nrrd", "a\tb\x7f.nrrd", "$HOME.nrrd", "~a.nrrd"}) {
+    const fs::path file = folder.write(name, image), scene = folder / "new.toml";
+    const Outcome made = test::shell("cd '" + folder.path().string() + "' && " MAILLE_COMMAND " new image '" +
+                                     name + "' --out new.toml --overwrite");
+    EXPECT_EQ(made.code, 0) << name << made.err;
+    EXPECT_EQ(maille_command("check " + scene.string()).code, 0) << name << folder.text("new.toml");
+  }
 }
 
 } // namespace

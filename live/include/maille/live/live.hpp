@@ -82,6 +82,7 @@ struct LiveReport {
   std::shared_ptr<const WorldState> last_state; ///< that its trajectory leads to
   std::int64_t penetrations = 0;                ///< at the end
   double text_scale = 1;                        ///< of letters
+  bool has_lost = false;                        ///< a picture or recording that could not be written
   std::vector<std::string> messages;            ///< faults that were shown
 };
 

@@ -130,7 +130,10 @@ std::vector<float> length_at_cells(const Scene& scene, const Displacement& displ
 /// Colours of a field, from low to high.
 std::vector<Rgb> field_palette();
 
-/// Writes a PNG of four bytes a pixel. @return why it could not; empty: it is there
+/// `NAME.png`, without a folder.
+bool is_name_of_picture(const std::string& name);
+/// Writes a PNG of four bytes a pixel, whole or not at all, in the place of nothing or of a file that is no
+/// input and no link. @return why it could not; empty: it is there
 std::string write_png(const std::string& file, int width, int height, const std::vector<std::uint8_t>& rgba);
 
 } // namespace maille::live

@@ -1,10 +1,11 @@
 #pragma once
-/// Text files, read and written whole or not at all, and a folder for files that are needed only for a while.
+/// Text files, read whole or not at all; the register of files that are opened; temporary files and folders.
 
 #include <stdlib.h>
 
 #include <cstdint>
 #include <filesystem>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -15,13 +16,50 @@ namespace maille {
 /// sixty times its size.
 inline constexpr std::int64_t largest_written_text = std::int64_t{16} << 20;
 
-/// The content of a file or a pipe.
+/// The content of a file or a pipe, which becomes an input (note_opened).
 /// @param what    it is to be, for the message: "a scene file"
 /// @param largest that is read [bytes]: a device has no end
 /// @throws InputError  nothing there that can be read; an error of the device on the way (the part that was
 ///                     read is not the file); more bytes than `largest`
 std::string read_text_file(const std::filesystem::path& file, std::string_view what,
                            std::int64_t largest = largest_written_text);
+
+/// The same for a file that Maille wrote and writes again, such as the table of a study: it becomes no input.
+std::string read_own_text_file(const std::filesystem::path& file, std::string_view what,
+                               std::int64_t largest = largest_written_text);
+
+/// Every reader calls this for every file that it opens. Files count by device and number, so by whatever
+/// name or link; devices and pipes do not count.
+/// @throws InputError where an option names the file as its output (reserve_output)
+void note_opened(const std::filesystem::path& file);
+/// From now on files that are opened are inputs, which no option can overwrite. Commands call it, once.
+void keep_opened_files();
+/// The same for a file that is not open yet. A file that is not there is nothing to keep.
+void keep_input(const std::filesystem::path& file);
+/// True if the name leads to an input.
+bool is_kept_input(const std::filesystem::path& file);
+/// Says that an option writes a file, so that note_opened() can refuse to read it.
+void reserve_output(const std::string& option, const std::filesystem::path& file);
+
+/// Lists what is opened as long as it lives.
+class OpenedFiles {
+public:
+  OpenedFiles();
+  ~OpenedFiles();
+  OpenedFiles(const OpenedFiles&) = delete;
+  OpenedFiles& operator=(const OpenedFiles&) = delete;
+  const std::set<std::filesystem::path>& files() const { return files_; } ///< absolute
+
+private:
+  std::set<std::filesystem::path> files_;
+};
+
+/// Makes an empty file beside `file`, of a name that could not be foreseen; it follows no link.
+/// @param temporary  its name: the same ending, a dot before the rest @return its descriptor
+/// @throws std::filesystem::filesystem_error
+int create_beside(const std::filesystem::path& file, std::filesystem::path& temporary);
+/// The host's name as temporary files have it.
+std::string name_of_machine();
 
 /// Without blanks at both ends.
 std::string_view trimmed(std::string_view text, std::string_view blanks = " \t");

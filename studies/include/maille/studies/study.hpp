@@ -116,10 +116,13 @@ public:
 
 private:
   std::string digest_of_file(const std::filesystem::path& file);
+  /// Of files that reading the scene opens and that none of its texts names, such as slices of a series.
+  std::string digests_of_opened(const StudyCase& one, const std::vector<std::string>& texts);
 
   const StudyFile& study_;
   std::string settings_;
   std::map<std::filesystem::path, std::string> known_files_; ///< empty digest: no file
+  std::map<std::string, std::string> known_opened_;          ///< by the files and folders that texts name
 };
 
 } // namespace maille::studies

@@ -13,6 +13,7 @@ namespace maille::studies {
 struct StudyOptions {
   std::filesystem::path out; ///< folder that exists
   bool resume = false;
+  bool overwrite = false;    ///< a table that is there goes, with its files, once the new one is whole
   int jobs = 1;              ///< cases at a time, each in a process of its own
   int shard = 1, shards = 1; ///< this run's part: cases shard, shard + shards, ...
   fem_ref::LinearSolver solver = fem_ref::LinearSolver::automatic;
@@ -31,11 +32,6 @@ struct StudyOutcome {
   bool is_interrupted = false;
   double seconds = 0;
   std::vector<std::filesystem::path> files;
-};
-
-/// There is a table already, or another process is writing it.
-class TableTaken : public std::runtime_error {
-  using std::runtime_error::runtime_error;
 };
 
 /// The rows of one case by some of study.row_methods(); the reference runs in any case, once.
@@ -60,7 +56,7 @@ std::filesystem::path table_stem(const StudyFile& study, const StudyOptions& opt
 /// before anything starts threads. With several jobs, or on a busy machine, rows say that their seconds are
 /// not to be believed.
 ///
-/// @throws TableTaken where a table stands there and resume is not asked for, or another process holds it;
+/// @throws FolderTaken where a table stands there and resume is not asked for, or another process holds it;
 ///         InputError where the table is faulty
 /// Repeatable  rows are the same at any number of jobs and parts, seconds apart
 StudyOutcome run_study(const StudyFile& study, const StudyOptions& options, const Control& control = {},

@@ -1,15 +1,18 @@
 #include "maille/materials/text_file.hpp"
 #include "maille/materials/toml_reader.hpp"
 #include "maille/scene/image.hpp"
+#include "maille/scene/measure/measure.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/studies/study.hpp"
 #include "maille/studies/version.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <openssl/evp.h>
 
 #include <array>
 #include <limits>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 
@@ -21,6 +24,7 @@ namespace fs = std::filesystem;
 
 /// Counts up when a row's figures change their meaning.
 constexpr int format_of_results = 1;
+constexpr auto largest_file = std::numeric_limits<std::int64_t>::max();
 
 std::string sha256(std::string_view text) {
   std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
@@ -62,11 +66,40 @@ std::string CaseHashes::digest_of_file(const fs::path& file) {
   std::error_code no_matter;
   std::string digest; // a text that names no file
   if (!file.empty() && fs::is_regular_file(file, no_matter))
-    for (const fs::path& part : files_of_image(file)) // a header does not say what its data are
-      if (fs::is_regular_file(part, no_matter))
-        digest += sha256(read_text_file(part, "a file of a scene", std::numeric_limits<std::int64_t>::max()));
+    if (const auto parts = files_of_image(file); parts.size() <= 2 && parts.front() == file)
+      for (const fs::path& part : parts)
+        if (fs::is_regular_file(part, no_matter))
+          digest += sha256(read_own_text_file(part, "a file of a scene", largest_file));
   known_files_.emplace(file, digest);
   return digest;
+}
+
+std::string CaseHashes::digests_of_opened(const StudyCase& one, const std::vector<std::string>& texts) {
+  const fs::path file = study_.scenes[one.scene].file, folder = file.parent_path();
+  std::set<std::string> named;
+  std::set<fs::path> known{fs::absolute(file)};
+  std::error_code no_matter;
+  for (const std::string& text : texts)
+    if (const fs::path at = named_by(text, folder); !at.empty() && fs::exists(at, no_matter)) {
+      named.insert(at.string());
+      if (!digest_of_file(at).empty())
+        for (const fs::path& part : files_of_image(at))
+          known.insert(fs::absolute(part));
+    }
+  const auto [digests, is_new] = known_opened_.try_emplace(fmt::format("{}", fmt::join(named, "\n")));
+  if (!is_new || named.empty())
+    return digests->second;
+  const OpenedFiles opened;
+  try {
+    parse_scene_and_measures(resolved_scene(study_, one), file);
+  } catch (const std::exception&) { // its row says so
+  }
+  for (const fs::path& part : std::set(opened.files()))
+    if (!known.contains(part))
+      digests->second +=
+          fmt::format("{} {}\n", part.lexically_relative(fs::absolute(file).parent_path()).string(),
+                      sha256(read_own_text_file(part, "a file of a scene", largest_file)));
+  return digests->second;
 }
 
 std::vector<std::string> CaseHashes::of_case(const StudyCase& one, const std::vector<std::string>& methods) {
@@ -80,6 +113,7 @@ std::vector<std::string> CaseHashes::of_case(const StudyCase& one, const std::ve
   for (const std::string& text : texts)
     if (const std::string digest = digest_of_file(named_by(text, file.parent_path())); !digest.empty())
       canonical << text << " " << digest << "\n";
+  canonical << digests_of_opened(one, texts);
   const std::string of_scene = sha256(canonical.view());
   std::vector<std::string> hashes;
   for (const std::string& method : methods)

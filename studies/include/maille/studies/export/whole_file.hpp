@@ -1,9 +1,14 @@
 #pragma once
 /// Files that appear whole or not at all, and that do not take the place of what a run reads.
 
+#include <exception>
 #include <filesystem>
 #include <functional>
+#include <stdexcept>
+#include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 namespace maille::studies {
 
@@ -27,12 +32,47 @@ void remove_unfinished_files(const std::filesystem::path& folder);
 /// The same for a text. A device or a pipe in the file's place is written to as it is.
 void write_whole(const std::filesystem::path& file, std::string_view text);
 
-/// From now on write_whole() refuses to replace the file, by whatever name or link. One that is not there is
-/// nothing to keep.
-void keep_input(const std::filesystem::path& file);
+/// A message in one line; those of the standard library about files in our words: `FILE: cannot write: why`.
+std::string message_of(const std::exception& error);
 
-/// True if the name leads to a file that is kept.
-bool is_kept_input(const std::filesystem::path& file);
+/// Results are there already, a link is in their place, or another process is writing them.
+class FolderTaken : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Holds a folder of results for one process as long as it lives; the system drops it when the process dies.
+class FolderLock {
+public:
+  enum class Sharing { none, parts };
+  /// @param stem     begins the names of the results; none of them may be a symbolic link
+  /// @param sharing  parts: others may write under other stems at the same time
+  /// @throws FolderTaken
+  FolderLock(const std::filesystem::path& folder, const std::string& stem, Sharing sharing);
+  ~FolderLock();
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+
+private:
+  FolderLock() = default;
+  void take(const std::filesystem::path& folder, const std::string& name, short kind);
+
+  std::vector<std::pair<int, std::filesystem::path>> locks_; ///< descriptors
+};
+
+/// True of one plain name of the form of Maille's results: STEM_... or STEM.ENDING, with an ending of theirs.
+bool is_name_of_result(std::string_view name, std::string_view stem);
+/// True if a regular file, no link, holds Maille's provenance: data sets for viewers and lists of them do.
+bool has_provenance(const std::filesystem::path& file);
+/// The comment that lists of data sets (.pvd, .vtm, .pvtu) begin with.
+inline constexpr std::string_view provenance_of_list = " Provenance: Maille ";
+/// Digest of a file's content, for files that cannot hold provenance: a list of results has it. Empty where the
+/// file is a link or cannot be read.
+std::string digest_of(const std::filesystem::path& file);
+/// Removes one result and, of a .pvtu, the pieces that has_provenance() is true of. @pre it is a result
+void remove_result(const std::filesystem::path& file);
+/// Makes the folder of a .pvtu's pieces, without earlier pieces. @throws std::filesystem::filesystem_error
+/// where it is a link, or holds links
+void make_folder_of_pieces(const std::filesystem::path& folder);
 
 /// Knows of a file that is being written for as long as it lives, so that a signal that ends the process can
 /// take it away. Of more than 16 at a time, or of paths of more than 4095 bytes, it knows nothing.

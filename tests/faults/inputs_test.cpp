@@ -1,0 +1,199 @@
+/// No option of any command writes over a file that a command opens. Which files those are, the system says
+/// (MAILLE_OPENED of support/faulty_files.cpp), not a list.
+
+#include "studies/commands/run_command.hpp"
+#include "support/temporary_folder.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace maille {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string text_of(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+/// An element of explicit VR, little endian; values have even lengths.
+std::string element(std::uint16_t group, std::uint16_t number, const std::string& kind, std::string value) {
+  const auto two = [](std::size_t n) {
+    return std::string{static_cast<char>(n & 255U), static_cast<char>(n >> 8U & 255U)};
+  };
+  if (value.size() % 2 != 0)
+    value += kind == "UI" ? '\0' : ' ';
+  const std::string length = kind == "OW" ? two(0) + two(value.size()) + two(0) : two(value.size());
+  return two(group) + two(number) + kind + length + value;
+}
+
+std::string number_of(int n) {
+  return {static_cast<char>(n), '\0'};
+}
+
+/// Three slices of 4 x 3 pixels of 1.
+void write_series(const test::TemporaryFolder& folder, const std::string& name) {
+  fs::create_directory(folder / name);
+  const std::string syntax = element(2, 0x10, "UI", "1.2.840.10008.1.2.1");
+  const std::string size{static_cast<char>(syntax.size()), '\0', '\0', '\0'};
+  std::string pixels;
+  for (int i = 0; i < 12; ++i)
+    pixels += number_of(1);
+  for (int slice = 0; slice < 3; ++slice)
+    folder.write(fmt::format("{}/s{}.dcm", name, slice),
+                 std::string(128, '\0') + "DICM" + element(2, 0, "UL", size) + syntax +
+                     element(8, 0x16, "UI", "1.2.840.10008.5.1.4.1.1.2") + element(8, 0x60, "CS", "CT") +
+                     element(0x20, 0xe, "UI", "1.2.3") +
+                     element(0x20, 0x32, "DS", fmt::format("0\\0\\{}", slice)) +
+                     element(0x20, 0x37, "DS", "1\\0\\0\\0\\1\\0") + element(0x28, 2, "US", number_of(1)) +
+                     element(0x28, 4, "CS", "MONOCHROME2") + element(0x28, 0x10, "US", number_of(3)) +
+                     element(0x28, 0x11, "US", number_of(4)) + element(0x28, 0x30, "DS", "1\\1") +
+                     element(0x28, 0x100, "US", number_of(16)) + element(0x28, 0x101, "US", number_of(16)) +
+                     element(0x28, 0x102, "US", number_of(15)) + element(0x28, 0x103, "US", number_of(0)) +
+                     element(0x7fe0, 0x10, "OW", pixels));
+}
+
+/// 4 x 3 x 3 voxels of 1 in 8 bits, by the ending; of headers with the data beside.
+void write_voxels(const test::TemporaryFolder& folder, const std::string& name) {
+  if (name == "series")
+    return write_series(folder, name);
+  const std::string data(36, '\1');
+  const std::string stem = name.substr(0, name.find('.'));
+  const bool is_apart = name.ends_with("hdr") || name.ends_with("mhd");
+  const std::string nrrd =
+      "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 4 3 3\nspace: left-posterior-superior\n"
+      "space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\nencoding: raw\n";
+  const std::string meta =
+      "ObjectType = Image\nNDims = 3\nDimSize = 4 3 3\nElementSpacing = 1 1 1\nAnatomicalOrientation = RAI\n"
+      "ElementType = MET_UCHAR\nElementDataFile = ";
+  if (is_apart)
+    folder.write(stem + ".raw", data);
+  if (name.ends_with(".nhdr"))
+    folder.write(name, nrrd + "data file: " + stem + ".raw\n");
+  else if (name.ends_with(".nrrd"))
+    folder.write(name, nrrd + "\n" + data);
+  else
+    folder.write(name, meta + (is_apart ? stem + ".raw\n" : "LOCAL\n" + data));
+}
+
+constexpr const char* patch =
+    "solid p\nfacet normal 1 0 0\nouter loop\nvertex 3 0 0\nvertex 3 3 0\nvertex 3 0 3\n"
+    "endloop\nendfacet\nendsolid p\n";
+
+/// A body of a file, moved where another file says. @return the scene
+fs::path scene_of(const test::TemporaryFolder& folder, const std::string& labels, const std::string& region) {
+  write_voxels(folder, labels);
+  folder.write("soft.toml", "youngs_modulus = \"10 kPa\"\npoisson_ratio = 0.3\n");
+  std::string where = "{ image = \"" + region + "\" }";
+  if (region.ends_with(".stl")) {
+    folder.write(region, patch);
+    where = "{ surface = \"" + region + "\", within = \"1 mm\" }";
+  } else if (region.ends_with(".fcsv")) {
+    folder.write(region, "# Markups fiducial file version = 4.11\n# CoordinateSystem = LPS\n# columns = "
+                         "id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,desc,associatedNodeID\n"
+                         "1,3,1,1,0,0,0,1,1,1,0,F-1,,\n");
+    where = "{ points = \"" + region + "\", within = \"2 mm\" }";
+  } else {
+    write_voxels(folder, region);
+  }
+  return folder.write("scene.toml",
+                      "[specimen]\nshape = \"image\"\nimage = \"" + labels +
+                          "\"\nlabels = { 1 = \"soft.toml\" }\n[[hold]]\nwhere = \"x-\"\n[[move]]\n"
+                          "where = { all = [\"x+\", " +
+                          where + "] }\nby = [\"0.1 mm\", 0, 0]\n");
+}
+
+TEST(OpenedInputsContract, NoOptionWritesOverWhatACommandOpens) {
+  const std::vector<std::string> options{
+      "check IN --json FILE",
+      "explain IN --json FILE",
+      "run IN --methods limits --json FILE",
+      "compare IN --methods limits --reference limits --csv FILE",
+      "compare IN --methods limits --reference limits --json FILE",
+      "export IN --out FILE",
+      "trade IN --methods limits --spacings 1 --tolerances 0.1 --reference limits --repetitions 1 --csv FILE",
+      "choose IN --error 90% --time 60s --json FILE",
+      "fit IN --test IN --reference relaxed --trials 2 --out FILE",
+      "explain IN --picture FILE",
+      "identify IN FILE --json FILE",
+      "warp IN --methods limits --out OUT/w_ --json FILE"};
+  int n_scenes = 0, n_files = 0, n_tried = 0, lost = 0;
+  std::size_t option = 0;
+  for (const std::string labels : {"labels.nrrd", "labels.nhdr", "labels.mhd", "labels.mha", "series"})
+    for (const std::string region : {"mask.nhdr", "mask.mhd", "patch.stl", "points.fcsv"}) {
+      if (labels == "series" && region.starts_with("mask"))
+        continue; // stands elsewhere
+      const test::TemporaryFolder folder;
+      const std::string scene = scene_of(folder, labels, region).string(),
+                        log = (folder / "opened.log").string();
+      const test::Outcome read = test::shell(
+          fmt::format("ASAN_OPTIONS=verify_asan_link_order=0 MAILLE_FAULT_UNDER={} MAILLE_OPENED={} "
+                      "LD_PRELOAD={} {} check {}",
+                      folder.path().string(), log, MAILLE_FAULTY_FILES, MAILLE_COMMAND, scene));
+      ASSERT_EQ(read.code, 0) << labels << " " << region << read.err << read.out;
+      std::set<std::string> opened;
+      std::ifstream stream(log);
+      for (std::string line; std::getline(stream, line);)
+        if (fs::is_regular_file(line))
+          opened.insert(line);
+      EXPECT_GE(opened.size(), 4U) << "scene, labels, material and region";
+      ++n_scenes;
+      fs::create_directory(folder / "out");
+      for (const std::string& file : opened) {
+        ++n_files;
+        for (int i = 0; i < 3; ++i, ++option) {
+          const std::string name = i == 1 ? (folder / "link.png").string() : file; // by another name, too
+          fs::remove(folder / "link.png");
+          if (i == 1)
+            fs::create_hard_link(file, name);
+          std::string line = options[option % options.size()];
+          for (const auto& [word, path] : {std::pair{std::string("IN"), scene},
+                                           {std::string("FILE"), name},
+                                           {std::string("OUT"), (folder / "out").string()}})
+            for (std::size_t at = 0; (at = line.find(word, at)) != std::string::npos; at += path.size())
+              line.replace(at, word.size(), path);
+          const std::string before = text_of(file);
+          const test::Outcome run = test::maille_command(line);
+          ++n_tried;
+          if (!fs::is_regular_file(file) || text_of(file) != before) {
+            ++lost;
+            ADD_FAILURE() << line << " wrote over " << file;
+            return;
+          }
+          EXPECT_NE(run.code, 0) << line;
+        }
+      }
+    }
+  fmt::print("inputs_lost = {} ({} scenes, {} files, {} runs)\n", lost, n_scenes, n_files, n_tried);
+  EXPECT_EQ(lost, 0);
+  EXPECT_GE(n_tried, 150);
+}
+
+TEST(OpenedInputsContract, AChangedSliceIsAnotherScene) {
+  const test::TemporaryFolder folder;
+  scene_of(folder, "series", "patch.stl");
+  const std::string line = "study " +
+                           folder
+                               .write("study.toml", "scene = \"scene.toml\"\nmethods = [\"limits\"]\n"
+                                                    "reference = \"none\"\n[[parameter]]\nkey = "
+                                                    "\"move.0.by.0\"\nvalues = [\"0.1 mm\"]\n")
+                               .string() +
+                           " --out " + (folder / "out").string() + " --resume";
+  ASSERT_EQ(test::maille_command(line).code, 0);
+  EXPECT_NE(test::maille_command(line).out.find("1 rows were there"), std::string::npos);
+  std::string slice = text_of(folder / "series/s1.dcm");
+  slice[slice.size() - 2] = 0; // a pixel
+  folder.write("series/s1.dcm", slice);
+  EXPECT_EQ(test::maille_command(line).out.find("rows were there"), std::string::npos);
+}
+
+} // namespace
+} // namespace maille
