@@ -232,8 +232,8 @@ std::string size_in_words(const Scene& scene, const Vec3& size) {
 
 namespace {
 
-/// `right-left` of a line, `left` of an arrow, and how far off it is; empty where the image does not say where
-/// the patient is.
+/// `right-left` of a line, `left` of an arrow, and how far off it is; empty where the image does not say
+/// where the patient is.
 std::string in_patient(const Specimen& body, const Vec3& direction, bool is_arrow) {
   constexpr std::array<std::array<const char*, 3>, 3> names{{{"left", "right", "right-left"},
                                                              {"posterior", "anterior", "anterior-posterior"},

@@ -174,9 +174,9 @@ LimitSource Scene::limit_source() const {
   return all_have_some ? LimitSource::material : LimitSource::taut;
 }
 
-// Axis 3 is the part across the fibre of the first reference that is not along it: the normal of a plane scene,
-// the world's z (up, in a patient), the world's x. So the axes do not depend on how an image is stored, and a
-// fibre that is turned round turns axis 2 round alone, which no stiffness feels.
+// Axis 3 is the part across the fibre of the first reference that is not along it: the normal of a plane
+// scene, the world's z (up, in a patient), the world's x. So the axes do not depend on how an image is
+// stored, and a fibre that is turned round turns axis 2 round alone, which no stiffness feels.
 Eigen::Matrix3d Scene::material_axes(std::int64_t cell) const {
   constexpr double least_sine = 1e-3; // below, rounding of the fibre would turn the axes
   const auto vector = [](const Vec3& v) { return Eigen::Vector3d(v[0], v[1], v[2]); };

@@ -128,7 +128,8 @@ TEST(StandardTestOracle, AnIndenterFeelsTheForceOfItsPatch) {
   EXPECT_NEAR(result_of(tested(indent + "0.02", "[12, 12, 8]")).reaction, 2 * force, 1e-4 * force);
 }
 
-// Truth: Hayes et al. 1972, J. Biomech. 5:541, table 1: F / (2 R d) of a bonded layer is kappa E / (1 - nu^2).
+// Truth: Hayes et al. 1972, J. Biomech. 5:541, table 1: F / (2 R d) of a bonded layer is kappa E / (1 -
+// nu^2).
 TEST(StandardTestAnalytic, AnIndentedLayerIsThatOfHayes) {
   struct Layer {
     int cells, height; ///< to a radius, and high

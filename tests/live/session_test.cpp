@@ -131,8 +131,8 @@ TEST(LiveSessionContract, ANutIsStoppedByTheThreadAndGoesOnWhenItIsTurned) {
   EXPECT_EQ(session.n_penetrations(), 0);
 }
 
-// Contract: surfaces of bodies in 2D keep no proxy out, so that a tool beside them is drawn where the physics has
-// it.
+// Contract: surfaces of bodies in 2D keep no proxy out, so that a tool beside them is drawn where the
+// physics has it.
 TEST(LiveSessionContract, BesideFlatBodiesAToolIsWhereThePhysicsHasIt) {
   Session session(read_world_scene(test::world_folder / "eight.toml"), unhurried());
   session.grip({0, {}}, 1);

@@ -140,7 +140,8 @@ TEST(SceneFaultsContract, MissingFilesAreNamed) {
   EXPECT_THROW(read_scene(folder.path() / "none.toml"), InputError);
   EXPECT_THROW(read_scene(folder.path()), InputError); // a folder is no scene
   const auto file = folder.write(
-      "scene.toml", "[specimen]\nshape = \"image\"\nimage = \"none.nii.gz\"\nmaterial = \"fat/subcutaneous\"\n");
+      "scene.toml",
+      "[specimen]\nshape = \"image\"\nimage = \"none.nii.gz\"\nmaterial = \"fat/subcutaneous\"\n");
   try {
     read_scene(file);
     FAIL() << "read";

@@ -233,9 +233,9 @@ TEST(SceneBuilderOracle, OneMaterialForAllThatIsNotZeroIsTheSceneOfItsImage) {
   const image_tests::TemporaryFolder folder;
   const LabelArray array = test::bent_body();
   folder.write("labels.nii", test::nifti_of(array));
-  const Scene by_file =
-      read_scene(folder.write("scene.toml", "[specimen]\nshape = \"image\"\nimage = \"labels.nii\"\nmaterial "
-                                            "= \"muscle/soleus\"\nfibre = [1, 0, 0]\n[[hold]]\nwhere = \"z-\"\n"));
+  const Scene by_file = read_scene(
+      folder.write("scene.toml", "[specimen]\nshape = \"image\"\nimage = \"labels.nii\"\nmaterial "
+                                 "= \"muscle/soleus\"\nfibre = [1, 0, 0]\n[[hold]]\nwhere = \"z-\"\n"));
   const std::vector<std::int16_t> labels(array.values.begin(), array.values.end());
   expect_same_scene(SceneBuilder()
                         .labels(labels, ArrayLayout::x_fastest(array.size), array.affine)

@@ -113,7 +113,8 @@ TEST(IdentifyAnalytic, SaysWhatTheDataLeaveOpen) {
   EXPECT_NEAR(unheard.unknowns[0].value, 4, 1e-3);
 }
 
-// Truth: by construction: x and 1 / x fit alike, and a plateau hides an unknown that slopes at its rim still tell.
+// Truth: by construction: x and 1 / x fit alike, and a plateau hides an unknown that slopes at its rim
+// still tell.
 TEST(IdentifyAnalytic, SaysWhatFitsAsWellElsewhere) {
   const Model even = [](const std::vector<double>& p) {
     const double x = std::log(p[0]);

@@ -112,8 +112,8 @@ WorldParts::WorldParts(WorldScene asked)
     soft_dynamics = std::make_unique<SoftDynamics>(*this);
 }
 
-/// Cells of the world do not tell thin overlaps apart. What is smooth stands elsewhere than its voxels: Balance
-/// looks at its surface.
+/// Cells of the world do not tell thin overlaps apart. What is smooth stands elsewhere than its voxels:
+/// Balance looks at its surface.
 void WorldParts::check_apart() const {
   constexpr double overlap_over_cell = 1e-3;
   const auto pose_in_world = [this](const WorldObject& object) {

@@ -78,7 +78,8 @@ private:
   std::vector<Region> parts_;                      ///< of any, all (one or more) and outside (one)
 };
 
-/// Places that differ by less are one [m]: a viewer rounds coordinates, and NIfTI keeps its affine in float32.
+/// Places that differ by less are one [m]: a viewer rounds coordinates, and NIfTI keeps its affine in
+/// float32.
 double place_tolerance(const Specimen& body);
 
 /// Where a body reaches, for messages: along its grid and, where it stands in a world, there [mm].

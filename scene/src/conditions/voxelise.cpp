@@ -33,8 +33,8 @@ Box box_of(const std::vector<std::vector<Triangle>>& surfaces) {
   return box;
 }
 
-/// Where a triangle crosses rows of voxels along x, which lie a little beside the middles of the voxels so that
-/// they meet no edge.
+/// Where a triangle crosses rows of voxels along x, which lie a little beside the middles of the voxels
+/// so that they meet no edge.
 class RowsOfTriangle {
 public:
   RowsOfTriangle(const Triangle& triangle, const ImageInfo& grid, const Vec3& low)

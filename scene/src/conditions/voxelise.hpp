@@ -9,10 +9,11 @@ namespace maille::reader {
 /// that hold the same middle the last one. The grid is the surfaces' box, of whole voxels from its least
 /// corner on.
 ///
-/// Inside is where a line along x has entered more closed shells of a surface than it has left, by the order of
-/// their triangles' corners: shells that overlap are one, a shell of the other orientation is a hollow. Where
-/// triangles are not oriented alike, it is where the line has crossed an odd number of times. It is led a millionth of a
-/// voxel past the middles, so that it meets no edge of a mesh that is made on a grid.
+/// Inside is where a line along x has entered more closed shells of a surface than it has left, by the
+/// order of their triangles' corners: shells that overlap are one, a shell of the other orientation is a
+/// hollow. Where triangles are not oriented alike, it is where the line has crossed an odd number of
+/// times. It is led a millionth of a voxel past the middles, so that it meets no edge of a mesh that is
+/// made on a grid.
 /// @param surfaces in metres, in one frame @param spacing of voxels along each axis [m]
 /// A fault where a surface is not closed: somewhere a line enters it and does not leave.
 /// Cost  O(triangles x rows that they cover + voxels)

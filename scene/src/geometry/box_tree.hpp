@@ -26,8 +26,9 @@ public:
     boxes_ = {};
   }
 
-  /// Calls visit(item) for items whose boxes are no further than the square root of `reach`; visit returns the
-  /// reach from then on, so that a search for the nearest item narrows. Nearer boxes come first.
+  /// Calls visit(item) for items whose boxes are no further than the square root of `reach`; visit
+  /// returns the reach from then on, so that a search for the nearest item narrows. Nearer boxes come
+  /// first.
   template<class Visit>
   void near(const Vec3& at, double reach, Visit&& visit) const {
     std::vector<std::uint32_t> open;

@@ -40,8 +40,8 @@ bool begins_as_dicom(const std::string& file) {
   return stream.read(bytes.data(), bytes.size()) && std::memcmp(bytes.data() + 128, "DICM", 4) == 0;
 }
 
-/// GDCM allocates what a file claims. From here on this process may take 256 MB and 40 times the file more than
-/// it has, and a minute and a second a MB.
+/// GDCM allocates what a file claims. From here on this process may take 256 MB and 40 times the file
+/// more than it has, and a minute and a second a MB.
 void bound_memory_and_time(const std::string& file) {
   constexpr rlim_t always = rlim_t{256} << 20, a_byte = 40;
   constexpr unsigned seconds = 60, bytes_a_second = 1'000'000;

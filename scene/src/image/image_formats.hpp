@@ -153,7 +153,8 @@ struct FileGeometry {
   std::string direction_key;
 };
 
-/// The one rule for where an image lies, in metres, the direction orthonormal to rounding, and in which world.
+/// The one rule for where an image lies, in metres, the direction orthonormal to rounding, and in which
+/// world.
 ///
 /// `stated` counts. Columns that are off unit length or a right angle by more than 1e-3 span no grid of boxes
 /// (a form of zeros, too): then the first of `others` that spans one counts, with a warning, else a fault.

@@ -1,8 +1,8 @@
 // NIfTI-1 and NIfTI-2 in one file (.nii, .nii.gz).
 //
 // Source: NIfTI-1 Data Format, nifti1.h (Cox et al., 2004, NIfTI Data Format Working Group), and nifti2.h
-// (2011). Departures: a sform that shears is refused where no qform is beside it; ANALYZE without a magic, and
-// types that are no plain numbers (complex, RGB, bits, 128-bit floats) are refused by name;
+// (2011). Departures: a sform that shears is refused where no qform is beside it; ANALYZE without a
+// magic, and types that are no plain numbers (complex, RGB, bits, 128-bit floats) are refused by name;
 // coordinate systems are taken as RAS whatever the xform codes' numbers.
 
 #include "image/image_formats.hpp"

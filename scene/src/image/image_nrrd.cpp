@@ -3,7 +3,8 @@
 //
 // Source: "Definition of NRRD File Format" (Kindlmann, Teem), versions 1 to 5; for .seg.nrrd the
 // documentation of 3D Slicer, "Segmentations: file format". Departures: data as text, hex and bzip2,
-// several data files, skipped lines and bytes, and axes of time are refused by name; an axis of components is the first or the last one.
+// several data files, skipped lines and bytes, and axes of time are refused by name; an axis of
+// components is the first or the last one.
 
 #include "image/image_formats.hpp"
 #include "maille/scene/named_segments.hpp"

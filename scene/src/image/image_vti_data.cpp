@@ -55,8 +55,8 @@ void check_bytes(const std::string& key, std::optional<std::int64_t> expected, s
 
 /// A block of LZ4, in memory that grows no faster than 255 times what it is made of.
 ///
-/// Source: LZ4 block format. A token holds two lengths of four bits, 15 of which go on in bytes up to one below
-/// 255: literals, then a match at least 4 long, some bytes back.
+/// Source: LZ4 block format. A token holds two lengths of four bits, 15 of which go on in bytes up to one
+/// below 255: literals, then a match at least 4 long, some bytes back.
 std::string lz4_expanded(std::string_view from, std::int64_t size, const std::string& key, Faults& faults) {
   std::string to;
   const auto damaged = [&] { faults.fail(key, "a block of LZ4", "one that is damaged"); };

@@ -37,8 +37,8 @@ double diagonal_of(const Grid& grid) {
 }
 
 ForceCheck balance_of(const Scene& scene, const Mechanics& found) {
-  // Below these parts of the largest force, and of that force times the body's size, it is the solver's error;
-  // moments below the last are rounding.
+  // Below these parts of the largest force, and of that force times the body's size, it is the solver's
+  // error; moments below the last are rounding.
   const double tolerance = std::max(1e-3, 10 * scene.relaxation.tolerance), rounding = 1e-9;
   double largest = 0;
   for (const auto* list : {&found.holds, &found.moves, &found.loads})

@@ -103,9 +103,9 @@ double spacing_across(const Grid& grid, int axis) {
 
 /// How far a punch of nodes that are moved reaches beyond the last of them, in spacings. Under its edge the
 /// displacement grows as the square root of the distance, and the sequence of nodes whose transform is
-/// z (1 - z)^(-3/2), with z = exp(i k h), is that square root from x = h - 3/4 h on (Wiener and Hopf): a quarter
-/// of a spacing. What else is in the lattice's symbol at the surface is smooth at k = 0 and adds little; of
-/// trilinear elements, (1 - cos k) (5 + cos k), it takes 0.046 off.
+/// z (1 - z)^(-3/2), with z = exp(i k h), is that square root from x = h - 3/4 h on (Wiener and Hopf): a
+/// quarter of a spacing. What else is in the lattice's symbol at the surface is smooth at k = 0 and adds
+/// little; of trilinear elements, (1 - cos k) (5 + cos k), it takes 0.046 off.
 constexpr double beyond_last_node = 0.25;
 
 /// From the middle of the face across the test's axis, squared [m^2].
@@ -119,8 +119,8 @@ double square_from_middle(const Grid& grid, const StandardTest& test, const Inde
   return square;
 }
 
-/// Takes the nodes of the face whose round punch is nearest to the one that is asked for. Every node has its own
-/// cell, half a spacing to each side, which is more than the punch reaches.
+/// Takes the nodes of the face whose round punch is nearest to the one that is asked for. Every node has
+/// its own cell, half a spacing to each side, which is more than the punch reaches.
 void span_punch(const Grid& grid, TestRequest& request) {
   const auto axis = static_cast<std::size_t>(request.test.axis);
   const double h = spacing_across(grid, request.test.axis), asked = request.test.radius;

@@ -1,9 +1,9 @@
 /// Which files Maille wrote, and so may remove.
 ///
 /// A result is removed only if its name has the form of results and its content proves where it is from. Data
-/// sets for viewers name their provenance among their first arrays, lists of data sets in a comment. Tables and
-/// pictures have no place for it: the list of results has a digest of each, so that a file which was changed,
-/// or which a foreign list names, stays.
+/// sets for viewers name their provenance among their first arrays, lists of data sets in a comment.
+/// Tables and pictures have no place for it: the list of results has a digest of each, so that a file
+/// which was changed, or which a foreign list names, stays.
 
 #include "maille/studies/export/whole_file.hpp"
 

@@ -233,7 +233,8 @@ std::optional<PageData> forces_table(const std::vector<const PageData*>& rows, c
                        text_cell(plain(at(*row, "method")))};
         const double force = size_of(at(all[i], "force"));
         add_vector(cells, at(all[i], "force"), force);
-        // Lever arms are at least a part of the place's own distance from the origin: rounding beside that is 0.
+        // Lever arms are at least a part of the place's own distance from the origin: rounding beside
+        // that is 0.
         add_vector(cells, at(all[i], "moment"),
                    std::max(size_of(at(all[i], "moment")), force * size_of(at(all[i], "centroid"))));
         table["rows"].push_back(

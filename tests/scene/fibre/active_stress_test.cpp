@@ -170,9 +170,9 @@ TEST(ActiveStressContract, LabelsOfAnImageChooseCellsThoughTheirMaterialIsOne) {
   file.data = std::string("\0\1\2\1\5\7", 6);
   folder.write("labels.nii", file.bytes());
   const Scene scene = read_scene(folder.write(
-      "scene.toml",
-      "[specimen]\nshape = \"image\"\nimage = \"labels.nii\"\nlabels = { \"1..9\" = \"muscle/soleus\" }\nfibre = [1, 0, 0]\n"
-      "[[hold]]\nwhere = \"z-\"\n[[load]]\ncontraction = 5\nlabels = [2, \"4..6\"]\n"));
+      "scene.toml", "[specimen]\nshape = \"image\"\nimage = \"labels.nii\"\nlabels = { \"1..9\" = "
+                    "\"muscle/soleus\" }\nfibre = [1, 0, 0]\n"
+                    "[[hold]]\nwhere = \"z-\"\n[[load]]\ncontraction = 5\nlabels = [2, \"4..6\"]\n"));
   EXPECT_EQ(scene.active_stress, (std::vector<double>{0, 5, 0, 5, 0}));
 }
 

@@ -331,8 +331,8 @@ Image in_void(const Image& image, int voids) {
   return around;
 }
 
-/// The mean of values about each voxel, weighed by a Gaussian out to three of its widths, in an image with void
-/// at its border.
+/// The mean of values about each voxel, weighed by a Gaussian out to three of its widths, in an image
+/// with void at its border.
 std::vector<double> smoothed(const std::vector<double>& values, const ImageInfo& info, double width) {
   const Index3& n = info.size;
   std::array<int, 3> reach{};

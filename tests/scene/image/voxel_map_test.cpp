@@ -20,11 +20,11 @@ TEST(VoxelMapOracle, EveryVoxelHasTheValuesOfTheCellThatItsMiddleIsIn) {
       const test::LabelArray array = test::turned(body, orientation);
       image_tests::TemporaryFolder folder;
       folder.write("labels.nii", test::nifti_of(array));
-      const Scene scene = read_scene(
-          folder.write("scene.toml",
-                       "[specimen]\nshape = \"image\"\nimage = \"labels.nii\"\nmaterial = \"fat/subcutaneous\"\n"
-                       "coarsen = " +
-                           std::to_string(coarsen) + "\n[[hold]]\nwhere = \"x-\"\n"));
+      const Scene scene = read_scene(folder.write(
+          "scene.toml",
+          "[specimen]\nshape = \"image\"\nimage = \"labels.nii\"\nmaterial = \"fat/subcutaneous\"\n"
+          "coarsen = " +
+              std::to_string(coarsen) + "\n[[hold]]\nwhere = \"x-\"\n"));
       const Specimen& specimen = scene.specimen;
       const ImageInfo info = read_image_info(specimen.image);
       const auto image = on_voxels(info, specimen, 3, [](std::int64_t cell, std::span<float> values) {

@@ -1,5 +1,6 @@
-/// The same image in every format, its axes stored in any order and direction, is in the same place, whatever it
-/// is read for. Files are written here, byte by byte, from one grid along right, anterior, superior.
+/// The same image in every format, its axes stored in any order and direction, is in the same place,
+/// whatever it is read for. Files are written here, byte by byte, from one grid along right, anterior,
+/// superior.
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/voxel_map.hpp"
 #include "maille/scene/warp/warp.hpp"

@@ -60,7 +60,8 @@ TEST(MeasureIndependent, OrientedImagesAnswerAlikeInTheWorld) {
     const std::string where = fmt::format("[{}, {}, {}]", place.x(), place.y(), place.z());
     const std::string text = fmt::format(
         "units = \"m\"\n[specimen]\nshape = \"image\"\nimage = \"labels.nii\"\nlabels = {{ 17 = "
-        "\"muscle/soleus\", 5 = {{ youngs_modulus = \"30 kPa\", poisson_ratio = 0.4 }} }}\nfibre = [1, 0, 0]\n"
+        "\"muscle/soleus\", 5 = {{ youngs_modulus = \"30 kPa\", poisson_ratio = 0.4 }} }}\nfibre = [1, 0, "
+        "0]\n"
         "[[hold]]\nwhere = {{ box = [[-1, -1, -1], [1, 1, 1]] }}\n"
         "[[measure]]\nname = \"at\"\ndisplacement = {{ at = {0} }}\n"
         "[[measure]]\nname = \"mean\"\ndisplacement = {{ mean = {{ label = 17 }} }}\n"

@@ -19,12 +19,13 @@ class WarpCommandContract : public testing::Test {
 protected:
   WarpCommandContract() {
     labels_ = folder_.write("labels.nii", test::nifti_of(test::bent_body())).string();
-    scene_ = folder_
-                 .write("scene.toml",
-                        "[specimen]\nshape = \"image\"\nimage = \"labels.nii\"\n"
-                        "labels = { 17 = \"muscle/soleus\", 5 = \"muscle/vastus_lateralis\" }\nfibre = [1, 0, 0]\n"
-                        "[[hold]]\nwhere = \"x-\"\n[[move]]\nwhere = \"x+\"\nby = [\"0.1 mm\", 0, 0]\n")
-                 .string();
+    scene_ =
+        folder_
+            .write("scene.toml",
+                   "[specimen]\nshape = \"image\"\nimage = \"labels.nii\"\n"
+                   "labels = { 17 = \"muscle/soleus\", 5 = \"muscle/vastus_lateralis\" }\nfibre = [1, 0, 0]\n"
+                   "[[hold]]\nwhere = \"x-\"\n[[move]]\nwhere = \"x+\"\nby = [\"0.1 mm\", 0, 0]\n")
+            .string();
   }
   std::string out(const std::string& name) const { return (folder_.path() / name).string(); }
   const test::TemporaryFolder folder_;

@@ -33,9 +33,9 @@ public:
   bool solve(Displacement& u, double tolerance, Answer& answer);
   /// By how much links missed in the end [m].
   double missed() const { return missed_; }
-  /// The forces of springs, loads and limits on every node, less those of ties [N]: in balance at free nodes to
-  /// `tolerance` of the sum of all forces, for a state next to `u`. A round that ends by its displacement
-  /// alone leaves a slender body's forces far from balance.
+  /// The forces of springs, loads and limits on every node, less those of ties [N]: in balance at free
+  /// nodes to `tolerance` of the sum of all forces, for a state next to `u`. A round that ends by its
+  /// displacement alone leaves a slender body's forces far from balance.
   /// @return whether they are
   bool balance_forces(Displacement u, double tolerance, Displacement& forces, Answer& answer);
 

@@ -1,7 +1,7 @@
 #pragma once
-/// JSON from files: the one parser. Nesting is bounded, since nlohmann/json copies, compares and prints nested
-/// values by recursion; keys are stored without the search that its ordered objects make for each, so time is
-/// linear in the text. Memory is at most some 30 times the text.
+/// JSON from files: the one parser. Nesting is bounded, since nlohmann/json copies, compares and prints
+/// nested values by recursion; keys are stored without the search that its ordered objects make for each,
+/// so time is linear in the text. Memory is at most some 30 times the text.
 
 #include "maille/materials/fault.hpp"
 #include "maille/materials/text_file.hpp"

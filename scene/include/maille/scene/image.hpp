@@ -29,8 +29,9 @@ struct ImageInfo {
   /// says (of left-anterior-superior, ras, x turned round). A file that does not say is lps, as for ITK.
   WorldAxes world = WorldAxes::unknown;
   bool states_world = true; ///< false: `world` is the fallback
-  /// Rows of the matrix from the frame of the file's vectors and tensors to the world, where the header states
-  /// it: NIfTI's intents 1006 (RAS) and 1007 (LPS, as ITK writes it), NRRD's space and measurement frame.
+  /// Rows of the matrix from the frame of the file's vectors and tensors to the world, where the header
+  /// states it: NIfTI's intents 1006 (RAS) and 1007 (LPS, as ITK writes it), NRRD's space and measurement
+  /// frame.
   std::optional<std::array<Vec3, 3>> vectors_to_world{};
   std::int64_t n_voxels() const { return std::int64_t{1} * size[0] * size[1] * size[2]; }
 };
@@ -76,8 +77,8 @@ ImageInfo read_image_info(const std::filesystem::path& file);
 /// - MetaImage: two or three axes; data behind the header or in one file in its folder or below; zlib or not.
 /// - NRRD: versions 1 to 5; raw or gzip; data behind the header or in one file in its folder or below; an
 ///   axis of components before or behind those of space.
-/// - vti: one piece; ascii, base64 or raw, inline or appended, zlib or not. The values are the active Scalars,
-///   of cells or points, else the only array.
+/// - vti: one piece; ascii, base64 or raw, inline or appended, zlib or not. The values are the active
+///   Scalars, of cells or points, else the only array.
 ///
 /// Cost        linear in the voxels; memory up to twice that of the values, no faster than the file fills it
 /// @throws InputError: missing, unknown format, truncated, inconsistent, or larger than `limits` (checked

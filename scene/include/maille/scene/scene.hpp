@@ -305,7 +305,8 @@ struct Scene {
   bool has_loads() const { return !tractions.empty() || gravity != Vec3{0, 0, 0} || contracts(); }
   /// Largest |prescribed value| [m].
   double largest_prescribed() const;
-  /// Axes of the material in a cell (columns): the fibre, and two across defined in the world (docs/scene.md).
+  /// Axes of the material in a cell (columns): the fibre, and two across defined in the world
+  /// (docs/scene.md).
   Eigen::Matrix3d material_axes(std::int64_t cell) const;
   /// 6 x 6 stiffness of the matter in a cell, object's frame, Voigt order 11 22 33 23 13 12 [Pa].
   Matrix6 object_stiffness(std::int64_t cell) const;

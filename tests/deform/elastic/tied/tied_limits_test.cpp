@@ -443,7 +443,8 @@ TEST(TiedLimitsOracle, LeastEnergyWithinLimitsIsThatOfAQuadraticProgram) {
   EXPECT_LT(largest_violation(split.scene, limits, answer.displacement), 1e-12);
 }
 
-/// A slender block of two labels along a cut, held at its side and pulled above, of fibres and limits at random.
+/// A slender block of two labels along a cut, held at its side and pulled above, of fibres and limits at
+/// random.
 Scene random_pull(std::mt19937_64& random) {
   const auto between = [&](double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random);

@@ -1,6 +1,6 @@
 #pragma once
-/// Strain and stress at nodes, recovered from those of the cells around them; what an answer's forces are good
-/// for.
+/// Strain and stress at nodes, recovered from those of the cells around them; what an answer's forces are
+/// good for.
 
 #include "maille/scene/cell_fields.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"
@@ -61,8 +61,8 @@ private:
 
 /// How far the forces on a body are from balance, and what they are not good for.
 struct ForceCheck {
-  /// What holds, moves and loads together lack: a force, and a moment about the middle of what is held, of what
-  /// is moved where nothing is.
+  /// What holds, moves and loads together lack: a force, and a moment about the middle of what is held,
+  /// of what is moved where nothing is.
   Resultant missing;
   double force_share = 0;  ///< of the largest of their forces [1]
   double moment_share = 0; ///< of the moment of holds, or of that of moves and loads, about that middle [1]
@@ -71,11 +71,11 @@ struct ForceCheck {
 /// Nothing for an answer without reactions. Cost  as resultants_of()
 std::optional<ForceCheck> check_forces(const Scene& scene, const Answer& answer);
 
-/// By how much the diagonal of the stiffness that `relaxed` takes is above Young's moduli, in the material for
-/// which that is most [1]: 1.35 at a Poisson ratio of 0.3, 1667 at 0.4999.
+/// By how much the diagonal of the stiffness that `relaxed` takes is above Young's moduli, in the
+/// material for which that is most [1]: 1.35 at a Poisson ratio of 0.3, 1667 at 0.4999.
 double stiffening_of_relaxed(const Scene& scene);
-/// Whether an answer's reactions make a modulus of the matter: not those of moves that limits cut, nor those of
-/// `relaxed` where it is more than twice too stiff.
+/// Whether an answer's reactions make a modulus of the matter: not those of moves that limits cut, nor
+/// those of `relaxed` where it is more than twice too stiff.
 bool has_modulus(const Scene& scene, const Answer& answer);
 
 } // namespace maille

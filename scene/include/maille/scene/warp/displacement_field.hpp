@@ -20,8 +20,8 @@ public:
   ///         slice two or three)
   DisplacementImage(const std::filesystem::path& file, double metres, const Specimen* body);
 
-  /// At a point of the world [m], along the axes in which the file's vectors are [m], of the body's object where
-  /// the header states them. Nothing outside, and where a voxel around it is not finite.
+  /// At a point of the world [m], along the axes in which the file's vectors are [m], of the body's
+  /// object where the header states them. Nothing outside, and where a voxel around it is not finite.
   std::optional<Vec3> at(const Vec3& point) const;
   bool is_along_object() const { return to_object_.has_value(); }
   const ImageInfo& info() const { return image_.info; }

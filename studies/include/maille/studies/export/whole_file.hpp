@@ -65,8 +65,8 @@ bool is_name_of_result(std::string_view name, std::string_view stem);
 bool has_provenance(const std::filesystem::path& file);
 /// The comment that lists of data sets (.pvd, .vtm, .pvtu) begin with.
 inline constexpr std::string_view provenance_of_list = " Provenance: Maille ";
-/// Digest of a file's content, for files that cannot hold provenance: a list of results has it. Empty where the
-/// file is a link or cannot be read.
+/// Digest of a file's content, for files that cannot hold provenance: a list of results has it. Empty
+/// where the file is a link or cannot be read.
 std::string digest_of(const std::filesystem::path& file);
 /// Removes one result and, of a .pvtu, the pieces that has_provenance() is true of. @pre it is a result
 void remove_result(const std::filesystem::path& file);
