@@ -42,10 +42,12 @@ std::string read_own_text_file(const fs::path& file, std::string_view what, std:
     if (static_cast<std::int64_t>(text.size()) > largest)
       fail(fmt::format("of at most {} bytes", largest), "more");
   }
+  std::error_code none;
   if (!stream.is_open() || stream.bad()) // a folder opens, and cannot be read
-    fail("that can be read", text.empty()
-                                 ? "nothing that can be read there"
-                                 : fmt::format("an error of the device after {} bytes", text.size()));
+    fail("that can be read", !text.empty() ? fmt::format("an error of the device after {} bytes", text.size())
+                             : !fs::exists(file, none)      ? "no file of that name"
+                             : fs::is_directory(file, none) ? "a folder"
+                                                            : "a file that cannot be opened");
   return text;
 }
 

@@ -168,8 +168,17 @@ toml::table parse_toml(std::string_view text, const std::string& file) {
   try {
     return toml::parse(text, file);
   } catch (const toml::parse_error& error) {
-    throw InputError({{file, static_cast<int>(error.source().begin.line), "", "valid TOML",
-                       std::string(error.description())}});
+    const std::string_view found = error.description();
+    const bool is_binary = found.find("utf-8") != std::string_view::npos;
+    const bool is_open = found.find("string: unescaped control") != std::string_view::npos;
+    throw InputError({{file, static_cast<int>(error.source().begin.line), "",
+                       is_binary ? "a TOML file, which is text"
+                       : is_open ? "a quote that closes the text on its line"
+                                 : "valid TOML",
+                       is_binary && text.starts_with("\x1f\x8b") ? "a gzip file"
+                       : is_binary                               ? "bytes that are no text"
+                       : is_open                                 ? "the end of the line"
+                                                                 : std::string(found)}});
   }
 }
 

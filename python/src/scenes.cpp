@@ -3,6 +3,7 @@
 #include "binding.hpp"
 #include "maille/deform/drag.hpp"
 #include "maille/deform/solve.hpp"
+#include "maille/scene/image.hpp"
 #include "maille/scene/nodes_in.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "maille/scene/read_scene.hpp"
@@ -18,6 +19,8 @@ using Nodes = py::array_t<std::int64_t, py::array::c_style | py::array::forcecas
 using Labels = py::array_t<std::int32_t, py::array::c_style | py::array::forcecast>;
 
 SceneHandle handle_of(SceneAndMeasures asked) {
+  for (std::string& warning : file_warnings(true))
+    asked.scene.left_out.push_back({0, std::move(warning)}); // one of the question's warnings
   return {std::make_shared<const SceneAndMeasures>(std::move(asked))};
 }
 

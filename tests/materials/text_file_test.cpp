@@ -27,8 +27,8 @@ TEST(TextFileContract, IsReadWholeOrNotAtAll) {
             "a text of at most 99999 bytes");
   EXPECT_EQ(only_fault_of([&] { read_text_file(folder / "none", "a text"); }).expected,
             "a text that can be read");
-  EXPECT_EQ(only_fault_of([&] { read_text_file(folder.path(), "a text"); }).found,
-            "nothing that can be read there");
+  EXPECT_EQ(only_fault_of([&] { read_text_file(folder.path(), "a text"); }).found, "a folder");
+  EXPECT_EQ(only_fault_of([&] { read_text_file(folder / "none", "a text"); }).found, "no file of that name");
 }
 
 TEST(TextFileContract, ADeviceWithoutEndIsRefused) {

@@ -2,6 +2,8 @@
 
 #include "maille/scene/fibre/fibre_field.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -176,6 +178,11 @@ std::optional<FibreRequest> read_fibre(TableReader& table) {
       return request;
     }
   } else if (const auto* values = node->as_table()) {
+    constexpr std::array forms{"tensor_image", "curve", "direction", "angle", "plane"};
+    if (std::ranges::none_of(forms, [&](const char* form) { return values->contains(form); })) {
+      table.fault("fibre", wanted, describe(*node));
+      return std::nullopt;
+    }
     TableReader reader(*values, table.path_of("fibre"), table.faults());
     bool good = reader.has("tensor_image") ? read_tensor_image(reader, request)
                 : reader.has("curve")      ? read_curve(reader, request)

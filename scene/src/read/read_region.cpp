@@ -1,6 +1,8 @@
 #include "conditions/places_in_files.hpp"
 #include "read/reader.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -186,10 +188,13 @@ private:
     if (table.has("touching") && table.has("end"))
       table.fault("end", "either `touching` or `end` (both: all = [ ... ])", "both");
     if (end && !is_direction(*end)) {
+      const std::string_view meant = nearest_spelling(
+          *end, {"proximal", "distal", "superior", "inferior", "left", "right", "anterior", "posterior"});
       table.fault("end",
                   "proximal, distal, superior, inferior, left, right, anterior, posterior, or x-, x+ ... of "
                   "the grid",
-                  "\"" + *end + "\"");
+                  fmt::format("\"{}\"{}{}{}", *end, meant.empty() ? "" : " (did you mean \"", meant,
+                              meant.empty() ? "" : "\"?)"));
       return std::nullopt;
     }
     if (!label || (end && !depth) || (table.has("touching") && !touching))
