@@ -165,7 +165,8 @@ Result Solver::solve_rubbing(Scene& split, const Control& control) {
   if (!is_converged(answer.status))
     return result;
   answer.rubbing = friction.borders();
-  answer.message = friction.message();
+  if (!friction.message().empty())
+    answer.message += (answer.message.empty() ? "" : "; ") + friction.message();
   if (friction.status() != Status::done)
     answer = failure(options_, friction.message());
   return result;

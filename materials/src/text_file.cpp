@@ -84,7 +84,10 @@ void note_opened(const fs::path& file) {
   if (!identity)
     return;
   const std::scoped_lock lock(opened().busy);
-  const fs::path name = fs::absolute(file);
+  std::error_code none;
+  fs::path name = fs::absolute(file, none);
+  if (none) // the current folder is gone
+    name = file;
   for (std::set<fs::path>* const list : opened().lists)
     list->insert(name);
   if (!opened().keeps_opened)
@@ -97,6 +100,7 @@ void note_opened(const fs::path& file) {
 }
 
 void keep_opened_files() {
+  const std::scoped_lock lock(opened().busy);
   opened().keeps_opened = true;
 }
 

@@ -288,7 +288,12 @@ std::string directions_in_words(const Scene& scene) {
     add("gravity points", scene.gravity, true);
   if (body.tissue.empty() || body.image.empty())
     return text;
-  const ImageInfo info = read_image_info(body.image);
+  ImageInfo info;
+  try {
+    info = read_image_info(body.image);
+  } catch (const InputError&) { // moved since it was read
+    return text;
+  }
   const auto blocks = voxel_blocks(info, body);
   if (!blocks)
     return text;

@@ -138,6 +138,8 @@ double turn_of(const Scene& scene, std::int32_t condition, const Frame& object) 
       rest.push_back(scene.specimen.position(scene.specimen.grid.node_at(node)));
       displacement.push_back(moved.first);
     }
+  if (rest.size() < 2)
+    return 0;
   const Frame own = fit_frame(scene.dimension(), rest, displacement);
   return Eigen::AngleAxisd(Eigen::Matrix3d(object.rotation.transpose() * own.rotation)).angle();
 }

@@ -145,8 +145,10 @@ void App::end_film() {
   const std::filesystem::path stem = *film_;
   film_.reset();
   if (tools_.make_film && film_pictures_ > 0)
-    if (const auto why = tools_.make_film(stem, film_pictures_, film_period))
+    if (const auto why = tools_.make_film(stem, film_pictures_, film_period)) {
+      report_.has_lost = true;
       say(*why);
+    }
   film_pictures_ = 0;
 }
 

@@ -2,6 +2,7 @@
 
 #include "conditions/number_table.hpp"
 #include "maille/scene/scene.hpp"
+#include "maille/scene/voxel_map.hpp"
 
 #include <fmt/format.h>
 
@@ -25,7 +26,7 @@ DisplacementImage::DisplacementImage(const std::filesystem::path& file, double m
           fmt::format("{}", n)}});
   if (!body)
     return;
-  image_.info = in_world(image_.info, body->placement.world);
+  image_.info = in_world_of(image_.info, *body);
   if (const auto& rows = image_.info.vectors_to_world) {
     to_object_.emplace();
     for (std::size_t a = 0; a < 3; ++a)

@@ -104,7 +104,7 @@ void add_markup(const std::filesystem::path& file, const json& markup, Landmarks
   is_first = false;
   const json& unit = json_entry(markup, "coordinateUnits");
   if (!unit.is_null() && unit != json("mm") && !(unit.is_array() && !unit.empty() && unit[0] == json("mm")))
-    fail(file, 0, "coordinateUnits", "\"mm\"", unit.dump());
+    fail(file, 0, "coordinateUnits", "\"mm\"", unit.dump().substr(0, 60));
   for (const json& point : json_entry(markup, "controlPoints")) {
     const json& place = json_entry(point, "position");
     const json& state = json_entry(point, "positionStatus");
@@ -116,11 +116,11 @@ void add_markup(const std::filesystem::path& file, const json& markup, Landmarks
       continue;
     }
     if (!place.is_array() || place.size() != 3)
-      fail(file, 0, "position", "[x, y, z] in millimetres", place.dump());
+      fail(file, 0, "position", "[x, y, z] in millimetres", place.dump().substr(0, 60));
     Vec3 x{};
     for (std::size_t a = 0; a < 3; ++a) {
       if (!place[a].is_number() || !(std::abs(place[a].get<double>()) <= largest_coordinate))
-        fail(file, 0, "position", "three finite numbers in millimetres", place.dump());
+        fail(file, 0, "position", "three finite numbers in millimetres", place.dump().substr(0, 60));
       x[a] = metres_per_millimetre * place[a].get<double>();
     }
     landmarks.points.push_back(x);

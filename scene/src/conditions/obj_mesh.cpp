@@ -28,20 +28,20 @@ public:
 
   SurfaceMesh read() {
     std::string bytes = read_text_file(file_, "a surface, an OBJ file", largest_obj_bytes);
-    // Continued lines are joined; messages give the number of the last one.
+    // Continued lines are joined; a form feed stands for the end of each line but the last.
     for (std::size_t at = bytes.find('\\'); at != std::string::npos; at = bytes.find('\\', at + 1)) {
-      const std::size_t end = bytes.find_first_not_of("\\\r", at);
-      if (end == std::string::npos || bytes[end] != '\n')
+      const std::size_t end = at + (bytes.compare(at + 1, 1, "\r") == 0 ? 2 : 1);
+      if (end >= bytes.size() || bytes[end] != '\n')
         continue;
-      std::fill(bytes.begin() + static_cast<std::ptrdiff_t>(at),
-                bytes.begin() + static_cast<std::ptrdiff_t>(end) + 1, ' ');
-      ++line_;
+      bytes.replace(at, end - at, end - at, ' ');
+      bytes[end] = '\f';
     }
     std::string_view text = bytes;
     while (!text.empty()) {
       ++line_;
       const std::size_t end = std::min(text.find('\n'), text.size());
       row_ = text.substr(0, end);
+      line_ += static_cast<int>(std::ranges::count(row_, '\f'));
       text.remove_prefix(std::min(end + 1, text.size()));
       take_row();
     }
@@ -55,8 +55,8 @@ private:
     throw InputError({{file_.string(), line_, "", std::move(expected), std::move(found)}});
   }
   std::string_view next_word() {
-    row_.remove_prefix(std::min(row_.find_first_not_of(" \t\r"), row_.size()));
-    const std::string_view word = row_.substr(0, std::min(row_.find_first_of(" \t\r"), row_.size()));
+    row_.remove_prefix(std::min(row_.find_first_not_of(" \t\r\f"), row_.size()));
+    const std::string_view word = row_.substr(0, std::min(row_.find_first_of(" \t\r\f"), row_.size()));
     row_.remove_prefix(word.size());
     return word;
   }

@@ -383,8 +383,11 @@ void warn_of_file(const std::filesystem::path& file, const std::string& text) {
   FileWarnings& found = warnings();
   const std::scoped_lock lock(found.mutex);
   std::string warning = file.string() + ": " + text;
-  if (std::ranges::find(found.all, warning) == found.all.end())
-    found.all.push_back(std::move(warning));
+  constexpr std::size_t most = 1000;
+  if (found.all.size() < most && std::ranges::find(found.all, warning) == found.all.end())
+    found.all.push_back(found.all.size() + 1 < most
+                            ? std::move(warning)
+                            : "files: more than 1000 warnings, the others are left out");
 }
 
 std::vector<std::string> file_warnings(bool only_new) {
@@ -446,12 +449,24 @@ LayerWindow LayeredImage::open(int layers) const {
             std::copy_n(from, size[0], values.end() - n + voids[0] + std::ptrdiff_t{width} * (j + voids[1]));
         }};
   }
-  if (whole_)
+  if (whole_ && labels_.empty())
     return LayerWindow(*whole_);
+  const std::size_t n = static_cast<std::size_t>(info_.size[0]) * static_cast<std::size_t>(info_.size[1]);
+  if (whole_) {
+    auto rounding = std::make_shared<LabelRounding>(labels_);
+    return {info_, [image = whole_, kept = turned_, n, rounding, path = path_,
+                    last = info_.size[2] - 1](int layer, std::vector<float>& values) {
+              const std::size_t first = values.size();
+              const auto from = image->values.begin() + static_cast<std::ptrdiff_t>(n) * layer;
+              values.insert(values.end(), from, from + static_cast<std::ptrdiff_t>(n));
+              rounding->round(std::span(values).subspan(first));
+              if (layer == last && !path.empty())
+                rounding->warn(path);
+            }};
+  }
   image_formats::Faults faults(path_.string());
   image_formats::check_memory(*file_, std::min(layers, info_.size[2]), {}, faults);
   auto reader = std::make_shared<image_formats::ValueReader>(*file_, faults);
-  const std::size_t n = static_cast<std::size_t>(info_.size[0]) * static_cast<std::size_t>(info_.size[1]);
   if (labels_.empty())
     return {info_, [reader, n](int, std::vector<float>& values) { reader->read(n, values); }};
   auto rounding = std::make_shared<LabelRounding>(labels_);

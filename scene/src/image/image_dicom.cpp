@@ -84,18 +84,21 @@ std::vector<fs::path> regular_files(const fs::path& folder) {
 std::string found_instead(const fs::path& folder) {
   std::error_code none;
   std::size_t n_images = 0;
+  constexpr int deepest = 3, most_entries = 10'000;
+  int n_entries = 0;
   for (fs::recursive_directory_iterator at(folder, fs::directory_options::skip_permission_denied, none), end;
-       at != end && at.depth() < 4; at.increment(none)) {
+       at != end && ++n_entries <= most_entries; at.increment(none)) {
+    if (at.depth() >= deepest)
+      at.disable_recursion_pending();
     const std::string name = at->path().filename().string();
     n_images += name.ends_with(".nii.gz") || name.ends_with(".nii") || name.ends_with(".nrrd") ? 1 : 0;
     if (at->is_regular_file(none) && is_dicom(at->path()))
       return "none in it, but in " + in_quotes(at->path().parent_path().string());
   }
-  return n_images == 0
-             ? "no DICOM image in it"
-             : fmt::format(
-                   "{} image{} of another format: one image of labels is read, not a mask a structure",
-                   n_images, n_images == 1 ? "" : "s");
+  return n_images == 0 ? "no DICOM image in it"
+                       : fmt::format("{} image{} of another format: give one image that holds all labels, "
+                                     "not a mask for each structure",
+                                     n_images, n_images == 1 ? "" : "s");
 }
 
 /// The slices of one series: of a folder all, which must be of one; of a file those of its own in its folder.

@@ -170,7 +170,11 @@ std::vector<xml_node> arrays_in(xml_node piece, bool only_active) {
 /// The active scalars, else the only array; of several a fault that lists them.
 xml_node values_of(xml_node piece, Faults& faults) {
   const std::vector<xml_node> all = arrays_in(piece, false), active = arrays_in(piece, true);
-  const std::vector<xml_node>& found = active.empty() ? all : active;
+  std::vector<xml_node> found = active.empty() ? all : active;
+  if (!active.empty()) { // those of cells count before those of points
+    const std::string first = found.front().parent().name();
+    std::erase_if(found, [&](xml_node array) { return array.parent().name() != first; });
+  }
   if (found.empty())
     faults.fail("CellData, PointData", "a DataArray", "none");
   std::string names;

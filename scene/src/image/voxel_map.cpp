@@ -24,31 +24,39 @@ bool has_same_axes(const ImageInfo& info, const Placement& placement) {
 
 } // namespace
 
-ImageInfo on_body(const ImageInfo& info, const Specimen& body) {
+ImageInfo in_world_of(const ImageInfo& info, const Specimen& body) {
   const Placement& placement = body.placement;
-  const ImageInfo seen = along_axes(in_world(info, placement.world), placement.direction);
+  ImageInfo turned = in_world(info, placement.world);
+  if (info.world == placement.world)
+    return turned;
   ImageInfo same = info;
   same.world = placement.world;
-  same = along_axes(same, placement.direction);
-  const bool is_only_there =
-      info.world != placement.world && !voxel_blocks(seen, body) && voxel_blocks(same, body);
+  const auto is_there = [&](const ImageInfo& one) {
+    return voxel_blocks(along_axes(one, placement.direction), body).has_value();
+  };
+  if (is_there(turned) || !is_there(same))
+    return turned;
   const bool is_stated =
       info.states_world && (body.image.empty() || read_image_info(body.image).states_world);
-  return is_only_there && !is_stated ? same : seen;
+  return is_stated ? turned : same;
+}
+
+ImageInfo on_body(const ImageInfo& info, const Specimen& body) {
+  return along_axes(in_world_of(info, body), body.placement.direction);
 }
 
 void LayeredImage::place_on(const Specimen& body) {
-  const ImageInfo placed = on_body(info_, body);
-  if (placed.world != info_.world && placed.origin == info_.origin)
+  const ImageInfo there = in_world_of(info_, body);
+  const ImageInfo placed = along_axes(there, body.placement.direction);
+  if (there.world != info_.world && there.direction == info_.direction)
     warn_of_file(path_, "is taken to be in the world of the body's image, on whose voxels it is: one of them "
                         "states no orientation");
-  const bool is_reordered =
-      placed.size != info_.size || !has_same_axes(in_world(info_, placed.world), body.placement);
+  const bool is_reordered = placed.size != there.size || !has_same_axes(there, body.placement);
   info_ = placed;
   if (!is_reordered || info_.components != 1)
     return;
   Image image = read_image(path_);
-  image.info = in_world(image.info, placed.world);
+  image.info = there;
   turned_ = std::make_shared<const Image>(along_axes(std::move(image), body.placement.direction));
   whole_ = turned_.get();
 }

@@ -81,15 +81,19 @@ bool are_labels_readable(TableReader& table, const std::vector<NamedSegment>& se
       table.find(key);
     return false;
   }
-  const toml::table* section = table.has("labels") ? table.subtable("labels") : nullptr;
-  std::vector<std::string_view> too_large;
-  for (const auto& [key, node] : section ? *section : toml::table{}) {
-    std::int64_t label = 0;
-    const auto [end, error] = std::from_chars(key.str().data(), key.str().data() + key.str().size(), label);
-    if (error == std::errc{} && end == key.str().data() + key.str().size() && !is_label(label) &&
-        static_cast<std::int64_t>(static_cast<float>(label)) != label)
-      too_large.push_back(key.str());
-  }
+  const toml::node* node = table.has("labels") ? table.find("labels") : nullptr;
+  const toml::table* section = node ? node->as_table() : nullptr;
+  std::vector<std::string> too_large;
+  if (section)
+    for (const auto& [key, value] : *section) {
+      std::int64_t label = 0;
+      const char *const from = key.str().data(), *const to = from + key.str().size();
+      const auto [end, error] = std::from_chars(from, to, label);
+      if (error == std::errc{} && end == to && !is_label(label) &&
+          (std::abs(static_cast<double>(label)) > 9e18 ||
+           static_cast<std::int64_t>(static_cast<float>(label)) != label))
+        too_large.emplace_back(key.str());
+    }
   if (!too_large.empty())
     table.fault("labels", wanted_label() + ": renumber the image's",
                 fmt::format("{}", fmt::join(too_large, ", ")));
@@ -273,7 +277,9 @@ bool read_image_specimen(TableReader& table, const std::filesystem::path& folder
     if (table.has("labels"))
       image->round_to(single_labels(ranges));
     // What lies beyond the image is void, as in a larger image of the same body.
-    const bool is_smooth = partial && partial->from == PartialVolume::From::smooth && partial->width > 0;
+    // A width that is out of range is a fault of fill_partial_volume.
+    const bool is_smooth = partial && partial->from == PartialVolume::From::smooth && partial->width > 0 &&
+                           partial->width <= widest_smooth * *std::ranges::min_element(image->info().spacing);
     const Index3 voids = is_smooth ? voids_around(image->info(), partial->width, *coarsen) : Index3{};
     const LayeredImage around = image->padded(voids);
     if (!cells_fit(around.info(), *coarsen, path, line, faults))

@@ -104,11 +104,10 @@ void fill_partial_volume(const PartialVolume& asked, const LayeredImage& image,
       }
     }
     if (asked.from == PartialVolume::From::smooth) {
-      constexpr double widest = 16; // [voxels]; memory and time grow with it
-      const double most = widest * *std::ranges::min_element(image.info().spacing);
+      const double most = widest_smooth * *std::ranges::min_element(image.info().spacing);
       if (!(asked.width <= most)) {
         table.faults().add(asked.line, path + ".smooth",
-                           fmt::format("about a voxel, at most {:g}: {:.4g} mm", widest, 1e3 * most),
+                           fmt::format("about a voxel, at most {:g}: {:.4g} mm", widest_smooth, 1e3 * most),
                            fmt::format("{:.4g} mm", 1e3 * asked.width));
         return;
       }

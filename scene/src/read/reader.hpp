@@ -132,6 +132,8 @@ SceneAndMeasures parse_scene_of(const Image& image, std::string_view text, const
 /// True if two images have the same voxels in the same places, to a thousandth of a voxel.
 bool have_same_voxels(const ImageInfo& one, const ImageInfo& other);
 
+inline constexpr double widest_smooth = 16; ///< [voxels]; memory and time grow with it
+
 /// `partial_volume` of an image, as it is asked for.
 struct PartialVolume {
   enum class From { labels, grey, smooth };

@@ -187,7 +187,7 @@ void fibres_from_tensors(const std::filesystem::path& file, const FibreRequest& 
   report = {};
   report.source = "tensor_image";
   Image image = read_image(file);
-  image.info = in_world(image.info, on_body(info, body).world);
+  image.info = in_world_of(info, body);
   image = along_axes(std::move(image), body.placement.direction);
   if (const PositiveTensors n = count_positive(image, labels); 2 * n.own < n.all) {
     faults.add(
@@ -203,7 +203,7 @@ void fibres_from_tensors(const std::filesystem::path& file, const FibreRequest& 
                           "writes them; those along the world's (MRtrix, DIPY) would be turned by {:.3g} "
                           "degrees",
                           angle));
-  std::vector<bool> is_known = read_directions(image, to_body(info, body), labels, body);
+  std::vector<bool> is_known = read_directions(image, to_body(in_world_of(info, body), body), labels, body);
   if (report.without_direction() == report.cells) {
     faults.add(request.line, path, "a tensor image with a direction in at least one voxel of the body",
                fmt::format("none in {} cells", report.cells));

@@ -43,10 +43,17 @@ namespace {
 constexpr const char* failed = "failed";
 bool have_met = false; ///< on what they share
 
+template<class T>
+std::uint64_t hash_of(const std::vector<T>& values) {
+  const auto bytes = std::as_bytes(std::span(values));
+  return std::hash<std::string_view>{}({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
 std::string hash_of_opened_files() {
-  std::uint64_t sum = 0;
+  std::vector<std::uint64_t> sums; // sorted: names may differ between machines
   std::string part(std::size_t{1} << 20, '\0');
   for (const std::filesystem::path& file : opened_files().files()) {
+    std::uint64_t& sum = sums.emplace_back(0);
     std::ifstream stream(file, std::ios::binary);
     do {
       stream.read(part.data(), std::ssize(part));
@@ -54,13 +61,8 @@ std::string hash_of_opened_files() {
       sum = sum * 0x100000001b3U + std::hash<std::string_view>{}({part.data(), size});
     } while (stream);
   }
-  return fmt::format("{} {:x}", opened_files().files().size(), sum);
-}
-
-template<class T>
-std::uint64_t hash_of(const std::vector<T>& values) {
-  const auto bytes = std::as_bytes(std::span(values));
-  return std::hash<std::string_view>{}({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  std::ranges::sort(sums);
+  return fmt::format("{} {:x}", sums.size(), hash_of(sums));
 }
 
 /// What every rank says, by rank.
@@ -106,6 +108,14 @@ bool ranks_agree_on(const Scene* scene, const std::string& options) {
                        hash_of(scene->specimen.material_id), hash_of(scene->specimen.label),
                        fmt::join(scene->specimen.grid.spacing(), " "));
   return ranks_agree({{"options", options}, {"scene", hash_of_opened_files()}, {"body", body}});
+}
+
+void meet_no_more() {
+  have_met = true;
+}
+
+bool have_all_met() {
+  return have_met && fem_ref::ranks().size > 1;
 }
 
 bool reports_failure() {

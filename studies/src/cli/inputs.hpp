@@ -26,6 +26,11 @@ bool ranks_agree_on(const Scene* scene, const std::string& options);
 /// @return whether this rank is to say why: the first of those that have all failed, each that failed alone
 bool reports_failure();
 
+/// Says that this rank works alone: the others have nothing to do with the command and wait for no word.
+void meet_no_more();
+/// True if ranks have agreed on what they share, so that an error of one alone leaves the others waiting.
+bool have_all_met();
+
 /// The text of a scene file; nothing where it can no longer be read: part of it would be another scene.
 std::string scene_text_of(const std::filesystem::path& file);
 

@@ -58,6 +58,9 @@ FolderLock lock_of(const fs::path& folder, const std::string& scene) {
     return {folder, scene, FolderLock::Sharing::none};
   } catch (const FolderTaken& error) {
     throw UsageError(fmt::format("--out {}", error.what()));
+  } catch (const fs::filesystem_error& error) {
+    throw UsageError(fmt::format("--out {}: expected a folder that can be written, found {}", folder.string(),
+                                 message_of(error)));
   }
 }
 
@@ -104,9 +107,11 @@ void ResultsFolder::look_at(const fs::path& file, bool overwrite) {
         folder_.string(), is_same_scene ? "version" : "scene", text_in(list, "scene"), by,
         file.filename().string()));
   if (!is_same_scene || by != version || text_in(list, "kind") == kind_ || text != scene_text_) {
-    if (file.filename() == fmt::format("{}_{}_results.json", text_in(list, "scene"), text_in(list, "kind")))
+    // A list under another name is believed in nothing.
+    if (file.filename() == fmt::format("{}_{}_results.json", text_in(list, "scene"), text_in(list, "kind"))) {
       add_stale(file.filename().string(), text_in(list, "scene"), digest_of(file));
-    add_stale_of(list);
+      add_stale_of(list);
+    }
   }
 }
 
@@ -120,10 +125,12 @@ void ResultsFolder::add_stale(const std::string& name, const std::string& scene,
 bool ResultsFolder::is_stale(const fs::path& file) const {
   const std::string name = file.filename().string();
   const auto known = stale_.find(name);
-  if (written_.contains(name) || is_kept_input(file))
+  // The name first: to open and close the file of the lock would drop the lock.
+  if (written_.contains(name) || (known == stale_.end() && !is_of_replaced_series(name)) ||
+      is_kept_input(file))
     return false;
   if (has_provenance(file))
-    return known != stale_.end() || is_of_replaced_series(name);
+    return true;
   return known != stale_.end() && !known->second.empty() && known->second == digest_of(file);
 }
 

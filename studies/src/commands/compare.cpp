@@ -98,7 +98,9 @@ bool draw(const Scene& scene, const Comparison& comparison, const CompareOptions
 /// What a command line can get wrong by itself.
 void check_options(const CompareOptions& options) {
   if (!options.reference.empty() && options.reference != "best")
-    check_methods({options.reference}, "--reference");
+    if (!is_method(options.reference))
+      throw UsageError(fmt::format("--reference: expected best or one of {}, found \"{}\"",
+                                   fmt::join(all_methods(), ", "), options.reference));
   if (options.json == "-" && options.csv == "-")
     throw UsageError("--json and --csv: expected at most one of them on stdout, found both");
   if (options.picture && !options.picture->ends_with(".png"))
@@ -124,9 +126,9 @@ int compare_command(const CompareOptions& options) {
     names = default_compare_methods();
   check_options(options);
   Methods methods(check_fem_solver(options.fem_solver), options.out.has_value());
+  keep_inputs({options.scene}); // before it is read: the list of opened files begins here
   const SceneAndMeasures read = read_scene_and_measures(options.scene);
   const Scene& scene = read.scene;
-  keep_inputs({options.scene});
   const auto reference = options.reference.empty() ? default_reference(names) : options.reference;
   if (!ranks_agree_on(&scene, fmt::format("{} {} {} {} {}", fmt::join(names, " "), reference,
                                           options.reference_seconds, options.fem_solver, options.estimate)))

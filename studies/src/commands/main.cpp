@@ -121,8 +121,10 @@ void open_standard_streams() {
 
 /// Warnings of files that the command's own output does not have.
 void say_file_warnings() {
-  for (const std::string& warning : maille::file_warnings(true))
-    fmt::print(stderr, "warning: {}\n", for_terminal(warning));
+  const std::vector<std::string> warnings = maille::file_warnings(true);
+  if (maille::fem_ref::ranks().is_first())
+    for (const std::string& warning : warnings)
+      complain("warning: " + warning);
 }
 
 /// What is still in a buffer when the process ends would be lost without a word where the disk is full.
@@ -139,7 +141,7 @@ int main(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN); // a limit of a file's size is then an error of writing, and said as such
   std::signal(SIGPIPE, SIG_IGN); // likewise a reader that has gone
   catch_stop_signals();
-  maille::keep_opened_files();
+  bool is_shared = false;
   try {
     const bool has_raised = raise_stack_limit();
     if (limit_blas_threads() || has_raised)
@@ -147,17 +149,24 @@ int main(int argc, char** argv) {
     const std::vector<std::string> words(argv + 1, argv + argc);
     if (const auto asked = asked_command(words); asked && !is_of_this_program(*asked, words))
       become_program_of(*asked, argv);
+    maille::keep_opened_files(); // not before: the choice of the program looks at every word, outputs too
     maille::fem_ref::start_ranks();
-    const bool is_shared = is_for_all_ranks(argc, argv);
+    is_shared = is_for_all_ranks(argc, argv);
     if (!ranks_agree({{"command", is_shared ? asked_command(words)->name : "(of the first rank alone)"}}))
       return exit_faulty_input;
+    if (!is_shared)
+      meet_no_more();
     const int code = run(argc, argv);
     say_file_warnings();
     if (is_shared)
       reports_failure(); // the others wait for a word of what ended before the scene was read
     return leave(with_all_output(code));
   } catch (const maille::InputError& error) {
-    if (reports_failure())
+    say_file_warnings();
+    if (is_shared && have_all_met()) { // the others are past reading and wait for this rank
+      complain(error.what());
+      maille::fem_ref::abort_ranks(exit_faulty_input);
+    } else if (reports_failure())
       complain(error.what());
     return leave(exit_faulty_input);
   } catch (const UsageError& error) {

@@ -7,6 +7,7 @@
 #include "mechanics/mechanics_report.hpp"
 
 #include "maille/fem_ref/ranks.hpp"
+#include "maille/scene/image.hpp"
 #include "maille/scene/measure/measure.hpp"
 #include "maille/studies/comparison.hpp"
 #include "maille/studies/export/voxel_maps.hpp"
@@ -98,6 +99,10 @@ private:
     fs::path stem = stem_;
     stem += "_";
     warped_ = write_warp(scene, answer, *warp_, stem);
+    const std::vector<std::string> in_table = file_warnings();
+    std::erase_if(warped_->warnings, [&](const std::string& warning) {
+      return std::ranges::find(in_table, warning) != in_table.end();
+    });
   }
 
   void add_rest() {
@@ -287,11 +292,11 @@ int run_command(const RunOptions& options) {
   if (options.steps < 1 || options.steps > 100'000)
     throw UsageError(fmt::format("--steps: expected a number from 1 to 100000, found {}", options.steps));
   check_picture(options);
+  keep_inputs({options.scene}); // before it is read: the list of opened files begins here
   const SceneAndMeasures asked = read_scene_and_measures(options.scene);
   const Scene& scene = asked.scene;
   check_maps(options, scene);
   check_warp(options, scene);
-  keep_inputs({options.scene});
   if (!ranks_agree_on(&scene, fmt::format("{} {} {} {}", fmt::join(names, " "), options.fem_solver,
                                           options.steps, options.estimate)))
     return exit_faulty_input;

@@ -216,6 +216,7 @@ enum State : int { unused, being_filled, known };
 
 struct Place {
   std::atomic<int> state{unused};
+  pid_t process = 0; ///< a forked process has its parent's list, too
   std::array<char, 4096> path{};
 };
 static_assert(std::atomic<int>::is_always_lock_free, "a signal handler may touch it");
@@ -231,6 +232,7 @@ UnfinishedFile::UnfinishedFile(const std::filesystem::path& file) {
   for (std::size_t i = 0; i < places.size(); ++i)
     if (int expected = unused; places[i].state.compare_exchange_strong(expected, being_filled)) {
       std::fill(std::copy(path.begin(), path.end(), places[i].path.begin()), places[i].path.end(), '\0');
+      places[i].process = getpid();
       places[i].state = known;
       place_ = static_cast<int>(i);
       return;
@@ -244,7 +246,7 @@ UnfinishedFile::~UnfinishedFile() {
 
 void remove_unfinished_files() noexcept {
   for (const Place& place : places)
-    if (place.state == known)
+    if (place.state == known && place.process == getpid())
       unlink(place.path.data());
 }
 

@@ -54,7 +54,13 @@ public:
     for (const StudyRow& row : rows)
       kept.insert(row.vtk);
     std::error_code error; // what cannot be removed harms no result
-    for (const StudyRow& row : read_study_table(aside_).rows)
+    StudyTable older;
+    try {
+      older = read_study_table(aside_);
+    } catch (const InputError&) { // its files stay, and so does the table that names them
+      return;
+    }
+    for (const StudyRow& row : older.rows)
       if (const fs::path file = aside_.parent_path() / row.vtk; is_name_of_result(row.vtk, study) &&
                                                                 !kept.contains(row.vtk) &&
                                                                 has_provenance(file) && !is_kept_input(file))

@@ -171,14 +171,17 @@ bool solve_coupled_tied(const CoupledTask& asked, Answer& answer) {
   } while (friction.goes_on(answer.displacement, answer.tie_press));
   if (friction.status() != Status::done)
     return give_up(answer, friction.message());
-  answer.message = friction.message();
   answer.rubbing = friction.borders();
   system.find_energy_and_reactions(answer.displacement, friction.pulls(), answer);
   if (end != CoupledRound::finished)
     answer.reaction.clear();
   if (task.limits == nullptr || !breaks_limits(task.scene, *task.limits, task.team, answer.displacement, 0))
-    return end == CoupledRound::finished;
-  return obey_limits(system, answer) && end == CoupledRound::finished;
+    answer.message = friction.message();
+  else if (!obey_limits(system, answer))
+    return false;
+  else if (!friction.message().empty())
+    answer.message += (answer.message.empty() ? "" : "; ") + friction.message();
+  return end == CoupledRound::finished;
 }
 
 } // namespace maille::deform

@@ -246,8 +246,8 @@ FrameResult WorldFrame::run_soft_dynamic(double seconds) {
       throw std::invalid_argument("Drive: a hand that leads by a spring, in a world without dynamics");
   const bool has_nodes =
       std::ranges::any_of(drives_, [](const Drive& drive) { return !drive.nodes.empty(); });
-  const int n = std::max(
-      {static_cast<int>(std::ceil(seconds / longest_step - 1e-9)), 1, has_nodes ? n_balanced_steps() : 1});
+  const int n = std::max({static_cast<int>(std::ceil(seconds / longest_step - 1e-9)), 1,
+                          has_nodes ? std::min(n_balanced_steps(), 1'000'000) : 1});
   const double step = seconds / n;
   take_handles();
   parts_.soft_dynamics->hold(step);

@@ -36,7 +36,7 @@ FrameResult WorldFrame::run_handed_on() {
           "Drive: the method `hand_on` shifts rigid objects, without turns or a spring");
   take_handles();
   SingleVoxels voxels(parts_);
-  const int n = n_steps();
+  const int n = std::min(n_steps(), 1'000'000);
   if (!clock_.rounds_left)
     clock_.rounds_left = n * most_rounds_a_step;
   bool has_settled = true;

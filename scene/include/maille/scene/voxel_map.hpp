@@ -11,9 +11,11 @@
 
 namespace maille {
 
-/// An image's header as a body has it: in the body's world (x and y turned over between LPS and RAS), and
-/// with its axes in the body's order and directions where they run along them. Of two images one of which
-/// states no world, that one is in the other's where only this puts the body's cells on its voxels.
+/// An image's header in the body's world: x and y turned over between LPS and RAS. Of two images one of
+/// which states no world, that one is in the other's where only this puts the body's cells on its voxels.
+ImageInfo in_world_of(const ImageInfo& info, const Specimen& body);
+
+/// The same with its axes in the body's order and directions, where they run along them.
 ImageInfo on_body(const ImageInfo& info, const Specimen& body);
 
 /// Where a body's cells lie among the voxels of an image: cell c along an axis holds the voxels from

@@ -90,16 +90,21 @@ std::string CaseHashes::digests_of_opened(const StudyCase& one, const std::vecto
   if (!is_new || named.empty())
     return digests->second;
   const OpenedFiles opened;
+  bool is_whole = true;
   try {
     parse_scene_and_measures(resolved_scene(study_, one), file);
   } catch (const std::exception&) { // its row says so
+    is_whole = false;
   }
   for (const fs::path& part : std::set(opened.files()))
     if (!known.contains(part))
       digests->second +=
           fmt::format("{} {}\n", part.lexically_relative(fs::absolute(file).parent_path()).string(),
                       sha256(read_own_text_file(part, "a file of a scene", largest_file)));
-  return digests->second;
+  std::string found = digests->second;
+  if (!is_whole)
+    known_opened_.erase(digests); // it may not have opened all
+  return found;
 }
 
 std::vector<std::string> CaseHashes::of_case(const StudyCase& one, const std::vector<std::string>& methods) {
