@@ -8,6 +8,7 @@
 #include "maille/studies/picture/question_picture.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
