@@ -6,8 +6,8 @@ install(TARGETS maille_plugins maille_materials maille_scene maille_warp maille_
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
   FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
 if(TARGET maille_command)
-  set_target_properties(maille_command PROPERTIES INSTALL_RPATH "$ORIGIN/${from_programs_to_plugins}")
-  set_target_properties(maille_studies_program PROPERTIES INSTALL_RPATH "$ORIGIN")
+  maille_runpath(maille_command "$ORIGIN/${from_programs_to_plugins}" "$ORIGIN/plugins")
+  maille_runpath(maille_studies_program "$ORIGIN")
   install(TARGETS maille_command RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT command)
   install(TARGETS maille_studies_program RUNTIME DESTINATION ${maille_plugin_folder} COMPONENT command)
 endif()

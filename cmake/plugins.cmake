@@ -2,9 +2,13 @@
 # without the libraries that they stand on. A plugin is closed: it holds its own copy of what it is linked to, and exports one function.
 # Programs look for them by their RUNPATH: in the build tree, and where they are installed.
 set(maille_plugin_folder ${CMAKE_INSTALL_LIBDIR}/maille)
-# CMake fills a RUNPATH that is shorter than the installed one with empty entries, and the loader reads an empty entry as the current folder.
-# Trailing slashes make it long enough for every installed one.
-set(CMAKE_BUILD_RPATH ${PROJECT_BINARY_DIR}/plugins////////////////////////////////////////////////////////////////)
+# Programs that are not installed, such as tests, have this one:
+set(CMAKE_BUILD_RPATH ${PROJECT_BINARY_DIR}/plugins)
+# maille_runpath(TARGET PATH...): the RUNPATH in the build tree and where the target is installed. CMake would end a RUNPATH that it changes
+# at installation with an empty entry, which the loader reads as the current folder.
+function(maille_runpath target)
+  set_target_properties(${target} PROPERTIES INSTALL_RPATH "${ARGN}" BUILD_WITH_INSTALL_RPATH ON)
+endfunction()
 file(RELATIVE_PATH from_programs_to_plugins ${CMAKE_CURRENT_SOURCE_DIR}/${CMAKE_INSTALL_BINDIR} ${CMAKE_CURRENT_SOURCE_DIR}/${maille_plugin_folder})
 file(RELATIVE_PATH from_plugins_to_data ${CMAKE_CURRENT_SOURCE_DIR}/${maille_plugin_folder} ${CMAKE_CURRENT_SOURCE_DIR}/${CMAKE_INSTALL_DATADIR})
 set(maille_plugin_exports ${CMAKE_CURRENT_BINARY_DIR}/plugin_exports.map)
@@ -17,6 +21,7 @@ function(maille_plugin name)
   add_library(${target} MODULE ${arg_SOURCES})
   set_target_properties(${target} PROPERTIES PREFIX "" OUTPUT_NAME maille-${name}
     LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/plugins LINK_DEPENDS ${maille_plugin_exports})
+  maille_runpath(${target} "$ORIGIN")
   target_compile_features(${target} PRIVATE cxx_std_20)
   target_link_libraries(${target} PRIVATE ${arg_LINK} maille_compile_options maille_position_independent)
   target_link_options(${target} PRIVATE LINKER:--version-script=${maille_plugin_exports})

@@ -45,8 +45,7 @@ std::vector<std::string> plugin_folders() {
   std::vector<std::string> folders;
   const Dl_serpath* const first = &all->dls_serpath[0];
   for (unsigned i = 0; i < all->dls_cnt; ++i) {
-    std::string folder = first[i].dls_name;
-    folder.erase(folder.find_last_not_of('/') + 1);
+    const std::string folder = first[i].dls_name;
     // A relative entry means the current folder, which may hold foreign files.
     if (folder.starts_with('/') && std::ranges::find(folders, folder) == folders.end())
       folders.push_back(folder);
