@@ -29,8 +29,8 @@ def missing(file):
         "no executable stack": re.search(r"GNU_STACK.* RW ", segments),
         "position independence": "DYN" in output("readelf", "-hW", file),
         "stack protector": "__stack_chk_fail" in symbols,
-        # Where it is on, libc's unbounded functions of formatting and copying strings are replaced by checked ones.
-        "_FORTIFY_SOURCE": not re.search(r" (v?sn?printf|v?f?printf|strcpy|strcat)@", symbols),
+        # Where it is on, libc's functions of formatting and copying strings are checked ones; std::to_string takes the address of vsnprintf.
+        "_FORTIFY_SOURCE": not re.search(r" (v?sprintf|snprintf|v?f?printf|strcpy|strcat)@", symbols),
     }
     if platform.machine() == "x86_64":
         wanted["CET"] = b"\xf3\x0f\x1e\xfa" in open(file, "rb").read()
