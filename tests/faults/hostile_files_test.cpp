@@ -1,4 +1,4 @@
-/// Small files that ask for much: what a command takes of memory follows the file.
+/// Small files that claim much: the memory of a command follows the size of the file.
 
 #include "support/temporary_folder.hpp"
 
@@ -49,7 +49,7 @@ std::string repeated(int n, const std::function<std::string(int)>& part) {
   return all;
 }
 
-/// A box of 2 x 1000 x 1000, so many times over.
+/// `n` coincident boxes of 2 x 1000 x 1000.
 std::string shells(int n) {
   constexpr std::array<std::array<int, 3>, 12> faces{{{0, 2, 3},
                                                       {0, 3, 1},

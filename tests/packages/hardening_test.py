@@ -44,7 +44,7 @@ for file in sys.argv[1:]:
     failures += [f"{file}: relative entries {relative} in its RUNPATH"] if relative else []
     failures += [f"{file}: without {', '.join(missing(file))}"] if missing(file) else []
 
-# A library in the current folder is not loaded: the command starts where a file of zlib's name lies that is none.
+# A library in the current folder is not loaded: a file that only has zlib's name changes nothing.
 with tempfile.TemporaryDirectory() as folder:
     with open(os.path.join(folder, "libz.so.1"), "w", encoding="ascii") as planted:
         planted.write("no library")

@@ -61,8 +61,7 @@ void check(const WorldParts& parts, const Drive& drive) {
   }
 }
 
-/// A drive that has gone so many cells has come through the whole world, and round in it: what is left of it
-/// is beyond the border.
+/// Steps after which a drive has crossed the whole world in any direction: the rest of its way leads out.
 int most_steps(const WorldScene& scene) {
   return 8 * (scene.cells[0] + scene.cells[1] + scene.cells[2]);
 }

@@ -200,7 +200,7 @@ void FolderLock::take(const fs::path& folder, const std::string& name, short kin
 FolderLock::~FolderLock() {
   struct stat known {};
   for (const auto& [descriptor, file] : locks_) {
-    // Of a lock that others share the last one removes the file; one that is not empty was there before.
+    // The last holder of a shared lock removes its file; a file that is not empty is not a lock of ours.
     if (descriptor < 0)
       continue;
     if (lock(descriptor, F_WRLCK) && fstat(descriptor, &known) == 0 && known.st_size == 0)

@@ -125,7 +125,7 @@ std::map<std::string, std::string> tree_of(const fs::path& root) {
   return tree;
 }
 
-/// A name that somebody's list of results may hold.
+/// A name that a foreign list of results may hold.
 std::string hostile_name(std::mt19937& dice, const std::string& root) {
   static const std::vector<std::string> stems{
       "thesis",     "box_thesis", "box_limits",      "bar_coupled", "docs",          "box",        "..",
