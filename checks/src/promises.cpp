@@ -220,15 +220,16 @@ std::string depends_on_threads(const Scene& scene, std::string_view method, cons
   return is_same ? "" : fmt::format("{}: three threads give other bits than one", method);
 }
 
-/// Where the object's frame stands in the world is a matter of files alone.
+/// Where the object lies in the world is a matter of files alone. Its direction is not: the axes of
+/// orthotropic matter are defined in the world.
 std::string depends_on_placement(const Scene& scene, std::string_view method, const Answer& placed) {
   if (scene.specimen.placement.is_identity())
     return {};
   Scene other = scene;
-  other.specimen.placement = {};
+  other.specimen.placement.origin = {};
   const Answer answer = solve_for_a_while(other, method, 1);
   const bool is_same = answer.status == placed.status && answer.displacement == placed.displacement;
-  return is_same ? "" : fmt::format("{}: the image's orientation changes the answer", method);
+  return is_same ? "" : fmt::format("{}: the image's place changes the answer", method);
 }
 
 /// Stopped after a few looks at the clock.

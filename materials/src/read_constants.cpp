@@ -73,7 +73,7 @@ const Form* detect_form(TableReader& table) {
     return detected;
   }
   // E and nu as they are called elsewhere: one cause, one line.
-  if (const toml::node* E = table.find("E"); touched == 1 && E && !E->is_array()) {
+  if (const toml::node* E = table.has("E") ? table.find("E") : nullptr; touched == 1 && E && !E->is_array()) {
     table.fault("E",
                 "youngs_modulus and poisson_ratio of an isotropic material, or lists { E, nu, G } of an "
                 "orthotropic one",

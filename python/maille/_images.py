@@ -43,7 +43,7 @@ def labels_of(array: npt.ArrayLike) -> npt.NDArray[Any]:
 
     Strides may be any; only what has another type or byte order is copied.
     """
-    if np.ma.is_masked(array):
+    if isinstance(array, np.ma.MaskedArray) and bool(np.any(np.ma.getmaskarray(array))):  # type: ignore[no-untyped-call]
         raise TypeError("expected labels without a mask, found masked voxels: fill them, as by array.filled(0)")
     values = np.asarray(array)
     if values.ndim == 4 and values.shape[3] == 1:

@@ -98,7 +98,9 @@ INSTANTIATE_TEST_SUITE_P(Signals, FactorContract, testing::Values("INT", "TERM",
 // Nothing of a reference that was cut short is written or measured against.
 TEST(InterruptedReferenceContract, LeavesNoFileAndTheTextSaysSo) {
   const CommandFolder folder;
-  folder.folder().write("in/large.toml", CommandFolder::box("[\"1 mm\", 0, 0]", far_too_many) + wide_limits);
+  // Small enough for its file to be written within the second, while its reference takes much longer.
+  folder.folder().write("in/large.toml",
+                        CommandFolder::box("[\"1 mm\", 0, 0]", "[28, 28, 28]") + wide_limits);
   const Outcome run =
       folder.run("compare IN/large.toml --methods coupled --fem-solver cholmod --reference best "
                  "--reference-seconds 1000 --threads 1 --out OUT",

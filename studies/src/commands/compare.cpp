@@ -99,7 +99,7 @@ bool draw(const Scene& scene, const Comparison& comparison, const CompareOptions
 void check_options(const CompareOptions& options) {
   if (!options.reference.empty() && options.reference != "best")
     if (!is_method(options.reference))
-      throw UsageError(fmt::format("--reference: expected best or one of {}, found \"{}\"",
+      throw UsageError(fmt::format("--reference: expected one of best, {}, found \"{}\"",
                                    fmt::join(all_methods(), ", "), options.reference));
   if (options.json == "-" && options.csv == "-")
     throw UsageError("--json and --csv: expected at most one of them on stdout, found both");

@@ -118,7 +118,7 @@ std::string data_uri(std::string_view type, std::string_view bytes) {
 }
 
 std::string bytes_of_file(const std::filesystem::path& file) {
-  return read_text_file(file, "a file of results", std::numeric_limits<std::int64_t>::max());
+  return read_own_text_file(file, "a file of results", std::numeric_limits<std::int64_t>::max());
 }
 
 namespace fs = std::filesystem;

@@ -363,7 +363,8 @@ TEST(PartialVolumeOracle, VoidAroundAnImageChangesNoBit) {
       const Affine affine{{{1e-3, 0, 0, first}, {0, 1e-3, 0, first}, {0, 0, 1e-3, first}, {0, 0, 0, 1}}};
       return SceneBuilder()
           .labels(values, ArrayLayout::x_fastest({size, size, size}), affine)
-          .keys(fmt::format("[specimen]\nlabels = {{ 1 = \"muscle/soleus\", 2 = \"bone/cortical_tibia\" }}\n"
+          .keys(fmt::format("[specimen]\nlabels = {{ 1 = \"muscle/soleus\", 2 = \"bone/cortical_tibia\" "
+                            "}}\nfibre = [1, 0, 0]\n"
                             "partial_volume = {{ smooth = \"0.{} mm\" }}\n[[hold]]\n"
                             "where = {{ sphere = {{ centre = [0, 0, 0], radius = \"1 m\" }} }}\n",
                             6 + i % 4))
@@ -602,7 +603,7 @@ INSTANTIATE_TEST_SUITE_P(
         test::Mistake{"landmark_that_is_none", good, "{ points = \"odd.fcsv\", within = 1 }", 8,
                       "hold[1].where.points", "odd.fcsv:2"},
         test::Mistake{"markups_of_another_form", good, "{ points = \"odd.mrk.json\", within = 1 }", 8,
-                      "hold[1].where.points", "controlPoints"},
+                      "hold[1].where.points", "[x, y, z] in millimetres"},
         test::Mistake{"landmark_of_no_such_name", good,
                       "{ points = \"unknown.fcsv\", within = 1, frame = \"ras\", name = \"top\" }", 8,
                       "hold[1].where.name", "tip"},

@@ -572,8 +572,8 @@ TEST(LabelsOracle, NamedVoxelsAreUsedOrSaid) {
     folder.write(name, nifti.bytes());
     std::string labels;
     for (int label = 1; label <= 3; ++label)
-      labels +=
-          fmt::format("{}{} = \"muscle/soleus\"", label > 1 ? ", " : "", static_cast<float>(label) * scale);
+      labels += fmt::format("{}{} = \"fat/subcutaneous\"", label > 1 ? ", " : "",
+                            static_cast<float>(label) * scale);
     const Scene scene =
         parse_scene(fmt::format("[specimen]\nshape = \"image\"\nimage = \"{}\"\nlabels = {{ {} }}\n"
                                 "[[hold]]\nwhere = \"z-\"\n",

@@ -188,7 +188,9 @@ std::string write(const image_tests::TemporaryFolder& folder, const std::string&
 
 std::string scene_of(const std::string& labels, const std::string& specimen, const std::string& rest) {
   return "[specimen]\nshape = \"image\"\nimage = \"" + labels +
-         "\"\nlabels = { 1 = \"muscle/soleus\", 2 = \"fat/subcutaneous\" }\n" + specimen + "\n" + rest;
+         "\"\nlabels = { 1 = { youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }, 2 = \"fat/subcutaneous\" "
+         "}\n" +
+         specimen + "\n" + rest;
 }
 
 /// The value at each place of the grid along right, anterior, superior that an image has.

@@ -34,7 +34,7 @@ TEST(BenchCommandContract, FiniteElementsReportEverySolver) {
   const Outcome run = maille_command("bench fem --quick --json");
   ASSERT_EQ(run.code, 0) << run.err;
   const json result = json::parse(run.out);
-  EXPECT_EQ(result["rows"].size(), 2u * 6u + 1u) << "two sizes by six solvers, and quadratic elements";
+  EXPECT_EQ(result["rows"].size(), 2u * 4u + 1u) << "two sizes by four solvers, and quadratic elements";
   for (const json& row : result["rows"]) {
     EXPECT_LT(row["residual"], 1e-9) << row;
     EXPECT_GT(row["peak_mib"], 1) << row;

@@ -203,7 +203,8 @@ TEST(OutputFolderContract, OneProcessAtATimeHasAFolder) {
   const int lock = open((folder.out + "/.maille.lock").c_str(), O_RDWR | O_CREAT, 0600);
   struct flock whole {};
   whole.l_type = F_WRLCK;
-  ASSERT_EQ(fcntl(lock, F_SETLK, &whole), 0);
+  // A lock of the open file: tree_of() opens and closes the file, which would drop one of the process.
+  ASSERT_EQ(fcntl(lock, F_OFD_SETLK, &whole), 0);
   const std::string study = folder
                                 .write("study.toml", "scene = \"box.toml\"\nmethods = [\"limits\"]\n"
                                                      "reference = \"none\"\n[[parameter]]\n"

@@ -112,11 +112,12 @@ TEST_F(WarpCommandContract, SaysWhatHasLeftTheImage) {
   folder_.write("block.nii", test::nifti_of(block));
   const auto pulled = [&](const char* by) {
     return folder_
-        .write("block.toml",
-               std::string("[specimen]\nshape = \"image\"\nimage = \"block.nii\"\nlabels = { 17 = "
-                           "\"muscle/soleus\" }\n[[hold]]\nwhere = \"z-\"\n[[move]]\nwhere = "
-                           "\"z+\"\nby = [0, 0, \"") +
-                   by + "\"]\n")
+        .write(
+            "block.toml",
+            std::string("[specimen]\nshape = \"image\"\nimage = \"block.nii\"\nlabels = { 17 = "
+                        "\"muscle/soleus\" }\nfibre = [0, 0, 1]\n[[hold]]\nwhere = \"z-\"\n[[move]]\nwhere = "
+                        "\"z+\"\nby = [0, 0, \"") +
+                by + "\"]\n")
         .string();
   };
   const Outcome out_of_it = maille_command("warp " + pulled("6 mm") + " --out " + out("a"));
