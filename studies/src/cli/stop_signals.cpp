@@ -28,7 +28,7 @@ timespec first_wish{};
 
 /// Processor time that the process may take to end by itself, of all its threads together, and the least
 /// wall-clock time: many threads use up the former at once.
-constexpr long grace_us = 850'000, least_grace_ns = 350'000'000, again_us = 50'000;
+constexpr long grace_us = 700'000, least_grace_ns = 350'000'000, again_us = 50'000;
 
 long since_first_wish_ns() {
   timespec now{};
@@ -43,8 +43,8 @@ void limit_grace(long microseconds) {
 
 /// Ends phases that do not poll is_stop_asked(): drawing, writing, libraries.
 void on_end_of_grace(int) {
-  // A factorisation that was left behind takes processor time of its own, as much as the rest of the process.
-  static int n_more = static_cast<int>(grace_us / again_us);
+  // A factorisation that was left behind takes processor time of its own: five more intervals for the rest.
+  static int n_more = 5;
   if (since_first_wish_ns() < least_grace_ns || (fem_ref::works_left_behind() > 0 && n_more-- > 0))
     return; // the timer repeats
   remove_unfinished_files();
