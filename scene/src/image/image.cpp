@@ -383,11 +383,11 @@ void warn_of_file(const std::filesystem::path& file, const std::string& text) {
   FileWarnings& found = warnings();
   const std::scoped_lock lock(found.mutex);
   std::string warning = file.string() + ": " + text;
-  constexpr std::size_t most = 1000;
-  if (found.all.size() < most && std::ranges::find(found.all, warning) == found.all.end())
-    found.all.push_back(found.all.size() + 1 < most
-                            ? std::move(warning)
-                            : "files: more than 1000 warnings, the others are left out");
+  constexpr std::size_t most = 1000; // that were not returned yet
+  const std::size_t n = found.all.size() - found.n_returned;
+  if (n < most && std::ranges::find(found.all, warning) == found.all.end())
+    found.all.push_back(n + 1 < most ? std::move(warning)
+                                     : "files: more than 1000 warnings, the others are left out");
 }
 
 std::vector<std::string> file_warnings(bool only_new) {
