@@ -6,7 +6,10 @@
 #include <chrono>
 #include <csignal>
 #include <ctime>
+#include <fstream>
+#include <iterator>
 #include <random>
+#include <sstream>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <thread>
@@ -156,7 +159,19 @@ Stopped stop_after(const std::string& line, double after, int signal) {
   };
   while (used() < after && !has_ended())
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  const double before = used();
+  // wait4() counts programs that the process has started and waited for; its clock does not.
+  const auto of_programs = [&] {
+    std::ifstream stream(fmt::format("/proc/{}/stat", process));
+    std::string text((std::istreambuf_iterator<char>(stream)), {});
+    std::istringstream fields(text.substr(std::min(text.rfind(')') + 1, text.size())));
+    std::string skipped;
+    for (int field = 3; field < 16; ++field)
+      fields >> skipped;
+    double user = 0, system = 0;
+    fields >> user >> system;
+    return (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
+  };
+  const double before = used() + of_programs();
   result.was_running = !has_ended();
   kill(process, signal);
   int status = 0;
