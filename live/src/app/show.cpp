@@ -98,7 +98,7 @@ std::vector<App::Eye> App::eyes() const {
     eye.looking.view = seen;
     if (is_beside)
       eye.left = eyes.size() > 1 ? seen.width : 0;
-    else // through red glass cyan is dark, and red is none
+    else // through red glass cyan is dark and red looks white
       eye.colour =
           eyes.size() > 1 ? std::array<float, 4>{1, 0, 0, 1} : std::array<float, 4>{0, 0.8f, 0.8f, 1};
   }

@@ -181,7 +181,7 @@ std::vector<std::int64_t> nodes_of_foundations(const toml::table& root, const Sc
 /// More is a slip, and so many increments that they could not be counted.
 inline constexpr double largest_turn = 200 * std::numbers::pi;
 
-/// `frame`, `otherwise` where it is absent; nothing and a fault where it is none.
+/// `frame`, or `otherwise` if the key is absent; nothing and a fault for another word.
 std::optional<CoordinateFrame> read_frame(TableReader& table, CoordinateFrame otherwise);
 
 /// What the places and vectors of a table are in, by its key `frame`.
