@@ -215,7 +215,9 @@ TEST(StopTimeContract, EveryPhaseEndsWithinASecondOfProcessor) {
       ++n_stopped;
       worst = std::max(worst, run.seconds);
       EXPECT_LE(run.seconds, 1) << line << " after " << after << " s";
-      EXPECT_TRUE(run.code == 1 || run.code == 128 + signal)
+      // 0: the run was already returning from main().
+      constexpr double returning = 0.1;
+      EXPECT_TRUE(run.code == 1 || run.code == 128 + signal || (run.code == 0 && run.seconds < returning))
           << line << " after " << after << " s: " << run.code;
       for (const auto& [name, text] : files_in(folder.out(), true))
         ADD_FAILURE() << line << " after " << after << " s: " << name << " is left over";
