@@ -110,7 +110,7 @@ public:
   double proxy_event_time() const;
   /// The force that the loop at 1 kHz shows to the hand [N].
   Eigen::Vector3d felt() const;
-  /// Of the device; 0 without one.
+  /// Buttons of the device, a bit each; 0 without a device.
   std::uint32_t device_buttons() const;
   /// Whether it is there.
   bool has_device() const;

@@ -144,8 +144,8 @@ struct Answer {
   std::vector<std::array<double, 6>> cell_strain;
   /// Of sliding borders, sorted by node and label; `displacement` has the mean of what stands here of a node.
   std::vector<SplitNode> split;
-  /// Of every tie of Scene::tied with a normal what presses its nodes together [N], < 0: what pulls them
-  /// together; empty where no tie has friction.
+  /// Force that presses together the nodes of every tie of Scene::tied with a normal [N], < 0: pulls; empty
+  /// where no tie has friction.
   std::vector<double> tie_press;
   std::vector<RubbingBorder> rubbing; ///< of every border with friction
   /// Share of the coarsest lattice's nodes at which nested lattices showed a ratio to go on with [1]; unset
