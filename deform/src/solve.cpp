@@ -160,7 +160,7 @@ Answer solve_by(const Way& way, const Scene& scene, const Control& control, std:
   return in_arena(way.name(), control, [&] { return solve_turned(scene, frame, control, ask); });
 }
 
-/// Of a scene whose labels slide on each other: asks the method for the body cut along their borders.
+/// Solves a scene whose labels slide on each other: runs the method on the body cut along their borders.
 Answer solve_split(const Way& way, const Scene& scene, const Control& control) {
   if (std::string reason = reason_not_to_begin(way, scene, control, 0); !reason.empty())
     return refusal(std::string(way.name()), std::move(reason));

@@ -191,7 +191,7 @@ void KeptProblem<dim>::correct(const Prescription& prescription, double size, Wa
     solution.status = watch.status();
 }
 
-/// Displacement, forces, and by them what the solution leaves: K u - f where nothing is prescribed.
+/// Fills in the displacement, the forces, and the solver error from them: K u - f where not prescribed.
 template<int dim>
 void KeptProblem<dim>::fill(const Prescription& prescription, double size, Watch& watch, Solution& solution,
                             Result& result) {

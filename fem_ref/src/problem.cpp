@@ -106,7 +106,7 @@ void Problem<dim>::make_pattern(LinearSystem& system, const Ties& ties) const {
   system.pattern.copy_from(unknowns);
 }
 
-/// Of a cell's nodes, nodes x dim.
+/// Positions of a cell's nodes, nodes x dim.
 template<int dim>
 Eigen::MatrixXd Problem<dim>::positions(int cell) const {
   const auto nodes = body_.nodes(cell);

@@ -65,7 +65,7 @@ Result guarded(const Options& options, const Work& work) {
   return result;
 }
 
-/// By what was kept where it serves. What was cut short serves nobody, and is not kept.
+/// Reuses the cached factors if they fit this scene; interrupted solves are not cached.
 Result solve_kept(std::unique_ptr<Solver::Kept>& kept, const Scene& scene, const Options& options,
                   const Control& control) {
   Watch watch(control);

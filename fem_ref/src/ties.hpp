@@ -11,8 +11,8 @@
 
 namespace maille::fem_ref {
 
-/// Of every tie one unknown follows from the others (Gauss and Jordan's elimination, node by node of the
-/// body). Nodes at the middle of edges and faces of a border are tied as their corners are.
+/// In every tie one unknown follows from the others (Gauss-Jordan elimination, node by node of the body).
+/// Nodes at the middle of edges and faces of a border are tied as their corners are.
 class Ties {
 public:
   Ties() = default;

@@ -114,8 +114,8 @@ std::string in_lower_case(std::string_view text) {
   return lower;
 }
 
-/// How far `name` is from meaning `known`, in letters: the group may be left out or wrong, and a word that
-/// stands in the name whole is as good as one slip.
+/// Distance of `name` from `known` in letters: the group may be missing or wrong, and a whole word of the
+/// name counts as one slip.
 std::size_t distance_of_names(std::string_view name, std::string_view known) {
   constexpr std::size_t fewest_letters = 3; // shorter words stand in too many names by chance
   const std::size_t whole = spelling_distance(name, known);

@@ -29,7 +29,7 @@ bool has_no_unit(const toml::node& node) {
 }
 
 /// A length or an angle that has no unit is in the file's; where the file says none, only 0 is one.
-/// @param value as if it were in SI units @return in SI units; nothing and a fault where nobody knows
+/// @param value as if it were in SI units @return in SI units; nothing and a fault where the unit is unknown
 std::optional<double> in_units_of_the_file(const toml::node& node, double value, const std::string& path,
                                            Dimension dimension, FaultList& faults) {
   const bool is_length = dimension == Dimension::length;
@@ -115,10 +115,9 @@ private:
   std::vector<int> around_; ///< dots up to each bracket that is open
 };
 
-/// The line (from 1) of the first key of TOML that has more than `most` dots, those of the keys around it
-/// counted; nothing where there is none. Every dot is a table within a table, and tables go one inside the
-/// other, on the stack: a key of 100,000 parts overruns it. (toml++ bounds brackets by itself, keys from
-/// version 3.4 on.)
+/// The line (from 1) of the first TOML key with more than `most` dots, including those of the keys around it;
+/// nothing if there is no such key. Every dot is a table within a table, nested on the stack: a key of
+/// 100,000 parts would overflow it. (toml++ bounds brackets itself, keys from version 3.4 on.)
 /// Cost  one pass
 std::optional<int> line_of_deep_key(std::string_view text, int most) {
   return KeyWalk(text, most).line_of_deep_key();

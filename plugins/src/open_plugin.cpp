@@ -15,7 +15,7 @@ namespace {
 
 using Entry = const void* (*)(std::size_t layout, const void* host);
 
-/// Of the program or shared object that this is linked into.
+/// Handle of the program or shared object that contains this code.
 void* own_handle() {
   static const int here = 0;
   Dl_info info{};

@@ -90,7 +90,7 @@ private:
 void require_finite(const char* what, double value);
 void require_finite(const char* what, const Vec3& values);
 
-/// An array over memory that `owner` keeps; nobody can write to it.
+/// A read-only array over memory that `owner` keeps.
 template<class T>
 py::array view_of(py::handle owner, const T* data, std::vector<py::ssize_t> shape,
                   std::vector<py::ssize_t> strides) {

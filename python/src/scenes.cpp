@@ -124,7 +124,7 @@ AnswerHandle run(const SceneHandle& handle, const std::string& method, std::opti
   return made;
 }
 
-/// A body in somebody's hand, with the limits that it is dragged within.
+/// A body that is dragged interactively, with its limits.
 class DragHandle {
 public:
   DragHandle(const SceneHandle& handle, int threads)

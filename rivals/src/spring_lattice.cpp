@@ -130,7 +130,7 @@ void SpringLattice::add_cells(const Scene& scene, SpringDirection& direction,
   for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell) {
     if (!body.is_matter(cell))
       continue;
-    // As many parallel springs as a cell has, so many cells share each inside the body.
+    // Inside the body a spring is shared by as many cells as a cell has parallel springs.
     const double part = stiffness_per_modulus * youngs_modulus(scene.materials[body.material(cell)]) /
                         static_cast<double>(starts.size());
     const Index3 at = body.grid.cell_at(cell);

@@ -26,7 +26,7 @@
 
 namespace maille {
 
-/// The counts of an arena. Whoever has something in it keeps it: the arena, those within, and charges.
+/// Counters of an arena, reference-counted by the arena, the arenas inside it, and its charges.
 class Arena::Ledger {
 public:
   Ledger(std::int64_t limit, Ledger* around) : limit_(limit), around_(around) {
@@ -174,7 +174,7 @@ public:
     auto* const region = reinterpret_cast<Region*>(at - reinterpret_cast<std::uintptr_t>(at) % alignment);
     region->owner->widen_gap(at, at + rounded_up(bytes, cache_line), *region);
   }
-  /// Never destroyed: arrays may be given back by anybody's destructors.
+  /// Never destroyed, because static destructors may still free arrays.
   static LargePages& all() {
     static LargePages* const pages = [] {
       // Else a child of a process whose other threads take arrays may wait for ever.
@@ -186,8 +186,8 @@ public:
   }
 
 private:
-  /// At its beginning. Its arrays begin within so many bytes as it is aligned to: it is as long, or just long
-  /// enough for a single one.
+  /// Header of a region. Its arrays begin within the region's alignment, which is also its size unless one
+  /// array needs more.
   struct alignas(cache_line) Region {
     LargePages* owner;
     std::size_t size;

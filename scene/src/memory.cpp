@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::int64_t no_limit = std::numeric_limits<std::int64_t>::max();
 
-/// A line such as `MemAvailable:   123 kB` of a /proc file [bytes]; -1 where there is none.
+/// A line such as `MemAvailable:   123 kB` of a /proc file [bytes]; -1 without that line.
 std::int64_t kilobytes_line(const char* file, const std::string& key) {
   std::ifstream stream(file);
   for (std::string word; stream >> word;)

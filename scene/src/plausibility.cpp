@@ -20,7 +20,7 @@ namespace maille {
 namespace {
 
 constexpr double largest_small_strain = 0.1, largest_cell = 0.01, largest_body = 10; // 1, m, m
-/// Of the body's length: a cantilever that bends further turns its end by more than 17 degrees.
+/// Share of the body's length: a cantilever that bends further turns its end by more than 17 degrees.
 constexpr double largest_small_deflection = 0.2;
 /// Loads above this part of the stiffness press cells to half their length.
 constexpr double most_of_stiffness = 0.5;
@@ -65,7 +65,7 @@ std::map<std::int64_t, PrescribedNode> by_node(const Scene& scene) {
   return nodes;
 }
 
-/// Of the largest move against the nearest held node, or the one that moves least.
+/// Mean strain: the largest move against the nearest fixed node, or against the node that moves least.
 std::optional<double> mean_strain(const Scene& scene, const std::map<std::int64_t, PrescribedNode>& nodes) {
   const auto most =
       std::ranges::max_element(nodes, {}, [](const auto& entry) { return norm(entry.second.displacement); });

@@ -318,7 +318,7 @@ std::string in_words(const FibreReport& report) {
 
 namespace {
 
-/// Of a fibre that pulls with 1 Pa.
+/// Stress of a fibre with a tension of 1 Pa.
 Vector6 along_fibre(const Vec3& a) {
   Vector6 stress;
   stress << a[0] * a[0], a[1] * a[1], a[2] * a[2], a[1] * a[2], a[0] * a[2], a[0] * a[1];

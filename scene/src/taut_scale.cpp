@@ -22,7 +22,7 @@ void scan(double* values, std::int64_t n, std::int64_t stride, double step) {
     values[i * stride] = std::min(values[i * stride], values[(i + 1) * stride] + step);
 }
 
-/// The same for rows of `width` neighbouring values, which are as good as vectors.
+/// The same for rows of `width` neighbouring values, which the compiler vectorises.
 void scan_rows(double* values, std::int64_t n, std::int64_t width, double step) {
   const auto lower = [&](std::int64_t row, std::int64_t other) {
     double* const here = values + row * width;

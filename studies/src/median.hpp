@@ -6,8 +6,7 @@
 
 namespace maille::studies {
 
-/// Of an even number the upper of the two in the middle, so that it is one that was measured; 0 of none.
-/// O(n).
+/// Median; of two middle values the upper, so that it is a measured one; 0 without values. O(n).
 inline double upper_median(std::vector<double> values) {
   if (values.empty())
     return 0;

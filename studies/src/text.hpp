@@ -69,7 +69,7 @@ inline std::string csv_text(const std::string& text) {
   return quoted + "\"";
 }
 
-/// A number; empty where there is none.
+/// A number; empty without a value.
 inline std::string csv_number(std::optional<double> value, int digits = 6) {
   return value && std::isfinite(*value) ? fmt::format("{:.{}g}", *value, digits) : std::string();
 }

@@ -185,7 +185,7 @@ TEST(StandardTestAnalytic, AnEvenlyStrainedBodyFailsAtTheCriterionsStrain) {
               1e-3 * E * 0.007 * scene.test->area);
 }
 
-// Truth: what the reader says of faulty tests (docs/scene.md).
+// Truth: the reader's rules for faulty tests (docs/scene.md).
 TEST(StandardTestContract, FaultyTestsAreRefused) {
   const std::string axial = "kind = \"axial\"\naxis = \"x\"\nstrain = 0.05\n";
   EXPECT_EQ(faults_of(axial), "");

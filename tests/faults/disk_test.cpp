@@ -66,7 +66,7 @@ void DiskContract::fill_the_disk() const {
     for (const long at : call == "write" ? test::some_of(n) : std::set<long>{n}) {
       const std::string when = fmt::format("no space at {} {} of {}", call, at, n);
       const Outcome run = fail_at(call, at, "ENOSPC");
-      // A picture is an extra: without it the comparison stands, and stderr says why there is none.
+      // A picture is optional: without it the comparison stands, and stderr says why it is missing.
       EXPECT_TRUE(run.code == 1 || run.code == 2 || (run.code == 0 && !run.err.empty()))
           << when << ": exit code " << run.code;
       EXPECT_FALSE(run.err.empty()) << when;

@@ -39,7 +39,7 @@ TEST_P(InterruptContract, EndsSoonWithWholeFilesAndItsExitCode) {
                         "scene = \"slow.toml\"\nmethods = [\"sweep\"]\nreference = \"none\"\n");
   const Files before{{"earlier.json", "{}"}};
   folder.folder().write("out/earlier.json", "{}");
-  // While libraries are loaded; in the work, on a busy machine too.
+  // While libraries are loaded; during the work, also under load.
   for (const auto& [signal, number, seconds] :
        {std::tuple{"INT", 2, "0.05"}, std::tuple{"INT", 2, "4"}, std::tuple{"TERM", 15, "4"}}) {
     const Outcome run = folder.run(GetParam().arguments,
@@ -226,7 +226,7 @@ TEST(StopTimeContract, EveryPhaseEndsWithinASecondOfProcessor) {
   fmt::print("seconds_to_stop {:.2f} ({} signals)\n", worst, n_stopped);
 }
 
-// A second signal, and one where nobody listens, end the process at once; what was half written goes with it.
+// A second signal, and one without a handler, end the process at once; incomplete files are removed.
 TEST(SignalContract, NoPartOfAFileIsLeftBehind) {
   const CommandFolder folder;
   for (const WritingCommand& command : test::writing_commands()) {

@@ -93,7 +93,7 @@ inline bool is_whole(const std::string& name, const std::string& text, const std
       return text.ends_with(end);
   const auto lines = std::count(text.begin(), text.end(), '\n'),
              wanted = std::count(example.begin(), example.end(), '\n');
-  // Of a run that was interrupted, the curve of force has the steps that were answered.
+  // The force curve of an interrupted run has the steps that were solved.
   const bool may_be_shorter = name.ends_with("_force.csv") && lines > 1;
   return text.ends_with('\n') && (lines == wanted || (may_be_shorter && lines < wanted)) &&
          text.substr(0, text.find('\n')) == example.substr(0, example.find('\n'));

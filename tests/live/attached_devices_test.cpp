@@ -99,7 +99,7 @@ TEST(LiveAttachedContract, ASpaceMouseMovesTheProbeAndIsLostInMidDrag) {
   EXPECT_EQ(session.n_penetrations(), 0);
 }
 
-/// A window with somebody who does things beside it.
+/// A window with a scripted user.
 class Accompanied : public Window {
 public:
   Accompanied(Window& window, std::function<void(Window&)> each_poll)
@@ -145,7 +145,7 @@ LiveReport played_with(Window& window, std::shared_ptr<HandDevice> device) {
   return run_live(window, settings, tools);
 }
 
-/// Calls steps one after another, each once so many milliseconds have passed since the one before.
+/// Calls steps one after another, each after a number of milliseconds since the one before.
 class Steps {
 public:
   explicit Steps(std::vector<std::pair<int, std::function<void()>>> steps) : steps_(std::move(steps)) {}

@@ -68,7 +68,7 @@ TEST(LiveDevicesContract, WhatIsNoPacketIsNone) {
   }
 }
 
-/// A program of a device, as somebody else writes it.
+/// A third-party device program.
 class Sender {
 public:
   explicit Sender(int port) : socket_(::socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK, 0)) {

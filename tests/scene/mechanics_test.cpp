@@ -159,8 +159,8 @@ TEST(MechanicsContract, AnyNumberOfThreadsGivesTheSameFigures) {
   }
 }
 
-/// Of the body between its faces, each a bilinear patch: a sixth of the flux of x through the mean of its two
-/// ways to be cut into triangles.
+/// Volume of the body between its faces, each a bilinear patch: a sixth of the flux of x through the mean of
+/// its two triangulations.
 double volume_by_faces(const std::array<Vector3d, 8>& x) {
   constexpr int faces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
                                {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
@@ -303,7 +303,7 @@ TEST(MechanicsErrorsContract, ForcesThatCancelAndMethodsWithoutForcesHaveNone) {
   EXPECT_FALSE(compare_mechanics(scene, answer, reference).force) << "rows of +1 and -1 pull at nothing";
 }
 
-// Truth: counted by hand. Of a face that is held its rim is left out, of a part of one its border.
+// Truth: counted by hand. A fixed face loses its rim, a part of a face its border.
 TEST(MechanicsErrorsAnalytic, CellsAtEdgesAreThoseOfTheRim) {
   Scene face = test::box_scene(3, {5, 5, 5});
   test::hold_face(face, 0, false);

@@ -48,7 +48,7 @@ hold = [{ where = "x-", axes = "y" }]
 limits = { from = "given", stretch = 1.2, compress = 0.5, shear = 0.3 }
 )";
 
-// What the file says is what the scene holds.
+// The scene has every value of the file.
 TEST(ReadWorldSceneContract, EveryKeyArrives) {
   const WorldScene world = parse_world_scene(good, "some/soft_world.toml");
   EXPECT_EQ(world.name, "soft_world");
@@ -98,7 +98,7 @@ density = "2 g/cm^3"
 velocity = [0.3, 0]
 )";
 
-// What time needs arrives, and there is none unless a scene asks for it.
+// Settings of dynamics arrive; a scene without them has no dynamics.
 TEST(ReadWorldSceneContract, DynamicsArrive) {
   EXPECT_FALSE(parse_world_scene(good).dynamics);
   const WorldScene world = parse_world_scene(moving);

@@ -13,7 +13,7 @@ namespace maille {
 namespace {
 
 using Tensor = std::array<double, 6>;
-/// Of a place [cells] and the number of a material.
+/// Function of a place [cells] and the number of a material.
 using Field = std::function<double(const Vec3& place, int material)>;
 
 Scene solid(int dimension, const Index3& cells) {

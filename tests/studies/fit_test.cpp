@@ -131,8 +131,8 @@ TEST(FitOracle, FindsTheWeightsThatMadeTheData) {
 }
 
 // Analytic: a bar whose links all stretch alike, moved by A and by A/2. A link must give A/n, or the larger
-// move is cut back; any more leaves more nodes behind. Of the smaller move the half next to the handle then
-// follows, at full slack.
+// move is cut back; a larger limit leaves more nodes behind. In the smaller move the half next to the handle
+// then follows, at full slack.
 TEST(FitAnalytic, ABarPulledTwiceIsTautAtTheLargerPull) {
   constexpr double A = 8e-4;
   constexpr int n = 8;

@@ -1,4 +1,4 @@
-/// `maille report`: one page that needs nothing else, and says what the folder holds.
+/// `maille report`: one self-contained page with the contents of the folder.
 
 #include "report/page_parts.hpp"
 #include "studies/commands/run_command.hpp"

@@ -91,9 +91,9 @@ inline Index3 cells_in_a_row(const Specimen& body, const Index3& at) {
   return in_a_row;
 }
 
-/// Of a body of one material, by factors in long double: entries of a matrix in float64 would be off by as
-/// much as a rod's bending that is a thousand times as long as thick. Unknowns are numbered along the longest
-/// axis, so that the factors are a band. @pre all cells of matter hang together
+/// Solution for a body of one material, by factors in long double: rounding of the matrix in float64 would be
+/// as large as the bending stiffness of a rod a thousand times as long as thick. Unknowns are numbered along
+/// the longest axis, so that the factors are a band. @pre the cells of the body are connected
 inline Displacement direct_solution(const Scene& scene) {
   using Real = long double;
   using Matrix = Eigen::SparseMatrix<Real>;

@@ -157,7 +157,7 @@ extern "C" {
 int open(const char* path, int flags, ...) {
   va_list rest;
   va_start(rest, flags);
-  const int mode = va_arg(rest, int); // not looked at where there is none
+  const int mode = va_arg(rest, int); // not used without O_CREAT
   va_end(rest);
   static auto* const real = next<int(const char*, int, ...)>("open");
   return may_open(path, opens_to_write(flags)) ? real(path, flags, mode) : -1;

@@ -6,7 +6,7 @@
 
 namespace maille::test {
 
-/// While it lives, no file of this process grows beyond so many bytes: a full disk.
+/// Simulates a full disk: while it lives, no file of this process grows beyond this number of bytes.
 class FullDisk {
 public:
   explicit FullDisk(rlim_t bytes) {

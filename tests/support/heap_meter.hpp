@@ -1,6 +1,5 @@
 #pragma once
-/// What the process really holds: every allocation on the heap and every mapping is counted, whoever makes
-/// it.
+/// Memory of the process: counts every allocation on the heap and every mapping, of all libraries.
 
 #include <cstdint>
 

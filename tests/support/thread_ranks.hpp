@@ -16,7 +16,7 @@
 
 namespace maille::test {
 
-/// Calls work(communicator) in so many threads, and gives back what each returns, by rank.
+/// Calls work(communicator) in `size` threads, and returns the results by rank.
 template<class Work>
 auto in_ranks(int size, const Work& work) {
   struct Mail {

@@ -82,18 +82,18 @@ Answer in_arena(std::string_view method, const Control& control, Run&& run) {
   }
 }
 
-/// Why a method that needs so many bytes cannot begin; empty if it can.
+/// Why a method that needs `needed` bytes cannot begin; empty if it can.
 std::string reason_of_memory(std::string_view method, std::int64_t needed, const Control& control);
 
 /// What stands in memory before the limits of a scene are known: its answer, the kinds of its cells, and the
 /// search for the scale of taut limits [bytes].
 std::int64_t bytes_at_least(const Scene& scene);
 
-/// What one search for shortest paths from so many ends holds, at most: a length for every grid point, and
-/// what waits in its queue.
+/// Upper bound for one shortest-path search from `n_ends` ends: a length for every grid point, and the queue
+/// [bytes].
 std::int64_t bytes_of_shortest_paths(const Grid& grid, std::int64_t n_ends);
-/// For all that a scene prescribes: lengths from above and from below, and the queue of the search for the
-/// second.
+/// The same for all prescribed values of a scene: lengths from above and from below, and the queue of the
+/// second search.
 std::int64_t bytes_of_two_envelopes(const Scene& scene);
 
 /// What `dijkstra` holds at its peak, at most [bytes].

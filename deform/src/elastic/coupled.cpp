@@ -96,7 +96,7 @@ Answer CoupledSolve::run() {
     return std::move(answer_);
   if (!is_converged && !stopped_)
     stopped_ = Status::budget_reached;
-  // What a budget has cut short goes on from there, next time.
+  // The next run continues from an answer that a budget cut short.
   if (keeps_answers() && (is_converged || control_.seconds_budget))
     kept_->answers.add(scene_, answer_.displacement);
   if (const std::string cut = describe(scene_, clipping_); !cut.empty())

@@ -42,7 +42,7 @@ enum Asked : unsigned {
   alone = 1024,   ///< the answer is made when they are gone
 };
 
-/// What there is so many of.
+/// What a row of the table is counted per.
 enum Unit : std::size_t {
   component, ///< of a grid node
   grid_node,

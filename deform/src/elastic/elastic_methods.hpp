@@ -49,13 +49,13 @@ Answer solve_coupled(const Scene& scene, const Control& control = {}, KeptBody* 
 /// The same of a question that it is known to carry. @pre not in blocks
 Answer solve_carried(const Scene& scene, const Control& control, KeptBody& kept);
 
-/// Whether so many ranks answer a scene together, by slabs of a body of any shape; see Slabs.
+/// True if `n_ranks` ranks answer a scene together, each with a slab of a body of any shape; see Slabs.
 bool is_shared_by_ranks(const Scene& scene, int n_ranks);
 
-/// At their peak, at most [bytes].
+/// Upper bounds of the peak [bytes].
 std::int64_t bytes_for_relaxed(const Scene& scene);
 std::int64_t bytes_for_coupled(const Scene& scene);
-/// On the first of so many ranks that share it, which has the coarser grids.
+/// Peak on the first of `n_ranks` ranks, which holds the coarser grids.
 std::int64_t bytes_for_coupled(const Scene& scene, int n_ranks);
 
 } // namespace maille::deform

@@ -26,7 +26,7 @@ namespace maille::deform {
 
 namespace {
 
-/// Below so many nodes a second thread costs more than it saves.
+/// Below this number of nodes a second thread costs more than it saves.
 constexpr std::int64_t nodes_worth_threads = 30000;
 
 /// One relaxation, component after component.

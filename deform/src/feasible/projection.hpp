@@ -5,7 +5,7 @@
 
 namespace maille::deform {
 
-/// One side of a projection: the least feasible field above what the field holds, or the greatest below it.
+/// One side of a projection: the least feasible field above the given one, or the greatest below it.
 template<class T>
 struct Closure {
   Field<T> field;

@@ -49,9 +49,9 @@ public:
   }
   /// Displacement of a node of the body [m].
   double displacement(int component, const Index3& node) const;
-  /// Of all nodes; zero where there is no matter.
+  /// Displacement of all nodes; zero outside the body.
   Displacement displacement() const;
-  /// The same, into what has been of this body before, or has its size and is zero.
+  /// The same, into a state that is zero and of the right size, or was filled from this body before.
   void copy_to(Displacement& state) const;
   /// Takes over a state, rounded to float32. @pre finite
   void set_displacement(const Displacement& state);

@@ -58,7 +58,7 @@ public:
     page->~Page();
     munmap(page, large_page);
   }
-  /// Never destroyed: fields may be, by anybody's destructors.
+  /// Never destroyed, because static destructors may still destroy fields.
   static SharedPages& all() {
     static SharedPages* const pages = new SharedPages;
     return *pages;

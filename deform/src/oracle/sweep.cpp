@@ -382,7 +382,7 @@ void ErrorEstimate::add(double change) {
   const double estimate = std::max(remaining_after(window), remaining_after(2 * window));
   if (change > rounding_)
     remaining_ = estimate;
-  else // noise has no contraction; what was known before it is as good as it gets
+  else // noise has no contraction; the earlier estimate stays
     remaining_ = std::isfinite(estimate) ? std::min(estimate, remaining_) : std::min(remaining_, change);
 }
 

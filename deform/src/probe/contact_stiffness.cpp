@@ -19,9 +19,9 @@ namespace maille::deform {
 
 namespace {
 
-/// Between looks for a new site while there is none: the loop must not wake anyone.
+/// Interval between checks for a new site: the loop must not wake a thread.
 constexpr std::chrono::microseconds nap{500};
-/// Of a tool's voxel: what is as near as this to its face is before it.
+/// A voxel this near to the face, in units of the tool's voxel, is in front of it.
 constexpr double on_border = 1e-4;
 
 /// In the order of Scene::prescribed.
@@ -126,8 +126,8 @@ std::vector<std::int64_t> ContactSolver::within_radius(const ContactSite& site) 
   return nodes;
 }
 
-/// Of the surface that the site's face is in: nodes that a voxel of the tool comes to as it goes on against
-/// the face's normal by the depth, and how far it then has them.
+/// Nodes of the surface of the site's face that a tool voxel would reach when it advances by the depth
+/// against the face's normal, and how far the tool then pushes each of them.
 std::vector<ContactSolver::Pressed> ContactSolver::before_tool(const ContactSite& site) const {
   std::vector<Pressed> list;
   if (tool_ == nullptr || !site.tool || tool_->n_voxels() == 1)

@@ -12,14 +12,15 @@ namespace maille::deform {
 
 namespace {
 
-/// Of the largest passive stiffness: what a body's own reaction is let come to.
+/// Largest reaction stiffness of a body, as a share of the largest passive stiffness.
 constexpr double passive_share = 0.9;
 /// A site whose depth has changed by this part is another one, where stiffness depends on it.
 constexpr double depth_change = 0.25;
 constexpr double least_depth_over_skin = 10;
 /// So far ahead a free tool looks, and so often [s]: a body's answer takes a tenth of a second.
 constexpr double time_ahead = 0.4, time_between_looks = 0.016;
-/// Of a cell: what a body is to give way by where it is not touched yet. A skin is a millionth of one.
+/// Depth to which a body is solved ahead of contact, in units of its skin: a quarter of a cell (a skin is a
+/// millionth of one).
 constexpr double depth_ahead_over_skin = 0.25e6;
 
 double in_a_row(double a, double b) {
@@ -85,7 +86,7 @@ void Probe::look_ahead(const Eigen::Vector3d& way) {
 
 double Probe::update(Body& body, const Constraint& constraint) {
   if (!body.link.ask)
-    return std::numeric_limits<double>::infinity(); // nobody knows it: rigid
+    return std::numeric_limits<double>::infinity(); // stiffness not known yet: rigid
   const double given_way = constraint.depth * felt(body.stiffness) / body.stiffness;
   const double least = least_depth_over_skin * surroundings_->body(constraint.obstacle.body).skin();
   const bool is_elsewhere = constraint.obstacle.face != body.site.face;

@@ -16,12 +16,13 @@ namespace maille::deform {
 namespace {
 
 constexpr int most_passes = 3, most_hits = 8;
-/// Of a cell: a pass goes so far; what is nearer is touched; a way that is no way; off what is touched.
+/// In cells: length of a pass; distance at which faces are touched; motions that count as none; gap kept to
+/// touched faces; shortest arc.
 constexpr double pass_length = 1, reach = 0.05, nothing = 1e-5, margin = 1e-6, least_arc = 1e-7;
-/// Of a cell: after so much what was hit is found anew.
+/// In cells: contacts are searched again after this motion.
 constexpr double well_off = 1e-3;
-/// Of a cell: a turn that stays behind by so much is bound; it then tries ways aside, so far, which count if
-/// they bring it so much nearer.
+/// In cells: a turn that lags by `bound_from` is bound; it then tries detours of `aside_by`, which count if
+/// they bring the tool nearer by `nearer`.
 constexpr double bound_from = 1, aside_by = 0.5, nearer = 0.01;
 
 Eigen::Vector3d turn_between(const Eigen::Matrix3d& from, const Eigen::Matrix3d& to) {
@@ -29,8 +30,8 @@ Eigen::Vector3d turn_between(const Eigen::Matrix3d& from, const Eigen::Matrix3d&
   return turn.angle() * turn.axis();
 }
 
-/// Out of the matter about a cell, by the middles of taken cells within two and a half cells: a helix of
-/// cells has the helix' normals. Of the face itself where the matter about says otherwise.
+/// Normal smoothed from the taken cells within 2.5 cells: a helix of cells has the normals of the helix. The
+/// face's own normal where the two disagree.
 Eigen::Vector3d smoothed(const OccupancyMap& map, const Index3& cell, const Eigen::Vector3d& at,
                          const Eigen::Vector3d& face) {
   constexpr int width = 2;

@@ -94,7 +94,7 @@ double Reader::number(const std::string& cell, std::size_t column) const {
   const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
   if (error != std::errc() || end != cell.data() + cell.size())
     return std::numeric_limits<double>::quiet_NaN();
-  if (!unit_[column].empty() && std::isfinite(value)) // to the bit what a scene makes of it
+  if (!unit_[column].empty() && std::isfinite(value)) // bit-identical to the scene's reader
     value = parse_quantity(cell + unit_[column], dimension_of(column)).value_or(0);
   return value;
 }

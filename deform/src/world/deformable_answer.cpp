@@ -87,8 +87,8 @@ Answer DeformableObject::ask(Scene& question, const Control& control) {
   return answer;
 }
 
-/// Of all places along an axis that a body comes to rest at where nothing is prescribed, the one nearest to
-/// where it is.
+/// Along an axis without prescribed components, every position is a solution; picks the one nearest to the
+/// present state.
 void DeformableObject::leave_where_it_is(const Scene& question, Displacement& answer) const {
   for (int component = 0; component < scene_->dimension(); ++component) {
     if (std::ranges::any_of(question.prescribed,

@@ -22,7 +22,7 @@ constexpr double never_taut = 1e30;
 
 /// As near as this to where it is pinned to, a node is there [cells].
 constexpr double reached = 1e-6;
-/// Of the force that would stretch a cell by as much as a node has moved.
+/// Solver error in forces, in units of the force that would stretch a cell by the node's displacement.
 constexpr double lost_by_algebra = 1e-5;
 
 /// `relaxed` with limits that do everything.

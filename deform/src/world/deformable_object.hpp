@@ -23,8 +23,8 @@ struct Pin {
   std::int32_t voxel = 0;
   int axis = 0;      ///< of the face, in the world
   int direction = 1; ///< from the node to the wall: -1 or 1
-  /// Displacement in the object's frame [m]. Of an object that is not turned `axis` counts; the others where
-  /// friction holds the node.
+  /// Displacement in the object's frame [m]. If the object is not rotated only `axis` counts, and the others
+  /// where friction keeps the node.
   Vec3 at{};
   double rest = 0; ///< of the movement that it could not make along the axis, signed [cells]
   double pressure =
@@ -82,9 +82,9 @@ public:
   }
   void stand_at(const Displacement& state) { state_ = state; } ///< and is put into the map later
   void put_into(OccupancyMap& map);
-  /// Of a cell of its stiffest material [N/m].
+  /// Stiffness of a cell of the stiffest material [N/m].
   double cell_stiffness() const { return stiffness_; }
-  /// The first of the numbers after the object's own.
+  /// The first number after the object's own.
   VoxelId end_of_ids() const { return cells_.first() + cells_.n_ids(); }
 
   /// A node that is to move for a cell to be left.
@@ -107,7 +107,7 @@ public:
   /// else prescribes them.
   void let_walls_grip(bool do_grip) { walls_grip_ = do_grip; }
 
-  /// A node in somebody's hand.
+  /// A driven node.
   struct Handle {
     Vec3 at{};              ///< displacement that is wanted [m]
     bool is_driven = false; ///< in this step; else it is kept where it is

@@ -12,7 +12,7 @@ namespace {
 /// Of pushes of one body in one step: faces move a cell at a time and never back, so this ends before; a net
 /// under rounding.
 constexpr int most_pushes = 20;
-/// Of the faces between two bodies in one step, in which nothing driven goes further than a cell.
+/// Pushes across the faces between two bodies in one step, in which driven nodes move by at most a cell.
 constexpr int most_pushes_a_step = 4;
 
 /// Where a node is that has just left a cell in a direction [cells].
@@ -84,7 +84,7 @@ WorldFrame::Requests WorldFrame::requests_of(int object) {
   return requests;
 }
 
-/// What a node in contact asks of whoever is in its way.
+/// Requests a movement from the object that blocks a node.
 void WorldFrame::request(int object, const Pin& pin, int other, Requests& requests) {
   const DeformableObject& body = parts_.body(object);
   const auto a = static_cast<std::size_t>(pin.axis);
@@ -116,9 +116,9 @@ void WorldFrame::add(std::vector<AskedPin>& list, const Pin& pin, const Asked& b
     *same = {pin, by};
 }
 
-/// Without forces whoever moves pushes. With them, whoever presses more, all faces between the two at once,
-/// so that they stay as even as they are; but only if that makes the pressures differ less, going by what a
-/// push has changed before.
+/// Without forces every mover pushes. With forces the object with the larger pressure pushes, at all faces
+/// between the two at once so that they stay even; but only if that makes the pressures more equal, estimated
+/// from earlier pushes.
 bool WorldFrame::may_push(int object, const Contacts& contacts, const std::vector<const Pin*>& pins) {
   if (!parts_.body(object).knows_forces())
     return true;
@@ -175,7 +175,7 @@ bool WorldFrame::ask(int object, const std::vector<AskedPin>& asked) {
   body.keep_reached_pins();
   for (Pin& pin : body.pins())
     pin.is_asked = false;
-  unsettled_.insert(object); // comes to where whoever pushed it has left it room
+  unsettled_.insert(object); // moves into the room that the pusher has left
   return has_moved;
 }
 

@@ -15,8 +15,8 @@
 
 namespace maille::deform {
 
-/// Displacements that nobody keeps any more, to be written anew: a frame of a large body need not wait for
-/// fresh memory, which takes a quarter of a second for 128^3 nodes. Any thread's.
+/// Unused displacements that are overwritten for reuse: a frame of a large body need not wait for fresh
+/// memory, which takes a quarter of a second for 128^3 nodes. Thread-safe.
 class SpareStates {
 public:
   /// As many as a picture and a hand hold at once: newest and last asked for, painted and seen.
@@ -76,7 +76,7 @@ private:
   std::shared_ptr<SpareStates> spare_ = std::make_shared<SpareStates>();
   std::shared_ptr<const Displacement> state_;
   std::unique_ptr<KeptAnswers> kept_;    ///< of `coupled`
-  std::map<std::int64_t, Vec3> handles_; ///< nodes in somebody's hand, and where they are [m]
+  std::map<std::int64_t, Vec3> handles_; ///< driven nodes and where they are [m]
   bool is_unsettled_ = false;
 };
 

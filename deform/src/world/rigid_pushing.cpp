@@ -13,7 +13,7 @@ namespace {
 constexpr int most_contacts = 64;
 /// So often others are asked before it is given up.
 constexpr int most_turns = 8;
-/// Less of a motion than this is none.
+/// Remaining fractions below this are dropped.
 constexpr double nothing = 1e-9;
 
 /// What is left of a motion once a part of it is done.
@@ -35,7 +35,7 @@ bool WorldFrame::is_movable(int object) const {
 /// Moves a rigid object, and what makes way for it. @return how much of the motion was done
 double WorldFrame::push_rigid(int object, RigidMotion rest, bool slides) {
   const int index = parts_.member(object).index;
-  if (parts_.scene.contact == ContactLaw::halving) // who is met is not known, so nobody is pushed
+  if (parts_.scene.contact == ContactLaw::halving) // the other object is not known, so none is pushed
     return parts_.rigid.move_by_halving(index, rest).fraction;
   in_progress_.insert(object);
   double left = 1, done = 0;

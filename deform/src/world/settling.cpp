@@ -12,7 +12,7 @@ namespace maille::deform {
 
 namespace {
 
-/// A node is let go of so often; then it stays where it is, so that no round follows another for ever.
+/// Releases per contact and step; afterwards the contact is kept, so the loop terminates.
 constexpr int most_changes = 3, most_self_changes = 1;
 /// Answers until an object has settled: far more than were ever seen.
 constexpr int most_turns = 500;
@@ -21,7 +21,7 @@ constexpr int most_slips = 8;
 constexpr double slip_tolerance = 0.01;
 /// What slid freely is held again from this part on.
 constexpr double least_hold = 1e-6;
-/// Of the largest force: less than this is no pull, but the error of the method's algebra.
+/// Share of the largest force below which a pull is solver error.
 constexpr double least_pull = 1e-4;
 /// What stops this near before the first contact touches too [cells].
 constexpr double near = 1e-6;
@@ -124,7 +124,7 @@ void Settling::begin() {
   changes_.assign(static_cast<std::size_t>(3 * body_.lattice().n_voxels()), 0);
   largest_before_ = 0;
   std::erase_if(body_.pins(), [](const Pin& pin) { return pin.self.has_value(); }); // found anew
-  if (!body_.knows_forces()) // whoever wants in again will be met again
+  if (!body_.knows_forces()) // a node that still wants in will meet the wall again
     std::erase_if(body_.pins(), [](const Pin& pin) { return !pin.is_asked; });
   else
     forget_walls_that_are_gone();
@@ -182,8 +182,8 @@ Settling::Turn Settling::turn() {
   return body_.knows_forces() && forget_walls_that_are_gone() ? Turn::again : Turn::settled;
 }
 
-/// Of a body that nothing else holds the pins' forces add up to nothing, and are noise where just so many are
-/// left as carry it.
+/// On a body that is otherwise free, the pins' forces sum to zero; if the pins are statically determinate
+/// these forces are noise.
 bool Settling::let_go_of_pulled() {
   double largest = 0;
   for (const Pin& pin : body_.pins())

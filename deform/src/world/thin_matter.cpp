@@ -13,8 +13,8 @@ namespace {
 
 using Mask = std::vector<std::uint8_t>;
 
-/// Of every place the least (erosion) or the largest of n values along an axis: those from it on, or those up
-/// to it.
+/// The least (erosion) or the largest (dilation) of n values along an axis at every place: those from it on,
+/// or those up to it.
 Mask along(const Mask& mask, const Grid& grid, int axis, int n, bool is_erosion) {
   const auto a = static_cast<std::size_t>(axis);
   Mask result(mask.size());

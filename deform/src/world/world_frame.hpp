@@ -141,7 +141,7 @@ private:
   std::vector<std::vector<Eigen::Vector3d>> nodes_before_; ///< by drive
   std::set<int> unsettled_, blocked_;                      ///< blocked: drives that a rigid thing has stopped
   std::string crossed_;       ///< which surfaces a frame by surfaces went back from
-  std::set<int> in_progress_; ///< bodies and rigid objects that are pushing: nobody pushes them back
+  std::set<int> in_progress_; ///< bodies and rigid objects that are pushing: they are not pushed back
 };
 
 } // namespace maille::deform

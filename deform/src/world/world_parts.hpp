@@ -49,7 +49,7 @@ struct WorldParts {
   }
   bool is_body(int object) const { return object >= 0 && member(object).kind == ObjectKind::deformable; }
   int n_objects() const { return static_cast<int>(members.size()); }
-  /// Whose voxel is in a cell; -1: nobody's, or outside.
+  /// Object with a voxel in a cell; -1: the cell is free, or outside.
   int object_in(const Index3& cell);
   /// Which voxel of its object a number in the map means.
   std::int64_t voxel_of(int object, VoxelId id) const;

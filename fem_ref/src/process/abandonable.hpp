@@ -38,9 +38,9 @@ private:
 };
 
 /// Runs `work` in a thread of its own while the calling thread asks `control` whether to stop, and reports
-/// its progress. Work that has not ended 0.3 s after it was asked to stop is left to itself: it goes on until
-/// it hears of it, and its result is lost. Where nobody can ask to stop, or there is no memory for a thread,
-/// the calling thread does it.
+/// its progress. Work that has not ended 0.3 s after a request to stop is abandoned: it runs until it sees
+/// the request, and its result is lost. Without a way to stop, or memory for a thread, the calling thread
+/// does the work.
 /// @param work  must not throw. It may outlive the caller: what it uses has to be its own, and the Control
 ///              that it is given, which lets the calling thread call the caller's functions while that waits,
 ///              and afterwards says "stop"

@@ -13,7 +13,7 @@ namespace maille::fem_ref {
 struct Solution {
   Status status = Status::done;
   std::string message;
-  dealii::Vector<double> u; ///< zero where prescribed; empty where there is none
+  dealii::Vector<double> u; ///< zero where prescribed; empty without a solution
   std::int64_t iterations = 0;
 };
 

@@ -177,7 +177,7 @@ void App::load(const std::filesystem::path& file) {
   }
 }
 
-/// The whole world in a picture of the window's size; a view that somebody has chosen keeps its direction.
+/// Fits the whole world into a picture of the window's size; a view chosen by the user keeps its direction.
 void App::resize() {
   const int width = window_.width() - window_.panel_width(), height = window_.height();
   if (!session_ || width < 1 || height < 1)

@@ -233,7 +233,7 @@ std::vector<OverlayText> App::corner() const {
   }
   if (session_->is_holding() && session_->felt().norm() > 0)
     add("force shown at 1 kHz " + newtons(session_->felt().norm()));
-  // Of a frame that time has cut short nothing is left to say once all is at rest.
+  // The message of a frame cut short by its budget is obsolete once the world has settled.
   const bool is_over = state_->status == Status::budget_reached && state_->is_settled;
   if (!state_->message.empty() && !is_over)
     add(state_->message.substr(0, 110), state_->status == Status::clamped ? ink : red);

@@ -50,7 +50,7 @@ public:
   std::string text(std::size_t column) const {
     return column < cells_.size() ? trimmed(cells_[column]) : std::string();
   }
-  /// Of a cell that holds a number; 0 where it is empty.
+  /// Number in a cell; 0 where it is empty.
   double number(std::size_t column) const {
     const std::string cell = text(column);
     double value = 0;

@@ -24,7 +24,7 @@ constexpr double key_turn = 5 * 0.017453292519943295; // [rad]
 constexpr double farthest_ahead = 0.75;
 /// A notch of the wheel moves what is held by this part of the world's size.
 constexpr double wheel_step = 0.02;
-/// Of the pointer, from what it takes [pixels of the window].
+/// Distance from the pointer within which objects are grabbed [pixels of the window].
 constexpr double hand_reach = 7;
 
 Eigen::Vector3d vector(const Vec3& v) {

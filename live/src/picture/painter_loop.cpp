@@ -109,7 +109,7 @@ void PainterLoop::run() {
       coarse = asked->number;
       has_painted_();
       if (is_first && scale == 1 && !whole_only_ && seconds_whole_ > fluent)
-        paint(*asked, coarsest); // seen by nobody: what pictures in motion need is there when things move
+        paint(*asked, coarsest); // not shown: prepares the data of moving pictures
       continue;
     }
     if (now() - last_news < still) { // more may come

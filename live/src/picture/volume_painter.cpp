@@ -27,8 +27,8 @@ constexpr Rgb background{1, 1, 1};
 /// Samples along rays of a picture in motion, over those of a whole one.
 constexpr double rough_samples = 0.5;
 
-/// Of a body that is a voxel or two thick little is left where its surface is smooth: it is seen from farther
-/// out.
+/// The smooth surface of a body that is a voxel or two thick has little volume left: its threshold is
+/// lowered.
 Look solid(const Rgb& colour, const Specimen& body) {
   const Index3& n = body.grid.cells();
   const bool is_thin = *std::min_element(n.begin(), n.begin() + body.grid.dimension()) <= 2;

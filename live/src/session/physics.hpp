@@ -49,7 +49,7 @@ public:
   void set_budget(std::optional<double> seconds) { budget_seconds_ = seconds; }
   /// See SessionSettings::frame_budget.
   deform::FrameBudget budget() const;
-  /// Of a world that has been changed so.
+  /// Budget of a world with changed settings.
   deform::FrameBudget budget_by(const WorldSetting& changed) const;
   bool is_stopping() const { return is_stopping_; }
   void note_event(double time) { event_time_ = time; }

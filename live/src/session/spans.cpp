@@ -20,7 +20,7 @@ constexpr double is_there = 1e-7;
 constexpr double are_there = 1e-5;
 /// Steps of one frame [cells]: of worlds whose bodies have forces, and of others.
 constexpr double elastic_step = 1, rigid_step = 16;
-/// Of what keeps to an axis, in a frame [rad]: its middle moves on a straight line, not on an arc.
+/// Rotation of an axis drive in a frame [rad]: the middle moves on a straight line, not on an arc.
 constexpr double largest_turn = 0.18;
 
 Vec3 array(const Eigen::Vector3d& v) {

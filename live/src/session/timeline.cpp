@@ -54,7 +54,7 @@ void Timeline::begin_gesture() {
   gesture_begins_ = true;
 }
 
-/// Rows are the truth: what a reader makes of them is what is done.
+/// The rows are authoritative: spans are read back from them.
 std::vector<DriveSpan> Timeline::as_read(std::vector<DriveSpan>& spans, std::string& rows) const {
   for (DriveSpan& span : spans) {
     span.first_frame = played_ + 1;

@@ -7,7 +7,7 @@ namespace maille::live {
 /// @return 0 where there is no X server, or it asks for nothing
 double dots_by_resources();
 
-/// Times the usual size of letters, for so many dots an inch: in quarters, 1 to 3.
+/// Scale of the letters for a screen's dots per inch: in quarters, 1 to 3.
 float text_scale_of(double dots);
 
 } // namespace maille::live

@@ -38,7 +38,7 @@ public:
   explicit SdlWindow(const WindowSettings& settings) {
     SDL_SetHint(SDL_HINT_NO_SIGNAL_HANDLERS, "1");
     SDL_SetHint(SDL_HINT_RENDER_SCALE_QUALITY, "1");
-    // Nor need what it has drawn go through a GPU that is none: straight to the X server.
+    // Send pictures straight to the X server, not through a software-emulated GPU.
     SDL_SetHint(SDL_HINT_FRAMEBUFFER_ACCELERATION, "0");
     SDL_SetHint(SDL_HINT_VIDEO_X11_NET_WM_BYPASS_COMPOSITOR, "0");
     if (SDL_Init(SDL_INIT_VIDEO | (settings.game_controllers ? SDL_INIT_GAMECONTROLLER : 0u)) != 0)

@@ -165,7 +165,7 @@ void BrickDepths::add(const Vec3& middle, const Vec3& half, std::vector<Range>& 
   const double nearest = middle[2] - half[2], farthest = middle[2] + half[2];
   const double low_x = middle[0] - half[0], high_x = middle[0] + half[0], low_y = middle[1] - half[1],
                high_y = middle[1] + half[1];
-  // Of a coordinate that is positive the largest is seen at the nearest depth, else at the farthest.
+  // A positive coordinate is largest at the nearest depth, a negative one at the farthest.
   const double by_near = parallel_ ? scale_ : scale_ / nearest,
                by_far = parallel_ ? scale_ : scale_ / farthest;
   const double left = middle_x_ + low_x * (low_x < 0 ? by_near : by_far),

@@ -93,7 +93,7 @@ private:
 /// What tells the pixels in a triangle, and their depths.
 struct SurfaceEvents::Covering {
   bool enters;
-  /// Of each edge: twice the area with a pixel, and how it changes from pixel to pixel.
+  /// For each edge: twice the area with a pixel, and its change from pixel to pixel.
   std::array<std::int64_t, 3> in_row, beside, below;
   Vec3 normal;
   double offset, least_z, largest_z;

@@ -19,8 +19,8 @@ HWY_BEFORE_NAMESPACE();
 namespace maille::render {
 namespace HWY_NAMESPACE {
 
-// Nodes have four numbers each. Of every four lanes that follow one another the first one's nodes are in one
-// vector, the second one's in the next, and so on; turned, each vector has one number of all lanes.
+// Nodes have four numbers each. In every group of four lanes the first lane's nodes are in one vector, the
+// second one's in the next, and so on; after the transpose each vector has one number of all lanes.
 constexpr std::size_t n_groups = 4;
 #if HWY_TARGET == HWY_SCALAR // one lane: each group is one number of it
 HWY_INLINE V nodes_at(const float* nodes, const std::int32_t* at, std::size_t group) {

@@ -18,7 +18,7 @@ struct Run {
 /// Edge of the squares of pixels that are cast by one thread at a time.
 inline constexpr int tile_edge = 16;
 inline constexpr int tile_pixels = tile_edge * tile_edge;
-/// How many lie along so many pixels.
+/// Number of tiles along a number of pixels.
 constexpr int tiles_along(int pixels) {
   return (pixels + tile_edge - 1) / tile_edge;
 }

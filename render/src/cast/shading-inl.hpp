@@ -19,9 +19,8 @@ HWY_BEFORE_NAMESPACE();
 namespace maille::render {
 namespace HWY_NAMESPACE {
 
-/// Samples that wait for their light. Of a vector of rays half see nothing at a time: those that do are
-/// gathered here, and what they add to their runs is reckoned when there are enough, in the order in which
-/// they came.
+/// Queue of samples that wait for shading. Half of a vector's rays see nothing at a time: samples of the
+/// others are gathered here and shaded when there are enough, in their order of arrival.
 template<class Path>
 class Shading {
 public:

@@ -8,7 +8,7 @@
 
 namespace maille::render {
 
-/// Of the view's size, with nothing in it.
+/// Resizes the picture to the view and empties it.
 void clear(Picture& picture, const View& view);
 
 /// One object in a tile.

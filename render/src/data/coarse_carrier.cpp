@@ -13,8 +13,7 @@ namespace {
 /// Cells around the body that the lattice holds, too, as lattice_of() has them.
 constexpr int margin = 1;
 
-/// A node of the body in the box of fine nodes that are nearer to a coarse one than to others, its middle
-/// first; -1: there is none.
+/// A node of the body among the fine nodes nearest to a coarse one, the middle first; -1 without such a node.
 std::int64_t node_near(const Specimen& body, const Index3& middle, int stride) {
   const Grid& grid = body.grid;
   std::int64_t best = -1;

@@ -11,7 +11,7 @@ namespace {
 
 using reader::most_cells_along_an_axis;
 
-/// Boxes that arithmetic can carry; `grid` is empty where there is none.
+/// Grids within the range of the arithmetic; `grid` stays empty otherwise.
 bool is_grid(int dimension, const Index3& cells, const Vec3& spacing, FaultList& faults) {
   const std::size_t before = faults.size();
   if (dimension < 1 || dimension > 3) {

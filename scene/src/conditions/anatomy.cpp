@@ -36,7 +36,7 @@ RegionFault unknown_patient(const Specimen& body) {
           body.shape == "image" ? "an image that does not" : "a body of shape " + body.shape};
 }
 
-/// Of the cells, those of the largest piece that is joined through faces; of equals the first.
+/// The largest piece of the cells that is connected through faces; the first among equals.
 std::vector<std::int64_t> largest_piece(const std::vector<std::int64_t>& cells, const Grid& grid) {
   std::set<std::int64_t> left(cells.begin(), cells.end());
   std::vector<std::int64_t> largest;

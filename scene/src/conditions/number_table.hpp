@@ -27,8 +27,8 @@ struct NumberTable {
 
 /// Columns stand in any order, `name [unit]`, or `name` in SI units; lines that begin with `#` are passed
 /// over.
-/// @throws InputError with every fault: missing, a column that is none of these or there twice, one missing,
-///         cells that are no number of that unit, no row at all
+/// @throws InputError with every fault: a missing file, an unknown, repeated or missing column, cells without
+/// a number of that unit, no rows
 NumberTable read_number_table(const std::filesystem::path& file, const std::vector<NumberColumn>& columns);
 
 } // namespace maille::reader

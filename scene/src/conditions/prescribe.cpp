@@ -59,7 +59,7 @@ void pull_at(const WeightedFaces& faces, Traction&& traction, const Asked& where
   }
 }
 
-/// Of one cell's face [m^2]; in 2D of a body 1 m thick, in 1D 1.
+/// Area of a cell's face [m^2]; in 2D for a thickness of 1 m, in 1D 1.
 double area(const Grid& grid, int axis) {
   double area = 1;
   for (int a = 0; a < grid.dimension(); ++a)
@@ -123,7 +123,7 @@ void add_foundation(const Region& region, const Foundation& foundation, const As
   for (std::size_t i = 0; i < faces.size(); ++i) {
     const auto& [face, part] = faces[i];
     const Vec3 normal = normals.at(BorderNormals::middle(scene.specimen.grid, oriented[i]));
-    // Of the smooth surface a face has the area that it covers seen along the normal.
+    // On a smooth surface a face counts with its area projected along the normal.
     const double cosine = std::abs(normal[static_cast<std::size_t>(face.axis)]);
     FaceSpring spring{face.cell, face.axis, face.upper, foundation.stiffness * part * cosine, {}, condition};
     if (foundation.is_normal) {

@@ -76,7 +76,7 @@ struct Condition {
 
 /// Axes that may be named: those of the scene, or all where its dimension is not known.
 std::size_t n_axes(int dimension);
-/// The axes that a text such as `xz` names; a fault where it is none, or empty.
+/// The axes in a text such as `xz`; a fault for other texts, or an empty one.
 std::array<bool, 3> axes_named(std::string_view text, int dimension, const Asked& asked, FaultList& faults);
 std::array<bool, 3> all_axes(int dimension);
 /// `0 along z: the scene has 2 dimensions`

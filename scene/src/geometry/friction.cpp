@@ -19,7 +19,7 @@ namespace maille {
 namespace {
 
 constexpr int most_rounds = 600;
-/// Of the change of a round; more than 1 goes further (Eckstein & Bertsekas 1992).
+/// Over-relaxation: factor on the change of a round (Eckstein & Bertsekas 1992).
 constexpr double over_relaxation = 1.6;
 
 Eigen::Vector3d of(const Vec3& v) {
@@ -29,7 +29,7 @@ Vec3 of(const Eigen::Vector3d& v) {
   return {v[0], v[1], v[2]};
 }
 
-/// Of the first node against the second, along the border.
+/// Slip of the first node against the second, along the border.
 Eigen::Vector3d slip_of(const NodeTie& tie, const Eigen::Vector3d& apart) {
   const Eigen::Vector3d n = of(tie.normal);
   return apart - n * n.dot(apart);

@@ -24,7 +24,7 @@ public:
   Vec3 to_turned(const Vec3& v) const;
   /// The scene's node that is nearest to a node of the turned body.
   std::int64_t nearest_node(const Specimen& body, std::int64_t node) const;
-  /// The scene's cell at the middle of a cell of the turned body; -1 where there is none.
+  /// The scene's cell at the middle of a cell of the turned body; -1 outside.
   std::int64_t cell_at_middle_of(const Specimen& body, std::int64_t cell) const;
   /// Part of the turned axis `j` that lies within the scene's axes of `mask` (a bit each), squared: 0 where
   /// it has none, 1 where all.

@@ -32,7 +32,7 @@ struct DicomHeader {
 /// What the shared object offers. None of it throws. GDCM of Debian ends the process at a damaged file (its
 /// assertions are on), so that files are read in a process of their own: what ends that one is a fault.
 struct DicomFunctions {
-  /// Of each file; `is_dicom` false of what is none, `is_damaged` where reading ended it.
+  /// Headers of the files; `is_dicom` is false for other files, `is_damaged` true where reading failed.
   std::vector<DicomHeader> (*headers)(const std::vector<std::string>& files);
   /// Stored values of one slice, row by row, not rescaled. @return what is wrong, or nothing
   std::string (*pixels)(const std::string& file, std::vector<double>& values);

@@ -67,7 +67,7 @@ std::string text(const gdcm::StringFilter& filter, std::uint16_t group, std::uin
   return found;
 }
 
-/// The numbers of an element, whose text has them between backslashes; none where one of them is none.
+/// The numbers of an element, separated by backslashes; empty if one of them cannot be read.
 std::vector<double> numbers(const gdcm::StringFilter& filter, std::uint16_t group, std::uint16_t element) {
   const std::string found = text(filter, group, element);
   std::vector<double> values;

@@ -139,7 +139,7 @@ OpenImage open_image(const std::filesystem::path& file, std::int64_t largest, Fa
   return open_nifti(file, faults);
 }
 
-/// A fault where so many layers of the decoded image are more than the limits allow.
+/// A fault if this number of layers of the decoded image exceeds the limits.
 void check_memory(const OpenImage& image, int layers, const ImageLimits& limits, Faults& faults) {
   const ImageInfo& info = image.info;
   const std::int64_t largest = largest_bytes(limits);
@@ -494,7 +494,7 @@ std::vector<std::filesystem::path> files_of_image(const std::filesystem::path& f
                             : image_formats::data_file_of_meta_image(file, faults);
         data != file)
       files.push_back(std::move(data));
-  } catch (const InputError&) { // whoever reads it will say so
+  } catch (const InputError&) { // its reader reports the error
   }
   return files;
 }

@@ -145,7 +145,7 @@ ValueLayout read_layout(const Header& header, Faults& faults) {
   if (header.short_integer(version.bitpix) != bits)
     faults.add("bitpix", fmt::format("{} for datatype {}", bits, type->name),
                fmt::format("{}", header.short_integer(version.bitpix)));
-  // A slope of 0 means that there is none; some writers put NaN there for the same.
+  // A slope of 0 means no scaling; some writers put NaN there for the same.
   const double slope = header.real(version.slope);
   if (std::isfinite(slope) && slope != 0) {
     layout.slope = slope;

@@ -71,7 +71,7 @@ public:
 private:
   const std::vector<LabelRange>& ranges_;
   std::vector<std::int64_t> voxels_;
-  std::set<float> values_; ///< but 0; so many that they are seen to be too many to list
+  std::set<float> values_; ///< except 0; capped once there are too many to list
   float low_ = std::numeric_limits<float>::infinity(), high_ = -low_;
   float last_ = std::numeric_limits<float>::quiet_NaN();
 };
@@ -80,7 +80,7 @@ private:
 struct VoxelBlock {
   Index3 low{}, high{};
 
-  /// Of the cell at `cell`, and `margin` voxels around it.
+  /// The voxels of the cell at `cell`, and a margin around it.
   VoxelBlock(const Index3& cell, const Index3& coarsen, int margin, const Index3& size) {
     for (std::size_t a = 0; a < 3; ++a) {
       low[a] = std::max(cell[a] * coarsen[a] - margin, 0);
@@ -124,10 +124,11 @@ public:
              const Index3& coarsen, const Specimen& body);
 
   const ImageInfo& info() const { return image_.info(); }
-  /// The grey value that most voxels of a cell's material have, of equals the smallest, where there is none
-  /// in it of those nearest to it; for each cell of the grid, 0 without matter.
+  /// The most frequent grey value of a cell's material in the cell, the smallest among equals; if the
+  /// material has no voxel in the cell, that of the voxels nearest to it. For each cell of the grid, 0
+  /// outside the body.
   const std::vector<float>& labels() const { return labels_; }
-  /// The same as whole numbers; empty where one is none, or there are more than 255.
+  /// The same as whole numbers; empty if a value is not whole, or there are more than 255.
   std::vector<std::int32_t> whole_labels() const;
   /// A number for each cell, the same in every cell of one muscle: that of its label. More than 255 grey
   /// values in matter are those of a picture, not labels: then materials tell the regions apart.

@@ -24,7 +24,7 @@ public:
   /// Appends the values of a layer; called for each layer once, in their order. @throws InputError
   using Next = std::function<void(int layer, std::vector<float>& values)>;
   LayerWindow(const ImageInfo& info, Next next) : info_(info), next_(std::move(next)) {}
-  /// Of an image in memory, which must outlive this: all layers, always.
+  /// Window on an image in memory, which must outlive this: always all layers.
   explicit LayerWindow(const Image& image)
       : info_(image.info), end_(image.info.size[2]), data_(image.values.data()) {}
   LayerWindow(const LayerWindow&) = delete;
@@ -78,7 +78,8 @@ public:
   void place_on(const Specimen& body);
   /// @param layers that will be asked for at a time
   /// @pre one value a voxel
-  /// @throws InputError where so many layers do not fit into memory, by the header; the window, as read_image
+  /// @throws InputError where the window's layers do not fit into memory, by the header; the window, as
+  /// read_image
   LayerWindow open(int layers) const;
   /// The same with `voids` voxels of NaN on both sides along each axis.
   LayeredImage padded(const Index3& voids) const;

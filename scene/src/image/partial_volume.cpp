@@ -135,7 +135,7 @@ double value_between(const LayerWindow& values, const Index3& size, const Vec3& 
 
 constexpr int points_along_axis = 4;
 
-/// Of a voxel, by points in it.
+/// Share of a voxel above one half, by sample points.
 float share_above_half(const LayerWindow& values, const Index3& size, const Index3& voxel) {
   const int in_z = size[2] == 1 ? 1 : points_along_axis;
   int n = 0, above = 0;

@@ -22,7 +22,7 @@ public:
     none,
     gzip,
     gzip_fast,     ///< of fields, whose digits hardly pack
-    gzip_appended, ///< after what the file holds already, as fast
+    gzip_appended, ///< appended to the file, equally fast
   };
   WrittenFile(const std::filesystem::path& file, Packing packing) : name_(file.string()) {
     // `T` leaves the bytes as they are.

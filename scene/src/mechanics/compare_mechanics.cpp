@@ -17,7 +17,7 @@ double length(const Vec3& v) {
   return std::hypot(v[0], v[1], v[2]);
 }
 
-/// Of all resultants together, those of one scene in the same order.
+/// Relative error of all resultants together; both lists have the same order.
 std::optional<double> force_error(const std::vector<Resultant>& found, const std::vector<Resultant>& wanted,
                                   double scale) {
   double difference = 0, size = 0;

@@ -25,7 +25,7 @@ namespace {
 using Places = std::vector<std::int32_t>;
 using Tensor = std::array<double, 6>;
 
-/// Figures of cells, by their places; empty where there is none.
+/// Results by cell place; empty where the answer has none.
 struct CellFigures {
   std::vector<double> volume, fibre_strain, largest_strain, smallest_strain, fibre_stress, von_mises,
       pressure, energy;
@@ -146,7 +146,7 @@ double sum_over(const std::vector<double>& figure, const Places& places) {
   return sum;
 }
 
-/// @param tissue so many cells of it
+/// @param tissue share of the cells that is tissue
 PartMechanics part_of(const CellFigures& of, const Specimen& body, const Places& places, double tissue) {
   PartMechanics part;
   part.cells = static_cast<std::int64_t>(places.size());

@@ -132,7 +132,7 @@ std::vector<Resultant> of_prescribed(const Scene& scene, const Answer& answer, c
   return resultants;
 }
 
-/// Of the springs of each condition.
+/// Adds the springs, by condition.
 void add_springs(const Scene& scene, const Answer& answer, const Places& places,
                  std::vector<Resultant>& resultants) {
   std::set<std::int32_t> conditions;

@@ -13,8 +13,8 @@
 
 namespace maille {
 
-/// Of a cell's corners by its volume at rest: the mean of det F over the points of Gauss's rule of two points
-/// an axis, which is exact for multilinear hexahedra.
+/// Volume of a deformed cell over its volume at rest: the mean of det F over Gauss's rule with two points an
+/// axis, which is exact for multilinear hexahedra.
 class VolumeRatio {
 public:
   explicit VolumeRatio(const Grid& grid) : grid_(grid) {

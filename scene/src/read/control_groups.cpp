@@ -41,7 +41,7 @@ std::int64_t left_in(const fs::path& group, const Files& files) {
   return std::max<std::int64_t>(0, limit - used);
 }
 
-/// Of a group and of all around it. Those that a container does not show are passed over.
+/// Least memory left by a group and its parents. Those that a container does not show are skipped.
 std::int64_t left_below(const fs::path& mounted, std::string group, const Files& files) {
   std::int64_t left = left_in(mounted, files);
   for (; group.size() > 1; group.resize(group.find_last_of('/')))

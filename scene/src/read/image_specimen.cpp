@@ -184,7 +184,7 @@ bool cells_fit(const ImageInfo& info, const Index3& coarsen, const std::string& 
   return fits_into_memory(cells, 3, path, line, faults);
 }
 
-/// An image of labels whose body will fit into memory; nothing and a fault where it is none.
+/// An image of labels whose body fits into memory; nothing and a fault if the file is not such an image.
 /// @throws InputError
 std::optional<LayeredImage> labels_of(const std::filesystem::path& file, const Index3& coarsen,
                                       const std::string& path, int line, FaultList& faults) {

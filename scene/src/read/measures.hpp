@@ -23,8 +23,8 @@ public:
   MeasurePlaces(const Scene& scene, bool has_body, TableFrame frame)
       : scene_(scene), has_body_(has_body), frame_(std::move(frame)) {}
 
-  /// A point in the object's frame: a quantity for each axis of the scene, or three; nothing and a fault
-  /// where it is none.
+  /// A point in the object's frame: a quantity for each axis of the scene, or three; nothing and a fault for
+  /// other values.
   std::optional<Vec3> place(const toml::node& node, const std::string& path, FaultList& faults) const;
   /// A list of points, as many as are wanted; empty and a fault otherwise.
   std::vector<Vec3> places(const toml::node& node, const std::string& path, std::size_t least,
@@ -40,7 +40,7 @@ public:
                   FaultList& faults) const;
   /// `point` and `normal` of a plane that cuts the body.
   void read_section(TableReader& table, Measure& measure) const;
-  /// A direction of length 1, as it is written; nothing and a fault where it is none.
+  /// A direction of length 1, as it is written; nothing and a fault for other values.
   std::optional<Vec3> direction(const toml::node& node, const std::string& path, FaultList& faults) const;
 
 private:

@@ -139,7 +139,7 @@ struct StiffnessMap {
   std::vector<LabelRange> labels;                   ///< empty: all matter
   int line = 0;
 
-  /// Young's or shear modulus [Pa]; not finite where there is none.
+  /// Young's or shear modulus [Pa]; not finite where the law gives no value.
   double modulus(double grey) const {
     if (!law)
       return grey * pascal;

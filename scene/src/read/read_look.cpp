@@ -30,7 +30,7 @@ std::optional<double> finite(const toml::node* node) {
   return number && std::isfinite(*number) ? number : std::nullopt;
 }
 
-/// Calls take(value, second) for every pair of a list whose values ascend. @return false where it is none
+/// Calls take(value, second) for every pair of a list with ascending values. @return false for other lists
 template<class Take>
 bool for_each_pair(const toml::node& node, Take&& take) {
   const auto* list = node.as_array();

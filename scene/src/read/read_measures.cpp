@@ -259,7 +259,8 @@ private:
     }
   }
 
-  /// Of a direction in the table's frame; along the grid means the world's axes, as vectors of results do.
+  /// A direction of the table's frame in world axes, as vectors of results have; frame = "grid" is the
+  /// world's.
   Vec3 in_world(const Vec3& direction) const {
     return frame_.frame == CoordinateFrame::grid || !has_body_
                ? direction

@@ -119,7 +119,7 @@ private:
     return read_joined(table);
   }
 
-  /// The object's frame in `frame`; the identity without a body, nothing and a fault where there is none.
+  /// The object's frame in `frame`; the identity without a body; nothing and a fault where it is unknown.
   std::optional<Placement> placement(CoordinateFrame frame, TableReader& table, std::string_view key) {
     if (!body_)
       return Placement{};

@@ -32,7 +32,7 @@ constexpr std::array<std::pair<std::string_view, LimitSource>, 5> sources{
      {"given", LimitSource::given},
      {"failure", LimitSource::failure}}};
 
-/// The tissues whose failure somebody has measured, for messages.
+/// Tissues with measured failure data, for messages.
 std::string known_to_fail() {
   std::string names;
   for (const LibraryEntry& entry : material_library())

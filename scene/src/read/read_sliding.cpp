@@ -43,7 +43,7 @@ std::string in_words(const std::set<std::pair<std::int32_t, std::int32_t>>& pair
 }
 
 double read_friction(TableReader& table) {
-  constexpr double most = 10; // beyond it a border is as good as joined
+  constexpr double most = 10; // beyond it a border is practically joined
   const toml::node* node = table.find("friction");
   if (node == nullptr)
     return 0;

@@ -22,7 +22,7 @@ struct TestRequest {
 constexpr std::string_view axis_letters = "xyz";
 constexpr double largest_strain = 10; ///< more is a slip
 
-/// One of the scene's axes; nothing and a fault where it is none.
+/// One of the scene's axes; nothing and a fault for another word.
 std::optional<int> read_axis(TableReader& table, const char* key, int dimension) {
   std::vector<std::string_view> letters;
   for (std::size_t a = 0; a < n_axes(dimension); ++a)
@@ -318,7 +318,7 @@ std::vector<Condition> TestConditions::made() {
   return std::move(conditions_);
 }
 
-/// What only the body's size tells. @return false, and a fault, where the test is none
+/// Checks that need the body's size. @return false, and a fault, where the test does not fit
 bool fits_body(const Scene& scene, const TestRequest& request, const Asked& asked, FaultList& faults) {
   const StandardTest& test = request.test;
   // Small strains know no turn: 2 % too soft at this angle, and of the wrong sign at a right one.

@@ -9,7 +9,7 @@ namespace maille::reader {
 
 namespace {
 
-/// A direction of three plain numbers; nothing and a fault where it is none.
+/// A direction of three plain numbers; nothing and a fault for other values.
 std::optional<Vec3> read_direction(TableReader& table, std::string_view key) {
   const auto v = table.quantities(key, Dimension::dimensionless, false);
   if (!v)

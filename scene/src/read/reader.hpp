@@ -178,7 +178,7 @@ void read_sliding(TableReader& root, Scene& scene, bool has_body);
 std::vector<std::int64_t> nodes_of_foundations(const toml::table& root, const Scene& scene,
                                                const FaultList& faults);
 
-/// More is a slip, and so many increments that they could not be counted.
+/// Larger angles are a mistake, and would need too many increments.
 inline constexpr double largest_turn = 200 * std::numbers::pi;
 
 /// `frame`, or `otherwise` if the key is absent; nothing and a fault for another word.
@@ -200,7 +200,7 @@ TableFrame read_table_frame(TableReader& table, int dimension, const Specimen* b
 
 /// `where`: a face, or a table of box, sphere, label, image, surface, points, any, all or not: see
 /// docs/scene.md.
-/// Nothing and faults where it is none. Files are looked for from the folder of the file that is read.
+/// Nothing and faults for an invalid region. Files are looked for from the folder of the file that is read.
 /// @param dimension of the scene; 0 where it is not known, and every length is right
 /// @param body      null where it is faulty: only what is wrong with the region's own form is found
 /// @param frame     of its places, unless it says so itself

@@ -84,8 +84,8 @@ public:
     }
     return map;
   }
-  /// Of the voxels with indices `first` to `last` along x in a row, `at` being the one with index 0, those
-  /// whose middles the cell may hold: no others are in it.
+  /// Narrows a row of voxels along x, `first` to `last`, to those whose middles may lie in the cell: the
+  /// others cannot. `at` is the middle with index 0.
   void narrow(const Eigen::Vector3d& at, int& first, int& last) const {
     if (!is_invertible_)
       return;

@@ -64,8 +64,8 @@ private:
 struct VoxelBox {
   Index3 first{}, last{-1, -1, -1};
 
-  /// Of an image, those whose middles are at most `reach` [voxels] from the box of a cell's corners, within
-  /// which a trilinear map keeps what is between them.
+  /// Voxels of an image whose middles are at most `reach` [voxels] from the box of a cell's corners, which
+  /// contains the cell's image under the trilinear map.
   VoxelBox(const Corners& corners, const Index3& size, double reach) {
     Eigen::Vector3d low = corners[0], high = corners[0];
     for (const Eigen::Vector3d& corner : corners) {

@@ -23,7 +23,7 @@ struct RestMap {
   std::array<double, 3> size; ///< of the image [voxels]
 };
 
-/// Places on their way back, with numbers of whoever asked.
+/// Places being mapped back, with the caller's numbers.
 struct Places {
   static constexpr int most = 64;
   int n = 0;

@@ -103,7 +103,7 @@ void invert_in_vectors(const MildMap& map, double slack, Places& places) {
   constexpr double tiny = 1e-3;
   const D d;
   const std::size_t lanes = hn::Lanes(d);
-  // Of a cell's places bent(s) differs by no more than `shrinks` times what s does: so much less is left.
+  // Within a cell bent(s) varies by at most `shrinks` times the change of s: the error left after a step.
   const double shrinks = std::max(tiny, 6 * std::max({map.spread[0], map.spread[1], map.spread[2]}));
   const V near_enough = set(tolerance / map.largest_row * (1 - shrinks) / shrinks);
   std::size_t n = 0;

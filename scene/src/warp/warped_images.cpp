@@ -57,7 +57,7 @@ public:
     const float* const from = values + static_cast<std::size_t>(low_[0][i]) +
                               static_cast<std::size_t>(low_[1][i]) * row_ +
                               static_cast<std::size_t>(low_[2][i]) * layer_;
-    // Equal neighbours, infinities among them, keep their value; beyond the last there is none.
+    // Equal neighbours, infinities among them, keep their value; the last voxel has no right neighbour.
     const auto along_x = [&](const float* two) {
       return x > 0 ? mean(double{two[0]}, double{two[1]}, x) : double{two[0]};
     };

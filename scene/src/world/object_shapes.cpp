@@ -49,7 +49,7 @@ double phase(double x, double y, double z, const Thread& thread) {
   return turns - std::floor(turns);
 }
 
-/// As good as drawn by lot, and the same everywhere: the last step of MurmurHash3 (A. Appleby; public
+/// A pseudo-random number, the same on every machine: the last step of MurmurHash3 (A. Appleby; public
 /// domain).
 std::uint32_t scattered(std::uint32_t number) {
   number ^= number >> 16;
@@ -331,7 +331,7 @@ bool read_object_body(TableReader& table, const BodyDefaults& defaults, const st
     for (const char* key :
          {"cells", "spacing", "material", "fibre", "tendon", "plane", "image", "labels", "threshold",
           "coarsen", "thread", "head", "hole", "pieces", "piece", "tabs", "rows"})
-      table.find(key); // of a shape that nobody knows, no key is wrong
+      table.find(key); // accept every key of an unknown shape
     return false;
   }
   if (*shape == "box" || *shape == "ellipsoid" || *shape == "muscle" || *shape == "image")

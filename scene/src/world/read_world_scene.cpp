@@ -23,7 +23,7 @@ namespace {
 
 constexpr int most_cells = std::numeric_limits<std::int16_t>::max() + 1; // of an occupancy map, along an axis
 
-/// Of the map of a world that is empty, at least: a number for each brick of 16^3 cells.
+/// Least size of the map of an empty world: a number for each brick of 16^3 cells.
 double map_bytes(const Index3& cells) {
   double bytes = sizeof(std::int32_t);
   for (const int n : cells)

@@ -318,7 +318,7 @@ Trajectory read_trajectory_rows(std::string_view text, const WorldScene& world, 
     if (!header) {
       header = read_header(records.cells(), records.line(), faults);
       if (!faults.empty())
-        return trajectory; // of columns that nobody knows, every row would be a fault
+        return trajectory; // with unknown columns, every row would be a fault
       continue;
     }
     Row row(*header, records.cells(), records.line(), faults);

@@ -26,8 +26,7 @@ std::int64_t bytes_for(const Scene& scene, const std::string& method) {
   return static_cast<std::int64_t>(fem_ref::estimate(scene, options).bytes);
 }
 
-/// The high end of what is promised without the table is so many times the expected value, the low end as
-/// much below it.
+/// Without the table, the promised range is the expected value times and divided by this factor.
 constexpr double margin_without_table = 2;
 
 /// Why nothing is said about a way on a lattice that exists; empty where something is.

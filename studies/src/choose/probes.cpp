@@ -66,9 +66,9 @@ private:
   /// Whether there is such a lattice, and it holds the body; else why not is kept.
   bool holds(int halvings);
   bool is_small_enough(int halvings) const;
-  /// The coarsest pair. @return false where there is none
+  /// Finds the coarsest pair. @return false without such a pair
   bool find_pair();
-  /// The elastic answer, found once; null where there is none, and then `why_not`.
+  /// The elastic answer, cached; null on failure, and then `why_not`.
   const Displacement* elastic(int halvings);
   const Scene& at(int halvings) { return *lattices_.at(halvings).scene; }
   double difference(int halvings, const Displacement& fine, const Displacement& coarse) {
@@ -104,7 +104,7 @@ bool Probing::holds(int halvings) {
 
 bool Probing::find_pair() {
   for (int halvings = coarsest; halvings < 0; ++halvings)
-    holds(halvings); // for whoever looks at ways there
+    holds(halvings); // callers look these up later
   for (int coarse = coarsest; coarse <= finest_pair; ++coarse)
     if (is_small_enough(coarse + 1) && holds(coarse) && holds(coarse + 1)) {
       probes_.halvings = coarse + 1;
@@ -129,7 +129,7 @@ const Displacement* Probing::elastic(int halvings) {
   return nullptr;
 }
 
-/// Of all lattices that hold the body from the answer on the finest one that was asked.
+/// Distances on all lattices that resolve the body, from the answer on the finest probed lattice.
 bool Probing::find_distances(const Displacement& finest) {
   const Displacement best = between_lattices(at(probes_.halvings), finest, lattices_.scene());
   for (int halvings = coarsest; halvings < probes_.halvings; ++halvings) {

@@ -65,7 +65,7 @@ private:
   bool is_held(int halvings) const { return std::ranges::find(held_, halvings) != held_.end(); }
   const Scene& at(int halvings) { return *lattices_.at(halvings).scene; }
 
-  /// Of elasticity, whose limits do not bind; null where there is none, and then `why_not`.
+  /// The elastic answer, without limits; null on failure, and then `why_not`.
   const Answer* elastic(int halvings) {
     if (const auto known = elastic_.find(halvings); known != elastic_.end())
       return &known->second;
@@ -79,7 +79,7 @@ private:
     return nullptr;
   }
 
-  /// @return nothing where there is none, and then `why_not`
+  /// @return nothing on failure, and then `why_not`
   std::optional<double> difference(int coarse, int fine) {
     const Answer* const a = elastic(coarse);
     const Answer* const b = a != nullptr ? elastic(fine) : nullptr;
@@ -151,7 +151,7 @@ private:
     return true;
   }
 
-  /// As whoever does what is chosen will ask it: within limits, where they bind.
+  /// Times `coupled` as a later run would do it: within limits, where they bind.
   void time_coupled() {
     const Scene& scene = at(probes_.halvings);
     probes_.nodes = scene.specimen.n_matter_nodes();

@@ -84,7 +84,7 @@ const ResultTable<Expected>& columns_of_expected() {
   return table;
 }
 
-/// A way to answer a scene of so many dimensions.
+/// A way to answer a scene, with the scene's dimension.
 struct CandidateOf {
   int dimension = 3;
   Candidate candidate;

@@ -22,7 +22,7 @@ void add_unit(CLI::App* command, Unit& unit, const std::string& of_what) {
   command->add_option("--unit", unit, of_what)->check(CLI::IsMember({"mm", "m"}))->capture_default_str();
 }
 
-/// Of what is timed.
+/// For commands that are timed.
 void add_one_thread(CLI::App* command, int& threads) {
   command->add_option("--threads", threads, "threads; one is what times repeat at")
       ->check(CLI::Range(1, 1024))

@@ -376,8 +376,8 @@ void deliver(const std::string& text, const std::optional<std::string>& file);
 /// processes that were killed left unfinished.
 /// @throws UsageError
 void prepare_folder(const std::filesystem::path& folder);
-/// Finds out that `file` (nothing and "-": stdout) can be written, before any work is done, and is none that
-/// the command reads; one that it opens later is refused then (reserve_output). @throws UsageError
+/// Checks, before any work is done, that `file` (nothing and "-": stdout) can be written, and is not an
+/// input; a later attempt to read it is refused (reserve_output). @throws UsageError
 void prepare_file(const std::string& option, const std::optional<std::string>& file);
 /// What commands ask where nothing is said.
 inline constexpr const char* default_run_method = "coupled";
@@ -399,8 +399,8 @@ void catch_stop_signals();
 void hear_stop_signals();
 /// Whether one has been noted.
 bool is_stop_asked();
-/// Ends the process with what the C library's buffers hold written, without the clean-up of libraries where
-/// one of them is still at work in a thread that was left behind. @return `exit_code` where there is none
+/// Flushes the C library's buffers and ends the process, without the clean-up of libraries if an abandoned
+/// thread still uses one of them. @return `exit_code` without such a thread
 int leave(int exit_code);
 
 } // namespace maille::studies

@@ -61,7 +61,7 @@ void prepare_folder(const fs::path& folder) {
     throw UsageError(fmt::format("--out {}: expected a folder that can be written: {}", folder.string(),
                                  message_of(error)));
   }
-  // A name that nobody could have put there, in a way that follows no link.
+  // An unguessable name; the path follows no link.
   std::string probe = (folder / ".maille-write-test-XXXXXX").string();
   const int descriptor = mkstemp(probe.data());
   if (descriptor < 0)

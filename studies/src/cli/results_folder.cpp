@@ -23,7 +23,7 @@ using nlohmann::ordered_json;
 
 constexpr std::int64_t largest_list = std::int64_t{1} << 30; ///< [bytes]
 
-/// A list of results, or nothing where the file is none.
+/// A list of results; nothing for another file.
 ordered_json list_in(const fs::path& file) {
   ordered_json list;
   try {

@@ -17,7 +17,7 @@ deform::World world_of(const WorldScene& scene, const std::filesystem::path& fil
 /// What `check` and `explain` say of a world whose objects are placed.
 struct PlacedWorld {
   std::int64_t map = 0, objects = 0; ///< [bytes]
-  /// Of an object each: the part that is thinner than a cell of the world, and kept apart to a cell only [%].
+  /// Per object: the part thinner than a cell of the world, where contact is accurate only to a cell [%].
   std::vector<double> thin;
 };
 

@@ -56,8 +56,7 @@ std::vector<std::filesystem::path> write_files(const Scene& scene, const Compari
   return files;
 }
 
-/// Fast methods first, then the reference; says on stderr why there is no picture where there is none, and
-/// leaves no older one.
+/// Fast methods first, then the reference. On failure says why on stderr, and removes an older picture.
 bool draw(const Scene& scene, const Comparison& comparison, const CompareOptions& options) {
   const std::filesystem::path file(*options.picture);
   std::vector<PicturePanel> panels;

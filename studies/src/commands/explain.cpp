@@ -60,8 +60,8 @@ struct Way {
   double seconds = 0;     ///< about; 0: not known
 };
 
-/// Of one thread of a Zen 4 EPYC to the scene's tolerance, within a factor of three on the bodies of
-/// docs/speed.md; 0 where limits, borders or frames take rounds whose number is not known beforehand.
+/// Estimated time of one thread of a Zen 4 EPYC to the scene's tolerance, within a factor of three on the
+/// bodies of docs/speed.md; 0 where limits, borders or frames need an unknown number of rounds.
 double seconds_of_coupled(const Scene& scene) {
   constexpr double of_box = 6e-8, of_body = 1e-6, more_a_digit = 0.25; // an unknown, to 1e-3
   if (scene.dimension() < 3 || scene.limits_bind_coupled() || !scene.sliding.empty() || in_blocks(scene) ||
@@ -249,7 +249,7 @@ struct Fit {
   std::int64_t of_merged = 0;
 };
 
-/// The scene of a file, whose image has so many times as many voxels merged along each axis.
+/// The scene of a file, with `times` as many voxels of its image merged along each axis.
 Scene merged_scene(const std::filesystem::path& file, int times) {
   toml::table table = toml::parse_file(file.string());
   toml::table& specimen = *table["specimen"].as_table();

@@ -24,7 +24,7 @@ struct Family {
   std::vector<std::filesystem::path> fitted, held_out;
 };
 
-/// A part of the scenes, the same in every run, chosen by lot: neighbours on a command line are alike.
+/// A pseudo-random part of the scenes, the same in every run: neighbours on a command line are alike.
 Family draw_lots(std::vector<std::filesystem::path> scenes, double fraction) {
   const auto n = static_cast<double>(scenes.size());
   const auto out = static_cast<std::size_t>(std::clamp(std::round(fraction * n), 1.0, n - 1));

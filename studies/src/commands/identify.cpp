@@ -189,7 +189,7 @@ const ResultTable<ObservedRow>& columns_of_observations() {
   return table;
 }
 
-constexpr std::size_t most_rows = 20; ///< of an image there are more data than anybody reads
+constexpr std::size_t most_rows = 20; ///< images give more data than a reader can use
 
 /// Those whose computed values are furthest from the measured ones, over sigma where there is one; the worst
 /// first.

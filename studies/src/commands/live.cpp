@@ -170,7 +170,7 @@ int live_command(const LiveOptions& options) {
     return make_film(stem, 4, n, seconds, stem.string() + ".mp4");
   };
   if (options.scene && options.headless)
-    (void)load(*options.scene); // faults end it: nobody would read them in a window
+    (void)load(*options.scene); // faults end it: a headless window could not show them
   std::unique_ptr<live::Window> window;
   if (options.headless) {
     window = std::make_unique<live::HeadlessWindow>(width, height);

@@ -248,8 +248,8 @@ std::array<std::size_t, 3> by_length(const Extent& extent, const Vec3& spacing) 
   return axes;
 }
 
-/// Of all labels, along the longest axis on which nearly all of them is held (specks of a segmentation never
-/// are); else of the largest label.
+/// The body of all labels, along the longest axis on which nearly all of them are fixed (specks of a
+/// segmentation never are); else the largest label.
 Body body_to_begin_with(const LabelImage& image, const std::string& file, const fs::path& out) {
   constexpr double specks = 0.01;
   for (const std::size_t axis : by_length(image.extent, image.info.spacing)) {

@@ -134,7 +134,7 @@ public:
     picture_ = ranks.is_first() ? together_.assemble(received) : render::Picture{};
     return picture_;
   }
-  /// Of all processes, on the first.
+  /// Work of all processes, on the first.
   Work work() const {
     const fem_ref::Ranks ranks = fem_ref::ranks();
     if (ranks.size < 2)

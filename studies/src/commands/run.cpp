@@ -91,7 +91,7 @@ public:
   }
   /// Where images were asked for and the last step has an answer.
   const std::optional<WarpedFiles>& images() const { return warped_; }
-  /// Of the last step, which speaks for the method.
+  /// File of the last step, which represents the method.
   std::string last() const { return files_.back().filename().string(); }
 
 private:
@@ -135,7 +135,7 @@ struct Course {
   bool has_answers = false, has_failed = false;
 };
 
-/// Of the steps of one method that have an answer.
+/// Measures of the steps of one method that have an answer.
 std::vector<MeasureStep> measures_of(const std::vector<Comparison>& steps, int n_steps) {
   std::vector<MeasureStep> measures;
   for (std::size_t i = 0; i < steps.size(); ++i)
@@ -261,7 +261,7 @@ void check_warp(const RunOptions& options, const Scene& scene) {
     throw UsageError("--warp: expected " + why_not);
 }
 
-/// Says on stderr why there is no picture where there is none.
+/// Draws the force curves; on failure says why on stderr.
 bool draw(const Scene& scene, const std::vector<ForceCurve>& curves, const RunOptions& options) {
   const auto why_not = draw_curves(scene, curves, *options.picture);
   if (why_not)
@@ -271,7 +271,7 @@ bool draw(const Scene& scene, const std::vector<ForceCurve>& curves, const RunOp
   return !why_not;
 }
 
-/// Of the first method.
+/// Films the first method.
 bool film(const Scene& scene, const std::string& method, const std::vector<Comparison>& steps,
           const RunOptions& options) {
   const auto why_not = film_steps(scene, method, steps, *options.film);

@@ -60,7 +60,7 @@ StudyOptions options_of(const StudyCommandOptions& asked, const StudyFile& study
   return options;
 }
 
-/// Of a file for ParaView that was wanted and is not there.
+/// True if a requested file for ParaView is missing.
 bool lacks_file(const StudyFile& study, const StudyRow& row) {
   return row.vtk.empty() && study.wants_vtk(row.number) && has_displacement(row.status);
 }
@@ -141,7 +141,7 @@ std::filesystem::path write_about(const StudyFile& study, const StudyOptions& op
   return file;
 }
 
-/// Says on stderr why there is no picture where there is none.
+/// Draws the picture; on failure says why on stderr.
 bool draw(const StudyFile& study, const StudyOutcome& outcome, const StudyCommandOptions& asked) {
   const auto why_not = draw_study(outcome.rows, study.title, *asked.picture, asked.picture_of);
   if (why_not)

@@ -38,8 +38,7 @@ std::vector<double> in_world(const Scene& scene, std::vector<double> force) {
   return {turned.begin(), turned.end()};
 }
 
-/// Of every method that knows forces, what keeps holds and moves where they are, as it acts on the body,
-/// along the axes of the world.
+/// For every method with forces: the forces of holds and moves on the body, along the axes of the world.
 std::string mechanics_in_words(const Scene& scene, const Comparison& comparison) {
   std::string text;
   const auto is_any = [&](bool held) {
@@ -99,7 +98,7 @@ Value reactions_of(const Line& line) {
           {"moved", total_reaction(*line.scene, answer, false)}};
 }
 
-/// Of every method that knows forces, what the scene's [test] comes to.
+/// For every method with forces: the result of the scene's [test].
 std::string test_in_words(const Scene& scene, const std::vector<Line>& lines) {
   std::string text;
   for (const Line& line : lines)
@@ -264,7 +263,7 @@ const Table& columns_of_estimates() {
   return table;
 }
 
-/// What each estimate took, and what it leaves out; why there is none.
+/// Cost of each estimate and what it omits, or why it is missing.
 std::string estimates_in_words(const Comparison& comparison, const std::vector<Line>& lines) {
   std::string text = "\nEstimated errors against elasticity, without finite elements:\n" +
                      columns_of_estimates().text(lines) + "\n";
@@ -285,7 +284,7 @@ std::string estimates_in_words(const Comparison& comparison, const std::vector<L
   return text;
 }
 
-/// Of the reference, the question, and the answers.
+/// Warnings about the reference, the question, and the answers.
 std::vector<std::string> all_warnings(const Scene& scene, const Comparison& comparison) {
   const Plausibility question = plausibility(scene);
   std::vector<std::string> warnings = file_warnings();

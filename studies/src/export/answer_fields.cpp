@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Puts an array of some nodes into a field of all, which it makes where there is none.
+/// Copies an array of some nodes into a field of all nodes, which is created on first use.
 void add_field(const fs::path& file, const char* name, const Scene& scene, const BodyNumbering& numbering,
                std::optional<Displacement>& all) {
   const std::vector<double> values = read_vtk_array(file, name, std::ssize(numbering.nodes), 3);

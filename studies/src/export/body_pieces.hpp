@@ -18,7 +18,7 @@ struct Layers {
   int first = 0, end = 0;
 };
 
-/// Whole layers, as few to a piece as have so many cells of matter; the pieces have all of the body.
+/// Splits the body into pieces of whole layers, each with the fewest layers that hold `cells` cells.
 std::vector<Layers> pieces_of(const Specimen& specimen, std::int64_t cells);
 /// The cells of matter of a piece, and their corners, by their numbers on the body's grid.
 BodyNumbering numbering_of(const Specimen& specimen, const Layers& piece);

@@ -23,7 +23,7 @@ void ExportFields::show(const Answer& answer) {
 
 namespace {
 
-/// Of a list of files, by the name of its type.
+/// Root element of a list of files of this type.
 pugi::xml_node root_of(pugi::xml_document& document, const char* type, const char* version) {
   document.append_child(pugi::node_comment).set_value(std::string(provenance_of_list).c_str());
   pugi::xml_node root = document.append_child("VTKFile");

@@ -19,7 +19,7 @@ std::string in_file_name(const std::string& name) {
   return text;
 }
 
-/// Of every object, no two the same: signs that file systems do not share become `_`.
+/// File names of the objects, all different: signs that are not portable become `_`.
 std::vector<std::string> names_in_files(const WorldScene& world) {
   std::vector<std::string> names;
   for (const WorldObject& object : world.objects) {

@@ -1,10 +1,10 @@
 #pragma once
 /// The search for the best numbers of a fit.
 ///
-/// NLopt and not Ceres: an answer of `limits` is made of minima over paths, so errors have kinks where the
-/// shortest path changes, a wall where limits begin to cut moves back (the best limits of a pulled bar stand
-/// right at it), and no derivatives that anybody knows. That asks for methods that compare values, which
-/// NLopt has, global and local ones.
+/// NLopt and not Ceres: an answer of `limits` consists of minima over paths, so errors have kinks where the
+/// shortest path changes, a wall where limits begin to cut moves back (the best limits of a pulled bar lie
+/// right at it), and no known derivatives. That requires derivative-free methods, which NLopt has, global and
+/// local ones.
 
 #include "fit/parameters.hpp"
 
@@ -15,14 +15,14 @@ public:
   FitSearch(std::span<const FitCase> cases, const FitParameters& parameters, std::string method,
             const Control& control);
 
-  /// Finds its way from `start`, in so many evaluations at most.
+  /// Searches from `start`, in at most `evaluations` evaluations.
   /// @throws std::runtime_error where the method refuses a scene
   void run(const std::vector<double>& start, int evaluations);
   /// done, budget_reached or interrupted
   Status status() const { return status_; }
   int evaluations() const { return evaluations_; }
   const std::vector<double>& best() const { return best_; }
-  /// Of the best: mean of squares.
+  /// Mean of squares at the best point.
   double best_value() const { return best_value_; }
   /// False where no limits were found that let every move through.
   bool is_feasible() const { return is_feasible_; }

@@ -56,7 +56,7 @@ struct PageParts {
   double label = 3.5;  ///< under a drawing: two lines
   double legend = 3.6; ///< at the bottom: a scale and two lines
 };
-/// Spreads the panels over so many columns that the drawings become largest.
+/// Arranges the panels in the number of columns that makes the drawings largest.
 Page choose_page(const View& view, std::size_t n_panels, const PictureSettings& settings,
                  const PageParts& parts = {});
 

@@ -15,7 +15,7 @@ namespace maille::studies {
 
 using Props = std::vector<vtkSmartPointer<vtkProp>>;
 
-/// One of so many parts: apart for the colour-blind while there are few.
+/// Colour of one part: distinct for the colour-blind while there are few.
 Vec3 part_colour(std::size_t part, std::size_t n_parts);
 
 /// The body's surface, and its cells' edges where those can be told apart.

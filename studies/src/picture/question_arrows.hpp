@@ -25,7 +25,7 @@ inline Vec3 plus(const Vec3& a, double factor, const Vec3& b) {
   return {a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]};
 }
 
-/// Of a load's or a spring's face.
+/// Middle of a load's or a spring's face.
 template<class Face>
 Vec3 middle_of_face(const Specimen& body, const Face& face) {
   Vec3 middle = body.position(body.grid.cell_at(face.cell));

@@ -57,7 +57,7 @@ std::string vector_in_words(const PageData& vector, const std::string& unit) {
   return text + ") " + unit;
 }
 
-/// The measure of that name among a row's; null where there is none.
+/// The measure of that name in a row; null if missing.
 PageData measure_named(const PageData& row, const std::string& name) {
   for (const PageData& measure : at(row, "measures"))
     if (at(measure, "name") == name)

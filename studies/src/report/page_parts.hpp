@@ -84,7 +84,7 @@ std::string bytes_of_file(const std::filesystem::path& file);
 /// @param results the file's content; @param folder where the files for ParaView are
 void add_answers_section(const PageData& results, const std::filesystem::path& folder, PageDraft& draft);
 /// @param rows of one table of JSON lines of `maille study`; @param table the file
-/// @param about what `study` wrote beside it; null where there is none
+/// @param about the description that `study` wrote beside it; null if missing
 void add_study_section(const std::vector<PageData>& rows, const std::filesystem::path& table,
                        const PageData& about, PageDraft& draft);
 /// @param trade what `trade --json` says; @param pictures PNG or SVG files that it drew
@@ -114,7 +114,7 @@ std::string question_of(const Scene& scene);
 PageData mechanics_tables(const std::vector<PageData>& rows, const std::string& reference, int dimension,
                           const std::string& id);
 
-/// Of the rows of `run`, `compare` or `trade`, in the order in which they first come.
+/// Names of the measures in rows of `run`, `compare` or `trade`, in order of first appearance.
 std::vector<std::string> names_of_measures(const std::vector<PageData>& rows);
 /// A row a measure and method: value, error, vector; nothing where the scene asks for none.
 std::optional<PageData> measures_table(const std::vector<PageData>& rows, const std::string& reference,

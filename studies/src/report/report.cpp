@@ -140,7 +140,7 @@ bool is_of_probe(const PageData& data) {
          json_entry(data, "force").is_object();
 }
 
-/// What the folder's other file says about a play, null where there is none.
+/// The contents of the folder's other file about a play; null if missing.
 /// @param is  whether a file is it
 template<class Is>
 const PageData& beside(const JsonFiles& files, const PageData& scene, const Is& is) {

@@ -35,13 +35,13 @@ struct Column : FigureName {
   Shown shown{};           ///< without a heading it is not
   int digits = 0;          ///< of numbers in CSV; 0: as many as read back to the bit
   bool may_lack = false;   ///< older tables may be without
-  bool is_omitted = false; ///< from JSON where there is none, instead of null
+  bool is_omitted = false; ///< from JSON if it has no value, instead of null
   /// It stands for as many columns of CSV as its object has keys; into it is read what no other column is.
   bool is_open = false;
   const Columns* within = nullptr; ///< where its value is rows of another table, or one row: that one
   bool is_list = false;            ///< rows
 
-  /// Of what is read back; see read_value and expected_of.
+  /// How it is read back; see read_value and expected_of.
   bool is_read = false, is_text = false, is_real = false, is_optional = false;
   std::string expected{};
 };
@@ -77,7 +77,7 @@ public:
   Values values_of(const nlohmann::ordered_json& row) const;
 
 protected:
-  /// Keys of a group, such as error.rms, are omitted where there is none.
+  /// Keys of a group, such as error.rms, are omitted without a value.
   void append(FigureName name, Shown shown);
   Column& last() { return list_.back(); }
   /// Moves the last column behind the one of that key in JSON, or of that heading in the text.
@@ -107,7 +107,7 @@ struct CsvReading {
 class CsvValues {
 public:
   CsvValues(const Columns& columns, std::string_view text, CsvReading reading);
-  /// The next row with as many cells as the header; discarded is what it lacks. @return false: there is none
+  /// The next row with as many cells as the header; incomplete rows are skipped. @return false at the end
   bool next(Values& values);
   int line() const { return records_.line(); }
   bool is_torn() const { return is_torn_; }

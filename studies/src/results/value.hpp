@@ -15,7 +15,7 @@
 
 namespace maille::studies {
 
-/// null: there is none. A number that is not finite is a number here, though JSON has none for it.
+/// null: no value. A number that is not finite is a number here, though JSON has none for it.
 using Value = nlohmann::ordered_json;
 
 /// All that a figure of few words can be, by to_string.
@@ -54,7 +54,7 @@ Value value_of(const T& figure) {
     return figure;
 }
 
-/// @return false, with `figure` in any state, where the value is none that it can have
+/// @return false, with `figure` in any state, if it cannot have that value
 template<class T>
 bool read_value(const Value& value, T& figure) {
   if constexpr (is_optional<T>) {

@@ -60,7 +60,7 @@ void add_long_stories(std::vector<Extreme>& list, const ExtremeSizes& sizes);
 /// Every method but CalculiX, which is not ours to promise for.
 std::vector<std::string> stability_methods();
 
-/// Fills the cell with what the answer says of itself, breaks and misses.
+/// Fills the cell with the answer's status, broken promises and errors.
 StabilityCell judged(const Extreme& extreme, const Scene& scene, const std::string& method,
                      const Answer& answer);
 

@@ -14,7 +14,7 @@ namespace maille::studies {
 namespace {
 
 /// Boxes of 2 x 2 cells in rows, a cell apart, on the right of a plunger as high as the world.
-/// @param one_soft_in every so many is deformable; 0: none
+/// @param one_soft_in every n-th object is deformable; 0: none
 WorldScene crowd(int n, int one_soft_in, const std::string& method, ContactLaw contact) {
   const int columns = std::max(2, static_cast<int>(std::ceil(std::sqrt(n)))),
             rows = (n + columns - 1) / columns;

@@ -78,8 +78,7 @@ void set_moves(Scene& scene, const std::function<double(const Prescribed&)>& val
       p.value = value(p);
 }
 
-/// From where the last drag ended, as somebody's hand has it. Drags keep float32, which is what links may be
-/// off by.
+/// Continues from the end of the last drag. Drags store float32, which limits the accuracy of links.
 StabilityCell drag_on(Scene scene, int drags) {
   const LinkLimits limits(scene);
   deform::Drag drag(scene, limits);

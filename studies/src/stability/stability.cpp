@@ -138,7 +138,7 @@ struct RandomQuestions {
   std::vector<std::string>& broken;
 };
 
-/// Asks `n` seeds from one on, so many a task; where a process dies, each of its seeds on its own.
+/// Asks `n` seeds from `first` on, in tasks of `a_task` seeds; if a process dies, each of its seeds alone.
 void ask_random(const RandomQuestions& questions, std::uint64_t first, std::uint64_t n, std::uint64_t a_task,
                 const Control& control) {
   std::vector<std::uint64_t> died;

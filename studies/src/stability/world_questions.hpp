@@ -27,7 +27,7 @@ WorldObject box_in(const WorldScene& world, ObjectKind kind, const std::vector<i
 void hold_face(WorldObject& object, int axis, bool upper);
 std::vector<std::int64_t> face_nodes(const WorldObject& object, int axis, bool upper);
 
-/// Of the last object that was added.
+/// Shift of the object, or of its nodes.
 /// @param by of the whole, or of nodes [cells of the world]
 deform::Drive shift_of(const WorldScene& world, std::size_t object, const Vec3& by,
                        std::vector<std::int64_t> nodes = {});

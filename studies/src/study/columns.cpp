@@ -52,7 +52,7 @@ Value measure_units_of(const StudyRow& row) {
   return units;
 }
 
-/// The entry of that name, made where there is none.
+/// The entry of that name, created if missing.
 StudyMeasure& measure_named(StudyRow& row, const std::string& name) {
   const auto found = std::ranges::find(row.measures, name, &StudyMeasure::name);
   return found == row.measures.end() ? row.measures.emplace_back(StudyMeasure{name, {}, {}}) : *found;
@@ -187,7 +187,7 @@ nlohmann::ordered_json json(const StudyRow& row) {
 }
 
 std::string json_line(const StudyRow& row) {
-  // Messages may quote what a file holds: what is no UTF-8 there must not cost the row.
+  // Messages may quote a file's contents: invalid UTF-8 in them must not cost the row.
   return json(row).dump(-1, ' ', false, Value::error_handler_t::replace);
 }
 

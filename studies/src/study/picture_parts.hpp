@@ -25,7 +25,7 @@ bool spans_decades(double least, double most);
 /// An axis a little longer than its values.
 std::string gnuplot_axis(char name, double least, double most);
 
-/// A multiplot of so many, under a title. @return what comes before its plots
+/// Head of a multiplot of `n_plots` plots, under a title. @return the text before its plots
 std::string head_of_picture(std::size_t n_plots, const std::string& title, const std::filesystem::path& file,
                             bool is_map);
 inline constexpr int plots_across = 3, plot_width = 400, plot_height = 300, head_height = 70;

@@ -16,7 +16,7 @@ struct Response {
   std::string name, label; ///< the label with the unit
   bool is_percent = false, is_error = false;
 
-  /// Of a row, as it is shown; nothing where that has no such number.
+  /// Value of a row in the shown unit; nothing if the row has no such number.
   std::optional<double> value(const StudyRow& row) const;
 
 private:

@@ -37,7 +37,7 @@ struct Repeated {
   }
 };
 
-/// One line: faults without the place in a text that nobody wrote.
+/// One line: faults without line numbers, since the text is generated.
 std::string words_of(const InputError& error) {
   std::vector<std::string> faults;
   for (const Fault& fault : error.faults())
@@ -92,7 +92,7 @@ private:
     return blank_row(study_, case_, methods_[method], method < hashes_.size() ? hashes_[method] : "",
                      options_);
   }
-  /// Of the methods that have no row yet: what others answered stays.
+  /// Adds failed rows for the methods without a row; answers of other methods stay.
   void add_failed_rows(const std::string& message, bool is_of_machine);
   void solve();
   Comparison compare_once(const std::vector<std::string>& methods, const std::string& reference);

@@ -110,7 +110,7 @@ private:
   void keep_left_overs();
   void work();
   void add(const TaskResult& result);
-  /// Failed rows of those methods of a task of which there is none among `rows`.
+  /// Adds failed rows for those methods of a task that have no row.
   void add_missing(const Task& task, const std::string& reason, std::vector<StudyRow>& rows) const;
 
   const StudyFile& study_;

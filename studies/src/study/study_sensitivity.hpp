@@ -11,7 +11,7 @@
 
 namespace maille::studies {
 
-/// Of one column of the table, by one method on one scene.
+/// Sensitivity of one column of the table, by one method on one scene.
 struct StudySensitivity {
   std::string scene, method;
   std::string response, label;         ///< the column, and with its unit
@@ -19,10 +19,10 @@ struct StudySensitivity {
   Sensitivity found;
 };
 
-/// Of every mechanical column and of the error. Plans say how: whole grids by their variances, pairs of
-/// points by those, all others, and grids with gaps, by polynomials.
+/// Sensitivities of every mechanical column and of the error. The plan decides the estimator: variances on
+/// whole grids, pairs of points for Saltelli plans, polynomials for all others and grids with gaps.
 /// @param rows of this study; cases without a row are left out and counted
-/// @return nothing of studies of less than two parameters
+/// @return empty for studies with fewer than two parameters
 std::vector<StudySensitivity> sensitivities(const StudyFile& study, const std::vector<StudyRow>& rows);
 
 nlohmann::ordered_json json(const std::vector<StudySensitivity>& all);

@@ -81,7 +81,7 @@ bool is_plain_name(const std::string& name) {
 bool may_end_otherwise(const StudyRow& row) {
   const bool is_without_answer = row.status == Status::failed || row.status == Status::refused;
   const auto says = [&](const char* words) { return row.message.find(words) != std::string::npos; };
-  // How every method says that it has no memory: what it needs and what is available, or that there is none.
+  // How methods report a lack of memory: the need and the available amount, or an allocation failure.
   return is_without_answer && (row.is_of_machine || says(" are available") || says(" of free memory") ||
                                says("out of memory") || says("std::bad_alloc"));
 }

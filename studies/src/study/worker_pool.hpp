@@ -37,7 +37,7 @@ public:
   MachineWatch();
   /// Processor seconds of this process and its children over wall seconds since then.
   double processor_share() const;
-  /// Of one minute, when it was made.
+  /// Load average of one minute, at construction.
   double load_average() const { return load_average_; }
   /// True if others wanted the processors: more wanted to run than there are, or this process, which never
   /// waits for anything else, stood still.

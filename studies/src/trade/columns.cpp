@@ -123,7 +123,7 @@ void add_front(Table& columns) {
   columns.add({"reference_l2", "", "", "the reference's own error"}, &TradeRecord::reference_l2).digits(3);
 }
 
-/// Of the finer probe's lattice, where anything was predicted.
+/// Lattice of the finer probe, where a prediction exists.
 Value probe_halvings_of(const TradeRow& of) {
   return of.predicted.error ? Value(of.predicted.probe_halvings) : Value();
 }

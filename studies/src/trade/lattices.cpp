@@ -155,7 +155,7 @@ LatticeScene Lattices::coarser(int doublings) const {
     if (std::ranges::all_of(error.faults(),
                             [](const Fault& fault) { return fault.key.starts_with("measure["); }))
       return {std::make_shared<const Scene>(parse_scene(without_measures(text), file_)), {}};
-    // Lines are those of a text that nobody has seen.
+    // Line numbers would refer to generated text.
     const Fault& fault = error.faults().front();
     return {nullptr, fmt::format("{}: expected {}, found {}", fault.key, fault.expected, fault.found)};
   }

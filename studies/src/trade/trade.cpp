@@ -90,7 +90,7 @@ private:
     reference_ = std::move(best.answer.displacement);
   }
 
-  /// Of the answer, each on the row's own lattice.
+  /// Measures of the answer, each on the row's own lattice.
   std::vector<MeasureRow> measures_of(const TradeRow& row, const LatticeScene& lattice,
                                       const Answer& answer) const {
     if (!has_displacement(answer.status) || !lattice.measures)

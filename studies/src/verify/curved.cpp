@@ -10,8 +10,7 @@ namespace maille::studies {
 
 namespace {
 
-/// A settled answer of finite elements on a grid that is bent into shape; a row that says no number where
-/// there is none.
+/// A settled answer of finite elements on a grid that is bent into shape; on failure a row without a number.
 std::optional<Answer> bent(Verification& verification, const Scene& scene, int degree,
                            const std::function<Vec3(const Vec3&)>& shape, VerificationRow row) {
   fem_ref::Options options;

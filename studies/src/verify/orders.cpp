@@ -49,7 +49,7 @@ struct Waves {
   }
 };
 
-/// A unit cube of so many cells a side.
+/// A unit cube with `cells` cells a side.
 Scene cube(int dimension, int cells, const std::string& matter) {
   std::string sides;
   for (int a = 0; a < dimension; ++a)

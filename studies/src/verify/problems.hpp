@@ -16,7 +16,7 @@ public:
   const std::vector<std::string>& methods() const { return methods_; }
   /// What a scene's text says. @throws InputError: a problem is wrong
   static Scene scene(const std::string& text);
-  /// A settled answer; a row that says no number where there is none.
+  /// A settled answer; on failure adds a row without a number.
   std::optional<Answer> answer(const Scene& scene, const std::string& method, const VerificationRow& row);
   void add(VerificationRow row) { rows_.push_back(std::move(row)); }
   void report(std::string_view what, double fraction) const;

@@ -49,8 +49,8 @@ std::shared_ptr<const render::Paint> paint_of_labels(const Specimen& body, const
 /// Either, as the look has it; or null.
 std::shared_ptr<const render::Paint> paint_of_look(const Specimen& body, const Look& look);
 
-/// Paint of what an answer says of each cell: `displacement`, `strain` (equivalent), `stress` (von Mises),
-/// `labels`, `fibres`; from 0 to the largest. @return null where there is nothing to show
+/// Paint by a field of an answer's cells: `displacement`, `strain` (equivalent), `stress` (von Mises),
+/// `labels`, `fibres`; from 0 to the largest. @return null if the field is empty
 /// @param largest  of the values, in SI units
 std::shared_ptr<const render::Paint> paint_of_field(const Scene& scene, const Displacement* displacement,
                                                     const std::string& field, double& largest);

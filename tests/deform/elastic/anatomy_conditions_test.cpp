@@ -217,8 +217,8 @@ TEST(SlidingAnalytic, NothingOfAMoveAlongTheBorderGoesAcrossIt) {
   }
 }
 
-// Truth: where the upper block is drawn along the border as a whole nothing is strained, so that no cell has
-// energy and none grows: at the border the mean of both sides is none of theirs. Pressed, parts have the
+// Truth: where the upper block slides as a whole along the border, the strain is zero, so that no cell has
+// energy or changes volume, although the mean of both sides jumps at the border. Pressed, parts have the
 // energy of columns, sigma^2 / (2 E) times their volume.
 TEST(SlidingAnalytic, PartsHaveTheEnergyAndTheVolumeOfTheirOwnSide) {
   Scene scene = two_blocks(4, 0);

@@ -138,8 +138,8 @@ TEST(BoxPenaltiesOracle, TheCycleSolvesForPenalizedLinksToo) {
   }
 }
 
-/// Of a direction by one cycle and by conjugate gradients, whose steps say its product with what they began
-/// with.
+/// Products of a stored direction by one cycle and by conjugate gradients, whose steps give its product with
+/// the first residual.
 TEST(BoxPenaltiesOracle, ProductsOfAKeptDirectionAreSumsOverItsNodes) {
   const Scene scene = held_block({17, 12, 9});
   PenaltyBlock block(scene);

@@ -222,7 +222,7 @@ TEST(CoupledLimitsContract, StoppedOnCoarserBodiesItIsNearTheElasticAnswer) {
   std::int64_t asked = 0;
   control.stop_requested = [&] { return ++asked > free.iterations + 2; };
   control.seconds_budget =
-      1e9; // without one nobody waits for the elastic answer where the start breaks limits clearly
+      1e9; // without a budget the elastic answer is skipped where the start clearly breaks limits
   const Answer answer = solve(scene, "coupled", control);
   EXPECT_EQ(answer.status, Status::interrupted);
   EXPECT_LE(test::relative_difference(answer.displacement, nearest), 1e-6);

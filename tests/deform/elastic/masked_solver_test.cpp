@@ -196,7 +196,7 @@ TEST(MaskedSolverContract, MemoryFollowsTheMatterAndIsForeseen) {
   }
 }
 
-/// Of one material: blocks of cells are like many others where few cells are missing, else they are not.
+/// One material: most blocks of cells share a pattern if few cells are missing, and otherwise do not.
 TEST(MaskedSolverContract, MemoryOfBlocksThatAreAlikeIsForeseen) {
   for (const unsigned missing : {40U, 7U}) {
     Scene scene = test::box_scene(3, {32, 32, 40});

@@ -61,8 +61,8 @@ TEST(RelaxedAnalytic, LoadsOnABarAreNodallyExact) {
 }
 
 TEST(RelaxedAnalytic, LoadsAloneAreElasticWhereNobodyAsksForLimits) {
-  // The bar above, whose material has limits that nobody asked for: u = q (L x - x^2 / 2) / E, far beyond
-  // them.
+  // The bar above, whose material has limits that the scene does not use: u = q (L x - x^2 / 2) / E exceeds
+  // them by far.
   Scene scene = lattice_box({8}, {});
   scene.limits = {};
   scene.materials[0].limits = even_limits(1.001, 0.999, 0.001);

@@ -147,7 +147,7 @@ TEST(DispatchContract, ThePlanNamesTheWayThatIsTakenAndItsBytes) {
       const Answer answer = solve_by_cheapest_way(scene, control);
       EXPECT_EQ(answer.algorithm, plan.algorithm);
       EXPECT_LE(answer.bytes, plan.bytes) << plan.algorithm;
-      // Of the wavefront as if all tiles were at the surface, which here a third is: see docs/limits.md.
+      // The plan of the wavefront assumes all tiles at the surface; here a third are: see docs/limits.md.
       EXPECT_GE((algorithm == Algorithm::wavefront ? 5 : 2) * answer.bytes, plan.bytes) << plan.algorithm;
     }
 }

@@ -199,7 +199,7 @@ TEST(DragAnalytic, ARigidBodyGoesAlongForNothing) {
   }
 }
 
-/// The largest error of a drag to `to`, in so many steps, against shortest paths in float64.
+/// The largest error of a drag to `to` in `steps` steps, against shortest paths in float64.
 double error_of_drag(const Scene& scene, const Vec3& to, int steps) {
   const std::int64_t node = 5;
   SlowDrag slow(scene);

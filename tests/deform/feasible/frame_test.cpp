@@ -40,7 +40,7 @@ Matrix3d random_turn(std::mt19937& random) {
   return AngleAxisd(3.1 * number(), Vector3d(number(), number(), number()).normalized()).toRotationMatrix();
 }
 
-/// The largest difference of a displacement from what the turn makes of another one.
+/// The largest difference of a displacement from another one that is rotated and shifted.
 double difference(const Scene& scene, const Displacement& found, const Matrix3d& rotation,
                   const Vector3d& shift, const Displacement& before) {
   const Grid& grid = scene.specimen.grid;

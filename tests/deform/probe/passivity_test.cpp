@@ -65,7 +65,8 @@ TEST(PassivityAnalytic, WallsWithinTheBoundGiveNoEnergy) {
         const Bounce within = bounce(stiffness, damping, wall_damping, two_walls);
         EXPECT_GE(within.least_observed, -1e-12) << damping << ' ' << wall_damping; // rounding of joules
         EXPECT_LE(within.largest_energy, within.begin_energy * (1 + 1e-12));
-        EXPECT_LT(within.end_energy, 0.9 * within.begin_energy); // what the device takes between the walls
+        // The device dissipates energy between the walls.
+        EXPECT_LT(within.end_energy, 0.9 * within.begin_energy);
       }
     }
   const Bounce beyond = bounce(40 * largest_passive_stiffness(0.05, 0, period), 0.05, 0, true);

@@ -1,5 +1,5 @@
-/// What worlds promise after every frame, asked of worlds that nobody thought of. A failure prints its seed
-/// and the smallest play that breaks a promise; MAILLE_SEED=N begins at another seed.
+/// Promises of worlds after every frame, checked on random worlds. A failure prints its seed and the smallest
+/// play that breaks a promise; MAILLE_SEED=N begins at another seed.
 
 #include "maille/checks/promises.hpp"
 #include "maille/checks/world_promises.hpp"
@@ -57,7 +57,7 @@ TEST(RandomPlaysSpreadContract, EveryKindOfWorldIsAmongThem) {
     EXPECT_GE(seen[kind], 8) << kind;
 }
 
-// Two boxes that meet with their surfaces, the lower one fixed; what a frame says of them is then falsified.
+// Two boxes that meet with their surfaces, the lower one fixed; then the frame's result is falsified.
 TEST(BrokenWorldPromiseContract, IsFoundWhereThereIsOne) {
   WorldScene scene = tests::empty_world({12, 12}, "coupled");
   scene.contact = ContactLaw::surfaces;

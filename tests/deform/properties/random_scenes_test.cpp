@@ -1,5 +1,5 @@
-/// Every promise that holds always, asked of scenes that nobody thought of. A failure prints its seed and the
-/// smallest scene that breaks the same promise; MAILLE_SEED=N begins at another seed.
+/// Every unconditional promise, checked on random scenes. A failure prints its seed and the smallest scene
+/// that breaks the same promise; MAILLE_SEED=N begins at another seed.
 
 #include "maille/checks/promises.hpp"
 #include "maille/checks/random_scene.hpp"

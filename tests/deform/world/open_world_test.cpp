@@ -1,4 +1,4 @@
-/// A body alone in somebody's hand, and worlds that are copied.
+/// A single body that is dragged, and worlds that are copied.
 
 #include "maille/deform/drag.hpp"
 #include "maille/deform/solve.hpp"

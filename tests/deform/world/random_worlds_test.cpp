@@ -78,7 +78,7 @@ INSTANTIATE_TEST_SUITE_P(Worlds, RandomWorldsContract,
 // Contract: frames of bodies that slide off edges with friction settle, and those after them.
 TEST(CrowdsContract, WhatSlidesOffAnEdgeAndComesBackEnds) {
   for (const unsigned seed :
-       {17u, 37u, 71u, 145u, 197u}) { // where nodes were let go of and met again without end
+       {17u, 37u, 71u, 145u, 197u}) { // seeds that once released and met nodes endlessly
     RandomPushes pushed(seed, 2, "coupled");
     for (int push = 0; push < 40; ++push) {
       FrameBudget budget;

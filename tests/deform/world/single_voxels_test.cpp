@@ -132,7 +132,7 @@ TEST(SingleVoxelsContract, ABodyThatIsPushedPushesTheNext) {
   double shift = 0;
   for (std::int64_t node = 0; node < 15; ++node)
     shift += world.displacement(1)(0, node) / 15;
-  EXPECT_GT(shift, 0.05); // nobody has it in hand
+  EXPECT_GT(shift, 0.05); // it is not driven
   EXPECT_EQ(world.n_shared_cells(), 0);
 }
 

@@ -254,7 +254,7 @@ TEST(WorldContract, ARigidObjectThatNobodyHoldsIsPushed) {
   // Three objects of two cells before the wall at 20; centres may come up to half a cell nearer than faces.
   EXPECT_NEAR(world.pose(2).position[0], 18.5, 1.01);
   EXPECT_NEAR(world.pose(0).position[0], 14.5, 1.51);
-  // What a hand has had stays where it is until it is let go of.
+  // A driven object stays in place until it is released.
   const double before = world.pose(0).position[0];
   advance(world, drive_of(1, {-3, 0, 0}));
   EXPECT_EQ(world.pose(0).position[0], before);

@@ -53,7 +53,7 @@ struct Axes {
       origin(r) = array.affine[static_cast<std::size_t>(r)][3];
     }
   }
-  /// Of the lower corner of a voxel.
+  /// Lower corner of a voxel.
   Vector3d corner(int i, int j, int k) const { return matrix * Vector3d(i - 0.5, j - 0.5, k - 0.5) + origin; }
 };
 

@@ -180,7 +180,7 @@ TEST(FibreLatticeContract, WhatItCannotTurnIsRefusedAtItsLine) {
   refused("[specimen]\nshape = \"box\"\nlattice = \"fibre\"\ncells = 12\nspacing = \"1 mm\"\n"
           "material = \"muscle/soleus\"\n[[hold]]\nwhere = \"x-\"\n",
           "a line, which has nothing to turn");
-  // Of a layer one cell thick a turn leaves crumbs.
+  // Rotation breaks a layer one cell thick into crumbs.
   refused(text("{ angle = \"45 deg\", plane = \"xz\" }", "fibre", "[30, 10, 1]"), "hang together");
   // A turn within x and z leaves y an axis.
   EXPECT_EQ(faults(text(at20, "fibre", "[12, 6, 6]", "[[hold]]\nwhere = \"z-\"\naxes = \"y\"\n")).size(), 0u);

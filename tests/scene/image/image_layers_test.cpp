@@ -100,7 +100,7 @@ std::vector<std::size_t> voxels_of(const Image& image, const Asked& asked, const
   return voxels;
 }
 
-/// The key that is there most often, of equals the first; nothing where there is none.
+/// The most frequent key, the first among equals; nothing if empty.
 template<class Key>
 std::optional<Key> most_of(const std::map<Key, int>& count) {
   std::optional<Key> most;

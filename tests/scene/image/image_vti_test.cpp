@@ -211,7 +211,7 @@ TEST_F(VtiContract, RefusesLyingBlocks) {
   for (std::size_t word = 0; word < 4; ++word)
     for (const std::uint32_t lie : {0U, 2U, 5U, 7U, 1000U, 4294967295U}) {
       if (word == 1 && lie > 6)
-        continue; // the size of a full block does not matter where there is none
+        continue; // the size of a full block is ignored if there are none
       std::string bytes = sound;
       EXPECT_NE(keys_of(faults(bytes.replace(at + 4 * word, 4, bytes_of(lie, false)))), "")
           << word << ' ' << lie;

@@ -235,8 +235,8 @@ shear = 1
 TEST(CommandContract, InterruptEndsARunWithItsStatusAndNoStepOfTheSeries) {
   const test::TemporaryFolder folder;
   const auto file = folder.write("slow.toml", slow_scene);
-  // timeout sends SIGINT after five seconds (loading libraries takes one or two on a busy machine) and,
-  // should that not help, ends the test by force after thirty.
+  // timeout sends SIGINT after five seconds (loading libraries takes one or two under load) and, should that
+  // not help, ends the test by force after thirty.
   const Outcome run =
       shell("timeout --preserve-status -s INT -k 30 5 " + std::string(MAILLE_COMMAND) + " run " +
             file.string() + " --methods sweep --json --out " + folder.path().string());

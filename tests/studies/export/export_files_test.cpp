@@ -111,7 +111,7 @@ void expect_same_cell_arrays(vtkCellData& pieces, vtkCellData& whole) {
   }
 }
 
-// Truth: the file of the whole. Of one material and of two, whose values at nodes in doubt may be either's.
+// Truth: the file of the whole. With one material and with two; nodes at the border may have either value.
 TEST(ExportContract, PiecesOfALargeBodyHaveWhatOneFileHas) {
   for (const bool has_two : {false, true}) {
     Scene scene = block_with_holes(3, {5, 4, 17});

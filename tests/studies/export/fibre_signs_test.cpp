@@ -13,7 +13,7 @@ double dot(const Vec3& a, const Vec3& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/// A sheet whose fibres turn by 2 degrees from cell to cell, with signs by lot.
+/// A sheet whose fibres rotate by 2 degrees from cell to cell, with random signs.
 Scene fan(unsigned seed) {
   Scene scene = test::block(2, {60, 3, 1});
   std::mt19937 lot(seed);

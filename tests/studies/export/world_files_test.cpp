@@ -42,7 +42,7 @@ NodePositions shared(std::vector<Vec3> positions) {
   return std::make_shared<const std::vector<Vec3>>(std::move(positions));
 }
 
-/// Nodes of the soft object, x fastest, its own x axis stretched so many times: that is the world's y.
+/// Nodes of the soft object, x fastest, stretched along its own x axis, which is the world's y.
 std::vector<Vec3> soft_nodes(double stretch) {
   std::vector<Vec3> nodes;
   for (int j = 0; j < 2; ++j)

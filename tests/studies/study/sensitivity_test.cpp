@@ -1,4 +1,4 @@
-/// Sobol indices against those that are known in closed form, and what a study says of its own.
+/// Sobol indices against closed forms, and those of a study.
 
 #include "maille/studies/sensitivity.hpp"
 #include "studies/study/study_scenes.hpp"

@@ -34,7 +34,7 @@ inline SceneBuilder layers(const Index3& cells, double spacing, const ElasticCon
   return builder;
 }
 
-/// Of all moves together [N].
+/// Sum of the forces of all moves [N].
 inline double force_of_moves(const Scene& scene, const Answer& answer, int component) {
   double sum = 0;
   for (std::size_t i = 0; i < answer.reaction.size(); ++i)

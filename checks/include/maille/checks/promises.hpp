@@ -31,8 +31,8 @@ std::string broken_promise(const Scene& scene, std::string_view method, const An
 /// @param thorough also asks what costs more: threads of the relaxers, energies of sweeps, stops
 std::string broken_promise(const Scene& scene, bool thorough);
 
-/// The same for the random scene of a seed: the seed, the words of the smallest scene that breaks a promise,
-/// and which; empty where all are kept. Every eighth seed is looked at thoroughly.
+/// The same for the random scene of a seed: seed, smallest scene that breaks a promise, and which promise;
+/// empty if all hold. Every eighth seed is checked thoroughly.
 std::string broken_promise_of_seed(std::uint64_t seed);
 
 /// The same for the random world of a seed, and what is played in it (world_promises.hpp). Every fourth seed

@@ -1,5 +1,5 @@
 #pragma once
-/// A body in somebody's hand: handles moved step by step, at the cost of what they touch.
+/// Interactive dragging of a body: handles move step by step, at the cost of the region that changes.
 
 #include "maille/deform/plan.hpp"
 #include "maille/scene/answer.hpp"

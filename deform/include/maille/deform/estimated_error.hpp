@@ -33,7 +33,7 @@ struct EstimatedError {
   std::int64_t bytes = 0; ///< held at the peak, beside the scene's own
 };
 
-/// An estimate, or why there is none.
+/// An estimate, or the reason why it is missing.
 struct ErrorEstimation {
   std::optional<EstimatedError> estimate;
   std::string reason; ///< empty where there is one

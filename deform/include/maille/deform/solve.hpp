@@ -22,8 +22,8 @@ Answer solve(const Scene& scene, std::string_view method, const Control& control
 /// The same by enumeration: a slip does not compile. Of methods that are not here (finite elements) refused.
 Answer solve(const Scene& scene, Method method, const Control& control = {});
 
-/// Whether Control::communicator is of use: so many ranks share a scene's answer, of which the first has all
-/// and the others no displacement. It has the same bits as that of one process.
+/// True if the method can use Control::communicator with `n_ranks` ranks. The first rank then holds the whole
+/// answer, the others no displacement. The bits equal those of one process.
 bool is_for_all_ranks(const Scene& scene, std::string_view method, int n_ranks);
 
 /// What an ElasticBody keeps between answers.

@@ -11,7 +11,7 @@ constexpr std::int64_t most_nodes_inverted = 36;
 /// Multiplications that factors of a thin level may cost: at least, where its cells are flat and relaxation
 /// is of little help, and for each node of the finest level.
 constexpr double most_products = 1e9, most_products_of_flat = 2e10, products_per_node = 2e4;
-/// Cells are flat that are so many times as long as they are thick.
+/// Cells with a larger ratio of length to thickness count as flat.
 constexpr double flat = 2.5;
 
 int longest_axis(const Index3& nodes) {

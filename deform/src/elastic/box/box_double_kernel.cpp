@@ -16,7 +16,7 @@ namespace HWY_NAMESPACE {
 using G = hn::CappedTag<double, line_of_floats / 2>;
 using VG = hn::VFromD<G>;
 
-/// Of a row of n numbers, and zeros beyond.
+/// Loads from a row of n numbers, with zeros beyond its ends.
 struct LoadDense {
   int n;
   HWY_INLINE VG operator()(const double* row, int x) const {
@@ -30,7 +30,7 @@ struct LoadDense {
   }
 };
 
-/// Of a padded row of float32.
+/// Loads from a padded row of float32, widened to float64.
 struct LoadWidened {
   HWY_INLINE VG operator()(const float* row, int x) const {
     const hn::Rebind<float, G> narrow;

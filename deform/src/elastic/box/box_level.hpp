@@ -53,7 +53,7 @@ public:
   std::int64_t n_nodes() const {
     return std::int64_t{1} * operator_.nodes[0] * operator_.nodes[1] * operator_.nodes[2];
   }
-  /// Of the regular cells [m].
+  /// Spacing of the regular cells [m].
   double spacing(int axis) const {
     const auto& place = place_[static_cast<std::size_t>(axis)];
     return place[1] - place[0];

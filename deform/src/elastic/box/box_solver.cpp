@@ -27,8 +27,8 @@ namespace {
 
 /// Tolerances below this one ask for a state in float64.
 constexpr double float32_is_enough = 5e-4;
-/// Of the largest displacement: the start is within some hundredths of the answer, and links differ from node
-/// to node.
+/// A link that exceeds its limit by this share of the largest displacement breaks it clearly. The start is
+/// within a few per cent of the answer, and links differ from node to node.
 constexpr double clearly = 0.02;
 
 std::array<std::vector<double>, 3> places(const Grid& grid) {

@@ -40,8 +40,8 @@ public:
   /// Takes u, in which prescribed components have their values, to the answer, if it is not stopped and does
   /// not stall.
   CoupledRound solve(Displacement& u, Answer& answer);
-  /// Whether that ended at the start, because it breaks limits so clearly that nobody needs the elastic
-  /// answer.
+  /// True if the solve ended at the start because the start breaks limits so clearly that the elastic answer
+  /// is not needed.
   bool is_start_only() const { return is_start_only_; }
   /// Energy, and what holds every prescribed component of the scene there.
   void find_energy_and_reactions(const Displacement& u, Answer& answer);

@@ -52,7 +52,7 @@ private:
   std::vector<float> right_, hat_;
 };
 
-/// Of all axes, for the loops.
+/// Views of all three axes, for the kernels' loops.
 inline std::array<AxisTransfer, 3> views(const std::array<AxisCoarsening, 3>& t) {
   return {t[0].view(), t[1].view(), t[2].view()};
 }

@@ -41,10 +41,10 @@ private:
   Index3 coarse_nodes_{};
 };
 
-/// Energies of linear displacements are kept, axis by axis: the weights of parallel links add up, shared out
-/// by the hat functions, and those of links in a row as the square of the part of the way. That is the
-/// arithmetic mean of the matter around a coarse link; where there is none it counts as nothing. Never softer
-/// than the Galerkin product, since (sum hat d)^2 <= sum hat d^2.
+/// Preserves the energy of linear displacements, axis by axis: weights of parallel links add up, distributed
+/// by the hat functions; weights of links in series scale with the square of their share of the length. This
+/// is the arithmetic mean of the material around a coarse link; cells without material count as zero. Never
+/// softer than the Galerkin product, since (sum hat d)^2 <= sum hat d^2.
 LinkWeights coarse_weights(const GridPair& grids);
 
 /// A coarse node is fixed if the fine one in its place is, or if fixed ones have as much weight around it as

@@ -49,9 +49,9 @@ private:
 
 /// The weights of the links of a level, in units of the largest on the finest.
 struct LinkWeights {
-  /// Of a box: the factors of its axes, links one shorter than masses (see ComponentwiseOperator).
+  /// On a box: factors of the axes, links one shorter than masses (see ComponentwiseOperator).
   std::array<std::vector<double>, 3> axis_link, axis_mass;
-  /// Of any other body; empty on a box.
+  /// On any other body; empty on a box.
   std::array<PaddedArray, 3> link;
 
   bool is_box() const { return link[0].size() == 0; }
@@ -88,7 +88,7 @@ public:
   std::int64_t node(const Index3& at) const {
     return at[0] + nodes_[0] * (at[1] + std::int64_t{1} * nodes_[1] * at[2]);
   }
-  /// Weight of the link from a node to the next along `axis`; 0 where there is none.
+  /// Weight of the link from a node to the next along `axis`; 0 without a link.
   double weight(const Index3& at, int axis) const;
   /// Sum of the weights of a node's links, and its anchor.
   double diagonal(const Index3& at) const;

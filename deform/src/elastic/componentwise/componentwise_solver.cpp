@@ -189,7 +189,7 @@ private:
   std::vector<double> sums_, largest_; ///< per plane
 };
 
-/// Of a round, after which the residual is found anew.
+/// Watches one round, after which the residual is recomputed.
 class ComponentwiseSolver::Watch : public GradientWatch {
 public:
   Watch(const Correction& correction, SolveOutcome& outcome, double tolerance,

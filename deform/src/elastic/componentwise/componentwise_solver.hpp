@@ -100,7 +100,7 @@ int level_axis(const Grid& grid, int axis);
 
 /// V / h_a^2 per axis of the grid: times a modulus the weight of a link inside matter of one kind [m].
 Vec3 weight_per_modulus(const Grid& grid);
-/// Of one link for one component: the sum over the cells of matter around it [N/m].
+/// Weight of one link for one component: the sum over the cells of the body around it [N/m].
 double link_weight(const Specimen& body, const CellModuli& moduli, const Index3& tail, int axis,
                    int component);
 

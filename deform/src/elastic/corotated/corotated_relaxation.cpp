@@ -70,7 +70,7 @@ Displacement loads_of(Scene scene) {
   return loads;
 }
 
-/// Of a body all of whose cells are strained by one, about.
+/// Approximate energy of the body with all cells at unit strain.
 double energy_of_unit_strain(const Scene& scene, const LatticeElasticity& linear) {
   double sum = 0;
   for (std::int64_t cell = 0; cell < scene.specimen.grid.n_cells(); ++cell)

@@ -16,8 +16,7 @@ namespace {
 
 /// Over the links' own stiffness: the cycle knows penalties, so that much costs little.
 constexpr double rho = 100;
-/// The multigrid is told anew when so many of the links that are outside were not then, or the other way
-/// round.
+/// Rebuild the multigrid when this share of the active links has changed since it was built.
 constexpr double enough_changes = 0.01;
 
 List<std::uint8_t> fixed_components(const Scene& scene) {

@@ -15,9 +15,10 @@ namespace {
 
 /// More take long to be put in order.
 constexpr std::int64_t most_components = 60'000, most_components_of_slender = 200'000;
-/// Of a factor in the time that an iteration takes for a component: small bodies, one thread.
+/// Operations of the factorisation in the time of one iteration per component, on small bodies and one
+/// thread.
 constexpr double operations_per_iteration = 100;
-/// Of a number in a sparse matrix, with its row.
+/// Bytes per non-zero (value and row index).
 constexpr std::int64_t per_number = sizeof(double) + sizeof(int);
 
 /// A column of k cells across has (k + 1)^2 / k^2 nodes a cell.

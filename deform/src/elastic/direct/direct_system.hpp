@@ -76,7 +76,7 @@ std::int64_t bytes_for_factor(const Specimen& body);
 /// Null where a factor may not be made.
 std::unique_ptr<DirectSystem> make_direct_system(const CoupledTask& task);
 
-/// For bodies that are very slender, and those on which multigrid of their pieces comes to no end.
+/// For very slender bodies, and bodies on which multigrid of their pieces does not converge.
 /// @param system of the task, may be null @return as CoupledAlgorithm; nothing where there is no factor
 std::optional<bool> solve_coupled_by_factor(const CoupledTask& task, std::unique_ptr<DirectSystem> system,
                                             Answer& answer);

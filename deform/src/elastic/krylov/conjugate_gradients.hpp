@@ -65,8 +65,8 @@ inline GradientsEnd conjugate_gradients(GradientSpace& space, GradientWatch& wat
   return GradientsEnd::told;
 }
 
-/// So many iterations at most, until r . B r has fallen to `reduction` squared of what it was, or somebody
-/// stops it.
+/// Stops after `most` iterations, when r . B r has fallen to `reduction` squared of its first value, or when
+/// must_stop() says so.
 class ReductionWatch : public GradientWatch {
 public:
   ReductionWatch(int most, double reduction, const std::function<bool()>& must_stop)
@@ -83,7 +83,7 @@ public:
     return true;
   }
   int iterations() const { return iterations_; }
-  /// Of what was found with the right-hand side.
+  /// Twice the decrease of the energy so far: the sum of step times r . z.
   double descent() const { return descent_; }
 
 private:

@@ -86,7 +86,7 @@ double CoupledError::relative_to(double energy) const {
 }
 
 double CoupledError::of_residual(double product, double energy) const {
-  constexpr double not_met_yet = 3; // eigenvalues may be so many times smaller than the smallest that was met
+  constexpr double not_met_yet = 3; // the smallest eigenvalue may lie below the smallest Ritz value by this
   return std::min(1.0, std::sqrt(not_met_yet * std::max(0.0, product) / smallest_ / not_nothing(energy)));
 }
 

@@ -24,16 +24,16 @@ public:
   /// The residual was found anew, or the directions forgotten: products of before and after make no
   /// coefficients.
   void restart();
-  /// Of the present state, relative to `energy` of the answer (u . K u); 1 before there are enough steps, and
-  /// where it does not fall.
+  /// Error of the present state, relative to `energy` of the answer (u . K u); 1 before there are enough
+  /// steps, and where the error does not fall.
   double relative_to(double energy) const;
   /// The same for a residual that was found anew after those steps, with r . B r = product.
   double of_residual(double product, double energy) const;
-  /// Of the preconditioned operator, the smallest that was met; 1 at most.
+  /// Smallest eigenvalue of the preconditioned operator found so far (a Ritz value); at most 1.
   double smallest_eigenvalue() const { return smallest_; }
-  /// Of the last steps, how slowly r . B r falls; 1: it does not.
+  /// Convergence rate: reduction of r . B r per step over the last steps; 1 without convergence.
   double rate() const;
-  /// That was met before, by the same operator around the same preconditioner.
+  /// Starts with an eigenvalue found earlier, by the same operator and preconditioner.
   void begin_with(double smallest) { smallest_ = smallest; }
   bool is_empty() const { return gains_.empty(); }
 

@@ -59,9 +59,9 @@ public:
   virtual KeptDirection keep_direction(const Displacement&, int, double, const std::function<bool()>&) {
     return {};
   }
-  /// Of the direction that is kept, at a node by its dense number.
+  /// Entry of the stored direction at a node (dense number).
   virtual double kept(int, std::size_t) const { return 0; }
-  /// u += step direction, residual -= step K direction, of the one that is kept.
+  /// u += step p, residual -= step K p, with the stored direction p.
   virtual void move_along_kept(double, Displacement&, Displacement&) {}
 };
 

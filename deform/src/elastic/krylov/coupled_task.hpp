@@ -52,9 +52,9 @@ struct CoupledTask {
   }
 };
 
-/// How conjugate gradients ended: as good as was asked, or as rounding lets it be; with a residual that must
-/// be found anew; by the caller or the number of iterations; or with an error that does not fall and is no
-/// rounding.
+/// How a round of conjugate gradients ended. finished: within tolerance, or at rounding level; used_up: the
+/// residual has to be recomputed; stopped: by the caller or the limit of iterations; stalled: the error
+/// stagnates above rounding level.
 enum class CoupledRound { finished, used_up, stopped, stalled };
 
 /// Each fills in displacement, iterations, residual, strain energy, setup time and algorithm, and the

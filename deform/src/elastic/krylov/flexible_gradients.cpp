@@ -19,8 +19,8 @@ constexpr std::int64_t patience = 1000;
 constexpr std::int64_t steps_between_doubts = 10;
 /// Residuals that are carried along drift away from the true ones by rounding.
 constexpr int steps_between_residuals = 50;
-/// Of the tolerance, for the estimate: slender bodies converge by leaps, and what is left may lie along a
-/// soft direction.
+/// Share of the tolerance that the estimate must reach: slender bodies converge in leaps, and the remaining
+/// error may lie along a soft direction.
 constexpr double share_of_tolerance = 1.0 / 3;
 
 } // namespace
@@ -91,8 +91,8 @@ double FlexibleGradients::estimate(double energy_of_error) const {
   return std::min(1.0, std::max(energy_of_error, of_displacement));
 }
 
-/// r . B r of a residual that is all rounding: each entry that of its diagonal's product, eps |K_ii u_i|,
-/// with a sign as good as by lot. Takes image_ and correction_.
+/// r . B r of a residual that is pure rounding: each entry is that of its diagonal's product, eps |K_ii u_i|,
+/// with pseudo-random signs. Uses image_ and correction_.
 double FlexibleGradients::left_by_rounding() {
   const Displacement& u = *u_;
   const Displacement diagonal = K_->diagonal();

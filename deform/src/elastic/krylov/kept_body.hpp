@@ -49,7 +49,7 @@ private:
     Displacement u;
     Loads loads;
   };
-  static constexpr std::size_t most = 3; ///< a node that is moved has so many directions
+  static constexpr std::size_t most = 3; ///< a node that is moved has three directions
 
   std::vector<One> answers_;   ///< the newest last
   bool was_spanned_ = false;   ///< by them, the last question

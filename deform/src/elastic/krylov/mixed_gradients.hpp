@@ -25,11 +25,11 @@ public:
   /// r = loads - K u where components are free, found in float64; the state is to become no change of u.
   /// @param u may be empty until the last round is finished, if the state knows where it begins
   virtual Residual begin_round(const Displacement& u, double scale) = 0;
-  /// Of the direction, in the unit; asked for only if there are loads.
+  /// Work of the loads along the direction, in the unit; called only if there are loads.
   virtual double work_of_loads() = 0;
   /// Takes over into u what the round has found. @param is_last u is the answer
   virtual void finish_round(Displacement& u, bool is_last) = 0;
-  /// Whether somebody else should find the answer, after so many iterations.
+  /// True if the solver should hand over to its fallback.
   virtual bool gives_up(std::int64_t iterations) {
     (void)iterations;
     return false;

@@ -27,8 +27,8 @@ struct Nearness {
   double error(double energy) const {
     return std::sqrt((part_of_descent * std::max(descent, 0.0) + part_of_gap * gap) / energy);
   }
-  /// Whether better multipliers do more than better displacements. The descent is measured with the
-  /// penalties, in which the gap counts so many times.
+  /// True if better multipliers help more than better displacements. `descent` includes the penalties, which
+  /// weigh the gap by `rho`; hence the factor.
   bool asks_for_multipliers() const {
     constexpr double enough_descent = 100;
     return !(descent > enough_descent * gap);
@@ -45,8 +45,7 @@ struct Nearness {
 /// Same results for any number of threads.
 class ActiveLinks {
 public:
-  /// All must outlive this. @param is_fixed per node: the component is prescribed there, or is none of the
-  /// body's
+  /// All must outlive this. @param is_fixed per node: the component is prescribed there, or outside the body
   ActiveLinks(const Scene& scene, const CellModuli& moduli, const LinkLimits& limits, int component,
               const std::vector<bool>& is_fixed, double rho);
 

@@ -18,8 +18,7 @@ namespace {
 /// Of conjugate gradients, over the links' own stiffness: the cycle knows penalties, so much costs little and
 /// brings multipliers near; on other bodies than boxes it knows them less well.
 constexpr double penalty_of_boxes = 100, penalty_of_bodies = 30;
-/// The multigrid is told anew when so many of the links that are outside were not then, or the other way
-/// round.
+/// Rebuild the multigrid when this share of the active links has changed since it was built.
 constexpr double enough_changes = 0.01;
 constexpr int most_evaluations = 12; ///< of the slope along a direction
 constexpr double flat_enough = 0.05; ///< beside the slope at the start
@@ -182,7 +181,7 @@ double ConstrainedMinimum::best_step(double slope, double curvature) const {
   return step;
 }
 
-/// Of the energy along the direction that the links know, the limits' forces left out.
+/// Slope of the energy along the direction of the links, without the forces of the limits.
 /// @param descent residual_ . direction
 double ConstrainedMinimum::slope_of_energy(double descent) const {
   // The residual has the limits' forces in it: their slope at 0 is taken off again.

@@ -20,7 +20,7 @@ List<PenaltyLink> merged(List<PenaltyLink> links) {
 
 namespace {
 
-/// Ends are counted into buckets of so many places: those that are left to be sorted are few.
+/// Places per bucket of the counting sort of ends; few ends per bucket are left to sort.
 constexpr std::int64_t places_per_bucket = 32;
 
 /// @param place_of a number below `places` that says their order but for that of ends at one place, which is

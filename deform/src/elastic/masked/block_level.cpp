@@ -12,7 +12,7 @@ namespace maille::deform {
 
 namespace {
 
-/// Of n vertices. Loops over entries take so many at once.
+/// Entries of n vertices, rounded up to a multiple of `whole` for the loops.
 std::size_t entries_of(std::int32_t n) {
   constexpr std::size_t whole = 16;
   return (block_stride * static_cast<std::size_t>(n) + whole - 1) / whole * whole;

@@ -240,7 +240,7 @@ void Coarsening::find_vertices() {
   });
 }
 
-/// Of a cell's corner: see Coarsened::place.
+/// Place of a cell's corner in its piece: see Coarsened::place.
 std::int32_t Coarsening::place_in_piece(std::int32_t cell, int corner) const {
   const Index3& at = place(cell);
   const int halves[3] = {at[0] % 2 + (corner & 1), at[1] % 2 + (corner >> 1 & 1), at[2] % 2 + (corner >> 2)};

@@ -59,8 +59,8 @@ CellCoefficients coefficients_of(const LatticeElasticity::Kind& kind, const Cell
 
 namespace {
 
-/// Of a column of a cell's differences: which there are, and their sign; its strain, its two shears, the two
-/// twists that it takes part in, and the differences of faces across both other axes.
+/// Differences that contain one column (corner and component) of a cell, and their signs: its strain, its two
+/// shears, its two twists, and the differences of faces across both other axes.
 struct CellColumn {
   std::array<int, 3> strain{};
   std::array<double, 3> of_strain{};
@@ -158,7 +158,7 @@ CellMatrix cell_matrix(const CellCoefficients& c) {
 
 namespace {
 
-/// Of the diagonal's numbers, rounded up for the loops.
+/// Entries of the diagonal, rounded up for the loops.
 constexpr std::size_t diagonal_size = 32;
 
 /// The diagonal is linear in the coefficients: what each of them gives, one after another.

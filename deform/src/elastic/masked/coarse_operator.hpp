@@ -46,17 +46,18 @@ inline constexpr int fewest_pieces_of_a_pattern = 3;
 
 /// Matrices of pieces where many are alike: those of one material have no more than 255.
 struct PatternedPieces {
-  /// Of a vertex and component (24), in the order of vertices, the forces at all.
+  /// A column holds the forces of a unit displacement of one vertex and component, in the order of vertices
+  /// (24).
   static constexpr std::size_t column_size = 24, matrix_size = 24 * column_size;
   List<PatternedPiece> pieces; ///< of all planes, one after another, whether they have patterns or not
-  /// Of slabs of planes: those of every second one share no vertex.
+  /// First piece of every slab of planes; every second slab shares no vertex.
   List<std::size_t> first_of_slab;
-  /// Of every slab the numbers of its pieces, those of one pattern after another: products then find its
-  /// matrix in the cache. Those without a pattern come last.
+  /// Numbers of the pieces, slab by slab, sorted by pattern so that products find the matrix in the cache.
+  /// Pieces without a pattern come last.
   List<std::int32_t> by_pattern;
   AlignedArray<float> matrices; ///< [pattern][column][row]
 
-  /// Of a matrix: where the entry of two of its 24 rows and columns is.
+  /// Place of an entry in a matrix.
   static constexpr std::size_t place(std::size_t row, std::size_t column) {
     return column_size * column + row;
   }
@@ -81,7 +82,7 @@ public:
   bool has_pieces() const { return pieces_.matrices.size() > 0; }
   /// Whether products are those of the blocks alone.
   bool is_of_blocks() const { return !has_pieces() && added_.column.empty(); }
-  /// Of what has no pattern. @pre they were not rounded
+  /// Blocks of the pieces without a pattern. @pre they were not rounded
   const BlockMatrix& blocks() const { return blocks_; }
   BlockMatrix& blocks() { return blocks_; }
   const PatternedPieces& pieces() const { return pieces_; }

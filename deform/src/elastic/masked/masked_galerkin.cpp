@@ -14,9 +14,9 @@ namespace maille::deform {
 
 namespace {
 
-/// Of matter: patterns name them by a byte for each cell, where 0 is none.
+/// Kinds of material: patterns store a byte for each cell, where 0 is empty.
 constexpr std::size_t most_kinds_remembered = 64;
-/// If less than one kind in so many is thin, a table for thin cells too costs more than it spares.
+/// Below one thin kind in this number, a table for thin cells costs more than it saves.
 constexpr std::size_t worth_table_of_thin = 6;
 
 /// The matrix of a plain cell as its piece has it is linear in the cell's coefficients: what each of them

@@ -32,7 +32,7 @@ struct MaskedOperator {
 /// forces += A u of the cells of some runs, one after another.
 void add_matter_forces(const MaskedOperator& A, std::span<const CellRun> runs, const float* u, float* forces);
 
-/// sum += columns times c: n columns of so many numbers, one after another. @pre size is a multiple of 32
+/// sum += columns times c: n columns of `size` numbers, one after another. @pre size is a multiple of 32
 void add_columns(std::int64_t size, int n, const float* columns, const double* c, double* sum);
 
 /// f = eigenvalue_noise() of the entries from `first` on. @param inverse, f of the first one

@@ -69,7 +69,7 @@ public:
   CellCoefficients coefficients_of(const LatticeElasticity::Kind& kind) const {
     return deform::coefficients_of(kind, factors_);
   }
-  /// Of the diagonal; 0 where a component may not move, or there is no matter.
+  /// Inverse of the diagonal; 0 where a component is fixed, or outside the body.
   const float* inverse() const { return inverse_.data(); }
   /// Other components than before do not move from now on. @pre no penalties are set
   void set_fixed(const std::vector<Prescribed>& prescribed);
@@ -93,7 +93,7 @@ public:
 
   /// f = eigenvalue_noise(), the same on any number of ranks.
   void set_noise(ThreadTeam& team);
-  /// Of the entries of two fields.
+  /// Dot product of two fields.
   double dot(const float* a, const float* b, ThreadTeam& team);
 
   /// Cells of matter, in the grid's order; vertices are slots.
@@ -110,7 +110,7 @@ public:
                                   const SharedPieces* shared, bool by_patterns, ThreadTeam& team,
                                   const List<ComplexCell>& cells, CoarseOperator* whole) const;
   AlignedArray<float> u, f, r;
-  /// While coarser grids are made, nobody needs the fields.
+  /// The fields are not needed while coarser grids are built.
   void release_fields() {
     u = {};
     f = {};

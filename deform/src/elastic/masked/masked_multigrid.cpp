@@ -20,8 +20,8 @@ constexpr std::int32_t most_vertices_solved_directly = 60;
 /// If coarsening leaves more of the vertices than this, there are many small pieces, and they are joined.
 constexpr double worst_coarsening = 0.6;
 
-/// Of the coarser grids, the finest. More of them bring next to nothing, and bodies whose grids hardly shrink
-/// would pay for it.
+/// The number of coarse grids, from the finest on, that are corrected twice. More hardly help, and bodies
+/// whose grids shrink slowly would pay for them.
 constexpr std::size_t n_corrected_twice = 2;
 
 /// With one step a chain of 500 cells is not told from what may be rounded.
@@ -42,7 +42,7 @@ struct Entry {
   double value = 0;
 };
 
-/// Of the links alone, where components may move. Rows and columns are slots.
+/// Matrix of the links alone, where components are free. Rows and columns are slots.
 BlockMatrix matrix_of(const List<SlotLink>& links, const MaskedLevel& level) {
   std::vector<Entry> entries;
   entries.reserve(4 * links.size());

@@ -33,7 +33,7 @@ public:
   std::int32_t n() const { return A_.n_rows(); }
   /// Forces whose answers are made of soft motions more than of others, as those of conjugate gradients are.
   void set_noise(ThreadTeam& team);
-  /// In so many steps before and after each coarser level.
+  /// Relaxes with this number of steps before and after each coarser level.
   void relax_in(int steps);
   /// A is kept in numbers of 16 bits where that changes the energy of u by a small part at most.
   void round_operator(ThreadTeam& team);
@@ -43,7 +43,7 @@ public:
   void set_penalties(BlockMatrix S);
 
   AlignedArray<float> u, f, r; ///< block_stride numbers a vertex
-  /// While coarser grids are made, nobody needs them; they are not there at first.
+  /// The fields are not needed while coarser grids are built; at first they do not exist.
   void make_fields(bool does) {
     for (AlignedArray<float>* const field : {&u, &f, &r})
       *field = AlignedArray<float>(does ? inverse_.size() : 0);

@@ -18,15 +18,15 @@ struct NodeRow {
   int nodes = 0;
 };
 
-/// Cells along x that follow one another, taken up in blocks of so many; the last one may reach beyond them.
+/// Consecutive cells along x, processed in blocks; the last block may reach beyond them.
 struct CellRun {
   static constexpr int block = 8;
 
   Index3 first{}; ///< cell
   std::int32_t node_slot[4] =
       {}; ///< of the first node of its four rows of nodes: (y, z), (y + 1, z), (y, z + 1), (y + 1, z + 1)
-  /// Of the first cell, a multiple of the block; where cells have coefficients of their own, of all of their
-  /// blocks the number of the first.
+  /// Number of the first cell, a multiple of the block. Where cells have coefficients of their own: the
+  /// number of its first block.
   std::int32_t cell_slot = 0;
   int cells = 0;
   bool bends = false; ///< some of the cells are thin
@@ -35,11 +35,11 @@ struct CellRun {
   int node_blocks() const { return (cells + block) / block; } ///< of the nodes at their corners
 };
 
-/// Only rows that touch matter are kept, so memory and work follow the body, not its bounding box; within a
-/// row every node's neighbour along x is its neighbour in memory, so loops run in vectors and without tables
-/// of neighbours. Loops over the blocks of a run reach up to a block beyond its nodes, and add nothing there:
-/// to the next rows, or to slots between slabs of planes that are nobody's, so that slabs of layers of which
-/// every second one is done at once touch no slot in common.
+/// Only rows that touch material are stored, so memory and work follow the body, not its bounding box. Within
+/// a row every node's neighbour along x is its neighbour in memory, so loops run in vectors and without
+/// tables of neighbours. Loops over the blocks of a run reach up to a block beyond its nodes and add zero
+/// there: to the next rows, or to unused slots between slabs of planes, so that slabs that run in parallel
+/// (every second one) touch no slot in common.
 class MaskedRows {
 public:
   static constexpr int block = CellRun::block;

@@ -100,8 +100,8 @@ namespace {
 
 /// Components that may be fixed otherwise than where a hierarchy was made, besides a tenth of those there.
 constexpr std::size_t few_fixed = 300;
-/// Matter that became so many times stiffer or softer costs its root in iterations; more is worth a
-/// hierarchy.
+/// A material that became stiffer or softer by this factor costs its root in iterations; a larger change is
+/// worth a new hierarchy.
 constexpr double largest_ratio = 2;
 
 } // namespace

@@ -46,7 +46,7 @@ private:
   std::optional<MaskedGradients> gradients_; ///< once they are needed
 };
 
-/// Of the stiffness of any material of a scene; see relaxation_steps().
+/// Largest contrast of the stiffness of any material of a scene; see relaxation_steps().
 double largest_contrast(const Scene& scene);
 
 /// What stands in memory for a body: its operator, and a hierarchy for what was fixed when it was made.

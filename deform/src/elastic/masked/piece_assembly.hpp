@@ -33,7 +33,7 @@ struct Piece {
 /// Parts of pieces, in the order of planes: the first of each slab, and the end.
 List<std::size_t> slabs_of(std::span<const std::int32_t> pieces, const List<ComplexCell>& cells, int planes);
 
-/// Of a coarsened grid the cells that each piece is made of, and how their matrices add up.
+/// For a coarsened grid: the cells of each piece, and how their matrices add up.
 class PieceAssembly {
 public:
   /// Planes of pieces that are added up in one go: those of every second slab share no row, not even at

@@ -45,11 +45,11 @@ public:
   /// Of numbers of its own planes from every rank, the sum in the order of planes.
   double total(std::span<const double> of_own) const;
   std::vector<double> of_ranks(double of_own) const;
-  /// Of one number from every rank.
+  /// Largest of one number from every rank.
   double largest(double of_own) const;
   /// Sums of those of earlier ranks, by rank, and of all.
   std::vector<double> first_of_ranks(double of_own) const;
-  /// The plane below its own, and so many above, become what their owners have.
+  /// Copies the plane below this rank's own, and `above` planes above them, from their owners.
   /// @param field component after component, `stride` apart
   void exchange_borders(const MaskedRows& rows, std::int64_t stride, float* field, int above = 1) const;
   /// Numbers of all planes become what their owners have, on the first rank; the others have none.
@@ -112,7 +112,7 @@ public:
   /// @param slabs outlive this, and are shared @param coarsened of the cells that the rank knows
   SharedPieces(const Slabs& slabs, const Coarsened& coarsened);
 
-  /// Of all ranks.
+  /// Number of vertices over all ranks.
   std::int32_t n_vertices() const { return n_vertices_; }
   bool is_first() const { return slabs_.is_first(); }
   /// All pieces with the numbers of all, on the first rank; no cells elsewhere.

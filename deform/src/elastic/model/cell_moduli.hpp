@@ -9,8 +9,8 @@
 
 namespace maille::deform {
 
-/// modulus[a][b] of a cell [Pa]: C_bb for b = a, the shear modulus C_(ab)(ab) else, of the stiffness in the
-/// object's frame, reduced to the scene's dimension. Couplings between strains are what the model leaves out.
+/// modulus[a][b] of a cell [Pa]: C_bb for b = a, the shear modulus C_(ab)(ab) otherwise, of the stiffness in
+/// the object's frame, reduced to the scene's dimension. The model ignores couplings between strains.
 class CellModuli {
 public:
   using Table = std::array<std::array<double, 3>, 3>;
@@ -23,7 +23,7 @@ public:
   bool is_homogeneous_box() const { return is_homogeneous_box_; }
   /// @pre the cell holds matter
   const Table& operator[](std::int64_t cell) const { return kinds_[kind(cell)]; }
-  /// Of the first cell of matter.
+  /// Moduli of the first cell of the body.
   const Table& first() const { return kinds_[first_kind_]; }
 
 private:

@@ -347,7 +347,7 @@ void LatticeElasticity::apply_to_layer(const Nodes<const double>& u, const Nodes
   }
   const auto add_at = [&](std::int64_t cell, std::int64_t node) {
     double of_u[dimension * corners], of_force[dimension * corners] = {};
-    bool is_moved = false; // at the start of a solve next to nothing is
+    bool is_moved = false; // at the start of a solve most nodes are not
     for (int b = 0; b < dimension; ++b)
       for (int corner = 0; corner < corners; ++corner) {
         const double value = *u.at(static_cast<std::size_t>(b), node + offset[corner]);
@@ -527,7 +527,7 @@ LatticeElasticity::cell_forces<2>(std::int64_t cell, const Eigen::Matrix<double,
 template Eigen::Matrix<double, 3, 8>
 LatticeElasticity::cell_forces<3>(std::int64_t cell, const Eigen::Matrix<double, 3, 8>& u) const;
 
-/// Of one cell of every kind by its unit displacements, then summed over cells.
+/// The diagonal of one cell of every kind by its unit displacements, then summed over cells.
 Displacement LatticeElasticity::diagonal() const {
   const int d = grid_.dimension(), corners = 1 << d;
   const auto of_cell = [&](const Kind& kind) {

@@ -58,7 +58,7 @@ public:
   /// forces = K u: what must pull at every node to keep it there [N]; dense, [component][node].
   /// Same bits for any number of threads.
   void apply(const Displacement& u, Displacement& forces, ThreadTeam& team) const;
-  /// What apply() finds at some planes of nodes across z: first_node and so many after it.
+  /// A range of planes of nodes across z, to which apply() can be restricted.
   struct Window {
     int first_plane = 0, end_plane = 0;
     std::int64_t first_node = 0, n_nodes = 0;
@@ -100,7 +100,7 @@ public:
   };
   const List<Kind>& kinds() const { return kinds_; }
   static constexpr std::size_t few_kinds = 255;
-  /// Of the whole scene; more than few_kinds where there are more.
+  /// Number of kinds in the scene; few_kinds + 1 stands for all larger numbers.
   std::size_t n_kinds() const {
     return has_few_kinds_ ? kinds_.size() : std::max(kinds_.size(), few_kinds + 1);
   }

@@ -27,7 +27,7 @@ struct Pulls {
   double lower[3][4][most_cells], upper[3][4][most_cells];
 };
 
-/// Of one component: edges along x, and sums and differences over the eight corners.
+/// Values of one component: edges along x, and sums and differences over the eight corners.
 template<class D>
 struct Corners {
   using V = hn::VFromD<D>;
@@ -58,7 +58,7 @@ HWY_INLINE V by_side(D, bool is_upper, V a) {
   return is_upper ? a : hn::Neg(a);
 }
 
-/// Of the cells from x on.
+/// Pulls of the cells from x on.
 template<class D>
 HWY_INLINE void find_pulls(D d, const LatticeRun& run, const std::int64_t* row, int x, Pulls& pulls) {
   using V = hn::VFromD<D>;

@@ -17,7 +17,7 @@ struct LatticeRun {
   const double* edge = nullptr;
   const double* shear = nullptr;
   double per_length[3] = {}; ///< 1 over the spacing [1/m]
-  // Of the first cell's first node, by component; distances to the next nodes along y and z.
+  // Pointers to the first cell's first node, by component; distances to the next nodes along y and z.
   const double* u[3] = {};
   double* forces[3] = {};
   std::int64_t next_y = 0, next_z = 0;

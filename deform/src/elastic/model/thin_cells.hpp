@@ -10,7 +10,7 @@
 
 namespace maille::deform {
 
-/// Along an axis, so many cells of matter in a row or fewer are thin: they bend as plates do.
+/// Rows of at most this number of cells along an axis are thin: they bend as plates do.
 inline constexpr int most_cells_of_thin = 2;
 
 /// The axes along which a cell of matter is part of a row that is thin: bit a for axis a. In 3D; none

@@ -14,7 +14,7 @@ namespace maille::deform {
 ///        grows fast
 std::vector<float> chebyshev_weights(double largest, int steps);
 
-/// Of an elasticity matrix in Voigt's notation: its largest eigenvalue over its smallest.
+/// Ratio of the largest to the smallest eigenvalue of an elasticity matrix in Voigt notation.
 double stiffness_contrast(const Matrix6& stiffness);
 /// Few enough of them for a contrast: stiffnesses of volume changes and shears alike.
 constexpr int steps_of_low_contrast = 2;

@@ -11,9 +11,9 @@
 
 namespace maille::deform {
 
-/// One layer of unknowns by the inverse of their matrix, in which motions that nothing holds stay out; of
-/// rounded ones they are held by next to nothing.
-/// Several layers, each of which meets the next only, by Cholesky's factors, layer by layer, in float64.
+/// One layer of unknowns is solved by the inverse of its matrix, without the zero-energy motions (rounding
+/// leaves these a tiny stiffness). Several layers, of which each touches only the next, are solved by
+/// Cholesky factors, layer by layer, in float64.
 class CoarsestSolve {
 public:
   struct Unknowns {

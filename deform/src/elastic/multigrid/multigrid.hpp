@@ -69,7 +69,7 @@ public:
 
 protected:
   const CoarsestSolve& coarsest() const { return *coarsest_; }
-  /// Of the last level as it is now. @return false where it is not held well enough
+  /// Factors the present last level. @return false where it is not fixed well enough
   bool factor_coarsest() {
     const Level& last = *levels_.back();
     if (numbered_ != &last)

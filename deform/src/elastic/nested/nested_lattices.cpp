@@ -186,7 +186,7 @@ std::unique_ptr<Coarser> NestedSolve::coarsened(const Scene& scene,
   return level;
 }
 
-/// What extrapolation needs. @return why there is none; empty if there is
+/// Builds the coarser scenes for extrapolation. @return why they cannot be built; empty if they can
 std::string NestedSolve::find_coarser() {
   const Scene* fine = &task_.scene;
   const std::vector<Prescribed>* prescribed = &task_.prescribed;

@@ -15,7 +15,7 @@ struct LatticeAnswer {
 
 struct Extrapolated {
   double share = 0;   ///< of the coarsest lattice's nodes that are free to move: those that showed a ratio
-  std::string reason; ///< why there is none anywhere; empty otherwise
+  std::string reason; ///< why no node was extrapolated; empty otherwise
 };
 
 /// Adds to `u`, the answer with spacing h, what is missing of the limit, as far as lattices of spacing 2h and

@@ -130,8 +130,8 @@ std::vector<double> values_by_node(const Scene& scene, int component) {
   return value;
 }
 
-/// Of the coarse nodes that a fine one lies between; NaN if one of them is free. Those of even places are
-/// counted more than once, all alike.
+/// Mean over the coarse nodes around a fine node; NaN if one of them is free. At even places nodes are
+/// counted several times, all equally often.
 double mean_around(const Grid& coarse, const std::vector<double>& value, const Index3& fine) {
   double sum = 0;
   for (int corner = 0; corner < 8; ++corner)
@@ -318,7 +318,7 @@ public:
     for (std::size_t node = 0; node < is_node_.size(); ++node)
       is_node_[node] = coarse.is_node(grid_.node_at(static_cast<std::int64_t>(node)));
   }
-  /// Of `from`; `otherwise` if there is none.
+  /// Mean of `from` around a fine node; `otherwise` if `from` has no value there.
   double mean(std::span<const double> from, const Index3& fine, double otherwise) const {
     double sum = 0;
     int n = 0;

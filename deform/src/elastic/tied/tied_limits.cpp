@@ -14,8 +14,9 @@ constexpr double forward = 1.6; ///< of a step, beyond the state
 /// A round need not be exact: the next one begins where it ends.
 constexpr int most_steps = 30;
 constexpr double reduction = 0.2;
-/// The penalty changes by so much where one of the two residuals is so many times the other, every so many
-/// rounds, and in the end no more, so that rounds converge.
+/// When one of the two residuals exceeds `imbalance` times the other, the penalty changes by
+/// `change_of_penalty`; checked every `rounds_between_changes` rounds, and not after `last_change`, so that
+/// rounds converge.
 constexpr double imbalance = 8, change_of_penalty = 2;
 constexpr int rounds_between_changes = 12, last_change = most_rounds / 2;
 

@@ -13,10 +13,9 @@
 namespace maille::deform {
 
 /// The minimum of 1/2 u . K u - f . u among tied states with low <= d u <= high on every link, by alternating
-/// directions: states that know only of ties, and parts of links that know only of their limits, go towards
-/// each other, with multipliers that remember by how much they missed. Every round is one linear question of
-/// one operator, K and the links' own; where K is those of the links, half of what is missing is left after
-/// a round.
+/// directions (ADMM): displacements that obey only the ties, and link values that obey only the limits,
+/// approach each other, with multipliers that accumulate the difference. Every round is one linear solve with
+/// one operator, K plus that of the links; if K is that of the links, a round halves the error.
 ///
 /// Source  Boyd et al. 2011, Distributed Optimization and Statistical Learning via the Alternating Direction
 ///         Method of Multipliers, sections 3.3 and 3.4 (residuals, penalties that balance them, steps beyond)

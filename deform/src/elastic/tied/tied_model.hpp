@@ -29,7 +29,7 @@ public:
   }
   Displacement diagonal() const final { return diagonal_; }
 
-  /// The links of `penalised` count so many times beside the operator from now on.
+  /// Sets the weight of the links of `penalised` beside the operator.
   virtual void set_penalty(double) {}
 
   const CoupledTask& task() const { return task_; }

@@ -114,7 +114,7 @@ double TiedSystem::energy(const Displacement& u) const {
   return 0.5 * twice - energy_of_springs(elasticity_.springs(), u);
 }
 
-/// Of an elastic state that breaks limits. @return as keep_within_limits()
+/// Corrects an elastic state that breaks limits. @return as keep_within_limits()
 bool obey_limits(TiedSystem& system, Answer& answer) {
   const Scene& scene = system.task().scene;
   const CellModuli moduli(scene);

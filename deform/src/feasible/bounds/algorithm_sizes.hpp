@@ -9,7 +9,7 @@ namespace maille::deform {
 /// Below this many nodes a second thread costs more than it saves.
 inline constexpr std::int64_t nodes_worth_a_thread = 1 << 15;
 
-/// Up to so many nodes shortest paths take a few milliseconds, and they count in float64.
+/// Up to this number of nodes, float64 shortest paths take a few milliseconds.
 inline constexpr std::int64_t nodes_worth_tiles = 2048;
 
 /// More handles than this are dragged all at once rather than one after the other: each costs a pass over

@@ -122,7 +122,7 @@ public:
   }
 
 private:
-  /// The next slab with seeds of any bound; `end` if there is none.
+  /// The next slab with seeds of any bound; `end` without one.
   HWY_INLINE int next_seeds(int end) const {
     int z = end;
     for (int b = 0; b < sweep_.n_bounds; ++b)

@@ -46,7 +46,7 @@ public:
   double set_state(const Displacement& state);
   /// Writes all nodes of the body; what was prescribed in the last move() is written at its exact value.
   void copy_to(Displacement& state) const;
-  /// Of one grid point, in whole quanta also where prescribed; 0 where there is no matter [m].
+  /// Displacement of one grid point, in whole quanta also where prescribed; 0 outside the body [m].
   double displacement(int component, std::int64_t node) const;
   /// The same as copy_to, but writes only what has changed since the last call of copy_changes_to.
   void copy_changes_to(Displacement& state);
@@ -64,9 +64,8 @@ public:
   /// @param threads   1 or more; one a component is used at most
   /// @return          the values clipped, in the order of `requested`
   std::vector<Prescribed> move(std::span<const Prescribed> requested, int threads = 1);
-  /// The same; what is clipped takes the place of what was requested. Allocates only what is needed for the
-  /// first time: links of tiles that no move has visited, lists longer than ever, a field for clipping,
-  /// threads.
+  /// As move(), with the clipped values written over the requested ones. Allocates only what is needed for
+  /// the first time: links of tiles that no move has visited, longer lists, a field for clipping, threads.
   void move_in_place(std::span<Prescribed> values, int threads = 1);
 
   // What it takes.

@@ -7,7 +7,7 @@ namespace maille::deform {
 
 void TiledComponent::envelope(Way way, std::span<const Seed> seeds, std::span<const Seed> at,
                               List<std::int64_t>& values) {
-  // Only values among those of `at` matter: what lies beyond them all binds nobody.
+  // Only values among those of `at` matter: bounds beyond all of them are inactive.
   const auto [low, high] = std::ranges::minmax(at, {}, &Seed::value);
   const std::int64_t nothing = way == Way::lower ? high.value + 1 : low.value - 1;
   if (!scratch_)

@@ -22,12 +22,12 @@ namespace maille::deform {
 
 namespace {
 
-/// Of a cell of the stiffest body: what keeps a hand's object where it is to be, and a free one where a round
-/// began.
+/// In stiffnesses of a cell of the stiffest body: the spring that keeps a hand's object at its goal, and a
+/// free one where a round began.
 constexpr double stiff_hand = 1e4, free_drag = 1e-4;
 /// At the beginning, as rounding of places may have it.
 constexpr double overlap_over_cell = 1e-3;
-/// Of what a body is without contacts [cells]: rounding.
+/// Rounding in the state of a body without contacts [cells].
 constexpr double no_change = 1e-12;
 /// A body's factor grows faster than the body.
 constexpr std::int64_t most_components_2d = 400'000;
@@ -81,7 +81,7 @@ std::vector<std::int64_t> supports(const PosedLattice& lattice) {
   return list;
 }
 
-/// Whether a body has no rigid motion left where so many of its components are kept.
+/// True if fixing these components leaves the body no rigid motion.
 bool holds(const Scene& scene, const PosedLattice& lattice, const std::vector<std::int64_t>& kept) {
   if (kept.empty())
     return false;

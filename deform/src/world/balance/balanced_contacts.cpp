@@ -23,7 +23,8 @@ namespace maille::deform {
 namespace {
 
 constexpr double skin_over_cell = 1e-4; ///< that surfaces in contact keep from one another
-/// Of the stiffest cell: a contact gives way by so little, so that contacts that say the same share a force.
+/// Contact stiffness over that of the stiffest cell. The small compliance makes redundant contacts share a
+/// force.
 constexpr double contact_over_cell_stiffness = 1e7;
 
 } // namespace
@@ -74,7 +75,7 @@ Balance::Program Balance::program() const {
   return program;
 }
 
-/// Of the rows those that are chosen, with how everything gives way to them.
+/// The chosen rows, with their part of the compliance.
 Balance::Program Balance::part_of(const Program& whole, const std::vector<char>& is_chosen) {
   Program part;
   std::vector<int> place(is_chosen.size(), -1);

@@ -23,7 +23,7 @@ constexpr int most_rounds = 150; ///< for one balance: what settles takes 3 to 2
 /// What a hand's object stays behind where something rigid stops it [cells]; behind soft things it stays by
 /// 1e-4.
 constexpr double blocked_from = 0.01;
-/// Of the largest: less is no contact.
+/// Share of the largest force below which a contact does not count.
 constexpr double least_force = 1e-9;
 
 /// How far an object is from where a hand wants it [m].
@@ -193,8 +193,8 @@ bool WorldFrame::take_back(int step, int n) {
   return is_any;
 }
 
-/// What stays behind the hand is held by something rigid: the hand goes no further, or, where it slides,
-/// goes on from there.
+/// A driven object that lags behind its hand is stopped by something rigid: the hand stops there, or, if it
+/// slides, continues along the obstacle.
 void WorldFrame::find_blocked(int n) {
   for (std::size_t i = 0; i < drives_.size(); ++i) {
     if (parts_.is_body(drives_[i].object) || drives_[i].lead || blocked_.contains(static_cast<int>(i)))

@@ -22,21 +22,22 @@ constexpr double shorter = 0.6, longer = 1.1, always_shorter = 0.85;
 constexpr int patience = 8, long_patience = 30;
 /// What rounds may move before all is looked at anew: two skins together half of the margin (touches.cpp).
 constexpr double may_go_over_cell = 0.25;
-/// Of what bodies are behind: so little counts for nothing.
+/// Lags of a body below this count as zero [cells].
 constexpr double nothing_over_cell = 1e-9;
 /// Rounds that go back and forth, but each by less than this part of the one before, come to their end.
 constexpr double nearer = 0.8;
-/// Where a round would go further than so many steps, what is free is held by ever more: out of a state that
-/// could not last it goes down step by step, and not by leaps that make much of the least difference.
+/// If a round would move free objects further than `too_far`, their drag rises by `drag_step`: an unstable
+/// state is left in small steps; large ones would amplify rounding.
 constexpr double too_far = 2, drag_step = 10, most_drag = 1e6;
-/// Of the largest: so little of a force is left out of a mean of rounds.
+/// Share of the largest force below which a force is left out of the mean of rounds.
 constexpr double forgotten = 1e-12;
 /// By which rounds come to their end: where there were too few to tell, and at most.
 constexpr double unknown_ratio = 0.7, most_ratio = 0.97;
 /// What keeps a free object where a round begins: of its contacts' forces, over a cell.
 constexpr double drag_of_forces = 1e-3;
-/// A free object on which forces and moments leave no more than this of the sum of their sizes is in balance,
-/// if it would go no further than so many cells, and as it went in the round before but for this part.
+/// A free object is in balance if the resultant of its forces and moments is at most `in_balance` of the sum
+/// of their sizes, it would move by at most `rest_over_cell` cells, and as in the round before within
+/// `steady`.
 constexpr double in_balance = 1e-5, rest_over_cell = 0.1, steady = 0.1;
 
 /// From where the nodes are that rounds move to where they would be.
@@ -119,8 +120,7 @@ void Balance::keep_free() {
     one.kept_by = std::max(one.stiffness, drag_of_forces * one.felt / cell_);
 }
 
-/// A free object that goes the same way round after round, by forces that are next to nothing, glides where
-/// nothing keeps it: it is in balance, and stays where it is.
+/// Steady drift under negligible force is a zero-energy motion: hold the object where it is.
 void Balance::let_rest(std::vector<Answered>& answers) {
   for (std::size_t i = 0; i < objects_.size(); ++i) {
     BalancedObject& one = objects_[i];

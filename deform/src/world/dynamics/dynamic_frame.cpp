@@ -13,7 +13,7 @@ namespace maille::deform {
 
 namespace {
 
-/// Of a frame: shorter is the rounding of times that are added up.
+/// In frames: shorter times are rounding of the sum of steps.
 constexpr double no_time = 1e-12;
 constexpr int most_steps = 100'000; ///< of a frame: what rattles so fast is left to the next
 

@@ -20,7 +20,7 @@ namespace {
 constexpr double skin_over_cell = 1e-4; ///< nearer surfaces touch
 constexpr double step_over_cell = 0.2;  ///< that anything goes in a step at most
 constexpr int most_halvings = 60;
-/// Of a step: when nothing comes between steps as short as this, they are done as they are.
+/// In steps: below this the search for contact in between ends.
 constexpr double no_step = 1e-9;
 
 } // namespace

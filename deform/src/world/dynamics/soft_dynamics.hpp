@@ -38,7 +38,7 @@ public:
   double energy() const;
 
 private:
-  /// Of a body, by its components in its frame.
+  /// State of a body's components, in its frame.
   struct Nodes {
     Eigen::VectorXd mass, velocity, before;
     Eigen::Matrix3Xd rest; ///< of nodes, in the frame [m]

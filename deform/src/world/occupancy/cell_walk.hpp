@@ -34,13 +34,13 @@ public:
     int axis;
     int direction; ///< -1 or 1
   };
-  /// Goes on to the next cell that is entered before `end`. @return nothing if there is none
+  /// Advances to the next cell that is entered before `end`. @return nothing at the end
   std::optional<Step> next(double end);
   const Index3& cell() const { return cell_; }
 
 private:
   struct Crossing {
-    double time; ///< 2 if there is none
+    double time; ///< 2: no crossing
     int direction;
   };
   Crossing find_crossing(std::size_t axis) const;

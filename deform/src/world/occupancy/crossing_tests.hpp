@@ -18,7 +18,7 @@ inline bool do_segments_cross(const Eigen::Vector3d& a, const Eigen::Vector3d& b
   return side(a, b, c) * side(a, b, d) <= 0 && side(c, d, a) * side(c, d, b) <= 0;
 }
 
-/// Of a segment and a triangle. Source  Moeller and Trumbore 1997.
+/// True if a segment crosses a triangle. Source  Moeller and Trumbore 1997.
 inline bool does_segment_cross(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
                                const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
   constexpr double rounding = 1e-9;

@@ -32,7 +32,7 @@ public:
   bool is_turned() const { return is_turned_; }
   int dimension() const { return dimension_; }
   InCells place(std::int32_t voxel, const Displacement& displacement) const;
-  /// Of all voxels.
+  /// Places of all voxels.
   std::vector<InCells> places(const Displacement& displacement) const;
   Eigen::Vector3d position(std::int32_t voxel, const Displacement& displacement) const;
   Eigen::Vector3d rest(std::int32_t voxel) const { return rest_[static_cast<std::size_t>(voxel)]; }

@@ -50,9 +50,9 @@ public:
   bool holds(std::int32_t voxel, const Index3& cell) const;
   /// Where the middle of a cell is in the lattice, in voxels.
   Eigen::Vector3d in_lattice(const Index3& cell) const;
-  /// Of a voxel's middle, in cells.
+  /// Middle of a voxel, in cells.
   Eigen::Vector3d middle(std::int32_t voxel) const;
-  /// Half of what a voxel takes up along each axis of the world [cells].
+  /// Half the extent of a voxel along each axis of the world [cells].
   const Eigen::Vector3d& reach() const { return reach_; }
 
 private:

@@ -11,7 +11,7 @@ namespace maille::deform {
 namespace {
 
 constexpr int most_sets = 200, patience = 5;
-/// Of the largest entry: less than this is rounding.
+/// Share of the largest entry that counts as rounding.
 constexpr double rounding = 1e-12;
 
 Eigen::VectorXd forces_of(const Eigen::MatrixXd& compliance, const Eigen::VectorXd& gap0,

@@ -7,7 +7,7 @@
 
 namespace maille::deform {
 
-/// Of the largest gap: a contact that would be no deeper than this does not press.
+/// Share of the largest gap: a contact that would penetrate by less does not press.
 inline constexpr double rounding_of_gaps = 1e-12;
 
 /// Finds forces so that gap = gap0 + W force is at least 0 wherever a force may only press, with force >= 0

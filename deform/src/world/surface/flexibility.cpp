@@ -60,7 +60,7 @@ constexpr double reduction = 1e-5, no_better = 0.3;
 constexpr double safely = 0.2;
 constexpr std::int64_t most_column_bytes = std::int64_t{1} << 30;
 constexpr int most_rounds = 6, most_iterations = 400;
-/// Of a supernodal factor, and of components whose order it is tried for.
+/// Largest supernodal factor, and the most components for which ordering is tried.
 constexpr double most_factor_numbers = 4e7;
 constexpr std::int64_t most_ordered = 200'000;
 /// Columns beyond which it takes less time to answer for the forces that they are of.

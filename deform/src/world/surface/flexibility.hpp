@@ -100,7 +100,8 @@ public:
 
 private:
   Eigen::VectorXd force_for_column(std::int64_t component) const;
-  /// Of what floats: forces without their resultants, displacements without mean shift and turn.
+  /// For a floating body: removes the resultants from forces, or the mean shift and rotation from
+  /// displacements.
   template<class Values>
   void take_rigid_motions_from(Values& values) const;
 

@@ -69,7 +69,7 @@ public:
 private:
   bool presses(const FrictionRows& rows) const { return active_[static_cast<std::size_t>(rows.normal)] != 0; }
 
-  /// Of those that press, stick and slip as they are said to.
+  /// Forces of the contacts that press, for the present split into sticking and slipping.
   Eigen::VectorXd forces() const {
     std::vector<Eigen::Index> rows;
     Eigen::MatrixXd columns = compliance_; // for a force of a normal with what slips with it

@@ -346,7 +346,7 @@ std::vector<PlacedSkin::Near> PlacedSkin::nearest(const Eigen::Vector3d& point,
     bool counts = std::ranges::none_of(
         places, [&](const Eigen::Vector3d& known) { return (known - one.place).norm() < same; });
     if (!one.is_within)
-      for (const Closest& other : found) // where a face beside it comes nearer, the place is none of its own
+      for (const Closest& other : found) // rejected where a neighbouring face is nearer
         counts = counts && !(is_of_face(one, other.face) && other.distance < one.distance - 1e-12 * reach_);
     const Eigen::Vector3d off = point - one.place;
     if (!is_inside && outwards(one).dot(off) < 0)

@@ -26,7 +26,7 @@ public:
   };
   int dimension() const { return dimension_; }
   std::int32_t n_nodes() const { return static_cast<std::int32_t>(nodes_.size()); }
-  /// Of the grid.
+  /// Node of the grid.
   std::int64_t node(std::int32_t number) const { return nodes_[static_cast<std::size_t>(number)]; }
   std::span<const Face> faces() const { return faces_; }
   /// Faces at a node.

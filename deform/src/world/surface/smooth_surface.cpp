@@ -74,7 +74,7 @@ Mean gaussian_mean(const Specimen& body, const Eigen::Vector3d& place, double de
   return mean;
 }
 
-/// Of the smooth surface, which is where this is 1/2.
+/// Level function of the smooth surface, which is where it is 1/2.
 Mean mean_at(const Specimen& body, const Eigen::Vector3d& place) {
   const Mean narrow = gaussian_mean(body, place, width),
              wide = gaussian_mean(body, place, std::numbers::sqrt2 * width);

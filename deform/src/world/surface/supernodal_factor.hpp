@@ -13,7 +13,7 @@
 
 namespace maille::deform {
 
-/// Of a symmetric positive definite matrix.
+/// Cholesky factor of a symmetric positive definite matrix.
 class SupernodalFactor {
 public:
   virtual ~SupernodalFactor() = default;

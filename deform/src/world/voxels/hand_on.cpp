@@ -18,7 +18,7 @@ Index3 cell_of(const FreeVoxel& voxel) {
   return cell_at({voxel.place[0], voxel.place[1], voxel.place[2]});
 }
 
-/// Who is met on a straight way, and when; `next` is nobody where it is the border.
+/// The voxel met on a straight way, and the time; `next` is the empty id at the border.
 struct Met {
   double time;
   VoxelId next;
@@ -32,7 +32,7 @@ Eigen::Vector3d before_face(const Eigen::Vector3d& movement, double time) {
 /// What is in a cell.
 struct Look {
   bool is_blocked = false;
-  VoxelId voxel = nobody; ///< where it is blocked: nobody outside the world
+  VoxelId voxel = nobody; ///< the voxel there when blocked; the empty id outside the world
 };
 
 /// The chain of transfers, whatever finds who is in the way. @param meet finds what a voxel meets on its way;

@@ -28,7 +28,7 @@ struct Transfer {
   std::vector<VoxelMove> moves; ///< in order; the first is the voxel that was asked
   Eigen::Vector3d refused =
       Eigen::Vector3d::Zero(); ///< what a fixed voxel or the border did not take over [cells]
-  VoxelId refused_by = nobody; ///< nobody: the border, or nothing was refused
+  VoxelId refused_by = nobody; ///< the empty id: the border, or no refusal
 };
 
 /// Moves a voxel along a straight line, cell by cell. Where the next cell is taken it goes as far as it can

@@ -225,7 +225,7 @@ double SingleVoxels::sweep(int object) {
   return furthest;
 }
 
-/// Of an object's first voxel, since this was made [cells].
+/// Motion of an object's first voxel since construction [cells].
 Eigen::Vector3d SingleVoxels::gone(int object) const {
   const Eigen::Vector3d& start = start_[static_cast<std::size_t>(object)];
   const Eigen::Vector3d& place = voxels_[static_cast<std::size_t>(first(object))].place;

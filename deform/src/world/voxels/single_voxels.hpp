@@ -70,7 +70,7 @@ private:
   Eigen::Vector3d go(VoxelId id, const Eigen::Vector3d& by);
   struct Obstruction {
     double time;
-    VoxelId voxel; ///< nobody: the border
+    VoxelId voxel; ///< the empty id: the border
   };
   std::optional<Obstruction> in_the_way(int object, VoxelId id, const Eigen::Vector3d& by) const;
   Eigen::Vector3d gone(int object) const;

@@ -43,15 +43,15 @@ inline constexpr std::size_t hand_packet_size = 72;
 /// y z [N], torque x y z [N m].
 inline constexpr std::size_t force_packet_size = 56;
 
-/// Nothing for what is no such packet: another length or beginning, numbers that are not finite, a place
-/// farther than a kilometre, a quaternion that is none.
+/// Nothing for an invalid packet: another length or beginning, numbers that are not finite, a place farther
+/// than a kilometre, a quaternion of length 0.
 std::optional<HandPacket> parse_hand_packet(std::span<const std::byte> bytes);
 void write_hand_packet(const HandPacket& packet, std::span<std::byte, hand_packet_size> bytes);
 void write_force_packet(std::uint32_t number, const deform::ProbeForce& force,
                         std::span<std::byte, force_packet_size> bytes);
 
-/// Listens on a port of this machine alone (127.0.0.1) and answers whoever sent the last good packet. Half a
-/// second without one: it is no more there.
+/// Listens on a port of this machine alone (127.0.0.1) and answers the sender of the last valid packet. The
+/// device counts as gone half a second after its last packet.
 /// @throws std::runtime_error where the port cannot be had
 std::unique_ptr<HandDevice> udp_device(int port);
 /// A SpaceMouse by its daemon (spacenavd). @throws std::runtime_error without the daemon, or in builds

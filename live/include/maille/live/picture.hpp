@@ -49,7 +49,7 @@ struct Painted {
   std::uint64_t number = 0;
   int width = 0, height = 0;
   std::shared_ptr<const std::vector<std::uint8_t>> rgba;
-  std::vector<std::int32_t> object; ///< a pixel; -1: nobody's. Of stereo pictures the left eye's
+  std::vector<std::int32_t> object; ///< per pixel; -1: background. Of stereo pictures the left eye's
   std::vector<float> depth;         ///< along the ray [m]; of 2D worlds empty
   Looking looking;
   std::shared_ptr<const WorldState> state;
@@ -63,8 +63,8 @@ struct Painted {
     Vec3 rest{};  ///< of the matter there, in the object's frame before it was deformed [m]
   };
   /// @param x, y in parts of the picture, 0 to 1 from the upper left
-  /// @param reach  where nothing can be moved there, of what can be that which is nearest, at most so many
-  ///               pixels off: single voxels are to be taken by a hand, too
+  /// @param reach  if nothing movable is there, the nearest movable pixel within this distance [pixels]
+  /// counts, so that single voxels can be grabbed
   std::optional<Under> under(double x, double y, double reach = 0) const;
 };
 

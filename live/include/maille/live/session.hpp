@@ -18,7 +18,7 @@
 
 namespace maille::live {
 
-/// The world at one moment, for whoever shows it: never changed.
+/// The world at one moment, for display: immutable.
 struct WorldState {
   std::uint64_t number = 0;       ///< rises with every state
   std::uint64_t scene_number = 0; ///< another one: another scene, see Session::scene
@@ -31,7 +31,7 @@ struct WorldState {
   double violation = 0;                                 ///< see World::largest_violation
   Eigen::Vector3d hand_force = Eigen::Vector3d::Zero(); ///< that the hand needs [N]
   bool knows_forces = false, is_settled = true, is_busy = false;
-  /// Of the last frame: see FrameResult [m], [N].
+  /// Estimates of the last frame: see FrameResult [m], [N].
   std::optional<double> motion_left, force_left;
   double event_time = 0; ///< of the last event that has had its part in it [s]; 0: none
   std::shared_ptr<const std::vector<std::int64_t>> held_nodes;
@@ -105,11 +105,12 @@ public:
   deform::Pose goal() const;
   /// Where the proxy of a held rigid object is; nothing where none is held or it has none.
   std::optional<deform::Pose> proxy() const;
-  /// Of the last event that the proxy has followed [s]; 0: none. Asked before proxy(), it is no later.
+  /// Time of the last event that the proxy has followed [s]; 0 before the first. If read before proxy(), it
+  /// is no later.
   double proxy_event_time() const;
   /// The force that the loop at 1 kHz shows to the hand [N].
   Eigen::Vector3d felt() const;
-  /// Of the device; 0 without one.
+  /// Buttons of the device, a bit each; 0 without a device.
   std::uint32_t device_buttons() const;
   /// Whether it is there.
   bool has_device() const;
@@ -129,7 +130,7 @@ public:
   HandReport hand_report() const;
   /// The trajectory so far.
   std::string text() const;
-  /// Of a deformable object in its present state, for those that judge it. Taken between two frames.
+  /// Scene of a deformable object in its present state, for error estimates. Taken between two frames.
   std::shared_ptr<const Scene> question(int object) const;
   /// Voxels in the matter of others, found anew: see World. Always 0.
   std::int64_t n_penetrations() const;

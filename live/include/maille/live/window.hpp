@@ -100,7 +100,7 @@ public:
   virtual std::vector<std::uint8_t> screenshot() = 0;
 };
 
-/// A window that nobody sees: events are put in, what is shown is kept.
+/// A window without a screen: takes queued events and stores the shown pictures.
 class HeadlessWindow : public Window {
 public:
   HeadlessWindow(int width, int height) : width_(width), height_(height) {}
@@ -108,7 +108,7 @@ public:
   void put(Event event);
   const Shown& shown() const { return shown_; }
   std::int64_t n_shown() const { return n_shown_; }
-  /// A widget of the last panel; null where there is none of that name.
+  /// A widget of the last panel, by name; null if it does not exist.
   const Widget* widget(std::string_view name) const;
 
   std::vector<Event> poll(double seconds) override;

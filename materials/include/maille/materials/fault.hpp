@@ -1,6 +1,5 @@
 #pragma once
-/// What is wrong with an input: every fault of a file at once, each with its place, and what was meant by a
-/// word that nobody knows.
+/// Errors of an input: all errors of a file at once, each with its place, and a suggestion for unknown words.
 
 #include <cstddef>
 #include <exception>

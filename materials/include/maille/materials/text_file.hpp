@@ -12,8 +12,8 @@
 
 namespace maille {
 
-/// What a scene, a material or a study that somebody wrote stays far below [bytes]. As TOML it takes some
-/// sixty times its size.
+/// Limit for hand-written scenes, materials and studies, far above real ones [bytes]. Parsed TOML takes some
+/// sixty times the size of its text.
 inline constexpr std::int64_t largest_written_text = std::int64_t{16} << 20;
 
 /// The content of a file or a pipe, which becomes an input (note_opened).

@@ -1,6 +1,6 @@
 #pragma once
-/// Reading TOML tables so that every fault is found, with its line: the pieces that the tissue reader and the
-/// scene reader share. A key that nobody asked for is a fault.
+/// Reading TOML tables so that every error is found, with its line: shared by the tissue reader and the scene
+/// reader. A key that was not read is an error.
 
 #include "maille/materials/fault.hpp"
 #include "maille/materials/material.hpp"
@@ -47,8 +47,8 @@ private:
   std::vector<Fault> faults_;
 };
 
-/// One TOML table being read. Each getter reports a fault for a value of the wrong form and remembers the
-/// key; `finish` reports the keys that nobody asked for.
+/// One TOML table being read. Each getter reports an error for a value of the wrong form and remembers the
+/// key; `finish` reports the keys that were not read.
 class TableReader {
 public:
   /// @param path dotted key path of the table for messages, "" for the root

@@ -46,7 +46,7 @@ struct Picture {
   int width = 0, height = 0;
   std::vector<std::array<float, 4>> rgba; ///< premultiplied
   std::vector<float> depth;         ///< along the ray, where half of the light is spent [m]; or infinity
-  std::vector<std::int32_t> object; ///< whose matter that is; -1: nobody's
+  std::vector<std::int32_t> object; ///< whose surface that is; -1: background
 
   std::size_t pixel(int x, int y) const {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);

@@ -43,7 +43,7 @@ public:
   double low() const { return low_; }
   double high() const { return high_; }
   bool has_gradients() const { return !gradients_.empty(); }
-  /// Of a voxel, as it is kept.
+  /// Stored value of a voxel.
   double value(std::int64_t voxel) const;
   /// Direction in which values rise, along the grid's axes, of length 0 (flat) to 1 (steep).
   Vec3 gradient(std::int64_t voxel) const;
@@ -85,7 +85,7 @@ private:
 /// The matter of a body as values from 0 to 1 that are 1/2 at its surface, smooth enough to be lit: for
 /// bodies without grey values. One voxel a cell and a margin around. 8 bits.
 std::shared_ptr<const Volume> volume_of_matter(const Specimen& body);
-/// The grey values that a look asks for, in the body's frame. Of a look without an image, volume_of_matter.
+/// The grey values of a look, in the body's frame; volume_of_matter for a look without an image.
 std::shared_ptr<const Volume> volume_of(const Seen& seen, const Specimen& body,
                                         Volume::Depth depth = Volume::Depth::bits16);
 

@@ -23,7 +23,7 @@ public:
 private:
   struct Element {
     std::array<float, 3> u{};
-    std::array<std::int32_t, 6> neighbour{}; ///< -x +x -y +y -z +z; -1 where there is none
+    std::array<std::int32_t, 6> neighbour{}; ///< -x +x -y +y -z +z; -1 without a neighbour
   };
   struct Candidate {
     std::int32_t node, sponsor;

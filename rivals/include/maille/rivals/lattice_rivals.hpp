@@ -1,6 +1,6 @@
 #pragma once
-/// What relaxation is measured against: two ways in which games and simulators of surgery deform a lattice of
-/// springs, each given the same body and so many seconds.
+/// Baselines for relaxation: two ways in which games and surgery simulators deform a lattice of springs, each
+/// given the same body and the same time.
 
 #include "maille/scene/answer.hpp"
 

@@ -30,7 +30,7 @@ struct FlatSeed {
   std::int32_t value = 0;
 };
 
-/// x_i = max(x_i, max over seeds of value - length of the shortest path from the seed), in place:
+/// x_i = max(x_i, max over seeds of value - length of the shortest path from seed to node), in place:
 /// Dijkstra 1959 by Johnson's potentials, with a binary heap of 64-bit keys, in the same 32-bit numbers as
 /// the wavefront. With `links.climb` and negated values the same for min.
 /// @param values a feasible state; @return the nodes settled

@@ -20,7 +20,7 @@ struct XpbdState {
   float* before[3];             ///< at the end of the last time step
   float* start[3];              ///< where velocities and forces took the nodes, before their multipliers did
   const float* inverse_mass[3]; ///< by component; 0 where prescribed
-  const float* load[3];         ///< force; null where there is none
+  const float* load[3];         ///< force; null without loads
   int n_directions;
   const XpbdDirection* direction;
 };

@@ -40,7 +40,7 @@ inline constexpr std::array<Method, 9> every_method{Method::limits, Method::dijk
 /// `limits`, `fem_q1`, ... as on the command line and in Answer::method.
 /// @param method one of every_method
 std::string_view to_string(Method method);
-/// The method of that name, to the letter; nothing where there is none.
+/// The method of exactly that name; nothing for another name.
 std::optional<Method> method_from_string(std::string_view name);
 /// False of methods that obey limits or relax by the rule of 1995: what they call displacement is in balance
 /// with no stress.
@@ -134,7 +134,8 @@ struct Answer {
   /// entry, same order, acting on the body along that entry's component. Empty where a method knows no
   /// forces.
   std::vector<double> reaction;
-  std::optional<double> strain_energy; ///< elastic energy [J] (per metre in 2D); unset where there is none
+  /// Elastic energy [J] (per metre in 2D); unset if the method has no energy.
+  std::optional<double> strain_energy;
   /// The part of every cell of the grid in it [J], zero without matter; empty where the method keeps none.
   std::vector<double> cell_energy;
   /// Mean strain of every cell of the grid by the method's own interpolation, as CellFields has it, where
@@ -143,8 +144,8 @@ struct Answer {
   std::vector<std::array<double, 6>> cell_strain;
   /// Of sliding borders, sorted by node and label; `displacement` has the mean of what stands here of a node.
   std::vector<SplitNode> split;
-  /// Of every tie of Scene::tied with a normal what presses its nodes together [N], < 0: what pulls them
-  /// together; empty where no tie has friction.
+  /// Force that presses together the nodes of every tie of Scene::tied with a normal [N], < 0: pulls; empty
+  /// where no tie has friction.
   std::vector<double> tie_press;
   std::vector<RubbingBorder> rubbing; ///< of every border with friction
   /// Share of the coarsest lattice's nodes at which nested lattices showed a ratio to go on with [1]; unset
@@ -178,8 +179,8 @@ struct Control {
 double largest_violation(const Scene& scene, const LinkLimits& limits, const Displacement& displacement,
                          const Frame& frame = {});
 
-/// Norms of u - r over the nodes that are neither held nor moved in any component; all 0 where there is none.
-/// The relative ones are infinite where r is zero and u is not.
+/// Norms of u - r over the nodes without a fixed or moved component; all 0 without such nodes. The relative
+/// norms are infinite where r is zero and u is not.
 struct ErrorNorms {
   double relative_l2 = 0;  ///< |u-r|_2 / |r|_2
   double relative_max = 0; ///< max |u-r| / max |r|, Euclidean length per node

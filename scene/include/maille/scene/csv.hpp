@@ -21,13 +21,13 @@ public:
   /// @param text outlives this
   explicit CsvRecords(std::string_view text, CsvComments comments = CsvComments::none);
 
-  /// Reads the next record. @return false where there is none
+  /// Reads the next record. @return false at the end
   bool next();
-  /// Of the record that was read, without their quotes; a blank line, or a comment's, has one empty cell.
+  /// Cells of the present record, without quotes; a blank or comment line has one empty cell.
   const std::vector<std::string>& cells() const { return cells_; }
   /// In which that record begins, from 1.
   int line() const { return line_; }
-  /// False where the text ends before the record's line does: whoever wrote it may have been killed there.
+  /// False where the text ends before the record's line does: its writer may have been killed there.
   bool has_line_end() const { return has_line_end_; }
   /// True where the text ends between quotes.
   bool is_open() const { return is_open_; }

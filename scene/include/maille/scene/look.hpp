@@ -92,14 +92,14 @@ Look solid_look(const Rgb& colour = {0.80f, 0.78f, 0.74f});
 /// them, Points of opacity. @throws InputError
 Look read_paraview_colours(const std::filesystem::path& file);
 
-/// `#rrggbb`; nothing where it is none.
+/// Parses `#rrggbb`; nothing for another text.
 std::optional<Rgb> parse_colour(std::string_view text);
 
-/// The grey values that a look is of.
+/// The grey values that a look shows.
 struct Seen {
   Look look;
-  /// Of the image, cut down to what is visible and a voxel more; components 1. No values: the look is of the
-  /// body's own cells.
+  /// The image, cropped to the visible voxels and a margin of one; components 1. Without values, the look
+  /// shows the cells of the body.
   Image grey;
   Placement placement;           ///< of the body's frame in the image's world
   double largest = 0, least = 0; ///< of the whole image's values

@@ -9,9 +9,8 @@
 
 namespace maille {
 
-/// Memory that this process could have now without swapping [bytes]: what the system says is available, cut
-/// to what its control groups (a container, a batch job) and its own limits (ulimit -v, -d) leave; the least
-/// of them counts.
+/// Memory that this process could have now without swapping [bytes]: the least of the system's available
+/// memory, the rest of its control groups (a container, a batch job), and its own limits (ulimit -v, -d).
 std::int64_t available_memory();
 
 /// What the memory limits of this process' control group and of those around it leave [bytes], of both

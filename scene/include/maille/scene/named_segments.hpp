@@ -14,8 +14,8 @@ struct NamedSegment {
   int layer = 0; ///< of several that overlap; the image has a component each
 };
 
-/// In the file's order; none where a file is no NRRD, or names nothing.
-/// @throws InputError  a NRRD header that is none
+/// In the file's order; empty if the file is no NRRD, or names no segment.
+/// @throws InputError  the NRRD header is faulty
 std::vector<NamedSegment> named_segments(const std::filesystem::path& file);
 
 } // namespace maille

@@ -28,10 +28,10 @@ inline constexpr int largest_joint_problem = 600;
 /// displacement, in any such units, must stay among the normal numbers of float64.
 inline constexpr double least_usable = 1e-60, greatest_usable = 1e60;
 
-/// The first number of a scene that no method can take, in words, e.g. `the spacing along y is nan`; empty
-/// where there is none. Every number must be finite, the spacing and the elastic moduli positive, and sizes
-/// (spacing, moduli, density, loads, the largest prescribed displacement) 0 or within the range above.
-/// Readers let nothing through that is not finite.
+/// Names the first number of a scene that no method accepts, e.g. `the spacing along y is nan`; empty if all
+/// are usable. Every number must be finite, the spacing and the elastic moduli positive, and sizes (spacing,
+/// moduli, density, loads, the largest prescribed displacement) 0 or within the range above. Readers refuse
+/// numbers that are not finite.
 /// Cost  O(prescribed + loads), and O(cells) where fibres differ or contract
 std::string unusable_number(const Scene& scene);
 

@@ -25,10 +25,12 @@ struct NamedFile {
 /// Where names may lead.
 enum class FileScope {
   anywhere, ///< a user's own files
-  sandbox,  ///< files of somebody else: only the folder of what names them or below, and that of a variable
+  /// A stranger's files: only the folder of the file that names them and below, and that of a variable.
+  sandbox,
 };
 
-/// Of all names of this process from now on; `anywhere` at first. For programs that read what others wrote.
+/// Sets the scope of all file names of this process; the default is `anywhere`. For programs that read the
+/// files of others.
 void set_file_scope(FileScope scope);
 
 /// A name as scenes and studies have them: relative to their folder, absolute, `~/...` in the user's home, or

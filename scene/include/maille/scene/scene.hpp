@@ -257,7 +257,7 @@ struct RelaxationSettings {
   StrainFrame frame = StrainFrame::object;
   int increments = 0;            ///< of StrainFrame::blocks; 0: as many as the turns ask for
   double tolerance = 1e-4;       ///< estimated remaining error / largest prescribed displacement
-  std::int64_t sweeps = 1000000; ///< give up after so many (status budget_reached)
+  std::int64_t sweeps = 1000000; ///< limit; then status budget_reached
   Extrapolation extrapolation = Extrapolation::none;
 };
 
@@ -293,8 +293,8 @@ struct Scene {
 
   int dimension() const { return specimen.grid.dimension(); }
   bool contracts() const { return !active_stress.empty(); }
-  /// Where the methods that know nothing but limits (limits, dijkstra, literal, sweep) have them from:
-  /// limits.from; where that is none, the materials' own if all have some, else taut.
+  /// Source of the limits for methods that know only limits (limits, dijkstra, literal, sweep): limits.from;
+  ///        without it, the materials' own if all have some, otherwise taut.
   LimitSource limit_source() const;
   /// True if `relaxed` stays within limits: the question asks for some. Finite elements know none.
   bool limits_bind_relaxed() const { return limits.from != LimitSource::none; }
@@ -350,9 +350,10 @@ struct NodalSpring {
   std::int64_t node = 0;
   Eigen::Matrix3d stiffness = Eigen::Matrix3d::Zero(); ///< symmetric, object's frame [N/m]
 };
-/// Of the scene's springs, those of a face at its corners in equal parts; sorted by node, each once.
+/// The scene's springs at nodes; a face's spring acts at its corners in equal parts. Sorted by node, each
+/// once.
 List<NodalSpring> nodal_springs(const Scene& scene);
-/// What a spring pulls its node with [N].
+/// Force of a spring on its node [N].
 Vec3 pull_of(const NodalSpring& spring, const Displacement& u);
 /// Half of u . stiffness u over all of them [J].
 double energy_of_springs(const List<NodalSpring>& springs, const Displacement& u);

@@ -38,7 +38,8 @@ struct ArrayLayout {
   std::int64_t element(const Index3& at) const {
     return first + at[0] * stride[0] + at[1] * stride[1] + at[2] * stride[2];
   }
-  /// True if sizes are > 0 and every voxel is an element of an array of so many, no fewer than voxels.
+  /// True if sizes are > 0 and every voxel is an element of an array of `n_elements`, which has at least as
+  /// many elements as voxels.
   bool fits(std::int64_t n_elements) const;
 };
 
@@ -87,10 +88,10 @@ public:
   /// @param spacing of cells [m], > 0; also along axes beyond the dimension
   SceneBuilder& box(int dimension, const Index3& cells, const Vec3& spacing);
 
-  /// Voxels of labels, one a cell, in place of the body before. Matter is what `material` says; 0 is none
-  /// unless it has one of its own. The array is copied. The scene's grid is cut down to its matter (see
-  /// first_cell); node lists and boxes are of the whole array.
-  /// @param values labels, at most 2^24 in size; @param layout which element is which voxel
+  /// Voxels of labels, one a cell; replaces the body. `material` says which labels are the body; 0 is
+  /// background unless it has a material of its own. The array is copied. The scene's grid is cropped to the
+  /// body (see first_cell); node lists and boxes refer to the whole array.
+  /// @param values labels, at most 2^24 in size; @param layout maps voxels to elements
   /// @param voxels_to_world see Affine, affine_of
   SceneBuilder& labels(std::span<const std::uint8_t> values, const ArrayLayout& layout,
                        const Affine& voxels_to_world);
@@ -102,13 +103,13 @@ public:
                        const Affine& voxels_to_world);
   SceneBuilder& labels(std::span<const std::int64_t> values, const ArrayLayout& layout,
                        const Affine& voxels_to_world);
-  /// Which axes the world of the array's affine has, so that regions may speak of the patient's directions
-  /// (`end = "distal"`); unknown unless told. Of the array that was given before; of no other body.
+  /// Axes of the world of the array's affine, so that regions may name the patient's directions (`end =
+  /// "distal"`); unknown by default. Applies to the array given before, and to no other body.
   SceneBuilder& world(WorldAxes axes);
 
-  /// Of a box; of an array, of every voxel that is not 0. Not together with materials by label.
+  /// Material of a box, or of every voxel of an array that is not 0. Excludes materials by label.
   SceneBuilder& material(MaterialChoice choice);
-  /// Of the voxels with that label. One that no voxel has is a fault.
+  /// Material of the voxels with that label. A label without voxels is an error.
   SceneBuilder& material(std::int64_t label, MaterialChoice choice);
   /// What the third direction of a two-dimensional scene does (default: strain).
   SceneBuilder& plane(PlaneAssumption assumption);

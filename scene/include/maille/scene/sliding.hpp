@@ -62,7 +62,7 @@ struct SpringPull {
   Vec3 force{};         ///< on the body, object's frame [N]
   double stiffness = 0; ///< along all axes together [N/m]
 };
-/// Of all springs, or of those of one condition, sorted by label and node. Cost  O(springs log springs)
+/// Pulls of all springs, or of one condition's, sorted by label and node. Cost  O(springs log springs)
 std::vector<SpringPull> pulls_of_springs(const Scene& scene, const Answer& answer,
                                          std::optional<std::int32_t> condition = std::nullopt);
 

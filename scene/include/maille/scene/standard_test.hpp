@@ -21,7 +21,7 @@ struct StandardTest {
   TestKind kind = TestKind::axial;
   int axis = 0;  ///< from the held face to the moved one
   int along = 1; ///< that the upper face is sheared along, or that the body is bent towards
-  /// Of a bent body at its surface, of others displacement over length [1]; an indenter goes in where > 0
+  /// Bending: strain at the surface; otherwise displacement over length [1]. An indenter goes in where > 0.
   double strain = 0;
   double length = 0; ///< along `axis` [m]
   double area = 0;   ///< of the cross-section [m^2]; 1 in 1D; per metre of thickness in 2D [m]

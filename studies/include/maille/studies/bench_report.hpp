@@ -35,7 +35,7 @@ struct BenchCheck {
   double value = 0;
   double goal = 0;
   bool larger_is_better = true;
-  std::string predicted{}, physical_limit{}; ///< in words; empty: none was made, there is none
+  std::string predicted{}, physical_limit{}; ///< in words; empty if unknown
   bool met() const { return larger_is_better ? value >= goal : value <= goal; }
 };
 
@@ -61,7 +61,7 @@ struct BenchReport {
   bool all_met() const;
 };
 
-/// Processor, cores, memory, compiler, and the load average at the start (a busy machine shows there).
+/// Processor, cores, memory, compiler, and the load average at the start, which shows other work.
 nlohmann::ordered_json describe_machine();
 
 /// Bytes read plus bytes written per second of copying an array of `bytes` to another, in GB/s: the best of a

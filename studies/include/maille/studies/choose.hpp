@@ -49,10 +49,10 @@ struct Probes {
   std::string quantity; ///< other than the displacement, whose `difference` and `distance` they then are
 };
 
-/// Answers the scene by limits, relaxed and coupled on one lattice, and by coupled on one of twice the
-/// spacing: the coarsest two, from twice and four times the scene's own spacing on, that still hold the body
-/// (no layer less than two cells thick, no material gone). Of a scene that is unlike those of the table the
-/// next finer lattice is asked too, and then stands for the first.
+/// Solves the scene by limits, relaxed and coupled on one lattice, and by coupled on one of twice the
+/// spacing: the coarsest pair, from twice and four times the scene's own spacing on, that still resolves the
+/// body (every layer at least two cells thick, no material lost). If the scene is unlike those of the table,
+/// the next finer lattice is solved too and replaces the first.
 /// Cost  about three times `coupled` on the finest lattice; answers of less than some milliseconds are timed
 ///       up to five times
 /// @param judge_kind false: the scene is taken to be like those of the table, which are its owner's

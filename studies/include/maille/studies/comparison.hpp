@@ -98,14 +98,13 @@ std::string csv(const Scene& scene, const Comparison& comparison);
 
 /// Sentences for people where the reference of a comparison may be far off itself: how far, and how we know.
 ///
-/// An error of a lattice method against finite elements that is more than 1.5 times the method's estimated
-/// error (add_estimates) and 2 % is the reference's for the most part: it is off by what the error leaves, at
-/// most by error and estimate together. One of less than a third of the estimate, where that is 5 %, means
-/// that both share an error. Without estimates, that of a settled `coupled` which is more than 3 % from its
-/// reference is made here. Where that says nothing, or there is no `coupled`, linear elements are warned of
-/// by what they are known to lock on: Poisson ratios of 0.45 and more, and bodies of fewer than four cells
-/// across. Nothing is said of the reference "best", which knows its own error, and of a reference that has no
-/// answer.
+/// If the error of a lattice method against finite elements is more than 1.5 times the method's estimated
+/// error (add_estimates) and 2 %, most of it is the reference's: at least the difference, at most the sum of
+/// error and estimate. If it is less than a third of an estimate of 5 % or more, both share an error. Without
+/// estimates, a settled `coupled` that is more than 3 % from its reference is estimated here. Where that is
+/// inconclusive, or without `coupled`, linear elements get a warning where they are known to lock: Poisson
+/// ratios of 0.45 and more, and bodies of fewer than four cells across. No warning for the reference "best",
+/// which knows its own error, or a reference without an answer.
 ///
 /// Cost     nothing, or one estimate (about that of `coupled`, see deform::estimate_error)
 std::vector<std::string> reference_warnings(const Scene& scene, const Comparison& comparison,

@@ -12,9 +12,9 @@
 
 namespace maille::studies {
 
-/// A scene on one lattice, or why there is none.
+/// A scene on one lattice, or why it cannot be built.
 struct LatticeScene {
-  std::shared_ptr<const Scene> scene; ///< null where there is none
+  std::shared_ptr<const Scene> scene; ///< null if it cannot be built
   std::string why_not;
   /// Those of the scene on this lattice; null where some have no place on it, or there is no lattice.
   std::shared_ptr<const std::vector<Measure>> measures = nullptr;
@@ -25,7 +25,7 @@ struct LatticeScene {
 /// **Coarser**: the file is read again with fewer `cells` over the same extent (the whole number nearest to
 /// an even division, at least one; spacings may then differ a little along the axes), or with larger
 /// `coarsen` for images. Shape, holds, moves and loads are placed anew on that lattice: a staircase is
-/// coarser, and a region without a node is a reason why there is none.
+/// coarser, and a region without a node makes the lattice fail.
 /// **Finer**: refined(): every cell is halved, so the body stays the one that the scene has.
 class Lattices {
 public:
@@ -42,15 +42,15 @@ public:
   /// @param halvings  of the spacing: 1 halves it, -1 doubles it, 0 is the scene itself. Kept for the next
   ///        time.
   LatticeScene at(int halvings);
-  /// That lattice as a scene file (TOML), with the names of files as the scene has them. Nothing where there
-  /// is none: finer lattices of bodies that are no boxes have no file that says them.
+  /// That lattice as a scene file (TOML), with the scene's file names. Nothing for finer lattices of bodies
+  /// other than boxes, which no file can describe.
   /// @param tolerance in place of the scene's, where given
   std::optional<std::string> text(int halvings, std::optional<double> tolerance) const;
 
 private:
   Lattices(std::string text, std::filesystem::path file, SceneAndMeasures read);
   LatticeScene coarser(int doublings) const;
-  /// The text of the scene on fewer cells. @return why there is none, or empty
+  /// Writes the scene on fewer cells to `text`. @return why that is not possible, or empty
   std::string coarsen(int doublings, std::string& text) const;
 
   std::string text_;

@@ -16,14 +16,14 @@ struct MeasureRow {
   std::optional<double> error; ///< see relative_error; none of the reference's own
 };
 
-/// @param reference  of the same measures; empty: there is none
+/// @param reference  values of the same measures; empty without a reference
 std::vector<MeasureRow> with_errors(std::vector<MeasuredValue> values,
                                     const std::vector<MeasuredValue>& reference);
-/// Of an answer that is none. @param why  in words
+/// Measures of a failed answer. @param why  in words
 std::vector<MeasureRow> without_values(const std::vector<Measure>& measures, int dimension,
                                        const std::string& why);
 
-/// A list of name, unit, value or vector or line, and why_not where there is none.
+/// A list of name, unit, value or vector or line, and why_not for missing values.
 nlohmann::ordered_json measures_json(const std::vector<MeasureRow>& rows);
 /// name: error, of those that have one; null where none has.
 nlohmann::ordered_json measure_errors_json(const std::vector<MeasureRow>& rows);

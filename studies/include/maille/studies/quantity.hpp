@@ -21,7 +21,7 @@ struct Quantity {
   /// The relative difference of the answer on a coarser lattice from the one on a finer lattice; nothing
   /// where one of them has none. Empty function: the displacement, which the table of trades knows.
   std::function<std::optional<double>(const AnswerOnLattice& coarse, const AnswerOnLattice& fine)> difference;
-  /// Of what is one or a few numbers, those: so that they are seen to come nearer from one side. Else empty.
+  /// The numbers of a scalar or short quantity, to show convergence from one side; else empty.
   std::function<std::vector<double>(const Scene&, const Answer&)> numbers;
   bool is_displacement() const { return !difference; }
 };

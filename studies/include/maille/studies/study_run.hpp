@@ -52,9 +52,8 @@ std::filesystem::path table_stem(const StudyFile& study, const StudyOptions& opt
 /// @brief Runs every case of this part that the table lacks and appends its rows at once, synchronised to the
 /// disk, so that being killed loses the cases in flight and nothing else.
 ///
-/// Cases run in processes forked from this one, so that a case that dies is a row that says so; call it
-/// before anything starts threads. With several jobs, or on a busy machine, rows say that their seconds are
-/// not to be believed.
+/// Cases run in processes forked from this one, so that a crashed case still gives a row; call it before any
+/// thread starts. With several jobs, or other load on the machine, rows mark their seconds as unreliable.
 ///
 /// @throws FolderTaken where a table stands there and resume is not asked for, or another process holds it;
 ///         InputError where the table is faulty

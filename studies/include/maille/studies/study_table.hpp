@@ -83,8 +83,7 @@ std::vector<std::string> study_columns();
 std::string csv_header(const StudyRow& row);
 std::string csv_line(const StudyRow& row);
 
-/// A table that was read. Whoever wrote it may have been killed in a line: a last line that is not whole is
-/// left out.
+/// A table that was read. Its writer may have been killed in a line: an incomplete last line is left out.
 struct StudyTable {
   std::vector<StudyRow> rows;
   bool is_torn = false; ///< such a line was left out
@@ -123,8 +122,8 @@ std::string summary(const std::vector<StudyRow>& rows);
 /// The columns of numbers that say how cases came out: what a picture can be of, beside the columns of
 /// measures.
 std::vector<std::string> study_responses();
-/// What the study is about where nobody says: what its scene's `[test]` comes to, else its first measure,
-/// else the force on what is moved, else the error.
+/// Default response of a study: the result of the scene's `[test]`, else its first measure, else the force on
+/// the moved part, else the error.
 std::string default_response(const std::vector<StudyRow>& rows);
 
 /// Draws a column of every method over what was varied. Two parameters on a whole grid: a plot a scene and

@@ -41,8 +41,8 @@ struct TradeRow {
   std::int64_t nodes = 0; ///< of matter
   Status status = Status::done;
   std::string algorithm, message;
-  /// Medians. The smaller of wall-clock and processor time: with one thread what the clock shows where nobody
-  /// else computes
+  /// Medians. The smaller of wall-clock and processor time: with one thread this is the wall-clock time of an
+  /// otherwise idle machine.
   Seconds seconds;
   double wall_seconds = 0; ///< median, set-up and solve
   int repetitions = 0;
@@ -104,7 +104,7 @@ std::string csv(const Scene& scene, const Trade& trade);
 
 /// Draws both fronts, over time and over memory, beside each other: one colour a method, the front as a step
 /// line, the reference's own error as a floor. By gnuplot, as SVG or PNG by the file's ending.
-/// @return why there is no picture where there is none
+/// @return why the picture could not be drawn; nothing on success
 std::optional<std::string> draw_trade(const Scene& scene, const Trade& trade,
                                       const std::filesystem::path& file);
 
@@ -113,8 +113,8 @@ struct CostAndError {
   double cost = 0, error = 0;
 };
 
-/// The points that no other is as good as in both and better in one, from the cheapest to the dearest. Points
-/// that are alike are all in it; one with a coordinate that is not finite is in none.
+/// The points that no other point dominates (better in one, not worse in both), from the cheapest to the
+/// dearest. Equal points are all included; points with a coordinate that is not finite are not.
 /// Cost  O(n log n)
 std::vector<std::size_t> pareto_front(std::span<const CostAndError> points);
 

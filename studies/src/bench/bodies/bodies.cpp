@@ -126,7 +126,7 @@ void Bodies::box_beside_network() {
                {"ns_per_unknown_of_large", figures.ns_per_unknown_of_box}});
 }
 
-/// A network whose pores are filled with matter that is so many times as soft.
+/// A network whose pores are filled with a softer material.
 void Bodies::contrast() {
   const BodySizes sizes = BodySizes::of(options_);
   const auto iterations = [&](double filling) {

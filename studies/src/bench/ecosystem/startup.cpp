@@ -97,7 +97,7 @@ void measure(const char* what, const std::vector<std::string>& words, int repeat
               {"mib", peak ? nlohmann::ordered_json(*peak) : nlohmann::ordered_json()}});
 }
 
-/// Of the target that scripts/demo builds, as the build tree knows them; nothing where that is gone.
+/// Objects of the target that scripts/demo builds, from the build tree; nothing without one.
 std::optional<double> objects_of_demo() {
   const fs::path build = MAILLE_BUILD;
   if (!has_program("ninja") || !fs::exists(build / "build.ninja"))

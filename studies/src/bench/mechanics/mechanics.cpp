@@ -272,7 +272,7 @@ Outputs outputs_of(const Scene& scene, const Answer& answer) {
   return outputs;
 }
 
-/// @return what outputs take over what the solve takes
+/// @return time of the outputs over time of the solve
 double measure_outputs(const std::string& name, const Scene& scene, const BenchOptions& options,
                        BenchReport& report, double& worst_sum) {
   std::vector<double> solves, outputs;

@@ -56,7 +56,7 @@ std::vector<double> interleaved_medians(int repeats, int in_a_row,
   return medians;
 }
 
-/// One handle dragged to and fro, by `by` about home: whoever starts at one end moves all that the other end
+/// One handle dragged to and fro, by `by` about home: a drag from one end moves every node that the other end
 /// moved.
 template<class Body>
 std::function<void()> to_and_fro(Body& body, std::int64_t handle, Vec3 by) {

@@ -73,8 +73,8 @@ public:
   Measured relaxed();
   /// Voxel by voxel until it has settled. @return sweeps
   std::int64_t sweep();
-  /// The same where nobody would wait: twenty sweeps say what one costs, and `sweeps_of_small` on
-  /// `cells_of_small` how many there would be, as they grow with the square of the nodes along a side.
+  /// The same for sizes too slow to run: twenty sweeps give the cost of one, and `sweeps_of_small` on
+  /// `cells_of_small` their number, which grows with the square of the nodes along a side.
   void extrapolated_sweep(std::int64_t sweeps_of_small, int cells_of_small);
 
   /// deal.II Q1, as loosely as keeps its displacements within `goal` of its converged ones; direct solvers as
@@ -87,8 +87,8 @@ private:
   Measured measure(const Answer& answer, int runs, const std::optional<Displacement>& converged) const;
   void add_row(const std::string& method, std::optional<double> tolerance, const Measured& measured,
                const std::string& note = "");
-  /// Of an iterative solver the answer with the largest tolerance found that comes so near to the converged
-  /// one, and last_tolerance_; nothing where none did.
+  /// The answer of an iterative solver with the largest tolerance that is within `goal` of the converged one,
+  /// and last_tolerance_; nothing if no tolerance is.
   std::optional<Answer> loosest_within(double goal, fem_ref::LinearSolver solver);
   const Displacement& converged_coupled();
   const Displacement& converged_q1();

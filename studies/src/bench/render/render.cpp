@@ -235,7 +235,7 @@ private:
     to.camera = view.camera.turned(1e-3 * (i + 1), 0);
     return to;
   }
-  /// Of a frame after the first, one thread: the camera moves, so that everything is cast.
+  /// Time of a frame after the first, one thread: the camera moves, so that everything is cast.
   double frame_seconds(std::span<const SceneObject> objects, const View& view) const {
     Renderer renderer(1);
     return median_of(repeats_, [&](int i) { renderer.render(objects, moved(view, i)); });

@@ -36,7 +36,7 @@ public:
                                       int n, render::VoxelGrid& grid) const = 0;
   virtual void look_from(const render::Camera& camera) = 0;
   virtual void render() = 0;
-  /// Of the last picture over black, rows from the top, three bytes a pixel.
+  /// Pixels of the last picture over black, rows from the top, three bytes a pixel.
   virtual std::vector<std::uint8_t> pixels() const = 0;
 };
 

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::uint32_t seed = 20261121;
 constexpr double most_seconds = 300, reference_seconds = 10;
-/// Probes cost little: wishes that nothing meets are passed over, up to so many for every promise.
+/// Draws per promise: probes are cheap, and requests that cannot be met are skipped.
 constexpr int most_draws_per_promise = 5;
 
 /// How the promises of one run were kept.

@@ -23,7 +23,7 @@ struct UnlikeTally {
   int scenes = 0, promises = 0, kept = 0, within = 0, without_reference = 0;
 };
 
-/// Of what was chosen; infinite where it has no answer.
+/// Error of the chosen way; infinite without an answer.
 double error_of(Lattices& lattices, const Way& way, const Displacement& reference) {
   const Scene& scene = *lattices.at(way.halvings).scene;
   const Measured run = measure(scene, way.method, way.tolerance, {});

@@ -27,9 +27,9 @@ std::string isotropic(double nu, const char* youngs_modulus = "10 kPa");
 std::string fibres(double ratio, double angle);
 
 std::string held(const char* where);
-/// By so many millimetres.
+/// A move by x, y, z millimetres.
 std::string moved(const char* where, double x, double y, double z);
-/// What is done to a body of so many millimetres, as TOML: `pull`, `bend`, `twist`, `traction` at x+, held at
+/// Conditions on a body of a size in millimetres, as TOML: `pull`, `bend`, `twist`, `traction` at x+, held at
 /// x-; `shear`, `squeeze`, `poke` (the middle half) at z+, held at z-; `gravity` across; `hinge`, held along
 /// an edge; `plane bend`, where nothing moves across.
 std::string action(const std::string& word, const std::array<double, 3>& mm);
@@ -114,7 +114,7 @@ private:
 /// fibres up to 50 times as stiff along as across; layers of skin, fat and muscle, soft seams, thin
 /// inclusions and checkerboards; slender bodies; gravity and tractions; flat cells; bellies; with MAILLE_DATA
 /// muscles and bone from images.
-/// @param scale cells of 1 mm are divided by it along every axis: what is one cell thick is then so many
+/// @param scale divides cells of 1 mm along every axis: a part one cell thick is then `scale` cells thick
 SceneSet kind_scenes(int scale);
 
 /// Scenes that are unlike those of the table that `choose` knows: layers of muscle, fat and skin, seams,

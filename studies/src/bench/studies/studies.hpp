@@ -33,7 +33,7 @@ void add_choose_checks(const BenchOptions& options, const Control& control, Benc
 /// wish, and `choose_unlike_refused`, the fraction of scenes on which nothing was promised.
 void add_choose_unlike_checks(const BenchOptions& options, const Control& control, BenchReport& report);
 
-/// A scene drawn by lot.
+/// A random scene.
 struct DrawnScene {
   std::string name; ///< e.g. `12: ellipsoid 12 x 10 x 9, bend, muscle/soleus`
   std::string text; ///< TOML

@@ -41,7 +41,7 @@ public:
   };
   Density density(double radius) const {
     const double part = radius / points;
-    std::vector<double> table; // where two points are so many half parts apart, or together
+    std::vector<double> table; // by distance of two points in half parts, 0 for one point
     for (int i = 0; i <= 4 * points; ++i)
       table.push_back(kernel(0.5 * part * i));
     // Points are at odd numbers of half parts, the end at an even one.

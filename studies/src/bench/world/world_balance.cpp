@@ -48,7 +48,7 @@ struct Worst {
   std::int64_t frames = 0, pressed = 0, rounds = 0, unsettled = 0, penetrations = 0;
 };
 
-/// Of one frame: forces of each pair, forces and moments on each disc, places that mirror one another.
+/// Checks one frame: forces of each pair, forces and moments on each disc, symmetry of places.
 void look(const World& world, const FrameResult& result, Worst& worst) {
   double largest = 0;
   for (const WorldContact& contact : result.contacts)

@@ -77,7 +77,8 @@ World world_with_nut() {
   return world;
 }
 
-/// Where a steady hand would have the nut's lattice after so many turns, with its pitch off by a part.
+/// Pose of the nut's lattice after `n_turns` turns by a steady hand, with a relative error `off` of the
+/// pitch.
 Pose screwed(const World& world, const Pose& start, double n_turns, double off) {
   deform::RigidMotion motion;
   motion.axis = Vector3d::UnitZ();

@@ -39,7 +39,7 @@ std::string with_dots(std::string_view key) {
   return dotted;
 }
 
-/// The child of a table by name or of an array by index; nullptr where there is none.
+/// The child of a table by name or of an array by index; nullptr if missing.
 toml::node* child(toml::node& parent, std::string_view name) {
   if (toml::table* table = parent.as_table())
     return table->get(name);

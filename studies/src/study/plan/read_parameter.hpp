@@ -14,7 +14,7 @@ namespace maille::studies {
 
 /// Where a key leads; `last` is how far it can be followed, for messages.
 struct DottedNode {
-  toml::node* node = nullptr; ///< nullptr: there is none
+  toml::node* node = nullptr; ///< nullptr if missing
   std::string last;
 };
 

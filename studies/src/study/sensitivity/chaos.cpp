@@ -157,7 +157,7 @@ struct Model {
   double error = INFINITY; ///< see Validation
 };
 
-/// Of the degree and with as many terms as have the least error, of those that the samples allow.
+/// The model with the degree and number of terms of least error, among those that the samples allow.
 Model best_model(const Samples& samples, double variance) {
   const auto n = static_cast<double>(samples.values.size());
   const auto most = static_cast<std::size_t>(

@@ -22,7 +22,7 @@ namespace {
 /// One number for every component of every vertex.
 using Values = std::vector<double>;
 
-/// A box of one material, or of two with a plane between them; one cell in so many is missing, at random.
+/// A box of one material, or of two with a plane between them; one cell in `one_in` is missing, at random.
 Scene porous_body(int materials, unsigned seed, unsigned one_in = 30) {
   const Index3 cells{15, 13, 18};
   Scene scene = test::box_scene(3, cells, {1e-3, 1.3e-3, 0.8e-3});

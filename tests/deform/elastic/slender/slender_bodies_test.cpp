@@ -20,7 +20,7 @@
 namespace maille::deform {
 namespace {
 
-/// Of the cells that are named, in a grid that has room for them.
+/// A body of the listed cells, in a grid of that size.
 Scene body_of(const Index3& grid, const std::vector<Index3>& cells) {
   Scene scene = test::box_scene(3, grid);
   scene.specimen.material_id.assign(static_cast<std::size_t>(scene.specimen.grid.n_cells()), no_material);
@@ -29,7 +29,7 @@ Scene body_of(const Index3& grid, const std::vector<Index3>& cells) {
   return scene;
 }
 
-/// Along z, so many cells wide and thick, on a foot of one layer of cells, which is held below.
+/// A column along z, `width` by `thickness` cells, on a foot of one layer of cells, which is fixed below.
 Scene column_on_foot(int length, int width, int thickness) {
   std::vector<Index3> cells;
   for (int z = 0; z <= length; ++z)

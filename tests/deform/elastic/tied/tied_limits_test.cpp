@@ -102,7 +102,7 @@ void give_limits(Scene& scene, double stretch, double compress, double shear) {
   }
 }
 
-/// Of the cells about a node of a split scene, which are of one label; 0 where there are none.
+/// Label of the cells around a node of a split scene (all have the same); 0 without cells.
 int label_at(const Specimen& body, std::int64_t node) {
   int label = 0;
   body.for_each_cell_at(body.grid.node_at(node),
@@ -231,8 +231,9 @@ double movement_of_tube(const SplitScene& split, const Answer& answer) {
   return largest;
 }
 
-// Truth: what a shaft does along its border nobody feels. With the normals of a cylinder the tube stays at
-// rest; those of steps of voxels are some degrees off. A tube that is tied all the way goes with the shaft.
+// Truth: motion of a shaft along its border has no effect on the tube. With the normals of a cylinder the
+// tube stays at rest; the normals of voxel steps are some degrees off. A tube that is tied all the way goes
+// with the shaft.
 TEST(TiedLimitsAnalytic, AShaftTurnsInATubeThatStaysAtRest) {
   constexpr double angle = 0.01, radius = 4, middle = 7, way = radius * h * angle;
   for (const auto& [method, limits_bind] :

@@ -26,8 +26,8 @@ public:
   virtual Pose read() = 0;
   /// The force to show until the next is written.
   virtual void write(const ProbeForce& force) = 0;
-  /// Of the device's own mechanics, along any direction [N s/m]: the b that passivity rests on. A cautious,
-  /// small figure.
+  /// Mechanical damping of the device itself, the same along every direction [N s/m]: the b in the bound on
+  /// passive stiffness. A cautious, small figure.
   virtual double damping() const = 0;
 };
 

@@ -177,7 +177,8 @@ struct CouplingSettings {
   double turn_stiffness = 0; ///< [N m/rad], >= 0; of tools of several voxels
 };
 
-/// The stiffest spring that no hand can draw energy from: 2 (b - B) / T, or 0 where there is none [N/m].
+/// The stiffest spring that stays passive, so that no energy can be drawn from it: 2 (b - B) / T, at least 0
+/// [N/m].
 ///
 /// @param device_damping of the device itself, not computed [N s/m] @param damping of the coupling [N
 /// s/m], >= 0 @param period between forces [s], > 0
@@ -227,8 +228,8 @@ private:
 
 /// Where the force of a deformable body comes from.
 enum class ForceRule {
-  /// Of the coupling's spring in a row with the body's stiffness: the body feels softer than it is, the more
-  /// the stiffer it is
+  /// The coupling's spring in series with the body's stiffness. The body feels softer than it is; the error
+  /// grows with its stiffness.
   coupling,
   reaction, ///< the lattice's reaction itself, where that is passive; stiffer bodies as under `coupling`
 };

@@ -118,7 +118,7 @@ public:
 
   const std::shared_ptr<const Surroundings>& surroundings() const { return surroundings_; }
   const RigidShape& tool() const { return *tool_; }
-  /// Of the tool's middle in the scene; of a point: nothing.
+  /// Start pose of the tool's middle in the scene; empty for a point tool.
   const std::optional<Pose>& start() const { return start_; }
   int n_bodies() const { return static_cast<int>(bodies_.size()); }
   const std::string& name(int body) const { return at(body).name; }

@@ -192,7 +192,7 @@ public:
   void follow(const Surroundings& surroundings, const Pose& goal);
 
   const RigidShape& tool() const { return tool_; }
-  /// Of the tool's lattice, as RigidWorld has it.
+  /// Pose of the tool's lattice, in RigidWorld's convention.
   const Pose& pose() const { return pose_; }
   Eigen::Vector3d middle() const { return pose_.position + pose_.rotation * middle_; }
   /// What keeps it from the last goal; none: it is there.

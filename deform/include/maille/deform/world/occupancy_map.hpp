@@ -46,7 +46,7 @@ public:
   }
   /// Whether something cannot go there: taken, or outside the world, whose border is a wall.
   bool is_blocked(const Index3& at) const { return !has_cell(at) || is_occupied(at); }
-  /// @pre has_cell(at) @return nobody where the cell is free
+  /// @pre has_cell(at) @return the empty id where the cell is free
   VoxelId occupant(const Index3& at) const;
   /// Whether any cell from `first` to `last` is taken; what lies outside the world is not asked. Costs a look
   /// at each brick of the box, and at each of its rows where there is a brick.

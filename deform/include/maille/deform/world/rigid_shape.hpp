@@ -20,7 +20,7 @@ class RigidShape {
 public:
   /// @param size of the lattice, at most 2^15 an axis @param spacing > 0 [m]
   /// @param matter size[0] * size[1] * size[2] values, x fastest, not 0 where there is a voxel
-  /// @throws std::invalid_argument if there is none, or numbers do not fit
+  /// @throws std::invalid_argument if there is no voxel, or sizes do not match
   RigidShape(const Index3& size, const Vec3& spacing, std::span<const std::uint8_t> matter);
 
   /// Voxels that follow one another along x.

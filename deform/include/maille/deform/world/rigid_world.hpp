@@ -18,7 +18,7 @@ struct Contact {
   Index3 cell{};          ///< that it would have entered, perhaps outside the world
   int axis = 0;           ///< of the face that it would have passed through
   int direction = 1;      ///< in which, along that axis: -1 or 1
-  VoxelId other = nobody; ///< who is there; nobody: the border of the world
+  VoxelId other = nobody; ///< voxel in the way; the empty id: the border of the world
 };
 
 struct MoveResult {

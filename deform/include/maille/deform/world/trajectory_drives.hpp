@@ -1,5 +1,5 @@
 #pragma once
-/// What the spans of a trajectory ask of a world in a frame: the same for whoever plays them, now or later.
+/// Drives that the spans of a trajectory request in a frame; the same for a live session and a replay.
 
 #include "maille/deform/world/world.hpp"
 #include "maille/scene/world/trajectory.hpp"
@@ -36,8 +36,8 @@ public:
 
 private:
   std::vector<Pose> start_;
-  /// A hand that leads an object: where it has come to, and in which frame. It goes on from there in the
-  /// next; a hand that has let go for a frame takes the object where it is.
+  /// A hand that leads an object: its pose, and the frame of that pose. In the next frame it continues from
+  /// there; a hand that released the object for a frame takes it up where the object is.
   struct Hand {
     Pose pose;
     std::int64_t frame;

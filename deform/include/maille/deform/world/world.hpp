@@ -17,11 +17,10 @@ namespace maille::deform {
 /// What a hand does with an object in one frame.
 struct Drive {
   int object = 0; ///< rigid or deformable
-  /// Of the whole object, or of the nodes below, in the world.
+  /// Motion of the whole object, or of the nodes below, in the world.
   RigidMotion motion;
-  /// Of a deformable object: the nodes that are moved (numbers of its grid, nodes of the body), each given
-  /// once. They are handles from then on: they stay where they have come to until they are driven again or
-  /// released. Of a rigid object: empty.
+  /// The driven nodes of a deformable object (numbers of its grid, nodes of the body), each listed once. They
+  /// stay handles: they keep their place until they are driven again or released. Empty for a rigid object.
   std::vector<std::int64_t> nodes;
   /// Whether a rigid object goes on along what has stopped it, without the turn.
   bool slides = false;
@@ -81,7 +80,8 @@ struct HandOver {
 
 /// What became of one drive.
 struct DriveResult {
-  /// Of the motion that was done: of a rigid object's time; of the nodes' path, in the mean over the nodes
+  /// Fraction of the motion that was done: of the time for a rigid object, of the path (mean over nodes)
+  /// else.
   double fraction = 0;
   Eigen::Vector3d force = Eigen::Vector3d::
       Zero(); ///< that the hand needs, in the world [N]; zero where the method knows no forces
@@ -156,18 +156,18 @@ public:
   int n_objects() const;
   ObjectKind kind(int object) const;
 
-  /// Of a fixed or rigid object.
+  /// @pre the object is fixed or rigid
   const RigidShape& shape(int object) const;
-  /// Of any object's frame; a deformable object's never changes.
+  /// Frame of an object; that of a deformable object never changes.
   const Pose& pose(int object) const;
   /// In a world with dynamics; else nothing moves.
   ObjectMotion motion(int object) const;
-  /// Of what is free in a world with dynamics: kinetic, and that of heights over the world's corner [J].
+  /// Energy of the free objects in a world with dynamics: kinetic, and potential above the world's corner
+  /// [J].
   double energy() const;
-  /// Of a deformable object, in its own frame [m].
+  /// Displacement of a deformable object, in its own frame [m].
   const Displacement& displacement(int object) const;
-  /// The same as it is now, for whoever keeps it while the world goes on. Of an open world's body it is not
-  /// copied.
+  /// The present displacement, to be kept while the world advances. Not copied for the body of an open world.
   std::shared_ptr<const Displacement> shared_displacement(int object) const;
   /// Where a node of a deformable object is, in the world [m]. @pre of the body
   Eigen::Vector3d position(int object, std::int64_t node) const;

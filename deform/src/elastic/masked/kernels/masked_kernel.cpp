@@ -134,7 +134,7 @@ HWY_INLINE void set_stresses(const C& c, const VF* strain, VF* stress) {
   }
 }
 
-/// Of the cells from x on.
+/// Pulls of the cells from x on.
 template<bool couples_all, bool bends, class C>
 HWY_INLINE void find_pulls(const C& c, const float* const* u, const Rows& at, int x, Pulls& pulls) {
   const Corners of_x(u[0], at, x), of_y(u[1], at, x), of_z(u[2], at, x);

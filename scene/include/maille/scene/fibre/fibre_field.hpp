@@ -14,9 +14,9 @@
 
 namespace maille {
 
-/// The eigenvector of a symmetric matrix's largest eigenvalue; nothing where that is not positive, or within
-/// a billionth of the next. Of a diffusion tensor it is the fibre's direction; of a sum of dyads v v^T the
-/// mean of directions whose signs say nothing.
+/// Eigenvector of the largest eigenvalue of a symmetric matrix; nothing if that is not positive, or within a
+/// billionth of the next. For a diffusion tensor it is the fibre direction; for a sum of dyads v v^T the mean
+/// of directions without sign.
 /// Source  Basser, Mattiello, LeBihan 1994 (tensor); Bingham 1974, Annals of Statistics 2 (dyads)
 std::optional<std::array<float, 3>> first_eigenvector(const Eigen::Matrix3d& matrix);
 

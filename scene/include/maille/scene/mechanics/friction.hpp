@@ -53,7 +53,7 @@ public:
   /// Takes the answer of a round. @return true if another is needed
   /// @param press of press_of_ties()
   bool goes_on(const Displacement& u, const std::vector<double>& press);
-  /// Done, or failed: nothing holds what pulls, or rounds come to no end.
+  /// Done; or failed: a pulled part is not fixed, or rounds do not converge.
   Status status() const { return status_; }
   const std::string& message() const { return message_; }
   /// Sums over the borders, as the last round has them.

@@ -12,7 +12,7 @@ namespace maille {
 /// A figure over the cells of a part, each of which counts by its volume at rest: on a grid all alike.
 struct Spread {
   double mean = 0, least = 0, most = 0;
-  /// The least of the cells' values that so many percent of the volume do not exceed.
+  /// Percentiles by volume: the least cell value that this share of the volume does not exceed.
   double percentile_5 = 0, median = 0, percentile_95 = 0;
 };
 

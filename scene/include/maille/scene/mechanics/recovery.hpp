@@ -14,11 +14,11 @@ namespace maille {
 /// A field that is continuous within every part of the body (the cells of one label and one material) and
 /// jumps between parts: at a node a value for each part there, multilinear in cells.
 ///
-/// Of every component the polynomial of degree 2 whose means over cells are nearest to those of the patch of
-/// up to 4^dimension cells of the part around the node, in weighted least squares; cells that no faces within
-/// the patch join to the node do not count. Linear fields are exact as far as the part's cells tell them; a
-/// part that is one cell thick is constant across. One value a cell that alternates from cell to cell, as
-/// pressure near incompressibility does, is gone inside. Components and frame are those of CellFields.
+/// For each component, a polynomial of degree 2 whose cell means fit those of a patch in weighted least
+/// squares. The patch has up to 4^dimension cells of the part around the node, joined to it through faces
+/// within the patch. Linear fields are exact as far as the part's cells determine them; a part that is one
+/// cell thick is constant across. Values that alternate from cell to cell, as pressure does near
+/// incompressibility, are smoothed out inside. Components and frame are those of CellFields.
 /// Source  Zienkiewicz, Zhu 1992 (patches of superconvergent values), here of cells' means
 /// Cost    O(cells), about 10 us each; 100 bytes a node and part; same input, same bits
 class RecoveredFields {

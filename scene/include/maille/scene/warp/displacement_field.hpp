@@ -13,11 +13,13 @@ struct Specimen;
 /// voxel beyond the outer centres it is what they have.
 class DisplacementImage {
 public:
-  /// @param metres that a value of 1 stands for
-  /// @param body   in whose world places are (see on_body); voxels beside its matter that are 0 or no number
-  ///               take what the matter's voxels lead to in a straight line. May be null
-  /// @throws InputError: the image is none, or has not as many values a voxel as it has axes (three, of one
-  ///         slice two or three)
+  /// @param metres per unit of the file's values
+  /// @param body   in whose world places are (see on_body); voxels beside it that are 0 or NaN are
+  /// extrapolated
+  ///               linearly from the body's voxels. May be null
+  /// @throws InputError: the file is no image, or its values a voxel do not match its axes (three; of one
+  /// slice
+  ///         two or three)
   DisplacementImage(const std::filesystem::path& file, double metres, const Specimen* body);
 
   /// At a point of the world [m], along the axes in which the file's vectors are [m], of the body's

@@ -48,7 +48,7 @@ struct DriveSpan {
   /// Of rigid objects: the stiffness of a spring by which the hand leads the object [N/m]; absent: the hand
   /// has it firmly
   std::optional<double> follow;
-  bool release = false; ///< nothing is asked: whoever holds the object lets it go
+  bool release = false; ///< the hand releases the object
 
   std::int64_t end_frame() const { return first_frame + n_frames; } ///< the first that it has no part in
 };
@@ -94,7 +94,7 @@ std::string trajectory_header();
 /// @param span of one frame
 std::string trajectory_row(const DriveSpan& span, const WorldScene& world);
 std::string trajectory_row(const WorldSetting& setting, const WorldScene& world);
-/// Of a frame in which nothing is asked.
+/// Row of a frame without a drive.
 std::string trajectory_row(std::int64_t frame);
 
 /// The same from text; `file` gives the name for messages, and its ending counts.

@@ -38,9 +38,9 @@ struct WorldDynamics {
 struct WorldObject {
   std::string name;
   ObjectKind kind = ObjectKind::fixed;
-  /// What the object is, in its own frame. Of fixed and rigid objects the specimen alone is used: each cell
-  /// of matter is a voxel. Of a deformable one also materials, plane, limits and relaxation, and of
-  /// `prescribed` the holds (value 0, held): moves, loads and contracting fibres have no place here.
+  /// The object in its own frame. A fixed or rigid object uses only the specimen: each cell is a voxel. A
+  /// deformable one also uses materials, plane, limits and relaxation, and the holds of `prescribed` (value
+  /// 0, held); moves, loads and contracting fibres are not used here.
   Scene scene;
   Vec3 position{0, 0, 0};  ///< of the frame's origin in the world [m]
   Vec3 turn_axis{0, 0, 1}; ///< of length 1

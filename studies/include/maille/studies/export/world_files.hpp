@@ -14,8 +14,8 @@ namespace maille::studies {
 /// Where the nodes of an object's whole grid are, in the world [m]; of nodes without matter any point.
 using NodePositions = std::shared_ptr<const std::vector<Vec3>>;
 
-/// All objects of a world at one moment, in the scene's order. Of an object that has not moved since the last
-/// moment the same pointer, not a copy: files and pictures then know that it has not.
+/// All objects of a world at one moment, in the scene's order. An object that has not moved since the last
+/// moment has the same pointer, not a copy, so that files and pictures can tell.
 struct WorldMoment {
   double time = 0; ///< [s]
   std::vector<NodePositions> objects;
@@ -24,9 +24,9 @@ struct WorldMoment {
 
 /// @brief Collects a world's moments in `stem.pvd`: one time step each, a part an object.
 ///
-/// A part is a file `stem_OBJECT_0012.vtu` (signs that are no plain letters become `_`; the second of one
-/// name `OBJECT-2`): the object's cells of matter where they are at that moment, in world coordinates. Of an
-/// object that has not moved the file of the moment before is listed again, so that a wall is written once.
+/// A part is a file `stem_OBJECT_0012.vtu` (signs other than plain letters become `_`; a repeated name
+/// becomes `OBJECT-2`): the object's cells at that moment, in world coordinates. If the object has not moved,
+/// the file of the moment before is listed again, so that a wall is written once.
 /// Same form as write_vtk's files:
 /// - points: Displacement [m], from where the object was in the first moment
 /// - cells: ObjectId (number in the scene), MaterialId, FiberDirection; of deformable objects also what

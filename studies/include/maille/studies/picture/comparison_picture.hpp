@@ -27,7 +27,7 @@ struct PanelView {
   Vec3 centre{};                                     ///< in the middle of the box [m]
   double pixels_per_metre = 1;
   int width = 1, height = 1; ///< [pixels]
-  double warp = 1;           ///< displacements are drawn so many times as large
+  double warp = 1;           ///< factor on the drawn displacements
 };
 /// Draws a body that is displaced: three bytes a pixel over white, rows from the top.
 using DrawBody = std::function<std::vector<std::uint8_t>(const Displacement&, const PanelView&)>;
@@ -36,7 +36,7 @@ struct PictureSettings {
   std::string title = {};          ///< above the panels; none if empty
   int width = 1600;                ///< [pixels], at least 200
   int largest_height = 800;        ///< [pixels], at least 200; the picture is as high as its content needs
-  std::optional<double> warp = {}; ///< displacements are drawn so many times as large; else chosen_warp
+  std::optional<double> warp = {}; ///< factor on the drawn displacements; else chosen_warp
   std::string quantity = "displacement"; ///< what colours show
   std::optional<double> unit = {}; ///< of the numbers by the colours, in units of `coloured`; else a length
   std::string unit_name = {};      ///< then
