@@ -125,7 +125,7 @@ BenchReport verification_report(const std::vector<VerificationRow>& rows,
 
 std::string verification_page(const BenchReport& report, const std::vector<VerificationRow>& rows) {
   std::string page =
-      "# Verification\n\nWritten by `maille verify --markdown docs/verification.md`. An error is relative to "
+      "# Verification\n\nWritten by `maille verify --markdown FILE`. An error is relative to "
       "the "
       "expected value, or, where that is an order\nof convergence or zero, the difference from it.\n\n";
   page += columns_of_verification().markdown(rows);
