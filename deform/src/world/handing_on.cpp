@@ -48,7 +48,7 @@ void WorldFrame::settle(int object) {
       result_.message = "object `" + name(object) + "` stays as it is: " + settling.message();
     if (!is_converged && clock_.ended)
       unsettled_.insert(object);
-    // Without forces the movement is used up by whom it was handed to.
+    // Without forces the receiver absorbs the whole movement.
     if (!is_converged || !hand_on(object) || !body.knows_forces())
       break;
   }

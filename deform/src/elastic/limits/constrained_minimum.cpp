@@ -248,7 +248,7 @@ std::optional<double> ConstrainedMinimum::find_step(double beta, double) {
   sums_.add(1, correction_, beta, direction_);
   find_image();
   curvature_ = sums_.dot(direction_, image_);
-  if (!(curvature_ > 0)) { // nothing is left that can be told from rounding
+  if (!(curvature_ > 0)) { // the residual is at rounding level
     is_found_ = true;
     return std::nullopt;
   }

@@ -59,7 +59,7 @@ ConstrainedMinimum::Products ConstrainedMinimum::find_direction(Answer& answer) 
   });
 }
 
-/// To the minimum along the direction. @return false if nothing is left that can be told from rounding
+/// Steps to the minimum along the direction. @return false if the residual is at rounding level
 bool ConstrainedMinimum::take_newton_step(Displacement& u, const Products& products) {
   curvature_ = products.curvature;
   if (!(curvature_ > 0))

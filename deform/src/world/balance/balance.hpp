@@ -69,7 +69,7 @@ struct BalancedObject {
   /// [N].
   Eigen::VectorXd inertia, carried;
   Eigen::VectorXd way; ///< that the last round asked for [m]
-  /// Likewise, turns by radius; and before what rests was told to.
+  /// The same for rigid motion (rotation times radius), before resting objects are pinned.
   Eigen::Matrix<double, 6, 1> way_as_a_whole = Eigen::Matrix<double, 6, 1>::Zero(),
                               asked_as_a_whole = Eigen::Matrix<double, 6, 1>::Zero();
   Eigen::VectorXd pull; ///< with which they are kept, along the axes of the frame that it had at first [N]
@@ -123,7 +123,7 @@ public:
   BalancedObject& object(int number) { return objects_[static_cast<std::size_t>(number)]; }
   const std::vector<Touch>& touches() const { return touches_; }
   double cell() const { return cell_; }
-  /// Whose hand is on what: to be called when handles or drives have changed.
+  /// Updates which objects and nodes are driven; to be called when handles or drives have changed.
   void hold(int threads);
   /// Puts handles' values into what bodies are without contacts.
   void prescribe();

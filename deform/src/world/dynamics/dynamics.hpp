@@ -34,9 +34,9 @@ public:
 
   std::vector<MovingObject>& moving() { return moving_; }
   const std::vector<MovingObject>& moving() const { return moving_; }
-  /// Whose hand is on what, before a frame.
+  /// Updates which objects are driven, before a frame.
   void hold(std::span<LedObject> led, double seconds);
-  /// Goes on by at most so much; led objects by their motions. @return by how much [s]
+  /// Advances by at most `most` [s]; led objects follow their motions. @return the time advanced [s]
   double step(std::span<LedObject> led, double most, double seconds);
   /// Impulses on objects' surfaces since the last call, by object, other and voxel of the first's skin.
   struct Impulse {

@@ -59,7 +59,7 @@ public:
   /// @param solver multigrid: three dimensions
   /// @param floats nothing holds the body, `fixed` only takes its rigid motions away. Forces then act with
   ///        their resultants spread evenly over all nodes against them, and displacements have no mean shift
-  ///        or turn, so that neither knows which components were chosen
+  ///        or turn, so neither depends on which components were fixed
   Flexibility(const Scene& scene, const std::vector<std::int64_t>& fixed,
               const Eigen::VectorXd& inertia = Eigen::VectorXd(), bool floats = false, int threads = 1,
               StiffnessSolver solver = StiffnessSolver::quickest);
