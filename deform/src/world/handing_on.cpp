@@ -1,3 +1,14 @@
+/// Contact cell by cell between objects that can move: a body hands its movement on to the objects in its
+/// way.
+///
+/// A body settles among the others as if they stood still (Settling). Each pinned node then requests the
+/// movement that it could not make (`rest`) from the object in its way: a node of a body becomes a pin with a
+/// prescribed place there, a rigid object a shift. The receiver settles in turn and may hand on further. With
+/// forces known, may_push() lets the side with the larger pressure push, a cell at a time, until the
+/// pressures cannot be made more equal.
+///
+/// Feasible at any time. Heuristic: the order of receivers, and the limits on pushes that end the exchange.
+
 #include "world/world_frame.hpp"
 
 #include <algorithm>

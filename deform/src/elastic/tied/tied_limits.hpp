@@ -1,5 +1,11 @@
 #pragma once
-/// The least energy within the limits of links, where nodes are tied along any direction.
+/// The least energy within the limits of links, where nodes are tied along arbitrary directions.
+///
+/// Scheme (ADMM): min over u of energy(u) + rho / 2 |d u - z + y|^2_w, then z = d u + y clamped to the limits
+/// (over-relaxed), then y += d u - z. d u are the stretches of the links, w their weights, y scaled
+/// multipliers. The two residuals are d u - z (primal) and the change of z (dual); both end below
+/// `tolerance`. rho is adapted to balance them in the first half of the rounds. Ties are eliminated from u,
+/// so they hold exactly.
 
 #include "elastic/krylov/conjugate_gradients.hpp"
 #include "elastic/krylov/field_sums.hpp"

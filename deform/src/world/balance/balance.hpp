@@ -1,5 +1,21 @@
 #pragma once
-/// Contact between surfaces, with all that touches in balance.
+/// Contact between surfaces: the state of least energy of all objects that touch.
+///
+/// Unknowns: displacements of deformable objects (linear elasticity in the object's frame) and rigid motions
+/// of the objects that move as a whole. Condition: no node of a skin is inside another skin. A Touch is one
+/// node near another skin, with gap g, normal n and force f >= 0.
+///
+/// A round linearises: touches are found, each with its gap and normal; the compliance W of all touches is
+/// assembled from columns of each body's Flexibility and from the rigid motions; the contact program solves g
+/// + W f >= 0, f >= 0, f g = 0 (with friction: friction_program); everything moves towards that solution, at
+/// most a fifth of a cell. Rounds repeat until nothing moves.
+///
+/// Who writes what: balance.cpp sets up objects, drives and compliance; touches.cpp finds touches;
+/// balanced_contacts.cpp solves the contact program; rounds.cpp moves; balanced_frame.cpp runs the rounds of
+/// a frame; dynamics/ uses the same objects with inertia.
+///
+/// Exact: balance and gaps of the last round. Heuristic: step lengths, the drag on free objects (which
+/// vanishes at rest), and locality (bodies move only near touches until catch_up()).
 
 #include "world/surface/flexibility.hpp"
 #include "world/surface/friction_program.hpp"

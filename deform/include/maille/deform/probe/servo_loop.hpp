@@ -1,5 +1,10 @@
 #pragma once
-/// The loop that a probe runs in, and a world that it touches.
+/// The real-time loop of a probe (1 kHz), and a world that it touches.
+///
+/// A tick reads the device, computes the force (Probe) and writes it; it neither allocates nor locks nor
+/// waits. Elastic answers come from other threads through triple buffers (ContactPhysics). A late tick skips
+/// the ticks that it missed and counts them: the loop never tries to catch up. Latency counts from the time
+/// when the tick was due.
 
 #include "maille/deform/probe/probe.hpp"
 #include "maille/deform/probe/touch.hpp"
