@@ -56,7 +56,7 @@ Answer solve_coupled_once(const Scene& scene, const Control& control) {
 
 /// Lower bound only; plan_limits() makes the real check.
 std::int64_t bytes_for_limits(const Scene& scene) {
-  // Of ties: links with limits, and the fields of rounds.
+  // Ties add links with limits, and the fields of rounds.
   constexpr std::int64_t of_tied_component = 3 * 80 + 3 * 64 + 12 * 8;
   return bytes_at_least(scene) +
          (scene.tied.ties.empty() ? 0 : 3 * scene.specimen.grid.n_nodes() * of_tied_component);

@@ -20,8 +20,8 @@ namespace maille::deform {
 
 namespace {
 
-/// Of pushes of one body in one step: faces move a cell at a time and never back, so this ends before; a net
-/// under rounding.
+/// Pushes of one body in one step: faces move a cell at a time and never back, so the exchange ends before; a
+/// safeguard against rounding.
 constexpr int most_pushes = 20;
 /// Pushes across the faces between two bodies in one step, in which driven nodes move by at most a cell.
 constexpr int most_pushes_a_step = 4;
@@ -116,7 +116,7 @@ void WorldFrame::request(int object, const Pin& pin, int other, Requests& reques
   }
 }
 
-/// Of several requests to one node along one axis the largest counts.
+/// The largest of several requests to one node along one axis counts.
 void WorldFrame::add(std::vector<AskedPin>& list, const Pin& pin, const Asked& by) {
   const auto same = std::ranges::find_if(list, [&](const AskedPin& known) {
     return known.pin.voxel == pin.voxel && known.pin.axis == pin.axis;

@@ -55,7 +55,7 @@ public:
   /// components are free, zero where they are fixed, but for rounding to float32. Dense, [N] and [m].
   void precondition(const Displacement& residual, Displacement& correction);
   BoxMultigrid& multigrid() { return *body_.multigrid; }
-  /// Of forces per displacement in the multigrid [N/m].
+  /// Unit of forces per displacement in the multigrid [N/m].
   double unit() const { return body_.unit; }
 
 private:

@@ -42,7 +42,7 @@ public:
   std::int64_t n_components() const { return lower_.rows(); } ///< that are not fixed
   /// After how many iterations of multigrid a factor has cost less than they have.
   std::int64_t iterations_worth_it() const;
-  /// Of matrix, factor and what conjugate gradients around them have.
+  /// Bytes of the matrix, the factor, and the fields of conjugate gradients around them.
   std::int64_t bytes() const;
   /// @return false where the matrix is not positive definite, within rounding
   bool factor();

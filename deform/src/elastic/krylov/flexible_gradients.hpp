@@ -25,7 +25,7 @@ public:
   virtual void apply(const Displacement& u, Displacement& forces) = 0;
   /// correction = about K^-1 residual where components are free, 0 elsewhere [m].
   virtual void precondition(const Displacement& residual, Displacement& correction) = 0;
-  /// Of K [N/m]; asked for only where the residual does not fall.
+  /// Diagonal of K [N/m]; called only where the residual stagnates.
   virtual Displacement diagonal() const = 0;
 };
 

@@ -69,7 +69,8 @@ private:
 
   void begin(const Displacement& u);
   void set_penalty(double rho);
-  /// Of links that are outside, anew if they are not those that `knows` has. @param knows set_penalties(list)
+  /// Passes the active links to `knows`, if they changed since the last call. @param knows has
+  /// set_penalties(list)
   template<class Knows>
   void set_penalties(Knows& knows);
   bool are_penalties_out_of_date() const;

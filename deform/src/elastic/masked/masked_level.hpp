@@ -186,7 +186,7 @@ private:
   AlignedArray<float> inverse_;
   PenaltyRows penalties_;
   std::vector<double> sums_; ///< of its own planes of nodes
-  /// Of inverse_, and what was there before penalties were set, and before components were fixed.
+  /// Entries of inverse_ before penalties were set, and before components were fixed.
   std::vector<std::pair<std::size_t, float>> changed_, fixed_;
 };
 

@@ -318,7 +318,7 @@ double MaskedSolver::work_of_loads() {
   return level.slabs().total(works);
 }
 
-/// Of n slots. @param state of the first
+/// Adds n slots of a float32 state. @param state of the first
 void MaskedSolver::add(double scale, const float* state, std::size_t component, int n, double* to) const {
   const double factor = scale / body_.multigrid.finest().scale()[component];
   for (int i = 0; i < n; ++i)

@@ -36,7 +36,7 @@ public:
   /// Changes u, in which tied nodes are together and what is prescribed has its values.
   /// @return whether links miss their limits by no more than `tolerance` [m], and go on to
   bool solve(Displacement& u, double tolerance, Answer& answer);
-  /// By how much links missed in the end [m].
+  /// Largest violation of the limits at the end [m].
   double missed() const { return missed_; }
   /// The forces of springs, loads and limits on every node, less those of ties [N]: in balance at free
   /// nodes to `tolerance` of the sum of all forces, for a state next to `u`. A round that ends by its

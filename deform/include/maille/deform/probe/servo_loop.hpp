@@ -68,7 +68,7 @@ struct ServoSample {
 struct ServoReport {
   /// From when a tick was due until its force was written: waking up, reading, arithmetic, writing.
   LatencyHistogram latency;
-  /// Of that, without waking up.
+  /// The same without the time to wake up.
   LatencyHistogram work;
   std::int64_t ticks = 0;
   /// Periods at whose end the force was not yet written. A tick that is late takes the places of those that
