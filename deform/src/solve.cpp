@@ -54,9 +54,9 @@ Answer solve_coupled_once(const Scene& scene, const Control& control) {
   return solve_coupled(scene, control);
 }
 
-/// Refuses by itself, by the plan of the way that it takes.
+/// Lower bound only; plan_limits() makes the real check.
 std::int64_t bytes_for_limits(const Scene& scene) {
-  // Of ties: links with limits, and the fields of rounds.
+  // Ties add links with limits, and the fields of rounds.
   constexpr std::int64_t of_tied_component = 3 * 80 + 3 * 64 + 12 * 8;
   return bytes_at_least(scene) +
          (scene.tied.ties.empty() ? 0 : 3 * scene.specimen.grid.n_nodes() * of_tied_component);
@@ -102,7 +102,7 @@ std::size_t bytes_of_copy(const Scene& scene) {
          scene.tractions.size() * sizeof(FaceLoad) + scene.active_stress.size() * sizeof(double);
 }
 
-/// Asks the method within the body, which the moves turn as a whole.
+/// Solves in the rotated frame and rotates the answer back.
 template<class Ask>
 Answer solve_turned(const Scene& scene, const Frame& frame, const Control& control, const Ask& ask) {
   const Scene within = in_object(scene, frame);

@@ -51,7 +51,7 @@ inline std::string reason_to_refuse(const Scene& scene, std::string_view method)
   return reason_of_moves(scene);
 }
 
-/// Of lists that are of the scene's own kind: a copy of what it prescribes, as it is cut back, and reactions.
+/// Charge for the lists of a scene's own kind: a copy of the prescribed values, as clipped, and reactions.
 inline Charge charge_of_clipping(const Scene& scene) {
   return Charge(scene.prescribed.size() * (sizeof(Prescribed) + sizeof(double)));
 }

@@ -38,7 +38,7 @@ Corners<dimension> rest_of(const Grid& grid) {
   return rest;
 }
 
-/// Of `coupled`, in the frames of cells where the scene asks for them.
+/// Energies of `coupled`, in the frames of cells where the scene has them.
 template<int dimension>
 std::vector<double> lattice_energies(const Scene& scene, const Displacement& u, int threads) {
   const Grid& grid = scene.specimen.grid;
@@ -61,7 +61,7 @@ std::vector<double> lattice_energies(const Scene& scene, const Displacement& u, 
   return energy;
 }
 
-/// Of `relaxed`: every cell's part of the weights of its edges.
+/// Energies of `relaxed`: every cell's part of the weights of its edges.
 template<int dimension>
 std::vector<double> link_energies(const Scene& scene, const Displacement& u) {
   const Grid& grid = scene.specimen.grid;

@@ -1,3 +1,15 @@
+/// Chooses the exact algorithm of each component for `limits`, and forecasts its memory.
+///
+/// The answer clamps each node between two bounds: the greatest of (value - path length to the handle) and
+/// the least of (value + path length), over all handles (docs/theory.md). All algorithms compute these
+/// bounds; they differ in how they find shortest paths:
+/// rest: no handle moves; closed form: path lengths are sums of one term per axis (equal limits everywhere,
+/// monotone paths), one pass per handle; separable scans: the same on a box with many handles, two sweeps in
+/// all; wavefront: any body, label-correcting in tiles; Dijkstra: any body, for small ones.
+///
+/// Exact: all of them, hence the choice affects time and memory only. Heuristic: the sizes at which it
+/// switches (algorithm_sizes.hpp).
+
 #include "maille/deform/plan.hpp"
 #include "control/method.hpp"
 #include "feasible/bounds/algorithm_sizes.hpp"

@@ -3,11 +3,11 @@
 
 namespace maille::deform {
 
-/// Of layers of cells.
+/// Range of layers of cells.
 struct LayerRange {
   int first = 0, end = 0;
 };
-/// Of planes of nodes; layer z is between planes z and z + 1.
+/// Range of planes of nodes; layer z is between planes z and z + 1.
 struct PlaneRange {
   int first = 0, end = 0;
 };

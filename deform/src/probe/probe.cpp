@@ -1,3 +1,14 @@
+/// The force of a probe at one tick: proxy, contact stiffness, coupling, passivity.
+///
+/// Scheme: the proxy (Proxy) follows the device without entering the rigid cells or the bodies at rest; the
+/// depth of the device below it is shared between the coupling spring K_c and the body's stiffness K in
+/// series: force = depth K K_c / (K + K_c). K is solved by other threads (ContactSolver), blended in when it
+/// changes, and estimated before the first answer. Where a body's own reaction is passive, at most
+/// `passive_share` of the bound b > K T / 2 + |B|, it may replace the coupling (ForceRule::reaction).
+///
+/// Exact: the passivity bound for a spring and damper (Colgate and Brown 1994), and the proxy's places.
+/// Heuristic: when a site counts as new, how far ahead a body is solved, blending and easing.
+
 #include "maille/deform/probe/probe.hpp"
 
 #include <Eigen/Geometry>

@@ -17,8 +17,8 @@
 namespace maille::deform {
 
 namespace {
-/// By so much an answer may miss prescribed values; where limits bind, values that were cut back are not to
-/// be overruled [cells].
+/// Error of an answer at prescribed values; smaller where limits bind, so that clipped values stay valid
+/// [cells].
 constexpr double missed = 1e-7, missed_within_limits = 1e-10;
 } // namespace
 

@@ -101,7 +101,7 @@ public:
   /// Whether it goes on by itself from one frame to the next: sweeps may end on the way to rest.
   bool relaxes_on() const { return method_ == "sweep" || method_ == "hand_on"; }
   bool limits_bind() const { return limits_bind_; }
-  /// Of its links, whether or not they bind.
+  /// Limits of its links, active or not.
   const LinkLimits& limits() const { return limits_; }
   /// Whether friction holds nodes in contact: their other components are then prescribed too, where nothing
   /// else prescribes them.

@@ -1,3 +1,14 @@
+/// Contact cell by cell between objects that can move: a body hands its movement on to the objects in its
+/// way.
+///
+/// A body settles among the others as if they stood still (Settling). Each pinned node then requests the
+/// movement that it could not make (`rest`) from the object in its way: a node of a body becomes a pin with a
+/// prescribed place there, a rigid object a shift. The receiver settles in turn and may hand on further. With
+/// forces known, may_push() lets the side with the larger pressure push, a cell at a time, until the
+/// pressures cannot be made more equal.
+///
+/// Feasible at any time. Heuristic: the order of receivers, and the limits on pushes that end the exchange.
+
 #include "world/world_frame.hpp"
 
 #include <algorithm>
@@ -9,8 +20,8 @@ namespace maille::deform {
 
 namespace {
 
-/// Of pushes of one body in one step: faces move a cell at a time and never back, so this ends before; a net
-/// under rounding.
+/// Pushes of one body in one step: faces move a cell at a time and never back, so the exchange ends before; a
+/// safeguard against rounding.
 constexpr int most_pushes = 20;
 /// Pushes across the faces between two bodies in one step, in which driven nodes move by at most a cell.
 constexpr int most_pushes_a_step = 4;
@@ -48,7 +59,7 @@ void WorldFrame::settle(int object) {
       result_.message = "object `" + name(object) + "` stays as it is: " + settling.message();
     if (!is_converged && clock_.ended)
       unsettled_.insert(object);
-    // Without forces the movement is used up by whom it was handed to.
+    // Without forces the receiver absorbs the whole movement.
     if (!is_converged || !hand_on(object) || !body.knows_forces())
       break;
   }
@@ -105,7 +116,7 @@ void WorldFrame::request(int object, const Pin& pin, int other, Requests& reques
   }
 }
 
-/// Of several requests to one node along one axis the largest counts.
+/// The largest of several requests to one node along one axis counts.
 void WorldFrame::add(std::vector<AskedPin>& list, const Pin& pin, const Asked& by) {
   const auto same = std::ranges::find_if(list, [&](const AskedPin& known) {
     return known.pin.voxel == pin.voxel && known.pin.axis == pin.axis;

@@ -1,5 +1,16 @@
 #pragma once
-/// How a deformable object comes to rest among obstacles that stand still.
+/// Contact of one deformable object with obstacles that stand still, by an active set.
+///
+/// A pin is a node prescribed at the wall that it touches. A turn solves the body with the present pins,
+/// moves towards that answer, pins the nodes that hit walls on the way, and releases pins whose wall would
+/// have to pull. It ends when a turn changes nothing. A pin may be released a limited number of times, so the
+/// loop terminates; otherwise the body keeps its feasible state.
+///
+/// Friction is solved in an outer loop: touching nodes are held where they touched; if the walls of one side
+/// together pull by more than friction allows, all their nodes slip by the same share. This is exact for the
+/// sum per side, not per node.
+///
+/// Feasible at any time: moves end before the first hit. Heuristic: release counts and tolerances.
 
 #include "world/deformable_object.hpp"
 #include "world/occupancy/node_cells.hpp"

@@ -1,5 +1,17 @@
 #pragma once
-/// One frame of a world, step by step.
+/// One frame of a world whose contact is found cell by cell, and the entry to the other laws of contact.
+///
+/// A frame cuts all drives into steps in which nothing driven moves further than a cell (n_steps). In a step
+/// each drive moves its object: rigid ones by push_rigid(), which pushes free objects ahead; deformable ones
+/// by new handle positions. Then come_to_rest() settles every unsettled body (Settling) and hands movement on
+/// to the objects that it presses (hand_on), until none is unsettled. A frame also ends when FrameClock runs
+/// out; the state is feasible at any time.
+///
+/// The members are implemented by topic: world_frame.cpp (steps, report), handing_on.cpp, rigid_pushing.cpp,
+/// rigid_following.cpp, voxels/handed_frame.cpp (single voxels), balance/balanced_frame.cpp (surfaces),
+/// dynamics/dynamic_frame.cpp (time). run() picks the law of contact.
+///
+/// Exact: no voxel enters a taken cell. Heuristic: the order of bodies, and the limits on pushes and rounds.
 
 #include "world/first_contact.hpp"
 #include "world/settling.hpp"

@@ -67,7 +67,7 @@ struct WorldParts {
   std::vector<Member> members;
   std::vector<DeformableObject> bodies;
   std::optional<LoneBody> lone; ///< of an open world, which has no others
-  /// By the objects' numbers, the lower first, and the axis.
+  /// Pushes by the objects' numbers, the lower first, and the axis.
   std::map<std::tuple<int, int, int>, Push> pushes;
   std::vector<int> by_number; ///< objects in the order of their first voxel
   /// Rigid objects have been put into the map anew and bodies not: surfaces ask for no map, only who looks.

@@ -21,12 +21,12 @@ namespace maille::live {
 
 namespace {
 
-/// Still for so long, a state is worth an estimate [s].
+/// Idle time before the error estimate starts [s].
 constexpr double thoughtful = 0.4;
 /// How old numbers in the corner may be that change without a picture [s].
 constexpr double readable = 0.1;
 
-/// Whether a picture of one is a picture of the other, and answers the same events.
+/// True if both states draw alike and acknowledge the same events.
 bool are_seen_alike(const WorldState& one, const WorldState& other) {
   const auto is_same_pose = [](const deform::Pose& a, const deform::Pose& b) {
     return a.position == b.position && a.rotation == b.rotation;

@@ -74,7 +74,7 @@ public:
   /// The axis of the ring under a place of the window; -1: none.
   static int at(const WorldScene& scene, const WorldState& state, int object, const Looking& looking,
                 int width, int height, double x, double y);
-  /// By how much a ring is turned from one place of the pointer to another [rad].
+  /// Rotation of a ring from one place of the pointer to another [rad].
   static double turned(const WorldScene& scene, const WorldState& state, int object, const Looking& looking,
                        int width, int height, int axis, const std::array<double, 2>& from,
                        const std::array<double, 2>& to);

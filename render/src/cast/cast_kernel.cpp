@@ -1,3 +1,16 @@
+/// Ray casting of one object, vectorised over rays.
+///
+/// Each lane carries one ray. A step takes one sample of every lane: locate() finds the place in the volume
+/// (through the deformation, if any), look() interpolates the value and reads opacity from the look's table,
+/// take() composites front to back: alpha += (1 - alpha) a. A ray ends when its transparency is below
+/// `spent`. Its visible stretches are stored as runs (depth, premultiplied colour), which the renderer merges
+/// by depth with those of other objects. Lanes whose rays ended are refilled from the block's other pixels.
+/// Shading is deferred (Shading), since half of the samples see nothing.
+///
+/// Exact: samples have fixed depths, (n + 1/2) step, so a picture does not depend on lanes, tiles or order.
+/// Approximate: a run of samples has one depth range for merging; interleaved objects are cast again one by
+/// one.
+
 #include "cast/cast_task.hpp"
 
 #undef HWY_TARGET_INCLUDE

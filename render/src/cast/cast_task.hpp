@@ -117,7 +117,7 @@ struct PixelBlock {
   int n = 0;
   std::array<std::int32_t, most_lanes> x{}, y{};  ///< of the picture
   std::array<std::int32_t, most_lanes> in_tile{}; ///< number in its tile
-  /// Of rigid objects: between which depths along the line of sight there is something to see [m].
+  /// For rigid objects: range of depths along the line of sight with visible samples [m].
   std::array<float, most_lanes> nearest{}, farthest{};
 };
 

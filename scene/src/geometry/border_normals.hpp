@@ -19,11 +19,12 @@ struct OrientedFace {
 /// Means of faces' area vectors near a place: those of steps of voxels add up to the smooth surface's.
 class BorderNormals {
 public:
-  /// Of how many of the longest spacings around a place faces count, ever less with their distance.
+  /// Radius within which faces count, in the longest spacings; weights fall with distance.
   static constexpr double reach = 3;
 
   BorderNormals(const Grid& grid, const std::vector<OrientedFace>& faces);
-  /// Of length 1. @param place in spacings from node 0; zero where there is no face near it, or they cancel
+  /// Normal of length 1. @param place in spacings from node 0; zero without a face near it, or where faces
+  /// cancel
   Vec3 at(const Vec3& place) const;
   /// The middle of a face, in spacings from node 0.
   static Vec3 middle(const Grid& grid, const OrientedFace& face);

@@ -46,7 +46,7 @@ NamedFile named_file(const std::string& name, const std::filesystem::path& folde
     return {{},
             "a file in the folder of what names it or below, or in that of a variable, \"$NAME/...\": with "
             "--sandbox a scene "
-            "reads nothing else, as it may come from somebody else",
+            "reads nothing else, since its author may be unknown",
             "\"" + name + "\""};
   // Behind a variable, `/x` is no root: what is meant is in its folder.
   return {has_variable || is_at_home ? base / rest.relative_path() : base / rest, "", ""};

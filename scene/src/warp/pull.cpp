@@ -1,5 +1,12 @@
-// Every deformed cell is inverted at the voxels' middles that it may cover: those in the box around its
-// corners, within which a trilinear map keeps what is between them.
+/// Pulls an image through a deformation: for each voxel of the deformed image, its place at rest.
+///
+/// The deformation is trilinear in every cell. Each cell is inverted at the voxel middles that its box may
+/// contain: x(s) = voxel is solved for the local coordinates s, and s inside the cell gives the place at
+/// rest. Nearly affine cells are inverted many places at a time (mild_inverse), the others one by one
+/// (CellMap::inverse). If cells overlap, the first cell in order keeps the voxel, and the overlap is counted
+/// (reached_twice); folded cells are counted, too.
+///
+/// Exact: to the tolerance of the inversion. Voxels that no cell covers keep Pull::nothing.
 
 #include "warp/deformed_cells.hpp"
 

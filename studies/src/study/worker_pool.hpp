@@ -1,6 +1,12 @@
 #pragma once
-/// Processes that work through numbered tasks, so that one that dies takes only its task with it; and whether
-/// the processors were theirs.
+/// A pool of forked worker processes for numbered tasks, and a check for other load on the machine.
+///
+/// A worker that dies takes only its task with it and is replaced. Tasks and results travel through sockets
+/// as text; the parent alone delivers them. SIGINT reaches only the parent, which asks workers to end, and
+/// gives them five seconds. Fork comes before any thread is started, because a forked child has only the
+/// calling thread.
+///
+/// MachineWatch is heuristic: processor share and load average say whether times of a row can be trusted.
 
 #include <chrono>
 #include <functional>

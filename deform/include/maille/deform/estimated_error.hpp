@@ -24,8 +24,9 @@ std::string_view to_string(OtherLattice lattice);
 struct EstimatedError {
   Displacement error; ///< at every node of the grid, along its axes [m]
   ErrorNorms norms;   ///< of it, as of a true one
-  /// Of force, strain energy, strain and stress, as compare_mechanics would measure them, each unset where
-  /// the answer has none. Force and energy hold the lattice's part where it was told by the finer one.
+  /// Estimated errors of force, strain energy, strain and stress, measured as by compare_mechanics; each
+  /// unset where the answer has no such figure. Force and energy include the lattice's part if the finer
+  /// lattice gave it.
   MechanicsErrors mechanics;
   OtherLattice lattice = OtherLattice::none;
   std::int64_t cycles = 0; ///< of multigrid, over all lattices

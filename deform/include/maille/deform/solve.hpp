@@ -19,7 +19,7 @@ const std::vector<std::string_view>& methods();
 ///         take more memory than there is, or than Control::bytes_budget: before it takes any
 /// Repeatable: same input, same bits, any number of threads.
 Answer solve(const Scene& scene, std::string_view method, const Control& control = {});
-/// The same by enumeration: a slip does not compile. Of methods that are not here (finite elements) refused.
+/// Same, by enum: a typo is a compile error. Refused for methods of other libraries (finite elements).
 Answer solve(const Scene& scene, Method method, const Control& control = {});
 
 /// True if the method can use Control::communicator with `n_ranks` ranks. The first rank then holds the whole

@@ -335,8 +335,8 @@ bool refine_in_float64(const CoupledTask& task, BoxSolver& solver, Answer& answe
     return true;
   if (answer.status != Status::failed)
     return false;
-  // Of cells that are very oblong float32 may leave the multigrid not positive: the componentwise
-  // one is, at more iterations.
+  // On very oblong cells float32 can make the multigrid indefinite; the componentwise one stays positive, at
+  // the price of more iterations.
   answer.status = Status::done;
   answer.message.clear();
   return solve_coupled_body(task, answer);

@@ -1,5 +1,15 @@
 #pragma once
-/// Elasticity on a box of one material, solved.
+/// Linear elasticity on a box of one material: the fast case of MaskedSolver.
+///
+/// The same scheme (MixedGradients: float64 residuals, float32 corrections around one multigrid cycle), but
+/// all cells are alike: the operator is a stencil without stored coefficients, and coarse grids are boxes
+/// again. The solve begins with the optimum on coarser grids (full multigrid).
+///
+/// For tolerances of 5e-4 and more, the state itself is float32 in the first round ("whole" state: the fields
+/// hold u, not a change of u).
+///
+/// If limits are to be obeyed and the start breaks them clearly, solve() ends at the start (is_start_only):
+/// the constrained minimum begins on coarser bodies and does not need the elastic answer.
 
 #include "elastic/box/box_system.hpp"
 #include "elastic/krylov/kept_body.hpp"
@@ -10,7 +20,7 @@
 
 namespace maille::deform {
 
-/// What stands in memory for a box: its operator and hierarchy, for what is fixed.
+/// Cached set-up of a box: operator and hierarchy for the fixed components.
 class BoxBody : public KeptHierarchy {
 public:
   /// @param scene its matter counts @param team must outlive this
@@ -28,17 +38,13 @@ private:
   std::vector<FixedComponent> fixed_;
 };
 
-/// MixedGradients around one multigrid cycle. Where a tolerance of 5e-4 or more is asked, the state itself is
-/// in float32 for the first five digits.
-///
 /// Same bits for any number of threads.
 class BoxSolver : private MixedState {
 public:
   /// @pre is_uniform_box(task.scene)
   explicit BoxSolver(const CoupledTask& task);
 
-  /// Takes u, in which prescribed components have their values, to the answer, if it is not stopped and does
-  /// not stall.
+  /// Solves for u, whose prescribed components are set, unless stopped or stalled.
   CoupledRound solve(Displacement& u, Answer& answer);
   /// True if the solve ended at the start because the start breaks limits so clearly that the elastic answer
   /// is not needed.
@@ -49,7 +55,7 @@ public:
   /// components are free, zero where they are fixed, but for rounding to float32. Dense, [N] and [m].
   void precondition(const Displacement& residual, Displacement& correction);
   BoxMultigrid& multigrid() { return *body_.multigrid; }
-  /// Of forces per displacement in the multigrid [N/m].
+  /// Unit of forces per displacement in the multigrid [N/m].
   double unit() const { return body_.unit; }
 
 private:

@@ -44,7 +44,7 @@ public:
   }
 
 private:
-  static constexpr double least_contraction = 0.1; ///< less is luck
+  static constexpr double least_contraction = 0.1; ///< smaller measured rates are not trusted
   static constexpr double safety = 2;
   int steps_ = 0;
   double last_ = 0;

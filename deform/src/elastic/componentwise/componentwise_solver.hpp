@@ -1,5 +1,8 @@
 #pragma once
-/// One component of the componentwise model, from a scene: set up once, solved for any forces.
+/// Solver for one component of the componentwise model: set up once, solved for any forces.
+///
+/// The model couples no components: each one is a weighted graph Laplacian over the links, so three scalar
+/// problems replace one elastic problem. This is `relaxed`, and the preconditioner of several solvers.
 
 #include "elastic/componentwise/componentwise_level.hpp"
 #include "elastic/componentwise/componentwise_multigrid.hpp"

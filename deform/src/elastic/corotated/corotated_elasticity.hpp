@@ -49,7 +49,8 @@ public:
   /// What fibres pull with, a cell each [Pa], in place of the scene's; empty: nothing. The pull turns with
   /// its cell: its energy is sigma a.E.a a volume, E the mean strain of w.
   void set_active_stress(std::vector<double> stress) { active_stress_ = std::move(stress); }
-  /// Of fibres that pull, at the last evaluation [J]; beside the elastic energy that evaluate() returns.
+  /// Energy of contracting fibres at the last evaluation [J], in addition to the elastic energy of
+  /// evaluate().
   double active_energy() const;
 
   /// Adds the forces that moments on the frames amount to: the derivative of the sum of moment . turn.
@@ -61,7 +62,7 @@ public:
   /// Source  Choi and Ko 2005 (IEEE TVCG 11), modal warping
   void warp_frames(const Displacement& d);
 
-  /// By cell; meaningless where there is no matter.
+  /// Frame of every cell; meaningless outside the body.
   const List<Eigen::Quaterniond>& frames() const { return frame_; }
   void set_frames(List<Eigen::Quaterniond> frames) { frame_ = std::move(frames); }
   /// Cells whose mean F turned them inside out at the last evaluation.

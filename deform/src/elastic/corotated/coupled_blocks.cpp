@@ -17,7 +17,7 @@ namespace maille::deform {
 namespace {
 
 constexpr std::int64_t nodes_worth_threads = 3000;
-/// Of moves and loads, where limits grant less than all: to 3 %.
+/// Bisections for the share of moves and loads that limits grant: to 3 %.
 constexpr int halvings = 5;
 
 void add_sentence(std::string& message, const std::string& sentence) {
@@ -100,8 +100,8 @@ double potential(const Scene& scene, const Answer& answer) {
   return sum;
 }
 
-/// By which part of an interval projections go further in: from the elastic state; from one that is within
-/// the limits but for its tolerance, the first that suffices.
+/// Part of the interval by which projections aim further inside: from the elastic state; and from a state
+/// within the limits but for its tolerance, the first that suffices.
 constexpr double narrowed_far = 1e-2;
 constexpr std::array<double, 3> narrowed_near{1e-4, 1e-3, narrowed_far};
 

@@ -101,7 +101,7 @@ struct ProjectionInBlocks {
 ProjectionInBlocks project_in_blocks(const Scene& scene, const LinkLimits& limits, Displacement& u,
                                      double narrowed);
 
-/// By which a link may break its limits and be called feasible, over its rest length.
+/// Violation that still counts as feasible, over the link's rest length.
 constexpr double rounding_in_blocks = 1e-9;
 
 } // namespace maille::deform

@@ -1,6 +1,16 @@
 #pragma once
-/// Elasticity by a Cholesky factor, for bodies that multigrid in float32 cannot tell from loose ones: columns
-/// and chains of single cells, which have next to no fill.
+/// Elasticity by a sparse Cholesky factor, for bodies so slender that float32 multigrid sees them as
+/// unconstrained: columns and chains of single cells, whose factors have almost no fill.
+///
+/// K = L L^T on the free components, in float64, ordered by approximate minimum degree. The factor serves as
+/// preconditioner of FlexibleGradients, which removes its rounding errors: near the end of float64's range (a
+/// rod a thousand times as long as thick) one solve is not accurate enough.
+///
+/// Set-up in steps: the constructor orders the unknowns and knows the size of the factor;
+/// iterations_worth_it() and bytes() say whether it pays; factor() computes it. Penalties of limits are added
+/// to K and factored anew.
+///
+/// Heuristic: which bodies are slender enough (is_very_slender, bytes_for_factor), and the cost model.
 
 #include "elastic/componentwise/componentwise_preconditioner.hpp"
 #include "elastic/model/stiffness_blocks.hpp"
@@ -32,7 +42,7 @@ public:
   std::int64_t n_components() const { return lower_.rows(); } ///< that are not fixed
   /// After how many iterations of multigrid a factor has cost less than they have.
   std::int64_t iterations_worth_it() const;
-  /// Of matrix, factor and what conjugate gradients around them have.
+  /// Bytes of the matrix, the factor, and the fields of conjugate gradients around them.
   std::int64_t bytes() const;
   /// @return false where the matrix is not positive definite, within rounding
   bool factor();

@@ -45,7 +45,7 @@ void CoupledError::add(double step, double product, double scale) {
   find_smallest();
 }
 
-/// By bisection, to a twentieth; it only falls from step to step. Below `least` the coefficients are
+/// Bisection to a twentieth; the value only falls from step to step. Below `least` the coefficients are
 /// rounding.
 void CoupledError::find_smallest() {
   constexpr double least = 1e-30;

@@ -40,7 +40,7 @@ public:
 private:
   /// Steps after which the energy that they brought says how far the state was from the answer.
   static constexpr std::size_t delay = 3;
-  static constexpr double least_rate = 0.02; ///< less is luck
+  static constexpr double least_rate = 0.02; ///< smaller measured rates are not trusted
   void find_smallest();
 
   std::vector<double> gains_, products_;         ///< of all steps

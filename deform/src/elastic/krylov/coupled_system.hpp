@@ -16,7 +16,7 @@ public:
   virtual ~CoupledSystem() = default;
   /// forces = K u, everywhere [N]; dense, [component][node].
   virtual void apply(const Displacement& u, Displacement& forces) = 0;
-  /// The same only at the nodes of `prescribed`; what it leaves elsewhere is nothing to rely on.
+  /// The same only at the nodes of `prescribed`; other entries are unspecified.
   virtual void apply_at(const std::vector<Prescribed>&, const Displacement& u, Displacement& forces) {
     apply(u, forces);
   }

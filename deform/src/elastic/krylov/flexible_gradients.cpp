@@ -121,7 +121,7 @@ void FlexibleGradients::end_at_rounding(double left) {
   end_ = CoupledRound::finished;
 }
 
-/// No direction goes on: because nothing is left that can be told from rounding, or not.
+/// No descent direction: the residual is at rounding level, or the solve has stagnated.
 void FlexibleGradients::stall(double left) {
   if (left == 0 || is_at_rounding(left)) {
     end_at_rounding(left);

@@ -25,14 +25,21 @@ public:
   virtual void apply(const Displacement& u, Displacement& forces) = 0;
   /// correction = about K^-1 residual where components are free, 0 elsewhere [m].
   virtual void precondition(const Displacement& residual, Displacement& correction) = 0;
-  /// Of K [N/m]; asked for only where the residual does not fall.
+  /// Diagonal of K [N/m]; called only where the residual stagnates.
   virtual Displacement diagonal() const = 0;
 };
 
-/// Polak and Ribiere's directions, so that a preconditioner in float32 does no harm; residuals, state and
-/// sums in float64. It ends where both the energy norm of the error and the displacement's (Euclidean) are
-/// within the tolerance, checked on a residual that is found anew: a slender body bends far at little energy,
-/// so neither speaks for the other.
+/// Flexible conjugate gradients (Polak-Ribiere), which tolerate a float32 preconditioner; everything else is
+/// float64. Notation: r = f - K u the residual, B the preconditioner, z = B r, p the direction. beta = r_new
+/// . (z_new - z_old) / (r_old . z_old); the term r_new . z_old (`overlap`) vanishes if B is constant.
+///
+/// Stops when the error is below tolerance in both the energy norm and the displacement norm (Euclidean),
+/// confirmed on a recomputed residual. Both are needed: slender bodies move far at little energy.
+/// CoupledError estimates the energy norm from the steps.
+///
+/// Without progress for `patience` iterations, or without a descent direction, the residual is compared with
+/// the rounding of K u (left_by_rounding): at that level the solve is finished, above it is stalled. The
+/// comparison is heuristic, by a factor of 100.
 ///
 /// Same bits for any number of threads, if the operator's are.
 ///

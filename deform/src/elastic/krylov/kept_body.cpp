@@ -15,7 +15,7 @@ namespace maille::deform {
 
 namespace {
 
-/// Of data that are no more than this apart, over their size, one says nothing new beside the other.
+/// Relative distance below which two sets of data count as the same direction.
 constexpr double same_direction = 1e-3;
 /// Earlier answers that leave more than this of what is asked are no start.
 constexpr double too_far = 0.5;
@@ -118,7 +118,7 @@ bool EarlierAnswers::find_start(const Scene& scene, const std::vector<Prescribed
   const double size = all(n, n);
   if (!(size > 0))
     return false;
-  // By unit data, so that small answers count as large ones do; the newest are taken first.
+  // Data are normalised, so that small answers count as large ones do; the newest come first.
   Eigen::VectorXd unit = all.diagonal().head(n);
   for (double& entry : unit)
     entry = entry > 0 ? 1 / std::sqrt(entry) : 0;

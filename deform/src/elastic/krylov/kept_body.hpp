@@ -10,7 +10,7 @@
 
 namespace maille::deform {
 
-/// What a way of `coupled` has set up for a body, to be found again by that way alone.
+/// Set-up that one solver of `coupled` caches for its own reuse.
 class KeptHierarchy {
 public:
   virtual ~KeptHierarchy() = default;

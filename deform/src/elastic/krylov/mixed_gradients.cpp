@@ -106,7 +106,7 @@ CoupledRound MixedGradients::correct(Displacement& u) {
     round_ = CoupledRound::used_up;
   state_->finish_round(u, round_ != CoupledRound::used_up);
   if (is_whole_ && round_ == CoupledRound::used_up) {
-    round_began_ = 0; // residuals of float64 are told from rounding where those of float32 are not
+    round_began_ = 0; // float64 residuals resolve what float32 ones cannot
     is_whole_ = false;
   }
   scale_ = next_scale_;

@@ -13,7 +13,8 @@ namespace maille::deform {
 /// Forces of loads, dense, per component; empty: none [N].
 using Loads = std::array<List<double>, 3>;
 
-/// What fields in float32 have to do with a state in float64. They count residuals in `scale` times the
+/// Connects the float32 fields of a solver with the float64 state. Residuals are stored in units of `scale`
+/// times the
 /// body's unit of force.
 class MixedState {
 public:
@@ -36,15 +37,17 @@ public:
   }
 };
 
-/// Residuals are carried along for five digits, then found anew in float64; so errors go down as far as
-/// float64 lets them. Ends where CoupledError is within the tolerance. A residual found anew that is no
-/// hundredth of the one before is rounding, or the iteration stalls.
+/// Iterative refinement in rounds. A round scales the float64 residual r = f - K u to float32 and runs
+/// conjugate gradients on K du = r until r . B r has fallen by five digits; u += du, and r is recomputed in
+/// float64. So accuracy is that of float64 at the speed of float32. Stops when CoupledError is within the
+/// tolerance. If a recomputed residual is not below a hundredth of the one before, the solve is at rounding
+/// level, or stalled.
 class MixedGradients : private GradientWatch {
 public:
   /// @param unit of the body's forces per displacement [N/m] @param expected iterations, for the progress
   MixedGradients(const CoupledTask& task, const Loads& loads, double unit, int expected);
 
-  /// What residuals are counted in, times the unit [m].
+  /// Unit of residuals, over the body's unit [m].
   double scale() const { return scale_; }
   bool is_whole() const { return is_whole_; }
   /// The space holds the whole displacement and its residual, not a change: the first round begins from
@@ -62,7 +65,7 @@ public:
     knows_spectrum_ = true;
   }
   double smallest_eigenvalue() const { return error_.smallest_eigenvalue(); }
-  /// Takes u to the answer, if it is not stopped and does not stall.
+  /// Solves for u, unless stopped or stalled.
   CoupledRound solve(GradientSpace& space, MixedState& state, Displacement& u, Answer& answer);
 
 private:

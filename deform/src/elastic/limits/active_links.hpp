@@ -1,5 +1,10 @@
 #pragma once
-/// The links of one component that have come to their limits, and what the limits ask of them.
+/// Active links of one component: those that ever exceeded their limits, with multipliers and penalty forces.
+///
+/// Notation: w the link's weight in the componentwise model [N/m], rho the penalty factor [1], y the
+/// multiplier [m] (a displacement, scaled by rho w to a force), v = D u + y, z = v clamped to the link's
+/// range. The set only grows during a solve; a link inside its range with y = 0 exerts no force. `gap`
+/// measures the violation, `descent` the distance from the minimum for the present multipliers.
 
 #include "elastic/krylov/kept_body.hpp"
 #include "elastic/links/interval_field.hpp"

@@ -15,8 +15,8 @@
 namespace maille::deform {
 
 namespace {
-/// Of conjugate gradients, over the links' own stiffness: the cycle knows penalties, so much costs little and
-/// brings multipliers near; on other bodies than boxes it knows them less well.
+/// Penalty of conjugate gradients, over the links' own stiffness. The cycle includes penalties, so a high one
+/// is cheap and gives good multipliers; on bodies other than boxes it includes them less accurately.
 constexpr double penalty_of_boxes = 100, penalty_of_bodies = 30;
 /// Rebuild the multigrid when this share of the active links has changed since it was built.
 constexpr double enough_changes = 0.01;
@@ -248,7 +248,7 @@ std::optional<double> ConstrainedMinimum::find_step(double beta, double) {
   sums_.add(1, correction_, beta, direction_);
   find_image();
   curvature_ = sums_.dot(direction_, image_);
-  if (!(curvature_ > 0)) { // nothing is left that can be told from rounding
+  if (!(curvature_ > 0)) { // the residual is at rounding level
     is_found_ = true;
     return std::nullopt;
   }

@@ -1,6 +1,22 @@
 #pragma once
-/// The least elastic energy within the limits of the links: the last step of every algorithm of `coupled`,
-/// from the optimum of the body on every second node on.
+/// The least elastic energy within the limits of the links: last step of every algorithm of `coupled`.
+///
+/// Minimises 1/2 u . K u - f . u subject to low <= D u <= high, where D u are the stretches of the links.
+/// Augmented Lagrangian: each link l that was ever outside its range has a multiplier y_l and the term rho
+/// w_l / 2 (v - z)^2, with v = D u + y and z = v clamped to the range (ActiveLinks). For fixed y the function
+/// is convex and piecewise quadratic; `gap` is the sum of w (D u - z)^2, `penalties` are the stiffnesses rho
+/// w of the active links.
+///
+/// Two algorithms. newton(): truncated Newton steps with a direction from the system's own
+/// multigrid and penalties, and an exact line search (best_step). go_on_by_gradients(): conjugate gradients
+/// around the componentwise preconditioner, used if the system finds no directions or Newton does not finish
+/// because links keep switching. GradientSpace and GradientWatch are the callbacks of the second one only.
+///
+/// start_from_coarser() takes start and multipliers from the body with every second node. obey_limits() is
+/// the entry: it also projects the result to the nearest feasible state.
+///
+/// Exact: the limits, after that projection; the line search, to 5 % of its first slope. Heuristic: the
+/// penalties rho, the rules for when to improve multipliers, and the error estimate (Nearness).
 
 #include "elastic/componentwise/componentwise_preconditioner.hpp"
 #include "elastic/krylov/conjugate_gradients.hpp"
@@ -14,15 +30,9 @@
 
 namespace maille::deform {
 
-/// The minimum of 1/2 u . K u - f . u subject to low <= D u <= high on every link, by an augmented Lagrangian
-/// on the links that ever were outside (see ActiveLinks), from the elastic answer on. A link whose limits are
-/// one number is like any other, so nothing jams.
+/// See the top of the file. Starts at the elastic answer. A link whose limits are one number needs no special
+/// case.
 ///
-/// For given multipliers, energy and penalties are a convex function, piecewise quadratic. Where the system
-/// finds directions: truncated Newton steps, each to the exact minimum along its direction, multipliers
-/// improved after a step shorter than the violation. Elsewhere, and where single links come and go so that
-/// Newton's steps do not end: conjugate gradients around the componentwise model's cycle, which knows the
-/// penalties, with multipliers improved when the minimum for them is nearer than the limits are.
 /// Same bits for any number of threads.
 ///
 /// Source  Bertsekas 1982, Constrained Optimization and Lagrange Multiplier Methods, chapter 3; Nocedal and
@@ -59,7 +69,8 @@ private:
 
   void begin(const Displacement& u);
   void set_penalty(double rho);
-  /// Of links that are outside, anew if they are not those that `knows` has. @param knows set_penalties(list)
+  /// Passes the active links to `knows`, if they changed since the last call. @param knows has
+  /// set_penalties(list)
   template<class Knows>
   void set_penalties(Knows& knows);
   bool are_penalties_out_of_date() const;

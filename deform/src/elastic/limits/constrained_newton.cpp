@@ -6,9 +6,9 @@
 namespace maille::deform {
 
 namespace {
-/// Of Newton's steps: the penalty over the links' own stiffness, and by how much conjugate gradients reduce
-/// the residual for one direction. The multigrid of boxes bears a high penalty; that of other bodies does
-/// not.
+/// Newton steps: penalty over the links' own stiffness, and the reduction of the residual by conjugate
+/// gradients for one direction. The multigrid of boxes converges with a high penalty; that of other bodies
+/// does not.
 struct Steps {
   double penalty, enough_reduction;
 };
@@ -16,10 +16,10 @@ constexpr Steps of_boxes{1000, 0.03}, of_bodies{20, 0.1};
 constexpr int most_per_direction = 6;
 constexpr double whole_step = 0.8, short_step = 0.5, useless_step = 0.3;
 constexpr int most_iterations = 20;
-/// Of bodies that are no boxes, whose iterations do less, where a tolerance below a thousandth is asked.
+/// Limit on other bodies than boxes, for tolerances below `tight`: an iteration does less there.
 constexpr int most_iterations_of_bodies = 200;
 constexpr double tight = 1e-3;
-/// Of tolerances: images of directions are in float32 then, and the residual that they change is.
+/// From this tolerance on, images of directions and the residual may be float32.
 constexpr double float32_is_enough = 1e-3;
 
 } // namespace
@@ -59,7 +59,7 @@ ConstrainedMinimum::Products ConstrainedMinimum::find_direction(Answer& answer) 
   });
 }
 
-/// To the minimum along the direction. @return false if nothing is left that can be told from rounding
+/// Steps to the minimum along the direction. @return false if the residual is at rounding level
 bool ConstrainedMinimum::take_newton_step(Displacement& u, const Products& products) {
   curvature_ = products.curvature;
   if (!(curvature_ > 0))

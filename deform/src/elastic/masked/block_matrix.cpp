@@ -28,7 +28,7 @@ constexpr std::size_t sum_stride = 10;
 class BlockRow {
 public:
   explicit BlockRow(std::int32_t n_columns) : place_(static_cast<std::size_t>(n_columns), -1) {}
-  /// Of nine numbers, after which one more can be read.
+  /// Loads nine numbers; one more must be readable.
   template<class Number>
   void add(std::int32_t column, double weight, const Number* block) {
     double* const sum = at(column);

@@ -40,7 +40,7 @@ RoundedBlockMatrix rounded(BlockMatrix& A, ThreadTeam& team);
 BlockMatrix galerkin_product(const BlockMatrix& A, const Weights& P, const Weights& P_transposed,
                              ThreadTeam& team);
 
-/// Of as many rows each; blocks wherever one of them has some.
+/// A + B, of equally many rows, with a block wherever one of them has one.
 BlockMatrix sum_of(const BlockMatrix& A, const BlockMatrix& B);
 
 /// Fields have four numbers for each row: three components, and one that does not count.
@@ -64,7 +64,7 @@ void relax_blocks(const BlockMatrix& A, std::int32_t first, std::int32_t end, fl
                   const float* inverse, const float* f, const float* u, float* next);
 void relax_blocks(const RoundedBlockMatrix& A, std::int32_t first, std::int32_t end, float weight,
                   const float* inverse, const float* f, const float* u, float* next);
-/// Of n blocks the numbers over `unit`, a power of 2, in 16 bits: the first eight of each, and the last ones.
+/// Rounds n blocks over `unit`, a power of 2, to 16 bits: the first eight numbers of each, and the last ones.
 void round_blocks(const float* blocks, std::int32_t n, float unit, std::uint16_t* eight, std::uint16_t* last);
 /// out = sum of weights times entries of u, or that added to it
 void interpolate_blocks(const Weights& P, std::int32_t first, std::int32_t end, const float* u, bool adds,

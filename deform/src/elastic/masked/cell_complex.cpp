@@ -292,7 +292,7 @@ void Coarsening::find_places() {
   });
 }
 
-/// By vertices, those of one in the order of cells.
+/// Sorted by vertex, those of one vertex in the order of cells.
 List<HingeStar> Coarsening::hinges() {
   std::vector<List<HingeStar>> parts(static_cast<std::size_t>(n_slabs()));
   for_slabs_in_turn([&](std::int32_t first, std::int32_t end, int slab) {

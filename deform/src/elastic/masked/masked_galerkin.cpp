@@ -102,7 +102,7 @@ class CellProducts {
 public:
   CellProducts(const MaskedLevel& level, const LatticeElasticity& elasticity, const Grid& grid,
                const CellComplex& fine, const Coarsened& coarsened, ThreadTeam& team);
-  /// Of kinds of matter in the eighths of a piece, where nothing is fixed and no hinge; 0 for other pieces.
+  /// Kinds of material in the eighths of a piece without fixed vertices or hinges; 0 for other pieces.
   std::uint64_t pattern(std::size_t piece) const;
   CellMatrix matrix(std::uint64_t pattern) const;
   /// Column after column. @param sum memory
@@ -353,7 +353,7 @@ CoarseOperator MaskedLevel::galerkin_product(const CellComplex& fine, const Coar
   std::unordered_map<std::uint64_t, std::int32_t> numbers;
   for (const std::uint64_t pattern : patterns)
     numbers.emplace(pattern, static_cast<std::int32_t>(numbers.size()));
-  /// Of cells, of which some from `first` on have patterns.
+  /// Pieces of cells, of which some from `first` on have patterns.
   const auto pieces_of = [&](const List<ComplexCell>& of, std::size_t first,
                              const List<std::uint64_t>& known) {
     PatternedPieces pieces;

@@ -15,9 +15,9 @@ namespace {
 /// up in a table that stays in the cache; with more each has its own.
 constexpr std::size_t most_kinds_in_table = LatticeElasticity::few_kinds;
 static_assert(most_kinds_in_table <= std::numeric_limits<std::uint8_t>::max());
-/// Of cells that are done in one go.
+/// Layers of cells per work item.
 constexpr int layers_per_slab = MaskedRows::planes_per_slab;
-/// Of which the penalized links are done in one go.
+/// Slots whose penalised links form one work item.
 constexpr std::int64_t slots_per_part = 4096;
 
 } // namespace
@@ -200,7 +200,7 @@ void MaskedLevel::set_inverse(const LatticeElasticity& elasticity, ThreadTeam& t
   });
 }
 
-/// Of matter, with all layers that it is in.
+/// True if all layers of the body around the node are stored.
 bool MaskedLevel::is_known(const Index3& node) const {
   const auto [first, end] = rows_.layers();
   return scene_.specimen.is_node(node) && (node[2] > first || first == 0) && node[2] >= first &&
@@ -282,7 +282,7 @@ void MaskedLevel::set_penalties(const List<SlotLink>& links, double largest) {
   }
   const auto parts = static_cast<int>((component_stride() + slots_per_part - 1) / slots_per_part);
   penalties_ = PenaltyRows(ends, slots_per_part, component_stride(), parts);
-  // Of links alone no eigenvalue over their own diagonal is larger than 2.
+  // The links alone have eigenvalues of at most 2 over their own diagonal.
   const double more = std::max(1.0, 2 / largest);
   for (const PenaltyRows::Row& row : penalties_.rows()) {
     float& inverse = inverse_[static_cast<std::size_t>(row.at)];

@@ -1,5 +1,14 @@
 #pragma once
-/// The finest grid of a body of any shape: the stiffness of its cells, its operator, and what is fixed.
+/// Finest multigrid level of a body of any shape: cell stiffness, operator, and fixed components.
+///
+/// Fields are float32 and scaled: displacements times scale() of their axis, forces divided by it and by
+/// unit(), so that entries are of order 1 for any spacing and modulus. A field has one number per component
+/// and slot; slots follow the rows of nodes that touch the body (MaskedRows), padded to whole vectors.
+/// inverse() is the inverse of the diagonal and doubles as the mask: 0 where a component is fixed.
+///
+/// The operator applies cell by cell from a few coefficients per cell (MaskedOperator), shared by all cells
+/// of a kind. It equals LatticeElasticity within float32 rounding. Links with penalties and springs are added
+/// as sparse rows.
 
 #include "elastic/links/penalty_rows.hpp"
 #include "elastic/masked/block_matrix.hpp"
@@ -177,7 +186,7 @@ private:
   AlignedArray<float> inverse_;
   PenaltyRows penalties_;
   std::vector<double> sums_; ///< of its own planes of nodes
-  /// Of inverse_, and what was there before penalties were set, and before components were fixed.
+  /// Entries of inverse_ before penalties were set, and before components were fixed.
   std::vector<std::pair<std::size_t, float>> changed_, fixed_;
 };
 

@@ -144,7 +144,7 @@ public:
   /// stay what they were: for those that are near, as good a preconditioner.
   void set_fixed(const std::vector<Prescribed>& prescribed);
   void renew_matter();
-  /// Of finest() what its fields mean is left, and nothing else.
+  /// Frees all but the meaning of the fields of finest().
   void release();
   /// finest().u = one cycle for A u = finest().f from nothing; changes r. @return u . f
   double precondition();

@@ -47,7 +47,7 @@ public:
 
   /// @param body in 3D; must outlive this
   explicit MaskedRows(const Specimen& body);
-  /// Of some layers alone; planes at their ends have the rows that these touch.
+  /// Rows of some layers only; planes at their ends have the rows that these layers touch.
   MaskedRows(const Specimen& body, LayerRange layers);
 
   std::span<const NodeRow> node_rows() const { return node_rows_; }
@@ -57,7 +57,7 @@ public:
     };
     return {before(planes.first), before(planes.end)};
   }
-  /// Of layer z of cells.
+  /// Runs of layer z of cells.
   std::span<const CellRun> runs_of_layer(int z) const { return runs_of_layers(z, z + 1); }
   std::span<const CellRun> runs_of_layers(int first, int end) const {
     return std::span(runs_).subspan(first_run(first), first_run(end) - first_run(first));
@@ -70,7 +70,7 @@ public:
   /// How many there are where rows need n: the last run reaches beyond its nodes, too.
   static constexpr std::int64_t n_slots_for(std::int64_t n) { return (n + 2 * block - 1) / block * block; }
   std::int32_t n_slots_of_rows() const { return n_slots_of_rows_; }
-  /// Of plane z of nodes, or the end; slots between planes are of the one before.
+  /// First slot of plane z of nodes, or the end; slots between planes belong to the plane before.
   std::int32_t first_slot(int z) const { return first_slot_[static_cast<std::size_t>(z - layers_.first)]; }
   std::int32_t n_cell_slots() const { return n_cell_slots_; }
   /// @pre the node is in a row that is kept, as all nodes of matter are whose layers are

@@ -318,7 +318,7 @@ double MaskedSolver::work_of_loads() {
   return level.slabs().total(works);
 }
 
-/// Of n slots. @param state of the first
+/// Adds n slots of a float32 state. @param state of the first
 void MaskedSolver::add(double scale, const float* state, std::size_t component, int n, double* to) const {
   const double factor = scale / body_.multigrid.finest().scale()[component];
   for (int i = 0; i < n; ++i)
@@ -432,7 +432,7 @@ bool solve_by_ranks(const CoupledTask& task, Answer& answer) {
   return end == CoupledRound::finished;
 }
 
-/// What bends at next to no energy is told from rounding, and both norms of its error are looked at.
+/// Float64 resolves low-energy bending; converges in the energy and the displacement norm.
 bool solve_in_float64(const CoupledTask& task, MaskedSolver& solver, Answer& answer) {
   answer.algorithm += ", in float64";
   MaskedSystem system(task.scene.specimen.grid, solver.elasticity(), solver.multigrid(), task.team);

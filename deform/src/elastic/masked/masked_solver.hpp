@@ -1,5 +1,22 @@
 #pragma once
-/// Elasticity on a body of any shape and any material in 3D: its operator, and its solver.
+/// Linear elasticity on a 3D body of any shape and material: operator and solver.
+///
+/// Solves K u = f at free components. K is the lattice stiffness (LatticeElasticity), f the loads, u is
+/// prescribed elsewhere. Mixed precision: MixedGradients computes residuals and sums in float64 from the
+/// whole state; conjugate gradients in float32 around one multigrid cycle (MaskedMultigrid) correct it round
+/// by round.
+///
+/// Storage: fields of the finest level have slots only for rows that touch the body (MaskedRows). A
+/// displacement is dense, [component][node]. For large bodies without a cache the dense u is built only after
+/// the last round: until then `earlier_` holds the corrections of the rounds in float32, and residuals are
+/// formed plane by plane (put_planes). An empty u marks this state.
+///
+/// MaskedBody holds operator and hierarchy and can be cached for the next question: it accepts a few other
+/// fixed components, and materials that changed by at most a factor of 2.
+///
+/// Exact: residual, energy and reactions, within float64 rounding. Heuristic: when a stalling solve hands
+/// over to a Cholesky factor (gives_up, take_direct), and the reuse of the smallest eigenvalue.
+/// Ranks share a body by slabs of planes (Slabs); a rank's fields are valid in its own planes.
 
 #include "elastic/direct/direct_system.hpp"
 #include "elastic/krylov/coupled_system.hpp"
@@ -16,7 +33,7 @@
 
 namespace maille::deform {
 
-/// In float64; directions in float32.
+/// State and residuals in float64, directions in float32.
 class MaskedSystem : public CoupledSystem, public FlexibleOperator {
 public:
   /// All must outlive this.
@@ -49,7 +66,8 @@ private:
 /// Largest contrast of the stiffness of any material of a scene; see relaxation_steps().
 double largest_contrast(const Scene& scene);
 
-/// What stands in memory for a body: its operator, and a hierarchy for what was fixed when it was made.
+/// Cached set-up of a body: its operator, and a hierarchy for the components that were fixed when it was
+/// built.
 class MaskedBody : public KeptHierarchy {
 public:
   /// @param scene its matter counts; it and the team must outlive this
@@ -57,15 +75,15 @@ public:
   MaskedBody(const Scene& scene, const std::vector<Prescribed>& prescribed, ThreadTeam& team,
              Communicator* all = nullptr);
 
-  /// Makes it one for a question that fixes other components.
-  /// @return false where it is better made anew: too much is fixed that was not, or the other way round
+  /// Adapts to other fixed components.
+  /// @return false if a new hierarchy is better, because too many fixed components differ
   bool take_fixed(const std::vector<Prescribed>& prescribed);
-  /// Whether it was made for just these, and nothing else was ever fixed.
+  /// True if it was built for exactly these fixed components.
   bool is_made_for(const std::vector<Prescribed>& prescribed);
-  /// Fixes others all the same.
+  /// Fixes other components without that check.
   void set_fixed(const std::vector<Prescribed>& prescribed);
   bool take_materials(double ratio) override;
-  /// No other question comes: elasticity and the state are left.
+  /// Frees all but elasticity and state; no further solve follows.
   void release();
 
 private:
@@ -82,8 +100,8 @@ private:
   std::vector<FixedComponent> made_for_, fixed_;
 };
 
-/// MixedGradients around one multigrid cycle. The displacement is made when the fields that found it are
-/// gone, where no other question comes: of large bodies neither has to find room beside the other.
+/// MixedGradients around one multigrid cycle. If nothing is cached, the displacement is built after the
+/// hierarchy is freed, so that a large body never holds both.
 ///
 /// Same bits for any number of threads.
 class MaskedSolver : private MixedState {
@@ -91,16 +109,16 @@ public:
   /// @param task of a scene in 3D
   explicit MaskedSolver(const CoupledTask& task);
 
-  /// Takes u, in which prescribed components have their values, to the answer, if it is not stopped and does
-  /// not stall. An empty one begins at rest, but for what is prescribed.
+  /// Solves for u, whose prescribed components are set, unless stopped or stalled. An empty u starts at rest
+  /// with the prescribed values.
   CoupledRound solve(Displacement& u, Answer& answer);
-  /// What may have the answer where solve() has stalled; null: nothing.
+  /// Fallback solver after solve() has stalled; null if a factor cannot be made.
   std::unique_ptr<DirectSystem> take_direct();
   /// Energy, and what holds every prescribed component of the scene there.
   void find_energy_and_reactions(const Displacement& u, Answer& answer);
   MaskedMultigrid& multigrid() { return body_.multigrid; }
   const Slabs& slabs() const { return body_.multigrid.finest().slabs(); }
-  /// Where to begin, of the planes that a rank knows.
+  /// Start for the planes that a rank stores.
   Displacement initial_part() const;
   const LatticeElasticity& elasticity() const { return body_.elasticity; }
 

@@ -118,7 +118,7 @@ struct PiecesOfVertices {
   List<std::int32_t> first, pieces_at;
 };
 
-/// Of some rows of a matrix.
+/// Columns of some rows of a matrix.
 struct ColumnsOfRows {
   List<std::int32_t> length, column;
 };

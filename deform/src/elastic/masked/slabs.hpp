@@ -42,7 +42,7 @@ public:
   /// The same of planes of pieces, blocks of 2 x 2 x 2 cells.
   Slabs of_pieces() const;
 
-  /// Of numbers of its own planes from every rank, the sum in the order of planes.
+  /// Sum over the own planes of every rank, in the order of planes.
   double total(std::span<const double> of_own) const;
   std::vector<double> of_ranks(double of_own) const;
   /// Largest of one number from every rank.

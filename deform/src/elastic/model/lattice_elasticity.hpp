@@ -47,9 +47,9 @@ public:
   /// @param scene must outlive this
   explicit LatticeElasticity(const Scene& scene);
   LatticeElasticity(const Scene& scene, ThreadTeam& team);
-  /// Of some layers of cells in 3D, about which alone it may be asked. Few kinds are those of the whole
-  /// scene, with its numbers; if they are many, those of the layers. Displacements are of planes of nodes
-  /// from the lowest one of the layers on.
+  /// Elasticity of some layers of cells in 3D only. With few kinds, kinds and their numbers are those of the
+  /// whole scene; with many, those of the layers. Displacements begin at the lowest plane of nodes of the
+  /// layers.
   LatticeElasticity(const Scene& scene, ThreadTeam& team, LayerRange layers);
 
   /// The scene's materials have other constants now; what cells are of is the same.
@@ -90,8 +90,8 @@ public:
     std::array<double, 21> mean{};
     std::array<double, 3> edge{};  ///< alpha V / n E_a / h_a^2
     std::array<double, 3> shear{}; ///< V / 12 G_ab, by the third axis
-    /// Of thin cells: V / 12 (Q - diag(E_a, E_b, G_ab)) by the axis c across, a and b the next two; zero
-    /// along axes that are not thin. Else none: kinds are many where every cell has its fibres.
+    /// Bending of thin cells: V / 12 (Q - diag(E_a, E_b, G_ab)) for the axis c across, a and b the next two;
+    /// zero along axes that are not thin. Empty if every cell has its own fibre direction.
     List<Eigen::Matrix3d> bending;
     std::uint8_t thin = 0; ///< bit c for an axis across which it is
 

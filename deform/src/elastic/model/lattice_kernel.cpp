@@ -79,7 +79,7 @@ HWY_INLINE void find_pulls(D d, const LatticeRun& run, const std::int64_t* row, 
     for (int q = 1; q < 6; ++q)
       stress[p] = hn::MulAdd(hn::Set(d, run.mean[mean_coefficient(p, q)]), strain[q], stress[p]);
   }
-  // By the axis across: the difference of shears of the two faces, times its stiffness.
+  // Twist across an axis: the difference of the shears of the two faces, times its stiffness.
   const auto twist = [&](int across, V one, V other) HWY_ATTR {
     return hn::Mul(hn::Set(d, run.shear[across]), hn::Mul(half, hn::Add(one, other)));
   };

@@ -22,7 +22,7 @@ public:
     /// Entries are in float32: what nothing holds cannot be told from what is soft.
     bool are_rounded = false;
     void begin_layer() { first.push_back(place.size()); }
-    /// By place in a field of that size: the number of the unknown there, or -1.
+    /// Number of the unknown at each place of a field of that size, or -1.
     List<std::int32_t> numbers(std::size_t field_size) const;
   };
   /// An entry of the matrix, or a part of one, by the numbers of its row and column.

@@ -148,7 +148,7 @@ Extrapolated extrapolate(const LatticeAnswer& twice, const LatticeAnswer& four_t
 
 namespace {
 
-/// Of coarser lattices, so that the algebra adds less to their differences than the finest adds.
+/// Share of the tolerance for coarser lattices, so that the solver error adds less to their differences.
 constexpr double share_of_tolerance = 0.25;
 
 /// The question on every second node with its answer, and likewise with coarser ones.

@@ -1,5 +1,11 @@
 #pragma once
-/// The least energy within the limits of links, where nodes are tied along any direction.
+/// The least energy within the limits of links, where nodes are tied along arbitrary directions.
+///
+/// Scheme (ADMM): min over u of energy(u) + rho / 2 |d u - z + y|^2_w, then z = d u + y clamped to the limits
+/// (over-relaxed), then y += d u - z. d u are the stretches of the links, w their weights, y scaled
+/// multipliers. The two residuals are d u - z (primal) and the change of z (dual); both end below
+/// `tolerance`. rho is adapted to balance them in the first half of the rounds. Ties are eliminated from u,
+/// so they hold exactly.
 
 #include "elastic/krylov/conjugate_gradients.hpp"
 #include "elastic/krylov/field_sums.hpp"
@@ -30,7 +36,7 @@ public:
   /// Changes u, in which tied nodes are together and what is prescribed has its values.
   /// @return whether links miss their limits by no more than `tolerance` [m], and go on to
   bool solve(Displacement& u, double tolerance, Answer& answer);
-  /// By how much links missed in the end [m].
+  /// Largest violation of the limits at the end [m].
   double missed() const { return missed_; }
   /// The forces of springs, loads and limits on every node, less those of ties [N]: in balance at free
   /// nodes to `tolerance` of the sum of all forces, for a state next to `u`. A round that ends by its

@@ -34,7 +34,7 @@ public:
   void begin(const Displacement& u, ThreadTeam& team);
   /// forces += factor sum of w (z - y), at the ends of links.
   void add_pull_to_parts(double factor, Displacement& forces, ThreadTeam& team) const;
-  /// By how much links miss, and what a round has changed; the largest of all links [m].
+  /// Primal and dual residual of a round: violation, and change; the largest of all links [m].
   struct Round {
     double apart = 0; ///< of the state from the parts
     double moved = 0; ///< of the parts

@@ -37,7 +37,7 @@ public:
   const std::vector<std::vector<bool>>& is_fixed() const { return is_fixed_; }
 
 protected:
-  /// Of bodies by themselves. @param correction 0 at first
+  /// Preconditions the bodies without ties. @param correction 0 at first
   virtual void precondition_bodies(const Displacement& residual, Displacement& correction) = 0;
 
 private:

@@ -50,7 +50,7 @@ public:
                          std::span<const std::int64_t> nodes, std::span<double> values) = 0;
 };
 
-/// By Dijkstra's algorithm: any body. The oracle of the others.
+/// Bounds by Dijkstra's algorithm, on any body: the oracle of the other sources.
 class DijkstraBounds : public BoundSource {
 public:
   DijkstraBounds(const Scene& scene, const LinkLimits& limits) : scene_(scene), limits_(limits) {}

@@ -83,10 +83,10 @@ private:
 extern template class SeparableScans<float>;
 extern template class SeparableScans<double>;
 
-/// By brute force over all pairs of ends and nodes where those are few, by scans of the slabs that hold ends
-/// where they are many; which, depends on their number alone.
+/// Bounds on a box: brute force over all pairs of ends and nodes while those are few, otherwise scans of the
+/// slabs that hold ends. The choice depends on their number alone.
 ///
-/// Allocates only where there are more ends or nodes than ever before, or the first scan.
+/// Allocates only for more ends or nodes than ever before, or for the first scan.
 class BoxBounds : public BoundSource {
 public:
   BoxBounds(const Grid& grid, const std::array<LinkIntervals<double>, 3>& bounds)

@@ -1,5 +1,13 @@
-/// One bound of a sweep through slabs. Included once per kind of vector, by scan_kernel.cpp; see
-/// cone_kernel.cpp for what that forbids.
+/// One bound of a sweep through the slabs (planes across z) of a box: separable scans.
+///
+/// least(x) = max over seeds s of (p_s - d(x, s)), where d is a sum of one term per axis with a slope ahead
+/// and one behind. The sweep keeps one slab of numbers. From slab to slab all of them fall by the same slope,
+/// which is stored once as a shift; seeds of the new slab are spread along their row, then across rows. A
+/// forward and a backward sweep reach all nodes. Cost: O(nodes), whatever the number of seeds; a slab without
+/// seeds costs only its clamp.
+///
+/// Included once per kind of vector, by scan_kernel.cpp; see cone_kernel.cpp for the rules that follow from
+/// that.
 #if defined(MAILLE_SLAB_BOUND_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef MAILLE_SLAB_BOUND_INL
 #undef MAILLE_SLAB_BOUND_INL

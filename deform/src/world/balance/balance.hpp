@@ -1,5 +1,21 @@
 #pragma once
-/// Contact between surfaces, with all that touches in balance.
+/// Contact between surfaces: the state of least energy of all objects that touch.
+///
+/// Unknowns: displacements of deformable objects (linear elasticity in the object's frame) and rigid motions
+/// of the objects that move as a whole. Condition: no node of a skin is inside another skin. A Touch is one
+/// node near another skin, with gap g, normal n and force f >= 0.
+///
+/// A round linearises: touches are found, each with its gap and normal; the compliance W of all touches is
+/// assembled from columns of each body's Flexibility and from the rigid motions; the contact program solves g
+/// + W f >= 0, f >= 0, f g = 0 (with friction: friction_program); everything moves towards that solution, at
+/// most a fifth of a cell. Rounds repeat until nothing moves.
+///
+/// Who writes what: balance.cpp sets up objects, drives and compliance; touches.cpp finds touches;
+/// balanced_contacts.cpp solves the contact program; rounds.cpp moves; balanced_frame.cpp runs the rounds of
+/// a frame; dynamics/ uses the same objects with inertia.
+///
+/// Exact: balance and gaps of the last round. Heuristic: step lengths, the drag on free objects (which
+/// vanishes at rest), and locality (bodies move only near touches until catch_up()).
 
 #include "world/surface/flexibility.hpp"
 #include "world/surface/friction_program.hpp"
@@ -69,7 +85,7 @@ struct BalancedObject {
   /// [N].
   Eigen::VectorXd inertia, carried;
   Eigen::VectorXd way; ///< that the last round asked for [m]
-  /// Likewise, turns by radius; and before what rests was told to.
+  /// The same for rigid motion (rotation times radius), before resting objects are pinned.
   Eigen::Matrix<double, 6, 1> way_as_a_whole = Eigen::Matrix<double, 6, 1>::Zero(),
                               asked_as_a_whole = Eigen::Matrix<double, 6, 1>::Zero();
   Eigen::VectorXd pull; ///< with which they are kept, along the axes of the frame that it had at first [N]
@@ -123,7 +139,7 @@ public:
   BalancedObject& object(int number) { return objects_[static_cast<std::size_t>(number)]; }
   const std::vector<Touch>& touches() const { return touches_; }
   double cell() const { return cell_; }
-  /// Whose hand is on what: to be called when handles or drives have changed.
+  /// Updates which objects and nodes are driven; to be called when handles or drives have changed.
   void hold(int threads);
   /// Puts handles' values into what bodies are without contacts.
   void prescribe();

@@ -1,4 +1,18 @@
-/// Rounds of a balance: how far everything goes towards what contacts ask for.
+/// Rounds of a balance: how far everything moves towards the solution of the contact program.
+///
+/// The full step would be right if gaps and normals did not change on the way. They do: a node on the edge
+/// between two faces sees one normal or the other, and full steps alternate. So a round takes a part
+/// `length_` of the step. onwards() compares the step with the one before: if they point against each other
+/// the length shrinks, otherwise it grows again; after `long_patience` rounds it only shrinks, as in
+/// subgradient methods. Forces are averaged with the same part, so an edge gets shares of the forces of both
+/// normals.
+///
+/// Free objects have no stiffness of their own. A drag (kept_by times drag_) holds them at the start of a
+/// round; it rises if the step is too long, and let_rest() ends drifts of zero energy. left() extrapolates
+/// the last rounds as a geometric series.
+///
+/// All thresholds are heuristic; they decide the number of rounds. At rest the forces balance without the
+/// drag.
 
 #include "world/balance/balance.hpp"
 

@@ -1,5 +1,11 @@
 #pragma once
-/// A world in which time passes: rigid objects with masses, that fall, meet and fly apart.
+/// Rigid objects in time: free flight, impacts, resting contact.
+///
+/// step() advances all objects in free flight by the closed form (constant gravity; no object moves further
+/// than a part of a cell), finds the first contact in between by bisection down to the skin, and changes
+/// velocities there by impulses: Newton's law of restitution, with Coulomb friction (resolve_impacts).
+/// Resting objects are supported by impulses without restitution, once a step. Driven objects have infinite
+/// mass and follow their motions; one that is jammed against a wall stops.
 
 #include "world/dynamics/impacts.hpp"
 #include "world/dynamics/moving_object.hpp"
@@ -34,9 +40,9 @@ public:
 
   std::vector<MovingObject>& moving() { return moving_; }
   const std::vector<MovingObject>& moving() const { return moving_; }
-  /// Whose hand is on what, before a frame.
+  /// Updates which objects are driven, before a frame.
   void hold(std::span<LedObject> led, double seconds);
-  /// Goes on by at most so much; led objects by their motions. @return by how much [s]
+  /// Advances by at most `most` [s]; led objects follow their motions. @return the time advanced [s]
   double step(std::span<LedObject> led, double most, double seconds);
   /// Impulses on objects' surfaces since the last call, by object, other and voxel of the first's skin.
   struct Impulse {

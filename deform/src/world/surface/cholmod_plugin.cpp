@@ -73,7 +73,7 @@ cholmod_sparse seen(const Eigen::SparseMatrix<double>& matrix, int xtype) {
   return view;
 }
 
-/// Of groups: which have entries in common.
+/// Graph of the groups: edges join groups with common entries.
 Eigen::SparseMatrix<double> graph(const Eigen::SparseMatrix<double>& lower,
                                   std::span<const std::int32_t> group) {
   const Eigen::Index n = group.empty() ? 0 : group.back() + 1;

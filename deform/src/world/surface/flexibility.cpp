@@ -47,14 +47,14 @@ Eigen::MatrixXd rigid_motions(const Specimen& body, const std::vector<std::int64
   return factor.householderQ() * Eigen::MatrixXd::Identity(motions.rows(), motions.cols());
 }
 
-/// Of bodies in three dimensions with more components than this a column by multigrid takes less time than
-/// the factor and one by it; where time passes all steps share the factor, and columns have to be exact.
+/// In 3D, above this number of components, a column by multigrid is faster than factor and solve. With
+/// inertia all steps share the factor, and columns have to be exact.
 constexpr std::int64_t most_factored = 3'000, most_factored_with_inertia = 15'000;
 
 /// Residuals over forces: of columns, far below what contacts that say nearly the same differ by; and of all
 /// else, and of columns where momentum hangs on them.
 constexpr double of_columns = 1e-7, of_all = 1e-9;
-/// By how much one round of float32 lowers it, and from when on rounding stands in its way.
+/// Reduction of the residual by one round of float32, and the ratio above which a round is at rounding level.
 constexpr double reduction = 1e-5, no_better = 0.3;
 /// The norm that conjugate gradients lower is another: so much further than is asked.
 constexpr double safely = 0.2;

@@ -1,5 +1,17 @@
 #pragma once
-/// How the nodes of a body give way to forces on others of its nodes.
+/// Compliance of a body: displacements of its nodes for unit forces on others.
+///
+/// With K the stiffness and some components fixed, column c is K^-1 e_c. A contact needs only the rows and
+/// columns of the touched components, so columns are computed on demand and cached; the Delassus matrix W of
+/// all contacts is assembled from them. Columns come from a sparse factor or, in 3D, from multigrid
+/// (StiffnessSolver).
+///
+/// A floating body has a singular K: `fixed` removes just its rigid motions, forces act with their resultants
+/// spread evenly against them, and displacements lose their mean shift and rotation. The result is that of
+/// the pseudo-inverse, whichever components were fixed. With `inertia` M / dt^2 is added to K, and nothing
+/// need be fixed.
+///
+/// Exact: within the solver's accuracy. Heuristic: only which solver is quickest.
 
 #include "maille/scene/answer.hpp"
 #include "maille/scene/scene.hpp"
@@ -59,7 +71,7 @@ public:
   /// @param solver multigrid: three dimensions
   /// @param floats nothing holds the body, `fixed` only takes its rigid motions away. Forces then act with
   ///        their resultants spread evenly over all nodes against them, and displacements have no mean shift
-  ///        or turn, so that neither knows which components were chosen
+  ///        or turn, so neither depends on which components were fixed
   Flexibility(const Scene& scene, const std::vector<std::int64_t>& fixed,
               const Eigen::VectorXd& inertia = Eigen::VectorXd(), bool floats = false, int threads = 1,
               StiffnessSolver solver = StiffnessSolver::quickest);

@@ -158,7 +158,7 @@ std::vector<char> moved(std::span<const Eigen::Vector3d> now, std::vector<Eigen:
 
 void NearFaces::update(const Skin& of_nodes, std::span<const Eigen::Vector3d> nodes, const Skin& of_faces,
                        std::span<const Eigen::Vector3d> faces, double reach, double margin) {
-  // Of two that are looked at anew or not, each may have moved by a quarter since.
+  // Both nodes may have moved by a quarter since the last search.
   const std::vector<char> is_moved = moved(nodes, nodes_then_, margin / 4),
                           corner_is_moved = moved(faces, faces_then_, margin / 4);
   std::vector<std::int32_t> moved_nodes, other_nodes, moved_faces, all_faces;
@@ -313,7 +313,7 @@ Eigen::Vector3d PlacedSkin::smooth_normal(const Closest& one) const {
   return sum.normalized();
 }
 
-/// Of places on borders of faces those count that are the nearest of all faces about them.
+/// At borders of faces, only places count that are the nearest of all faces around.
 std::vector<PlacedSkin::Near> PlacedSkin::nearest(const Eigen::Vector3d& point,
                                                   std::vector<Closest>& found) const {
   std::vector<Near> list;

@@ -114,7 +114,7 @@ public:
     std::int32_t node = 0;
     std::size_t first = 0, end = 0; ///< into faces()
   };
-  /// By node.
+  /// Data of each node.
   std::span<const OfNode> nodes() const { return nodes_; }
   /// Sorted for each node.
   std::span<const std::int32_t> faces(const OfNode& one) const {

@@ -14,9 +14,9 @@ namespace maille::live {
 /// What a device says in a tick.
 struct DeviceState {
   bool is_there = false; ///< false: not yet, or no more
-  /// Of devices that know where they are: the handle's place [m] and turn, in the device's own frame.
+  /// For devices with a position: the handle's place [m] and rotation, in the device's own frame.
   std::optional<deform::Pose> pose;
-  /// Of devices that are pushed: speed [m/s] and turning [rad/s], in the world.
+  /// For devices with a speed: [m/s] and rotation [rad/s], in the world.
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero(), turning = Eigen::Vector3d::Zero();
   std::uint32_t buttons = 0; ///< bit 0: hold
 };

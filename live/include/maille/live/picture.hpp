@@ -31,7 +31,7 @@ struct Field {
 /// How the world is looked at. Whatever is the same gives the same picture.
 struct Looking {
   render::View view; ///< size of the whole picture, camera
-  /// Of 2D worlds, seen from above: the place in the middle [m] and the height of the picture [m].
+  /// For 2D worlds, seen from above: the place in the middle [m] and the height of the picture [m].
   Vec3 middle{};
   double height = 1;
   Stereo stereo = Stereo::none;
@@ -39,7 +39,7 @@ struct Looking {
   double opacity = 1;                 ///< a factor on that of the looks
   double opacity_shift = 0;           ///< of the values at which looks are opaque, of their range
   std::shared_ptr<const Field> field; ///< in place of its object's colours
-  /// Of bodies of many nodes only some carry the picture along: while things move.
+  /// True while things move, if a body of many nodes is drawn with only some of them.
   bool is_rough = false;
   std::uint64_t number = 0; ///< another one: another look, field or view
 };
@@ -68,8 +68,8 @@ struct Painted {
   std::optional<Under> under(double x, double y, double reach = 0) const;
 };
 
-/// Of 2D worlds, where a place of the world is in the picture, in parts from the upper left, and the way
-/// back.
+/// For 2D worlds: the place in the picture of a place in the world, in parts from the upper left, and the
+/// inverse.
 std::array<double, 2> flat_place(const Looking& looking, double aspect, const Vec3& world);
 Vec3 flat_point(const Looking& looking, double aspect, double x, double y);
 /// The view that shows a whole 2D world of any size. @param aspect width over height

@@ -89,7 +89,7 @@ public:
   virtual int height() const = 0;
   /// Pixels of the panel at the right edge.
   virtual int panel_width() const = 0;
-  /// Of letters, as the screen's density asks for.
+  /// Scale of the letters, from the screen's density.
   virtual double text_scale() const { return 1; }
   /// Whether what was shown last is to be drawn again: presses of buttons show a moment later.
   virtual bool wants_drawing() const { return false; }

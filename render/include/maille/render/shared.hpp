@@ -36,7 +36,7 @@ public:
   Bytes compose(std::span<const Bytes> received);
   /// @param received  pixels from each process
   Picture assemble(std::span<const Bytes> received) const;
-  /// Of this process.
+  /// Counters of this process.
   const Counters& counters() const;
 
 private:

@@ -142,7 +142,8 @@ struct Answer {
   /// that is not what the displacement of the corners says: of quadratic elements, also where they were
   /// brought over from a finer lattice. Else empty.
   std::vector<std::array<double, 6>> cell_strain;
-  /// Of sliding borders, sorted by node and label; `displacement` has the mean of what stands here of a node.
+  /// For sliding borders: nodes by label, sorted by node and label; `displacement` has the mean of a node's
+  /// entries.
   std::vector<SplitNode> split;
   /// Force that presses together the nodes of every tie of Scene::tied with a normal [N], < 0: pulls; empty
   /// where no tie has friction.

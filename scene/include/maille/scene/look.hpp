@@ -54,7 +54,7 @@ struct Look {
   bool is_centred = false;
   std::vector<ColourPoint> colours;  ///< ascending, at least one
   std::vector<OpacityPoint> opacity; ///< ascending, at least one
-  /// Of cells by label, in place of `colours`; sorted by label.
+  /// Colours of cells by label, in place of `colours`; sorted by label.
   std::vector<std::pair<std::int32_t, Rgb>> label_colours;
   /// A colour picture (PNG, JPEG) whose pixels colour the cells that lie under them, along z: its lower left
   /// corner is at the origin of the body's frame. Empty: none.

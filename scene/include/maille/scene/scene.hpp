@@ -179,7 +179,7 @@ struct SlidingBorder {
 struct NodeTie {
   std::int64_t one = 0, other = 0;
   Vec3 normal{}; ///< of length 1, from `one` to `other`; zero: they move together along all axes
-  /// Of ties with a normal: the labels of the two sides, and what rubs between them.
+  /// Ties with a normal: the labels of the two sides, and the friction between them.
   std::array<std::int32_t, 2> label{};
   double friction = 0; ///< Coulomb's coefficient [1]
   double spring = 0;   ///< between the nodes across the normal, see Friction [N/m]
@@ -283,8 +283,8 @@ struct Scene {
   std::vector<TimedContraction> timed;    ///< of `active_stress` what has a course, for steps of a series
   std::vector<NamedCondition> conditions; ///< of prescribed, tractions and springs, in the file's order
   Vec3 gravity{0, 0, 0};                  ///< [m/s^2]
-  /// Of contracting fibres, >= 0, a cell each [Pa]: the matter's stress is the elastic one and active_stress
-  /// a a^T, a its fibre's direction. Empty: nothing contracts.
+  /// Tension of contracting fibres, >= 0, per cell [Pa]: the stress is the elastic one plus active_stress a
+  /// a^T, a the fibre's direction. Empty: no contraction.
   std::vector<double> active_stress;
   LimitSettings limits;
   RelaxationSettings relaxation;

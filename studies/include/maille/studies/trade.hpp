@@ -1,6 +1,6 @@
 #pragma once
-/// What accuracy costs on one scene: every method on several lattices to several tolerances, against the best
-/// reference; and which of the trade-offs are worth having.
+/// Error against cost on one scene: every method on several lattices and to several tolerances, against the
+/// best reference; the Pareto fronts over time and memory are the trade-offs worth having.
 
 #include "maille/scene/answer.hpp"
 #include "maille/studies/lattices.hpp"

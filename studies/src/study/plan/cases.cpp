@@ -1,4 +1,10 @@
-/// How parameters become cases, and cases scenes.
+/// The plan of a study: parameters become cases, and cases become scenes.
+///
+/// Combinations: grid (all values of all parameters), zip (value by value), and drawn plans in the unit cube
+/// (Latin hypercube, Sobol, Saltelli; sampling.hpp), mapped to ranges evenly or by equal factors. A case is a
+/// list of values; its scene is the study's scene file with the values written at dotted keys
+/// (replace_dotted). So a case can be reproduced from its text alone, and its hash identifies it when a study
+/// is resumed.
 
 #include "maille/materials/toml_reader.hpp"
 #include "maille/studies/study.hpp"

@@ -1,5 +1,10 @@
 #pragma once
-/// The loop that a probe runs in, and a world that it touches.
+/// The real-time loop of a probe (1 kHz), and a world that it touches.
+///
+/// A tick reads the device, computes the force (Probe) and writes it; it neither allocates nor locks nor
+/// waits. Elastic answers come from other threads through triple buffers (ContactPhysics). A late tick skips
+/// the ticks that it missed and counts them: the loop never tries to catch up. Latency counts from the time
+/// when the tick was due.
 
 #include "maille/deform/probe/probe.hpp"
 #include "maille/deform/probe/touch.hpp"
@@ -63,7 +68,7 @@ struct ServoSample {
 struct ServoReport {
   /// From when a tick was due until its force was written: waking up, reading, arithmetic, writing.
   LatencyHistogram latency;
-  /// Of that, without waking up.
+  /// The same without the time to wake up.
   LatencyHistogram work;
   std::int64_t ticks = 0;
   /// Periods at whose end the force was not yet written. A tick that is late takes the places of those that

@@ -63,7 +63,7 @@ public:
   int n_objects() const { return static_cast<int>(objects_.size()); }
   const RigidShape& shape(int object) const { return at(object).shape; }
   const Pose& pose(int object) const { return at(object).pose; }
-  /// Whose voxel that is; -1 if of no object of this world.
+  /// Object with that voxel; -1 for voxels of no object of this world.
   int object_of(VoxelId id) const;
 
   /// How many voxels of a shape that is not an object of this world would have their middles in blocked cells

@@ -25,7 +25,7 @@ public:
   /// @param world as it begins
   explicit TrajectoryDrives(const World& world);
 
-  /// By what an object has been moved since then.
+  /// Motion of an object since then.
   Pose moved_since_start(const World& world, std::size_t object) const;
   /// Where the frame of a fixed or rigid object is now, in which its scene has the origin of its shape.
   Pose frame_now(const World& world, std::size_t object) const;

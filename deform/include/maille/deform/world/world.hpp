@@ -204,8 +204,8 @@ public:
   /// Voxels that lie in a cell of another object or outside the world: found anew from positions, without the
   /// map. Always 0.
   std::int64_t n_shared_cells() const;
-  /// By how much any link of a deformable object is outside limits that bind (given or the material's own),
-  /// in units of its length.
+  /// Largest violation of binding limits (given, or the material's own) by a link of a deformable object,
+  /// over its length.
   double largest_violation() const;
 
   std::int64_t bytes() const;

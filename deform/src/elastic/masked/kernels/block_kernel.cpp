@@ -118,7 +118,7 @@ HWY_INLINE VF total(Sums* sums) {
   return sums[0].total();
 }
 
-/// Of row `row` of A u; its fourth number does not count.
+/// Row `row` of A u; the fourth number is unused.
 HWY_INLINE VF sum_of_blocks(const BlockMatrix& A, std::int32_t row, int part, const float* u) {
   constexpr int stride = 9;
   BlockSums sums[4];
@@ -209,7 +209,7 @@ HWY_INLINE VF sum_of_blocks(const RoundedBlockMatrix& A, std::int32_t row, int p
 }
 #endif
 
-/// Of n blocks: of their numbers over `unit`, a power of 2, the first eight of each and the last ones.
+/// Rounds n blocks over `unit`, a power of 2: the first eight numbers of each, and the last ones.
 void round_numbers(const float* blocks, std::int32_t n, float unit, std::uint16_t* eight,
                    std::uint16_t* last) {
 #if HWY_MAX_BYTES >= 32

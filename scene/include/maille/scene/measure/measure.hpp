@@ -65,7 +65,7 @@ struct Measure {
   bool is_line = false;                   ///< a value at each of the points
 
   bool is_vector() const { return figure == MeasureFigure::vector; }
-  /// Of its columns: NAME, of a vector NAME_x, NAME_y, NAME_z too; none of a line.
+  /// Names of its columns: NAME, or NAME_x, NAME_y, NAME_z too for a vector; empty for a line.
   std::vector<std::string> columns() const;
 };
 

@@ -48,7 +48,7 @@ public:
   explicit Friction(const Scene& split);
 
   bool empty() const { return contacts_.empty(); }
-  /// By tie, for NodeTie::pull of the next round [N].
+  /// Values of NodeTie::pull for the next round, by tie [N].
   const std::vector<Vec3>& pulls() const { return pulls_; }
   /// Takes the answer of a round. @return true if another is needed
   /// @param press of press_of_ties()

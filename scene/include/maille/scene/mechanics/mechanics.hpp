@@ -66,8 +66,8 @@ Vec3 total_force(const std::vector<Resultant>& resultants);
 /// Frame, signs and definitions of all of it, in words.
 std::string_view mechanics_conventions();
 
-/// Of everything but the displacement, relative to a reference; see docs/mechanics.md. Each is unset where
-/// one of the two has none, or where the reference's is nothing but rounding.
+/// Errors of everything but the displacement, relative to a reference; see docs/mechanics.md. Each is unset
+/// if one of the two lacks the figure, or the reference's is at rounding level.
 struct MechanicsErrors {
   /// |F - R| / |R| over the resultants of moves, of holds where there is no move.
   std::optional<double> force;

@@ -41,7 +41,7 @@ public:
   /// The mean over a cell.
   Values mean(std::int64_t cell) const { return at(cell, {0.5, 0.5, 0.5}); }
 
-  /// By node of the grid; zero where there is no matter.
+  /// Values by node of the grid; zero outside the body.
   struct Shown {
     std::vector<std::array<double, 6>> strain, stress;
   };
@@ -71,8 +71,8 @@ struct ForceCheck {
 /// Nothing for an answer without reactions. Cost  as resultants_of()
 std::optional<ForceCheck> check_forces(const Scene& scene, const Answer& answer);
 
-/// By how much the diagonal of the stiffness that `relaxed` takes is above Young's moduli, in the
-/// material for which that is most [1]: 1.35 at a Poisson ratio of 0.3, 1667 at 0.4999.
+/// Largest ratio, over the materials, of the diagonal of the stiffness in `relaxed` to Young's moduli [1]:
+/// 1.35 at a Poisson ratio of 0.3, 1667 at 0.4999.
 double stiffening_of_relaxed(const Scene& scene);
 /// Whether an answer's reactions make a modulus of the matter: not those of moves that limits cut, nor
 /// those of `relaxed` where it is more than twice too stiff.

@@ -45,8 +45,7 @@ struct DriveSpan {
   /// A point of the turn's axis, in the object's frame [m]; absent: the middle of the object's box
   std::optional<Vec3> about;
   bool slide = false; ///< of rigid objects: what is left after a contact goes on along what was met
-  /// Of rigid objects: the stiffness of a spring by which the hand leads the object [N/m]; absent: the hand
-  /// has it firmly
+  /// For rigid objects: stiffness of the spring by which the hand leads the object [N/m]; absent: rigid grip
   std::optional<double> follow;
   bool release = false; ///< the hand releases the object
 

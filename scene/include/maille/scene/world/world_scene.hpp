@@ -45,8 +45,8 @@ struct WorldObject {
   Vec3 position{0, 0, 0};  ///< of the frame's origin in the world [m]
   Vec3 turn_axis{0, 0, 1}; ///< of length 1
   double turn_angle = 0;   ///< of the frame about its origin, right-handed about the axis [rad]
-  /// Of fixed and rigid objects that meet with their surfaces: the smooth surface that voxels stand for, in
-  /// place of their faces.
+  /// For fixed and rigid objects that meet with their surfaces: use the smooth surface through the voxels
+  /// instead of their faces.
   bool is_smooth = false;
   // Where the world has dynamics.
   double density = 1000; ///< of matter [kg/m^3], > 0
