@@ -1,5 +1,3 @@
-
-
 #include "conditions/region.hpp"
 
 #include <fmt/format.h>
@@ -11,9 +9,9 @@
 #include <iterator>
 #include <numeric>
 #include <optional>
-#include <set>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -57,6 +55,20 @@ namespace {
 void sort_uniquely(std::vector<std::int64_t>& numbers) {
   std::ranges::sort(numbers);
   numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+}
+
+/// Of a box between two corners, carried into another frame.
+std::pair<Vec3, Vec3> bounds_in(const Placement& placement, const Vec3& first, const Vec3& last) {
+  Vec3 low{INFINITY, INFINITY, INFINITY}, high{-INFINITY, -INFINITY, -INFINITY};
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 x = point_in_world(placement, {(corner & 1 ? last : first)[0], (corner & 2 ? last : first)[1],
+                                              (corner & 4 ? last : first)[2]});
+    for (std::size_t a = 0; a < 3; ++a) {
+      low[a] = std::min(low[a], x[a]);
+      high[a] = std::max(high[a], x[a]);
+    }
+  }
+  return {low, high};
 }
 
 } // namespace
@@ -175,10 +187,7 @@ std::int64_t outermost(const Specimen& body, std::int64_t cell, int axis, bool u
 bool Region::contains_face(const Specimen& body, std::int64_t cell, int axis, bool upper) const {
   if (!parts_.empty())
     return join([&](const Region& part) { return part.contains_face(body, cell, axis, upper); });
-  if (has_face(body, cell, axis, upper))
-    return true;
-  const std::int64_t end = body.tissue.empty() ? cell : outermost(body, cell, axis, upper);
-  return end != cell && has_face(body, end, axis, upper);
+  return has_face(body, body.tissue.empty() ? cell : outermost(body, cell, axis, upper), axis, upper);
 }
 
 bool Region::has_face(const Specimen& body, std::int64_t cell, int axis, bool upper) const {
@@ -194,35 +203,55 @@ bool Region::has_face(const Specimen& body, std::int64_t cell, int axis, bool up
   return true;
 }
 
-bool Region::names_cells() const {
-  return cells_ || std::ranges::any_of(parts_, &Region::names_cells);
+bool Region::shares_nodes() const {
+  return cells_ || kind_ == Kind::box || kind_ == Kind::placed_box || kind_ == Kind::sphere ||
+         std::ranges::any_of(parts_, &Region::shares_nodes);
 }
 
+/// Tried a little inwards of the corner; across a box that the grid meets in a plane there is no inside.
 bool Region::contains_corner(const Specimen& body, const Index3& node, std::int64_t cell) const {
+  constexpr double inwards = 1e-3; // of a spacing
   if (!parts_.empty())
     return join([&](const Region& part) { return part.contains_corner(body, node, cell); });
-  return (!cells_ || std::ranges::binary_search(*cells_, cell)) && contains(body, node);
+  if ((cells_ && !std::ranges::binary_search(*cells_, cell)) || !contains(body, node))
+    return false;
+  const Grid& grid = body.grid;
+  const Index3 at = grid.cell_at(cell);
+  Vec3 x = body.position(node), low = body.position({0, 0, 0}), high = body.position(grid.cells());
+  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+    x[a] += (node[a] == at[a] ? inwards : -inwards) * grid.spacing()[a];
+  if (kind_ == Kind::sphere)
+    return std::hypot(x[0] - centre_[0], x[1] - centre_[1], x[2] - centre_[2]) < radius_;
+  if (kind_ != Kind::box && kind_ != Kind::placed_box)
+    return true;
+  std::tie(low, high) = bounds_in(placement_, low, high);
+  x = point_in_world(placement_, x);
+  const double flat = 2 * place_tolerance(body);
+  for (std::size_t a = 0; a < 3; ++a)
+    if (std::min(high[a], high_[a]) - std::max(low[a], low_[a]) > flat &&
+        (x[a] < low_[a] || x[a] >= high_[a]))
+      return false;
+  return true;
 }
 
-void Region::share_nodes(const Specimen& body, std::vector<std::int64_t>& nodes,
-                         std::vector<std::int64_t>& cells) const {
-  if (!names_cells())
+void Region::share_nodes(const Specimen& body, const std::vector<std::int64_t>& among,
+                         std::vector<std::int64_t>& nodes, std::vector<std::int64_t>& cells) const {
+  if (!shares_nodes())
     return;
-  std::set<std::int64_t> shared;
-  for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell) {
-    if (!body.is_matter(cell))
-      continue;
-    bool is_in = false;
-    for (int corner = 0; corner < body.grid.corners_per_cell(); ++corner)
-      if (const std::int64_t node = body.grid.corner(body.grid.cell_at(cell), corner);
-          contains_corner(body, body.grid.node_at(node), cell)) {
-        shared.insert(node);
-        is_in = true;
+  std::vector<std::int64_t> shared, bearing;
+  for (const std::int64_t node : among)
+    body.for_each_cell_at(body.grid.node_at(node), [&](std::int64_t cell) {
+      if (contains_corner(body, body.grid.node_at(node), cell)) {
+        shared.push_back(node);
+        bearing.push_back(cell);
       }
-    if (is_in)
-      cells.push_back(cell);
-  }
-  nodes.assign(shared.begin(), shared.end());
+    });
+  if (shared.empty())
+    return;
+  sort_uniquely(shared);
+  sort_uniquely(bearing);
+  nodes = std::move(shared);
+  cells = std::move(bearing);
 }
 
 std::vector<std::int64_t> Region::nodes(const Specimen& body) const {
@@ -298,15 +327,7 @@ std::string reach_in_words(const Specimen& body) {
       "the body reaches from " + words(body.position({0, 0, 0}), body.position(last), body.grid.dimension());
   if (body.placement.is_identity())
     return text;
-  Vec3 low{INFINITY, INFINITY, INFINITY}, high{-INFINITY, -INFINITY, -INFINITY};
-  for (int corner = 0; corner < 8; ++corner) {
-    const Index3 at{corner & 1 ? last[0] : 0, corner & 2 ? last[1] : 0, corner & 4 ? last[2] : 0};
-    const Vec3 x = point_in_world(body.placement, body.position(at));
-    for (std::size_t a = 0; a < 3; ++a) {
-      low[a] = std::min(low[a], x[a]);
-      high[a] = std::max(high[a], x[a]);
-    }
-  }
+  auto [low, high] = bounds_in(body.placement, body.position({0, 0, 0}), body.position(last));
   text += " in its grid; in the world " + words(low, high, 3);
   if (body.placement.world == WorldAxes::unknown)
     return text;

@@ -39,10 +39,11 @@ public:
 
   /// Sorted, each once.
   std::vector<std::int64_t> nodes(const Specimen& specimen) const;
-  /// Where the region names cells (a label, a mask): its nodes as the corners of its own cells, and these:
-  /// then a node on a border counts in part on either side. Other regions leave both as they are.
-  void share_nodes(const Specimen& specimen, std::vector<std::int64_t>& nodes,
-                   std::vector<std::int64_t>& cells) const;
+  /// The nodes of `among` that are its own as corners of cells, and these cells: a node on a border between
+  /// two boxes, labels or masks counts in part on either side. Both stay as they are where none is, and of
+  /// faces of the bounding box and of listed nodes.
+  void share_nodes(const Specimen& specimen, const std::vector<std::int64_t>& among,
+                   std::vector<std::int64_t>& nodes, std::vector<std::int64_t>& cells) const;
   std::vector<FaceLoad> faces(const Specimen& specimen) const;
   /// The same, each with its part of the surface: of cells that are tissue in part the surface lies on all
   /// faces across which less is tissue, each by how much less, up to void: those in a row are in the region
@@ -59,7 +60,7 @@ private:
   bool contains(const Specimen& specimen, const Index3& node) const;
   /// @param node, cell one of the corners of the other
   bool contains_corner(const Specimen& specimen, const Index3& node, std::int64_t cell) const;
-  bool names_cells() const;
+  bool shares_nodes() const;
   bool contains_face(const Specimen& specimen, std::int64_t cell, int axis, bool upper) const;
   bool has_face(const Specimen& specimen, std::int64_t cell, int axis, bool upper) const;
   /// `is_in` of the parts, joined as the kind says. @pre any, all or outside

@@ -8,8 +8,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numeric>
+#include <unordered_set>
 
 namespace maille {
 
@@ -94,7 +96,7 @@ public:
   }
 
 private:
-  void take_force(const Measure& measure, MeasuredValue& result) const {
+  void take_force(const Measure& measure, MeasuredValue& result) {
     if (answer_.reaction.empty() || answer_.reaction.size() != scene_.prescribed.size()) {
       result.why_not = fmt::format("{} knows no forces", answer_.method);
       return;
@@ -114,10 +116,25 @@ private:
   }
 
   /// The part of a node's force that those of its cells bear that are in `cells`: each by its stiffness along
-  /// the component, as cells side by side share a load. Parts of all cells add up to 1.
-  double share_of(const std::vector<std::int64_t>& cells, const Prescribed& p) const {
+  /// the component, as cells side by side share a load. Only those count that are held by most corners, in
+  /// powers of two: cells beside a hold bear none of it. Parts of all cells add up to 1.
+  double share_of(const std::vector<std::int64_t>& cells, const Prescribed& p) {
+    if (held_.empty())
+      for (const Prescribed& one : scene_.prescribed)
+        held_.insert(one.node * 3 + one.component);
     double own = 0, all = 0;
-    body_.for_each_cell_at(body_.grid.node_at(p.node), [&](std::int64_t cell) {
+    int most = 0;
+    const Grid& grid = body_.grid;
+    body_.for_each_cell_at(grid.node_at(p.node), [&](std::int64_t cell) {
+      unsigned corners = 0;
+      for (int corner = 0; corner < grid.corners_per_cell(); ++corner)
+        corners += held_.contains(grid.corner(grid.cell_at(cell), corner) * 3 + p.component) ? 1 : 0;
+      const int rank = std::bit_width(corners);
+      if (rank < most)
+        return;
+      if (rank > most)
+        own = all = 0;
+      most = rank;
       const double weight = body_.weight_of(cell) * scene_.object_stiffness(cell)(p.component, p.component);
       all += weight;
       own += std::ranges::binary_search(cells, cell) ? weight : 0;
@@ -307,6 +324,7 @@ private:
   const DisplacementOfCells of_cells_; ///< on both sides of sliding borders
   const std::vector<double>& energy_;
   std::optional<CellFields> fields_;
+  std::unordered_set<std::int64_t> held_; ///< components of nodes, 3 a node
   double largest_strain_ = 0, largest_stress_ = 0;
 };
 

@@ -193,7 +193,10 @@ private:
     if (!region || !has_body_)
       return;
     measure_.nodes = region->nodes(scene_.specimen);
-    region->share_nodes(scene_.specimen, measure_.nodes, measure_.cells);
+    std::vector<std::int64_t> bearing;
+    for (const Prescribed& p : scene_.prescribed)
+      bearing.push_back(p.node);
+    region->share_nodes(scene_.specimen, bearing, measure_.nodes, measure_.cells);
     std::ranges::sort(measure_.nodes);
     if (!scene_.prescribed.empty() && std::ranges::none_of(scene_.prescribed, [&](const Prescribed& p) {
           return std::ranges::binary_search(measure_.nodes, p.node);

@@ -12,6 +12,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <iostream>
+#include <map>
+#include <random>
 
 namespace maille {
 namespace {
@@ -307,6 +310,85 @@ volume = { label = 2 }
   EXPECT_NEAR(*values[2].value, 48e-9, 1e-13);
   const auto in_part = values_of(read("coarsen = [1, 2, 1]\npartial_volume = true"));
   EXPECT_NEAR(*in_part[2].value + *in_part[3].value, 72e-9, 1e-13);
+}
+
+// Truth: two boxes side by side, a ball and what is outside of it, two labels: of pressures and of any
+// reactions the parts add up to the whole, and a hold's own box bears all of its force.
+TEST(MeasureIndependent, RandomPartsAddUpToTheWhole) {
+  std::mt19937 random(41);
+  tests::Dice dice{random};
+  double resultant_error = 0;
+  for (int n = 0; n < 300; ++n) {
+    image_tests::TemporaryFolder folder;
+    const bool is_partial = n % 2 == 1;
+    test::LabelArray body{{6 + 2 * dice.below(3), 8, 6 + 2 * dice.below(2)}, {}, {}};
+    body.affine = affine_of({1e-3, 2e-3, 1e-3}, {0.0123, -0.02, 0.005}, {{{0, 1, 0}, {-1, 0, 0}, {0, 0, 1}}});
+    const int high = 5, wide = 5; // on no plane between the boxes: an outer face there is in both
+    for (int k = 0; k < body.size[2]; ++k)
+      for (int j = 0; j < body.size[1]; ++j)
+        for (int i = 0; i < body.size[0]; ++i)
+          body.values.push_back(i < wide ? 1 : k < high ? 2 : 0);
+    folder.write("labels.nii", test::nifti_of(body));
+    const int axis = dice.below(3);
+    const double step = (axis == 0 ? 2 : 1) * (is_partial ? 2 : 1);
+    const double at = std::array{11.3, -19.5, 4.5}[static_cast<std::size_t>(axis)] +
+                      (axis == 1 ? -step : step) * (1 + dice.below(is_partial ? 2 : 3));
+    const auto half = [&](bool is_upper) {
+      Vec3 low{-99, -99, -99}, top{99, 99, 99};
+      (is_upper ? low : top)[axis] = at;
+      return fmt::format("{{ box = [[{}, {}, {}], [{}, {}, {}]] }}", low[0], low[1], low[2], top[0], top[1],
+                         top[2]);
+    };
+    const std::string ball = fmt::format("{{ sphere = {{ centre = [{}, {}, 5], radius = {} }} }}",
+                                         11.3 + 2 * dice.below(5), -19.5 - dice.below(6), 3 + dice.below(4));
+    const std::array<std::array<std::string, 2>, 3> pairs{
+        {{half(false), half(true)}, {ball, "{ not = " + ball + " }"}, {"{ label = 1 }", "{ label = 2 }"}}};
+    std::string text =
+        "units = \"mm\"\n[specimen]\nshape = \"image\"\nimage = \"labels.nii\"\nlabels = { 1 = { "
+        "youngs_modulus = \"1 kPa\", poisson_ratio = 0 }, 2 = { youngs_modulus = \"9 kPa\", poisson_ratio = "
+        "0 } }\n" +
+        std::string(is_partial ? "coarsen = 2\npartial_volume = true\n" : "") +
+        "[[hold]]\nwhere = \"z-\"\n[[hold]]\nframe = \"world\"\nwhere = " + pairs[0][0] + "\n";
+    const auto& pair = pairs[static_cast<std::size_t>(n % 3)];
+    const std::array<std::string, 3> parts{pair[0], pair[1], "{ any = [" + pair[0] + ", " + pair[1] + "] }"};
+    for (std::size_t part = 0; part < 3; ++part)
+      text +=
+          fmt::format("[[load]]\nframe = \"world\"\npressure = \"1 kPa\"\nwhere = {1}\n[[measure]]\nframe = "
+                      "\"world\"\nname = \"part{0}\"\nforce = {{ where = {1} }}\n",
+                      part, parts[part]);
+    text += "[[measure]]\nframe = \"world\"\nname = \"held\"\nforce = { where = " + pairs[0][0] + " }\n";
+    try {
+      const auto asked = read_scene_and_measures(folder.write("scene.toml", text));
+      Answer answer;
+      answer.method = "coupled";
+      answer.displacement = Displacement(asked.scene.specimen.grid);
+      Vector3d all = Vector3d::Zero(), in_box = all;
+      for (const Prescribed& p : asked.scene.prescribed) {
+        answer.reaction.push_back(dice.between(-1, 1));
+        Vec3 force{};
+        force[static_cast<std::size_t>(p.component)] = answer.reaction.back();
+        (p.condition == 0 ? all : in_box) += vec(to_world(asked.scene.specimen.placement, force));
+      }
+      const auto values = measured(asked.scene, asked.measures, answer);
+      const auto error = [&](const Vector3d& difference) {
+        resultant_error = std::max(resultant_error, difference.norm());
+        EXPECT_LT(difference.norm(), 1e-9) << text;
+      };
+      error(vec(*values[0].vector) + vec(*values[1].vector) - vec(*values[2].vector));
+      error(vec(*values[2].vector) - all - in_box);
+      std::map<std::int32_t, Vector3d> loads;
+      for (const FaceLoad& face : asked.scene.tractions)
+        loads.try_emplace(face.condition, Vector3d::Zero()).first->second +=
+            vec(face.traction) * (face.axis == 1 ? 1 : 2);
+      ASSERT_EQ(loads.size(), 3U);
+      auto load = loads.begin();
+      const Vector3d one = (load++)->second, other = (load++)->second;
+      error((one + other - load->second) / 1e3);
+    } catch (const InputError& fault) {
+      EXPECT_TRUE(fault.faults().front().key.ends_with("where") || is_partial) << fault.what() << text;
+    }
+  }
+  std::cout << "resultant_error " << resultant_error << '\n';
 }
 
 // Truth: the energies of cells, added up here.
