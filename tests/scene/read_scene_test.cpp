@@ -96,7 +96,7 @@ axes = "xy"
   EXPECT_EQ(moved, 2 * 2 * 2); // nodes x = 3, 4; y = 0, 1; z = 1; two components
 }
 
-TEST(ReadSceneContract, LimitsThatNobodyAskedForAreThoseOfMethodsThatKnowNothingElse) {
+TEST(ReadSceneContract, UnrequestedLimitsServeLimitMethodsOnly) {
   // Truth: docs/scene.md.
   const Scene plain = parse_scene(scene_with(box));
   EXPECT_EQ(plain.limits.from, LimitSource::none);

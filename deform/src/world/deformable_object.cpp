@@ -20,7 +20,7 @@ namespace {
 /// them.
 constexpr double never_taut = 1e30;
 
-/// As near as this to where it is pinned to, a node is there [cells].
+/// Distance at which a node counts as at its pin [cells].
 constexpr double reached = 1e-6;
 /// Solver error in forces, in units of the force that would stretch a cell by the node's displacement.
 constexpr double lost_by_algebra = 1e-5;

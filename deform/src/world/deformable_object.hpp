@@ -29,8 +29,7 @@ struct Pin {
   double rest = 0; ///< of the movement that it could not make along the axis, signed [cells]
   double pressure =
       0; ///< with which it presses on the wall, by the last answer [N]; less than 0: it is pulled
-  /// Where friction aside it would be, and where it would be if friction held anything: displacements in the
-  /// object's frame [m].
+  /// Places without friction, and with all nodes held by friction: displacements in the object's frame [m].
   Vec3 free{}, stuck{};
   double hold = 1;       ///< the part of the way from one to the other at which it is held
   Vec3 grip{};           ///< of the wall on the node across the axis, by the last answer, object's frame [N]
@@ -98,7 +97,7 @@ public:
   std::vector<Carrier> carriers(const OccupancyMap& map, const Index3& cell, int axis) const;
   const Displacement& displacement() const { return state_; }
   bool knows_forces() const { return method_ == "relaxed" || method_ == "coupled"; }
-  /// Whether it goes on by itself from one frame to the next: sweeps may end on the way to rest.
+  /// True if it moves on from frame to frame: sweeps may end on the way to rest.
   bool relaxes_on() const { return method_ == "sweep" || method_ == "hand_on"; }
   bool limits_bind() const { return limits_bind_; }
   /// Limits of its links, active or not.
@@ -131,7 +130,7 @@ public:
   Answer answer(const Control& control);
   /// The body with everything that is prescribed to it now: holds, handles where they are, contacts.
   Scene question() const;
-  /// Whether holds, kept handles and all pins can be met together within the limits.
+  /// True if holds, kept handles and all pins are compatible with the limits.
   bool can_be_met() const;
   /// Goes a part of the way from the state to another, of which it is a convex mean: as far as `part` or, if
   /// rounding would put a node into a cell that is not its own, a little less. @return the part

@@ -14,8 +14,7 @@ namespace maille::deform {
 
 namespace {
 
-/// How far before a wall an object stops [cells]: far above the rounding of positions, far below anything
-/// seen.
+/// Gap at which an object stops before a wall [cells]: far above rounding, far below visibility.
 constexpr double skin = 1e-9;
 
 /// The motion of a shape's points, in cells of the world.

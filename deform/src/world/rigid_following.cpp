@@ -53,8 +53,8 @@ void WorldFrame::lead(std::size_t i, int step, int n) {
       parts_.rigid.follow(index, motion.moved(drive.lead->hand, pose / poses));
 }
 
-/// What a led object's drive came to: the way is done as far as the object is no further from the hand than
-/// it was, and the spring is what the hand feels.
+/// Result of a led object's drive: the fraction counts as long as the lag behind the hand does not grow, and
+/// the force is that of the spring.
 void WorldFrame::report_lead(std::size_t i) {
   const Drive& drive = drives_[i];
   const Pose& pose = parts_.rigid.pose(parts_.member(drive.object).index);

@@ -11,12 +11,12 @@ namespace {
 /// A contact met so often on one step's way: what makes room does so for good, so this is a net under
 /// rounding.
 constexpr int most_contacts = 64;
-/// So often others are asked before it is given up.
+/// Limit on the attempts to push others.
 constexpr int most_turns = 8;
 /// Remaining fractions below this are dropped.
 constexpr double nothing = 1e-9;
 
-/// What is left of a motion once a part of it is done.
+/// Rest of a motion after a part of it.
 RigidMotion rest_of(const RigidMotion& motion, double done) {
   RigidMotion rest = motion;
   rest.about += done * motion.by;

@@ -19,11 +19,11 @@ constexpr int most_turns = 500;
 /// Answers with friction, and by how much a force may miss what friction allows.
 constexpr int most_slips = 8;
 constexpr double slip_tolerance = 0.01;
-/// What slid freely is held again from this part on.
+/// Least share by which nodes that slid freely are held again.
 constexpr double least_hold = 1e-6;
 /// Share of the largest force below which a pull is solver error.
 constexpr double least_pull = 1e-4;
-/// What stops this near before the first contact touches too [cells].
+/// Nodes that are stopped within this distance of the first contact count as touching [cells].
 constexpr double near = 1e-6;
 
 bool asks_the_same(const Pin& one, const Pin& other) {
@@ -131,7 +131,7 @@ void Settling::begin() {
   clip_to_limits();
 }
 
-/// What is pinned to places that it has not come to may contradict what is pinned since.
+/// Pins at places that were not reached may contradict later pins.
 void Settling::clip_to_limits() {
   if (!body_.limits_bind() || !body_.knows_forces())
     return;

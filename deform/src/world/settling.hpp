@@ -19,7 +19,7 @@
 
 namespace maille::deform {
 
-/// What a frame has left.
+/// Remaining budget of a frame.
 struct FrameClock {
   Control control; ///< of the method: threads, and when to stop
   std::optional<std::int64_t> rounds_left;
@@ -27,7 +27,7 @@ struct FrameClock {
   std::int64_t rounds = 0;                             ///< done
   std::optional<Status> ended;                         ///< why nothing more may be done
 
-  /// Whether there is anything left, and if not, why.
+  /// True if budget remains; otherwise sets `ended`.
   bool may_go_on();
 };
 
@@ -55,7 +55,7 @@ public:
   ///         answer
   bool run();
   const std::string& message() const { return message_; }
-  /// Whether a node is pinned to a wall that is not there any more.
+  /// True if a node is pinned to a wall that has moved away.
   bool has_walls_that_are_gone() const;
 
 private:

@@ -26,7 +26,7 @@ constexpr double missed = 1e-6;
 /// Less than this is no movement [cells], of a step that asks for one of about a cell.
 constexpr double stands_still = 1e-6;
 
-/// What is left after a frame of the memory of what a push changes.
+/// Share of the learned effect of pushes that a frame passes on to the next.
 constexpr double faded = 0.9;
 
 void check(const WorldParts& parts, const Drive& drive) {
@@ -178,7 +178,7 @@ bool WorldFrame::shifts_only() const {
   return std::ranges::all_of(drives_, [](const Drive& drive) { return drive.motion.angle == 0; });
 }
 
-/// So many that nothing driven goes further than a cell along any axis in one.
+/// Steps of a frame: nothing driven moves further than a cell along any axis in one.
 int WorldFrame::n_steps() const {
   double most = 1;
   for (std::size_t i = 0; i < drives_.size(); ++i) {

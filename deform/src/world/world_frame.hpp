@@ -27,7 +27,7 @@ namespace maille::deform {
 /// The part of a motion from time `begin` to `end`, as a motion of its own.
 RigidMotion part_of(const RigidMotion& motion, double begin, double end);
 
-/// Where a motion takes a point.
+/// Image of a point under a motion.
 Eigen::Vector3d moved_point(const RigidMotion& motion, const Eigen::Vector3d& point);
 
 /// Answers a step, where the caller sets no bound: three times as many as frames that settle were ever seen
@@ -59,7 +59,7 @@ private:
     double movement = 0; ///< [m]
     Asked by{};
   };
-  /// What a body hands on: to other bodies and to free rigid objects, by object and axis.
+  /// Movements that a body hands on to other bodies and to free rigid objects, by object and axis.
   struct Requests {
     PinRequests pins;
     std::map<std::pair<int, int>, Shift> shifts;
@@ -73,7 +73,7 @@ private:
 
   // world_frame.cpp
   int n_steps() const;
-  /// Where everything is.
+  /// State of all objects.
   struct Moment {
     std::vector<Displacement> bodies;
     std::vector<Pose> poses;
@@ -86,7 +86,7 @@ private:
   void come_to_rest();
   void report();
   void report_drive(std::size_t i);
-  /// How far the first drive came that did not come all its way, in words; empty if all did.
+  /// Message for the first drive that was cut short; empty if none was.
   std::string first_cut_drive() const;
   /// Rounds, status, message and seconds. @param endless said where contacts came and went without end
   /// @param cut_short said where the clock ended the frame
@@ -108,7 +108,7 @@ private:
   FrameResult run_balanced();
   /// Nodes that a hand now has.
   void take_handles();
-  /// So many that nothing driven goes further in one than balances can follow.
+  /// Steps of a frame that balances can follow.
   int n_balanced_steps() const;
   void drive_balanced(int step, int n);
   void put_handles(std::size_t i, double part);

@@ -54,7 +54,7 @@ struct WorldParts {
   /// Which voxel of its object a number in the map means.
   std::int64_t voxel_of(int object, VoxelId id) const;
 
-  /// What pushes did to the faces between two objects along an axis.
+  /// Effect of earlier pushes on the faces between two objects along an axis.
   struct Push {
     double change = 0; ///< of the imbalance of pressures by one push, as far as that is known [N]
     /// The imbalance before the last push of this step, towards the object with the higher number [N]

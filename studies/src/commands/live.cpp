@@ -161,7 +161,7 @@ int live_command(const LiveOptions& options) {
   prepare_file("--json", options.json);
   const auto [width, height] = size_of(options.size);
   if (options.headless && !options.script)
-    throw UsageError("--headless: expected --script EVENTS.csv with it: without a window only a script moves objects");
+    throw UsageError("--headless: expected --script EVENTS.csv with it: without a window only scripts act");
   const live::LiveSettings settings = settings_of(options);
   live::LiveTools tools;
   tools.load = load;

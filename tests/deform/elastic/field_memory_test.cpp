@@ -14,7 +14,7 @@ namespace maille::deform {
 namespace {
 
 // Truth: what the header promises of sizes below, in and above those that share pages.
-TEST(FieldMemoryContract, IsZeroAlignedAndNobodyElses) {
+TEST(FieldMemoryContract, IsZeroAlignedAndExclusive) {
   struct Field {
     unsigned char* data;
     std::size_t size;
@@ -44,7 +44,7 @@ TEST(FieldMemoryContract, IsZeroAlignedAndNobodyElses) {
 }
 
 // Truth: what arena.hpp promises of sizes below, in and above those of one region.
-TEST(ArrayMemoryContract, ArraysAreAlignedAndNobodyElsesWhateverGoesFirst) {
+TEST(ArrayMemoryContract, ArraysAreAlignedAndExclusive) {
   struct Array {
     unsigned char* data;
     std::size_t size;

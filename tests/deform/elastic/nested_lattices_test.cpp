@@ -177,7 +177,7 @@ TEST(ExtrapolationContract, ItsMemoryIsForeseen) {
   }
 }
 
-TEST(ExtrapolationContract, NobodyIsExtrapolatedUnasked) {
+TEST(ExtrapolationContract, IsOffByDefault) {
   const Scene scene = pressed_block({16, 16, 16}, true, isotropic(0.3));
   EXPECT_FALSE(solved(scene, Extrapolation::none).extrapolated.has_value());
 }

@@ -60,7 +60,7 @@ TEST(RelaxedAnalytic, LoadsOnABarAreNodallyExact) {
   EXPECT_NEAR(answer.reaction.at(0), -(300 + 200 * 8), 1e-3);
 }
 
-TEST(RelaxedAnalytic, LoadsAloneAreElasticWhereNobodyAsksForLimits) {
+TEST(RelaxedAnalytic, LoadsAloneAreElasticWithoutLimits) {
   // The bar above, whose material has limits that the scene does not use: u = q (L x - x^2 / 2) / E exceeds
   // them by far.
   Scene scene = lattice_box({8}, {});

@@ -16,7 +16,7 @@ using tests::hold_face;
 
 // Analytic: voxels' middles at 3.5 + x before a wall whose first cell is 8: free while x < 4.5. The frame
 // goes in 10 steps of a cell; the fifth is halved until it is free.
-TEST(OldLoopsAnalytic, ABlockedStepIsHalvedAndNobodyIsPushed) {
+TEST(OldLoopsAnalytic, ABlockedStepIsHalvedWithoutPushing) {
   WorldScene scene = empty_world({20, 5}, "coupled");
   scene.contact = ContactLaw::halving;
   scene.objects = {box_object("tool", ObjectKind::rigid, {2, 2}, {2, 1, 0}),

@@ -240,7 +240,7 @@ TEST(WorldContract, AFrameMayEndAtAnyTime) {
   EXPECT_EQ(world.displacement(0)(0, 0), 0);
 }
 
-TEST(WorldContract, ARigidObjectThatNobodyHoldsIsPushed) {
+TEST(WorldContract, AFreeRigidObjectIsPushed) {
   WorldScene scene = empty_world({30, 6}, "limits");
   scene.objects = {box_object("hand", ObjectKind::rigid, {2, 2}, {1, 2, 0}),
                    box_object("first", ObjectKind::rigid, {2, 2}, {5, 2, 0}),

@@ -8,8 +8,8 @@
 
 namespace maille::deform {
 
-/// What conjugate gradients go around: a residual r, a correction z, a direction p and its image q = K p,
-/// wherever and in whatever precision they are stored.
+/// Vector space of conjugate gradients: a residual r, a correction z, a direction p and its image q = K p, in
+/// any storage and precision.
 class GradientSpace {
 public:
   virtual ~GradientSpace() = default;

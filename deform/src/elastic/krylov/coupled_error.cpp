@@ -8,8 +8,8 @@ double not_nothing(double energy) {
   return std::max(energy, std::sqrt(std::numeric_limits<double>::min()));
 }
 
-/// How many eigenvalues of a symmetric tridiagonal matrix lie below x: negative pivots of its factors
-/// (Sturm's sequence).
+/// Number of eigenvalues of a symmetric tridiagonal matrix below x: negative pivots of its factors (Sturm
+/// sequence).
 std::size_t count_below(const std::vector<double>& diagonal, const std::vector<double>& beside_square,
                         double x) {
   std::size_t below = 0;

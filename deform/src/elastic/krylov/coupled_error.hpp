@@ -27,7 +27,7 @@ public:
   /// Error of the present state, relative to `energy` of the answer (u . K u); 1 before there are enough
   /// steps, and where the error does not fall.
   double relative_to(double energy) const;
-  /// The same for a residual that was found anew after those steps, with r . B r = product.
+  /// The same for a residual that was recomputed after those steps, with r . B r = product.
   double of_residual(double product, double energy) const;
   /// Smallest eigenvalue of the preconditioned operator found so far (a Ritz value); at most 1.
   double smallest_eigenvalue() const { return smallest_; }

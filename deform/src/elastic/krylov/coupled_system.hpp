@@ -21,7 +21,7 @@ public:
     apply(u, forces);
   }
 
-  /// Whether it finds directions by a multigrid of its own, which can be told of penalties.
+  /// True if it finds directions by a multigrid of its own, which accepts penalties.
   virtual bool finds_directions() const { return false; }
   /// The multigrid's operator is K and these from now on. @pre finds_directions()
   virtual void set_penalties(const List<PenaltyLink>&) {}
@@ -35,7 +35,7 @@ public:
     return 0;
   }
 
-  /// Whether the system has room for a direction and its image in float32, of the multigrid's own fields.
+  /// True if the multigrid's own float32 fields can store a direction and its image.
   virtual bool keeps_directions() const { return false; }
   /// Sums over all components that may move.
   struct Products {

@@ -31,12 +31,11 @@ struct CoupledTask {
   const Clock& clock;
   std::function<bool()> must_stop;
   const LinkLimits* limits = nullptr; ///< null: none bind
-  /// Where to begin, on the scene's grid; prescribed components are put in their places. Null: the way's own
-  /// start.
+  /// Start, on the scene's grid; prescribed components are set in it. Null: the solver's own start.
   const Displacement* start = nullptr;
-  /// What a way ends with. Null: with the elastic answer.
+  /// Last step, after the elastic answer. Null: none.
   LimitStep* limit_step = nullptr;
-  /// What there is from earlier questions about this body, and is left for later ones. Null: nothing.
+  /// Cache of earlier questions about this body, updated for later ones. Null: no cache.
   KeptBody* kept = nullptr;
 
   /// The start, or rest, with what is prescribed.
@@ -75,7 +74,7 @@ CoupledAlgorithm solve_coupled_masked;
 
 /// The quickest of them that can take the scene.
 CoupledAlgorithm& coupled_algorithm(const Scene& scene);
-/// How many of the threads that a caller allows are worth waking for a scene.
+/// Number of threads worth using for a scene, of those that the caller allows.
 int coupled_threads(const Scene& scene, const Control& control);
 /// Why full elasticity has no answer to the scene; empty if it has.
 std::string reason_to_refuse_coupled(const Scene& scene);

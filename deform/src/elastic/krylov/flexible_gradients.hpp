@@ -17,7 +17,7 @@ namespace maille::deform {
 /// [component][node], of three components: prescribed, or none of the body's.
 std::vector<std::vector<bool>> fixed_components(const CoupledTask& task);
 
-/// What flexible conjugate gradients go around; all fields dense, [component][node].
+/// Operator and preconditioner of flexible conjugate gradients; all fields dense, [component][node].
 class FlexibleOperator {
 public:
   virtual ~FlexibleOperator() = default;

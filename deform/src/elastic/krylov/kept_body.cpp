@@ -39,7 +39,7 @@ bool is_same_kind(const Material& a, const Material& b) {
   return a.elasticity.is_isotropic() == b.elasticity.is_isotropic();
 }
 
-/// How many times stiffer or softer one is than the other, by the strain that tells them most apart.
+/// Ratio of two stiffnesses, for the strain in which they differ most.
 double ratio_between(const Matrix6& a, const Matrix6& b) {
   const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix6> of(a, b, Eigen::EigenvaluesOnly);
   const double least = of.eigenvalues().minCoeff(), most = of.eigenvalues().maxCoeff();

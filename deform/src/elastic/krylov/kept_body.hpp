@@ -72,8 +72,8 @@ public:
   /// With nothing prescribed and no loads, but for springs.
   const Scene& scene() const { return scene_; }
   ThreadTeam& team() { return team_; }
-  /// Whether a question is about this body: the same cells, tissue to the same part, turned the same way, on
-  /// the same springs, and materials of the same symmetry in the same places. Their constants may be others.
+  /// True if a question is about this body: the same cells and tissue shares, rotation, springs, and
+  /// materials of the same symmetry in the same places. The materials' constants may differ.
   bool is_of(const Scene& question) const;
   /// Takes over the constants of materials, and updates what depends on them.
   /// @return how many times stiffer or softer matter became, at most: 1 where nothing changed
@@ -91,7 +91,8 @@ private:
   ThreadTeam team_;
 };
 
-/// Whether links were at their limits in the last answer: the next one begins there, not with an elastic one.
+/// True if links were at their limits in the last answer: the next solve starts there, not from an elastic
+/// answer.
 inline bool begins_within_limits(const CoupledTask& task) {
   return task.limits != nullptr && task.kept != nullptr && !task.kept->begins_anew &&
          !task.kept->multipliers.empty();

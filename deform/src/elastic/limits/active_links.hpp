@@ -21,8 +21,9 @@
 
 namespace maille::deform {
 
-/// How near an augmented Lagrangian is: to the minimum for its multipliers (descent, the residual times what
-/// a preconditioner makes of it) and to the limits (gap, the sum of w (D u - z)^2), both squared [J].
+/// Convergence of an augmented Lagrangian: distance from the minimum for its multipliers (descent, the
+/// residual times its preconditioned correction) and from the limits (gap, the sum of w (D u - z)^2), both
+/// squared [J].
 struct Nearness {
   double descent = 0, gap = 0;
 
@@ -88,14 +89,13 @@ public:
 
   /// Adds rho w of the links outside their ranges to a list.
   void set_penalties(List<PenaltyLink>& penalties);
-  /// How many links are outside now and were not when penalties were last set, or the other way round.
+  /// Number of links that became active or inactive since penalties were last set.
   std::size_t n_changed() const;
   std::size_t n_outside() const;
 
   /// Sum of w times the square of by how much z is not D u [J].
   double gap() const;
-  /// What the limits pull with at a node, to be held against by what prescribes it [N], added up for all
-  /// nodes.
+  /// Adds, at every node, the force that a fixed component exerts against the limits [N].
   void add_forces(std::span<double> forces) const;
   std::size_t size() const { return links_.size(); }
 

@@ -86,7 +86,7 @@ private:
   double work_of_loads() const;
   double gap() const;
   void update_forces(const Displacement& u);
-  /// The same where the state has not moved, so no link can have come to its limits.
+  /// The same for an unchanged state, in which no further link can become active.
   void update_forces_of_known(const Displacement& u);
   void improve_multipliers(const Displacement& u);
   /// Adds a step along direction_, whose image is image_, to state, residual and energy.

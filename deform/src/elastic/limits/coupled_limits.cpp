@@ -77,7 +77,7 @@ bool start_from_coarser(const CoupledTask& task, ConstrainedMinimum& minimum, Di
 
 namespace {
 
-/// What holds every prescribed component, where the limits' forces are in balance with the others.
+/// Finds the reactions of all prescribed components, where the forces of the limits are part of the balance.
 void find_reactions(const CoupledTask& task, CoupledSystem& system, const ConstrainedMinimum& minimum,
                     const Displacement& u, Displacement& forces, Answer& answer) {
   system.apply_at(task.scene.prescribed, u, forces);

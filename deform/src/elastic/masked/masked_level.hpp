@@ -107,7 +107,7 @@ public:
 
   /// Cells of matter, in the grid's order; vertices are slots.
   CellComplex complex(ThreadTeam& team) const;
-  /// What springs to the ground add to the operator, by slots; no blocks without springs.
+  /// Stiffness of the springs to the ground, by slots; no blocks without springs.
   BlockMatrix springs_as_matrix() const;
   /// The operator between the coarse functions of `coarsened`, which was made of complex(); zero where
   /// components are fixed. @param by_patterns where most pieces are alike

@@ -66,7 +66,7 @@ public:
   void come_up(const BlockLevel* coarser, ThreadTeam& team);
   /// u = what coarser.u is here, or that added to it.
   void take_from(const BlockLevel* coarser, bool adds, ThreadTeam& team);
-  // What the cycle of Multigrid asks.
+  // Interface of MultigridLevel.
   void go_down(BlockLevel& coarser, ThreadTeam& team, CycleStart start);
   void come_up(const BlockLevel& coarser, ThreadTeam& team, double* products);
   std::int64_t n_nodes() const { return n(); }
@@ -177,7 +177,7 @@ public:
 
   /// The state is nothing.
   void restart();
-  /// The same. @return the state that was
+  /// The same. @return the previous state
   AlignedArray<float> take_state();
   double precondition() override { return multigrid_.precondition(); }
   std::optional<double> find_step(double beta, double product) override;

@@ -67,7 +67,7 @@ public:
   }
   LayerRange layers() const { return layers_; }
   std::int32_t n_slots() const { return n_slots_; } ///< a multiple of the block
-  /// How many there are where rows need n: the last run reaches beyond its nodes, too.
+  /// Number of slots for rows with n nodes: the last run reaches beyond its nodes.
   static constexpr std::int64_t n_slots_for(std::int64_t n) { return (n + 2 * block - 1) / block * block; }
   std::int32_t n_slots_of_rows() const { return n_slots_of_rows_; }
   /// First slot of plane z of nodes, or the end; slots between planes belong to the plane before.

@@ -127,7 +127,7 @@ private:
   double work_of_loads() override;
   void finish_round(Displacement& u, bool is_last) override;
   bool gives_up(std::int64_t iterations) override;
-  /// What a round has found.
+  /// Correction of one round.
   struct Round {
     double scale = 0;
     AlignedArray<float> state; ///< as fields

@@ -52,7 +52,7 @@ struct BalancedObject {
   std::vector<std::int64_t> matter;    ///< cells of the grid, once they were asked for
   std::vector<std::int32_t> skin_node; ///< likewise, of a node of the grid; -1: none
 
-  // As a whole: rigid objects that can move, and deformable ones that nothing holds.
+  // Rigid motion: for rigid objects that can move, and deformable ones that are not fixed.
   bool moves = false;
   Eigen::Vector3d middle = Eigen::Vector3d::Zero(); ///< of its skin, or its centre of mass, in the world [m]
   double radius = 0;                                ///< about the middle [m]
@@ -91,7 +91,7 @@ struct BalancedObject {
   Eigen::VectorXd pull; ///< with which they are kept, along the axes of the frame that it had at first [N]
 
   bool is_body() const { return kind == ObjectKind::deformable; }
-  /// Whether a node can never move along a direction of the world.
+  /// True if a node can never move along a direction of the world.
   bool is_held_along(std::int32_t node, const Eigen::Vector3d& direction) const;
   /// Neither a hand nor inertia says where it is to be.
   bool is_free() const { return moves && !target && !inertia_as_a_whole; }
@@ -104,7 +104,7 @@ struct BalancedObject {
   void turn_and_shift(const Eigen::Vector3d& shift, const Eigen::Vector3d& turn);
 };
 
-/// Where a node of one object's skin is near another's, or near the border of the world.
+/// A node of one object's skin that is near another skin, or near the border of the world.
 struct Touch {
   int object = 0, other = -1;
   std::int32_t node = 0;                             ///< of the object's skin
@@ -143,7 +143,7 @@ public:
   void hold(int threads);
   /// Puts handles' values into what bodies are without contacts.
   void prescribe();
-  /// What is near what, where everything is now.
+  /// Finds all touches in the present state.
   void find_touches();
   /// All of all bodies is moved to where the forces of contacts have them.
   void catch_up();
@@ -152,9 +152,9 @@ public:
   /// Steps get shorter where rounds go back and forth: what does not move any more then is on an edge between
   /// faces, and its forces are shares of what those ask for. @return how far anything went, at most [m]
   double round();
-  /// How far anything has gone since all was looked at [m].
+  /// Motion since the last search for touches [m].
   double gone() const { return gone_; }
-  /// What is left until nothing moves any more, if rounds go on as the last ones did.
+  /// Estimated rest until nothing moves, if rounds converge as the last ones did.
   struct Left {
     double motion = 0; ///< of anything, at most [m]
     double force = 0;  ///< by which that on any object changes, at most [N]
@@ -164,15 +164,15 @@ public:
   const std::vector<Touch>& pressing() const { return pressing_; }
   /// Two objects of which one is in the other, though no corner need be.
   std::optional<std::pair<int, int>> crossing();
-  /// What rounds change.
+  /// The part of the state that rounds change.
   struct State;
   State state() const;
   void restore(const State& state);
   /// Poses, displacements, pins' forces and the map of the world, as they are here.
   void hand_back();
-  /// What that took last time [s].
+  /// Duration of the last call [s].
   double seconds_to_hand_back() const { return seconds_to_hand_back_; }
-  /// What a hand pulls a handle of a body with, in the frame that it had at first [N].
+  /// Force of a hand on a handle of a body, in the frame that the body had at first [N].
   Vec3 pull_at(int object, std::int64_t node) const;
 
 private:
@@ -190,7 +190,7 @@ private:
     std::vector<FrictionRows> rubs;                       ///< contacts that hold, by their rows
     std::vector<std::array<Eigen::Vector3d, 2>> tangents; ///< of those
   };
-  /// What one object makes of forces.
+  /// Motion of one object under the forces of a round.
   struct Answered {
     Eigen::VectorXd displacement;                        ///< of BalancedObject::moved
     std::vector<std::pair<std::int64_t, double>> forces; ///< on components, sorted
@@ -209,7 +209,7 @@ private:
   void add_touches(int object, int other);
   std::vector<ConvexCell> cells_near(int object, int other);
   void add_border(const NearBorder& border);
-  /// Where a contact holds on to the other's skin, or to the world.
+  /// Place where friction holds a contact on the other's skin, or in the world.
   struct Grip {
     std::array<std::int32_t, 4> nodes{-1, -1, -1, -1};
     std::array<double, 4> weights{};
@@ -230,17 +230,17 @@ private:
   Answered answer(int object, const Program& program, const Eigen::VectorXd& force);
   void hold_body(int object);
   void grip();
-  /// What all touches ask for, and with which forces.
+  /// Solves the contact program and returns every object's motion and forces.
   std::vector<Answered> answers();
   void keep_free();
   void let_rest(std::vector<Answered>& answers);
   static void go(BalancedObject& one, const Answered& answered, double part);
-  /// How far anything would go [m].
+  /// Largest motion that a round asks for [m].
   double furthest(const std::vector<Answered>& answers) const;
   void remember(double furthest, double part);
   double onwards(const std::vector<Answered>& answers);
   void share_forces(double part);
-  /// What a pulled component misses its value by [m].
+  /// Error of a pulled component at its prescribed value [m].
   double missed(int object, std::int64_t component) const;
 
   WorldParts& parts_;
@@ -254,7 +254,7 @@ private:
   std::vector<NearBorder> near_borders_;
   bool has_looked_ = false; ///< near_pairs_ and near_borders_ are what is near
   double gone_ = 0;         ///< since then, at most [m]
-  /// What bodies are behind what `unloaded` asks for, apart from contacts, at most [m].
+  /// Largest distance of bodies from `unloaded`, apart from contacts [m].
   double behind_ = 0;
   double length_ = 1;             ///< of steps, over what rounds ask for
   double drag_ = 1;               ///< by how much more than usual free objects are held where a round begins

@@ -114,7 +114,7 @@ Balance::Program Balance::part_of(const Program& whole, const std::vector<char>&
   return part;
 }
 
-/// What gaps would be where everything goes where it is to go.
+/// Gaps after all objects have made their full step.
 Eigen::VectorXd Balance::gaps_after(const Program& program, const std::vector<Answered>& answers) const {
   Eigen::VectorXd gaps = program.gap;
   for (std::size_t i = 0; i < objects_.size(); ++i) {
@@ -249,7 +249,7 @@ Eigen::Vector3d turn_vector(const Eigen::Matrix3d& rotation) {
   return turn.angle() * turn.axis();
 }
 
-/// What a hand asks of an object: how far its middle is to go, and how it is to turn.
+/// Shift and rotation that a hand asks of an object.
 std::pair<Eigen::Vector3d, Eigen::Vector3d> asked_of(const BalancedObject& one) {
   if (!one.target)
     return {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
@@ -258,8 +258,7 @@ std::pair<Eigen::Vector3d, Eigen::Vector3d> asked_of(const BalancedObject& one) 
   return {middle - one.middle, turn_vector(rotation)};
 }
 
-/// How an object gives way as a whole.
-/// @param drag by how much more than usual it is held where it is free
+/// Compliance of an object's rigid motion. @param drag factor on the stiffness that holds a free object
 Eigen::Matrix<double, 6, 6> compliance_of(const BalancedObject& one, double drag) {
   if (one.inertia_as_a_whole)
     return one.inertia_as_a_whole->inverse();

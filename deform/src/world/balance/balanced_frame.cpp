@@ -20,13 +20,13 @@ namespace {
 constexpr double step_over_cell = 0.25; ///< that a hand goes between two balances at most
 constexpr double still_over_cell = 1e-6, nearly_still_over_cell = 1e-5;
 constexpr int most_rounds = 150; ///< for one balance: what settles takes 3 to 20, on edges 100
-/// What a hand's object stays behind where something rigid stops it [cells]; behind soft things it stays by
-/// 1e-4.
+/// Lag of an object behind its hand from which it counts as stopped by something rigid [cells]; behind soft
+/// objects the lag is 1e-4.
 constexpr double blocked_from = 0.01;
 /// Share of the largest force below which a contact does not count.
 constexpr double least_force = 1e-9;
 
-/// How far an object is from where a hand wants it [m].
+/// Distance of an object from its hand's goal [m].
 double behind(const BalancedObject& one) {
   if (!one.target)
     return 0;
@@ -169,7 +169,7 @@ bool WorldFrame::settle_balanced(bool is_last) {
   return has_settled;
 }
 
-/// Whether a body is in something that does not give way: only a hand can have brought it there.
+/// True if a body is inside a rigid object: only a hand can have brought it there.
 bool WorldFrame::is_forced_in(int object) const {
   return std::ranges::any_of(parts_.balance->touches(), [&](const Touch& touch) {
     return (touch.object == object || touch.other == object) && touch.object != touch.other &&

@@ -29,12 +29,12 @@ namespace maille::deform {
 namespace {
 
 constexpr double step_over_cell = 0.2; ///< that anything goes in a round at most
-/// Where rounds go back and forth: by how much steps get shorter, and longer again where they go on; after so
-/// many rounds that may do as they like; and from when on only shorter: between several edges the length has
-/// to go to nothing, as in all methods of subgradients.
+/// Factors on the step length: when rounds alternate, when they do not, and, after `long_patience` rounds, in
+/// any case. The first `patience` rounds take full steps. Between several edges the length has to go to zero,
+/// as in all subgradient methods.
 constexpr double shorter = 0.6, longer = 1.1, always_shorter = 0.85;
 constexpr int patience = 8, long_patience = 30;
-/// What rounds may move before all is looked at anew: two skins together half of the margin (touches.cpp).
+/// Motion after which touches are searched again: two skins together half of the margin (touches.cpp).
 constexpr double may_go_over_cell = 0.25;
 /// Lags of a body below this count as zero [cells].
 constexpr double nothing_over_cell = 1e-9;
@@ -47,7 +47,7 @@ constexpr double too_far = 2, drag_step = 10, most_drag = 1e6;
 constexpr double forgotten = 1e-12;
 /// By which rounds come to their end: where there were too few to tell, and at most.
 constexpr double unknown_ratio = 0.7, most_ratio = 0.97;
-/// What keeps a free object where a round begins: of its contacts' forces, over a cell.
+/// Drag on a free object, in units of its contacts' forces over a cell.
 constexpr double drag_of_forces = 1e-3;
 /// A free object is in balance if the resultant of its forces and moments is at most `in_balance` of the sum
 /// of their sizes, it would move by at most `rest_over_cell` cells, and as in the round before within
@@ -66,9 +66,8 @@ Eigen::VectorXd way_of(const BalancedObject& one, const Eigen::VectorXd& displac
 
 } // namespace
 
-/// How far all that moves was to go before, along how far it is to go now: below 0 where rounds go back and
-/// forth, as they do where two faces of a skin have each a normal of its own, and the node lies on their
-/// edge.
+/// Product of the last step and the present one: below 0 where rounds alternate, as they do for a node on the
+/// edge between two faces of a skin, each with a normal of its own.
 double Balance::onwards(const std::vector<Answered>& answers) {
   double sum = 0;
   for (std::size_t i = 0; i < objects_.size(); ++i) {

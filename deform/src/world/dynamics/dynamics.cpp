@@ -112,7 +112,7 @@ void Dynamics::keep(std::span<const ImpactPoint> points) {
     }
 }
 
-/// What is pressed between hands and walls stops the hands.
+/// Objects that are jammed between hands and walls stop the hands.
 void Dynamics::resolve(std::span<ImpactPoint> points, std::vector<MovingObject>& moving, double restitution,
                        std::span<LedObject> led) {
   std::vector<Pose> poses;
@@ -164,7 +164,7 @@ Dynamics::State Dynamics::moved(const State& from, std::span<const char> lies, s
   return to;
 }
 
-/// What is a little inside another is put beside it; speeds stay.
+/// Separates objects with small overlaps; velocities stay.
 void Dynamics::part_overlaps() {
   std::vector<ImpactPoint> inside = points(-0.25 * skin());
   if (inside.empty())
@@ -188,7 +188,7 @@ double Dynamics::step(std::span<LedObject> led, double most, double seconds) {
   std::vector<ImpactPoint> touching = points(skin());
   resolve(touching, moving_, restitution_, led);
   const double longest = longest_step(most);
-  // What would come nearer by its weight lies there.
+  // Objects that gravity would press closer are resting.
   std::vector<MovingObject> falling = moving_;
   for (MovingObject& one : falling)
     if (one.has_mass)

@@ -20,7 +20,7 @@
 
 namespace maille::deform {
 
-/// What a hand does with an object during a frame.
+/// A driven object during a frame.
 struct LedObject {
   int object = 0;
   RigidMotion motion; ///< of the whole frame

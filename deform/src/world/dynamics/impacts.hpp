@@ -9,7 +9,7 @@
 
 namespace maille::deform {
 
-/// Where two objects touch.
+/// A point where two objects touch.
 struct ImpactPoint {
   int object = 0, other = -1; ///< -1: the border of the world
   std::int32_t node = 0;      ///< of the skin that meets the other's faces

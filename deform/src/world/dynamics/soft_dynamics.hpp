@@ -29,7 +29,7 @@ public:
 
   /// Who is free, and how long steps are [s]: before Balance::hold.
   void hold(double step);
-  /// Where everything would fly to in a step. Then Balance::prescribe and rounds.
+  /// Predicts free flight over a step. Then Balance::prescribe and rounds.
   void fly(double step);
   /// Speeds, from where everything has come to.
   void arrive(double step);
@@ -45,7 +45,7 @@ private:
   };
   bool is_held(int object) const;
   Eigen::Matrix3Xd displaced(int object) const;
-  /// Where nodes are, in the world.
+  /// Places of the nodes, in the world.
   Eigen::Matrix3Xd places(int object) const;
   void put_into_frame(int object, const Pose& frame);
   Pose nearest_frame(int object) const;

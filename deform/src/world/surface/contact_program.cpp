@@ -33,8 +33,8 @@ Eigen::VectorXd forces_of(const Eigen::MatrixXd& compliance, const Eigen::Vector
   return force;
 }
 
-/// The same by an interior point: for contacts of which several say the same, where sets come and go.
-/// Source  Mehrotra 1992 (SIAM J. Optim. 2)
+/// The same by an interior-point method: for redundant contacts, where active sets alternate. Source
+/// Mehrotra 1992 (SIAM J. Optim. 2)
 Eigen::VectorXd forces_by_interior_point(const Eigen::MatrixXd& compliance, const Eigen::VectorXd& gap0,
                                          const std::vector<char>& may_pull) {
   constexpr int most_steps = 80;

@@ -37,9 +37,9 @@ public:
   virtual Eigen::MatrixXd solve_all(const Eigen::MatrixXd& forces, double accuracy);
   /// Does now what the first columns would wait for.
   virtual void prepare() {}
-  /// What elasticity pulls with, of all components.
+  /// Elastic forces of all components.
   virtual Eigen::VectorXd forces(const Eigen::VectorXd& displacement) const = 0;
-  /// The same of one of them.
+  /// The same for one component.
   virtual double force_at(std::int64_t component, const Eigen::VectorXd& displacement) const = 0;
 };
 
@@ -105,7 +105,7 @@ public:
   double energy(const Eigen::VectorXd& displacement) const {
     return 0.5 * displacement.dot(stiffness_->forces(displacement));
   }
-  /// What pulls at a component to keep the body so [N].
+  /// Force on a component that keeps the body in this state [N].
   double force_at(std::int64_t component, const Eigen::VectorXd& displacement) const {
     return stiffness_->force_at(component, displacement);
   }

@@ -17,12 +17,12 @@ namespace maille::deform {
 class SupernodalFactor {
 public:
   virtual ~SupernodalFactor() = default;
-  /// What gives each column of `forces`, within rounding: one takes the time of reading the factor, thirty
-  /// together three times as long.
+  /// Solves for each column of `forces`, within rounding: one column takes the time of reading the factor,
+  /// thirty together three times as long.
   virtual Eigen::MatrixXd solve(const Eigen::MatrixXd& forces) const = 0;
 };
 
-/// What the shared object offers.
+/// Functions of the shared object.
 struct CholmodFunctions {
   /// @param lower triangle of the matrix
   /// @param group of each row, from 0 on without gaps, in rising order: rows of a group have the same columns

@@ -11,7 +11,7 @@ namespace maille::deform {
 
 namespace {
 
-/// How far before a face a voxel stops [cells], as a node in contact does.
+/// Gap at which a voxel stops before a face [cells], the same as for nodes in contact.
 constexpr double skin = 1e-9;
 
 Index3 cell_of(const FreeVoxel& voxel) {
@@ -29,7 +29,7 @@ Eigen::Vector3d before_face(const Eigen::Vector3d& movement, double time) {
   return std::max(0.0, time - skin / movement.cwiseAbs().maxCoeff()) * movement;
 }
 
-/// What is in a cell.
+/// Contents of a cell.
 struct Look {
   bool is_blocked = false;
   VoxelId voxel = nobody; ///< the voxel there when blocked; the empty id outside the world

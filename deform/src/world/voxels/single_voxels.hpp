@@ -35,7 +35,7 @@ public:
     int object = -1; ///< -1: the border of the world
     std::int64_t voxel = 0;
   };
-  /// What one voxel handed on to the next, or could not.
+  /// Movement that one voxel handed on to the next, or could not.
   struct Handed {
     Voxel from, to;
     Eigen::Vector3d asked = Eigen::Vector3d::Zero(), moved = Eigen::Vector3d::Zero(); ///< [cells]
@@ -50,7 +50,7 @@ public:
   /// between limits that contradict each other. @return how far any went [cells]
   double sweep(int object);
 
-  /// What was handed on since the last call.
+  /// Transfers since the last call.
   std::vector<Handed> take_handed();
   /// Poses and displacements of the world, as they are here.
   void hand_back(WorldParts& parts) const;
