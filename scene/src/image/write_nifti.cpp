@@ -116,10 +116,10 @@ void write_nifti(const Image& image, const std::filesystem::path& file, StoredAs
                            : image.info.components > 1 ? Packing::gzip_fast
                                                        : Packing::gzip);
   output.write(header.bytes().data(), header_bytes);
-  constexpr std::array<std::size_t, 6> symmetric{0, 3, 1, 5, 4, 2};
+  constexpr std::array<std::size_t, 6> lower_triangle{0, 3, 1, 4, 5, 2};
   for (std::size_t c = 0; c < static_cast<std::size_t>(image.info.components); ++c)
     write_values(output,
-                 std::span(image.values).subspan(n * (image.info.components == 6 ? symmetric[c] : c), n),
+                 std::span(image.values).subspan(n * (image.info.components == 6 ? lower_triangle[c] : c), n),
                  type);
   output.close();
 }

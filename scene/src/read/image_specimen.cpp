@@ -200,7 +200,7 @@ std::optional<LayeredImage> labels_of(const std::filesystem::path& file, const I
 /// more than a tenth a warning.
 void account_for(const LabelCensus& census, const std::vector<LabelRange>& ranges,
                  const std::vector<NamedLabel>& names, const LabelCells& cells, const std::string& path,
-                 FaultList& faults, Scene& scene) {
+                 const char* by, FaultList& faults, Scene& scene) {
   std::vector<std::int64_t> used(ranges.size(), 0), n_cells = used;
   cells.for_each_cell([&](std::int64_t cell, const std::vector<std::size_t>& own) {
     const float label = cells.labels()[static_cast<std::size_t>(cell)];
@@ -219,7 +219,7 @@ void account_for(const LabelCensus& census, const std::vector<LabelRange>& range
     is_much = is_much || share > said_at;
     if (all > 0 && n_cells[i] == 0)
       faults.add(names[i].line, path + "." + names[i].text,
-                 "a label that most voxels of some cell have: a smaller `coarsen`",
+                 fmt::format("a label that most voxels of some cell have: a smaller `{}`", by),
                  fmt::format("{} voxels, all of them in cells of other labels or of none", all));
     else if (gone > 0)
       lost += fmt::format("{}{} of {} of label {} ({:.2g} %)", lost.empty() ? "" : ", ", gone, all,
@@ -227,7 +227,28 @@ void account_for(const LabelCensus& census, const std::vector<LabelRange>& range
   }
   if (!lost.empty())
     scene.left_out.push_back(
-        {is_much ? 0 : -1, "coarsen: voxels in cells of other labels or of none: " + lost});
+        {is_much ? 0 : -1, fmt::format("{}: voxels in cells of other labels or of none: {}", by, lost)});
+}
+
+/// A smooth surface cuts edges and thin parts off.
+void account_for_volume(const LabelCensus& census, std::size_t n_ranges, double of_voxel, Scene& scene) {
+  constexpr double said_at = 1e-3, warned_of_at = 0.05; // of the labels
+  constexpr double cubic_millimetres = 1e9;
+  const Specimen& body = scene.specimen;
+  const Vec3& h = body.grid.spacing();
+  double labels = 0, tissue = 0;
+  for (std::size_t i = 0; i < n_ranges; ++i)
+    labels += of_voxel * static_cast<double>(census.voxels(i));
+  for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
+    tissue += body.is_matter(cell) ? h[0] * h[1] * h[2] * body.tissue_of(cell) : 0;
+  const double share = tissue / labels - 1;
+  if (std::abs(share) > said_at)
+    scene.left_out.push_back(
+        {std::abs(share) > warned_of_at ? 0 : -1,
+         fmt::format("partial_volume.smooth: {:.4g} mm^3 of tissue, {:+.4g} mm^3 ({:+.2g} %) from the {:.4g} "
+                     "mm^3 of the labels: a smaller width changes less",
+                     cubic_millimetres * tissue, cubic_millimetres * (tissue - labels), 100 * share,
+                     cubic_millimetres * labels)});
 }
 
 void read_tensors(const FibreRequest& fibre, const std::filesystem::path& folder, const LabelCells& labels,
@@ -305,12 +326,16 @@ bool read_image_specimen(TableReader& table, const std::filesystem::path& folder
     }
     if (!place_fibres(*fibre, body, faults))
       return false;
+    if (const Vec3& h = image->info().spacing; is_smooth)
+      account_for_volume(census, ranges.size(), h[0] * h[1] * h[2], scene);
     if (labels || is_segmented || !fibre->tensor_image.empty()) {
       const LabelCells cells(*image, ranges, first, *coarsen, body);
       if (is_segmented)
         body.label = cells.whole_labels();
-      if (is_segmented && *coarsen != Index3{1, 1, 1})
-        account_for(census, ranges, names_of_labels(table), cells, table.path_of("labels"), faults, scene);
+      const bool is_coarse = *coarsen != Index3{1, 1, 1};
+      if (is_segmented && (is_coarse || partial))
+        account_for(census, ranges, names_of_labels(table), cells, table.path_of("labels"),
+                    is_coarse ? "coarsen" : "partial_volume", faults, scene);
       if (!fibre->tensor_image.empty())
         read_tensors(*fibre, folder, cells, table, body);
       if (labels)

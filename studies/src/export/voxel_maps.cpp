@@ -15,6 +15,7 @@
 #include <optional>
 #include <span>
 #include <stdexcept>
+#include <utility>
 
 namespace maille::studies {
 
@@ -103,6 +104,7 @@ std::vector<fs::path> write_voxel_maps(const Scene& scene, const Answer& answer,
     return [&](std::int64_t cell, std::span<float> values) {
       const auto tensor = tensor_to_world(frame, of_cells[static_cast<std::size_t>(cell)]);
       std::copy(tensor.begin(), tensor.end(), values.begin());
+      std::swap(values[4], values[5]); // xz before yz, as in images
     };
   };
   const auto along_fibres = [&](const std::vector<std::array<double, 6>>& of_cells) {

@@ -543,6 +543,27 @@ TEST(ImageLayersContract, AnImageTakesTheMemoryOfSomeLayers) {
   EXPECT_LT(peak() - before, (test::is_sanitized ? std::int64_t{256} : std::int64_t{96}) << 20);
 }
 
+// Truth: the block's own voxels. A smooth surface cuts its edges off, and says how much.
+TEST(LabelsOracle, VolumeOfASmoothSurfaceIsSaid) {
+  const TemporaryFolder folder;
+  image_tests::NiftiFile nifti{.dim = {3, 6, 6, 6}, .datatype = 16, .bitpix = 32, .sform = 1};
+  nifti.srow = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+  for (int voxel = 0; voxel < 216; ++voxel)
+    nifti.data += image_tests::bytes_of(1.0F, false);
+  folder.write("block.nii", nifti.bytes());
+  const Scene scene = parse_scene("[specimen]\nshape = \"image\"\nimage = \"block.nii\"\nlabels = { 1 = "
+                                  "\"fat/subcutaneous\" }\npartial_volume = { smooth = \"1 mm\" }\n"
+                                  "[[hold]]\nwhere = \"z-\"\n",
+                                  folder.path() / "s.toml");
+  double tissue = 0;
+  for (std::int64_t cell = 0; cell < scene.specimen.grid.n_cells(); ++cell)
+    tissue += scene.specimen.is_matter(cell) ? scene.specimen.tissue_of(cell) : 0;
+  EXPECT_TRUE(std::ranges::any_of(scene.left_out, [&](const LeftOutPiece& piece) {
+    return piece.cells == 0 &&
+           piece.name.find(fmt::format("{:+.4g} mm^3 (", tissue - 216)) != std::string::npos;
+  }));
+}
+
 // Truth: how each voxel was written. Voxels of a named label are in the body, or a message counts them.
 TEST(LabelsOracle, NamedVoxelsAreUsedOrSaid) {
   const TemporaryFolder folder;

@@ -1,10 +1,12 @@
 /// Values of cells on the voxels of an image, and the files that hold them.
 #include "maille/scene/voxel_map.hpp"
+#include "maille/scene/write_image.hpp"
 
 #include "support/label_scene.hpp"
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <sstream>
@@ -102,11 +104,20 @@ TEST(VoxelMapContract, TensorsAndFramesAreThoseOfTheFormat) {
   image.info.components = 6;
   image.info.origin = {1e-3, 2e-3, 3e-3};
   image.info.world = WorldAxes::lps;
-  image.values = {11, 22, 33, 12, 23, 13};
+  image.values = {11, 22, 33, 12, 13, 23};
   image_tests::TemporaryFolder folder;
-  write_nifti(image, folder.path() / "tensor.nii.gz");
-  const Image read = read_image(folder.path() / "tensor.nii.gz");
-  EXPECT_EQ(read.values, (std::vector<float>{11, 22, 33, 12, 13, 23}));
+  write_nifti(image, folder.path() / "tensor.nii");
+  const Image read = read_image(folder.path() / "tensor.nii");
+  EXPECT_EQ(read.values, image.values);
+  std::array<float, 6> stored{};
+  std::ifstream(folder.path() / "tensor.nii", std::ios::binary)
+      .seekg(352)
+      .read(reinterpret_cast<char*>(stored.data()), sizeof stored);
+  EXPECT_EQ(stored, (std::array<float, 6>{11, 12, 22, 13, 23, 33}));
+  for (const char* name : {"six.nii.gz", "six.mha", "six.nrrd"}) {
+    write_image(image, folder.path() / name);
+    EXPECT_EQ(read_image(folder.path() / name).values, image.values) << name;
+  }
   EXPECT_NEAR(read.info.origin[0], -1e-3, 1e-9);
   EXPECT_NEAR(read.info.origin[1], -2e-3, 1e-9);
   EXPECT_NEAR(read.info.origin[2], 3e-3, 1e-9);

@@ -40,7 +40,7 @@ bool is_writable_image_name(const std::filesystem::path& file);
 ///
 /// The world is a patient's, right, anterior, superior: of an image whose world is that of ITK (lps) x and y
 /// are turned round. Three components are a vector (intent 1007), six a symmetric matrix (intent 1005) in the
-/// order that NIfTI has, xx xy yy xz yz zz, from that of `CellFields`, XX YY ZZ XY YZ XZ; others are plain.
+/// order that NIfTI has, xx xy yy xz yz zz, from that of images, xx yy zz xy xz yz; others are plain.
 ///
 /// @throws std::runtime_error  the file cannot be written; std::invalid_argument  more than 32767 voxels
 ///         along an axis, or values that do not fit the grid
