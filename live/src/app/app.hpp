@@ -5,7 +5,6 @@
 
 #include <array>
 #include <deque>
-#include <fstream>
 #include <map>
 
 namespace maille::live {

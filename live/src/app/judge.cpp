@@ -2,7 +2,6 @@
 
 #include "maille/deform/estimated_error.hpp"
 
-#include <cstdint>
 #include <functional>
 #include <memory>
 #include <mutex>

@@ -7,7 +7,6 @@
 #include <Eigen/Geometry>
 
 #include <deque>
-#include <map>
 
 namespace maille::live {
 

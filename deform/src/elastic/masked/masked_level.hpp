@@ -16,7 +16,6 @@
 #include <Eigen/Core>
 
 #include <array>
-#include <memory>
 #include <utility>
 #include <vector>
 
