@@ -15,15 +15,11 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdint>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <memory>
 #include <numbers>
 #include <string>
-#include <string_view>
 #include <utility>
-#include <vector>
 
 namespace maille::deform {
 
@@ -57,9 +53,8 @@ Answer solve_coupled_once(const Scene& scene, const Control& control) {
 /// Lower bound only; plan_limits() makes the real check.
 std::int64_t bytes_for_limits(const Scene& scene) {
   // Ties add links with limits, and the fields of rounds.
-  constexpr std::int64_t of_tied_component = 3 * 80 + 3 * 64 + 12 * 8;
   return bytes_at_least(scene) +
-         (scene.tied.ties.empty() ? 0 : 3 * scene.specimen.grid.n_nodes() * of_tied_component);
+         (scene.tied.ties.empty() ? 0 : 3 * scene.specimen.grid.n_nodes() * (3 * 80 + 3 * 64 + 12 * 8));
 }
 
 constexpr std::array<Way, 6> ways{{{Method::limits, solve_limits_of_any, bytes_for_limits, false},
@@ -128,8 +123,7 @@ std::string reason_not_to_begin(const Way& way, const Scene& scene, const Contro
     reason = reason_to_refuse(scene, way.name());
   // The forecast of `coupled` looks at every cell, which is not worth it where memory is plenty: more than a
   // row for everything that one can ask of it.
-  constexpr std::int64_t plenty_a_node = 16 << 10, plenty = 256 << 20;
-  const std::int64_t most = plenty_a_node * scene.specimen.grid.n_nodes() + plenty;
+  const std::int64_t most = (scene.specimen.grid.n_nodes() << 14) + (256 << 20);
   if (reason.empty() &&
       (way.method != Method::coupled || !reason_of_memory(way.name(), most, control).empty()))
     reason = reason_of_memory(way.name(),

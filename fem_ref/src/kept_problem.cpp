@@ -2,7 +2,6 @@
 
 #include "maille/scene/mechanics/friction.hpp"
 #include "problem.hpp"
-#include "solvers/linear_solvers.hpp"
 #include "solvers/linear_system.hpp"
 
 #include <fmt/format.h>

@@ -3,7 +3,6 @@
 #include "discretization/cell_matrices.hpp"
 #include "discretization/prescribed_in_cell.hpp"
 #include "maille/scene/mechanics/friction.hpp"
-#include "solvers/linear_system.hpp"
 
 #include <deal.II/dofs/dof_tools.h>
 

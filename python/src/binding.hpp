@@ -54,7 +54,6 @@ public:
   void finish();
 
 private:
-  bool is_due();
   bool should_stop();
   void tell(double fraction, std::string_view what);
   /// Runs with the lock; what it raises stops the method.

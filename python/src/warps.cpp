@@ -5,7 +5,6 @@
 #include "maille/scene/write_image.hpp"
 
 #include <cmath>
-#include <filesystem>
 
 namespace maille::python {
 

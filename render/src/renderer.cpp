@@ -9,12 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <cstdint>
-#include <memory>
-#include <optional>
-#include <span>
 #include <utility>
-#include <vector>
 
 namespace maille::render {
 

@@ -7,15 +7,12 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <map>
 #include <memory>
-#include <span>
 #include <stdexcept>
 #include <utility>
-#include <vector>
 
 namespace maille::render {
 

@@ -2,7 +2,6 @@
 
 #include "data/vectors.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <limits>

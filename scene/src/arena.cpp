@@ -3,7 +3,6 @@
 #include "maille/scene/memory.hpp"
 
 #include <atomic>
-#include <cstdint>
 #include <cstdlib>
 #include <iterator>
 #include <map>

@@ -9,9 +9,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <optional>
-#include <utility>
-#include <vector>
 
 namespace maille {
 

@@ -2,10 +2,7 @@
 
 #include "taut_scale.hpp"
 
-#include <algorithm>
-#include <cstdint>
 #include <map>
-#include <optional>
 #include <set>
 #include <tuple>
 #include <utility>

@@ -8,7 +8,6 @@
 #include <fstream>
 #include <limits>
 #include <new>
-#include <string>
 
 #ifdef __linux__
 #include <sys/mman.h>

@@ -1,6 +1,5 @@
 #include "maille/scene/named_bodies.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <random>
 

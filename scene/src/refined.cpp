@@ -1,6 +1,5 @@
 #include "maille/scene/refined.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <limits>

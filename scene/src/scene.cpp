@@ -10,14 +10,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdint>
 #include <numbers>
 #include <numeric>
-#include <string>
 #include <utility>
-#include <vector>
 
 namespace maille {
 

@@ -10,11 +10,6 @@ namespace maille::deform {
 
 namespace {
 
-// Entries of a search's queue, its growth by doubling into new memory included. Measured on boxes, sheets,
-// chains and the named bodies (footprint_test.cpp): 0 to 0.22 a node from one end, 2.0 to 3.6 a node where
-// every node is an end.
-constexpr std::int64_t nodes_per_entry = 4, entries_per_end = 4;
-
 std::int64_t most_ends(const Scene& scene) {
   std::int64_t most = 0;
   for (int b = 0; b < scene.dimension(); ++b)
@@ -25,8 +20,7 @@ std::int64_t most_ends(const Scene& scene) {
 } // namespace
 
 std::int64_t bytes_of_prescribed(const Scene& scene) {
-  constexpr std::int64_t copies = 8; // with what clipping knows of them
-  return static_cast<std::int64_t>(scene.prescribed.size() * copies * sizeof(Prescribed));
+  return 8 * std::ssize(scene.prescribed) * std::int64_t{sizeof(Prescribed)}; // with their clipping
 }
 
 std::string reason_of_full_arena(std::string_view method, const Control& control) {
@@ -44,9 +38,10 @@ std::string reason_of_memory(std::string_view method, std::int64_t needed, const
 }
 
 std::int64_t bytes_of_shortest_paths(const Grid& grid, std::int64_t n_ends) {
+  // Entries of the queue, which grows by doubling. Measured on boxes, sheets, chains and the named bodies
+  // (footprint_test.cpp): 0 to 0.22 a node from one end, 2.0 to 3.6 a node where every node is an end.
   constexpr std::int64_t entry = sizeof(std::pair<double, std::int64_t>);
-  return grid.n_nodes() * std::int64_t{sizeof(double)} +
-         (grid.n_nodes() / nodes_per_entry + entries_per_end * n_ends) * entry;
+  return grid.n_nodes() * std::int64_t{sizeof(double)} + (grid.n_nodes() / 4 + 4 * n_ends) * entry;
 }
 
 std::int64_t bytes_of_two_envelopes(const Scene& scene) {
@@ -62,9 +57,8 @@ std::int64_t bytes_at_least(const Scene& scene) {
   const Grid& grid = scene.specimen.grid;
   const bool searches = scene.limit_source() == LimitSource::taut && !scene.limits.taut_scale;
   const std::int64_t answer = bytes_of_answer(scene);
-  constexpr std::int64_t of_fixed_size = 16384;
-  // The search is over before the answer is made.
-  return of_fixed_size + LinkLimits::bytes_at_most(scene) +
+  // The search is over before the answer is made. 16 KiB are for what does not grow.
+  return 16384 + LinkLimits::bytes_at_most(scene) +
          std::max(answer, searches ? bytes_of_shortest_paths(grid, most_ends(scene)) : 0);
 }
 

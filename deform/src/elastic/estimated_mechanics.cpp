@@ -13,12 +13,6 @@ namespace maille::deform {
 
 namespace {
 
-/// Errors over their parts that half the spacing takes away: what they are at most in nine of ten scenes, of
-/// others than those that the estimates are checked on (docs/developers/relaxation.md).
-constexpr double left_of_force = 1.5, left_of_energy = 1.5, left_of_fields = 1.3;
-/// The same where forces act along lines or at points.
-constexpr double left_at_lines = 4;
-
 /// Fills in what full elasticity on the lattice says of forces and energy of a state.
 void add_forces(const Scene& scene, Answer& state) {
   ThreadTeam alone(1);
@@ -86,23 +80,25 @@ MechanicsErrors mechanics_by_finer(const Scene& scene, const Answer& answer, con
   add_forces(scene, here);
   Answer best = finer, wrong = finer;
   best.method = here.method;
-  const auto left = [&](double usual) { return is_along_lines ? left_at_lines : usual; };
+  // Errors over the parts that half the spacing takes away: the most in nine of ten scenes, others than
+  // those that the estimates are checked on (docs/developers/relaxation.md).
+  const double left = is_along_lines ? 4 : 1.5, left_of_fields = is_along_lines ? 4 : 1.3;
   add_difference(1, answer.displacement.values(), here.displacement.values(), wrong.displacement.values());
-  add_difference(left(left_of_fields), here.displacement.values(), finer.displacement.values(),
+  add_difference(left_of_fields, here.displacement.values(), finer.displacement.values(),
                  wrong.displacement.values());
   const std::vector<std::array<double, 6>> of_answer = cell_fields(scene, answer.displacement).strain,
                                            of_here = cell_fields(scene, here.displacement).strain;
   for (std::size_t cell = 0; cell < wrong.cell_strain.size(); ++cell)
     for (std::size_t k = 0; k < 6; ++k)
       wrong.cell_strain[cell][k] += of_answer[cell][k] - of_here[cell][k] +
-                                    left(left_of_fields) * (of_here[cell][k] - finer.cell_strain[cell][k]);
+                                    left_of_fields * (of_here[cell][k] - finer.cell_strain[cell][k]);
   if (!answer.reaction.empty()) {
     add_difference(1, answer.reaction, here.reaction, wrong.reaction);
-    add_difference(left(left_of_force), here.reaction, finer.reaction, wrong.reaction);
+    add_difference(left, here.reaction, finer.reaction, wrong.reaction);
   }
   if (answer.strain_energy && finer.strain_energy)
-    *wrong.strain_energy += *answer.strain_energy - *here.strain_energy +
-                            left(left_of_energy) * (*here.strain_energy - *finer.strain_energy);
+    *wrong.strain_energy +=
+        *answer.strain_energy - *here.strain_energy + left * (*here.strain_energy - *finer.strain_energy);
   return over(scene, best, std::move(wrong), answer);
 }
 

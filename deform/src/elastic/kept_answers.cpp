@@ -6,9 +6,7 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <memory>
 #include <utility>
-#include <vector>
 
 namespace maille::deform {
 

@@ -1,6 +1,5 @@
 #include "feasible/limits.hpp"
 
-#include "control/method.hpp"
 #include "feasible/bounds/bound_source.hpp"
 
 #include <algorithm>

@@ -11,14 +11,12 @@
 /// switches (algorithm_sizes.hpp).
 
 #include "maille/deform/plan.hpp"
-#include "control/method.hpp"
 #include "feasible/bounds/algorithm_sizes.hpp"
 #include "feasible/bounds/bound_source.hpp"
 #include "feasible/forecast.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>
-#include <iterator>
 #include <set>
 
 namespace maille::deform {

@@ -1,6 +1,5 @@
 #include "parallel/thread_team.hpp"
 
-#include <algorithm>
 #include <system_error>
 
 #if defined(__linux__)

@@ -4,8 +4,6 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
-#include <array>
-#include <cstddef>
 #include <span>
 
 namespace maille::deform {

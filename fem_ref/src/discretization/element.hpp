@@ -6,7 +6,6 @@
 
 #include <Eigen/Core>
 #include <deal.II/fe/fe_q.h>
-#include <functional>
 #include <vector>
 
 namespace maille::fem_ref {

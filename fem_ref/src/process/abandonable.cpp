@@ -5,7 +5,6 @@
 #include "maille/fem_ref/abandoned.hpp"
 
 #include <atomic>
-#include <chrono>
 #include <condition_variable>
 #include <memory>
 #include <mutex>

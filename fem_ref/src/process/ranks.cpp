@@ -4,7 +4,6 @@
 #include "process/mpi.hpp"
 
 #include <algorithm>
-#include <cstddef>
 #include <cstdlib>
 #include <fmt/format.h>
 #include <limits>
@@ -12,9 +11,7 @@
 #include <p4est.h>
 #include <span>
 #include <stdexcept>
-#include <string>
 #include <unistd.h>
-#include <vector>
 
 namespace maille::fem_ref {
 namespace {

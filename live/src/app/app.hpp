@@ -5,7 +5,6 @@
 
 #include <array>
 #include <deque>
-#include <fstream>
 #include <map>
 
 namespace maille::live {
@@ -35,7 +34,6 @@ public:
   }
   std::shared_ptr<const Verdict> estimated() const { return estimated_.load(); }
   std::shared_ptr<const Verdict> of_fem() const { return fem_.load(); }
-  bool is_at_work() const { return is_at_work_; }
   bool is_at_fem() const { return is_at_fem_; }
 
 private:
@@ -55,7 +53,7 @@ private:
   std::optional<Task> next_estimate_, next_fem_;
   std::condition_variable bell_;
   std::atomic<std::shared_ptr<const Verdict>> estimated_, fem_;
-  std::atomic<bool> is_at_work_{false}, is_at_fem_{false}, is_stopping_{false};
+  std::atomic<bool> is_at_fem_{false}, is_stopping_{false};
   std::thread thread_;
 };
 

@@ -2,7 +2,6 @@
 
 #include "maille/deform/estimated_error.hpp"
 
-#include <cstdint>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -51,7 +50,6 @@ void Judge::run() {
         return;
       task = *std::exchange(next_fem_ ? next_fem_ : next_estimate_, std::nullopt);
     }
-    is_at_work_ = true;
     Verdict verdict;
     std::shared_ptr<const WorldState> state = session_.state();
     try {
@@ -72,7 +70,6 @@ void Judge::run() {
       verdict.of = state->displacements[static_cast<std::size_t>(task.object)];
     verdict.is_fem = task.is_fem;
     (task.is_fem ? fem_ : estimated_).store(std::make_shared<const Verdict>(std::move(verdict)));
-    is_at_work_ = false;
     if (task.is_fem)
       is_at_fem_ = false;
     has_judged_();

@@ -7,7 +7,6 @@
 #include <Eigen/Geometry>
 
 #include <deque>
-#include <map>
 
 namespace maille::live {
 
@@ -51,8 +50,6 @@ public:
   deform::FrameBudget budget() const;
   /// Budget of a world with changed settings.
   deform::FrameBudget budget_by(const WorldSetting& changed) const;
-  bool is_stopping() const { return is_stopping_; }
-  void note_event(double time) { event_time_ = time; }
   /// Whether nothing is left to do for goals up to that number of theirs.
   bool is_idle(std::uint64_t goals) const;
   std::uint64_t n_goals() const { return goals_set_.load(); }

@@ -4,13 +4,7 @@
 #include "session/physics.hpp"
 
 #include <chrono>
-#include <cstdint>
-#include <functional>
 #include <future>
-#include <memory>
-#include <optional>
-#include <string>
-#include <thread>
 #include <utility>
 
 namespace maille::live {

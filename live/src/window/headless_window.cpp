@@ -50,7 +50,6 @@ std::vector<Event> HeadlessWindow::poll(double seconds) {
 
 void HeadlessWindow::show(const Shown& shown) {
   shown_ = shown;
-  ++n_shown_;
 }
 
 void HeadlessWindow::wake() {

@@ -4,12 +4,9 @@
 #include "data/vectors.hpp"
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <cmath>
-#include <cstdint>
 #include <utility>
-#include <vector>
 
 namespace maille::render {
 

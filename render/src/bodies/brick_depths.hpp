@@ -3,7 +3,6 @@
 
 #include "cast/cast_task.hpp"
 
-#include <array>
 #include <cstdint>
 #include <vector>
 

@@ -1,13 +1,9 @@
 #include "bodies/surface.hpp"
 
 #include "data/parallel.hpp"
-#include "data/vectors.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdint>
-#include <vector>
 
 namespace maille::render {
 

@@ -4,8 +4,6 @@
 #include <array>
 #include <cstdint>
 #include <limits>
-#include <span>
-#include <vector>
 
 namespace maille::render {
 

@@ -4,7 +4,6 @@
 #include "prepare/prepared_object.hpp"
 
 #include <span>
-#include <vector>
 
 namespace maille::render {
 

@@ -3,7 +3,6 @@
 #include "data/vectors.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 

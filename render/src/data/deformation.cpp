@@ -5,12 +5,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdint>
-#include <memory>
-#include <span>
 #include <stdexcept>
 #include <utility>
-#include <vector>
 
 namespace maille::render {
 

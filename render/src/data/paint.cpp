@@ -1,6 +1,5 @@
 // Colours that lie on the voxels of an object in place of those of its look.
 
-#include "data/vectors.hpp"
 #include "maille/render/volume.hpp"
 
 #include <algorithm>

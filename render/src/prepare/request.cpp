@@ -9,11 +9,8 @@
 
 #include <atomic>
 #include <cmath>
-#include <cstdint>
-#include <span>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
 namespace maille::render {
 

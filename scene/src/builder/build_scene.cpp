@@ -1,6 +1,5 @@
 #include "builder/build_scene.hpp"
 
-#include "conditions/prescribe.hpp"
 #include "maille/materials/material.hpp"
 
 #include <algorithm>

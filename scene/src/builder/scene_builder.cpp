@@ -10,12 +10,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <filesystem>
-#include <optional>
-#include <span>
-#include <string>
 #include <utility>
-#include <vector>
 
 namespace maille {
 

@@ -2,14 +2,12 @@
 
 #include "maille/scene/plausibility.hpp"
 
-#include <Eigen/Core>
 #include <Eigen/QR>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstddef>
 #include <map>
 #include <set>
 #include <utility>

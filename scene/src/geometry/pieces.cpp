@@ -4,11 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdint>
-#include <span>
 #include <string>
 #include <utility>
-#include <vector>
 
 namespace maille {
 

@@ -10,7 +10,6 @@
 #include <cstdint>
 #include <fmt/format.h>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace maille {

@@ -4,11 +4,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <optional>
 #include <stdexcept>
-#include <string_view>
-#include <utility>
-#include <vector>
 
 namespace maille {
 

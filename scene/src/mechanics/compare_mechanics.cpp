@@ -2,7 +2,6 @@
 #include "maille/scene/mechanics/mechanics.hpp"
 #include "maille/scene/mechanics/recovery.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 namespace maille {

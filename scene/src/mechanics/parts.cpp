@@ -12,9 +12,7 @@
 #include <future>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <optional>
-#include <utility>
 #include <vector>
 
 namespace maille {

@@ -7,9 +7,6 @@
 #include "read/reader.hpp"
 
 #include <array>
-#include <filesystem>
-#include <string>
-#include <string_view>
 #include <tuple>
 #include <utility>
 #include <vector>

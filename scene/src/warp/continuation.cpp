@@ -1,10 +1,8 @@
 #include "warp/continuation.hpp"
 
 #include <algorithm>
-#include <cstdint>
 #include <limits>
 #include <utility>
-#include <vector>
 
 namespace maille::warping {
 

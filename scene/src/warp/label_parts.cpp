@@ -6,9 +6,7 @@
 
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <limits>
-#include <span>
 #include <utility>
 #include <vector>
 

@@ -3,12 +3,8 @@
 
 #include <fmt/format.h>
 
-#include <array>
-#include <cstdint>
 #include <map>
-#include <string>
 #include <utility>
-#include <vector>
 
 namespace maille {
 

@@ -2,7 +2,6 @@
 
 #include "maille/materials/text_file.hpp"
 #include "maille/scene/look.hpp"
-#include "maille/scene/memory.hpp"
 #include "read/read_look.hpp"
 #include "read/reader.hpp"
 

@@ -10,12 +10,9 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <cstdint>
 #include <map>
 #include <numbers>
 #include <optional>
-#include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 

@@ -2,7 +2,6 @@
 
 #include "maille/materials/quantity.hpp"
 #include "maille/materials/toml_reader.hpp"
-#include "world/trajectory_rows.hpp"
 
 #include <fmt/format.h>
 
@@ -10,8 +9,6 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
-#include <optional>
-#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>

@@ -16,9 +16,7 @@
 
 #include <algorithm>
 #include <array>
-#include <memory>
 #include <sstream>
-#include <string>
 
 namespace maille::studies {
 

@@ -19,7 +19,6 @@
 #include <iterator>
 #include <span>
 #include <string_view>
-#include <utility>
 
 namespace maille::studies {
 

@@ -5,7 +5,6 @@
 #include "maille/studies/export/whole_file.hpp"
 #include "program.hpp"
 
-#include <array>
 #include <atomic>
 #include <csignal>
 #include <cstdio>

@@ -1,7 +1,6 @@
 #include "cli/warp_report.hpp"
 
 #include "results/result_table.hpp"
-#include "text.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

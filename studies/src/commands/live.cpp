@@ -16,7 +16,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cstdlib>
 
 namespace maille::studies {
 

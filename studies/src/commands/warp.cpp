@@ -9,8 +9,6 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <algorithm>
-
 namespace maille::studies {
 
 WarpRequest warp_request(const WarpOptions& options) {

@@ -5,14 +5,10 @@
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/link_limits.hpp"
 #include "maille/scene/sliding.hpp"
-#include "maille/studies/methods.hpp"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <optional>
-#include <string>
-#include <vector>
 
 namespace maille::studies {
 

@@ -1,6 +1,5 @@
 #include "maille/studies/methods.hpp"
 
-#include "maille/deform/solve.hpp"
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/studies/export/calculix.hpp"
 

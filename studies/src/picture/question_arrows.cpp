@@ -1,11 +1,9 @@
 #include "picture/question_arrows.hpp"
 
 #include <algorithm>
-#include <cstddef>
 #include <cstdint>
 #include <unordered_set>
 #include <utility>
-#include <vector>
 
 namespace maille::studies {
 

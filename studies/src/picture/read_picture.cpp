@@ -13,7 +13,6 @@
 #include <vtkNew.h>
 
 #include <cstddef>
-#include <cstdint>
 
 namespace maille::studies {
 

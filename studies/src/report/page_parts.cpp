@@ -10,10 +10,8 @@
 #include <array>
 #include <cctype>
 #include <cstdint>
-#include <filesystem>
 #include <limits>
 #include <stdexcept>
-#include <string_view>
 
 namespace maille::studies {
 

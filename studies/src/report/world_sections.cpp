@@ -1,7 +1,6 @@
 /// Sections of what was played and what was probed.
 
 #include "page_parts.hpp"
-#include "text.hpp"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,5 @@
 #include "results/columns.hpp"
 
-#include "results/value.hpp"
 #include "text.hpp"
 
 #include <fmt/format.h>

@@ -5,8 +5,6 @@
 #include "maille/scene/csv.hpp"
 #include "results/value.hpp"
 
-#include <array>
-#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>

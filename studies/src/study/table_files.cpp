@@ -1,7 +1,5 @@
 #include "study/table_files.hpp"
 
-#include "maille/studies/study_run.hpp"
-
 #include <fmt/format.h>
 
 #include <cerrno>

@@ -1,7 +1,6 @@
 #include "gnuplot.hpp"
 #include "maille/studies/export/whole_file.hpp"
 #include "maille/studies/trade.hpp"
-#include "text.hpp"
 
 #include <algorithm>
 #include <array>

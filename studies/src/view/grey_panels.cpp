@@ -2,11 +2,8 @@
 
 #include "view/seen_scene.hpp"
 
-#include <cstdint>
 #include <memory>
-#include <span>
 #include <utility>
-#include <vector>
 
 namespace maille::studies {
 

@@ -9,9 +9,6 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstdint>
-#include <utility>
-#include <vector>
 
 namespace maille::studies {
 

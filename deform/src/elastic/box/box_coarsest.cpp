@@ -8,11 +8,6 @@ namespace maille::deform {
 namespace {
 
 constexpr std::int64_t most_nodes_inverted = 36;
-/// Multiplications that factors of a thin level may cost: at least, where its cells are flat and relaxation
-/// is of little help, and for each node of the finest level.
-constexpr double most_products = 1e9, most_products_of_flat = 2e10, products_per_node = 2e4;
-/// Cells with a larger ratio of length to thickness count as flat.
-constexpr double flat = 2.5;
 
 int longest_axis(const Index3& nodes) {
   return static_cast<int>(std::ranges::max_element(nodes) - nodes.begin());
@@ -31,8 +26,9 @@ bool is_thin_lattice(const Index3& nodes, const Vec3& spacing, std::int64_t n_fi
   const auto thin = static_cast<std::size_t>(std::ranges::min_element(nodes) - nodes.begin()),
              along = static_cast<std::size_t>(longest_axis(nodes));
   const double in_layer = unknowns_in_layer(nodes);
-  const double most = std::max(spacing[along] > flat * spacing[thin] ? most_products_of_flat : most_products,
-                               products_per_node * static_cast<double>(n_finest));
+  // Multiplications that the factors may cost: more where cells are flat, as relaxation helps little there.
+  const double most =
+      std::max(spacing[along] > 2.5 * spacing[thin] ? 2e10 : 1e9, 2e4 * static_cast<double>(n_finest));
   return nodes[thin] == 2 && 3 * nodes[along] * in_layer * in_layer * in_layer <= most;
 }
 
@@ -47,13 +43,12 @@ bool BoxLevel::is_thin(std::int64_t n_finest) const {
 }
 
 std::int64_t box_coarsest_bytes(const BoxLevel::Stiffness& C, const Grid& grid) {
-  constexpr std::int64_t per_unknown = 24;
   Index3 nodes = grid.nodes();
   Vec3 spacing = grid.spacing();
   while (n_nodes_of(nodes) > most_nodes_inverted) {
     if (is_thin_lattice(nodes, spacing, grid.n_nodes())) {
       const double in_layer = unknowns_in_layer(nodes);
-      return 3 * per_unknown * n_nodes_of(nodes) +
+      return 3 * 24 * n_nodes_of(nodes) +
              static_cast<std::int64_t>(2 * sizeof(double) * in_layer *
                                        static_cast<double>(3 * n_nodes_of(nodes)));
     }

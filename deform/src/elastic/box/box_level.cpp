@@ -2,18 +2,14 @@
 
 #include "elastic/box/box_multigrid.hpp"
 
-#include "elastic/box/box_kernel.hpp"
 #include "elastic/model/thin_cells.hpp"
 #include "elastic/multigrid/chebyshev.hpp"
-#include "lattice/field_memory.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
 #include <numeric>
 #include <random>
-#include <vector>
 
 namespace maille::deform {
 

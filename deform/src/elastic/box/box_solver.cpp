@@ -1,11 +1,9 @@
 #include "elastic/box/box_solver.hpp"
 
 #include "elastic/box/box_multigrid.hpp"
-#include "elastic/box/box_system.hpp"
 #include "elastic/krylov/flexible_gradients.hpp"
 #include "elastic/links/interval_field.hpp"
 #include "elastic/model/lattice_elasticity.hpp"
-#include "elastic/model/thin_cells.hpp"
 #include "elastic/multigrid/chebyshev.hpp"
 #include "maille/scene/scene.hpp"
 #include "parallel/thread_team.hpp"
@@ -16,10 +14,8 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <memory>
 #include <numeric>
 #include <utility>
-#include <vector>
 
 namespace maille::deform {
 

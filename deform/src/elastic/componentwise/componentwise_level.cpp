@@ -3,9 +3,6 @@
 #include "elastic/componentwise/componentwise_coarsening.hpp"
 #include "elastic/componentwise/componentwise_multigrid.hpp"
 
-#include <algorithm>
-#include <map>
-
 namespace maille::deform {
 
 namespace {

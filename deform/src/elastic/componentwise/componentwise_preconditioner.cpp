@@ -1,17 +1,14 @@
 #include "elastic/componentwise/componentwise_preconditioner.hpp"
 
-#include "elastic/componentwise/componentwise_solver.hpp"
 #include "maille/scene/scene.hpp"
 
 #include <algorithm>
 #include <cstdint>
 #include <iterator>
 #include <limits>
-#include <memory>
 #include <numeric>
 #include <span>
 #include <utility>
-#include <vector>
 
 namespace maille::deform {
 

@@ -1,7 +1,6 @@
 #include "elastic/componentwise/componentwise_solver.hpp"
 
 #include "elastic/componentwise/componentwise_kernel.hpp"
-#include "elastic/componentwise/componentwise_level.hpp"
 #include "elastic/krylov/conjugate_gradients.hpp"
 #include "parallel/thread_team.hpp"
 
@@ -9,12 +8,10 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <functional>
 #include <limits>
 #include <memory>
 #include <numeric>
 #include <optional>
-#include <span>
 #include <utility>
 #include <vector>
 

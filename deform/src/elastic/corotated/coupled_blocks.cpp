@@ -3,7 +3,6 @@
 #include "control/method.hpp"
 #include "elastic/corotated/corotated_relaxation.hpp"
 #include "elastic/corotated/limits_in_blocks.hpp"
-#include "maille/scene/block_frames.hpp"
 #include "maille/scene/scene.hpp"
 
 #include <fmt/format.h>

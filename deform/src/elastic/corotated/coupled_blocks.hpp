@@ -2,7 +2,6 @@
 /// `coupled` where the scene asks for blocks, whose strains are measured in a frame for every cell.
 
 #include "maille/scene/answer.hpp"
-#include "maille/scene/link_limits.hpp"
 
 namespace maille::deform {
 

@@ -5,7 +5,6 @@
 #include "maille/scene/answer.hpp"
 #include "maille/scene/scene.hpp"
 
-#include <cstdint>
 #include <functional>
 #include <vector>
 

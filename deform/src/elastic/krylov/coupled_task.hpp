@@ -6,11 +6,8 @@
 #include "maille/scene/answer.hpp"
 #include "parallel/thread_team.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
-#include <utility>
 #include <vector>
 
 namespace maille::deform {

@@ -5,11 +5,9 @@
 #include <Eigen/QR>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <span>
-#include <vector>
 
 namespace maille::deform {
 

@@ -6,7 +6,6 @@
 #include "elastic/krylov/coupled_task.hpp"
 
 #include <array>
-#include <vector>
 
 namespace maille::deform {
 

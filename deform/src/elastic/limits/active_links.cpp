@@ -2,11 +2,7 @@
 
 #include "elastic/componentwise/componentwise_solver.hpp"
 
-#include <algorithm>
-#include <cstdint>
-#include <span>
 #include <utility>
-#include <vector>
 
 namespace maille::deform {
 

@@ -10,7 +10,6 @@
 #include <limits>
 #include <optional>
 #include <span>
-#include <vector>
 
 namespace maille::deform {
 

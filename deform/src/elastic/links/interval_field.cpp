@@ -1,14 +1,10 @@
 #include "elastic/links/interval_field.hpp"
 
-#include "control/method.hpp"
 #include "feasible/bounds/clipping.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <limits>
-#include <span>
-#include <vector>
 
 namespace maille::deform {
 

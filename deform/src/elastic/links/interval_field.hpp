@@ -7,7 +7,6 @@
 
 #include <array>
 #include <span>
-#include <vector>
 
 namespace maille::deform {
 

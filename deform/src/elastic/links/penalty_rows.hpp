@@ -4,7 +4,6 @@
 #include "maille/scene/arena.hpp"
 
 #include <cstdint>
-#include <vector>
 
 namespace maille::deform {
 

@@ -3,11 +3,8 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstdint>
-#include <iterator>
 #include <numeric>
 #include <utility>
-#include <vector>
 
 namespace maille::deform {
 

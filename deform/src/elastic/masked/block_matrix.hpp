@@ -8,7 +8,6 @@
 #include "maille/scene/arena.hpp"
 
 #include <cstdint>
-#include <vector>
 
 namespace maille::deform {
 

@@ -3,8 +3,6 @@
 #include "elastic/masked/cell_sets.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cstdint>
 #include <numeric>
 #include <span>
 #include <utility>

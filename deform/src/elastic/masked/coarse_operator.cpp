@@ -1,11 +1,8 @@
 #include "elastic/masked/coarse_operator.hpp"
 
-#include <algorithm>
 #include <cstddef>
-#include <cstdint>
 #include <numeric>
 #include <span>
-#include <utility>
 
 namespace maille::deform {
 

@@ -4,8 +4,6 @@
 #include <cstdint>
 #include <limits>
 #include <numeric>
-#include <utility>
-#include <vector>
 
 namespace maille::deform {
 

@@ -25,7 +25,6 @@
 #include <Eigen/Core>
 
 #include <array>
-#include <memory>
 #include <utility>
 #include <vector>
 

@@ -6,9 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <tuple>
-#include <utility>
 #include <vector>
 
 namespace maille::deform {

@@ -2,10 +2,7 @@
 
 #include "maille/scene/matter_runs.hpp"
 
-#include <algorithm>
-#include <cstdint>
 #include <utility>
-#include <vector>
 
 namespace maille::deform {
 

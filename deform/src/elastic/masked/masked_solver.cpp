@@ -9,11 +9,8 @@
 #include <cstdint>
 #include <functional>
 #include <iterator>
-#include <memory>
 #include <numeric>
-#include <span>
 #include <utility>
-#include <vector>
 
 namespace maille::deform {
 

@@ -1,11 +1,6 @@
 #include "elastic/masked/piece_assembly.hpp"
 
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
 #include <numeric>
-#include <utility>
-#include <vector>
 
 namespace maille::deform {
 

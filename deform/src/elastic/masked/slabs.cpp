@@ -1,11 +1,8 @@
 #include "elastic/masked/slabs.hpp"
 
 #include <algorithm>
-#include <cstdint>
 #include <iterator>
 #include <numeric>
-#include <utility>
-#include <vector>
 
 namespace maille::deform {
 

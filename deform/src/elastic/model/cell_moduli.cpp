@@ -1,9 +1,5 @@
 #include "elastic/model/cell_moduli.hpp"
 
-#include <array>
-#include <cstdint>
-#include <vector>
-
 namespace maille::deform {
 
 namespace {

@@ -1,19 +1,14 @@
 #include "elastic/model/lattice_elasticity.hpp"
 
-#include "elastic/model/lattice_kernel.hpp"
 #include "elastic/model/thin_cells.hpp"
 
 #include <Eigen/LU>
 
-#include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <optional>
 #include <unordered_map>
-#include <vector>
 
 namespace maille::deform {
 

@@ -6,7 +6,6 @@
 #include <hwy/highway.h>
 
 #include <algorithm>
-#include <cstdint>
 
 // Compiled once per kind of vector: see feasible/box/cone_kernel.cpp for what that forbids. Every cell is
 // computed by the same operations in vectors of any length, and what the two cells beside a node pull with is

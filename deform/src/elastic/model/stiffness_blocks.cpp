@@ -1,10 +1,6 @@
 #include "elastic/model/stiffness_blocks.hpp"
 
-#include <algorithm>
-#include <array>
-#include <cstdint>
 #include <map>
-#include <vector>
 
 namespace maille::deform {
 

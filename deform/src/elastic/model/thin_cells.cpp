@@ -3,7 +3,6 @@
 #include <Eigen/LU>
 
 #include <array>
-#include <cstdint>
 
 namespace maille::deform {
 

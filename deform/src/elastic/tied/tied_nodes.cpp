@@ -6,9 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
-#include <numeric>
 #include <utility>
-#include <vector>
 
 namespace maille::deform {
 

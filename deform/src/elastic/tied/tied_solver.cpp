@@ -9,7 +9,6 @@
 #include "maille/scene/mechanics/friction.hpp"
 
 #include <algorithm>
-#include <cstdint>
 #include <memory>
 #include <string>
 #include <utility>

@@ -2,8 +2,6 @@
 #include "feasible/bounds/bound_source.hpp"
 
 #include <algorithm>
-#include <cstdint>
-#include <vector>
 
 namespace maille::deform {
 

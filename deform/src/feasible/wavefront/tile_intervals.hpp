@@ -7,8 +7,6 @@
 #include "maille/scene/link_limits.hpp"
 
 #include <cstdint>
-#include <span>
-#include <vector>
 
 namespace maille::deform {
 

@@ -51,7 +51,6 @@ public:
 
   std::int64_t frame() const { return played_; }
   std::int64_t n_frames() const { return static_cast<std::int64_t>(frames_.size()); }
-  bool can_undo() const { return played_ > 0; }
   bool can_redo() const { return played_ < n_frames(); }
   /// @param budget of each frame that is played again; where it is asked to stop, the world stays at the
   ///        frame that it has come to

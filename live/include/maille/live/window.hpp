@@ -107,7 +107,6 @@ public:
 
   void put(Event event);
   const Shown& shown() const { return shown_; }
-  std::int64_t n_shown() const { return n_shown_; }
   /// A widget of the last panel, by name; null if it does not exist.
   const Widget* widget(std::string_view name) const;
 
@@ -125,7 +124,6 @@ private:
   struct Waiting;
   int width_, height_;
   Shown shown_;
-  std::int64_t n_shown_ = 0;
   std::deque<Event> events_;
   std::shared_ptr<Waiting> waiting_ = make_waiting();
   static std::shared_ptr<Waiting> make_waiting();

@@ -5,9 +5,6 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include <cstdint>
-#include <span>
-
 // Compiled once per kind of vector: see feasible/box/cone_kernel.cpp for what that forbids. Every cell and
 // node is computed by the same operations in vectors of any length, and sums have 16 parts; so bits depend on
 // whether the machine fuses products with sums, but neither on the length of its vectors nor on the number of

@@ -5,7 +5,6 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include <algorithm>
 #include <cstdint>
 
 // Compiled once per kind of vector: see feasible/box/cone_kernel.cpp for what that forbids. Every number of a

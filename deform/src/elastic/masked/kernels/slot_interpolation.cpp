@@ -6,7 +6,6 @@
 #include <hwy/highway.h>
 
 #include <algorithm>
-#include <cstdint>
 #include <utility>
 
 // Compiled once per kind of vector: see feasible/box/cone_kernel.cpp for what that forbids. Vectors hold the
