@@ -14,6 +14,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
@@ -199,6 +200,7 @@ int play_command(const PlayOptions& options) {
   recording.add(player.moment(), 0);
   std::vector<PlayedFrame> frames;
   bool has_failed = false;
+  std::int64_t n_inside = 0; // in any frame, at most
   while (!player.is_at_end() && !control.should_stop()) {
     PlayedFrame frame = player.next(control);
     if (frame.status == Status::interrupted)
@@ -208,11 +210,13 @@ int play_command(const PlayOptions& options) {
     if (control.progress)
       control.progress(static_cast<double>(frame.number) / static_cast<double>(player.trajectory().n_frames),
                        fmt::format("frame {} of {}", frame.number, player.trajectory().n_frames));
+    if (!frame.contacts.empty())
+      n_inside = std::max(n_inside, penetrations_of(player.world()));
     frames.push_back(std::move(frame));
   }
   end_progress();
   const bool is_whole = static_cast<std::int64_t>(frames.size()) == player.trajectory().n_frames;
-  const std::int64_t n_inside = penetrations_of(player.world());
+  n_inside = std::max(n_inside, penetrations_of(player.world()));
   if (n_inside > 0)
     fmt::print(stderr, "maille play: {} cells of matter lie in the matter of another object, or outside\n",
                n_inside);

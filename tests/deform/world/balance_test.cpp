@@ -392,6 +392,24 @@ TEST(FlexibilityOracle, MultigridAndTheSupernodalFactorAreEigensFactor) {
   }
 }
 
+// Oracle: the columns themselves, whatever sets of components were asked for before.
+TEST(FlexibilityOracle, ComplianceIsKeptRight) {
+  const WorldObject object = elastic_object("body", {6, 4}, {});
+  Flexibility kept(object.scene, {0, 1, 12, 13}), anew(object.scene, {0, 1, 12, 13});
+  const std::vector<std::vector<std::int64_t>> sets{
+      {3, 8, 20}, {8, 20}, {2, 8, 15, 20, 31}, {40}, {2, 15, 40}};
+  for (const std::vector<std::int64_t>& components : sets) {
+    const Eigen::MatrixXd found = kept.compliance(components);
+    ASSERT_EQ(found.rows(), std::ssize(components));
+    for (Eigen::Index i = 0; i < found.rows(); ++i)
+      for (Eigen::Index j = 0; j < found.cols(); ++j) {
+        const std::int64_t p = components[static_cast<std::size_t>(i)],
+                           q = components[static_cast<std::size_t>(j)];
+        EXPECT_EQ(found(i, j), 0.5 * (anew.column(p)[q] + anew.column(q)[p]));
+      }
+  }
+}
+
 // Independent: of a body that nothing holds, other components that take its rigid motions away. Analytic: it
 // has no mean shift or turn, and its forces add up to nothing.
 TEST(FlexibilityIndependent, WhatFloatsDoesNotKnowWhichComponentsWereChosen) {

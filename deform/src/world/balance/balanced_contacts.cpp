@@ -218,15 +218,12 @@ void Balance::add_compliance_of_body(int number, Program& program) {
   }
   Eigen::SparseMatrix<double, Eigen::RowMajor> forces(static_cast<Eigen::Index>(rows.size()), n); // for 1 N
   forces.setFromTriplets(entries.begin(), entries.end());
-  one.flexibility->find_columns(components);
-  Eigen::MatrixXd compliance(n, n);
   Eigen::VectorXd missing(n); // of what it would be without contacts
   for (Eigen::Index i = 0; i < n; ++i) {
     const std::int64_t component = components[static_cast<std::size_t>(i)];
-    compliance.col(i) = one.flexibility->column(component)(components);
     missing[i] = one.unloaded[component] - one.displacement[component];
   }
-  compliance = 0.5 * (compliance + compliance.transpose()).eval();
+  const Eigen::MatrixXd& compliance = one.flexibility->compliance(components);
   const Eigen::MatrixXd half = forces * compliance; // rows x components
   const Eigen::MatrixXd given_way = forces * half.transpose();
   program.compliance(rows, rows) += given_way;

@@ -19,7 +19,7 @@ namespace {
 
 constexpr double skin_over_cell = 1e-4; ///< nearer surfaces touch
 constexpr double step_over_cell = 0.2;  ///< that anything goes in a step at most
-constexpr int most_halvings = 60;
+constexpr int most_trials = 60;
 /// In steps: below this the search for contact in between ends.
 constexpr double no_step = 1e-9;
 
@@ -184,7 +184,7 @@ void Dynamics::part_overlaps() {
 }
 
 double Dynamics::step(std::span<LedObject> led, double most, double seconds) {
-  look();
+  double gap = look();
   std::vector<ImpactPoint> touching = points(skin());
   resolve(touching, moving_, restitution_, led);
   const double longest = longest_step(most);
@@ -205,14 +205,27 @@ double Dynamics::step(std::span<LedObject> led, double most, double seconds) {
   const State before = state();
   double low = 0, high = longest, time = longest;
   put(moved(before, lies, led, time, seconds));
-  if (look() < -skin()) {
-    for (int halving = 0; halving < most_halvings; ++halving) {
+  if (double beyond = look(); beyond < -skin()) {
+    // The least gap of a pair is nearly linear in time. Where others lie on one another it says nothing on
+    // the side that is free: then two times at which the pair overlaps give the line.
+    double later = high, deeper = beyond;
+    for (int trial = 0; trial < most_trials; ++trial) {
       time = 0.5 * (low + high);
+      if (const double guess = gap > skin() ? low + (high - low) * gap / (gap - beyond)
+                                            : high - beyond * (later - high) / (deeper - beyond);
+          trial % 3 != 2 && guess > low && guess < high)
+        time = guess;
       put(moved(before, lies, led, time, seconds));
-      const double gap = look();
-      if (std::abs(gap) < 0.5 * skin())
+      const double now = look();
+      if (std::abs(now) < 0.5 * skin())
         break;
-      (gap > 0 ? low : high) = time;
+      if (now > 0) {
+        low = time;
+        gap = now;
+      } else {
+        later = std::exchange(high, time);
+        deeper = std::exchange(beyond, now);
+      }
     }
     if (time < no_step * longest) { // corners that turn into what they lie on
       time = longest;

@@ -47,9 +47,8 @@ Eigen::MatrixXd rigid_motions(const Specimen& body, const std::vector<std::int64
   return factor.householderQ() * Eigen::MatrixXd::Identity(motions.rows(), motions.cols());
 }
 
-/// In 3D, above this number of components, a column by multigrid is faster than factor and solve. With
-/// inertia all steps share the factor, and columns have to be exact.
-constexpr std::int64_t most_factored = 3'000, most_factored_with_inertia = 15'000;
+/// In 3D, above this number of components, a column by multigrid is faster than factor and solve.
+constexpr std::int64_t most_factored = 3'000;
 
 /// Residuals over forces: of columns, far below what contacts that say nearly the same differ by; and of all
 /// else, and of columns where momentum hangs on them.
@@ -347,8 +346,7 @@ Flexibility::Flexibility(const Scene& scene, const std::vector<std::int64_t>& fi
   is_fixed_.assign(nodes.size() * static_cast<std::size_t>(d), 0);
   for (const std::int64_t component : fixed)
     is_fixed_[static_cast<std::size_t>(component)] = 1;
-  const bool is_small =
-      d == 2 || n_components() <= (inertia.size() > 0 ? most_factored_with_inertia : most_factored);
+  const bool is_small = d == 2 || n_components() <= most_factored;
   if (solver == StiffnessSolver::factor || (solver == StiffnessSolver::quickest && is_small)) {
     stiffness_ = std::make_unique<FactoredStiffness>(scene, nodes, is_fixed_, inertia);
     return;
@@ -356,6 +354,8 @@ Flexibility::Flexibility(const Scene& scene, const std::vector<std::int64_t>& fi
   auto stiffness = std::make_unique<MultigridStiffness>(scene, std::move(nodes), is_fixed_, inertia, threads);
   if (solver == StiffnessSolver::quickest)
     stiffness->factor_if_asked();
+  if (solver == StiffnessSolver::quickest && inertia.size() > 0)
+    stiffness->prepare(); // all steps share the factor, and momentum needs exact columns
   if (solver == StiffnessSolver::supernodal && !stiffness->make_factor())
     throw std::runtime_error("Flexibility: the factor would have too many numbers");
   stiffness_ = std::move(stiffness);
@@ -399,6 +399,38 @@ void Flexibility::find_columns(std::span<const std::int64_t> components) {
 const Eigen::VectorXd& Flexibility::column(std::int64_t component) {
   find_columns({&component, 1});
   return columns_[component].values;
+}
+
+const Eigen::MatrixXd& Flexibility::compliance(const std::vector<std::int64_t>& components) {
+  find_columns(components);
+  if (components == kept_components_)
+    return kept_compliance_;
+  const std::vector<std::int64_t> before = std::exchange(kept_components_, components);
+  const Eigen::MatrixXd known = std::move(kept_compliance_);
+  std::vector<Eigen::Index> place; // among those known before; -1: new
+  for (const std::int64_t component : components) {
+    const auto at = std::ranges::lower_bound(before, component);
+    place.push_back(at != before.end() && *at == component ? at - before.begin() : -1);
+  }
+  const auto n = std::ssize(components);
+  kept_compliance_.resize(n, n);
+  for (Eigen::Index j = 0; j < n; ++j) {
+    const auto q = static_cast<std::size_t>(j);
+    const Eigen::VectorXd& column = columns_[components[q]].values;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const auto p = static_cast<std::size_t>(i);
+      if (place[p] >= 0 && place[q] >= 0)
+        kept_compliance_(i, j) = known(place[p], place[q]);
+      else // once with the column of each
+        kept_compliance_(i, j) = column[components[p]];
+    }
+  }
+  for (Eigen::Index j = 0; j < n; ++j)
+    for (Eigen::Index i = 0; i < j; ++i)
+      if (place[static_cast<std::size_t>(i)] < 0 || place[static_cast<std::size_t>(j)] < 0)
+        kept_compliance_(i, j) = kept_compliance_(j, i) =
+            0.5 * (kept_compliance_(i, j) + kept_compliance_(j, i));
+  return kept_compliance_;
 }
 
 void Flexibility::watch(const std::vector<std::int32_t>& nodes) {

@@ -86,6 +86,9 @@ public:
   void prepare() { stiffness_->prepare(); }
   /// Those that are not there yet, all at once.
   void find_columns(std::span<const std::int64_t> components);
+  /// Symmetric part of the columns' rows at the same components. Entries are kept from call to call.
+  /// @param components sorted
+  const Eigen::MatrixXd& compliance(const std::vector<std::int64_t>& components);
   /// Rounds ask for these nodes of the body alone from now on. @param nodes sorted
   void watch(const std::vector<std::int32_t>& nodes);
   bool watches_all() const { return dimension_ * std::ssize(watched_) == n_components(); }
@@ -126,6 +129,8 @@ private:
     bool is_used = false;
   };
   std::map<std::int64_t, Column> columns_;
+  std::vector<std::int64_t> kept_components_; ///< sorted, with their compliance
+  Eigen::MatrixXd kept_compliance_;
   std::vector<std::int32_t> watched_;
   int dimension_;
 };

@@ -243,9 +243,17 @@ void NearFaces::find(const Skin& of_nodes, std::span<const std::int32_t> nodes, 
 std::vector<PlacedSkin::Near> PlacedSkin::near(const Eigen::Vector3d& point,
                                                std::span<const std::int32_t> faces) const {
   std::vector<Closest> found;
-  for (const std::int32_t face : faces)
+  const double far = reach_ * (1 + on_border);
+  for (const std::int32_t face : faces) {
+    Eigen::AlignedBox3d box;
+    for (const std::int32_t node : skin_.faces()[static_cast<std::size_t>(face)].node)
+      if (node >= 0)
+        box.extend(at(node));
+    if (box.squaredExteriorDistance(point) > far * far)
+      continue;
     if (const Closest one = closest(face, point); one.distance <= reach_)
       found.push_back(one);
+  }
   return nearest(point, found);
 }
 
