@@ -118,24 +118,24 @@ void add_provenance(const fs::path& file) {
   static constexpr std::string_view chunk("\0\0\0\x0ftEXtSoftware\0maille"
                                           "\x32\x57\x26\x53",
                                           27);
-  constexpr std::streamoff end_bytes = 12;
   const std::string ending = file.extension().string();
   if (ending != ".png" && ending != ".svg")
     return;
-  std::fstream stream(file, std::ios::binary | std::ios::in | std::ios::out);
-  if (ending == ".svg") {
-    stream.seekp(0, std::ios::end);
-    stream << "<!-- maille -->\n";
-  } else if (std::string end(end_bytes, '\0'); ending == ".png") {
-    stream.seekg(-end_bytes, std::ios::end);
-    if (stream.read(end.data(), end_bytes) && end.compare(4, 4, "IEND") != 0)
-      return; // the writer says that it failed
-    stream.seekp(-end_bytes, std::ios::end);
-    stream << chunk << end;
-  }
-  stream.close();
-  if (!stream)
-    throw fs::filesystem_error("cannot write", file, std::make_error_code(std::errc::no_space_on_device));
+  std::ifstream stream(file, std::ios::binary);
+  std::string text(std::istreambuf_iterator<char>(stream), {});
+  const bool is_png = ending == ".png";
+  const auto at = is_png ? text.rfind("IEND") : text.rfind("</svg>");
+  bool is_whole = at != std::string::npos && at >= 4;
+  if (is_whole && is_png)
+    text.insert(at - 4, chunk);
+  else
+    text += "<!-- maille -->\n";
+  std::ofstream out(file, std::ios::binary);
+  out << text;
+  out.close();
+  is_whole = is_whole && out.good();
+  if (!is_whole)
+    throw fs::filesystem_error("cannot write", file, std::make_error_code(std::errc::io_error));
 }
 
 /// True of what Maille wrote. Tables cannot say so: they begin as the new table does.
