@@ -177,6 +177,47 @@ TEST(OpenedInputsContract, NoOptionWritesOverWhatACommandOpens) {
   EXPECT_GE(n_tried, 150);
 }
 
+// Every file that a command writes, replaced by another program's file and by a link to one.
+TEST(ForeignResultsContract, NoCommandReplacesThem) {
+  const std::vector<std::string> commands{
+      "run IN --methods limits --steps 2 --overwrite --out OUT",
+      "run IN --methods limits --maps --warp --surface stl,ply,vtp --also mha,nrrd --out OUT",
+      "compare IN --methods limits --reference limits --overwrite --out OUT",
+      "trade IN --methods limits --spacings 1 --tolerances 0.1 --reference limits --repetitions 1 --out OUT",
+      "warp IN --methods limits --surface stl,ply,vtp --also mha,nrrd --out OUT"};
+  int n_tried = 0, n_lost = 0;
+  for (std::string line : commands) {
+    const test::TemporaryFolder folder;
+    const fs::path out = folder / "out", kept = folder / "kept",
+                   mine = folder.write("mine.csv", "a,b\n1,2\n");
+    for (const auto& [word, path] :
+         {std::pair{std::string("IN"), scene_of(folder, "labels.mha", "mask.nhdr")}, {"OUT", out}})
+      line.replace(line.find(word), word.size(), path.string());
+    const test::Outcome first = test::maille_command(line);
+    ASSERT_EQ(first.code, 0) << line << first.err;
+    const test::Outcome again = test::maille_command(line);
+    ASSERT_EQ(again.code, 0) << "replaces its own files: " << line << again.err;
+    fs::copy(out, kept);
+    for (const auto& entry : fs::directory_iterator(kept))
+      for (const bool is_link : {false, true}) {
+        fs::remove_all(out);
+        fs::copy(kept, out);
+        const fs::path file = out / entry.path().filename();
+        fs::remove(file);
+        is_link ? fs::create_symlink(mine, file) : fs::copy(mine, file);
+        const test::Outcome run = test::maille_command(line);
+        EXPECT_EQ(run.code, 2) << line << file << run.err;
+        EXPECT_NE(run.err.find(file.filename().string()), std::string::npos) << line << run.err;
+        n_lost += text_of(mine) != "a,b\n1,2\n" || text_of(file) != text_of(mine) ||
+                  fs::is_symlink(file) != is_link;
+        ++n_tried;
+      }
+  }
+  fmt::print("foreign_results_replaced = {} of {}\n", n_lost, n_tried);
+  EXPECT_EQ(n_lost, 0);
+  EXPECT_GE(n_tried, 80);
+}
+
 TEST(OpenedInputsContract, AChangedSliceIsAnotherScene) {
   const test::TemporaryFolder folder;
   scene_of(folder, "series", "patch.stl");

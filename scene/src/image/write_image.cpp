@@ -125,7 +125,7 @@ void write_meta_image(const Image& image, const fs::path& file, StoredType type)
   const ImageInfo& info = image.info;
   const LpsGrid grid(info);
   const std::string header = fmt::format(
-      "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = {}\n"
+      "ObjectType = Image\nComment = maille\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = {}\n"
       "CompressedData = False\nTransformMatrix = {} {} {}\nOffset = {}\nCenterOfRotation = 0 0 0\n"
       "AnatomicalOrientation = LPS\nElementSpacing = {}\nDimSize = {} {} {}\nElementNumberOfChannels = {}\n"
       "ElementType = {}\nElementDataFile = LOCAL\n",
@@ -148,7 +148,7 @@ void write_nrrd(const Image& image, const fs::path& file, StoredType type, const
   const LpsGrid grid(info);
   const bool has_components = info.components > 1;
   std::string header = fmt::format(
-      "NRRD0005\n# {}\ntype: {}\ndimension: {}\nspace: left-posterior-superior\nsizes: {}{} {} {}\n"
+      "NRRD0005\n# {}\n# maille\ntype: {}\ndimension: {}\nspace: left-posterior-superior\nsizes: {}{} {} {}\n"
       "space directions:{}",
       "http://teem.sourceforge.net/nrrd/format.html", names[static_cast<std::size_t>(type)],
       has_components ? 4 : 3, has_components ? fmt::format("{} ", info.components) : "", info.size[0],

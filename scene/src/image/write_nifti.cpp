@@ -66,6 +66,7 @@ Header header_of(const ImageInfo& info, StoredType type) {
   header.put(108, static_cast<float>(header_bytes));
   header.put(112, 1.0F);
   header.put(123, unit_is_millimetre);
+  header.put(148, "maille"); // descrip: tells whose file this is
   header.put(252, scanner);
   header.put(254, scanner);
   Eigen::Matrix3d direction;

@@ -178,6 +178,7 @@ std::string vtp_of(const std::vector<BodySurface>& surfaces, const FilePoints& p
                     name, codes);
   };
   word("Units", points.unit());
+  word("Provenance", "maille");
   word("Name", escaped(names));
   if (points.has_world())
     word("SPACE", "LPS");

@@ -88,6 +88,11 @@ ResultsFolder::ResultsFolder(fs::path folder, std::string scene, const fs::path&
       if (kind_ == "run")
         add_stale(fmt::format("{}_{}_0000{}", scene_, method, ending),
                   scene_); // and its series, see finish()
+      for (const char* step : {"", "_0000", "_0001"})
+        if (const fs::path there = file(fmt::format("_{}{}{}", method, step, ending));
+            fs::is_regular_file(there) && !has_provenance(there) && !is_kept_input(there))
+          throw UsageError(fmt::format("--out {}: expected a file of Maille, or none, found another file",
+                                       there.string()));
     }
 }
 

@@ -171,6 +171,8 @@ int main(int argc, char** argv) {
     return leave(exit_faulty_input);
   } catch (const UsageError& error) {
     return leave(fail(error.what(), exit_faulty_input));
+  } catch (const FolderTaken& error) { // a foreign file under the name of a result
+    return leave(fail(error.what(), exit_faulty_input));
   } catch (const std::bad_alloc&) {
     return leave(fail("out of memory", exit_run_failed));
   } catch (const std::exception& error) {

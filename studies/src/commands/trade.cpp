@@ -72,8 +72,11 @@ int trade_command(const TradeOptions& options) {
   keep_inputs({options.scene});
   const TradeSettings settings = settings_of(options);
   Lattices lattices(options.scene);
-  if (options.out)
+  std::optional<FolderLock> lock;
+  if (options.out) {
     prepare_folder(*options.out);
+    lock.emplace(*options.out, lattices.scene().name, FolderLock::Sharing::none);
+  }
   prepare_file("--json", options.json);
   prepare_file("--csv", options.csv);
   const Trade trade = measure_trade(lattices, settings, terminal_control(options.threads));

@@ -37,6 +37,7 @@ int warp_command(const WarpCommandOptions& options) {
     throw UsageError("expected " + why_not);
   keep_inputs({options.scene});
   prepare_folder(*options.out);
+  const FolderLock lock(*options.out, "", FolderLock::Sharing::none);
   prepare_file("--json", options.json);
   const Control control = terminal_control(options.threads);
   Methods methods(check_fem_solver(options.fem_solver));

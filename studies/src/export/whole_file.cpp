@@ -1,5 +1,6 @@
 #include "maille/studies/export/whole_file.hpp"
 
+#include "maille/materials/json.hpp"
 #include "maille/materials/text_file.hpp"
 
 #include <fmt/format.h>
@@ -10,10 +11,13 @@
 #include <cerrno>
 #include <csignal>
 #include <fstream>
+#include <iterator>
 #include <map>
+#include <mutex>
 #include <optional>
 #include <random>
 #include <regex>
+#include <set>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -21,6 +25,7 @@
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <zlib.h>
 
 namespace maille::studies {
 
@@ -76,9 +81,115 @@ fs::path behind_links(fs::path file) {
   return file;
 }
 
+/// Folders that a FolderLock of this process holds, and the files that it wrote there.
+struct Guarded {
+  std::string stem;                           ///< begins the names of results; empty: warp's names
+  std::map<std::string, std::string> digests; ///< of files, from lists of results
+};
+
+struct Guard {
+  std::mutex busy;
+  std::map<fs::path, Guarded> folders;
+  std::set<fs::path> written;
+};
+
+Guard& guard() {
+  static Guard one;
+  return one;
+}
+
+bool is_guarded_name(const std::string& name, const std::string& stem) {
+  static const std::regex of_warp(
+      R"((.+_)?((labels_)?warped|labels|pull|push|jacobian|surface(_.*)?)\.[a-z.]+)");
+  return stem.empty() ? std::regex_match(name, of_warp) : name.starts_with(stem);
+}
+
+std::string beginning(const fs::path& file, char end) {
+  std::string line;
+  std::ifstream stream(file, std::ios::binary);
+  for (char c = 0; line.size() < 4096 && stream.get(c) && c != end;)
+    line += c;
+  return line;
+}
+
+/// PNG and SVG pictures hold their provenance at the end, as other files do at the beginning.
+void add_provenance(const fs::path& file) {
+  // A chunk tEXt, `Software` and `maille`, before the last one, IEND.
+  static constexpr std::string_view chunk("\0\0\0\x0ftEXtSoftware\0maille"
+                                          "\x32\x57\x26\x53",
+                                          27);
+  const std::string ending = file.extension().string();
+  if (ending != ".png" && ending != ".svg")
+    return;
+  std::ifstream stream(file, std::ios::binary);
+  std::string text(std::istreambuf_iterator<char>(stream), {});
+  const bool is_png = ending == ".png";
+  const auto at = is_png ? text.rfind("IEND") : text.rfind("</svg>");
+  bool is_whole = at != std::string::npos && at >= 4;
+  if (is_whole && is_png)
+    text.insert(at - 4, chunk);
+  else
+    text += "<!-- maille -->\n";
+  std::ofstream out(file, std::ios::binary);
+  out << text;
+  out.close();
+  is_whole = is_whole && out.good();
+  if (!is_whole)
+    throw fs::filesystem_error("cannot write", file, std::make_error_code(std::errc::io_error));
+}
+
+/// True of what Maille wrote. Tables cannot say so: they begin as the new table does.
+bool may_be_replaced(const fs::path& file, const fs::path& by, const Guarded& guarded) {
+  if (has_provenance(file) || fs::file_size(file) == 0)
+    return true;
+  if (const auto known = guarded.digests.find(file.filename().string());
+      known != guarded.digests.end() && known->second == digest_of(file))
+    return true;
+  const std::string name = file.extension().string();
+  std::string head(512, '\0');
+  if (gzFile stream = gzopen(file.c_str(), "rb")) { // which reads plain files, too
+    head.resize(static_cast<unsigned>(std::max(0, gzread(stream, head.data(), 512))));
+    gzclose(stream);
+  }
+  const auto says = [&](std::string_view text) { return head.find(text) != std::string::npos; };
+  if (name == ".json" || name == ".jsonl")
+    return says("\"maille\": \"") || says("\"kind\": \"study\"") ||
+           (!by.empty() && (fs::file_size(by) == 0 || beginning(file, ':') == beginning(by, ':')));
+  if (name == ".csv")
+    return !by.empty() && (fs::file_size(by) == 0 || beginning(file, '\n') == beginning(by, '\n'));
+  if (name == ".png" || name == ".svg") {
+    std::ifstream stream(file, std::ios::binary);
+    stream.seekg(-std::min<std::streamoff>(64, static_cast<std::streamoff>(fs::file_size(file))),
+                 std::ios::end);
+    head.assign(std::istreambuf_iterator<char>(stream), {});
+  }
+  return says("maille");
+}
+
+/// @throws FolderTaken where the file is in a guarded folder, and a link or another program's
+void check_replaced(const fs::path& link, const fs::path& by) {
+  std::error_code none;
+  const fs::path folder = fs::weakly_canonical(fs::absolute(link).parent_path(), none),
+                 file = folder / link.filename();
+  const std::scoped_lock lock(guard().busy);
+  const auto at = guard().folders.find(folder);
+  if (at == guard().folders.end() || !is_guarded_name(link.filename().string(), at->second.stem))
+    return;
+  if (fs::is_symlink(file, none))
+    throw FolderTaken(
+        fmt::format("{}: expected no symbolic link under the name of a result, found one", link.string()));
+  if (fs::is_regular_file(file, none) && !guard().written.contains(file) && !is_kept_input(file) &&
+      !may_be_replaced(file, by, at->second))
+    throw FolderTaken(
+        fmt::format("{}: expected a file of Maille, or none, found another file", link.string()));
+  guard().written.insert(file);
+}
+
 } // namespace
 
 void write_whole(const fs::path& link, const std::function<void(const fs::path&)>& write) {
+  if (fs::is_symlink(link))
+    check_replaced(link, {});
   const fs::path file = behind_links(link);
   if (is_kept_input(file))
     throw fs::filesystem_error("cannot write: this command reads that file", file, std::error_code());
@@ -89,6 +200,9 @@ void write_whole(const fs::path& link, const std::function<void(const fs::path&)
     throw fs::filesystem_error("cannot write: no such folder", file, std::error_code());
   TemporaryFile temporary(file);
   write(temporary.path());
+  if (fs::is_regular_file(temporary.path()))
+    add_provenance(temporary.path());
+  check_replaced(link, temporary.path());
   if (!fs::is_regular_file(temporary.path()))
     throw fs::filesystem_error("cannot write", file, std::make_error_code(std::errc::io_error));
   temporary.move_to(file);
@@ -177,6 +291,31 @@ FolderLock::FolderLock(const fs::path& folder, const std::string& stem, Sharing 
     if (entry.is_symlink(error) && is_name_of_result(entry.path().filename().string(), stem))
       throw FolderTaken(fmt::format("{}: expected no symbolic link under the name of a result, found one",
                                     entry.path().string()));
+  Guarded guarded{stem, {}};
+  for (const char* kind : {"run", "compare", "play"}) {
+    const fs::path list = folder / fmt::format("{}_{}_results.json", stem, kind);
+    try {
+      const auto read = parse_json(read_own_text_file(list, "a list of results"), list);
+      for (const auto& [name, digest] : read.at("digests").items())
+        guarded.digests[name] = digest.get<std::string>();
+    } catch (const std::exception&) { // no list, or another program's
+      continue;
+    }
+  }
+  const fs::path place = fs::canonical(folder);
+  const std::scoped_lock busy(guard().busy);
+  guard().folders.insert_or_assign(place, guarded);
+  guard().written.clear();
+  // Before the work: names that commands are sure to write. Tables are compared when they are written.
+  static const std::regex sure(
+      R"(\.(vtm|pvd)|_(compare|trade)\.(json|svg|png)|_(run|compare|play)_results\.json)");
+  for (const auto& entry : fs::directory_iterator(folder, error))
+    if (const std::string name = entry.path().filename().string();
+        !stem.empty() && name.starts_with(stem) && std::regex_match(name.substr(stem.size()), sure) &&
+        entry.is_regular_file(error) && !is_kept_input(entry.path()) &&
+        !may_be_replaced(entry.path(), "", guarded))
+      throw FolderTaken(
+          fmt::format("{}: expected a file of Maille, or none, found another file", entry.path().string()));
 }
 
 void FolderLock::take(const fs::path& folder, const std::string& name, short kind) {

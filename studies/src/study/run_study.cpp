@@ -68,9 +68,6 @@ public:
     fs::remove(aside_, error);
   }
 
-private:
-  static fs::path with(fs::path stem, const char* ending) { return stem += ending; }
-
   /// What begins as rows and headers of studies do is one's own, of whatever version.
   static void check(const fs::path& file) {
     std::error_code error;
@@ -84,6 +81,9 @@ private:
       throw FolderTaken(fmt::format(
           "{}: expected a table of a study, which --overwrite replaces, found another file", file.string()));
   }
+
+private:
+  static fs::path with(fs::path stem, const char* ending) { return stem += ending; }
 
   fs::path table_, aside_;
   bool is_aside_ = false;
@@ -139,6 +139,7 @@ void StudyRun::take_up() {
     if (!options_.resume)
       throw FolderTaken(
           fmt::format("{}: expected no table there, or --resume to go on with it", file.string()));
+    OlderTable::check(file);
     if (file.extension() == ".jsonl") // of which the other is a copy
       for (StudyRow& row : read_study_table(file).rows) {
         std::string hash = row.hash;
