@@ -1,3 +1,6 @@
+/// The table of commands, and the texts of --help that are made from it.
+/// A command is one line of all_commands(): its name, an example, its page, and what reads its options.
+
 #include "cli/help.hpp"
 
 #include "cli/command_line.hpp"
