@@ -16,7 +16,7 @@ file(WRITE ${maille_plugin_exports} "{ global: maille_plugin; local: *; };\n")
 
 # maille_plugin(NAME SOURCES ... LINK ...): the target maille_NAME_plugin, the file maille-NAME.so.
 function(maille_plugin name)
-  cmake_parse_arguments(arg "" "" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(arg "NOT_INSTALLED" "" "SOURCES;LINK" ${ARGN})
   set(target maille_${name}_plugin)
   add_library(${target} MODULE ${arg_SOURCES})
   set_target_properties(${target} PROPERTIES PREFIX "" OUTPUT_NAME maille-${name}
@@ -29,5 +29,7 @@ function(maille_plugin name)
     target_link_options(${target} PRIVATE LINKER:-z,defs)
   endif()
   maille_use_precompiled(${target} position_independent)
-  install(TARGETS ${target} LIBRARY DESTINATION ${maille_plugin_folder} COMPONENT command)
+  if(NOT arg_NOT_INSTALLED)
+    install(TARGETS ${target} LIBRARY DESTINATION ${maille_plugin_folder} COMPONENT command)
+  endif()
 endfunction()

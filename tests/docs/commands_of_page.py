@@ -17,7 +17,7 @@ import tempfile
 
 SECONDS = 60
 # Commands that take minutes: what matters here is that they are understood.
-LONG, SECONDS_OF_LONG = {"bench", "trade", "stability", "verify", "fit", "identify", "live"}, 4
+LONG, SECONDS_OF_LONG = {"trade", "fit", "identify", "live"}, 4
 SECONDS_TO_END = 60
 STANDS_FOR = re.compile(r"\b[A-Z][A-Z0-9_]*(\.[a-z]+)?$|^\.\.\.$|\bFILE\b|\bDIR\b|\bSCENE\b|\bNAME\b|\bHOST\b")
 

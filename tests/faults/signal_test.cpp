@@ -62,8 +62,7 @@ INSTANTIATE_TEST_SUITE_P(
         WritingCommand{"study", "study IN/slow_study.toml --resume --out OUT"},
         WritingCommand{"trade", "trade IN/slow.toml --methods sweep --spacings 1 --tolerances 0.0001 "
                                 "--reference sweep --out OUT"},
-        WritingCommand{"fit", "fit IN/slow.toml --test IN/slower.toml --reference sweep --out OUT/m.toml"},
-        WritingCommand{"bench", "bench propagate --json OUT/b.json"}),
+        WritingCommand{"fit", "fit IN/slow.toml --test IN/slower.toml --reference sweep --out OUT/m.toml"}),
     [](const auto& one) { return one.param.name; });
 
 /// A factor of these cells, and the analysis before it, take far longer than a test may.
@@ -203,9 +202,7 @@ TEST(StopTimeContract, EveryPhaseEndsWithinASecondOfProcessor) {
          6.0},
         {"run " + small + " --methods fem_q1 --threads 1", 3.0},
         {"render " + large + " --threads 1 --width 6000 --height 6000 --samples 16 --out " + out + "/r.png",
-         3.0},
-        {"verify --quick", 2.0},
-        {"bench propagate", 2.0}})
+         3.0}})
     for (int trial = 0; trial < 4; ++trial) {
       const double after = std::uniform_real_distribution(0.1, latest)(lot);
       const int signal = trial % 2 == 0 ? SIGTERM : SIGINT;

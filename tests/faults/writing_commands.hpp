@@ -49,7 +49,6 @@ inline const std::vector<WritingCommand>& writing_commands() {
        "OUT/f.json",
        1},
       {"materials", "materials --json OUT/m.json"},
-      {"bench", "bench propagate --quick --json OUT/b.json"},
       {"export", "export IN/box.toml --out OUT/box.inp"}};
   return list;
 }

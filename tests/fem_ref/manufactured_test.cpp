@@ -1,5 +1,5 @@
 // A displacement that is known everywhere: the error falls with the order of the element. More in
-// studies/src/verify/orders.cpp.
+// studies/lab/verify/orders.cpp.
 #include "fem_ref/bodies.hpp"
 #include "maille/scene/cell_fields.hpp"
 

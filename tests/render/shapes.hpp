@@ -2,7 +2,7 @@
 /// Objects whose values are functions of place, and the same objects for the oracle.
 
 #include "maille/render/renderer.hpp"
-#include "maille/rivals/plain_caster.hpp"
+#include "rivals/plain_caster.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -74,8 +74,8 @@ inline std::shared_ptr<Deformation> bent(const SceneObject& object, double stren
 }
 
 /// What the oracle is told of an object: the values that are kept, not those that were given.
-inline rivals::PlainObject plain(const SceneObject& object) {
-  rivals::PlainObject to;
+inline lab::rivals::PlainObject plain(const SceneObject& object) {
+  lab::rivals::PlainObject to;
   const Volume& volume = *object.volume;
   to.size = volume.grid().size;
   to.spacing = volume.grid().spacing;
@@ -103,11 +103,11 @@ inline rivals::PlainObject plain(const SceneObject& object) {
 /// @param every  pixels of that many rows and columns are compared
 inline double difference(const Picture& picture, const std::vector<SceneObject>& objects, const View& view,
                          int every = 1) {
-  std::vector<rivals::PlainObject> all;
+  std::vector<lab::rivals::PlainObject> all;
   for (const SceneObject& object : objects)
     all.push_back(plain(object));
   const auto [right, up, ahead] = view.camera.axes();
-  rivals::PlainView of;
+  lab::rivals::PlainView of;
   of.ahead = ahead;
   const double length = std::hypot(view.light[0], view.light[1], view.light[2]);
   for (std::size_t a = 0; a < 3; ++a)
@@ -120,7 +120,7 @@ inline double difference(const Picture& picture, const std::vector<SceneObject>&
   for (int y = 0; y < view.height; y += every)
     for (int x = 0; x < view.width; x += every) {
       const Ray ray = view.camera.ray(view.width, view.height, x, y);
-      const auto expected = rivals::cast_plainly(all, of, ray.origin, ray.direction);
+      const auto expected = lab::rivals::cast_plainly(all, of, ray.origin, ray.direction);
       for (std::size_t c = 0; c < 4; ++c)
         largest = std::max(
             largest, 255 * std::abs(expected[c] - static_cast<double>(picture.rgba[picture.pixel(x, y)][c])));

@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-namespace maille::studies {
+namespace maille::lab {
 namespace {
 
 constexpr double youngs_modulus = 1e4, poisson_ratio = 0.3,
@@ -38,4 +38,4 @@ TEST(BallOnLayerReference, AThinLayerIsStifferByTheKnownSeries) {
 }
 
 } // namespace
-} // namespace maille::studies
+} // namespace maille::lab

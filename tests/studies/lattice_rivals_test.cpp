@@ -1,7 +1,7 @@
-#include "maille/rivals/lattice_rivals.hpp"
+#include "rivals/lattice_rivals.hpp"
 
-#include "maille/rivals/spring_lattice.hpp"
 #include "maille/scene/answer.hpp"
+#include "rivals/spring_lattice.hpp"
 #include "support/bodies/scenes.hpp"
 #include "support/fields.hpp"
 #include "support/vector_targets.hpp"
@@ -11,7 +11,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace maille::studies {
+namespace maille::lab {
 namespace {
 
 using test::box_scene;
@@ -251,4 +251,4 @@ TEST(BulletContract, WhatItCannotCarryIsSaid) {
 }
 
 } // namespace
-} // namespace maille::studies
+} // namespace maille::lab

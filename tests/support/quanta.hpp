@@ -2,7 +2,7 @@
 /// What the wavefront must give, to the bit: the same whole numbers by Dijkstra.
 
 #include "feasible/wavefront/wavefront.hpp"
-#include "maille/rivals/rivals.hpp"
+#include "rivals/rivals.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -67,16 +67,16 @@ private:
     std::vector<std::int32_t> x(state.size());
     std::ranges::transform(state, x.begin(), stored);
     const std::vector<std::int32_t> before = x;
-    const studies::FlatLinks links(*scene_, *limits_, component, quantum);
-    std::vector<studies::FlatSeed> up, down;
+    const lab::FlatLinks links(*scene_, *limits_, component, quantum);
+    std::vector<lab::FlatSeed> up, down;
     for (const auto& [node, value] : ends) {
       up.push_back({node, stored(value)});
       down.push_back({node, -stored(value)});
     }
-    studies::dijkstra_flat(links.drop, links.stride, x, up);
+    lab::dijkstra_flat(links.drop, links.stride, x, up);
     for (auto& value : x)
       value = -value;
-    studies::dijkstra_flat(links.climb, links.stride, x, down);
+    lab::dijkstra_flat(links.climb, links.stride, x, down);
     for (std::size_t i = 0; i < x.size(); ++i)
       if (-x[i] != before[i])
         state[i] = middle - x[i];

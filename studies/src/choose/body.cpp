@@ -13,7 +13,7 @@ namespace {
 /// Half a cell less than two: a staircase has rows of one cell as well.
 constexpr double fewest_cells = 1.75;
 constexpr double most_change_of_volume = 0.25;
-/// A little beyond what the table has: 0.48, 25 and, of what `maille bench studies` draws, 4.
+/// A little beyond what the table has: 0.48, 25 and, of what `studies/lab/run studies` draws, 4.
 constexpr double largest_poisson_ratio = 0.49, largest_anisotropy = 30, largest_aspect = 4,
                  largest_flatness = 1.5;
 

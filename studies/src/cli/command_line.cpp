@@ -215,26 +215,6 @@ void add_materials(CLI::App* command, MaterialsOptions& options) {
   add_json(command, options.json, nullptr);
 }
 
-void add_bench(CLI::App* command, BenchCommandOptions& options) {
-  command->add_option("SUBJECT", options.subject, fmt::format("{}", fmt::join(bench_subjects(), ", ")))
-      ->required()
-      ->check(CLI::IsMember(bench_subjects()));
-  command->add_flag("--quick", options.quick, "small bodies: shows that it runs, figures mean nothing");
-  command
-      ->add_option("--only", options.only,
-                   fmt::format("of `world`, one part: {}", fmt::join(world_bench_parts(), ", ")))
-      ->check(CLI::IsMember(world_bench_parts()));
-  add_json(command, options.json, nullptr);
-}
-
-void add_verify(CLI::App* command, VerifyOptions& options) {
-  command->add_flag("--quick", options.quick, "coarser meshes of what takes long");
-  command->add_flag("--ranks", options.ranks,
-                    "only: mpirun -n N maille verify --ranks, all ranks together against one alone");
-  command->add_option("--markdown", options.markdown, "the table as a page in FILE");
-  add_json(command, options.json, nullptr);
-}
-
 void add_new(CLI::App* command, NewOptions& options) {
   command->add_option("KIND", options.kind, "strip, image or world")
       ->required()
@@ -352,15 +332,6 @@ void add_study(CLI::App* command, StudyCommandOptions& options) {
       ->add_option("--threads", options.threads,
                    "threads of every method; default: the processors shared among the jobs")
       ->check(CLI::Range(1, 1024));
-}
-
-void add_stability(CLI::App* command, StabilityCommandOptions& options) {
-  command->add_flag("--quick", options.quick, "fewer drags, cycles and random scenes; no quadratic elements");
-  command->add_option("--only", options.extremes,
-                      "only this extreme, by the name that the table has for it; may be repeated");
-  command->add_option("--markdown", options.markdown, "the table as a page in FILE");
-  add_json(command, options.json, nullptr);
-  add_threads(command, options.threads, "questions at a time, each in a process of its own");
 }
 
 void add_play(CLI::App* command, PlayOptions& options) {

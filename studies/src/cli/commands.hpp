@@ -259,13 +259,6 @@ struct MaterialsOptions {
   std::optional<std::string> json;
 };
 
-struct BenchCommandOptions {
-  std::string subject; ///< one of bench_subjects()
-  std::optional<std::string> json;
-  bool quick = false;
-  std::string only; ///< one of world_bench_parts(); empty: all
-};
-
 struct StudyCommandOptions {
   std::filesystem::path study;
   std::optional<std::filesystem::path> out; ///< nothing: out/NAME
@@ -287,19 +280,6 @@ struct MergeOptions {
   std::optional<std::filesystem::path> study; ///< of whose tables sensitivities are found
 };
 
-struct VerifyOptions {
-  std::optional<std::string> json, markdown;
-  bool quick = false;
-  bool ranks = false; ///< only what several ranks solve together against what each solves alone
-};
-
-struct StabilityCommandOptions {
-  std::optional<std::string> json, markdown;
-  bool quick = false;
-  std::vector<std::string> extremes; ///< empty: all, and random scenes
-  int threads = 1;                   ///< questions at a time
-};
-
 int compare_command(const CompareOptions& options);
 int run_command(const RunOptions& options);
 /// Of whatever file there is: scenes, worlds, studies, trajectories with their worlds, materials.
@@ -313,22 +293,16 @@ int explain_command(const ExplainOptions& options);
 [[gnu::weak]] int warp_command(const WarpCommandOptions& options);
 /// @throws UsageError for formats that are none. The images are kept from being written over.
 [[gnu::weak]] WarpRequest warp_request(const WarpOptions& options);
-[[gnu::weak]] int bench_command(const BenchCommandOptions& options);
 [[gnu::weak]] int play_command(const PlayOptions& options);
 [[gnu::weak]] int probe_command(const ProbeCommandOptions& options);
 [[gnu::weak]] int render_command(const RenderOptions& options);
 [[gnu::weak]] int new_command(const NewOptions& options);
-/// What can be measured.
-[[gnu::weak]] std::vector<std::string> bench_subjects();
-[[gnu::weak]] std::vector<std::string> world_bench_parts();
 [[gnu::weak]] int trade_command(const TradeOptions& options);
 [[gnu::weak]] int choose_command(const ChooseOptions& options);
 [[gnu::weak]] int study_command(const StudyCommandOptions& options);
 [[gnu::weak]] int merge_command(const MergeOptions& options);
 [[gnu::weak]] int fit_command(const FitOptions& options);
 [[gnu::weak]] int identify_command(const IdentifyOptions& options);
-[[gnu::weak]] int verify_command(const VerifyOptions& options);
-[[gnu::weak]] int stability_command(const StabilityCommandOptions& options);
 [[gnu::weak]] int report_command(const ReportOptions& options);
 [[gnu::weak]] int manual_command(const ManualOptions& options);
 

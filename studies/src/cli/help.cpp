@@ -1,3 +1,6 @@
+/// The table of commands, and the texts of --help that are made from it.
+/// A command is one line of all_commands(): its name, an example, its page, and what reads its options.
+
 #include "cli/help.hpp"
 
 #include "cli/command_line.hpp"
@@ -331,12 +334,6 @@ std::vector<Command> all_commands() {
       {"materials", "Show the tissue library, or one tissue with derived constants",
        "maille materials muscle/soleus", "tissue_to_limits.md", taking(add_materials, materials_command),
        false},
-      {"bench", "Measure speed and exactness against rivals, in one run", "maille bench relax --quick",
-       "relax.md", taking(add_bench, bench_command), false},
-      {"verify", "Solve problems whose answers are known; exit code 3 where one is missed",
-       "maille verify --quick", "verification.md", taking(add_verify, verify_command), false},
-      {"stability", "Ask every method the extremes; exit code 3 where a promise is broken",
-       "maille stability --quick", "stability.md", taking(add_stability, stability_command), false},
       {"report", "Make one page (HTML) of a folder of results", "maille report out/strip", "report.md",
        taking(add_report, report_command), false},
       {"manual", "Write pages of the manual and completions for bash and zsh, from what --help says",

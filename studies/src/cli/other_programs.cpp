@@ -1,3 +1,14 @@
+/// Which of two programs answers a command line.
+///
+/// `maille` starts in 20 ms because it links few libraries: it has run, compare, check and explain. Every
+/// other command, and those four where they need worlds, films or pictures by looks, stands in
+/// maille-studies, which has all commands. Both are built from the same command line (help.cpp): a command
+/// that a program is not linked with has a null function, and the program then replaces itself by
+/// maille-studies with execv, before it reads a file or starts a thread.
+///
+/// The choice looks at words alone. It may open a scene file to see whether that is a world, so it comes
+/// before files are noted as inputs (main.cpp).
+
 #include "cli/help.hpp"
 #include "cli/worlds.hpp"
 #include "maille/plugins/open_plugin.hpp"

@@ -43,9 +43,7 @@ int fail(std::string_view message, int exit_code) {
 bool is_for_all_ranks(int argc, char** argv) {
   const std::vector<std::string_view> words(argv + 1, argv + argc);
   const auto command = std::ranges::find_if(words, [](std::string_view word) { return word != "--sandbox"; });
-  const bool is_of_ranks = std::ranges::find(words, "--ranks") != words.end();
-  return command != words.end() && (*command == "compare" || *command == "run" || *command == "render" ||
-                                    (*command == "verify" && is_of_ranks));
+  return command != words.end() && (*command == "compare" || *command == "run" || *command == "render");
 }
 
 int run(int argc, char** argv) {
@@ -147,6 +145,10 @@ int main(int argc, char** argv) {
     if (limit_blas_threads() || has_raised)
       execv("/proc/self/exe", argv); // goes on where that cannot be
     const std::vector<std::string> words(argv + 1, argv + argc);
+    // The laboratory has left the command; outside scripts that still use the old words are told where it is.
+    if (!words.empty() && (words[0] == "bench" || words[0] == "verify" || words[0] == "stability"))
+      throw UsageError(fmt::format("maille {} is now studies/lab/run {} of the source tree", words[0],
+                                   words[0] == "bench" ? "SUBJECT" : words[0]));
     if (const auto asked = asked_command(words); asked && !is_of_this_program(*asked, words))
       become_program_of(*asked, argv);
     maille::keep_opened_files(); // not before: the choice of the program looks at every word, outputs too

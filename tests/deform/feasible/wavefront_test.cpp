@@ -123,7 +123,7 @@ TEST(WavefrontContract, TheNamedBodiesKeepTheirLimitsWhereTheOldOrderBreaksThem)
 
     // Enhanced chain mail on the same links; it is no strawman where all paths agree (bore is one material).
     const double quantum = body.quantum(0);
-    std::vector<studies::FlatLinks> links;
+    std::vector<lab::FlatLinks> links;
     std::vector<std::int32_t> target;
     for (int b = 0; b < 3; ++b) {
       links.emplace_back(scene, limits, b, quantum);
@@ -132,8 +132,7 @@ TEST(WavefrontContract, TheNamedBodiesKeepTheirLimitsWhereTheOldOrderBreaksThem)
     }
     std::vector<std::vector<std::int32_t>> state(
         3, std::vector<std::int32_t>(static_cast<std::size_t>(scene.specimen.grid.n_nodes()), 0));
-    const auto outcome =
-        studies::enhanced_chain_mail(links, quantum, state, scene.prescribed[0].node, target);
+    const auto outcome = lab::enhanced_chain_mail(links, quantum, state, scene.prescribed[0].node, target);
     const double share = static_cast<double>(outcome.violated_links) / static_cast<double>(outcome.links);
     if (name == "bore")
       EXPECT_LT(share, 0.01);

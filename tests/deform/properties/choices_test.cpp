@@ -1,12 +1,12 @@
 /// Random choices, and how they are made smaller.
 
-#include "maille/checks/random_scene.hpp"
+#include "checks/random_scene.hpp"
 
 #include <gtest/gtest.h>
 
 #include <numeric>
 
-namespace maille::studies {
+namespace maille::lab {
 namespace {
 
 TEST(ChoicesContract, AReplayGivesTheSameNumbersAndThenZeros) {
@@ -61,4 +61,4 @@ TEST(ShrunkContract, AsksNoMoreOftenThanItMay) {
 }
 
 } // namespace
-} // namespace maille::studies
+} // namespace maille::lab

@@ -1,7 +1,7 @@
 /// The relaxers' answers cost no more than any other answer that was found for the same question, in the
 /// energy that each lowers.
 
-#include "maille/checks/random_scene.hpp"
+#include "checks/random_scene.hpp"
 #include "maille/deform/solve.hpp"
 #include "support/componentwise_oracle.hpp"
 #include "support/dense_program.hpp"
@@ -10,7 +10,7 @@
 
 #include <gtest/gtest.h>
 
-namespace maille::studies {
+namespace maille::lab {
 namespace {
 
 constexpr double tolerance = 1e-5;
@@ -93,4 +93,4 @@ TEST(RelaxedEnergyOracle, IsNotAboveThatOfAnyOtherFeasibleAnswer) {
 }
 
 } // namespace
-} // namespace maille::studies
+} // namespace maille::lab

@@ -1,7 +1,7 @@
 /// One question told in two ways has one answer: stored along other axes, mirrored, in other units, with void
 /// around, with a label split in two, with its tables in another order. MAILLE_SEED=N begins at another seed.
 
-#include "maille/checks/random_scene.hpp"
+#include "checks/random_scene.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"
 #include "maille/scene/scene_builder.hpp"
@@ -14,7 +14,7 @@
 #include <cstdlib>
 #include <iostream>
 
-namespace maille::studies {
+namespace maille::lab {
 namespace {
 
 /// How a question is told.
@@ -297,4 +297,4 @@ TEST(MetamorphicOracle, OneQuestionToldInTwoWaysHasOneAnswer) {
 }
 
 } // namespace
-} // namespace maille::studies
+} // namespace maille::lab

@@ -1,8 +1,8 @@
 /// Promises of worlds after every frame, checked on random worlds. A failure prints its seed and the smallest
 /// play that breaks a promise; MAILLE_SEED=N begins at another seed.
 
-#include "maille/checks/promises.hpp"
-#include "maille/checks/world_promises.hpp"
+#include "checks/promises.hpp"
+#include "checks/world_promises.hpp"
 
 #include "support/sanitized.hpp"
 #include "support/worlds/worlds.hpp"
@@ -13,7 +13,7 @@
 #include <cstdlib>
 #include <map>
 
-namespace maille::studies {
+namespace maille::lab {
 namespace {
 
 TEST(RandomPlaysContract, KeepEveryPromise) {
@@ -89,4 +89,4 @@ TEST(BrokenWorldPromiseContract, IsFoundWhereThereIsOne) {
 }
 
 } // namespace
-} // namespace maille::studies
+} // namespace maille::lab

@@ -1,15 +1,15 @@
 /// Every unconditional promise, checked on random scenes. A failure prints its seed and the smallest scene
 /// that breaks the same promise; MAILLE_SEED=N begins at another seed.
 
-#include "maille/checks/promises.hpp"
-#include "maille/checks/random_scene.hpp"
+#include "checks/promises.hpp"
+#include "checks/random_scene.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 #include <map>
 
-namespace maille::studies {
+namespace maille::lab {
 namespace {
 
 constexpr int n_parts = 20;
@@ -86,4 +86,4 @@ TEST(BrokenPromiseContract, IsFoundWhereThereIsOne) {
 }
 
 } // namespace
-} // namespace maille::studies
+} // namespace maille::lab

@@ -104,9 +104,8 @@ TEST(CommandLineContract, HelpNamesMethodsDefaultsAnExampleAndAPage) {
       EXPECT_EQ(help.out.find(raw), std::string::npos) << line << ": " << raw << "\n" << help.out;
   }
   EXPECT_EQ(maille_command("play --help").out.find("{false}"), std::string::npos);
-  for (const char* command :
-       {"bench", "check", "choose", "compare", "explain", "export", "fit", "materials", "merge", "play",
-        "probe", "report", "run", "stability", "study", "trade", "verify"}) {
+  for (const char* command : {"check", "choose", "compare", "explain", "export", "fit", "materials", "merge",
+                              "play", "probe", "report", "run", "study", "trade"}) {
     const Outcome help = maille_command(std::string("help ") + command);
     EXPECT_EQ(help.code, 0) << command;
     EXPECT_NE(help.out.find("Example: maille " + std::string(command)), std::string::npos) << help.out;
@@ -165,6 +164,17 @@ TEST(CommandLineContract, CheckKnowsWhatKindOfFileItIsGiven) {
   EXPECT_EQ(code(folder.write("none.toml", "youngs_modulus = \"10 kPa\"\npoisson_ratio = 7\n").string()), 2);
   const Outcome as_json = maille_command("check " + study + " --json");
   EXPECT_EQ(json::parse(as_json.out)["kind"], "study");
+}
+
+TEST(CommandLineContract, WordsOfTheLaboratoryNameItsRunner) {
+  for (const auto& [line, part] : {std::pair{"bench relax --quick", "studies/lab/run SUBJECT"},
+                                   {"verify", "studies/lab/run verify"},
+                                   {"stability --json", "studies/lab/run stability"}}) {
+    const Outcome run = maille_command(line);
+    EXPECT_EQ(run.code, 2) << line;
+    EXPECT_NE(run.err.find(part), std::string::npos) << run.err;
+    EXPECT_EQ(std::ranges::count(run.err, '\n'), 1) << run.err;
+  }
 }
 
 } // namespace

@@ -140,24 +140,5 @@ TEST_F(TradeCommandContract, WrongUseIsExitCodeTwoAndSaysWhat) {
   }
 }
 
-TEST(BenchCommandContract, ChoicesAreCheckedOnUnseenScenes) {
-#ifdef MAILLE_CHECKS_ACCESS
-  GTEST_SKIP() << "the sanitizer takes longer than a scene's reference is given";
-#endif
-  const Outcome run = maille_command("bench studies --quick --json");
-  ASSERT_EQ(run.code, 0) << run.err;
-  const json result = json::parse(run.out);
-  std::set<std::string> names;
-  for (const json& check : result["checks"])
-    names.insert(check["name"]);
-  for (const char* name : {"choose_error_kept", "choose_time_kept", "choose_scenes"})
-    EXPECT_TRUE(names.contains(name)) << name;
-  for (const json& check : result["checks"]) {
-    if (check["name"] == "choose_scenes") {
-      EXPECT_EQ(check["value"], 6);
-    }
-  }
-}
-
 } // namespace
 } // namespace maille

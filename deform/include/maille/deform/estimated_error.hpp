@@ -52,7 +52,7 @@ struct ErrorEstimation {
 /// Memory      that of `coupled`, and four displacements; eight times that with the finer lattice
 /// Repeatable  same bits for any number of threads
 /// Source      docs/theory.md, section 3 (Error estimate); Brandt 1977; Richardson 1911
-/// Checked by  tests/deform/elastic/estimated_error_test.cpp; `maille bench studies`
+/// Checked by  tests/deform/elastic/estimated_error_test.cpp; `studies/lab/run studies`
 ErrorEstimation estimate_error(const Scene& scene, const Displacement& displacement,
                                const Control& control = {});
 /// The same of a whole answer of a lattice method, with EstimatedError::mechanics.

@@ -44,7 +44,7 @@ enum class Keeping {
 /// Answers are those of solve() to the scene's tolerance; the same questions in the same order give the same
 /// bits, for any number of threads. 3D keeps all, 1D and 2D the answers. Not for two threads at a time.
 /// Memory      that of `coupled`, up to three displacements more, and a copy of the body's matter
-/// Checked by  tests/deform/elastic_body_test.cpp; figures: `maille bench bodies`
+/// Checked by  tests/deform/elastic_body_test.cpp; figures: `studies/lab/run bodies`
 class ElasticBody {
 public:
   explicit ElasticBody(Keeping keeping = Keeping::answers);

@@ -7,7 +7,7 @@
 /// values lie from raw ones, as ratios: their median corrects, their quantiles are the uncertainty (split
 /// conformal prediction: Papadopoulos and others 2002; Lei and others 2018, section 2.2, on the logarithm).
 /// The promise is the upper quantile: it holds as often as it says for scenes drawn as those of the table
-/// were, and for others as often as is measured by `maille bench studies`.
+/// were, and for others as often as is measured by `studies/lab/run studies`.
 ///
 /// A scene that is unlike those of the table in kind is not promised by it: there three lattices on which the
 /// body is still itself have to approach each other, and their observed order with a margin is the promise;
