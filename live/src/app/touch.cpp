@@ -50,17 +50,18 @@ Eigen::Vector3d App::on_view_plane(double x, double y, const Eigen::Vector3d& th
 std::vector<std::int64_t> App::patch_at(int object, const Vec3& rest) const {
   const Specimen& body = scene_->objects[static_cast<std::size_t>(object)].scene.specimen;
   const Grid& grid = body.grid;
+  const auto d = static_cast<std::size_t>(grid.dimension());
   std::vector<std::pair<double, std::int64_t>> found;
   double nearest = 1e300;
   std::int64_t nearest_node = -1;
   const auto square = [](double x) { return x * x; };
   Index3 begin{}; // mostly the one, and few others need to be looked at
-  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+  for (std::size_t a = 0; a < d; ++a)
     begin[a] = static_cast<int>(
         std::clamp(std::round((rest[a] - body.origin[a]) / grid.spacing()[a]), 0.0, grid.nodes()[a] - 1.0));
   if (body.is_node(begin)) {
     nearest = 0;
-    for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+    for (std::size_t a = 0; a < d; ++a)
       nearest += square(body.position(begin)[a] - rest[a]);
     nearest_node = grid.node(begin);
   }
@@ -70,7 +71,7 @@ std::vector<std::int64_t> App::patch_at(int object, const Vec3& rest) const {
     for (at[1] = 0; at[1] < grid.nodes()[1]; ++at[1]) {
       const Vec3 row = body.position({0, at[1], at[2]});
       double beside = 0; // how far the whole row is off, at least
-      for (std::size_t a = 1; a < static_cast<std::size_t>(grid.dimension()); ++a)
+      for (std::size_t a = 1; a < d; ++a)
         beside += square(row[a] - rest[a]);
       if (beside > nearest && beside > within)
         continue;

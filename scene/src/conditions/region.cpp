@@ -57,7 +57,7 @@ void sort_uniquely(std::vector<std::int64_t>& numbers) {
   numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
 }
 
-/// Of a box between two corners, carried into another frame.
+/// Bounds, in another frame, of the box between two corners.
 std::pair<Vec3, Vec3> bounds_in(const Placement& placement, const Vec3& first, const Vec3& last) {
   Vec3 low{INFINITY, INFINITY, INFINITY}, high{-INFINITY, -INFINITY, -INFINITY};
   for (int corner = 0; corner < 8; ++corner) {

@@ -17,11 +17,12 @@ int level_axis(const Grid& grid, int axis) {
 }
 
 Vec3 weight_per_modulus(const Grid& grid) {
+  const auto d = static_cast<std::size_t>(grid.dimension());
   double volume = 1;
-  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+  for (std::size_t a = 0; a < d; ++a)
     volume *= grid.spacing()[a];
   Vec3 factor{};
-  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+  for (std::size_t a = 0; a < d; ++a)
     factor[a] = volume / (grid.spacing()[a] * grid.spacing()[a]);
   return factor;
 }

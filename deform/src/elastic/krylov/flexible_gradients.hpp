@@ -30,7 +30,7 @@ public:
 };
 
 /// Flexible conjugate gradients (Polak-Ribiere), which tolerate a float32 preconditioner; everything else is
-/// float64. Notation: r = f - K u the residual, B the preconditioner, z = B r, p the direction. beta = r_new
+/// float64. Notation: r = f - K u the residual, B the preconditioner, z = B r, p the direction. beta is r_new
 /// . (z_new - z_old) / (r_old . z_old); the term r_new . z_old (`overlap`) vanishes if B is constant.
 ///
 /// Stops when the error is below tolerance in both the energy norm and the displacement norm (Euclidean),

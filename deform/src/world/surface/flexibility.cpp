@@ -407,27 +407,23 @@ const Eigen::MatrixXd& Flexibility::compliance(const std::vector<std::int64_t>& 
     return kept_compliance_;
   const std::vector<std::int64_t> before = std::exchange(kept_components_, components);
   const Eigen::MatrixXd known = std::move(kept_compliance_);
-  std::vector<Eigen::Index> place; // among those known before; -1: new
-  for (const std::int64_t component : components) {
-    const auto at = std::ranges::lower_bound(before, component);
-    place.push_back(at != before.end() && *at == component ? at - before.begin() : -1);
-  }
   const auto n = std::ssize(components);
+  const Eigen::Map<const Eigen::VectorX<std::int64_t>> component(components.data(), n);
+  Eigen::VectorX<Eigen::Index> place(n); // among the components known before; -1: new
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto at = std::ranges::lower_bound(before, component[i]);
+    place[i] = at != before.end() && *at == component[i] ? at - before.begin() : -1;
+  }
   kept_compliance_.resize(n, n);
   for (Eigen::Index j = 0; j < n; ++j) {
-    const auto q = static_cast<std::size_t>(j);
-    const Eigen::VectorXd& column = columns_[components[q]].values;
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const auto p = static_cast<std::size_t>(i);
-      if (place[p] >= 0 && place[q] >= 0)
-        kept_compliance_(i, j) = known(place[p], place[q]);
-      else // once with the column of each
-        kept_compliance_(i, j) = column[components[p]];
-    }
+    const Eigen::VectorXd& column = columns_[component[j]].values;
+    for (Eigen::Index i = 0; i < n; ++i)
+      kept_compliance_(i, j) =
+          place[i] >= 0 && place[j] >= 0 ? known(place[i], place[j]) : column[component[i]];
   }
   for (Eigen::Index j = 0; j < n; ++j)
     for (Eigen::Index i = 0; i < j; ++i)
-      if (place[static_cast<std::size_t>(i)] < 0 || place[static_cast<std::size_t>(j)] < 0)
+      if (place[i] < 0 || place[j] < 0) // the mean of what the columns of both say
         kept_compliance_(i, j) = kept_compliance_(j, i) =
             0.5 * (kept_compliance_(i, j) + kept_compliance_(j, i));
   return kept_compliance_;
