@@ -71,7 +71,7 @@ class Answer:
 
     Vectors and tensors are in the world's frame, as in files and as forces are; with ``frame="grid"`` along the
     axes of the image, which are views without a copy, as are those in the world where both frames are the same.
-    Of an answer that was refused or failed, ``message`` says why, and arrays raise ValueError.
+    If an answer was refused or failed, ``message`` says why, and arrays raise ValueError.
     """
 
     def __init__(self, core: _core.Answer, scene: "Scene", frame: str = "world") -> None:

@@ -11,7 +11,7 @@ class Fault(NamedTuple):
     """One thing that is wrong, and what would have been right."""
 
     file: str  #: empty where the scene is from no file
-    line: int  #: from 1; 0 where there is none
+    line: int  #: from 1; 0 if unknown
     key: str  #: dotted path, such as ``move[1].by``
     expected: str  #: what would have been right
     found: str  #: what is there

@@ -362,7 +362,7 @@ class Scene:
 
 
 class Drag:
-    """A body in somebody's hand: handles are moved step by step, at the cost of what they touch.
+    """A body in the hand: moves handles step by step, at the cost of the nodes that they touch.
 
     Limits of links alone (chain mail): no forces; plastic, so that the state depends on the path. A handle stays
     where it was put until it is released. Two handles or more that turn together turn the body with them.

@@ -115,7 +115,7 @@ class World:
             yield Frame(number=number, **result)
 
     def displacement(self, object: str) -> Floats:
-        """Of a deformable object, in its own frame [m]: array (nz, ny, nx, 3); a copy, since the world goes on."""
+        """Displacement of a deformable object in its own frame [m]: array (nz, ny, nx, 3), a copy."""
         return self._core.displacement(object)
 
     def pose(self, object: str) -> Floats:

@@ -1,11 +1,11 @@
 /// docs/promises.md: every line names a test, and every test that is named is in the sources.
 
 #include "maille/scene/mechanics/mechanics.hpp"
+#include "support/temporary_folder.hpp"
 
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
 #include <regex>
 #include <set>
 #include <sstream>
@@ -17,20 +17,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string content(const fs::path& file) {
-  std::ifstream stream(file);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
-}
-
 /// `Suite.Test` of every TEST, TEST_F and TEST_P below tests/.
 std::set<std::string> tests_in_the_sources() {
   const std::regex declaration(R"(\n(?:TEST|TEST_F|TEST_P)\((\w+),\s*(\w+)\))");
   std::set<std::string> names;
   for (const auto& entry : fs::recursive_directory_iterator(fs::path(MAILLE_SOURCES) / "tests"))
     if (entry.path().extension() == ".cpp") {
-      const std::string text = content(entry.path());
+      const std::string text = test::text_of(entry.path());
       for (std::sregex_iterator at(text.begin(), text.end(), declaration), end; at != end; ++at)
         names.insert((*at)[1].str() + "." + (*at)[2].str());
     }
@@ -38,7 +31,7 @@ std::set<std::string> tests_in_the_sources() {
 }
 
 std::vector<std::string> lines_of_the_page() {
-  std::istringstream page(content(fs::path(MAILLE_SOURCES) / "docs" / "promises.md"));
+  std::istringstream page(test::text_of(fs::path(MAILLE_SOURCES) / "docs" / "promises.md"));
   std::vector<std::string> lines;
   for (std::string line; std::getline(page, line);)
     lines.push_back(line);
@@ -78,7 +71,7 @@ TEST(PromisesPageContract, EveryLineOfATableNamesATest) {
 
 // docs/mechanics.md has the text that `maille help mechanics` and JSON have.
 TEST(MechanicsPageContract, HasTheConventionsToTheLetter) {
-  const std::string page = content(fs::path(MAILLE_SOURCES) / "docs" / "mechanics.md");
+  const std::string page = test::text_of(fs::path(MAILLE_SOURCES) / "docs" / "mechanics.md");
   EXPECT_NE(page.find(mechanics_conventions()), std::string::npos);
 }
 

@@ -19,11 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string text_of(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
 /// An element of explicit VR, little endian; values have even lengths.
 std::string element(std::uint16_t group, std::uint16_t number, const std::string& kind, std::string value) {
   const auto two = [](std::size_t n) {
@@ -160,10 +155,10 @@ TEST(OpenedInputsContract, NoOptionWritesOverWhatACommandOpens) {
                                            {std::string("OUT"), (folder / "out").string()}})
             for (std::size_t at = 0; (at = line.find(word, at)) != std::string::npos; at += path.size())
               line.replace(at, word.size(), path);
-          const std::string before = text_of(file);
+          const std::string before = test::text_of(file);
           const test::Outcome run = test::maille_command(line);
           ++n_tried;
-          if (!fs::is_regular_file(file) || text_of(file) != before) {
+          if (!fs::is_regular_file(file) || test::text_of(file) != before) {
             ++lost;
             ADD_FAILURE() << line << " wrote over " << file;
             return;
@@ -208,7 +203,7 @@ TEST(ForeignResultsContract, NoCommandReplacesThem) {
         const test::Outcome run = test::maille_command(line);
         EXPECT_EQ(run.code, 2) << line << file << run.err;
         EXPECT_NE(run.err.find(file.filename().string()), std::string::npos) << line << run.err;
-        n_lost += text_of(mine) != "a,b\n1,2\n" || text_of(file) != text_of(mine) ||
+        n_lost += test::text_of(mine) != "a,b\n1,2\n" || test::text_of(file) != test::text_of(mine) ||
                   fs::is_symlink(file) != is_link;
         ++n_tried;
       }
@@ -230,7 +225,7 @@ TEST(OpenedInputsContract, AChangedSliceIsAnotherScene) {
                            " --out " + (folder / "out").string() + " --resume";
   ASSERT_EQ(test::maille_command(line).code, 0);
   EXPECT_NE(test::maille_command(line).out.find("1 rows were there"), std::string::npos);
-  std::string slice = text_of(folder / "series/s1.dcm");
+  std::string slice = test::text_of(folder / "series/s1.dcm");
   slice[slice.size() - 2] = 0; // a pixel
   folder.write("series/s1.dcm", slice);
   EXPECT_EQ(test::maille_command(line).out.find("rows were there"), std::string::npos);

@@ -6,8 +6,6 @@
 #include <chrono>
 #include <csignal>
 #include <ctime>
-#include <fstream>
-#include <iterator>
 #include <random>
 #include <sstream>
 #include <sys/resource.h>
@@ -160,8 +158,7 @@ Stopped stop_after(const std::string& line, double after, int signal) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   // wait4() counts programs that the process has started and waited for; its clock does not.
   const auto of_programs = [&] {
-    std::ifstream stream(fmt::format("/proc/{}/stat", process));
-    std::string text((std::istreambuf_iterator<char>(stream)), {});
+    std::string text = test::text_of(fmt::format("/proc/{}/stat", process));
     std::istringstream fields(text.substr(std::min(text.rfind(')') + 1, text.size())));
     std::string skipped;
     for (int field = 3; field < 16; ++field)

@@ -53,11 +53,6 @@ inline const std::vector<WritingCommand>& writing_commands() {
   return list;
 }
 
-inline std::string text_of(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
 using Files = std::map<std::string, std::string>; ///< content by name
 
 /// Those that a user sees, and with `hidden` the others.
@@ -65,7 +60,7 @@ inline Files files_in(const std::filesystem::path& folder, bool hidden = false) 
   Files files;
   for (const auto& entry : std::filesystem::directory_iterator(folder))
     if (entry.path().filename().string().starts_with('.') == hidden)
-      files.emplace(entry.path().filename().string(), text_of(entry.path()));
+      files.emplace(entry.path().filename().string(), test::text_of(entry.path()));
   return files;
 }
 
@@ -151,7 +146,7 @@ public:
   }
   /// How many calls of a kind there were in the last run with a fault.
   long n_calls(const std::string& call) const {
-    std::istringstream lines(text_of(folder_ / "count"));
+    std::istringstream lines(test::text_of(folder_ / "count"));
     std::string name;
     for (long n = 0; lines >> name >> n;)
       if (name == call)

@@ -1,6 +1,7 @@
 /// The window's whole way, from events to pictures, without a screen.
 
 #include "live/by_hand.hpp"
+#include "support/temporary_folder.hpp"
 
 #include <gtest/gtest.h>
 
@@ -222,8 +223,7 @@ TEST(LiveAppContract, ClosedInMidDragNothingIsLost) {
   settings.script.back().event.kind = EventKind::close; // in place of letting go
   const LiveTools tools = test::tools();
   const LiveReport report = run_live(window, settings, tools);
-  std::ifstream in(file);
-  const std::string text((std::istreambuf_iterator<char>(in)), {});
+  const std::string text = test::text_of(file);
   EXPECT_EQ(text, report.trajectory);
   EXPECT_NEAR(end_of(text, scene, 1).position[1], 22 * mm, 1e-3 * mm);
   std::filesystem::remove(file);

@@ -1,12 +1,11 @@
 /// Frames that can be gone back to, and the file of them.
 
 #include "live/by_hand.hpp"
+#include "support/temporary_folder.hpp"
 
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <random>
-#include <sstream>
 
 namespace maille::live {
 namespace {
@@ -19,13 +18,6 @@ DriveSpan pulled(const WorldScene& world, const Vec3& by) {
   span.nodes = std::vector{top_middle(world)};
   span.by = by;
   return span;
-}
-
-std::string text_of(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
 }
 
 /// What the same file gives when it is read and played, without any of our timeline.
@@ -88,18 +80,18 @@ TEST_P(LiveTimelineContract, TheFileIsTheWayToThePresentStateToTheBit) {
       if (i % 4 == 0)
         timeline.begin_gesture();
       timeline.add_frame({pulled(scene, {step(random), step(random), step(random)})});
-      EXPECT_EQ(text_of(file), timeline.text()) << "the file is behind after frame " << i;
+      EXPECT_EQ(test::text_of(file), timeline.text()) << "the file is behind after frame " << i;
     }
     timeline.undo();
-    EXPECT_EQ(text_of(file), timeline.text());
-    EXPECT_EQ(replayed(text_of(file), scene), timeline.world().displacement(0));
+    EXPECT_EQ(test::text_of(file), timeline.text());
+    EXPECT_EQ(replayed(test::text_of(file), scene), timeline.world().displacement(0));
     timeline.begin_gesture();
     DriveSpan release;
     release.release = true;
     timeline.add_frame({release, pulled(scene, {0.1 * mm, 0, 0})});
     timeline.change({0, "stiffness", "2"});
     timeline.change({0, "limits", "1.5 0.5 0.4"});
-    EXPECT_EQ(replayed(text_of(file), scene), timeline.world().displacement(0));
+    EXPECT_EQ(replayed(test::text_of(file), scene), timeline.world().displacement(0));
   }
   std::filesystem::remove(file);
 }

@@ -228,8 +228,7 @@ TEST(ReportContract, FoldersWithoutMechanicsOrSceneStillHaveTheirPage) {
   write(folder / "box_compare_results.json", results.dump());
   const Outcome run = maille_command("report " + folder.path().string());
   ASSERT_EQ(run.code, 0) << run.err;
-  std::ifstream stream(folder / "report.html");
-  const std::string page((std::istreambuf_iterator<char>(stream)), {});
+  const std::string page = test::text_of(folder / "report.html");
   EXPECT_EQ(rows_of(page, "id-box-compare-table").size(), 3u);
   EXPECT_TRUE(rows_of(page, "id-box-compare-parts").empty());
   EXPECT_EQ(page.find("<script>"), page.rfind("<script>")) << "the page's own, which sorts tables";
@@ -257,8 +256,7 @@ TEST(ReportContract, PlaysAndProbesHaveTheirSections) {
     write(folder / name, "\x89PNG");
   const Outcome run = maille_command("report " + folder.path().string());
   ASSERT_EQ(run.code, 0) << run.err;
-  std::ifstream stream(folder / "report.html");
-  const std::string page((std::istreambuf_iterator<char>(stream)), {});
+  const std::string page = test::text_of(folder / "report.html");
   for (const char* text : {"Play: a &lt;ring&gt;", "by limits, driven by pull; 2 of 2 frames",
                            "ring_0002.png", "maille play ring.toml pull.csv", "Probe: a finger &amp; a belly",
                            "2.5 N", "2 mm", "<a href=\"finger.json\">"})
@@ -290,8 +288,7 @@ TEST(ReportContract, CompareEstimatesWhereItIsAskedTo) {
   EXPECT_NE(compared.out.find("estimated"), std::string::npos);
   EXPECT_NE(compared.out.find("multigrid cycles"), std::string::npos);
   EXPECT_NE(compared.out.find("of finite elements there is none"), std::string::npos);
-  std::ifstream file(compared_folder().folder / "out/box_limits.vti", std::ios::binary);
-  const std::string vti((std::istreambuf_iterator<char>(file)), {});
+  const std::string vti = test::text_of(compared_folder().folder / "out/box_limits.vti");
   EXPECT_NE(vti.find("DisplacementErrorEstimate"), std::string::npos);
 }
 
@@ -313,8 +310,7 @@ TEST(ReportGolden, TheTableOfAStudy) {
   const Outcome run =
       maille_command("report " + folder.path().string() + " --out " + (folder / "r.html").string());
   ASSERT_EQ(run.code, 0) << run.err;
-  std::ifstream stream(folder / "r.html");
-  const std::string page((std::istreambuf_iterator<char>(stream)), {});
+  const std::string page = test::text_of(folder / "r.html");
   const auto from = page.find("<tbody>"), to = page.find("</tbody>");
   ASSERT_NE(to, std::string::npos);
   // Truth: unchanged since it was looked at.
@@ -360,8 +356,7 @@ TEST(ReportContract, FilesThatAreNotWhatTheySeemAreNamedAndLeftOut) {
   ASSERT_EQ(run.code, 0) << run.err;
   for (const char* name : {"broken.json", "secret.png", "huge.png"})
     EXPECT_NE(run.err.find(name), std::string::npos) << name << "\n" << run.err;
-  std::ifstream stream(folder / "r.html");
-  const std::string page((std::istreambuf_iterator<char>(stream)), {});
+  const std::string page = test::text_of(folder / "r.html");
   for (const char* text : {"Study: stiff &amp; soft", "scene = 1", "it costs", "maille study r.toml",
                            "ratio_older.jsonl", "How do the answers depend on material.E_fibre?",
                            "0.250 (0.20 to 0.30)", ">0.500<", "bar, relaxed: undetermined: too few"})

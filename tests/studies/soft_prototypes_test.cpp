@@ -2,10 +2,10 @@
 /// deformable ones.
 
 #include "studies/prototype_scenes.hpp"
+#include "support/temporary_folder.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 
 namespace maille::studies {
 namespace {
@@ -110,8 +110,7 @@ TEST(PrototypesAnalytic, VoxelsHandOnWhatTheyCannotMove) {
 // Nodes that stand closer than cells come into the cells of those that make way, and are asked to make way
 // too.
 TEST(PrototypesContract, AMuscleFinerThanTheWorldGivesWayToo) {
-  std::ifstream file(world_folder / "muscle.toml");
-  std::string text(std::istreambuf_iterator<char>(file), {});
+  std::string text = test::text_of(world_folder / "muscle.toml");
   for (const auto& [from, to] :
        {std::pair{"cells    = [36, 13, 13]", "cells = [40, 14, 14]\nspacing = \"0.9 mm\""},
         {"[\"6.5 mm\", \"5.5 mm\", \"5.5 mm\"]", "[\"6 mm\", \"5.7 mm\", \"5 mm\"]"}}) {

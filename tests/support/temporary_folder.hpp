@@ -3,7 +3,10 @@
 
 #include "maille/materials/text_file.hpp"
 
+#include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <string>
 #include <string_view>
 
 namespace maille::test {
@@ -18,5 +21,11 @@ public:
     return path() / name;
   }
 };
+
+/// All bytes of a file; empty if it cannot be opened.
+inline std::string text_of(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
 
 } // namespace maille::test

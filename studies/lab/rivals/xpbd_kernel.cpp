@@ -3,7 +3,7 @@
 #include <cstddef>
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "xpbd_kernel.cpp"
+#define HWY_TARGET_INCLUDE "rivals/xpbd_kernel.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 

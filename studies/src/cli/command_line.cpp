@@ -240,9 +240,9 @@ void add_manual(CLI::App* command, ManualOptions& options) {
 void add_fit(CLI::App* command, FitOptions& options) {
   command->add_option("SCENE", options.scenes, "scene files (TOML): a family")->required();
   command->add_option("--test", options.tests, "scenes to measure on and not to fit to");
-  command->add_option(
-      "--holdout", options.holdout,
-      "the part of SCENE to measure on and not to fit to, by lot, the same in every run; default: none");
+  command->add_option("--holdout", options.holdout,
+                      "the part of SCENE to measure on and not to fit to, chosen at random, the same in "
+                      "every run; default: none");
   command->add_option("--method", options.method, "limits: fits limits; relaxed: fits its weights")
       ->capture_default_str();
   command
@@ -250,7 +250,7 @@ void add_fit(CLI::App* command, FitOptions& options) {
       ->capture_default_str();
   add_seconds(command, "--reference-seconds", options.reference_seconds,
               "what the reference \"best\" may take a scene, about");
-  command->add_option("--trials", options.trials, "give up after so many trials of the family")
+  command->add_option("--trials", options.trials, "give up after this many trials of the family")
       ->check(CLI::Range(1, 1'000'000'000))
       ->capture_default_str();
   command->add_option(

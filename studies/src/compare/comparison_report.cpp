@@ -235,7 +235,7 @@ void add_estimate(Table& columns) {
   columns.add({"", "estimated_error", "", "against elasticity"}, of_row, of_estimation, estimate_json)
       .json_where([](const Line& line) { return line.row->estimation.has_value(); });
   columns
-      .add({"", "estimated_error_message", "", "why there is none"}, of_row, of_estimation,
+      .add({"", "estimated_error_message", "", "why no estimate exists"}, of_row, of_estimation,
            &deform::ErrorEstimation::reason)
       .json_where([](const Line& line) { return line.row->estimation && !line.row->estimation->estimate; });
 }
@@ -307,8 +307,7 @@ const Table& columns_of_comparison() {
     columns.add({"scene", "", "", "its name"}, &Line::scene, &Scene::name);
     add_method(columns, of_row, of_answer, &Answer::method);
     add_status(columns, of_row, of_answer, &Answer::status);
-    columns
-        .add({"", "message", "", "what the method says about its end"}, of_row, of_answer, &Answer::message)
+    columns.add({"", "message", "", "why the method ended"}, of_row, of_answer, &Answer::message)
         .json_where([](const Line& line) { return !line.row->answer.message.empty(); });
     add_cost(columns);
     add_limit_violation(columns, of_row, &ComparisonRow::limit_violation);

@@ -90,7 +90,7 @@ const ResultTable<InWorld<PlayedFrame>>& columns_of_frames() {
                      [](const Row& row) { return in_world(row.scene, row.of->drives); });
     columns.add_rows({"", "contacts", "", "a row a pair of objects"}, columns_of_contacts(),
                      [](const Row& row) { return in_world(row.scene, row.of->contacts); });
-    columns.add({"", "message", "", "what the method says about its end"}, of, &PlayedFrame::message)
+    columns.add({"", "message", "", "why the method ended"}, of, &PlayedFrame::message)
         .json_where([](const Row& row) { return !row.of->message.empty(); });
   });
   return table;

@@ -142,8 +142,7 @@ void add_origin(Table& columns) {
   columns.add({"maille", "maille", "", "its version"}, &StudyRow::maille);
   columns.add({"hash", "hash", "", "SHA-256 of what the case asks"}, &StudyRow::hash);
   columns.add({"vtk", "vtk", "", "file for ParaView beside the table"}, &StudyRow::vtk);
-  columns.add({"message", "message", "", "what the method says about its end"}, &StudyRow::message)
-      .json_behind("status");
+  columns.add({"message", "message", "", "why the method ended"}, &StudyRow::message).json_behind("status");
   columns
       .add({"", "of_machine", "", "whether it failed through the machine"},
            [](const StudyRow& row) { return row.is_of_machine ? Value(true) : Value(); })

@@ -146,7 +146,7 @@ const Table& columns_of_trade() {
     add_front(columns);
     columns.add({"probe_halvings", "", "", "of the finer probe's lattice"}, row, probe_halvings_of)
         .read_by(expected_of<int>(), read_probe_halvings);
-    columns.add({"message", "message", "", "what the method says about its end"}, row, &TradeRow::message)
+    columns.add({"message", "message", "", "why the method ended"}, row, &TradeRow::message)
         .json_behind("status")
         .json_where([](const TradeRecord& of) { return !of.row.message.empty(); });
     return columns;

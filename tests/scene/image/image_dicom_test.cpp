@@ -16,9 +16,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <fstream>
 #include <functional>
-#include <iterator>
 #include <random>
 #include <stdexcept>
 #include <string>
@@ -300,8 +298,7 @@ TEST(DicomContract, AFileThatIsCutShortIsAFault) {
     what.syntax = syntax;
     what.columns = what.rows = 16;
     const auto names = write_series(whole.path(), what);
-    std::ifstream stream(whole.path() / names[1], std::ios::binary);
-    const std::string bytes((std::istreambuf_iterator<char>(stream)), {});
+    const std::string bytes = test::text_of(whole.path() / names[1]);
     const std::size_t size = bytes.size();
     std::vector<std::size_t> cuts{132, 133, 200, size / 2, size - 200};
     if (syntax == gdcm::TransferSyntax::ExplicitVRLittleEndian)

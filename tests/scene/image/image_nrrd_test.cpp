@@ -6,8 +6,7 @@
 #include "maille/scene/scene.hpp"
 #include "maille/scene/write_image.hpp"
 #include "scene/image/image_writers.hpp"
-
-#include <sstream>
+#include "support/temporary_folder.hpp"
 
 namespace maille::image_tests {
 namespace {
@@ -188,8 +187,7 @@ TEST_F(NrrdContract, WrittenFieldsReadBackAndSayWhatTheyAre) {
   EXPECT_EQ(read.values, field.values);
   EXPECT_EQ(read.info.world, WorldAxes::lps);
   expect_near(read.info.origin, {-0.01, -0.02, 0.03}, 1e-12);
-  std::ifstream stream(file, std::ios::binary);
-  std::string text((std::istreambuf_iterator<char>(stream)), {});
+  std::string text = test::text_of(file);
   text.resize(text.find("\n\n") + 1);
   EXPECT_EQ(text, "NRRD0005\n# http://teem.sourceforge.net/nrrd/format.html\ntype: float\ndimension: 4\n"
                   "space: left-posterior-superior\nsizes: 3 2 3 2\n"

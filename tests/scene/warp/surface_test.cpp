@@ -9,8 +9,6 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
-
 namespace maille {
 namespace {
 
@@ -79,8 +77,7 @@ TEST(SurfaceContract, EveryFormatSaysItsUnitAndItsNames) {
     for (const auto unit : {LengthUnit::metre, LengthUnit::millimetre}) {
       const auto file = folder.path() / ("a" + std::string(ending));
       write_surfaces(surfaces, file, unit);
-      std::ifstream stream(file, std::ios::binary);
-      const std::string text((std::istreambuf_iterator<char>(stream)), {});
+      const std::string text = test::text_of(file);
       const bool is_vtp = std::string(ending) == ".vtp";
       const std::string words =
           is_vtp ? (unit == LengthUnit::metre ? ">109 0<" : ">109 109 0<")

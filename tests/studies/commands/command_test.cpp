@@ -130,8 +130,7 @@ TEST(RunCommandContract, StepsMakeASeries) {
   const test::TemporaryFolder folder;
   const Outcome run = maille("run " + strip + " --methods limits --steps 3 --out " + folder.path().string());
   ASSERT_EQ(run.code, 0) << run.err;
-  std::ifstream pvd(folder / "strip_pulled_limits.pvd");
-  const std::string text(std::istreambuf_iterator<char>(pvd), {});
+  const std::string text = test::text_of(folder / "strip_pulled_limits.pvd");
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n') > 3, true);
   std::size_t files = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder.path()))

@@ -51,11 +51,6 @@ std::vector<std::vector<std::string>> csv_in(const std::string& text) {
   return rows;
 }
 
-std::string text_of(const std::string& file) {
-  std::ifstream stream(file);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
 double cell(const std::vector<std::vector<std::string>>& table, std::size_t row, const std::string& column) {
   const auto found = std::ranges::find(table.at(0), column);
   EXPECT_NE(found, table.at(0).end()) << column;
@@ -91,13 +86,13 @@ TEST(NamedMeasuresCommandAnalytic, StepsHaveThem) {
   const Folder folder;
   const Outcome run = maille_command("run " + folder.scene() + " --steps 4 --out " + folder.path("out"));
   ASSERT_EQ(run.code, 0) << run.err;
-  const auto steps = csv_in(text_of(folder.path("out/bar_coupled_measures.csv")));
+  const auto steps = csv_in(test::text_of(folder.path("out/bar_coupled_measures.csv")));
   ASSERT_EQ(steps.size(), 5u);
   for (std::size_t step = 1; step <= 4; ++step) {
     EXPECT_NEAR(cell(steps, step, "pull_x"), 5e-4 * static_cast<double>(step), 1e-7);
     EXPECT_NEAR(cell(steps, step, "longer"), 0.0125 * static_cast<double>(step), 1e-6);
   }
-  const auto line = csv_in(text_of(folder.path("out/bar_coupled_line.csv")));
+  const auto line = csv_in(test::text_of(folder.path("out/bar_coupled_line.csv")));
   ASSERT_EQ(line.size(), 6u);
   EXPECT_EQ(line[0], (std::vector<std::string>{"along_m", "x_m", "y_m", "z_m", "line"}));
   EXPECT_NEAR(cell(line, 5, "line"), 2e-4, 1e-9);
@@ -109,8 +104,8 @@ TEST(NamedMeasuresCommandAnalytic, CompareHasTheirErrors) {
       maille_command("compare " + folder.scene() + " --methods limits,relaxed,fem_q1 --json " +
                      folder.path("c.json") + " --csv " + folder.path("c.csv"));
   ASSERT_EQ(run.code, 0) << run.err;
-  const json rows = json::parse(text_of(folder.path("c.json")))["results"];
-  const auto table = csv_in(text_of(folder.path("c.csv")));
+  const json rows = json::parse(test::text_of(folder.path("c.json")))["results"];
+  const auto table = csv_in(test::text_of(folder.path("c.csv")));
   ASSERT_EQ(table.size(), 4u);
   for (const auto& line : table)
     EXPECT_EQ(line.size(), table[0].size());
@@ -140,8 +135,8 @@ TEST(NamedMeasuresCommandAnalytic, TradeMeasuresEveryLattice) {
       maille_command("trade " + folder.scene() + " --methods coupled --spacings 2,1,0.5 --tolerances 1e-4 " +
                      "--reference fem_q1 --json " + folder.path("t.json") + " --csv " + folder.path("t.csv"));
   ASSERT_EQ(run.code, 0) << run.err;
-  const json rows = json::parse(text_of(folder.path("t.json")))["rows"];
-  const auto table = csv_in(text_of(folder.path("t.csv")));
+  const json rows = json::parse(test::text_of(folder.path("t.json")))["rows"];
+  const auto table = csv_in(test::text_of(folder.path("t.csv")));
   ASSERT_EQ(rows.size(), 3u);
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_NEAR(rows[i]["measures"][0]["value"], 2e-3, 1e-6) << "a uniform strain on any lattice";

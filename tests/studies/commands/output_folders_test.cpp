@@ -54,10 +54,7 @@ struct Folder : test::TemporaryFolder {
       found.insert(entry.path().filename().string());
     return found;
   }
-  std::string text(const fs::path& file) const {
-    std::ifstream stream(path() / file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
-  }
+  std::string text(const fs::path& file) const { return test::text_of(path() / file); }
 };
 
 TEST(OutputFolderContract, ResultsOfTheSameSceneAreReplacedAsASet) {

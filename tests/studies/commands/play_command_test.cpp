@@ -55,8 +55,7 @@ struct Folder : test::TemporaryFolder {
     return found;
   }
   std::string text(const std::string& name) const {
-    std::ifstream stream(std::filesystem::path(out()) / name);
-    return {std::istreambuf_iterator<char>(stream), {}};
+    return test::text_of(std::filesystem::path(out()) / name);
   }
 };
 

@@ -6,8 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -17,11 +15,6 @@ namespace {
 
 using nlohmann::json;
 using test::maille_command;
-
-std::string bytes_of_file(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 /// The reference is what one process writes.
 TEST(RanksCommandContract, CoupledWritesTheSameFileByTwoProcesses) {
@@ -37,8 +30,8 @@ TEST(RanksCommandContract, CoupledWritesTheSameFileByTwoProcesses) {
                   std::string(MAILLE_COMMAND) + line + (folder / "together").string());
   ASSERT_EQ(together.code, 0) << together.err;
   const std::string file = "muscle_belly_coupled_0001.vtu";
-  ASSERT_FALSE(bytes_of_file(folder / "alone" / file).empty());
-  EXPECT_TRUE(bytes_of_file(folder / "alone" / file) == bytes_of_file(folder / "together" / file));
+  ASSERT_FALSE(test::text_of(folder / "alone" / file).empty());
+  EXPECT_TRUE(test::text_of(folder / "alone" / file) == test::text_of(folder / "together" / file));
   const json one = json::parse(alone.out)["results"][0], two = json::parse(together.out)["results"][0];
   EXPECT_EQ(one.at("iterations").get<int>(), two.at("iterations").get<int>());
   EXPECT_EQ(one.at("strain_energy").get<double>(), two.at("strain_energy").get<double>());

@@ -8,7 +8,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <string>
 
 namespace maille {
@@ -49,10 +48,7 @@ struct RenderCommandContract : testing::Test {
   test::TemporaryFolder folder;
   std::string scene = folder.write("world.toml", world).string();
   std::string path(const std::string& name) const { return (folder.path() / name).string(); }
-  std::string bytes(const std::string& name) const {
-    std::ifstream stream(path(name), std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
-  }
+  std::string bytes(const std::string& name) const { return test::text_of(path(name)); }
 };
 
 TEST_F(RenderCommandContract, SameBytesBySeveralProcesses) {

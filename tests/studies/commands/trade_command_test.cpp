@@ -11,7 +11,6 @@
 #include <cstdlib>
 #include <filesystem>
 #include <set>
-#include <sstream>
 
 namespace maille {
 namespace {
@@ -36,17 +35,10 @@ protected:
                       "--reference-seconds 3 --repetitions 1 ";
 };
 
-std::string text_of(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
-}
-
 TEST_F(TradeCommandContract, WritesTablesAndPicturesWhole) {
   const Outcome run = maille_command(small + "--out " + (folder / "out").string());
   ASSERT_EQ(run.code, 0) << run.err;
-  const json result = json::parse(text_of(folder / "out/bent_trade.json"));
+  const json result = json::parse(test::text_of(folder / "out/bent_trade.json"));
   EXPECT_EQ(result["rows"].size(), 9u);
   for (const json& row : result["rows"]) {
     EXPECT_EQ(row["status"], "done");
@@ -54,11 +46,11 @@ TEST_F(TradeCommandContract, WritesTablesAndPicturesWhole) {
       EXPECT_TRUE(row.contains(key)) << key;
   }
   EXPECT_EQ(result["whole"], true);
-  const std::string csv = text_of(folder / "out/bent_trade.csv");
+  const std::string csv = test::text_of(folder / "out/bent_trade.csv");
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 10);
   if (std::system("command -v gnuplot > /dev/null 2>&1") == 0) {
-    EXPECT_EQ(text_of(folder / "out/bent_trade.png").substr(1, 3), "PNG");
-    const std::string svg = text_of(folder / "out/bent_trade.svg");
+    EXPECT_EQ(test::text_of(folder / "out/bent_trade.png").substr(1, 3), "PNG");
+    const std::string svg = test::text_of(folder / "out/bent_trade.svg");
     EXPECT_NE(svg.find("a bar that is bent"), std::string::npos);
     EXPECT_NE(svg.find("</svg>"), std::string::npos);
   }

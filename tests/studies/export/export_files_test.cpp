@@ -248,8 +248,7 @@ TEST(AnswerFieldsContract, DamagedFilesAreFaults) {
   std::mt19937 random(2);
   int n_refused = 0;
   const auto damage = [&](const fs::path& file, const fs::path& asked, const Scene& of) {
-    std::ifstream stream(file, std::ios::binary);
-    const std::string whole(std::istreambuf_iterator<char>(stream), {});
+    const std::string whole = test::text_of(file);
     EXPECT_NO_THROW(read_answer_fields(of, asked));
     for (int i = 0; i < 300; ++i) {
       std::string bytes = whole;

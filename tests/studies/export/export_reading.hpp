@@ -2,6 +2,7 @@
 /// What VTK's own readers find in a file.
 
 #include "maille/scene/grid.hpp"
+#include "support/temporary_folder.hpp"
 
 #include <vtkDataArray.h>
 #include <vtkDataSet.h>
@@ -11,8 +12,6 @@
 #include <vtkXMLUnstructuredGridReader.h>
 
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 #include <string>
 
 namespace maille::test {
@@ -28,13 +27,6 @@ inline vtkSmartPointer<vtkDataSet> read_back(const std::filesystem::path& file) 
   reader->SetFileName(file.c_str());
   reader->Update();
   return vtkSmartPointer<vtkDataSet>(reader->GetOutputAsDataSet());
-}
-
-inline std::string text_of(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
 }
 
 inline Vec3 tuple3(vtkDataArray& array, vtkIdType tuple) {

@@ -12,25 +12,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string content(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
 TEST(WholeFileContract, ReplacesWhatALinkLeadsToAndKeepsTheLink) {
   const test::TemporaryFolder folder;
   folder.write("target", "old");
   fs::create_symlink("target", folder / "link");
   write_whole(folder / "link", "new");
   EXPECT_TRUE(fs::is_symlink(folder / "link"));
-  EXPECT_EQ(content(folder / "target"), "new");
+  EXPECT_EQ(test::text_of(folder / "target"), "new");
 }
 
 TEST(WholeFileContract, WritesIntoAPipeInsteadOfReplacingIt) {
   const test::TemporaryFolder folder;
   const fs::path pipe = folder / "pipe";
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-  auto reader = std::async(std::launch::async, [&] { return content(pipe); });
+  auto reader = std::async(std::launch::async, [&] { return test::text_of(pipe); });
   write_whole(pipe, "through the pipe");
   EXPECT_EQ(reader.get(), "through the pipe");
   EXPECT_TRUE(fs::is_fifo(pipe));

@@ -21,11 +21,6 @@ using test::maille_command;
 using test::Outcome;
 using test::parameter;
 
-std::string content(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
 class StudyCommandContract : public testing::Test {
 protected:
   std::string study(const std::string& text, const std::string& name = "study") const {
@@ -65,7 +60,7 @@ TEST_F(StudyCommandContract, OneRowACaseAndMethodWithItsFigures) {
   EXPECT_EQ(table[21].parameters[0].first, "move.0.by.0 [mm]");
   EXPECT_EQ(std::get<double>(table[21].parameters[0].second), 0.8);
   EXPECT_EQ(table[0].nodes, 45);
-  const std::string sheet = content(out / "study.csv");
+  const std::string sheet = test::text_of(out / "study.csv");
   EXPECT_EQ(std::count(sheet.begin(), sheet.end(), '\n'), 25) << "a header and the same rows";
   EXPECT_EQ(rows(out / "study.csv"), rows(out / "study.jsonl"));
 }
@@ -87,13 +82,13 @@ TEST_F(StudyCommandContract, AFailingCaseIsARowWithItsMessage) {
 TEST_F(StudyCommandContract, WithoutResumeATableIsNotOverwritten) {
   const std::string line = "study " + study(moves) + " --out " + (folder / "out").string();
   ASSERT_EQ(maille_command(line).code, 0);
-  const std::string before = content(folder / "out/study.jsonl");
+  const std::string before = test::text_of(folder / "out/study.jsonl");
   const Outcome again = maille_command(line);
   EXPECT_EQ(again.code, 2);
   EXPECT_NE(again.err.find("--resume"), std::string::npos) << again.err;
-  EXPECT_EQ(content(folder / "out/study.jsonl"), before);
+  EXPECT_EQ(test::text_of(folder / "out/study.jsonl"), before);
   ASSERT_EQ(maille_command(line + " --resume").code, 0);
-  EXPECT_EQ(content(folder / "out/study.jsonl"), before) << "nothing was left to do, to the second";
+  EXPECT_EQ(test::text_of(folder / "out/study.jsonl"), before) << "nothing was left to do, to the second";
 }
 
 TEST_F(StudyCommandContract, ResumeRepairsATornTable) {
@@ -101,7 +96,7 @@ TEST_F(StudyCommandContract, ResumeRepairsATornTable) {
   const std::string line = "study " + study(moves) + " --threads 1 --out " + (folder / "out").string();
   ASSERT_EQ(maille_command(line).code, 0);
   const auto expected = rows(table);
-  const std::string whole = content(table);
+  const std::string whole = test::text_of(table);
   const auto kept = read_study_table(table).rows[0].total_seconds;
   // Torn in its first line, at the end of a line within a case, and in the middle.
   for (const std::size_t size : {std::size_t{10}, whole.find('\n') + 1, whole.size() / 2}) {
@@ -169,7 +164,7 @@ TEST_F(StudyCommandContract, PartsMergedAreTheWhole) {
   const std::string file =
                         study(moves + "[[parameter]]\nkey = \"specimen.fibre.angle\"\nvalues = [\"0 deg\", "
                                       "\"30 deg\"]\n"),
-                    with_files = study("vtk = [1, 16]\n" + content(file), "study");
+                    with_files = study("vtk = [1, 16]\n" + test::text_of(file), "study");
   const std::string line = "study " + with_files + " --threads 1 --out ";
   ASSERT_EQ(maille_command(line + (folder / "whole").string()).code, 0);
   for (const char* part : {"1/3", "2/3", "3/3"})
@@ -179,11 +174,12 @@ TEST_F(StudyCommandContract, PartsMergedAreTheWhole) {
   ASSERT_EQ(merged.code, 0) << merged.err;
   EXPECT_EQ(rows(folder / "merged/study.jsonl"), rows(folder / "whole/study.jsonl"));
   EXPECT_EQ(rows(folder / "merged/study.csv"), rows(folder / "whole/study.jsonl"));
-  EXPECT_NE(content(folder / "merged/study.pvd").find("../parts/study_0016_fem_q1.vti"), std::string::npos);
+  EXPECT_NE(test::text_of(folder / "merged/study.pvd").find("../parts/study_0016_fem_q1.vti"),
+            std::string::npos);
   const Outcome with_study = maille_command(merge + " --study " + with_files);
   ASSERT_EQ(with_study.code, 0) << with_study.err;
   const auto sensitivity_in = [&](const char* place) {
-    return nlohmann::json::parse(content(folder / place))["sensitivity"];
+    return nlohmann::json::parse(test::text_of(folder / place))["sensitivity"];
   };
   EXPECT_EQ(sensitivity_in("merged/study_about.json"), sensitivity_in("whole/study_about.json"));
   EXPECT_FALSE(sensitivity_in("merged/study_about.json").empty());
@@ -224,17 +220,18 @@ TEST_F(StudyCommandContract, DrawsAPlotAParameterThatVaries) {
       "study " + file + " --threads 1 --out " + (folder / "out").string() + " --picture ";
   const Outcome run = maille_command(line + (folder / "plots.svg").string());
   ASSERT_EQ(run.code, 0) << run.err;
-  const std::string svg = content(folder / "plots.svg");
+  const std::string svg = test::text_of(folder / "plots.svg");
   for (const char* word : {"force [N]", "relaxed", "fem_q1", "move.0.by.0", "specimen.fibre.angle", "</svg>"})
     EXPECT_NE(svg.find(word), std::string::npos) << word;
   EXPECT_EQ(svg.find("limits"), std::string::npos) << "it knows no force";
   const Outcome again = maille_command(line + (folder / "plots.png").string() + " --resume");
   ASSERT_EQ(again.code, 0) << again.err;
-  EXPECT_EQ(content(folder / "plots.png").substr(1, 3), "PNG");
+  EXPECT_EQ(test::text_of(folder / "plots.png").substr(1, 3), "PNG");
   const Outcome errors =
       maille_command(line + (folder / "errors.svg").string() + " --resume --picture-of relative_l2");
   ASSERT_EQ(errors.code, 0) << errors.err;
-  EXPECT_EQ(content(folder / "errors.svg").find("fem_q1"), std::string::npos) << "the reference has no error";
+  EXPECT_EQ(test::text_of(folder / "errors.svg").find("fem_q1"), std::string::npos)
+      << "the reference has no error";
   EXPECT_EQ(maille_command(line + (folder / "plots.gif").string() + " --resume").code, 2);
 }
 
@@ -250,7 +247,7 @@ TEST_F(StudyCommandContract, DrawsTheForceOverTwoParametersAsAMap) {
                            " --picture-of ";
   const Outcome run = maille_command(line + "force");
   ASSERT_EQ(run.code, 0) << run.err;
-  const std::string svg = content(folder / "map.svg");
+  const std::string svg = test::text_of(folder / "map.svg");
   for (const char* word : {"strip, coupled", "strip, fem_q1", "force [N]", "fibre.angle", "</svg>"})
     EXPECT_NE(svg.find(word), std::string::npos) << word;
   // Truth: in the table, a stiffer fibre along the pull takes more.

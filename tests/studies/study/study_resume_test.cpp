@@ -16,11 +16,6 @@ using test::maille_command;
 using test::Outcome;
 using test::parameter;
 
-std::string content(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
 class StudyResumeContract : public testing::Test {
 protected:
   void SetUp() override { folder.write("study.toml", moves); }
@@ -37,12 +32,12 @@ protected:
 
 TEST_F(StudyResumeContract, OtherThreadsAndJobsKeepEveryRow) {
   ASSERT_EQ(run("--threads 1").code, 0);
-  const std::string before = content(table);
+  const std::string before = test::text_of(table);
   for (const char* other : {"--resume --threads 2", "--resume --jobs 2", "--resume --jobs 2 --threads 3"}) {
     const Outcome again = run(other);
     ASSERT_EQ(again.code, 0) << again.err;
     EXPECT_NE(again.out.find("6 rows were there"), std::string::npos) << again.out;
-    EXPECT_EQ(content(table), before);
+    EXPECT_EQ(test::text_of(table), before);
   }
   EXPECT_FALSE(fs::exists(folder / "out/study_older.jsonl"));
 }

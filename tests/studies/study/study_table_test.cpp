@@ -175,8 +175,7 @@ TEST(StudyTableContract, FilesForParaViewStandInOneCollection) {
   const auto files =
       write_study_table({row(1, "limits"), row(1, "relaxed"), row(3, "relaxed")}, folder / "s");
   ASSERT_EQ(files.size(), 3u);
-  std::ifstream stream(files[2]);
-  const std::string text(std::istreambuf_iterator<char>(stream), {});
+  const std::string text = test::text_of(files[2]);
   EXPECT_NE(text.find("timestep=\"3\" part=\"1\" file=\"s_0001_limits.vti\""), std::string::npos) << text;
 }
 

@@ -13,7 +13,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <random>
 
 namespace maille::studies {
@@ -175,8 +174,7 @@ TEST_F(PicturesContract, WhatIsNoPictureIsTold) {
   folder_.write("words.png", "no picture at all");
   EXPECT_NE(fault_of("picture = \"words.png\"").find("a file that is none"), std::string::npos);
   write_picture("whole.png", 40, 40);
-  std::ifstream stream(folder_.path() / "whole.png", std::ios::binary);
-  const std::string whole(std::istreambuf_iterator<char>(stream), {});
+  const std::string whole = test::text_of(folder_.path() / "whole.png");
   folder_.write("broken.png", whole.substr(0, whole.size() / 2));
   EXPECT_NE(fault_of("picture = \"broken.png\"").find("breaks off"), std::string::npos);
   std::string damaged = whole;
@@ -270,8 +268,7 @@ by = ["1 mm", 0, 0]
 // Pictures that libpng refuses, and bytes changed at random: a fault or a picture, never a signal.
 TEST_F(PicturesContract, DamagedPicturesAreFaults) {
   write_picture("whole.png", 12, 9);
-  std::ifstream stream(folder_.path() / "whole.png", std::ios::binary);
-  const std::string whole(std::istreambuf_iterator<char>(stream), {});
+  const std::string whole = test::text_of(folder_.path() / "whole.png");
   std::mt19937 random(5);
   int n_refused = 0;
   for (int i = 0; i < 2000; ++i) {
