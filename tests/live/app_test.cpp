@@ -223,7 +223,7 @@ TEST(LiveAppContract, ClosedInMidDragNothingIsLost) {
   settings.script.back().event.kind = EventKind::close; // in place of letting go
   const LiveTools tools = test::tools();
   const LiveReport report = run_live(window, settings, tools);
-  const std::string text = test::text_of(file);
+  const std::string text = maille::test::text_of(file);
   EXPECT_EQ(text, report.trajectory);
   EXPECT_NEAR(end_of(text, scene, 1).position[1], 22 * mm, 1e-3 * mm);
   std::filesystem::remove(file);

@@ -80,18 +80,18 @@ TEST_P(LiveTimelineContract, TheFileIsTheWayToThePresentStateToTheBit) {
       if (i % 4 == 0)
         timeline.begin_gesture();
       timeline.add_frame({pulled(scene, {step(random), step(random), step(random)})});
-      EXPECT_EQ(test::text_of(file), timeline.text()) << "the file is behind after frame " << i;
+      EXPECT_EQ(maille::test::text_of(file), timeline.text()) << "the file is behind after frame " << i;
     }
     timeline.undo();
-    EXPECT_EQ(test::text_of(file), timeline.text());
-    EXPECT_EQ(replayed(test::text_of(file), scene), timeline.world().displacement(0));
+    EXPECT_EQ(maille::test::text_of(file), timeline.text());
+    EXPECT_EQ(replayed(maille::test::text_of(file), scene), timeline.world().displacement(0));
     timeline.begin_gesture();
     DriveSpan release;
     release.release = true;
     timeline.add_frame({release, pulled(scene, {0.1 * mm, 0, 0})});
     timeline.change({0, "stiffness", "2"});
     timeline.change({0, "limits", "1.5 0.5 0.4"});
-    EXPECT_EQ(replayed(test::text_of(file), scene), timeline.world().displacement(0));
+    EXPECT_EQ(replayed(maille::test::text_of(file), scene), timeline.world().displacement(0));
   }
   std::filesystem::remove(file);
 }
