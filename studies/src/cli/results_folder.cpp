@@ -90,7 +90,8 @@ ResultsFolder::ResultsFolder(fs::path folder, std::string scene, const fs::path&
                   scene_); // and its series, see finish()
       for (const char* step : {"", "_0000", "_0001"})
         if (const fs::path there = file(fmt::format("_{}{}{}", method, step, ending));
-            fs::is_regular_file(there) && !has_provenance(there) && !is_kept_input(there))
+            std::string_view(ending) != ".pvtu" && fs::is_regular_file(there) && !has_provenance(there) &&
+            !is_kept_input(there))
           throw UsageError(fmt::format("--out {}: expected a file of Maille, or none, found another file",
                                        there.string()));
     }

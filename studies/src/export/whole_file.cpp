@@ -153,7 +153,7 @@ bool may_be_replaced(const fs::path& file, const fs::path& by, const Guarded& gu
   }
   const auto says = [&](std::string_view text) { return head.find(text) != std::string::npos; };
   if (name == ".json" || name == ".jsonl")
-    return says("\"maille\": \"") || says("\"kind\": \"study\"") ||
+    return says("\"maille\":") || says("\"kind\": \"study\"") ||
            (!by.empty() && (fs::file_size(by) == 0 || beginning(file, ':') == beginning(by, ':')));
   if (name == ".csv")
     return !by.empty() && (fs::file_size(by) == 0 || beginning(file, '\n') == beginning(by, '\n'));

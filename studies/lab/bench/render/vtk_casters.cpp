@@ -26,6 +26,8 @@
 
 namespace maille::lab {
 
+using studies::OffscreenWindow;
+
 namespace {
 
 vtkSmartPointer<vtkVolumeProperty> property_of(const Look& look, double unit) {
@@ -215,5 +217,5 @@ constexpr VtkCasterFunctions functions{
 extern "C" const void* maille_plugin(std::size_t layout, const void* host);
 
 extern "C" const void* maille_plugin(std::size_t layout, const void*) {
-  return layout == maille::lab::vtk_casters_layout ? &maille::studies::functions : nullptr;
+  return layout == maille::lab::vtk_casters_layout ? &maille::lab::functions : nullptr;
 }
