@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <fstream>
 
 namespace maille::studies {
 namespace {
@@ -17,8 +16,7 @@ TEST(ProgramIndependent, AShellReadsAWordAsItIs) {
        {"", "plain", "two words", "it's", "'", "\"$HOME\" `id` \\ %d", "a\nb", "*;&|<>"}) {
     const auto file = folder / "it's here";
     ASSERT_EQ(std::system(("printf %s " + shell_word(text) + " > " + shell_word(file.string())).c_str()), 0);
-    std::ifstream stream(file);
-    EXPECT_EQ(std::string(std::istreambuf_iterator<char>(stream), {}), text);
+    EXPECT_EQ(test::text_of(file), text);
   }
 }
 

@@ -49,8 +49,7 @@ struct ComparedFolder {
     compared = maille_command(fmt::format("compare {} --methods limits,coupled,fem_q1 --estimate --out {}",
                                           (folder / "box.toml").string(), out));
     reported = maille_command("report " + out);
-    std::ifstream stream(folder / "out/report.html");
-    page.assign(std::istreambuf_iterator<char>(stream), {});
+    page = test::text_of(folder / "out/report.html");
   }
   TemporaryFolder folder;
   std::string out, page;

@@ -86,8 +86,7 @@ ResultsFolder::ResultsFolder(fs::path folder, std::string scene, const fs::path&
       if (kind_ == (is_of_compare ? "compare" : "run"))
         add_stale(fmt::format("{}_{}{}", scene_, method, ending), scene_);
       if (kind_ == "run")
-        add_stale(fmt::format("{}_{}_0000{}", scene_, method, ending),
-                  scene_); // and its series, see finish()
+        add_stale(fmt::format("{}_{}_0000{}", scene_, method, ending), scene_); // its series: see finish()
       for (const char* step : {"", "_0000", "_0001"})
         if (const fs::path there = file(fmt::format("_{}{}{}", method, step, ending));
             std::string_view(ending) != ".pvtu" && fs::is_regular_file(there) && !has_provenance(there) &&

@@ -189,7 +189,8 @@ TEST_F(NrrdContract, WrittenFieldsReadBackAndSayWhatTheyAre) {
   expect_near(read.info.origin, {-0.01, -0.02, 0.03}, 1e-12);
   std::string text = test::text_of(file);
   text.resize(text.find("\n\n") + 1);
-  EXPECT_EQ(text, "NRRD0005\n# http://teem.sourceforge.net/nrrd/format.html\n# maille\ntype: float\ndimension: 4\n"
+  EXPECT_EQ(text, "NRRD0005\n# http://teem.sourceforge.net/nrrd/format.html\n# maille\n"
+                  "type: float\ndimension: 4\n"
                   "space: left-posterior-superior\nsizes: 3 2 3 2\n"
                   "space directions: none (-1,0,0) (0,-2,0) (0,0,3)\nkinds: vector domain domain domain\n"
                   "endian: little\nencoding: gzip\nspace origin: (-10,-20,30)\n"

@@ -5,7 +5,6 @@
 
 #include <array>
 #include <cstdio>
-#include <fstream>
 #include <string>
 
 #include <sys/wait.h>
@@ -28,8 +27,7 @@ inline Outcome shell(const std::string& command) {
   while (const std::size_t n = fread(buffer.data(), 1, buffer.size(), pipe))
     outcome.out.append(buffer.data(), n);
   outcome.code = WEXITSTATUS(pclose(pipe));
-  std::ifstream stream(err_file);
-  outcome.err.assign(std::istreambuf_iterator<char>(stream), {});
+  outcome.err = text_of(err_file);
   return outcome;
 }
 

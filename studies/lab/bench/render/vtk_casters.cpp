@@ -26,8 +26,6 @@
 
 namespace maille::lab {
 
-using studies::OffscreenWindow;
-
 namespace {
 
 vtkSmartPointer<vtkVolumeProperty> property_of(const Look& look, double unit) {
@@ -85,7 +83,7 @@ vtkSmartPointer<vtkUnstructuredGrid> tetrahedra(const render::Deformation& defor
 
 class Casters final : public VtkCasters {
 public:
-  explicit Casters(std::unique_ptr<OffscreenWindow> window) : window_(std::move(window)) {
+  explicit Casters(std::unique_ptr<studies::OffscreenWindow> window) : window_(std::move(window)) {
     renderer_->SetBackground(0, 0, 0);
     window_->window().AddRenderer(renderer_);
   }
@@ -103,7 +101,7 @@ public:
   std::vector<std::uint8_t> pixels() const override;
 
 private:
-  std::unique_ptr<OffscreenWindow> window_;
+  std::unique_ptr<studies::OffscreenWindow> window_;
   vtkNew<vtkRenderer> renderer_;
   std::vector<vtkSmartPointer<vtkVolume>> volumes_;
 };
@@ -205,7 +203,7 @@ std::vector<std::uint8_t> Casters::pixels() const {
 
 constexpr VtkCasterFunctions functions{
     .open = [](int width, int height, std::string& why_not) -> std::unique_ptr<VtkCasters> {
-      auto window = OffscreenWindow::open(width, height, why_not);
+      auto window = studies::OffscreenWindow::open(width, height, why_not);
       return window ? std::make_unique<Casters>(std::move(window)) : nullptr;
     },
 };
