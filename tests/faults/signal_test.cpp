@@ -200,23 +200,21 @@ TEST(StopTimeContract, EveryPhaseEndsWithinASecondOfProcessor) {
         {"run " + small + " --methods fem_q1 --threads 1", 3.0},
         {"render " + large + " --threads 1 --width 6000 --height 6000 --samples 16 --out " + out + "/r.png",
          3.0}})
-    for (int trial = 0; trial < 4; ++trial) {
+    for (int trial = 0; trial < 6; ++trial) {
       const double after = std::uniform_real_distribution(0.1, latest)(lot);
       const int signal = trial % 2 == 0 ? SIGTERM : SIGINT;
       const Stopped run = stop_after(maille + " " + line, after, signal);
-      if (!run.was_running)
-        continue;
+      if (!run.was_running || (run.code == 0 && run.seconds < 0.1))
+        continue; // it had ended, or was returning from main(): not counted
       ++n_stopped;
       worst = std::max(worst, run.seconds);
       EXPECT_LE(run.seconds, 1) << line << " after " << after << " s";
-      // 0: the run was already returning from main().
-      constexpr double returning = 0.1;
-      EXPECT_TRUE(run.code == 1 || run.code == 128 + signal || (run.code == 0 && run.seconds < returning))
+      EXPECT_TRUE(run.code == 1 || run.code == 128 + signal)
           << line << " after " << after << " s: " << run.code;
       for (const auto& [name, text] : files_in(folder.out(), true))
         ADD_FAILURE() << line << " after " << after << " s: " << name << " is left over";
     }
-  EXPECT_GT(n_stopped, 8);
+  EXPECT_GT(n_stopped, 12);
   fmt::print("seconds_to_stop {:.2f} ({} signals)\n", worst, n_stopped);
 }
 
