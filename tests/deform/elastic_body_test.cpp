@@ -52,7 +52,7 @@ void expect_as_alone(ElasticBody& body, const Scene& scene) {
   EXPECT_LE(std::sqrt(difference / size), 10 * near); // residuals of nodes beside the handles
 }
 
-TEST(ElasticBodyOracle, MovesThatChange) {
+TEST(ElasticBodyConsistent, MovesThatChange) {
   for (const auto& scene_of : {std::function<Scene()>([] { return carved(); }), {[] { return box(); }}}) {
     Scene scene = scene_of();
     ElasticBody body;
@@ -78,7 +78,7 @@ TEST(ElasticBodyContract, WhatGoesOnAsItWentNeedsNoIterations) {
   }
 }
 
-TEST(ElasticBodyOracle, LoadsThatChange) {
+TEST(ElasticBodyConsistent, LoadsThatChange) {
   Scene scene = carved();
   for (Material& material : scene.materials)
     material.density = 1000;
@@ -91,7 +91,7 @@ TEST(ElasticBodyOracle, LoadsThatChange) {
   expect_as_alone(body, scene);
 }
 
-TEST(ElasticBodyOracle, NodesThatAreTouchedAndLetGo) {
+TEST(ElasticBodyConsistent, NodesThatAreTouchedAndLetGo) {
   Scene scene = carved();
   ElasticBody body;
   body.answer(scene);
@@ -110,7 +110,7 @@ TEST(ElasticBodyOracle, NodesThatAreTouchedAndLetGo) {
   expect_as_alone(body, scene);
 }
 
-TEST(ElasticBodyOracle, OneMaterialThatChanges) {
+TEST(ElasticBodyConsistent, OneMaterialThatChanges) {
   for (const double factor : {1.3, 0.7, 20.0}) { // the last is worth coarser levels of its own
     Scene scene = carved();
     ElasticBody body;
@@ -127,7 +127,7 @@ TEST(ElasticBodyOracle, OneMaterialThatChanges) {
   expect_as_alone(body, scene);
 }
 
-TEST(ElasticBodyOracle, AnotherBodyIsBegunAnew) {
+TEST(ElasticBodyConsistent, AnotherBodyIsBegunAnew) {
   ElasticBody body;
   Scene scene = carved();
   body.answer(scene);
@@ -137,7 +137,7 @@ TEST(ElasticBodyOracle, AnotherBodyIsBegunAnew) {
   expect_as_alone(body, box({8, 8, 8}));
 }
 
-TEST(ElasticBodyOracle, SpringsAndPartsOfTissueAreTheBodys) {
+TEST(ElasticBodyConsistent, SpringsAndPartsOfTissueAreTheBodys) {
   Scene scene = carved();
   ElasticBody body;
   body.answer(scene);
@@ -163,7 +163,7 @@ Scene within_limits(Scene scene) {
   return scene;
 }
 
-TEST(ElasticBodyOracle, LimitsThatBindMoreAndLess) {
+TEST(ElasticBodyConsistent, LimitsThatBindMoreAndLess) {
   for (Scene scene : {within_limits(carved({8, 7, 8})), within_limits(box({8, 8, 8}))}) {
     ElasticBody body;
     const double h = scene.specimen.grid.spacing()[2];

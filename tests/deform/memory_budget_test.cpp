@@ -23,7 +23,7 @@ Answer solve_within(const Scene& scene, std::string_view method, std::int64_t by
 }
 
 TEST(HeapMeterContract, SeesFieldsWhateverTheirPages) {
-  if (!tests::heap_is_counted())
+  if (!test::heap_is_counted())
     GTEST_SKIP() << "allocations cannot be counted here";
   constexpr std::int64_t mib = 1 << 20;
   struct Way {
@@ -32,7 +32,7 @@ TEST(HeapMeterContract, SeesFieldsWhateverTheirPages) {
   };
   for (const Way& way : {Way{allocate_field, release_field}, Way{allocate_zeroed, release_zeroed}})
     for (const std::int64_t size : {mib / 4, mib, 2 * mib, 9 * mib}) {
-      const tests::HeapMeter heap;
+      const test::HeapMeter heap;
       Charge charge;
       const auto bytes = static_cast<std::size_t>(size);
       void* const field = way.allocate(bytes, charge);
@@ -101,8 +101,8 @@ TEST(ArenaContract, RefusesWhatWouldPassItsLimitButNotToThreadsThatHelp) {
 }
 
 TEST(ArenaContract, AMethodWhoseForecastWasTooLowEndsAsRefused) {
-  Scene scene = tests::lattice_box({12, 10, 8}, tests::even_limits(1.25, 0.75, 0.25));
-  tests::move(scene, {3, 4, 5}, {1, 1, -1});
+  Scene scene = test::lattice_box({12, 10, 8}, test::even_limits(1.25, 0.75, 0.25));
+  test::move(scene, {3, 4, 5}, {1, 1, -1});
   Control control;
   control.bytes_budget = 20000;
   const Answer answer = solve_literal(scene, control); // asks for no forecast
@@ -111,16 +111,16 @@ TEST(ArenaContract, AMethodWhoseForecastWasTooLowEndsAsRefused) {
   EXPECT_TRUE(answer.displacement.empty());
 }
 
-TEST(MemoryBudgetContract, EveryMethodRefusesOneByteBelowWhatItNeedsAndAnswersWithIt) {
-  Scene box = tests::lattice_box({12, 10, 8}, tests::even_limits(1.25, 0.75, 0.25));
-  tests::move(box, {3, 4, 5}, {1, 1, -1});
+TEST(MemoryBudgetContract, TheForecastIsTheRefusal) {
+  Scene box = test::lattice_box({12, 10, 8}, test::even_limits(1.25, 0.75, 0.25));
+  test::move(box, {3, 4, 5}, {1, 1, -1});
   for (const Scene& free :
        {box, named_body("random", test::cases(8, 5)), named_body("bore", test::cases(8, 5))})
     for (const std::string_view method : methods()) {
       Scene scene = free;
       if (method == "coupled") // forces want something to hold against
-        for (const Index3& at : tests::face(scene, 2, true))
-          tests::hold(scene, at);
+        for (const Index3& at : test::face(scene, 2, true))
+          test::hold(scene, at);
       SCOPED_TRACE(std::string(method) + " on " + scene.name);
       const std::int64_t needed = bytes_needed(scene, method);
       const Answer refused = solve_within(scene, method, needed - 1);
@@ -135,10 +135,10 @@ TEST(MemoryBudgetContract, EveryMethodRefusesOneByteBelowWhatItNeedsAndAnswersWi
 }
 
 TEST(MemoryBudgetContract, ABoxOf512CubedNodesIsRefusedBeforeAnythingIsAllocated) {
-  Scene scene = tests::lattice_box({511, 511, 511}, tests::even_limits(1.25, 0.75, 0.25));
-  tests::move(scene, {0, 0, 0}, {300, 0, 0});
+  Scene scene = test::lattice_box({511, 511, 511}, test::even_limits(1.25, 0.75, 0.25));
+  test::move(scene, {0, 0, 0}, {300, 0, 0});
   for (const std::string_view method : methods()) {
-    const tests::HeapMeter heap;
+    const test::HeapMeter heap;
     const Answer answer = solve_within(scene, method, std::int64_t{2} << 30);
     EXPECT_EQ(answer.status, Status::refused);
     EXPECT_LE(heap.peak(), 65536); // a message
@@ -148,7 +148,7 @@ TEST(MemoryBudgetContract, ABoxOf512CubedNodesIsRefusedBeforeAnythingIsAllocated
 }
 
 TEST(MemoryBudgetContract, LoadsAreRefusedAsLoadsHoweverLittleMemoryThereIs) {
-  Scene scene = tests::lattice_box({4, 4, 4}, tests::even_limits(1.25, 0.75, 0.25));
+  Scene scene = test::lattice_box({4, 4, 4}, test::even_limits(1.25, 0.75, 0.25));
   scene.gravity = {0, 0, -9.81};
   EXPECT_NE(solve_within(scene, "limits", 0).message.find("loads"), std::string::npos);
 }

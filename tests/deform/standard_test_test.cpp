@@ -4,6 +4,7 @@
 #include "maille/scene/mechanics/recovery.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "maille/scene/read_scene.hpp"
+#include "support/texts.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -120,7 +121,7 @@ TEST(StandardTestOracle, AnIndenterFeelsTheForceOfItsPatch) {
   EXPECT_EQ(moved, 13u); // nodes of a 1 mm grid within 2 mm of one of them
   const double radius = 1e-3 * (std::sqrt(13 / std::numbers::pi) - 0.25);
   EXPECT_NEAR(scene.test->radius, radius, 1e-9);
-  EXPECT_NE(plausibility(scene).warnings.at(0).find("a radius of 1.8 cells"), std::string::npos);
+  EXPECT_TRUE(test::has(plausibility(scene).warnings.at(0), "a radius of 1.8 cells"));
   const TestResult found = test_result(scene, answer).value();
   EXPECT_GT(found.reaction, 0);
   EXPECT_NEAR(found.reaction, force, 1e-12);
@@ -164,7 +165,7 @@ TEST(ForceCheckAnalytic, LimitsHoldABeamAgainstBending) {
   EXPECT_NEAR(std::abs(bound.missing.moment[1]), bound.moment_share * 72e-6, 1e-9);
   EXPECT_GT(bound.moment_share, 0.5);
   ASSERT_EQ(bound.caveats.size(), 1u);
-  EXPECT_NE(bound.caveats[0].find("moments are not in balance"), std::string::npos) << bound.caveats[0];
+  EXPECT_TRUE(test::has(bound.caveats[0], "moments are not in balance"));
 }
 
 // Truth: the definition: at a Poisson ratio of 0.4999 the diagonal is 1667 times Young's modulus.
@@ -189,36 +190,29 @@ TEST(StandardTestAnalytic, AnEvenlyStrainedBodyFailsAtTheCriterionsStrain) {
 TEST(StandardTestContract, FaultyTestsAreRefused) {
   const std::string axial = "kind = \"axial\"\naxis = \"x\"\nstrain = 0.05\n";
   EXPECT_EQ(faults_of(axial), "");
-  EXPECT_NE(faults_of(axial + "[[hold]]\nwhere = \"x-\"").find("no holds and moves beside a [test]"),
-            std::string::npos);
+  EXPECT_TRUE(test::has(faults_of(axial + "[[hold]]\nwhere = \"x-\""), "no holds and moves beside a [test]"));
   const std::string all = faults_of("kind = \"axail\"\naxis = \"w\"\nstrain = \"1 mm\"");
   for (const char* const key : {"test.kind", "test.axis", "test.strain"})
-    EXPECT_NE(all.find(key), std::string::npos) << key << " in " << all;
-  EXPECT_NE(faults_of("axis = \"x\"\nstrain = 0.1").find("test.kind"), std::string::npos);
+    EXPECT_TRUE(test::has(all, key)) << key << " in ";
+  EXPECT_TRUE(test::has(faults_of("axis = \"x\"\nstrain = 0.1"), "test.kind"));
   for (const char* const strain : {"0", "1e300", "inf", "nan", "-11"})
-    EXPECT_NE(
-        faults_of(std::string("kind = \"axial\"\naxis = \"x\"\nstrain = ") + strain).find("test.strain"),
-        std::string::npos)
+    EXPECT_TRUE(test::has(faults_of(std::string("kind = \"axial\"\naxis = \"x\"\nstrain = ") + strain),
+                          "test.strain"))
         << strain;
-  EXPECT_NE(faults_of(axial + "radius = \"1 mm\"").find("no such key unless kind = \"indent\""),
-            std::string::npos);
-  EXPECT_NE(faults_of("kind = \"shear\"\naxis = \"x\"\nalong = \"x\"\nstrain = 0.1").find("test.along"),
-            std::string::npos);
-  EXPECT_NE(
-      faults_of("kind = \"indent\"\naxis = \"x\"\nradius = \"-1 mm\"\nstrain = 0.1").find("test.radius"),
-      std::string::npos);
-  EXPECT_NE(faults_of("kind = \"indent\"\naxis = \"z\"\nstrain = -0.1").find("a depth above 0"),
-            std::string::npos);
-  EXPECT_NE(
-      faults_of("kind = \"indent\"\naxis = \"z\"\nradius = \"0.1 mm\"\nstrain = 0.1").find("test.radius"),
-      std::string::npos);
-  EXPECT_NE(faults_of("kind = \"bend\"\naxis = \"x\"\nstrain = 0.3").find("frame = \"blocks\""),
-            std::string::npos);
+  EXPECT_TRUE(test::has(faults_of(axial + "radius = \"1 mm\""), "no such key unless kind = \"indent\""));
+  EXPECT_TRUE(
+      test::has(faults_of("kind = \"shear\"\naxis = \"x\"\nalong = \"x\"\nstrain = 0.1"), "test.along"));
+  EXPECT_TRUE(test::has(faults_of("kind = \"indent\"\naxis = \"x\"\nradius = \"-1 mm\"\nstrain = 0.1"),
+                        "test.radius"));
+  EXPECT_TRUE(test::has(faults_of("kind = \"indent\"\naxis = \"z\"\nstrain = -0.1"), "a depth above 0"));
+  EXPECT_TRUE(test::has(faults_of("kind = \"indent\"\naxis = \"z\"\nradius = \"0.1 mm\"\nstrain = 0.1"),
+                        "test.radius"));
+  EXPECT_TRUE(test::has(faults_of("kind = \"bend\"\naxis = \"x\"\nstrain = 0.3"), "frame = \"blocks\""));
   const std::string nothing = faults_of("");
   for (const char* const key : {"test.kind", "test.axis", "test.strain"})
-    EXPECT_NE(nothing.find(key), std::string::npos) << nothing;
-  EXPECT_NE(faults_of(axial, "lattice = \"fibre\"\n").find("specimen.lattice"), std::string::npos);
-  EXPECT_NE(faults_of(axial + "size = 3").find("test.size"), std::string::npos);
+    EXPECT_TRUE(test::has(nothing, key));
+  EXPECT_TRUE(test::has(faults_of(axial, "lattice = \"fibre\"\n"), "specimen.lattice"));
+  EXPECT_TRUE(test::has(faults_of(axial + "size = 3"), "test.size"));
 }
 
 // Truth: methods without forces have no result, nor have scenes without a test.

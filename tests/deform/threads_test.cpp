@@ -21,7 +21,7 @@ Scene box() {
 }
 
 Scene with_slack(const Scene& scene, double slack) {
-  return tests::with_limits(scene, tests::even_limits(1 + slack, 1 - slack, slack));
+  return test::with_limits(scene, test::even_limits(1 + slack, 1 - slack, slack));
 }
 
 struct Case {
@@ -51,9 +51,9 @@ std::vector<Case> cases() {
   return list;
 }
 
-class ThreadsOracle : public testing::TestWithParam<Case> {};
+class ThreadsConsistent : public testing::TestWithParam<Case> {};
 
-TEST_P(ThreadsOracle, ThreadsGiveTheBitsOfOne) {
+TEST_P(ThreadsConsistent, ThreadsGiveTheBitsOfOne) {
   const Scene& scene = GetParam().scene;
   Control control;
   const Answer one = solve(scene, GetParam().method, control);
@@ -67,10 +67,10 @@ TEST_P(ThreadsOracle, ThreadsGiveTheBitsOfOne) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Ways, ThreadsOracle, testing::ValuesIn(cases()),
+INSTANTIATE_TEST_SUITE_P(Ways, ThreadsConsistent, testing::ValuesIn(cases()),
                          [](const auto& one) { return one.param.name; });
 
-TEST(ThreadsInHandOracle, DragsAndProjectionsGiveTheBitsOfOne) {
+TEST(ThreadsInHandConsistent, DragsAndProjectionsGiveTheBitsOfOne) {
   for (const Scene& scene :
        {with_slack(box(), 0.05), with_slack(test::carved_body({32, 32, 36}, test::Fibres::none), 0.05)}) {
     const LinkLimits limits(scene);

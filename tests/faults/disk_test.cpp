@@ -1,6 +1,7 @@
 /// Disks that are full, fail or are read-only, and programs that are killed in a write. Whatever happens,
 /// files appear whole or not at all, and what was there stays until it is replaced.
 
+#include "support/sanitized.hpp"
 #include "writing_commands.hpp"
 
 #include <unistd.h>
@@ -120,7 +121,7 @@ INSTANTIATE_TEST_SUITE_P(Commands, DiskContract, testing::ValuesIn(test::writing
                          [](const auto& one) { return one.param.name; });
 
 // The kernel's own full disk: every write fails.
-TEST(FullDeviceContract, OutputThatCannotBeWrittenIsAFailure) {
+TEST(FullDeviceContract, FullOutputIsAFailure) {
   const CommandFolder folder;
   for (const std::string arguments :
        {"--version", "materials", "explain IN/box.toml",
@@ -132,7 +133,7 @@ TEST(FullDeviceContract, OutputThatCannotBeWrittenIsAFailure) {
     }
     const Outcome run = folder.run(arguments + " >/dev/full");
     EXPECT_EQ(run.code, 1) << arguments;
-    EXPECT_NE(run.err.find("cannot write to "), std::string::npos) << arguments << ": " << run.err;
+    EXPECT_TRUE(test::has(run.err, "cannot write to ")) << arguments << ": ";
   }
   for (const std::string arguments :
        {"materials --json /dev/full", "run IN/box.toml --json /dev/full",
@@ -140,11 +141,11 @@ TEST(FullDeviceContract, OutputThatCannotBeWrittenIsAFailure) {
         "export IN/box.toml --out /dev/full"}) {
     const Outcome run = folder.run(arguments);
     EXPECT_EQ(run.code, 1) << arguments;
-    EXPECT_NE(run.err.find("No space left"), std::string::npos) << arguments << ": " << run.err;
+    EXPECT_TRUE(test::has(run.err, "No space left")) << arguments << ": ";
   }
 }
 
-TEST(FullDeviceContract, OutputThatNobodyTakesIsAFailure) {
+TEST(FullDeviceContract, ClosedOutputIsAFailure) {
   const CommandFolder folder;
   EXPECT_EQ(folder.run("materials >&-").code, 1);
   EXPECT_EQ(folder.run("run IN/box.toml >&-").code, 1);
@@ -163,8 +164,8 @@ TEST(FullDeviceContract, ASmallFileSystemFillsUp) {
                                               out, MAILLE_COMMAND, (folder.in() / "large.toml").string()));
   if (run.code == 99)
     GTEST_SKIP() << "no tmpfs may be mounted here";
-  EXPECT_NE(run.out.find("code 1\nearlier\n"), std::string::npos) << run.out;
-  EXPECT_NE(run.err.find("large_limits"), std::string::npos) << "names the file: " << run.err;
+  EXPECT_TRUE(test::has(run.out, "code 1\nearlier\n"));
+  EXPECT_TRUE(test::has(run.err, "large_limits")) << "names the file: ";
 }
 
 TEST(FullDeviceContract, AReadOnlyFileSystemIsFoundBeforeTheWork) {
@@ -174,10 +175,227 @@ TEST(FullDeviceContract, AReadOnlyFileSystemIsFoundBeforeTheWork) {
         "trade IN/box.toml --out /proc/maille"}) {
     const Outcome run = folder.run(arguments);
     EXPECT_EQ(run.code, 2) << arguments;
-    EXPECT_NE(run.err.find("--out /proc/maille: expected a folder that can be written"), std::string::npos)
-        << run.err;
+    EXPECT_TRUE(test::has(run.err, "--out /proc/maille: expected a folder that can be written"));
     EXPECT_TRUE(run.out.empty()) << run.out;
   }
+}
+
+/// Files that are there when they are looked at and gone, shorter or unreadable a moment later.
+
+class VanishingContract : public testing::Test {
+protected:
+  VanishingContract() {
+    const std::string header = "NDims = 3\nDimSize = 16 16 16\nElementSpacing = 1 1 1\nElementType = "
+                               "MET_UCHAR\nElementDataFile = LOCAL\n";
+    folder.folder().write("in/labels.mha", header + std::string(16 * 16 * 16, '\1'));
+    const std::string scene =
+        "[specimen]\nshape = \"image\"\nimage = \"labels.mha\"\nmaterial = \"soft.toml\"\n"
+        "[[hold]]\nwhere = \"x-\"\n[[move]]\nwhere = \"x+\"\nby = [\"1 mm\", 0, 0]\n";
+    folder.folder().write("in/soft.toml", "youngs_modulus = \"10 kPa\"\npoisson_ratio = 0.3\n");
+    folder.folder().write("in/image.toml", scene);
+    folder.folder().write("in/image_study.toml",
+                          "scene = \"image.toml\"\nmethods = [\"limits\"]\nreference = \"none\"\n"
+                          "[[parameter]]\nkey = \"move.0.by.0\"\nvalues = [\"0.1 mm\", \"0.2 mm\"]\n");
+  }
+  /// Every command that reads scenes, by one call after the other.
+  void expect_a_fault(const std::string& arguments, const std::string& file, const std::string& call,
+                      const std::string& what, const std::string& word) {
+    ASSERT_EQ(folder.run(arguments).code, 0);
+    const Files earlier = files_in(folder.out());
+    ASSERT_EQ(folder.run_with_fault(arguments, call + ":0:NONE", folder.in() / file).code, 0);
+    const long n = folder.n_calls(call);
+    ASSERT_GT(n, 0);
+    for (const long at : test::some_of(n)) {
+      const Outcome run =
+          folder.run_with_fault(arguments, fmt::format("{}:{}:{}", call, at, what), folder.in() / file);
+      const std::string when = fmt::format("{} {} of {}: {}", call, at, n, run.err);
+      // The end of a file may be met where it is.
+      EXPECT_TRUE(run.code == 2 || run.code == 1 || (what == "END" && run.code == 0)) << when << run.code;
+      if (run.code == 2) {
+        EXPECT_TRUE(test::has(run.err, file)) << when;
+        EXPECT_TRUE(test::has(run.err, word)) << when;
+      }
+      for (const auto& [name, text] : files_in(folder.out()))
+        EXPECT_TRUE(test::is_whole(name, text, text)) << when << name;
+      for (const auto& [name, text] : earlier)
+        EXPECT_TRUE(std::filesystem::exists(folder.out() / name)) << when << name;
+    }
+  }
+  const CommandFolder folder;
+};
+
+TEST_F(VanishingContract, AnImageThatIsGoneIsAFault) {
+  expect_a_fault("run IN/image.toml --out OUT", "labels.mha", "open_to_read", "ENOENT", "expected");
+}
+TEST_F(VanishingContract, AnImageThatCannotBeReadOnIsAFault) {
+  expect_a_fault("run IN/image.toml --out OUT", "labels.mha", "read", "EIO", "expected");
+}
+TEST_F(VanishingContract, AnImageThatHasBecomeShorterIsAFault) {
+  expect_a_fault("run IN/image.toml --out OUT", "labels.mha", "read", "END", "expected");
+}
+TEST_F(VanishingContract, AStudyWhoseImageGoesKeepsItsRows) {
+  expect_a_fault("study IN/image_study.toml --threads 1 --resume --out OUT", "labels.mha", "open_to_read",
+                 "ENOENT", "expected");
+}
+// Part of a scene is a scene without its conditions: it must not be taken for the whole.
+TEST_F(VanishingContract, ASceneThatCannotBeReadOnIsAFault) {
+  for (const int at : {1, 2}) { // the text, and its end
+    const Outcome run = folder.run_with_fault("run IN/image.toml --out OUT", fmt::format("read:{}:EIO", at),
+                                              folder.in() / "image.toml");
+    EXPECT_EQ(run.code, 2) << at;
+    EXPECT_TRUE(test::has(run.err, "image.toml: expected a scene file that can be read"));
+    EXPECT_TRUE(files_in(folder.out()).empty());
+  }
+}
+TEST_F(VanishingContract, AMaterialThatIsGoneIsAFault) {
+  expect_a_fault("run IN/image.toml --out OUT", "soft.toml", "open_to_read", "ENOENT", "expected");
+}
+
+// Between two cases, in earnest.
+TEST_F(VanishingContract, CasesWithoutTheirImageAreFailedRows) {
+  const std::string study = "study IN/image_study.toml --threads 1 --out OUT";
+  const Outcome run = folder.run_with_fault(study, "open_to_read:0:NONE", folder.in() / "labels.mha");
+  ASSERT_EQ(run.code, 0);
+  const long n =
+      folder.n_calls("open_to_read"); // of the process that reads the study; cases are other processes'
+  std::filesystem::remove_all(folder.out());
+  const Outcome gone =
+      folder.run_with_fault(study, fmt::format("open_to_read:{}:ENOENT", n + 1), folder.in() / "labels.mha");
+  EXPECT_EQ(gone.code, 1) << gone.err;
+  EXPECT_TRUE(test::has(gone.out, "failed"));
+}
+
+// MPI, which AMG starts, ends the process where it cannot write its files.
+TEST(TemporaryFolderContract, AMissingOneTakesNoAnswerAway) {
+  const CommandFolder folder;
+  const Outcome run = folder.run(
+      "compare IN/box.toml --methods limits,fem_q1 --fem-solver amg --json OUT/r.json", "TMPDIR=/proc");
+  EXPECT_EQ(run.code, 0) << run.err;
+  const auto results = nlohmann::json::parse(test::text_of(folder.out() / "r.json"))["results"];
+  ASSERT_EQ(results.size(), 2u);
+  for (const auto& row : results)
+    EXPECT_EQ(row["status"], "done") << row;
+}
+
+/// Less memory, stack or open files than are needed (`ulimit`): a message and an exit code, never a crash or
+/// an endless loop, and earlier results stay.
+
+class MemoryContract : public testing::TestWithParam<WritingCommand> {};
+
+TEST_P(MemoryContract, AProcessWithoutMemorySaysSo) {
+#ifdef MAILLE_CHECKS_ACCESS
+  GTEST_SKIP() << "the sanitizer reserves more address space than any limit leaves";
+#endif
+  const CommandFolder folder;
+  folder.folder().write("in/large.toml", CommandFolder::box("[\"1 mm\", 0, 0]", "[40, 40, 40]"));
+  folder.folder().write("in/large_study.toml",
+                        "scene = \"large.toml\"\nmethods = [\"relaxed\"]\nreference = \"none\"\n");
+  folder.folder().write("out/earlier.json", "{}");
+  int n_not_started = 0, n_refused = 0, n_done = 0;
+  constexpr int not_loaded = 127; // by the system's loader
+  for (const int mebibytes : {4, 50, 400, 540, 700, 850, 1000, 4000}) {
+    const std::string limit = fmt::format("sh -c 'ulimit -v {}; exec \"$@\"' sh", 1024 * mebibytes);
+    // Where libraries are just loaded they may end the process before main (docs/robustness.md).
+    if (const int bare = folder.run("--version", limit).code; bare != 0 && bare != not_loaded) {
+      ++n_not_started;
+      continue;
+    }
+    const Outcome run = folder.run(GetParam().arguments, limit);
+    const bool was_loaded = run.code != not_loaded;
+    EXPECT_LT(run.code, 128) << mebibytes << " MiB: signal " << run.code - 128 << '\n' << run.err;
+    EXPECT_TRUE(run.code == 0 || !was_loaded || run.code == 1 || run.code == 2)
+        << mebibytes << " MiB: " << run.code;
+    EXPECT_TRUE(run.code == 0 || !run.err.empty() || run.out.find("failed") != std::string::npos ||
+                run.out.find("refused") != std::string::npos)
+        << mebibytes << " MiB: no word of why";
+    for (const auto& [name, text] : files_in(folder.out()))
+      EXPECT_TRUE(test::is_whole(name, text, text)) << mebibytes << " MiB: " << name;
+    EXPECT_EQ(test::text_of(folder.out() / "earlier.json"), "{}");
+    n_refused += run.code != 0;
+    n_done += run.code == 0;
+  }
+  EXPECT_GT(n_not_started + n_refused, 0) << "no limit was low enough to test anything";
+  EXPECT_GT(n_done, 0) << "no limit was high enough";
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Commands, MemoryContract,
+    testing::Values(WritingCommand{"limits", "run IN/large.toml --methods limits --out OUT"},
+                    WritingCommand{"relaxed", "run IN/large.toml --methods relaxed --threads 8 --out OUT"},
+                    WritingCommand{"coupled", "run IN/large.toml --methods coupled --threads 2 --out OUT"},
+                    WritingCommand{"fem_q1", "run IN/box.toml --methods fem_q1 --out OUT"},
+                    WritingCommand{"picture", "compare IN/box.toml --methods limits --reference limits "
+                                              "--picture OUT/c.png"},
+                    WritingCommand{"study", "study IN/large_study.toml --resume --threads 2 --out OUT"},
+                    WritingCommand{"materials", "materials --json OUT/m.json"}),
+    [](const auto& one) { return one.param.name; });
+
+// OpenBLAS asks for its buffer without end where the factor has taken the last of the address space.
+TEST(BlasMemoryContract, AFactorThatTakesAllThereIsEnds) {
+#ifdef MAILLE_CHECKS_ACCESS
+  GTEST_SKIP() << "the sanitizer reserves more address space than any limit leaves";
+#endif
+  const CommandFolder folder;
+  folder.folder().write("in/belly.toml", CommandFolder::box("[\"1 mm\", 0, 0]", "[21, 21, 21]"));
+  int n_done = 0;
+  for (const int mebibytes : {740, 780, 820, 860, 900, 2000}) {
+    const Outcome run =
+        folder.run("run IN/belly.toml --methods fem_q1 --fem-solver cholmod --threads 1",
+                   fmt::format("timeout -k 1 40 sh -c 'ulimit -v {}; exec \"$@\"' sh", 1024 * mebibytes));
+    EXPECT_LT(run.code, 2) << mebibytes << " MiB: 124 is an endless loop\n" << run.err;
+    EXPECT_TRUE(run.code == 0 || run.out.find("memory") != std::string::npos ||
+                run.err.find("memory") != std::string::npos)
+        << mebibytes << " MiB: " << run.out << run.err;
+    n_done += run.code == 0;
+  }
+  EXPECT_GT(n_done, 0) << "no limit was high enough";
+}
+
+// Every command that writes, and the two kinds of finite elements, under a ladder of each limit.
+TEST(ResourceLimitsContract, NoCommandHangsOrEndsByASignal) {
+#ifdef MAILLE_CHECKS_ACCESS
+  GTEST_SKIP() << "the sanitizer reserves more address space than any limit leaves";
+#endif
+  const CommandFolder folder;
+  folder.folder().write("in/belly.toml", CommandFolder::box("[\"1 mm\", 0, 0]", "[32, 8, 8]"));
+  std::vector<WritingCommand> commands = test::writing_commands();
+  for (const char* method : {"fem_q1", "fem_q2"})
+    commands.push_back({method, fmt::format("run IN/belly.toml --methods {}", method)});
+  commands.push_back({"check", "check IN/box.toml"});
+  commands.push_back({"explain", "explain IN/box.toml"});
+  commands.push_back({"render", "render IN/box.toml --width 40 --height 40 --out OUT/r.png"});
+  for (const WritingCommand& command : commands)
+    folder.prepare(command);
+  constexpr int is_endless = 124, not_loaded = 127, first_signal = 129, stopped_by_timeout = 137;
+  int n_hangs = 0, n_signals = 0, n_runs = 0;
+  for (const auto& [limit, values] : {std::pair<std::string, std::vector<int>>{"-d", {30, 64, 150}},
+                                      {"-v", {150, 900}},
+                                      {"-s", {64, 1024}},
+                                      {"-n", {4, 7}}})
+    for (const int value : values) {
+      const int argument = limit == "-d" || limit == "-v" ? 1024 * value : value;
+      const std::string before =
+          fmt::format("timeout -k 1 30 sh -c 'ulimit {} {}; exec \"$@\"' sh", limit, argument);
+      if (const int bare = folder.run("--version", before).code; bare != 0 && bare != 1)
+        continue; // the system's loader ends it before main
+      for (const WritingCommand& command : commands) {
+        const Outcome run = folder.run(command.arguments, before);
+        const bool hangs = run.code == is_endless || run.code == stopped_by_timeout;
+        const bool has_died = !hangs && run.code >= first_signal;
+        n_hangs += hangs;
+        n_signals += has_died;
+        ++n_runs;
+        EXPECT_FALSE(hangs || has_died)
+            << command.name << " under ulimit " << limit << ' ' << argument << ": " << run.code << '\n'
+            << run.err;
+        EXPECT_TRUE(run.code == command.exit_code || run.code == not_loaded || !run.err.empty() ||
+                    run.code == 1)
+            << command.name << " under ulimit " << limit << ' ' << argument << ": no word of why";
+      }
+    }
+  EXPECT_GT(n_runs, 0);
+  fmt::print("hangs_under_limits {} of {} runs\nsignals_under_limits {} of {} runs\n", n_hangs, n_runs,
+             n_signals, n_runs);
 }
 
 } // namespace

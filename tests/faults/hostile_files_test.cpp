@@ -37,9 +37,8 @@ Taken taken_by(const std::string& arguments, const std::filesystem::path& folder
   int status = 0;
   rusage usage{};
   wait4(child, &status, 0, &usage);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status),
-          static_cast<double>(usage.ru_maxrss) / 1024,
-          static_cast<double>(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec)};
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), double(usage.ru_maxrss) / 1024,
+          double(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec)};
 }
 
 std::string repeated(int n, const std::function<std::string(int)>& part) {
@@ -68,7 +67,7 @@ std::string shells(int n) {
     const auto bytes = std::bit_cast<std::array<char, sizeof(value)>>(value);
     stl.append(bytes.begin(), bytes.end());
   };
-  add(static_cast<std::uint32_t>(12 * n));
+  add(std::uint32_t(12 * n));
   for (int shell = 0; shell < n; ++shell)
     for (const auto& face : faces) {
       stl.append(12, '\0');
@@ -91,7 +90,7 @@ protected:
   void expect_bounded(const std::string& names, const std::string& hostile) {
     const Taken usual = taken_by("check box.toml", folder_.path()),
                 taken = taken_by("check " + names, folder_.path());
-    const double size = static_cast<double>(std::filesystem::file_size(folder_.path() / hostile)) / (1 << 20);
+    const double size = double(std::filesystem::file_size(folder_.path() / hostile)) / (1 << 20);
     EXPECT_LT(taken.code, 3) << hostile;
     EXPECT_LE(taken.megabytes, usual.megabytes + 64 + 40 * size) << hostile << " of " << size << " MB";
     EXPECT_LE(taken.seconds, 20) << hostile;

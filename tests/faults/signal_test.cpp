@@ -144,9 +144,7 @@ Stopped stop_after(const std::string& line, double after, int signal) {
   clock_getcpuclockid(process, &clock);
   const auto used = [&] {
     timespec time{};
-    return clock_gettime(clock, &time) == 0
-               ? static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec)
-               : after;
+    return clock_gettime(clock, &time) == 0 ? double(time.tv_sec) + 1e-9 * double(time.tv_nsec) : after;
   };
   siginfo_t info{};
   Stopped result;
@@ -165,7 +163,7 @@ Stopped stop_after(const std::string& line, double after, int signal) {
       fields >> skipped;
     double user = 0, system = 0;
     fields >> user >> system;
-    return (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
+    return (user + system) / double(sysconf(_SC_CLK_TCK));
   };
   const double before = used() + of_programs();
   result.was_running = !has_ended();
@@ -174,7 +172,7 @@ Stopped stop_after(const std::string& line, double after, int signal) {
   rusage usage{};
   wait4(process, &status, 0, &usage);
   for (const timeval& time : {usage.ru_utime, usage.ru_stime})
-    result.seconds += static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+    result.seconds += double(time.tv_sec) + 1e-6 * double(time.tv_usec);
   result.seconds -= before;
   result.code = WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
   return result;

@@ -4,6 +4,7 @@
 
 #include "studies/commands/run_command.hpp"
 #include "support/temporary_folder.hpp"
+#include "support/texts.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -110,10 +111,7 @@ public:
   const TemporaryFolder& folder() const { return folder_; }
 
   static std::string box(const std::string& by, const std::string& cells = "[6, 3, 3]") {
-    return "[specimen]\nshape = \"box\"\ncells = " + cells +
-           "\nspacing = \"1 mm\"\nmaterial = { youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }\n"
-           "[[hold]]\nwhere = \"x-\"\n[[move]]\nwhere = \"x+\"\nby = " +
-           by + "\n";
+    return pulled_box_text(cells, by);
   }
 
   /// What only some commands read.

@@ -2,6 +2,7 @@
 
 #include "maille/fem_ref/solve.hpp"
 #include "maille/scene/scene_builder.hpp"
+#include "support/bodies/layers.hpp"
 
 #include <gtest/gtest.h>
 
@@ -11,28 +12,6 @@ namespace maille::fem_ref {
 namespace {
 
 constexpr double h = 1e-3, E1 = 100e3, E2 = 40e3, nu1 = 0.3, nu2 = 0.45;
-
-Material isotropic(double E, double nu) {
-  Material material;
-  material.name = "matter";
-  material.elasticity = ElasticConstants::isotropic(E, nu);
-  return material;
-}
-
-void prescribe(Scene& scene, const Index3& node, int component, double value, bool held) {
-  scene.prescribed.push_back({scene.specimen.grid.node(node), component, value, held});
-}
-
-void sort_prescribed(Scene& scene) {
-  std::ranges::sort(scene.prescribed, {}, [](const Prescribed& p) { return std::pair(p.component, p.node); });
-}
-
-double force_of_moves(const Scene& scene, const Answer& answer) {
-  double sum = 0;
-  for (std::size_t i = 0; i < answer.reaction.size(); ++i)
-    sum += scene.prescribed[i].held ? 0 : answer.reaction[i];
-  return sum;
-}
 
 Answer answer_of(const Scene& scene, int degree) {
   Options options;
@@ -47,17 +26,17 @@ Scene two_blocks(double shift) {
   Scene scene = SceneBuilder("blocks")
                     .labels(std::span<const std::uint8_t>(labels), ArrayLayout::x_fastest({3, 3, 6}),
                             affine_of({h, h, h}))
-                    .material(1, isotropic(E1, nu1))
-                    .material(2, isotropic(E2, nu2))
+                    .material(1, test::isotropic(E1, nu1))
+                    .material(2, test::isotropic(E2, nu2))
                     .hold("z-", "z")
                     .move("z+", {0, 0, shift}, "z")
                     .build();
   for (const int z : {0, 6}) {
-    prescribe(scene, {0, 0, z}, 0, 0, true);
-    prescribe(scene, {0, 0, z}, 1, 0, true);
-    prescribe(scene, {3, 0, z}, 1, 0, true);
+    test::add_prescribed(scene, {0, 0, z}, 0, 0, true);
+    test::add_prescribed(scene, {0, 0, z}, 1, 0, true);
+    test::add_prescribed(scene, {3, 0, z}, 1, 0, true);
   }
-  sort_prescribed(scene);
+  test::sort_prescribed(scene);
   return scene;
 }
 
@@ -69,7 +48,7 @@ TEST(FemSlidingAnalytic, BlocksThatSlideArePressedAsColumnsInSeries) {
   for (const int degree : {1, 2}) {
     const Answer answer = answer_of(scene, degree);
     ASSERT_EQ(answer.status, Status::done) << answer.message;
-    EXPECT_NEAR(force_of_moves(scene, answer), expected, 1e-6 * std::abs(expected)) << degree;
+    EXPECT_NEAR(test::force_of_moves(scene, answer), expected, 1e-6 * std::abs(expected)) << degree;
     ASSERT_EQ(answer.split.size(), 32U);
     const std::int64_t corner = scene.specimen.grid.node({3, 3, 3});
     for (const SplitNode& node : answer.split)
@@ -89,7 +68,7 @@ TEST(FemSlidingAnalytic, NothingOfAMoveAlongTheBorderGoesAcrossIt) {
   for (const int degree : {1, 2}) {
     const Answer answer = answer_of(scene, degree);
     ASSERT_EQ(answer.status, Status::done) << answer.message;
-    EXPECT_NEAR(force_of_moves(scene, answer), 0, 1e-8) << degree;
+    EXPECT_NEAR(test::force_of_moves(scene, answer), 0, 1e-8) << degree;
   }
 }
 
@@ -98,11 +77,11 @@ TEST(FemConditionsAnalytic, AColumnOnSpringsSinksAsHookeSays) {
   Scene scene;
   scene.specimen.shape = "box";
   scene.specimen.grid = Grid(3, {2, 3, 4}, {h, h, h});
-  scene.materials = {isotropic(E1, nu1)};
-  prescribe(scene, {0, 0, 0}, 0, 0, true);
-  prescribe(scene, {0, 0, 0}, 1, 0, true);
-  prescribe(scene, {2, 0, 0}, 1, 0, true);
-  sort_prescribed(scene);
+  scene.materials = {test::isotropic(E1, nu1)};
+  test::add_prescribed(scene, {0, 0, 0}, 0, 0, true);
+  test::add_prescribed(scene, {0, 0, 0}, 1, 0, true);
+  test::add_prescribed(scene, {2, 0, 0}, 1, 0, true);
+  test::sort_prescribed(scene);
   for (int y = 0; y < 3; ++y)
     for (int x = 0; x < 2; ++x) {
       scene.springs.push_back({scene.specimen.grid.cell({x, y, 0}), 2, false, k, {0, 0, 1}});
@@ -121,23 +100,23 @@ TEST(FemConditionsAnalytic, CellsThatAreTissueInPartCarryTheirPart) {
   Scene scene;
   scene.specimen.shape = "box";
   scene.specimen.grid = Grid(3, {2, 2, 3}, {h, h, h});
-  scene.materials = {isotropic(E1, nu1)};
+  scene.materials = {test::isotropic(E1, nu1)};
   for (int y = 0; y <= 2; ++y)
     for (int x = 0; x <= 2; ++x) {
-      prescribe(scene, {x, y, 0}, 2, 0, true);
-      prescribe(scene, {x, y, 3}, 2, 1e-4, false);
+      test::add_prescribed(scene, {x, y, 0}, 2, 0, true);
+      test::add_prescribed(scene, {x, y, 3}, 2, 1e-4, false);
     }
-  prescribe(scene, {0, 0, 0}, 0, 0, true);
-  prescribe(scene, {0, 0, 0}, 1, 0, true);
-  prescribe(scene, {2, 0, 0}, 1, 0, true);
-  sort_prescribed(scene);
+  test::add_prescribed(scene, {0, 0, 0}, 0, 0, true);
+  test::add_prescribed(scene, {0, 0, 0}, 1, 0, true);
+  test::add_prescribed(scene, {2, 0, 0}, 1, 0, true);
+  test::sort_prescribed(scene);
   scene.specimen.tissue = {1, 0.25F, 1, 0.25F, 1, 0.25F, 1, 0.25F, 1, 0.25F, 1, 0.25F};
   scene.specimen.stiffness_ratio.assign(12, 2);
   const double expected = 2 * E1 * 1e-4 / (3 * h) * 2.5 * h * h;
   for (const int degree : {1, 2}) {
     const Answer answer = answer_of(scene, degree);
     ASSERT_EQ(answer.status, Status::done) << answer.message;
-    EXPECT_NEAR(force_of_moves(scene, answer), expected, 1e-6 * expected) << degree;
+    EXPECT_NEAR(test::force_of_moves(scene, answer), expected, 1e-6 * expected) << degree;
   }
 }
 

@@ -11,13 +11,6 @@
 
 namespace maille::test {
 
-inline Material material_of(const ElasticConstants& constants) {
-  Material material;
-  material.name = "test";
-  material.elasticity = constants;
-  return material;
-}
-
 /// Muscle-like: ten times stiffer along the fibre.
 inline ElasticConstants fibrous() {
   return ElasticConstants::transversely_isotropic(100e3, 10e3, 4e3, 0.3, 0.4);

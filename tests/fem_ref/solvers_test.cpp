@@ -1,8 +1,15 @@
 // The linear solvers, and what a caller may ask of a running one.
-#include "fem_ref/bodies.hpp"
 
+#include "bodies.hpp"
+#include "fem_ref/bodies.hpp"
+#include "maille/fem_ref/abandoned.hpp"
+
+#include <atomic>
+#include <chrono>
+#include <csignal>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <thread>
 
 namespace maille {
 namespace {
@@ -179,6 +186,215 @@ TEST(SolversContract, ImpossibleRequestsAreRefused) {
   const Answer answer = fem_ref::solve(vast, options_of(1)).answer;
   EXPECT_EQ(answer.status, Status::refused);
   EXPECT_EQ(answer.message.substr(0, 29), "matrix and solver need about ");
+}
+
+// Geometric multigrid against a factor, and what is kept from one scene to the next.
+
+/// A box of slanted fibres, held below, moved in a patch and at single nodes, pulled and weighed down.
+Scene fibrous_box(int dimension, const Index3& cells) {
+  Scene scene = test::box_scene(dimension, cells, {1e-3, 1.2e-3, 0.8e-3});
+  scene.materials = {test::material_of(test::fibrous())};
+  scene.specimen.fibre = test::slanted_fibre(dimension);
+  test::hold_face(scene, 0, false);
+  const Grid& grid = scene.specimen.grid;
+  const int top = dimension == 3 ? cells[2] : 0;
+  for (int c = 0; c < dimension; ++c)
+    for (const Index3& at : {Index3{cells[0], cells[1], top}, Index3{cells[0] - 1, cells[1], top},
+                             Index3{cells[0] / 2, 1, top / 2}})
+      scene.prescribed.push_back({grid.node(at), c, 1e-4 * (c + 1), false});
+  std::ranges::sort(scene.prescribed, {}, [](const Prescribed& p) { return std::pair(p.component, p.node); });
+  test::pull_face(scene, 1, true, {20, 30, -10});
+  scene.gravity = {0, -9.81, 0};
+  return scene;
+}
+
+// Truth: the same equations by a Cholesky factor.
+TEST(MultigridOracle, GivesTheFactorsAnswer) {
+  const std::pair<int, Index3> bodies[] = {{2, {24, 16, 1}}, {3, {12, 8, 8}}, {3, {20, 4, 12}}};
+  for (const auto& [dimension, cells] : bodies)
+    for (const int degree : {1, 2}) {
+      const Scene scene = fibrous_box(dimension, cells);
+      const Answer truth = fem_ref::solve(scene, options_of(degree, LinearSolver::cholmod)).answer;
+      ASSERT_EQ(truth.status, Status::done) << truth.message;
+      SCOPED_TRACE(fmt::format("{}D Q{}", dimension, degree));
+      const Answer answer = fem_ref::solve(scene, options_of(degree, LinearSolver::gmg)).answer;
+      ASSERT_EQ(answer.status, Status::done) << answer.message;
+      EXPECT_LT(test::largest_difference(truth.displacement, answer.displacement),
+                1e-8 * test::largest(truth.displacement));
+      EXPECT_LT(answer.residual, 1e-10);
+      // Fibres ten times stiffer and slanted take 47 with quadratic elements; CG alone takes hundreds.
+      EXPECT_LT(answer.iterations, 60);
+      EXPECT_NEAR(*answer.strain_energy, *truth.strain_energy, 1e-8 * *truth.strain_energy);
+    }
+}
+
+TEST(MultigridContract, RefusesBodiesWithoutHierarchy) {
+  const auto message = [](const Scene& scene) {
+    const Answer answer = fem_ref::solve(scene, options_of(1, LinearSolver::gmg)).answer;
+    EXPECT_EQ(answer.status, Status::refused);
+    return answer.message;
+  };
+  EXPECT_EQ(message(fibrous_box(2, {8, 7, 1})),
+            "no geometric multigrid: an odd number of cells cannot be halved");
+  Scene carved = fibrous_box(2, {8, 8, 1});
+  carved.specimen.material_id.assign(64, 0);
+  carved.specimen.material_id[40] = no_material;
+  EXPECT_EQ(message(carved), "no geometric multigrid: the body is not a box");
+  carved.specimen.material_id[40] = 1;
+  carved.materials.push_back(carved.materials.front());
+  EXPECT_EQ(message(carved), "no geometric multigrid: the body is of more than one material");
+}
+
+// Oracle: every scene solved by itself. What iterates goes on with the vectors that it has, which shows in
+// its last bits.
+TEST(KeptSolverOracle, OtherLoadsAndValuesGetTheirOwnAnswers) {
+  for (const LinearSolver solver : {LinearSolver::cholmod, LinearSolver::cg_amg, LinearSolver::gmg}) {
+    const bool iterates = solver == LinearSolver::cg_amg || solver == LinearSolver::gmg;
+    fem_ref::Solver kept(options_of(1, solver));
+    Scene scene = fibrous_box(3, {8, 4, 4});
+    const auto compare = [&](const char* what) {
+      SCOPED_TRACE(fmt::format("solver {}, {}", static_cast<int>(solver), what));
+      const Answer answer = kept.solve(scene).answer,
+                   alone = fem_ref::solve(scene, options_of(1, solver)).answer;
+      ASSERT_EQ(answer.status, Status::done) << answer.message;
+      const double least = iterates ? 1e-9 : 0;
+      EXPECT_LE(test::largest_difference(answer.displacement, alone.displacement),
+                least * test::largest(alone.displacement));
+      EXPECT_NEAR(*answer.strain_energy, *alone.strain_energy, least * *alone.strain_energy);
+      EXPECT_TRUE(answer.reaction == alone.reaction || iterates);
+    };
+    compare("the first");
+    for (Prescribed& p : scene.prescribed)
+      p.value *= 1.5;
+    scene.gravity[2] += 3;
+    compare("other values and loads");
+    compare("the same again");
+    scene.prescribed.erase(scene.prescribed.begin() + 2);
+    compare("another matrix");
+    scene.materials = {test::material_of(ElasticConstants::isotropic(5e3, 0.4))};
+    compare("another material");
+  }
+}
+
+// What is kept is seen in the progress that is reported: a second scene assembles nothing.
+TEST(KeptSolverContract, TheSecondSceneSetsNothingUp) {
+  fem_ref::Solver kept(options_of(1, LinearSolver::cholmod));
+  Scene scene = fibrous_box(3, {8, 4, 4});
+  std::vector<std::string> reported;
+  Control control;
+  control.progress = [&](double, std::string_view what) { reported.emplace_back(what); };
+  kept.solve(scene, control);
+  EXPECT_EQ(std::ranges::count(reported, "factorising"), 1);
+  scene.gravity[0] = 4;
+  reported.clear();
+  kept.solve(scene, control);
+  EXPECT_EQ(reported, std::vector<std::string>{"done"});
+}
+
+/// Steps that no library lets go of are left behind when the caller asks to stop.
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// A factor of it takes many seconds, so does its analysis.
+Scene large_box(int cells) {
+  Scene scene = test::box_scene(3, {cells, cells, cells});
+  test::hold_face(scene, 0, false);
+  test::prescribe_face(scene, 0, true, 0, 1e-3, false);
+  return scene;
+}
+
+class StopContract : public testing::Test {
+protected:
+  ~StopContract() override {
+    while (fem_ref::works_left_behind() > 0) // the next test may ask for the same libraries
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+};
+
+TEST_F(StopContract, AFactorisationIsLeftWithinASecond) {
+  const Scene scene = large_box(22);
+  Control control;
+  std::optional<Clock::time_point> factorising;
+  control.progress = [&](double, std::string_view what) {
+    if (what == "factorising" && !factorising)
+      factorising = Clock::now();
+  };
+  control.stop_requested = [&] { return factorising && seconds_since(*factorising) > 0.2; };
+  const Answer answer = fem_ref::solve(scene, options_of(1, LinearSolver::cholmod), control).answer;
+  ASSERT_TRUE(factorising);
+  EXPECT_LT(seconds_since(*factorising), 0.2 + 1);
+  EXPECT_EQ(answer.status, Status::interrupted);
+  EXPECT_FALSE(answer.message.empty());
+  ASSERT_EQ(answer.displacement.n_components(), 3u);
+  EXPECT_DOUBLE_EQ(test::largest(answer.displacement), 1e-3) << "what is prescribed has moved, nothing else";
+  EXPECT_EQ(fem_ref::works_left_behind(), 1) << "else nothing was tried";
+}
+
+TEST_F(StopContract, MeshingAndAssemblyToo) {
+  const Scene scene = large_box(40);
+  Control control;
+  const auto start = Clock::now();
+  control.stop_requested = [&] { return seconds_since(start) > 0.1; };
+  const Answer answer = fem_ref::solve(scene, options_of(1, LinearSolver::cg_amg), control).answer;
+  EXPECT_LT(seconds_since(start), 0.1 + 1);
+  EXPECT_EQ(answer.status, Status::interrupted);
+}
+
+TEST_F(StopContract, WhoIsNotStoppedGetsTheSameBits) {
+  const Scene scene = large_box(6);
+  Control control;
+  control.stop_requested = [] { return false; };
+  fem_ref::Solver solver(options_of(1, LinearSolver::cholmod));
+  const Answer alone = fem_ref::solve(scene, options_of(1, LinearSolver::cholmod)).answer;
+  for (int turn = 0; turn < 2; ++turn) { // the second time by what was kept
+    const Answer answer = solver.solve(scene, control).answer;
+    ASSERT_EQ(answer.status, Status::done) << answer.message;
+    EXPECT_EQ(answer.displacement, alone.displacement);
+  }
+}
+
+TEST_F(StopContract, ErrorsOfTheCallersFunctionsReachIt) {
+  const Scene scene = large_box(20);
+  Control control;
+  control.stop_requested = [] { return false; };
+  control.progress = [](double, std::string_view) { throw std::runtime_error("mine"); };
+  EXPECT_THROW(fem_ref::solve(scene, options_of(1), control), std::runtime_error);
+}
+
+volatile std::sig_atomic_t n_heard = 0;
+
+// METIS would take SIGTERM for itself while it orders.
+TEST_F(StopContract, SigtermStaysTheProgramsWhileAMatrixIsAnalysed) {
+  struct sigaction ours {};
+  struct sigaction before {};
+  ours.sa_handler = [](int) { n_heard = n_heard + 1; };
+  sigaction(SIGTERM, &ours, &before);
+  const Scene scene = large_box(16);
+  int n_sent = 0, n_taken = 0;
+  std::atomic<bool> is_over{false};
+  std::thread sender([&] {
+    for (; !is_over; std::this_thread::sleep_for(std::chrono::milliseconds(2))) {
+      struct sigaction now {};
+      sigaction(SIGTERM, nullptr, &now);
+      n_taken += now.sa_handler != ours.sa_handler;
+      if (now.sa_handler == ours.sa_handler) {
+        raise(SIGTERM);
+        ++n_sent;
+      }
+    }
+  });
+  const Answer answer = fem_ref::solve(scene, options_of(1, LinearSolver::cholmod)).answer;
+  is_over = true;
+  sender.join();
+  sigaction(SIGTERM, &before, nullptr);
+  EXPECT_EQ(answer.status, Status::done) << answer.message;
+  EXPECT_EQ(n_taken, 0);
+  EXPECT_GT(n_sent, 0);
+  EXPECT_EQ(n_heard, n_sent);
 }
 
 } // namespace

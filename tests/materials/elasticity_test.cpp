@@ -1,11 +1,15 @@
 #include "maille/materials/elasticity.hpp"
 #include "materials/random_materials.hpp"
+#include "materials/read_helpers.hpp"
 
 #include <Eigen/Dense>
-#include <gtest/gtest.h>
-
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <gtest/gtest.h>
+#include <numbers>
 
 namespace maille {
 namespace {
@@ -68,8 +72,6 @@ Eigen::Matrix3d spencer_stress(const Matrix6& C, const Eigen::Vector3d& a, const
 ElasticConstants vastus_lateralis() {
   return ElasticConstants::transversely_isotropic(41.8e3, 7.38e3, 5.77e3, 0.4396, 0.9012);
 }
-
-} // namespace
 
 TEST(ElasticityAnalytic, StiffnessTimesComplianceIsIdentity) {
   SCOPED_TRACE(seed);
@@ -234,4 +236,185 @@ TEST(PositiveEnergyContract, TheIncompressibleLimitIsRefused) {
       violated_inequalities(ElasticConstants::transversely_isotropic(447, 22.4, 3.87, 0.4, 0.5)).empty());
 }
 
+constexpr std::uint64_t reduced_seed = 20240608;
+
+struct OffAxis {
+  double degrees, E_x, eta, nu_xy;
+};
+
+/// Young's modulus, shear per stretch and contraction of a pull along x, the fibre at an angle in the xy
+/// plane.
+OffAxis pull(const ElasticConstants& constants, double degrees) {
+  const double angle = degrees * std::numbers::pi / 180;
+  const Eigen::Matrix3d axes = axes_from_fibre({std::cos(angle), std::sin(angle), 0});
+  const Matrix6 S = turned_compliance(compliance(constants), axes);
+  return {degrees, 1 / S(0, 0), S(0, 5) / S(0, 0), -S(0, 1) / S(0, 0)};
+}
+
+TEST(OffAxisTensionAnalytic, VastusLateralisTable) {
+  // Truth: closed form of off-axis tension (Lekhnitskii), tabulated for E 41.8, 7.38, G 5.77 kPa, nu 0.5; the
+  // last digit is rounded.
+  const ElasticConstants constants = ElasticConstants::transversely_isotropic(41.8, 7.38, 5.77, 0.5, 0.5);
+  for (const OffAxis& expected :
+       {OffAxis{0, 41.80, 0, 0.500}, OffAxis{15, 32.50, -0.836, 0.368}, OffAxis{30, 20.03, -0.924, 0.202},
+        OffAxis{45, 12.95, -0.723, 0.122}, OffAxis{60, 9.46, -0.478, 0.095}, OffAxis{75, 7.85, -0.236, 0.089},
+        OffAxis{90, 7.38, 0, 0.088}}) {
+    const OffAxis found = pull(constants, expected.degrees);
+    EXPECT_NEAR(found.E_x, expected.E_x, 0.00501) << expected.degrees;
+    EXPECT_NEAR(found.eta, expected.eta, 0.000501) << expected.degrees;
+    EXPECT_NEAR(found.nu_xy, expected.nu_xy, 0.000501) << expected.degrees;
+  }
+}
+
+TEST(OffAxisTensionAnalytic, TableOfAMuscleSoftestBetweenItsAxes) {
+  // Truth: the same for E 447, 22.4, G 3.87 kPa, nu 0.47: softest near 45 degrees. nu_cross has no part in
+  // it.
+  const ElasticConstants constants = ElasticConstants::transversely_isotropic(447, 22.4, 3.87, 0.47, 0.5);
+  for (const OffAxis& expected :
+       {OffAxis{0, 447, 0, 0.470}, OffAxis{15, 55.05, -3.079, 0.778}, OffAxis{30, 19.19, -1.223, 0.774},
+        OffAxis{45, 13.19, -0.280, 0.705}, OffAxis{60, 13.64, 0.368, 0.550}, OffAxis{75, 18.22, 0.633, 0.258},
+        OffAxis{90, 22.40, 0, 0.024}}) {
+    const OffAxis found = pull(constants, expected.degrees);
+    EXPECT_NEAR(found.E_x, expected.E_x, 0.00501) << expected.degrees;
+    EXPECT_NEAR(found.eta, expected.eta, 0.000501) << expected.degrees;
+    EXPECT_NEAR(found.nu_xy, expected.nu_xy, 0.000501) << expected.degrees;
+  }
+}
+
+TEST(OffAxisTensionAnalytic, ClosedFormAtAnyAngle) {
+  const double E1 = 447, E2 = 22.4, G = 3.87, nu = 0.4;
+  const ElasticConstants constants = ElasticConstants::transversely_isotropic(E1, E2, G, nu, 0.5);
+  const Matrix6 C = stiffness(constants);
+  for (double degrees = 0; degrees <= 180; degrees += 7) {
+    const double angle = degrees * std::numbers::pi / 180;
+    const double c2 = std::pow(std::cos(angle), 2), s2 = std::pow(std::sin(angle), 2);
+    // Truth: 1/E_x = c^4/E1 + (1/G12 - 2 nu12/E1) s^2 c^2 + s^4/E2.
+    const double expected = 1 / (c2 * c2 / E1 + (1 / G - 2 * nu / E1) * s2 * c2 + s2 * s2 / E2);
+    EXPECT_NEAR(pull(constants, degrees).E_x, expected, 1e-12 * expected);
+    // Truth: eta = E_x [(2/E1 + 2 nu12/E1 - 1/G12) s c^3 - (2/E2 + 2 nu12/E1 - 1/G12) s^3 c],
+    // nu_xy = -E_x [(1/E1 + 1/E2 - 1/G12) s^2 c^2 - nu12/E1 (s^4 + c^4)].
+    const double sc = std::sin(angle) * std::cos(angle);
+    const double eta =
+        expected * sc * ((2 / E1 + 2 * nu / E1 - 1 / G) * c2 - (2 / E2 + 2 * nu / E1 - 1 / G) * s2);
+    const double nu_xy = -expected * ((1 / E1 + 1 / E2 - 1 / G) * s2 * c2 - nu / E1 * (s2 * s2 + c2 * c2));
+    EXPECT_NEAR(pull(constants, degrees).eta, eta, 1e-10);
+    EXPECT_NEAR(pull(constants, degrees).nu_xy, nu_xy, 1e-10);
+    const Eigen::Matrix3d axes = axes_from_fibre({std::cos(angle), std::sin(angle), 0});
+    const Eigen::MatrixXd bar = reduced_stiffness(turned(C, axes), 1, PlaneAssumption::strain);
+    ASSERT_EQ(bar.size(), 1);
+    EXPECT_NEAR(bar(0, 0), expected, 1e-11 * expected);
+  }
+}
+
+TEST(ReducedStiffnessAnalytic, PlaneStressHasTheKnownEntries) {
+  const ElasticConstants c{{20e3, 9e3, 5e3}, 0.3, 0.2, 0.25, 4e3, 3e3, 2e3};
+  const Eigen::MatrixXd Q = reduced_stiffness(stiffness(c), 2, PlaneAssumption::stress);
+  // Truth: Q11 = E1/(1 - nu12 nu21), Q22 = E2/(..), Q12 = nu12 E2/(..), Q66 = G12 (classical laminate
+  // theory).
+  const double rest = 1 - c.nu12 * c.nu12 * 9e3 / 20e3;
+  Eigen::Matrix3d expected;
+  expected << 20e3 / rest, 0.3 * 9e3 / rest, 0, 0.3 * 9e3 / rest, 9e3 / rest, 0, 0, 0, 4e3;
+  ASSERT_EQ(Q.rows(), 3);
+  EXPECT_LT(largest(Q - expected), 1e-11 * 20e3);
+}
+
+TEST(ReducedStiffnessAnalytic, PlaneStressOfATurnedMaterialLeavesNoStressAcross) {
+  SCOPED_TRACE(reduced_seed);
+  test::RandomMaterials random(reduced_seed);
+  for (int i = 0; i < draws; ++i) {
+    const Matrix6 C = turned(stiffness(random.valid_constants()), random.rotation());
+    const Eigen::MatrixXd Q = reduced_stiffness(C, 2, PlaneAssumption::stress);
+    // Truth: with in-plane strain e and free strains f across, minimal energy means no stress across:
+    // C_ff f = -C_fe e; what is left is the Schur complement.
+    constexpr std::array<Eigen::Index, 3> in{0, 1, 5}, across{2, 3, 4};
+    const Eigen::Matrix3d schur =
+        C(in, in) -
+        C(in, across) * Eigen::Matrix3d(C(across, across)).fullPivLu().solve(Eigen::Matrix3d(C(across, in)));
+    EXPECT_LT(largest(Q - schur), 1e-10 * largest(C));
+  }
+}
+
+TEST(ReducedStiffnessAnalytic, PlaneStrainAndThreeDimensionsKeepTheEntries) {
+  test::RandomMaterials random(reduced_seed);
+  const Matrix6 C = turned(stiffness(random.valid_constants()), random.rotation());
+  const Eigen::MatrixXd plane = reduced_stiffness(C, 2, PlaneAssumption::strain);
+  constexpr std::array<Eigen::Index, 3> in{0, 1, 5}; // truth: order xx, yy, xy; strains across are zero
+  EXPECT_EQ(largest(plane - C(in, in)), 0);
+  EXPECT_EQ(largest(reduced_stiffness(C, 3, PlaneAssumption::strain) - C), 0);
+}
+
+// Where matter fails: what is read, and the limits that follow.
+
+Damage damage_at(const std::array<double, 3>& stretch) {
+  Damage damage;
+  damage.stretch = stretch;
+  return damage;
+}
+
+// Truth: the singular values of the deformations themselves.
+TEST(DamageAnalytic, NoDirectionIsDrawnOutFurtherThanMatterBears) {
+  for (const double bears : {1.08, 1.462, 1.727}) {
+    const NeighbourLimits limits = limits_before_failure(damage_at({bears, bears, bears}));
+    for (std::size_t a = 0; a < 3; ++a) {
+      EXPECT_EQ(limits.stretch[a], bears);
+      Eigen::Matrix3d squeezed = Eigen::Vector3d::Constant(1 / std::sqrt(limits.compress[a])).asDiagonal();
+      squeezed(static_cast<int>(a), static_cast<int>(a)) = limits.compress[a];
+      EXPECT_NEAR(squeezed.determinant(), 1, 1e-14) << "it keeps its volume";
+      EXPECT_NEAR(Eigen::JacobiSVD<Eigen::Matrix3d>(squeezed).singularValues()(0), bears, 1e-14);
+      for (std::size_t b = 0; b < 3; ++b) {
+        if (a == b)
+          continue;
+        Eigen::Matrix3d sheared = Eigen::Matrix3d::Identity();
+        sheared(static_cast<int>(b), static_cast<int>(a)) = limits.shear[a][b];
+        EXPECT_NEAR(Eigen::JacobiSVD<Eigen::Matrix3d>(sheared).singularValues()(0), bears, 1e-14);
+      }
+    }
+  }
+}
+
+// Truth: the definition, by hand.
+TEST(DamageAnalytic, TheWeakerDirectionDecides) {
+  const NeighbourLimits limits = limits_before_failure(damage_at({2, 1.25, 4}));
+  EXPECT_EQ(limits.stretch, (std::array{2.0, 1.25, 4.0}));
+  EXPECT_DOUBLE_EQ(limits.shear[0][1], 1.25 - 0.8);
+  EXPECT_DOUBLE_EQ(limits.shear[1][0], 1.25 - 0.8);
+  EXPECT_DOUBLE_EQ(limits.shear[0][2], 2 - 0.5);
+  EXPECT_DOUBLE_EQ(limits.compress[0], 0.64); // 1 / 1.25^2
+  EXPECT_DOUBLE_EQ(limits.compress[1], 0.25);
+  EXPECT_DOUBLE_EQ(limits.compress[2], 0.64);
+}
+
+std::optional<Damage> damage_of(const std::string& text) {
+  const toml::table document = parse_toml(text, "t.toml");
+  FaultList faults("t.toml");
+  TableReader table(document, "", faults);
+  auto damage = read_damage(table);
+  table.finish();
+  faults.throw_if_any();
+  return damage;
+}
+
+TEST(DamageContract, WhatIsKnownIsTakenAsItIs) {
+  const auto damage = damage_of("stretch = [1.5, 1.8, 1.9]\ncompress = 0.6\nshear = 0.7\nof = \"a\"\n"
+                                "source = \"b\"\nverified = true\n");
+  ASSERT_TRUE(damage);
+  EXPECT_TRUE(damage->verified);
+  const NeighbourLimits limits = limits_before_failure(*damage);
+  EXPECT_EQ(limits.stretch, (std::array{1.5, 1.8, 1.9}));
+  EXPECT_EQ(limits.compress, (std::array{0.6, 0.6, 0.6}));
+  EXPECT_EQ(limits.shear[2][0], 0.7);
+  EXPECT_FALSE(damage_of("stretch = 1.5\n")->verified) << "unless it says so";
+}
+
+TEST(DamageContract, EveryFaultIsTold) {
+  const auto faults = [](std::string_view text) {
+    return test::faults_of(text, [](TableReader& table) { read_damage(table); });
+  };
+  EXPECT_EQ(faults("shear = 0.5\n").size(), 1u) << "no stretch";
+  EXPECT_EQ(faults("stretch = 1\n").size(), 1u) << "what fails at rest";
+  EXPECT_EQ(faults("stretch = [1.2, 0.9, 1.1]\n").size(), 1u);
+  EXPECT_EQ(faults("stretch = 1.2\ncompress = 1.5\nshear = -1\nverified = 1\ncause = 2\n").size(), 4u);
+}
+
+} // namespace
 } // namespace maille

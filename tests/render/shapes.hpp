@@ -21,8 +21,7 @@ inline SceneObject cube(int n, const std::function<double(const Vec3&)>& value, 
   for (int k = 0; k < n; ++k)
     for (int j = 0; j < n; ++j)
       for (int i = 0; i < n; ++i)
-        values.push_back(
-            static_cast<float>(value({corner + 1e-3 * i, corner + 1e-3 * j, corner + 1e-3 * k})));
+        values.push_back(float(value({corner + 1e-3 * i, corner + 1e-3 * j, corner + 1e-3 * k})));
   SceneObject object;
   object.volume = std::make_shared<Volume>(grid, values, 0, 1);
   object.look = std::make_shared<Look>(look);
@@ -122,8 +121,8 @@ inline double difference(const Picture& picture, const std::vector<SceneObject>&
       const Ray ray = view.camera.ray(view.width, view.height, x, y);
       const auto expected = lab::rivals::cast_plainly(all, of, ray.origin, ray.direction);
       for (std::size_t c = 0; c < 4; ++c)
-        largest = std::max(
-            largest, 255 * std::abs(expected[c] - static_cast<double>(picture.rgba[picture.pixel(x, y)][c])));
+        largest =
+            std::max(largest, 255 * std::abs(expected[c] - double(picture.rgba[picture.pixel(x, y)][c])));
     }
   return largest;
 }

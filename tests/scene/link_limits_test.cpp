@@ -1,9 +1,19 @@
-#include "maille/scene/link_limits.hpp"
-
 #include "maille/scene/answer.hpp"
+#include "maille/scene/frame.hpp"
+#include "maille/scene/link_limits.hpp"
+#include "maille/scene/memory.hpp"
+#include "support/bodies/carved.hpp"
 #include "support/bodies/scenes.hpp"
+#include "support/sanitized.hpp"
+#include "support/temporary_folder.hpp"
 
+#include <cmath>
 #include <gtest/gtest.h>
+#include <limits>
+#include <random>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 namespace maille {
 namespace {
@@ -114,6 +124,186 @@ TEST(LinkLimitsAnalytic, ViolationIsCountedInRestLengths) {
   EXPECT_NEAR(largest_violation(scene, limits, u), 0.25, 1e-15);
   u(0, 2) = 0.6;
   EXPECT_NEAR(largest_violation(scene, limits, u), 0, 1e-15);
+}
+
+/// The scale of taut limits against all pairs of prescribed nodes.
+
+/// Oracle: a search from every prescribed node, and the largest ratio to every other.
+double scale_over_all_pairs(Scene scene) {
+  scene.limits.taut_scale = 1;
+  const LinkLimits unit(scene);
+  const std::vector<Prescribed> prescribed = prescribed_in_object(scene, object_frame(scene));
+  double scale = 0;
+  for (const Prescribed& p : prescribed) {
+    const PathEnd end{p.node, 0};
+    const auto length = shortest_paths(scene, unit, p.component, {&end, 1}, PathDirection::from_ends);
+    for (const Prescribed& q : prescribed)
+      if (q.component == p.component && q.value != p.value)
+        scale = std::max(scale, std::abs(q.value - p.value) / length[static_cast<std::size_t>(q.node)]);
+  }
+  return scale;
+}
+
+/// Sums along a path in the other direction differ in their last digits.
+void expect_the_same(const Scene& scene) {
+  const double oracle = scale_over_all_pairs(scene);
+  EXPECT_NEAR(LinkLimits(scene).taut_scale(), oracle, 1e-14 * oracle);
+}
+
+/// Every prescribed value anew, from -1 to 1 mm.
+void prescribe_at_random(Scene& scene, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> value(-1e-3, 1e-3);
+  for (Prescribed& p : scene.prescribed)
+    p = {p.node, p.component, value(random), false};
+}
+
+TEST(TautScaleOracle, HandlesThatMoveAndTurn) {
+  Scene scene = test::box_scene(3, {6, 5, 7});
+  test::hold_face(scene, 2, false);
+  test::move_face(scene, 2, true, {});
+  for (Prescribed& p : scene.prescribed)
+    if (!p.held) {
+      const Vec3 x = scene.specimen.position(scene.specimen.grid.node_at(p.node));
+      p.value = p.component == 0 ? -0.1 * x[1] : p.component == 1 ? 0.1 * x[0] : 1e-4;
+    }
+  expect_the_same(scene);
+}
+
+TEST(TautScaleOracle, BoxesThatAreHeldAndPoked) {
+  for (const Index3& cells : {Index3{5, 4, 3}, {1, 6, 2}, {7, 1, 1}}) {
+    Scene scene = test::box_scene(3, cells, {1e-3, 0.7e-3, 1.9e-3});
+    scene.materials[0].elasticity = ElasticConstants::transversely_isotropic(60e3, 10e3, 7e3, 0.3, 0.4);
+    test::hold_face(scene, 2, false);
+    for (const int component : {0, 2})
+      scene.prescribed.push_back(
+          {scene.specimen.grid.node({cells[0], 0, cells[2]}), component, -2e-4, false});
+    std::ranges::sort(scene.prescribed, {},
+                      [](const Prescribed& p) { return std::pair(p.component, p.node); });
+    expect_the_same(scene);
+    prescribe_at_random(scene, 7);
+    expect_the_same(scene);
+  }
+}
+
+TEST(TautScaleOracle, AnyValuesOnBodiesWithHoles) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    Scene scene = test::carved_body({4, 5, 4}, seed % 2 == 0 ? test::Fibres::none : test::Fibres::turning);
+    prescribe_at_random(scene, seed);
+    SCOPED_TRACE(seed);
+    expect_the_same(scene);
+  }
+}
+
+TEST(TautScaleOracle, PiecesThatAreNotJoined) {
+  Scene scene = test::box_scene(2, {5, 2, 1});
+  scene.specimen.material_id = {0, 0, no_material, 0, 0, 0, 0, no_material, 0, 0};
+  test::hold_face(scene, 0, false);
+  test::move_face(scene, 0, true, {-1e-3, 0, 0});
+  expect_the_same(scene);
+  EXPECT_EQ(LinkLimits(scene).taut_scale(), 0) << "no move uses slack up";
+  // The lowest value stands alone on its piece's end; the others differ on theirs.
+  const std::int64_t near = scene.specimen.grid.node({4, 0, 0});
+  scene.prescribed.push_back({near, 0, -0.8e-3, false});
+  std::ranges::sort(scene.prescribed, {}, [](const Prescribed& p) { return std::pair(p.component, p.node); });
+  for (Prescribed& p : scene.prescribed)
+    if (p.held && p.component == 0)
+      p.value = -2e-3;
+  expect_the_same(scene);
+  EXPECT_GT(LinkLimits(scene).taut_scale(), 0);
+}
+
+/// What memory limits leave, read from folders that look like the kernel's. The numbers are those written
+/// into them.
+
+/// A root folder of a test's own, with whatever folders its files need.
+class Root : public test::TemporaryFolder {
+public:
+  void write(const std::string& name, std::string_view content) const {
+    std::filesystem::create_directories((path() / name).parent_path());
+    test::TemporaryFolder::write(name, content);
+  }
+};
+
+constexpr std::int64_t nothing_limits = std::numeric_limits<std::int64_t>::max();
+
+TEST(ControlGroupsContract, TheLeastOfAllGroupsAroundTheProcessCounts) {
+  const Root root;
+  EXPECT_EQ(left_in_control_groups(root.path()), nothing_limits) << "no control groups at all";
+  root.write("proc/self/cgroup", "0::/system.slice/slurm/job_7/step_0\n");
+  const std::string groups = "sys/fs/cgroup/";
+  root.write(groups + "system.slice/slurm/job_7/step_0/memory.max", "max\n");
+  root.write(groups + "system.slice/slurm/job_7/step_0/memory.current", "100\n");
+  EXPECT_EQ(left_in_control_groups(root.path()), nothing_limits) << "max is no limit";
+  root.write(groups + "system.slice/memory.max", "9000\n");
+  root.write(groups + "system.slice/memory.current", "1000\n");
+  EXPECT_EQ(left_in_control_groups(root.path()), 8000) << "of a group far above";
+  root.write(groups + "system.slice/slurm/job_7/memory.max", "700\n");
+  root.write(groups + "system.slice/slurm/job_7/memory.current", "300\n");
+  EXPECT_EQ(left_in_control_groups(root.path()), 400) << "of the job";
+  root.write(groups + "system.slice/slurm/job_7/memory.stat", "anon 120\ninactive_file 150\nslab 3\n");
+  EXPECT_EQ(left_in_control_groups(root.path()), 550) << "files that are only cached are given up";
+  root.write(groups + "system.slice/slurm/job_7/memory.current", "5000\n");
+  EXPECT_EQ(left_in_control_groups(root.path()), 0) << "more in use than is allowed";
+  root.write(groups + "system.slice/other/memory.max", "1\n");
+  root.write(groups + "system.slice/slurm/job_7/memory.current", "300\n");
+  EXPECT_EQ(left_in_control_groups(root.path()), 550) << "another's group";
+}
+
+TEST(ControlGroupsContract, ContainersThatShowTheirOwnGroupAsTheRoot) {
+  const Root root;
+  root.write("proc/self/cgroup", "0::/docker/0123456789abcdef\n");
+  root.write("sys/fs/cgroup/memory.max", "5000\n");
+  root.write("sys/fs/cgroup/memory.current", "2000\n");
+  EXPECT_EQ(left_in_control_groups(root.path()), 3000);
+}
+
+TEST(ControlGroupsContract, VersionOneIsReadToo) {
+  const Root root;
+  root.write("proc/self/cgroup", "12:cpu,cpuacct:/user\n9:hugetlb,memory:/slurm/job_7\n1:name=systemd:/\n");
+  const std::string groups = "sys/fs/cgroup/memory/";
+  root.write(groups + "memory.limit_in_bytes", "9223372036854771712\n");
+  root.write(groups + "memory.usage_in_bytes", "123456\n");
+  EXPECT_EQ(left_in_control_groups(root.path()), nothing_limits)
+      << "the largest multiple of a page is no limit";
+  root.write(groups + "slurm/memory.limit_in_bytes", "600\n");
+  root.write(groups + "slurm/memory.usage_in_bytes", "50\n");
+  root.write(groups + "slurm/memory.stat", "inactive_file 1\ntotal_inactive_file 20\n");
+  EXPECT_EQ(left_in_control_groups(root.path()), 570);
+  // Both versions at once, as between the two.
+  root.write("proc/self/cgroup", "0::/user\n9:memory:/slurm\n");
+  root.write("sys/fs/cgroup/unified/user/memory.max", "100\n");
+  root.write("sys/fs/cgroup/unified/user/memory.current", "10\n");
+  EXPECT_EQ(left_in_control_groups(root.path()), 90);
+}
+
+TEST(ControlGroupsContract, DamagedFilesLimitNothing) {
+  const Root root;
+  root.write("proc/self/cgroup", "\n::\n0\n0:\n0::\n0::x\n4:memory\n0::/a\n");
+  root.write("sys/fs/cgroup/a/memory.max", "much\n");
+  root.write("sys/fs/cgroup/a/memory.current", "-\n");
+  EXPECT_EQ(left_in_control_groups(root.path()), nothing_limits);
+}
+
+// In a process of its own: a limit cannot be taken back.
+TEST(MemoryLimitsContract, LimitsOfAddressSpaceAndOfDataCount) {
+#ifdef MAILLE_CHECKS_ACCESS
+  GTEST_SKIP() << "the address sanitizer has taken terabytes of addresses before";
+#endif
+  constexpr std::int64_t some = std::int64_t{1} << 28; // 256 MiB
+  for (const auto resource : {RLIMIT_AS, RLIMIT_DATA}) {
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      const rlimit limit{static_cast<rlim_t>(some), static_cast<rlim_t>(some)};
+      const bool is_set = setrlimit(resource, &limit) == 0;
+      const std::int64_t left = available_memory();
+      _exit(is_set && left >= 0 && left < some ? 0 : 1);
+    }
+    int status = 0;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << (resource == RLIMIT_AS ? "-v" : "-d");
+  }
 }
 
 } // namespace

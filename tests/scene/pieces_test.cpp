@@ -20,14 +20,14 @@ struct Flooded {
 
 Flooded flood(const Specimen& body) {
   const Grid& grid = body.grid;
-  Flooded result{std::vector<std::int32_t>(static_cast<std::size_t>(grid.n_cells()), -1), {}};
+  Flooded result{std::vector<std::int32_t>(std::size_t(grid.n_cells()), -1), {}};
   for (std::int64_t seed = 0; seed < grid.n_cells(); ++seed) {
-    if (!body.is_matter(seed) || result.of_cell[static_cast<std::size_t>(seed)] >= 0)
+    if (!body.is_matter(seed) || result.of_cell[std::size_t(seed)] >= 0)
       continue;
     const auto number = static_cast<std::int32_t>(result.pieces.size());
     BodyPieces::Piece piece{0, seed, grid.cell_at(seed), grid.cell_at(seed)};
     std::vector<std::int64_t> open{seed};
-    result.of_cell[static_cast<std::size_t>(seed)] = number;
+    result.of_cell[std::size_t(seed)] = number;
     while (!open.empty()) {
       const Index3 at = grid.cell_at(open.back());
       open.pop_back();
@@ -39,9 +39,9 @@ Flooded flood(const Specimen& body) {
           Index3 next = at;
           next[a] += step;
           if (!grid.has_cell(next) || !body.is_matter(grid.cell(next)) ||
-              result.of_cell[static_cast<std::size_t>(grid.cell(next))] >= 0)
+              result.of_cell[std::size_t(grid.cell(next))] >= 0)
             continue;
-          result.of_cell[static_cast<std::size_t>(grid.cell(next))] = number;
+          result.of_cell[std::size_t(grid.cell(next))] = number;
           open.push_back(grid.cell(next));
         }
       }
@@ -53,8 +53,7 @@ Flooded flood(const Specimen& body) {
 
 std::set<std::int32_t> at_node(const Specimen& body, const Flooded& flooded, const Index3& node) {
   std::set<std::int32_t> found;
-  body.for_each_cell_at(
-      node, [&](std::int64_t cell) { found.insert(flooded.of_cell[static_cast<std::size_t>(cell)]); });
+  body.for_each_cell_at(node, [&](std::int64_t cell) { found.insert(flooded.of_cell[std::size_t(cell)]); });
   return found;
 }
 
@@ -81,7 +80,7 @@ void expect_same(const Specimen& body) {
   for (std::int64_t row = 0; row < found.n_rows(); ++row)
     for (const BodyPieces::Run& run : found.runs_of_row(row))
       for (int x = run.begin; x < run.end; ++x)
-        of_cell[static_cast<std::size_t>(row * body.grid.cells()[0] + x)] = run.piece;
+        of_cell[std::size_t(row * body.grid.cells()[0] + x)] = run.piece;
   EXPECT_EQ(of_cell, flooded.of_cell);
   std::vector<std::int64_t> shared;
   for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node) {

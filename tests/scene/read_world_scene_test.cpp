@@ -133,43 +133,40 @@ TEST(ReadWorldSceneContract, SmoothSurfacesArrive) {
   EXPECT_THROW(parse_world_scene(by_cells), InputError);
 }
 
-class WorldMistakeContract : public testing::TestWithParam<Mistake> {};
+const Mistake mistakes[] = {
+    {"no_cells", "cells = [20, 10]\n", "", 1, "world.cells", "whole numbers"},
+    {"too_many_cells", "[20, 10]", "[40000, 10]", 2, "world.cells", "32768"},
+    {"negative_friction", "0.2", "-0.2", 4, "world.friction", ">= 0"},
+    {"budget_without_unit_of_time", "16 ms", "16 mm", 5, "world.frame_budget", "a time"},
+    {"unknown_method", "\"relaxed\"", "\"fem_q1\"", 6, "world.method", "coupled"},
+    {"unknown_contact", "\"cells\"", "\"faces\"", 7, "world.contact", "surfaces"},
+    {"unknown_key", "friction", "stiction", 4, "world.stiction", "friction"},
+    {"no_name", "name = \"wall\"\n", "", 8, "object[1].name", "trajectory"},
+    {"name_twice", "\"soft\"", "\"wall\"", 14, "object[2].name", "no other"},
+    {"unknown_kind", "\"fixed\"", "\"stiff\"", 10, "object[1].kind", "rigid"},
+    {"unknown_shape", "\"rows\"", "\"rowz\"", 11, "object[1].shape", "puzzle_piece"},
+    {"uneven_rows", "\"##.\"", "\"##\"", 12, "object[1].rows", "one length"},
+    {"empty_rows", "\"##.\", \"#.#\"", "\"...\", \"...\"", 11, "object[1].shape", "matter"},
+    {"another_dimension", "cells = [4, 3]", "cells = [4, 3, 2]", 16, "object[2].shape", "dimension 2"},
+    {"no_material", "material = { youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }\n", "", 13,
+     "object[2].material", "material"},
+    {"turn_with_a_point", "angle = \"90 deg\"", "angle = \"90 deg\", about = [0, 0, 0]", 21, "object[2].turn",
+     "about"},
+    {"no_node_held", "where = \"x-\"", "where = { box = [[\"1 m\", \"1 m\"], [\"2 m\", \"2 m\"]] }", 22,
+     "object[2].hold[1].where", "node"},
+    {"limits_of_what_is_rigid", "kind = \"fixed\"", "kind = \"fixed\"\nlimits = { from = \"taut\" }", 11,
+     "object[1].limits", "deformable"},
+    {"moves_belong_to_scenes", "hold =", "move = [{ where = \"x+\", by = [0, 0] }]\nhold =", 22,
+     "object[2].move", "unknown key"},
+    {"specimen_beside_it", "[world]", "[specimen]\n[world]", 1, "specimen", "[[object]]"},
+};
 
-TEST_P(WorldMistakeContract, IsReportedWithItsLineAndKey) {
-  expect_only(GetParam(), faults_of(with_mistake(good, GetParam())));
+TEST(WorldMistakeContract, IsReportedWithItsLineAndKey) {
+  for (const Mistake& mistake : mistakes) {
+    SCOPED_TRACE(mistake.name);
+    expect_only(mistake, faults_of(with_mistake(good, mistake)));
+  }
 }
-
-INSTANTIATE_TEST_SUITE_P(
-    OneAtATime, WorldMistakeContract,
-    testing::Values(
-        Mistake{"no_cells", "cells = [20, 10]\n", "", 1, "world.cells", "whole numbers"},
-        Mistake{"too_many_cells", "[20, 10]", "[40000, 10]", 2, "world.cells", "32768"},
-        Mistake{"negative_friction", "0.2", "-0.2", 4, "world.friction", ">= 0"},
-        Mistake{"budget_without_unit_of_time", "16 ms", "16 mm", 5, "world.frame_budget", "a time"},
-        Mistake{"unknown_method", "\"relaxed\"", "\"fem_q1\"", 6, "world.method", "coupled"},
-        Mistake{"unknown_contact", "\"cells\"", "\"faces\"", 7, "world.contact", "surfaces"},
-        Mistake{"unknown_key", "friction", "stiction", 4, "world.stiction", "friction"},
-        Mistake{"no_name", "name = \"wall\"\n", "", 8, "object[1].name", "trajectory"},
-        Mistake{"name_twice", "\"soft\"", "\"wall\"", 14, "object[2].name", "no other"},
-        Mistake{"unknown_kind", "\"fixed\"", "\"stiff\"", 10, "object[1].kind", "rigid"},
-        Mistake{"unknown_shape", "\"rows\"", "\"rowz\"", 11, "object[1].shape", "puzzle_piece"},
-        Mistake{"uneven_rows", "\"##.\"", "\"##\"", 12, "object[1].rows", "one length"},
-        Mistake{"empty_rows", "\"##.\", \"#.#\"", "\"...\", \"...\"", 11, "object[1].shape", "matter"},
-        Mistake{"another_dimension", "cells = [4, 3]", "cells = [4, 3, 2]", 16, "object[2].shape",
-                "dimension 2"},
-        Mistake{"no_material", "material = { youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }\n", "", 13,
-                "object[2].material", "material"},
-        Mistake{"turn_with_a_point", "angle = \"90 deg\"", "angle = \"90 deg\", about = [0, 0, 0]", 21,
-                "object[2].turn", "about"},
-        Mistake{"no_node_held", "where = \"x-\"",
-                "where = { box = [[\"1 m\", \"1 m\"], [\"2 m\", \"2 m\"]] }", 22, "object[2].hold[1].where",
-                "node"},
-        Mistake{"limits_of_what_is_rigid", "kind = \"fixed\"",
-                "kind = \"fixed\"\nlimits = { from = \"taut\" }", 11, "object[1].limits", "deformable"},
-        Mistake{"moves_belong_to_scenes", "hold =", "move = [{ where = \"x+\", by = [0, 0] }]\nhold =", 22,
-                "object[2].move", "unknown key"},
-        Mistake{"specimen_beside_it", "[world]", "[specimen]\n[world]", 1, "specimen", "[[object]]"}),
-    [](const auto& each) { return std::string(each.param.name); });
 
 TEST(ReadWorldSceneContract, AllFaultsComeAtOnce) {
   std::string text = good;

@@ -37,8 +37,7 @@ TEST(BestReferenceReference, ItsEstimateCoversItsError) {
   for (int i = 0; i < 4; ++i)
     lattices.push_back(refined(lattices.back()));
   for (int i = 3; i >= 0; --i)
-    truth = at_coarse_nodes(lattices[static_cast<std::size_t>(i)], lattices[static_cast<std::size_t>(i) + 1],
-                            truth);
+    truth = at_coarse_nodes(lattices[std::size_t(i)], lattices[std::size_t(i) + 1], truth);
   const double error = compare(scene, best.answer.displacement, truth).relative_l2;
   EXPECT_LE(error, best.estimated_error->relative_l2);
   EXPECT_GE(error, best.estimated_error->relative_l2 / 20);

@@ -100,7 +100,7 @@ TEST(IdentifyAnalytic, SaysWhatTheDataLeaveOpen) {
   const Identification together =
       identify({{"width", 2}, {"height", 7}}, observed({6, 12, 30}, 0.01), product);
   EXPECT_EQ(together.status, IdentifyStatus::undetermined);
-  EXPECT_NE(together.message.find("width and height one by one"), std::string::npos) << together.message;
+  EXPECT_TRUE(test::has(together.message, "width and height one by one"));
   EXPECT_FALSE(together.unknowns[0].is_determined || together.unknowns[1].is_determined);
   EXPECT_NEAR(together.unknowns[0].value * together.unknowns[1].value, 6, 1e-3);
   const Model first = [](const std::vector<double>& p) {
@@ -108,7 +108,7 @@ TEST(IdentifyAnalytic, SaysWhatTheDataLeaveOpen) {
   };
   const Identification unheard = identify({{"E", 2}, {"nu", 0.3}}, observed({4, 12}, 0.01), first);
   EXPECT_EQ(unheard.status, IdentifyStatus::undetermined);
-  EXPECT_NE(unheard.message.find("determine nu: a change of it"), std::string::npos) << unheard.message;
+  EXPECT_TRUE(test::has(unheard.message, "determine nu: a change of it"));
   EXPECT_TRUE(unheard.unknowns[0].is_determined);
   EXPECT_NEAR(unheard.unknowns[0].value, 4, 1e-3);
 }
@@ -122,7 +122,7 @@ TEST(IdentifyAnalytic, SaysWhatFitsAsWellElsewhere) {
   };
   const Identification both = identify({{"E", 2}, {"G", 5}}, observed({0.25, 0.75, 8}, 0.01), even);
   EXPECT_EQ(both.status, IdentifyStatus::undetermined);
-  EXPECT_NE(both.message.find("E: "), std::string::npos) << both.message;
+  EXPECT_TRUE(test::has(both.message, "E: "));
   EXPECT_FALSE(both.unknowns[0].is_determined);
   EXPECT_TRUE(both.unknowns[1].is_determined);
   const Model plateau = [](const std::vector<double>& p) {
@@ -190,8 +190,7 @@ component = "y"
 TEST(IdentifyCommandAnalytic, FindsTheConstantsOfItsOwnAnswer) {
   const test::TemporaryFolder folder;
   const std::string truth = folder.write("truth.toml", block).string();
-  const Outcome run = maille_command("run " + truth + " --json");
-  ASSERT_EQ(run.code, 0) << run.err;
+  const Outcome run = test::done("run " + truth + " --json");
   std::string csv = "measure,value\n";
   const auto answered = nlohmann::json::parse(run.out);
   for (const auto& measure : answered["results"][0]["measures"])
@@ -206,10 +205,9 @@ TEST(IdentifyCommandAnalytic, FindsTheConstantsOfItsOwnAnswer) {
   text.replace(text.find("\"5 kPa"), 6, "\"2 kPa");
   const std::string start = folder.write("start.toml", text).string();
   const Outcome found =
-      maille_command(fmt::format("identify {} --measured {} --unknown "
-                                 "specimen.material.E_fibre,specimen.material.G_fibre --json --out {}",
-                                 start, data, (folder / "fitted.toml").string()));
-  ASSERT_EQ(found.code, 0) << found.err << found.out;
+      test::done(fmt::format("identify {} --measured {} --unknown "
+                             "specimen.material.E_fibre,specimen.material.G_fibre --json --out {}",
+                             start, data, (folder / "fitted.toml").string()));
   const auto json = nlohmann::json::parse(found.out);
   EXPECT_EQ(json["status"], "done");
   EXPECT_LE(json["solves"].get<int>(), 72);
@@ -218,8 +216,7 @@ TEST(IdentifyCommandAnalytic, FindsTheConstantsOfItsOwnAnswer) {
   for (const auto& row : json["observations"])
     EXPECT_NEAR(row["computed"].get<double>(), row["measured"].get<double>(),
                 1e-3 * std::abs(row["measured"].get<double>()));
-  const Outcome again = maille_command("run " + (folder / "fitted.toml").string() + " --json");
-  EXPECT_EQ(again.code, 0) << again.err;
+  const Outcome again = test::done("run " + (folder / "fitted.toml").string() + " --json");
 }
 
 // Truth: the constants that the numbers were computed with; the search begins with those of the library.
@@ -232,8 +229,7 @@ TEST(IdentifyCommandAnalytic, FindsConstantsByTheNameOfTheirMaterial) {
       truth.find(from), from.size(),
       R"({ E_fibre = "13 kPa", E_cross = "3.68 kPa", G_fibre = "2 kPa", nu_fibre = 0.4566, nu_cross = 0.7113 })");
   start.replace(start.find(from), from.size(), "\"muscle/soleus\"");
-  const Outcome run = maille_command("run " + folder.write("truth.toml", truth).string() + " --json");
-  ASSERT_EQ(run.code, 0) << run.err;
+  const Outcome run = test::done("run " + folder.write("truth.toml", truth).string() + " --json");
   const auto answered = nlohmann::json::parse(run.out);
   std::string csv = "measure,value\n";
   for (const auto& measure : answered["results"][0]["measures"])
@@ -244,18 +240,16 @@ TEST(IdentifyCommandAnalytic, FindsConstantsByTheNameOfTheirMaterial) {
                     data = folder.write("data.csv", csv).string();
   const std::string command = "identify " + scene + " --measured " + data;
   const Outcome found =
-      maille_command(command + " --unknown \"E_fibre, G_fibre of muscle/soleus\" --json --out " +
-                     (folder / "fitted.toml").string());
-  ASSERT_EQ(found.code, 0) << found.err << found.out;
+      test::done(command + " --unknown \"E_fibre, G_fibre of muscle/soleus\" --json --out " +
+                 (folder / "fitted.toml").string());
   const auto unknowns = nlohmann::json::parse(found.out)["unknowns"];
   EXPECT_EQ(unknowns[0]["unknown"], "E_fibre of muscle/soleus");
   EXPECT_NEAR(unknowns[0]["value"].get<double>(), 13e3, 130);
   EXPECT_NEAR(unknowns[1]["value"].get<double>(), 2e3, 20);
   EXPECT_EQ(maille_command("check " + (folder / "fitted.toml").string()).code, 0);
   const auto expect_fault = [&](const std::string& unknown, const std::string& words) {
-    const Outcome faulty = maille_command(command + " --unknown \"" + unknown + "\"");
-    EXPECT_EQ(faulty.code, 2) << unknown;
-    EXPECT_NE(faulty.err.find(words), std::string::npos) << faulty.err;
+    const Outcome faulty = test::refused(command + " --unknown \"" + unknown + "\"");
+    EXPECT_TRUE(test::has(faulty.err, words));
   };
   expect_fault("E_fibre of muscle/masseter", "the name of a material in [specimen]");
   expect_fault("youngs_modulus of muscle/soleus", "one of E_fibre, E_cross, G_fibre");
@@ -274,7 +268,7 @@ TEST(IdentifyCommandContract, SaysWhatIsWrongAndWhatIsOpen) {
   const auto expect = [&](const std::string& rest, int code, const std::string& words) {
     const auto [found, text] = code_and_words(rest);
     EXPECT_EQ(found, code) << rest << "\n" << text;
-    EXPECT_NE(text.find(words), std::string::npos) << rest << "\n" << text;
+    EXPECT_TRUE(test::has(text, words)) << rest;
   };
   expect(data + " --unknown specimen.material.E", 2, "leads to");
   expect(data + " --unknown specimen.shape", 2, "expected a number > 0");
@@ -292,8 +286,7 @@ TEST(IdentifyCommandContract, SaysWhatIsWrongAndWhatIsOpen) {
   const Outcome open = maille_command("identify " + folder.write("iso.toml", isotropic).string() +
                                       " --measured " + side + " --unknown specimen.material.youngs_modulus");
   EXPECT_EQ(open.code, 1) << open.err;
-  EXPECT_NE(open.out.find("do not determine specimen.material.youngs_modulus"), std::string::npos)
-      << open.out;
+  EXPECT_TRUE(test::has(open.out, "do not determine specimen.material.youngs_modulus"));
 }
 
 } // namespace

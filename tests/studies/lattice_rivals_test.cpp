@@ -130,8 +130,8 @@ TEST(XpbdOracle, AtRestTheSpringsAreInBalance) {
 TEST(XpbdOracle, EveryKindOfVectorTakesTheSameSteps) {
   const Scene scene = poked_cube(18, 0.2);
   const Displacement widest = relax_by_xpbd_steps(scene, 50).displacement;
-  for (const std::int64_t target : tests::vector_targets()) {
-    const tests::ForcedVectors forced(target);
+  for (const std::int64_t target : test::vector_targets()) {
+    const test::ForcedVectors forced(target);
     const Displacement other = relax_by_xpbd_steps(scene, 50).displacement;
     EXPECT_LT(compare(scene, other, widest).relative_max, 1e-4) << hwy::TargetName(target);
   }

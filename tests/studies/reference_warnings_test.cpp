@@ -54,7 +54,7 @@ TEST(ReferenceWarningsReference, AGoodReferenceIsNotBlamed) {
   EXPECT_TRUE(warnings_of(beam(0.3, 0), {"relaxed"}, "fem_q1").empty());
 }
 
-TEST(ReferenceWarningsContract, WithoutCoupledLinearElementsAreWarnedOfByWhatTheyLockOn) {
+TEST(ReferenceWarningsContract, LockingLinearElementsAreNamed) {
   const auto incompressible = warnings_of(beam(0.49, 2), {"limits"}, "fem_q1");
   ASSERT_EQ(incompressible.size(), 1u);
   EXPECT_NE(incompressible.front().find("Poisson ratio of 0.49"), std::string::npos)

@@ -79,16 +79,16 @@ TEST(ReportContract, ThePageLoadsNothing) {
     EXPECT_TRUE(value.starts_with("#") || value == "data:," ||
                 std::filesystem::exists(compared_folder().folder / ("out/" + value)))
         << value << ": a link to a file beside the page, and nothing else";
-  EXPECT_EQ(page.find("@import"), std::string::npos);
-  EXPECT_EQ(page.find("url("), std::string::npos);
-  EXPECT_EQ(page.find("<link rel=\"stylesheet"), std::string::npos);
+  EXPECT_FALSE(test::has(page, "@import"));
+  EXPECT_FALSE(test::has(page, "url("));
+  EXPECT_FALSE(test::has(page, "<link rel=\"stylesheet"));
 }
 
 TEST(ReportContract, TextsAreEscaped) {
   const std::string& page = compared_folder().page;
-  EXPECT_EQ(page.find("<b>pull"), std::string::npos);
-  EXPECT_NE(page.find("&lt;b&gt;pull"), std::string::npos);
-  EXPECT_NE(page.find("&amp; "), std::string::npos);
+  EXPECT_FALSE(test::has(page, "<b>pull"));
+  EXPECT_TRUE(test::has(page, "&lt;b&gt;pull"));
+  EXPECT_TRUE(test::has(page, "&amp; "));
 }
 
 /// The rows of a table: the texts and keys of each cell.
@@ -225,14 +225,13 @@ TEST(ReportContract, FoldersWithoutMechanicsOrSceneStillHaveTheirPage) {
   results["title"] = "</script><script>alert(1)</script>";
   results["scene_text"] = "title = \"</title><script>\"";
   write(folder / "box_compare_results.json", results.dump());
-  const Outcome run = maille_command("report " + folder.path().string());
-  ASSERT_EQ(run.code, 0) << run.err;
+  const Outcome run = test::done("report " + folder.path().string());
   const std::string page = test::text_of(folder / "report.html");
   EXPECT_EQ(rows_of(page, "id-box-compare-table").size(), 3u);
   EXPECT_TRUE(rows_of(page, "id-box-compare-parts").empty());
   EXPECT_EQ(page.find("<script>"), page.rfind("<script>")) << "the page's own, which sorts tables";
-  EXPECT_NE(page.find("&lt;script&gt;alert"), std::string::npos);
-  EXPECT_NE(page.find("no pictures of box"), std::string::npos);
+  EXPECT_TRUE(test::has(page, "&lt;script&gt;alert"));
+  EXPECT_TRUE(test::has(page, "no pictures of box"));
 }
 
 TEST(ReportContract, PlaysAndProbesHaveTheirSections) {
@@ -253,14 +252,13 @@ TEST(ReportContract, PlaysAndProbesHaveTheirSections) {
       R"("touching_ticks":400},"bodies":{"deepest_m":0.002},"passivity":{"stiffness":300},"penetrations":0})");
   for (const char* name : {"ring_0000.png", "ring_0001.png", "ring_0002.png", "finger.png"})
     write(folder / name, "\x89PNG");
-  const Outcome run = maille_command("report " + folder.path().string());
-  ASSERT_EQ(run.code, 0) << run.err;
+  const Outcome run = test::done("report " + folder.path().string());
   const std::string page = test::text_of(folder / "report.html");
   for (const char* text : {"Play: a &lt;ring&gt;", "by limits, driven by pull; 2 of 2 frames",
                            "ring_0002.png", "maille play ring.toml pull.csv", "Probe: a finger &amp; a belly",
                            "2.5 N", "2 mm", "<a href=\"finger.json\">"})
-    EXPECT_NE(page.find(text), std::string::npos) << text;
-  EXPECT_EQ(page.find("Other pictures"), std::string::npos) << "every picture belongs to a section";
+    EXPECT_TRUE(test::has(page, text)) << text;
+  EXPECT_FALSE(test::has(page, "Other pictures")) << "every picture belongs to a section";
   const auto touches = rows_of(page, "id-ring-play-table");
   ASSERT_EQ(touches.size(), 1u);
   EXPECT_EQ(touches[0][0].text, "ring against wall");
@@ -275,7 +273,7 @@ TEST(ReportContract, HasEverySection) {
         "Method by method", "<h3>The scene</h3>", "youngs_modulus", "maille explain", "<h3>The command</h3>",
         "maille compare", "--methods", "estimated L2", "<h2>Files</h2>", "box_limits.vti",
         "box_compare_results.json"})
-    EXPECT_NE(page.find(part), std::string::npos) << part;
+    EXPECT_TRUE(test::has(page, part)) << part;
   EXPECT_EQ(attributes(page, "alt").size(), attributes(page, "src").size()) << "every picture has a text";
   for (const std::string& text : attributes(page, "alt"))
     EXPECT_FALSE(text.empty());
@@ -284,11 +282,11 @@ TEST(ReportContract, HasEverySection) {
 TEST(ReportContract, CompareEstimatesWhereItIsAskedTo) {
   const Outcome& compared = compared_folder().compared;
   ASSERT_EQ(compared.code, 0) << compared.err;
-  EXPECT_NE(compared.out.find("estimated"), std::string::npos);
-  EXPECT_NE(compared.out.find("multigrid cycles"), std::string::npos);
-  EXPECT_NE(compared.out.find("of finite elements there is none"), std::string::npos);
+  EXPECT_TRUE(test::has(compared.out, "estimated"));
+  EXPECT_TRUE(test::has(compared.out, "multigrid cycles"));
+  EXPECT_TRUE(test::has(compared.out, "of finite elements there is none"));
   const std::string vti = test::text_of(compared_folder().folder / "out/box_limits.vti");
-  EXPECT_NE(vti.find("DisplacementErrorEstimate"), std::string::npos);
+  EXPECT_TRUE(test::has(vti, "DisplacementErrorEstimate"));
 }
 
 TEST(ReportContract, AFolderWithoutResultsIsAFaultyInput) {
@@ -307,8 +305,7 @@ TEST(ReportGolden, TheTableOfAStudy) {
   const TemporaryFolder folder;
   write(folder / "ratio.jsonl", study_lines);
   const Outcome run =
-      maille_command("report " + folder.path().string() + " --out " + (folder / "r.html").string());
-  ASSERT_EQ(run.code, 0) << run.err;
+      test::done("report " + folder.path().string() + " --out " + (folder / "r.html").string());
   const std::string page = test::text_of(folder / "r.html");
   const auto from = page.find("<tbody>"), to = page.find("</tbody>");
   ASSERT_NE(to, std::string::npos);
@@ -329,7 +326,7 @@ TEST(ReportGolden, TheTableOfAStudy) {
             "class=\"number\" data-key=\"1.501\">1.5 s</td><td class=\"number\" data-key=\"2048\">2 "
             "KiB</td><td class=\"number\" "
             "data-key=\"7\">7</td><td></td></tr>\n");
-  EXPECT_NE(page.find("2 of 2 cases, 2 rows, 0 of them not settled"), std::string::npos);
+  EXPECT_TRUE(test::has(page, "2 of 2 cases, 2 rows, 0 of them not settled"));
 }
 
 // One broken file costs its own section, and is named; rows that were put aside are no study; pictures are
@@ -351,16 +348,15 @@ TEST(ReportContract, FilesThatAreNotWhatTheySeemAreNamedAndLeftOut) {
   write(folder / "secret.png", "root:x:0:0");
   write(folder / "huge.png", "\x89PNG" + std::string(17 << 20, ' '));
   const Outcome run =
-      maille_command("report " + folder.path().string() + " --out " + (folder / "r.html").string());
-  ASSERT_EQ(run.code, 0) << run.err;
+      test::done("report " + folder.path().string() + " --out " + (folder / "r.html").string());
   for (const char* name : {"broken.json", "secret.png", "huge.png"})
-    EXPECT_NE(run.err.find(name), std::string::npos) << name << "\n" << run.err;
+    EXPECT_TRUE(test::has(run.err, name)) << name;
   const std::string page = test::text_of(folder / "r.html");
   for (const char* text : {"Study: stiff &amp; soft", "scene = 1", "it costs", "maille study r.toml",
                            "ratio_older.jsonl", "How do the answers depend on material.E_fibre?",
                            "0.250 (0.20 to 0.30)", ">0.500<", "bar, relaxed: undetermined: too few"})
-    EXPECT_NE(page.find(text), std::string::npos) << text;
-  EXPECT_EQ(page.find("cm9vdDp4OjA6MA"), std::string::npos) << "the text of the false picture";
+    EXPECT_TRUE(test::has(page, text)) << text;
+  EXPECT_FALSE(test::has(page, "cm9vdDp4OjA6MA")) << "the text of the false picture";
   EXPECT_EQ(page.find("2 of 2 cases"), page.rfind("2 of 2 cases")) << "one study";
   EXPECT_LT(page.size(), std::size_t{1} << 20);
 }
@@ -384,8 +380,7 @@ TEST(ReportContract, ABrowserShowsItWithoutComplaintAndSortsItsTable) {
     GTEST_SKIP() << "there is no chromium here (apt-get install chromium)";
   ASSERT_EQ(rising->code, 0) << rising->err;
   for (const Outcome* dom : {&*rising, &*falling})
-    EXPECT_EQ(dom->err.find("CONSOLE"), std::string::npos)
-        << dom->err; // the page's policy forbids any request
+    EXPECT_FALSE(test::has(dom->err, "CONSOLE")); // the page's policy forbids any request
   const auto order = [](const std::string& page) {
     const auto table = page.find("id=\"id-box-compare-table\""), from = page.find("<tbody>", table);
     const std::string body = page.substr(from, page.find("</tbody>", from) - from);
@@ -397,9 +392,9 @@ TEST(ReportContract, ABrowserShowsItWithoutComplaintAndSortsItsTable) {
   };
   EXPECT_EQ(order(rising->out), "coupled limits fem_q1") << "the reference has no error: last";
   EXPECT_EQ(order(falling->out), "limits coupled fem_q1") << "last either way";
-  EXPECT_NE(rising->out.find("aria-sort=\"ascending\""), std::string::npos);
-  EXPECT_NE(falling->out.find("aria-sort=\"descending\""), std::string::npos);
-  EXPECT_NE(rising->out.find("<button type=\"button\">"), std::string::npos);
+  EXPECT_TRUE(test::has(rising->out, "aria-sort=\"ascending\""));
+  EXPECT_TRUE(test::has(falling->out, "aria-sort=\"descending\""));
+  EXPECT_TRUE(test::has(rising->out, "<button type=\"button\">"));
 }
 
 } // namespace

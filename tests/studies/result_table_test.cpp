@@ -171,7 +171,7 @@ TEST(ResultTableContract, WhatJsonLacksOrHasOtherwiseIsAFaultUnderItsKey) {
   EXPECT_EQ(faults[0].expected, "an object of JSON");
 }
 
-TEST(ResultTableContract, ATornLastLineIsLeftOutWhereItMayBeAndAFaultBetweenQuotes) {
+TEST(ResultTableContract, ATornLastLineIsLeftOut) {
   const std::string torn = csv().substr(0, csv().size() - 1);
   EXPECT_EQ(table().read_csv(torn, {"t.csv"}).rows.size(), 2u)
       << "a table by hand may lack its last end of line";

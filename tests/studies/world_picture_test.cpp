@@ -2,6 +2,7 @@
 
 #include "maille/scene/world/world_scene.hpp"
 #include "support/temporary_folder.hpp"
+#include "support/texts.hpp"
 
 #include <gtest/gtest.h>
 
@@ -20,9 +21,7 @@ using Colour = std::tuple<int, int, int>;
 struct Picture {
   int width = 0, height = 0;
   std::vector<Colour> pixels; ///< from the lowest line
-  std::size_t count(const Colour& colour) const {
-    return static_cast<std::size_t>(std::ranges::count(pixels, colour));
-  }
+  std::size_t count(const Colour& colour) const { return std::size_t(std::ranges::count(pixels, colour)); }
 };
 
 Picture read_back(const std::filesystem::path& png) {
@@ -41,22 +40,9 @@ Picture read_back(const std::filesystem::path& png) {
 // Truth: the scene: 8 of 200 cells are the piece's, 20 the wall's; the page's colours are those that
 // object_colour names.
 TEST(WorldPictureAnalytic, ObjectsTakeTheirShareOfTheWorld) {
-  const WorldScene world = parse_world_scene(R"(
-[world]
-cells = [20, 10]
-spacing = "1 mm"
-[[object]]
-name = "wall"
-kind = "fixed"
-shape = "box"
-cells = [20, 1]
-[[object]]
-name = "piece"
-kind = "rigid"
-shape = "box"
-cells = [4, 2]
-position = ["3 mm", "4 mm"]
-)");
+  const WorldScene world =
+      parse_world_scene(test::world_text("[20, 10]") + test::object_text("wall", "fixed", "[20, 1]") +
+                        test::object_text("piece", "rigid", "[4, 2]", "position = [\"3 mm\", \"4 mm\"]\n"));
   const auto corners = [](const Grid& grid, double x, double y) {
     std::vector<Vec3> nodes;
     for (int j = 0; j < grid.nodes()[1]; ++j)
@@ -75,10 +61,10 @@ position = ["3 mm", "4 mm"]
   const Picture picture = read_back(png);
   EXPECT_EQ(picture.width % 2, 0); // as films want it
   EXPECT_EQ(picture.height % 2, 0);
-  const double cell = static_cast<double>(picture.count({189, 189, 194})) / 20; // the wall is 0.74 0.74 0.76
+  const double cell = double(picture.count({189, 189, 194})) / 20; // the wall is 0.74 0.74 0.76
   EXPECT_GT(cell, 100);
   // Edges and, below the drawing, the object's name are of the same colour, and take or add a little.
-  EXPECT_NEAR(static_cast<double>(picture.count({0, 114, 178})) / cell, 8, 1.2);
+  EXPECT_NEAR(double(picture.count({0, 114, 178})) / cell, 8, 1.2);
 }
 
 } // namespace

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-namespace maille::tests {
+namespace maille::test {
 
 /// A link of one component: 1/2 weight (u_far - u_near)^2, low <= u_far - u_near <= high.
 struct WeightedLink {
@@ -189,4 +189,4 @@ inline std::vector<double> constrained_minimum(const DenseProblem& problem, doub
   return spread(problem, x - AinvDt * lambda);
 }
 
-} // namespace maille::tests
+} // namespace maille::test

@@ -3,6 +3,7 @@
 
 #include "elastic/krylov/coupled_task.hpp"
 #include "support/fields.hpp"
+#include "support/solved.hpp"
 
 #include <gtest/gtest.h>
 

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-namespace maille::tests {
+namespace maille::test {
 
 using deform::LatticeElasticity;
 using deform::ThreadTeam;
@@ -127,4 +127,4 @@ inline double elastic_energy(const Scene& scene, const Displacement& u) {
   return 0.5 * test::product(u, forces);
 }
 
-} // namespace maille::tests
+} // namespace maille::test

@@ -5,7 +5,7 @@
 
 #include <random>
 
-namespace maille::tests {
+namespace maille::test {
 
 struct Dice {
   std::mt19937& random;
@@ -22,4 +22,4 @@ struct Dice {
   }
 };
 
-} // namespace maille::tests
+} // namespace maille::test

@@ -30,8 +30,8 @@ inline Eigen::Matrix<long double, 24, 24> cell_hessian(const Matrix6& stiffness,
     const Real share = axis < 0 ? 4 : 2;
     for (int corner = 0; corner < 8; ++corner)
       if (!(corner & 1 << a) && (axis < 0 || (corner >> axis & 1) == side)) {
-        row[3 * (corner | 1 << a) + b] += 1 / (share * h[static_cast<std::size_t>(a)]);
-        row[3 * corner + b] -= 1 / (share * h[static_cast<std::size_t>(a)]);
+        row[3 * (corner | 1 << a) + b] += 1 / (share * h[std::size_t(a)]);
+        row[3 * corner + b] -= 1 / (share * h[std::size_t(a)]);
       }
     return row;
   };
@@ -48,7 +48,7 @@ inline Eigen::Matrix<long double, 24, 24> cell_hessian(const Matrix6& stiffness,
     for (int corner = 0; corner < 8; ++corner)
       if (!(corner & 1 << a)) {
         Row edge = Row::Zero();
-        edge[3 * (corner | 1 << a) + a] = 1 / Real{h[static_cast<std::size_t>(a)]};
+        edge[3 * (corner | 1 << a) + a] = 1 / Real{h[std::size_t(a)]};
         edge[3 * corner + a] = -edge[3 * (corner | 1 << a) + a];
         K += V / (12 * S(a, a)) * edge.transpose() * edge;
       }
@@ -56,7 +56,7 @@ inline Eigen::Matrix<long double, 24, 24> cell_hessian(const Matrix6& stiffness,
     const auto& [a, b] = pairs[i];
     const Row jump = slope(a, b, i, 1) + slope(b, a, i, 1) - slope(a, b, i, 0) - slope(b, a, i, 0);
     K += V / (12 * S(3 + i, 3 + i)) * jump.transpose() * jump;
-    if (cells[static_cast<std::size_t>(i)] > 2)
+    if (cells[std::size_t(i)] > 2)
       continue;
     Eigen::Matrix<Real, 3, 24> faces;
     faces << slope(a, a, i, 1) - slope(a, a, i, 0), slope(b, b, i, 1) - slope(b, b, i, 0), jump;
@@ -99,29 +99,28 @@ inline Displacement direct_solution(const Scene& scene) {
   using Matrix = Eigen::SparseMatrix<Real>;
   const Grid& grid = scene.specimen.grid;
   const Index3& nodes = grid.nodes();
-  const auto n = static_cast<std::size_t>(grid.n_nodes());
-  const auto longest = static_cast<std::size_t>(std::ranges::max_element(nodes) - nodes.begin());
+  const auto n = std::size_t(grid.n_nodes());
+  const auto longest = std::size_t(std::ranges::max_element(nodes) - nodes.begin());
   std::vector<std::size_t> order(n);
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::ranges::stable_sort(
-      order, {}, [&](std::size_t node) { return grid.node_at(static_cast<std::int64_t>(node))[longest]; });
+  std::ranges::stable_sort(order, {},
+                           [&](std::size_t node) { return grid.node_at(std::int64_t(node))[longest]; });
   Displacement u(grid);
   std::vector<int> number(3 * n, 0);
   for (const Prescribed& p : scene.prescribed) {
-    number[3 * static_cast<std::size_t>(p.node) + static_cast<std::size_t>(p.component)] = -1;
+    number[3 * std::size_t(p.node) + std::size_t(p.component)] = -1;
     u(p.component, p.node) = p.value;
   }
   int unknowns = 0;
   for (const std::size_t node : order)
     for (std::size_t c = 0; c < 3; ++c)
       if (number[3 * node + c] == 0)
-        number[3 * node + c] =
-            scene.specimen.is_node(grid.node_at(static_cast<std::int64_t>(node))) ? unknowns++ : -1;
+        number[3 * node + c] = scene.specimen.is_node(grid.node_at(std::int64_t(node))) ? unknowns++ : -1;
   Eigen::Matrix<Real, Eigen::Dynamic, 1> f = Eigen::Matrix<Real, Eigen::Dynamic, 1>::Zero(unknowns);
   for (int c = 0; c < 3; ++c) {
     const List<double> loads = nodal_forces(scene, c);
     for (std::size_t node = 0; node < loads.size(); ++node)
-      if (const int row = number[3 * node + static_cast<std::size_t>(c)]; row >= 0)
+      if (const int row = number[3 * node + std::size_t(c)]; row >= 0)
         f[row] += loads[node];
   }
   std::map<Index3, Eigen::Matrix<Real, 24, 24>> hessians;
@@ -136,13 +135,12 @@ inline Displacement direct_solution(const Scene& scene) {
     const Eigen::Matrix<Real, 24, 24>& K = entry->second;
     std::array<std::int64_t, 8> corner;
     for (int k = 0; k < 8; ++k)
-      corner[static_cast<std::size_t>(k)] = grid.corner(grid.cell_at(cell), k);
+      corner[std::size_t(k)] = grid.corner(grid.cell_at(cell), k);
     for (int i = 0; i < 24; ++i) {
-      const int row = number[3 * static_cast<std::size_t>(corner[static_cast<std::size_t>(i / 3)]) +
-                             static_cast<std::size_t>(i % 3)];
+      const int row = number[3 * std::size_t(corner[std::size_t(i / 3)]) + std::size_t(i % 3)];
       for (int j = 0; j < 24 && row >= 0; ++j) {
-        const std::int64_t other = corner[static_cast<std::size_t>(j / 3)];
-        const int column = number[3 * static_cast<std::size_t>(other) + static_cast<std::size_t>(j % 3)];
+        const std::int64_t other = corner[std::size_t(j / 3)];
+        const int column = number[3 * std::size_t(other) + std::size_t(j % 3)];
         if (column < 0)
           f[row] -= K(i, j) * u(j % 3, other);
         else
@@ -157,7 +155,7 @@ inline Displacement direct_solution(const Scene& scene) {
   for (std::size_t node = 0; node < n; ++node)
     for (std::size_t c = 0; c < 3; ++c)
       if (const int i = number[3 * node + c]; i >= 0)
-        u(c, node) = static_cast<double>(x[i]);
+        u(c, node) = double(x[i]);
   return u;
 }
 

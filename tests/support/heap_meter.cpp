@@ -125,7 +125,7 @@ int munmap(void* memory, std::size_t size) noexcept {
 }
 #endif
 
-namespace maille::tests {
+namespace maille::test {
 
 bool heap_is_counted() {
   return MAILLE_COUNTS_THE_HEAP != 0;
@@ -145,4 +145,4 @@ std::int64_t HeapMeter::allocations() const {
   return ::allocations.load() - allocations_before_;
 }
 
-} // namespace maille::tests
+} // namespace maille::test

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-namespace maille::tests {
+namespace maille::test {
 
 /// False where allocations cannot be counted: under sanitizers, and without glibc. Then all counts are 0.
 bool heap_is_counted();
@@ -23,4 +23,4 @@ private:
   std::int64_t live_before_, allocations_before_;
 };
 
-} // namespace maille::tests
+} // namespace maille::test

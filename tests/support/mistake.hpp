@@ -3,6 +3,8 @@
 
 #include "maille/materials/fault.hpp"
 
+#include "support/texts.hpp"
+
 #include <gtest/gtest.h>
 
 #include <ostream>

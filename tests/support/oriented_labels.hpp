@@ -33,8 +33,7 @@ struct LabelArray {
   Affine affine{};
 
   int at(const Index3& i) const {
-    return values[static_cast<std::size_t>(i[0] +
-                                           std::int64_t{size[0]} * (i[1] + std::int64_t{size[1]} * i[2]))];
+    return values[std::size_t(i[0] + std::int64_t{size[0]} * (i[1] + std::int64_t{size[1]} * i[2]))];
   }
 };
 
@@ -46,13 +45,13 @@ inline LabelArray bent_body() {
     for (int j = 0; j < 4; ++j)
       for (int i = 0; i < 5; ++i)
         if ((i >= 1 && i <= 3 && j <= 1) || (i == 3 && k == 1 && j == 2))
-          body.values[static_cast<std::size_t>(i + 5 * (j + 4 * k))] = j == 0 ? 17 : 5;
+          body.values[std::size_t(i + 5 * (j + 4 * k))] = j == 0 ? 17 : 5;
   const double c = std::cos(0.5), s = std::sin(0.5), d = std::cos(0.3), e = std::sin(0.3);
   const std::array<Vec3, 3> turn{{{c, -s * d, s * e}, {s, c * d, -c * e}, {0, e, d}}};
   body.affine = affine_of({2e-3, 3e-3, 5e-3}, {0.01, -0.02, 0.03}, turn);
   for (auto& row : body.affine)
     for (double& number : row)
-      number = static_cast<double>(static_cast<float>(number));
+      number = double(float(number));
   return body;
 }
 
@@ -69,7 +68,7 @@ inline LabelArray turned(const LabelArray& body, const Orientation& to) {
     }
   }
   for (std::size_t r = 0; r < 3; ++r)
-    array.affine[r][3] = static_cast<double>(static_cast<float>(origin[r]));
+    array.affine[r][3] = double(float(origin[r]));
   array.affine[3] = {0, 0, 0, 1};
   for (int k = 0; k < array.size[2]; ++k)
     for (int j = 0; j < array.size[1]; ++j)
@@ -101,11 +100,11 @@ Stored<Label> stored(const LabelArray& array, const Orientation& order) {
     memory.layout.first += order.flipped[place] ? step * (array.size[a] - 1) : 0;
     step *= array.size[a];
   }
-  memory.elements.assign(static_cast<std::size_t>(step), Label{99});
+  memory.elements.assign(std::size_t(step), Label{99});
   for (int k = 0; k < array.size[2]; ++k)
     for (int j = 0; j < array.size[1]; ++j)
       for (int i = 0; i < array.size[0]; ++i)
-        memory.elements[static_cast<std::size_t>(memory.layout.element({i, j, k}))] =
+        memory.elements[std::size_t(memory.layout.element({i, j, k}))] =
             static_cast<Label>(array.at({i, j, k}));
   return memory;
 }

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace maille::tests {
+namespace maille::test {
 
 /// A body's state in whole quanta, moved along by Dijkstra on flat arrays.
 class StateByDijkstra {
@@ -113,4 +113,4 @@ inline double longest_path(const Scene& scene) {
   return static_cast<double>(scene.specimen.n_matter_nodes());
 }
 
-} // namespace maille::tests
+} // namespace maille::test

@@ -7,7 +7,7 @@
 
 #include <algorithm>
 
-namespace maille::tests {
+namespace maille::test {
 
 inline Displacement state_of(const Scene& scene, const deform::TiledBody& body) {
   Displacement u(scene.specimen.grid);
@@ -23,4 +23,4 @@ inline double largest_quantum(const Scene& scene, const deform::TiledBody& body)
   return q;
 }
 
-} // namespace maille::tests
+} // namespace maille::test

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace maille::tests {
+namespace maille::test {
 
 /// Restricts the library to one kind of vector while it lives.
 class ForcedVectors {
@@ -22,4 +22,4 @@ inline std::vector<std::int64_t> vector_targets() {
   return hwy::SupportedAndGeneratedTargets();
 }
 
-} // namespace maille::tests
+} // namespace maille::test

@@ -6,6 +6,8 @@
 #include "maille/scene/plausibility.hpp"
 #include "maille/scene/scene_builder.hpp"
 #include "maille/scene/sliding.hpp"
+#include "support/bodies/layers.hpp"
+#include "support/solved.hpp"
 
 #include <gtest/gtest.h>
 
@@ -24,32 +26,16 @@ namespace {
 
 constexpr double h = 1e-3, E1 = 100e3, E2 = 40e3, nu1 = 0.3, nu2 = 0.45;
 
-Material isotropic(double E, double nu) {
-  Material material;
-  material.name = "matter";
-  material.elasticity = ElasticConstants::isotropic(E, nu);
-  return material;
-}
-
-/// Prescribes one component of a node.
-void prescribe(Scene& scene, const Index3& node, int component, double value, bool held) {
-  scene.prescribed.push_back({scene.specimen.grid.node(node), component, value, held});
-}
-
-void sort_prescribed(Scene& scene) {
-  std::ranges::sort(scene.prescribed, {}, [](const Prescribed& p) { return std::pair(p.component, p.node); });
-}
-
 /// A column whose lower end glides on a plane, with what it takes to keep it from moving sideways.
 Scene column(const Index3& cells, double E, double nu) {
   Scene scene;
   scene.specimen.shape = "box";
   scene.specimen.grid = Grid(3, cells, {h, h, h});
-  scene.materials = {isotropic(E, nu)};
+  scene.materials = {test::isotropic(E, nu)};
   scene.relaxation.tolerance = 1e-9;
-  prescribe(scene, {0, 0, 0}, 0, 0, true);
-  prescribe(scene, {0, 0, 0}, 1, 0, true);
-  prescribe(scene, {cells[0], 0, 0}, 1, 0, true);
+  test::add_prescribed(scene, {0, 0, 0}, 0, 0, true);
+  test::add_prescribed(scene, {0, 0, 0}, 1, 0, true);
+  test::add_prescribed(scene, {cells[0], 0, 0}, 1, 0, true);
   return scene;
 }
 
@@ -58,14 +44,7 @@ void prescribe_plane(Scene& scene, int plane, double value, bool held) {
   const Index3& n = scene.specimen.grid.nodes();
   for (int y = 0; y < n[1]; ++y)
     for (int x = 0; x < n[0]; ++x)
-      prescribe(scene, {x, y, plane}, 2, value, held);
-}
-
-double force_of_moves(const Scene& scene, const Answer& answer) {
-  double sum = 0;
-  for (std::size_t i = 0; i < answer.reaction.size(); ++i)
-    sum += scene.prescribed[i].held ? 0 : answer.reaction[i];
-  return sum;
+      test::add_prescribed(scene, {x, y, plane}, 2, value, held);
 }
 
 /// A pressed column on springs: it sinks by p / k and is pressed together by p L / E.
@@ -78,9 +57,8 @@ void expect_column_on_springs(const char* method, double modulus) {
       scene.springs.push_back({scene.specimen.grid.cell({x, y, 0}), 2, false, k, {0, 0, 1}});
       scene.tractions.push_back({scene.specimen.grid.cell({x, y, cells[2] - 1}), 2, true, {0, 0, -p}});
     }
-  sort_prescribed(scene);
-  const Answer answer = solve(scene, method);
-  ASSERT_EQ(answer.status, Status::done) << answer.message;
+  test::sort_prescribed(scene);
+  const Answer answer = test::solved(scene, method);
   for (int z = 0; z <= cells[2]; ++z) {
     const double expected = -p / k - p * z * h / modulus;
     EXPECT_NEAR(answer.displacement(2, scene.specimen.grid.node({1, 2, z})), expected, 1e-6 * p / k)
@@ -104,8 +82,7 @@ TEST(FoundationAnalytic, SpringsAloneKeepABodyInPlace) {
       scene.springs.push_back({scene.specimen.grid.cell({x, y, 0}), 2, false, 1e6, {}});
   scene.gravity = {0, 0, -10};
   EXPECT_EQ(remaining_rigid_motion(scene), "");
-  const Answer answer = solve(scene, "coupled");
-  ASSERT_EQ(answer.status, Status::done) << answer.message;
+  const Answer answer = test::solved(scene, "coupled");
   const double weight = scene.materials[0].density * 10 * 27 * h * h * h;
   double carried = 0;
   for (const NodalSpring& spring : nodal_springs(scene))
@@ -122,15 +99,14 @@ TEST(CellWeightsAnalytic, ColumnsOfUnequalStiffnessAreInSeries) {
   Scene scene = column({3, 3, 6}, E1, 0);
   prescribe_plane(scene, 0, 0, true);
   prescribe_plane(scene, 6, 1e-4, false);
-  sort_prescribed(scene);
+  test::sort_prescribed(scene);
   scene.specimen.stiffness_ratio.assign(54, 1);
   for (std::size_t cell = 27; cell < 54; ++cell)
     scene.specimen.stiffness_ratio[cell] = 4;
   const double expected = 1e-4 * 9 * h * h / (3 * h / E1 + 3 * h / (4 * E1));
   for (const char* method : {"coupled", "relaxed"}) {
-    const Answer answer = solve(scene, method);
-    ASSERT_EQ(answer.status, Status::done) << answer.message;
-    EXPECT_NEAR(force_of_moves(scene, answer), expected, 1e-6 * expected) << method;
+    const Answer answer = test::solved(scene, method);
+    EXPECT_NEAR(test::force_of_moves(scene, answer), expected, 1e-6 * expected) << method;
   }
 }
 
@@ -138,14 +114,13 @@ TEST(CellWeightsAnalytic, CellsThatAreTissueInPartCarryTheirPart) {
   Scene scene = column({4, 3, 5}, E1, nu1);
   prescribe_plane(scene, 0, 0, true);
   prescribe_plane(scene, 5, 1e-4, false);
-  sort_prescribed(scene);
+  test::sort_prescribed(scene);
   scene.specimen.tissue.assign(60, 1);
   for (std::size_t cell = 3; cell < 60; cell += 4)
     scene.specimen.tissue[cell] = 0.25F;
-  const Answer answer = solve(scene, "coupled");
-  ASSERT_EQ(answer.status, Status::done) << answer.message;
+  const Answer answer = test::solved(scene, "coupled");
   const double expected = E1 * 1e-4 / (5 * h) * 3.25 * 3 * h * h; // one stress everywhere, whatever Poisson's
-  EXPECT_NEAR(force_of_moves(scene, answer), expected, 1e-6 * expected);
+  EXPECT_NEAR(test::force_of_moves(scene, answer), expected, 1e-6 * expected);
   const CellFields fields = cell_fields(scene, answer);
   EXPECT_NEAR(fields.stress[3][2], E1 * 1e-4 / (5 * h), 1); // of the tissue
 }
@@ -157,17 +132,17 @@ Scene two_blocks(int n, double shift) {
   Scene scene = SceneBuilder("blocks")
                     .labels(std::span<const std::uint8_t>(labels), ArrayLayout::x_fastest({n, n, 10}),
                             affine_of({h, h, h}))
-                    .material(1, isotropic(E1, nu1))
-                    .material(2, isotropic(E2, nu2))
+                    .material(1, test::isotropic(E1, nu1))
+                    .material(2, test::isotropic(E2, nu2))
                     .hold("z-", "z")
                     .move("z+", {0, 0, shift}, "z")
                     .build();
   for (const int z : {0, 10}) { // neither block moves sideways or turns
-    prescribe(scene, {0, 0, z}, 0, 0, true);
-    prescribe(scene, {0, 0, z}, 1, 0, true);
-    prescribe(scene, {n, 0, z}, 1, 0, true);
+    test::add_prescribed(scene, {0, 0, z}, 0, 0, true);
+    test::add_prescribed(scene, {0, 0, z}, 1, 0, true);
+    test::add_prescribed(scene, {n, 0, z}, 1, 0, true);
   }
-  sort_prescribed(scene);
+  test::sort_prescribed(scene);
   scene.relaxation.tolerance = 1e-8;
   return scene;
 }
@@ -178,11 +153,10 @@ TEST(SlidingAnalytic, BlocksThatSlideArePressedAsColumnsInSeries) {
   const Answer glued = solve(scene, "coupled");
   scene.sliding = {{1, 2}};
   ASSERT_EQ(remaining_rigid_motion(scene), "");
-  const Answer answer = solve(scene, "coupled");
-  ASSERT_EQ(answer.status, Status::done) << answer.message;
+  const Answer answer = test::solved(scene, "coupled");
   const double stress = shift / (4 * h / E1 + 6 * h / E2), expected = stress * 16 * h * h;
-  EXPECT_NEAR(force_of_moves(scene, answer), expected, 1e-5 * std::abs(expected));
-  EXPECT_GT(std::abs(force_of_moves(scene, glued) / expected), 1.01); // glued blocks hinder each other
+  EXPECT_NEAR(test::force_of_moves(scene, answer), expected, 1e-5 * std::abs(expected));
+  EXPECT_GT(std::abs(test::force_of_moves(scene, glued) / expected), 1.01); // glued blocks hinder each other
   // Each block widens by its own Poisson ratio.
   const std::int64_t corner = scene.specimen.grid.node({4, 4, 4});
   for (const SplitNode& node : answer.split)
@@ -206,7 +180,7 @@ TEST(SlidingAnalytic, NothingOfAMoveAlongTheBorderGoesAcrossIt) {
     const Answer answer = solve(scene, method);
     ASSERT_TRUE(has_displacement(answer.status)) << method << answer.message;
     if (has_stress(method)) {
-      EXPECT_NEAR(force_of_moves(scene, answer), 0, 1e-6) << method;
+      EXPECT_NEAR(test::force_of_moves(scene, answer), 0, 1e-6) << method;
     }
     double lower = 0, upper = 0;
     for (const SplitNode& node : answer.split)
@@ -280,8 +254,8 @@ Scene cylinder_in_tube(double angle) {
   Scene scene = SceneBuilder("tube")
                     .labels(std::span<const std::uint8_t>(labels), ArrayLayout::x_fastest({n, n, length}),
                             affine_of({h, h, h}))
-                    .material(1, isotropic(E1, nu1))
-                    .material(2, isotropic(E1, nu1))
+                    .material(1, test::isotropic(E1, nu1))
+                    .material(2, test::isotropic(E1, nu1))
                     .hold("z-", "z")
                     .build();
   scene.prescribed.clear();
@@ -301,7 +275,7 @@ Scene cylinder_in_tube(double angle) {
       scene.prescribed.push_back({node, 1, 0, true});
     }
   }
-  sort_prescribed(scene);
+  test::sort_prescribed(scene);
   scene.relaxation.tolerance = 1e-6;
   return scene;
 }
@@ -325,8 +299,7 @@ TEST(SlidingAnalytic, ACylinderTurnsInATubeThatDoesNotFeelIt) {
   Scene scene = cylinder_in_tube(angle);
   const Answer glued = solve(scene, "coupled");
   scene.sliding = {{1, 2}};
-  const Answer answer = solve(scene, "coupled");
-  ASSERT_EQ(answer.status, Status::done) << answer.message;
+  const Answer answer = test::solved(scene, "coupled");
   // Between a shaft of radius a and a wall of radius b turning takes 4 pi G angle / (1/a^2 - 1/b^2) a length.
   const double G = E1 / (2 * (1 + nu1)), a = std::sqrt(5.0) * h,
                b = std::sqrt(50.0) * h; // the outermost, innermost node
@@ -342,7 +315,7 @@ TEST(SlidingAnalytic, ACylinderTurnsInATubeThatDoesNotFeelIt) {
 
 // Truth: a shaft that is pressed evenly and turned slips all around, and friction resists with mu times what
 // presses it at the radius of the border.
-TEST(SlidingAnalytic, ACylinderThatTurnsInATubeWithFrictionFeelsItAtItsRadius) {
+TEST(SlidingAnalytic, FrictionOfACylinderInATube) {
   Scene scene = cylinder_in_tube(0.1);
   const Index3 first = first_cell(scene.specimen);
   for (Prescribed& p : scene.prescribed) { // the wall of the tube moves inwards
@@ -353,8 +326,7 @@ TEST(SlidingAnalytic, ACylinderThatTurnsInATubeWithFrictionFeelsItAtItsRadius) {
   }
   scene.sliding = {{1, 2, 0.2}};
   scene.relaxation.tolerance = 1e-4;
-  const Answer answer = solve(scene, "coupled");
-  ASSERT_EQ(answer.status, Status::done) << answer.message;
+  const Answer answer = test::solved(scene, "coupled");
   ASSERT_EQ(answer.rubbing.size(), 1U);
   EXPECT_EQ(answer.rubbing[0].slipping, 1);
   EXPECT_NEAR(answer.rubbing[0].rubbed, 0.2 * answer.rubbing[0].pressed, 1e-3 * answer.rubbing[0].rubbed);
@@ -365,12 +337,11 @@ TEST(SlidingAnalytic, ACylinderThatTurnsInATubeWithFrictionFeelsItAtItsRadius) {
 TEST(ContractionAnalytic, FibresThatTurnWithTheirCellsPullAlongThemselves) {
   Scene scene = column({3, 3, 6}, E1, nu1);
   prescribe_plane(scene, 0, 0, true);
-  sort_prescribed(scene);
+  test::sort_prescribed(scene);
   scene.specimen.fibre = {0, 0, 1};
   scene.active_stress.assign(54, 10e3);
   scene.relaxation.frame = StrainFrame::blocks;
-  const Answer answer = solve(scene, "coupled");
-  ASSERT_EQ(answer.status, Status::done) << answer.message;
+  const Answer answer = test::solved(scene, "coupled");
   EXPECT_NEAR(answer.displacement(2, scene.specimen.grid.node({1, 1, 6})), -6 * h * 10e3 / E1,
               1e-4 * 6 * h * 0.1);
 }

@@ -3,6 +3,7 @@
 #include "maille/scene/block_frames.hpp"
 #include "support/bodies/bent_bar.hpp"
 #include "support/fields.hpp"
+#include "support/solved.hpp"
 
 #include <gtest/gtest.h>
 
@@ -65,8 +66,7 @@ TEST(BlocksAnalytic, ATurnOfAllHandlesIsATurnOfTheBody) {
       test::turn_face(scene, false, turn);
       turn.nodes.clear();
       test::turn_face(scene, true, turn);
-      const Answer answer = solve(scene, "coupled");
-      ASSERT_EQ(answer.status, Status::done) << answer.message;
+      const Answer answer = test::solved(scene, "coupled");
       for (std::int64_t node = 0; node < scene.specimen.grid.n_nodes(); ++node) {
         const Vec3 u = turn.displacement(scene.specimen.position(scene.specimen.grid.node_at(node)));
         for (int b = 0; b < dimension; ++b)
@@ -77,7 +77,7 @@ TEST(BlocksAnalytic, ATurnOfAllHandlesIsATurnOfTheBody) {
 }
 
 // Truth: `coupled` in the object's frame, the first order of the same question.
-TEST(BlocksOracle, SmallMovesAreThoseOfCoupledToSecondOrder) {
+TEST(BlocksConsistent, SmallMovesAreThoseOfCoupledToSecondOrder) {
   for (const int dimension : {2, 3}) {
     double last = 0;
     for (const double angle : {0.04, 0.004}) {
@@ -108,15 +108,13 @@ TEST(BlocksAnalytic, ABarBentToAQuarterIsAnArc) {
   for (const int dimension : {2, 3}) {
     const double angle = pi / 2;
     Scene scene = bent_bar(dimension, 4, angle);
-    const Answer blocks = solve(scene, "coupled");
-    ASSERT_EQ(blocks.status, Status::done) << blocks.message;
+    const Answer blocks = test::solved(scene, "coupled");
     EXPECT_NEAR(*blocks.strain_energy, test::beam_energy(scene, angle),
                 0.02 * test::beam_energy(scene, angle));
     const double off = test::distance_from_arc(scene, blocks.displacement, angle);
     EXPECT_LT(off, 0.02 * test::bar_length);
     scene.relaxation.frame = StrainFrame::object;
-    const Answer object = solve(scene, "coupled");
-    ASSERT_EQ(object.status, Status::done);
+    const Answer object = test::solved(scene, "coupled");
     EXPECT_GT(test::distance_from_arc(scene, object.displacement, angle), 5 * off);
     EXPECT_GT(*object.strain_energy, 3 * *blocks.strain_energy);
   }
@@ -176,7 +174,7 @@ TEST(BlocksOracle, ReactionsAreTheDerivativeOfTheEnergy) {
 
 // Truth: energy never rises while handles stay (docs/theory.md, section 4); and more increments, which lead
 // to the same state.
-TEST(BlocksOracle, AlmostHalfATurnInIncrementsEndsWhereMoreIncrementsDo) {
+TEST(BlocksConsistent, AlmostHalfATurnInIncrementsEndsWhereMoreIncrementsDo) {
   for (const bool twists : {false, true})
     for (const bool is_fibrous : {false, true}) {
       Scene scene = twists ? test::twisted_bar(3, 170 * pi / 180) : bent_bar(3, 3, 170 * pi / 180);
@@ -197,12 +195,11 @@ TEST(BlocksOracle, AlmostHalfATurnInIncrementsEndsWhereMoreIncrementsDo) {
 }
 
 // Truth: the same, settled further.
-TEST(BlocksOracle, TheEstimatedErrorIsNearTheTrueOne) {
+TEST(BlocksConsistent, TheEstimatedErrorIsNearTheTrueOne) {
   Scene scene = bent_bar(3, 4, pi / 2);
   make_fibrous(scene);
   scene.relaxation.tolerance = 1e-6;
-  const Answer exact = solve(scene, "coupled");
-  ASSERT_EQ(exact.status, Status::done) << exact.message;
+  const Answer exact = test::solved(scene, "coupled");
   for (const double tolerance : {1e-2, 1e-3, 1e-4}) {
     scene.relaxation.tolerance = tolerance;
     const Answer answer = solve(scene, "coupled");
@@ -229,8 +226,7 @@ TEST(BlocksAnalytic, HalvesOfOtherStiffnessTurnInverselyToIt) {
   for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
     if (const Index3 at = body.grid.cell_at(cell); at[0] == 15 && (at[1] == 0 || at[1] == 3))
       scene.tractions.push_back({cell, 0, true, {at[1] == 0 ? stress : -stress, 0, 0}});
-  const Answer answer = solve(scene, "coupled");
-  ASSERT_EQ(answer.status, Status::done) << answer.message;
+  const Answer answer = test::solved(scene, "coupled");
   EXPECT_TRUE(is_finite(answer.displacement));
   const auto frames = block_rotations(scene, answer.displacement);
   const auto angle_at = [&](int x) {
@@ -244,12 +240,7 @@ TEST(BlocksContract, AnyNumberOfThreadsGivesTheSameBits) {
   Scene scene = bent_bar(3, 10, 1); // enough nodes for threads to be used
   make_fibrous(scene);
   scene.relaxation.tolerance = 1e-2;
-  const Answer one = solve(scene, "coupled");
-  Control control;
-  for (const int threads : {2, 5}) {
-    control.threads = threads;
-    EXPECT_EQ(solve(scene, "coupled", control).displacement, one.displacement) << threads;
-  }
+  test::expect_bits_of_any_threads(scene, "coupled", {2, 5});
 }
 
 TEST(BlocksContract, StoppedAnyTimeLeavesAUsableState) {
@@ -278,7 +269,7 @@ TEST(BlocksContract, StoppedAnyTimeLeavesAUsableState) {
   }
 }
 
-TEST(BlocksContract, ContractionWithinLimitsIsRefusedAndExtrapolationNotPassedOverInSilence) {
+TEST(BlocksContract, ContractionWithinLimitsIsRefused) {
   Scene scene = bent_bar(3, 2, pi / 8);
   scene.relaxation.extrapolation = Extrapolation::nested;
   EXPECT_NE(solve(scene, "coupled").message.find("nothing is extrapolated"), std::string::npos);

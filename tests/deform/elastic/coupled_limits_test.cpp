@@ -9,17 +9,17 @@
 #include "support/dense_program.hpp"
 #include "support/fields.hpp"
 #include "support/sanitized.hpp"
-
-#include <gtest/gtest.h>
+#include "support/solved.hpp"
 
 #include <cmath>
+#include <gtest/gtest.h>
 
 namespace maille::deform {
 namespace {
 
-using tests::DenseProgram;
-using tests::elastic_energy;
-using tests::even_limits;
+using test::DenseProgram;
+using test::elastic_energy;
+using test::even_limits;
 
 /// A block poked in the middle of its top, deeply enough to use limits up.
 Scene poked_block(int cells, double depth) {
@@ -59,8 +59,7 @@ TEST(CoupledLimitsAnalytic, ARigidLinkInAChainGoesHalfTheWay) {
   scene.specimen.material_id = {0, 0, 1, 0, 0};
   scene.prescribed = {{0, 0, 0, true}, {5, 0, 1e-3, false}};
   scene.relaxation.tolerance = 1e-7;
-  const Answer answer = solve(scene, "coupled");
-  ASSERT_EQ(answer.status, Status::done) << answer.message;
+  const Answer answer = test::solved(scene, "coupled");
   EXPECT_NEAR(answer.displacement(0, 2), 0.5e-3, 1e-9);
   EXPECT_EQ(answer.displacement(0, 3), answer.displacement(0, 2));
   // Four springs C / h in a row, stretched by 1 mm in all; the rigid one only hands the pull on.
@@ -74,7 +73,7 @@ TEST(CoupledLimitsAnalytic, ARigidLinkInAChainGoesHalfTheWay) {
 Scene small_body(int dimension, unsigned seed) {
   Scene scene = test::box_scene(dimension, dimension == 2 ? Index3{6, 4, 1} : Index3{4, 2, 2});
   std::mt19937 random(seed);
-  tests::Dice dice{random};
+  test::Dice dice{random};
   scene.materials.push_back(scene.materials[0]);
   scene.limits.from = LimitSource::material;
   scene.materials[0].limits = even_limits(1.1, 0.9, 0.06);
@@ -111,7 +110,7 @@ TEST(CoupledLimitsOracle, EqualsTheDenseQuadraticProgram) {
   EXPECT_GE(active, 8);
 }
 
-TEST(CoupledLimitsOracle, EnergyIsThatOfALongRunAndBelowTheNearestFeasibleState) {
+TEST(CoupledLimitsConsistent, EnergyIsThatOfALongRunAndBelowTheNearestFeasibleState) {
   for (Scene scene : {poked_block(12, 0.2), poked_body(12, 0.2), poked_block(16, 0.25)}) {
     const LinkLimits limits(scene);
     Scene elastic = scene;
@@ -151,7 +150,7 @@ Scene poked_cube(int cells, double depth) {
 
 // A state that is merely interpolated from a coarser body may be within a hundredth of the displacements, but
 // what it presses with is far off.
-TEST(CoupledLimitsOracle, ABoxFromCoarserBodiesIsWithinAHundredthOfALongRunAndItsForcesBalance) {
+TEST(CoupledLimitsConsistent, CoarserStartsEndNearALongRun) {
   Scene scene = poked_cube(32, 1.0 / 8);
   scene.relaxation.tolerance = 1e-2;
   const Answer answer = solve(scene, "coupled");
@@ -187,12 +186,12 @@ void expect_the_general_way(Scene scene, CoupledAlgorithm& own) {
   EXPECT_NEAR(*answer.strain_energy, *general.strain_energy, 1e-4 * *general.strain_energy);
 }
 
-TEST(CoupledLimitsOracle, BoxesAgreeWithTheGeneralWay) {
+TEST(CoupledLimitsConsistent, BoxesAgreeWithTheGeneralWay) {
   for (const Scene& scene : {poked_block(12, 0.2), poked_block(16, 0.25)})
     expect_the_general_way(scene, solve_coupled_box);
 }
 
-TEST(CoupledLimitsOracle, BodiesAgreeWithTheGeneralWay) {
+TEST(CoupledLimitsConsistent, BodiesAgreeWithTheGeneralWay) {
   for (const Scene& scene : {poked_body(12, 0.2), poked_body(test::cases(16, 12), 0.25)})
     expect_the_general_way(scene, solve_coupled_masked);
 }
@@ -200,8 +199,7 @@ TEST(CoupledLimitsOracle, BodiesAgreeWithTheGeneralWay) {
 TEST(CoupledLimitsAnalytic, ReactionsBalanceWhereLimitsAreActive) {
   for (Scene scene : {poked_block(8, 0.2), poked_body(8, 0.2)}) {
     scene.relaxation.tolerance = 1e-6;
-    const Answer answer = solve(scene, "coupled");
-    ASSERT_EQ(answer.status, Status::done) << answer.message;
+    const Answer answer = test::solved(scene, "coupled");
     EXPECT_NE(answer.message.find("limits are active"), std::string::npos) << answer.message;
     const double push = std::abs(test::total_reaction(scene, answer, 2, false));
     for (int b = 0; b < 3; ++b)
@@ -256,8 +254,7 @@ TEST(CoupledLimitsContract, AComponentThatNothingPrescribesComesToItsOptimum) {
   scene.limits.from = LimitSource::given;
   scene.limits.given = even_limits(1.2, 0.97, 0.1); // narrows by 3 % at most, where it would by 3 to 4
   scene.relaxation.tolerance = 1e-6;
-  const Answer answer = solve(scene, "coupled");
-  ASSERT_EQ(answer.status, Status::done) << answer.message;
+  const Answer answer = test::solved(scene, "coupled");
   for (int y = 0; y <= 3; ++y)
     EXPECT_NEAR(answer.displacement(1, scene.specimen.grid.node({6, y, 0})), -0.03e-3 * y, 1e-8);
 }
@@ -285,15 +282,104 @@ TEST(CoupledLimitsContract, AnyNumberOfThreadsGivesTheSameBits) {
   for (Scene scene :
        {poked_block(32, 0.2), poked_body(test::cases(40, 26), 0.2)}) { // enough nodes for threads to be used
     scene.relaxation.tolerance = 3e-2;
-    const Answer one = solve(scene, "coupled");
-    Control control;
-    for (const int threads : {2, 5}) {
-      control.threads = threads;
-      const Answer answer = solve(scene, "coupled", control);
-      EXPECT_EQ(answer.displacement, one.displacement) << threads;
-      EXPECT_EQ(answer.reaction, one.reaction) << threads;
-    }
+    test::expect_bits_of_any_threads(scene, "coupled", {2, 5});
   }
+}
+
+using test::total_reaction;
+
+/// A clamped block pushed aside at its other end.
+Scene pushed_block(int cells) {
+  Scene scene = test::box_scene(3, {2 * cells, cells, cells});
+  scene.materials[0].elasticity = ElasticConstants::transversely_isotropic(50e3, 10e3, 6e3, 0.3, 0.4);
+  scene.specimen.fibre = {0.8, 0.6, 0};
+  test::hold_face(scene, 0, false);
+  test::move_face(scene, 0, true, {0.1e-3, 0.2e-3, 0});
+  return scene;
+}
+
+TEST(CoupledAnalytic, ReactionsBalanceAndWorkTheEnergy) {
+  Scene scene = pushed_block(4);
+  scene.relaxation.tolerance = 1e-10;
+  const Answer answer = test::solved(scene, "coupled");
+  const double pull = total_reaction(scene, answer, 0, false);
+  for (int b = 0; b < 3; ++b)
+    EXPECT_NEAR(total_reaction(scene, answer, b, true), -total_reaction(scene, answer, b, false),
+                1e-8 * pull); // equilibrium
+  double half_work = 0;
+  for (std::size_t i = 0; i < scene.prescribed.size(); ++i)
+    half_work += 0.5 * scene.prescribed[i].value * answer.reaction[i];
+  EXPECT_NEAR(*answer.strain_energy, half_work, 1e-9 * half_work); // Clapeyron
+}
+
+TEST(CoupledAnalytic, HoldsCarryTractionsAndWeight) {
+  Scene scene = test::box_scene(3, {4, 3, 2});
+  scene.relaxation.tolerance = 1e-10;
+  scene.materials[0].density = 1000;
+  scene.gravity = {0, 0, -10};
+  test::hold_face(scene, 0, false);
+  const double weight = 1000 * 10 * 24e-9; // rho g V
+  const Answer answer = test::solved(scene, "coupled");
+  EXPECT_NEAR(total_reaction(scene, answer, 2, true), weight, 1e-8 * weight);
+}
+
+TEST(CoupledConsistent, TheEstimatedErrorIsNearTheTrueOne) {
+  Scene scene = pushed_block(8);
+  scene.relaxation.tolerance = 1e-12;
+  const Answer exact = solve(scene, "coupled"); // the oracle: the same, converged
+  ASSERT_EQ(exact.status, Status::done) << exact.message;
+  for (const double tolerance : {1e-2, 1e-3, 1e-5}) {
+    scene.relaxation.tolerance = tolerance;
+    const Answer answer = solve(scene, "coupled");
+    EXPECT_LE(answer.residual, tolerance);
+    // In the displacement, of which the energy norm is the stricter measure here.
+    EXPECT_LE(test::relative_difference(answer.displacement, exact.displacement), tolerance);
+  }
+}
+
+TEST(CoupledContract, ABodyThatCanStillMoveIsRefused) {
+  Scene scene = test::box_scene(3, {2, 2, 2});
+  test::prescribe_face(scene, 0, false, 0, 0, true);
+  const Answer answer = solve(scene, "coupled");
+  EXPECT_EQ(answer.status, Status::refused);
+  EXPECT_NE(answer.message.find("hold or move more"), std::string::npos) << answer.message;
+}
+
+TEST(CoupledAnalytic, AComponentThatIsHeldInAPointOnlyIsSolvedTheSame) {
+  // A bar on rollers: the answer is one strain everywhere, u_y = -nu strain y.
+  Scene scene = test::box_scene(2, {6, 3, 1});
+  scene.plane = PlaneAssumption::stress;
+  scene.relaxation.tolerance = 1e-11;
+  test::prescribe_face(scene, 0, false, 0, 0, true);
+  test::prescribe_face(scene, 0, true, 0, 0.06e-3, false);
+  scene.prescribed.push_back({0, 1, 0, true});
+  const Answer answer = test::solved(scene, "coupled");
+  for (int y = 0; y <= 3; ++y)
+    EXPECT_NEAR(answer.displacement(1, scene.specimen.grid.node({6, y, 0})), -0.3 * 0.01 * y * 1e-3, 1e-12);
+}
+
+TEST(CoupledContract, BindingLimitsAreObeyedAndTheMessageSaysSo) {
+  Scene scene = pushed_block(4);
+  scene.limits.from = LimitSource::given;
+  scene.limits.given.stretch.fill(1.02);
+  scene.limits.given.compress.fill(0.98);
+  for (auto& row : scene.limits.given.shear)
+    row.fill(0.03);
+  const Answer answer = solve(scene, "coupled");
+  ASSERT_TRUE(is_converged(answer.status)) << answer.message;
+  EXPECT_LE(largest_violation(scene, LinkLimits(scene), answer.displacement), 1e-9);
+  EXPECT_NE(answer.message.find("limits are active"), std::string::npos) << answer.message;
+}
+
+TEST(CoupledContract, ATimeBudgetEndsInAUsableState) {
+  Scene scene = pushed_block(12);
+  scene.relaxation.tolerance = 1e-12;
+  Control control;
+  control.seconds_budget = 0;
+  const Answer answer = solve(scene, "coupled", control);
+  EXPECT_EQ(answer.status, Status::budget_reached);
+  for (const Prescribed& p : scene.prescribed)
+    EXPECT_EQ(answer.displacement(p.component, p.node), p.value);
 }
 
 } // namespace

@@ -4,6 +4,7 @@
 #include "maille/scene/plausibility.hpp"
 #include "maille/scene/scene_builder.hpp"
 #include "support/bodies/layers.hpp"
+#include "support/solved.hpp"
 
 #include <gtest/gtest.h>
 
@@ -20,12 +21,12 @@ namespace {
 
 constexpr double h = 1e-3, E = 100e3, mu = 0.3;
 
-using tests::force_of_moves;
+using test::force_of_moves;
 
 /// Blocks of n x n x 4 cells on each other, labels 1 and 2; the lower one held at its lower face.
 SceneBuilder two_blocks(int n, double nu) {
   const ElasticConstants matter = ElasticConstants::isotropic(E, nu);
-  return tests::layers({n, n, 8}, h, matter, matter);
+  return test::layers({n, n, 8}, h, matter, matter);
 }
 
 // Truth: Coulomb. Where all of a border slips one way, what is drawn is mu times what presses.
@@ -33,8 +34,7 @@ TEST(FrictionAnalytic, ABlockThatIsDrawnFarTransmitsMuTimesWhatPressesIt) {
   Scene scene = two_blocks(4, 0.3).move("z+", {1e-3, 0, -2e-4}, "xyz").build();
   scene.relaxation.tolerance = 1e-7;
   scene.sliding = {{1, 2, mu}};
-  const Answer answer = solve(scene, "coupled");
-  ASSERT_EQ(answer.status, Status::done) << answer.message;
+  const Answer answer = test::solved(scene, "coupled");
   const double drawn = force_of_moves(scene, answer, 0), pressed = -force_of_moves(scene, answer, 2);
   ASSERT_EQ(answer.rubbing.size(), 1U);
   EXPECT_EQ(answer.rubbing[0].slipping, 1);
@@ -50,8 +50,7 @@ TEST(FrictionAnalytic, ABlockThatIsDrawnLittleIsGlued) {
   scene.relaxation.tolerance = 1e-8;
   const Answer glued = solve(scene, "coupled");
   scene.sliding = {{1, 2, mu}};
-  const Answer answer = solve(scene, "coupled");
-  ASSERT_EQ(answer.status, Status::done) << answer.message;
+  const Answer answer = test::solved(scene, "coupled");
   EXPECT_EQ(answer.rubbing.at(0).slipping, 0);
   double most = 0;
   for (std::size_t i = 0; i < answer.displacement.values().size(); ++i)
@@ -63,7 +62,7 @@ TEST(FrictionAnalytic, ABlockThatIsDrawnLittleIsGlued) {
 
 // Truth: statics. Under forces alone a block stays while it is drawn with less than mu times what presses
 // it, and then all of that force goes through the border; with more nothing holds it.
-TEST(FrictionAnalytic, ABlockUnderForcesStaysBelowMuTimesWhatPressesItAndSlidesAwayAbove) {
+TEST(FrictionAnalytic, ForcesBelowMuTimesThePressureHoldABlock) {
   constexpr double p = 2e3, area = 16 * h * h;
   const auto of_share = [&](double share) {
     Scene scene = two_blocks(4, 0).build();
@@ -111,15 +110,14 @@ TEST(FrictionAnalytic, ABarOnARoughBedSlipsAsFarAsItsPullReaches) {
   constexpr double little = 0.02, shift = -1e-5, p = -shift * E / h, q = little * p * h,
                    pull = q * h * (m + 0.5);
   // Stiff in shear, so that sections stay plane; no Poisson effect.
-  Scene scene = tests::layers({n, 1, 2}, h, ElasticConstants::isotropic(1e4 * E, 0),
-                              {{E, E, E}, 0, 0, 0, 50 * E, 50 * E, 50 * E})
+  Scene scene = test::layers({n, 1, 2}, h, ElasticConstants::isotropic(1e4 * E, 0),
+                             {{E, E, E}, 0, 0, 0, 50 * E, 50 * E, 50 * E})
                     .move("z+", {0, 0, shift}, "z")
                     .build();
   scene.tractions.push_back({scene.specimen.grid.cell({n - 1, 0, 1}), 0, true, {pull / (h * h), 0, 0}});
   scene.sliding = {{1, 2, little}};
   scene.relaxation.tolerance = 1e-7;
-  const Answer answer = solve(scene, "coupled");
-  ASSERT_EQ(answer.status, Status::done) << answer.message;
+  const Answer answer = test::solved(scene, "coupled");
   double end = 0;
   for (const int y : {0, 1})
     end += answer.displacement(0, scene.specimen.grid.node({n, y, 2})) / 2;

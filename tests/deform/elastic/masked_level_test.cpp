@@ -25,9 +25,8 @@ AlignedArray<float> field_of(const Scene& scene, const MaskedLevel& level, const
   for (std::int64_t node = 0; node < grid.n_nodes(); ++node)
     if (scene.specimen.is_node(grid.node_at(node)))
       for (int c = 0; c < 3; ++c)
-        field[static_cast<std::size_t>(c * level.component_stride() +
-                                       level.rows().slot(grid.node_at(node)))] =
-            static_cast<float>(value(c, node));
+        field[std::size_t(c * level.component_stride() + level.rows().slot(grid.node_at(node)))] =
+            float(value(c, node));
   return field;
 }
 
@@ -39,9 +38,9 @@ void expect_forces_of_general_operator(const Scene& scene) {
   Displacement u(grid), forces(grid);
   for (std::int64_t node = 0; node < grid.n_nodes(); ++node)
     for (int c = 0; c < 3; ++c)
-      u(c, node) = std::sin(1.7 * static_cast<double>(node) + c);
+      u(c, node) = std::sin(1.7 * double(node) + c);
   elasticity.apply(u, forces, team);
-  const auto scale = [&](int c) { return level.scale()[static_cast<std::size_t>(c)]; };
+  const auto scale = [&](int c) { return level.scale()[std::size_t(c)]; };
   const AlignedArray<float> v =
       field_of(scene, level, [&](int c, std::int64_t node) { return u(c, node) * scale(c); });
   const AlignedArray<float> expected = field_of(
@@ -68,8 +67,8 @@ TEST(MaskedLevelOracle, ForcesAreThoseOfTheGeneralOperator) {
 
 Eigen::MatrixXd dense(const Weights& P, std::int32_t n_columns) {
   Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(3 * P.n_rows(), 3 * n_columns);
-  for (std::size_t row = 0; row < static_cast<std::size_t>(P.n_rows()); ++row)
-    for (auto i = static_cast<std::size_t>(P.first[row]); i < static_cast<std::size_t>(P.first[row + 1]); ++i)
+  for (std::size_t row = 0; row < std::size_t(P.n_rows()); ++row)
+    for (auto i = std::size_t(P.first[row]); i < std::size_t(P.first[row + 1]); ++i)
       for (int c = 0; c < 3; ++c)
         matrix(static_cast<Eigen::Index>(3 * row) + c, 3 * P.column[i] + c) = double{P.weight[i]};
   return matrix;
@@ -77,11 +76,11 @@ Eigen::MatrixXd dense(const Weights& P, std::int32_t n_columns) {
 
 Eigen::MatrixXd dense(const BlockMatrix& A) {
   Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(3 * A.n_rows(), 3 * A.n_rows());
-  for (std::size_t row = 0; row < static_cast<std::size_t>(A.n_rows()); ++row)
-    for (auto i = static_cast<std::size_t>(A.first[row]); i < static_cast<std::size_t>(A.first[row + 1]); ++i)
+  for (std::size_t row = 0; row < std::size_t(A.n_rows()); ++row)
+    for (auto i = std::size_t(A.first[row]); i < std::size_t(A.first[row + 1]); ++i)
       for (int e = 0; e < 9; ++e)
         matrix(static_cast<Eigen::Index>(3 * row) + e % 3, 3 * A.column[i] + e / 3) =
-            double{A.blocks[9 * i + static_cast<std::size_t>(e)]};
+            double{A.blocks[9 * i + std::size_t(e)]};
   return matrix;
 }
 
@@ -91,9 +90,7 @@ Eigen::MatrixXd dense(const MaskedLevel& level) {
   const Eigen::Index n = level.rows().n_slots();
   Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(3 * n, 3 * n);
   AlignedArray<float> u = level.field(), forces = level.field();
-  const auto place = [&](Eigen::Index i) {
-    return static_cast<std::size_t>(i % 3 * level.component_stride() + i / 3);
-  };
+  const auto place = [&](Eigen::Index i) { return std::size_t(i % 3 * level.component_stride() + i / 3); };
   for (Eigen::Index j = 0; j < 3 * n; ++j) {
     if (level.inverse()[place(j)] == 0)
       continue;
@@ -120,10 +117,10 @@ TEST(MaskedLevelOracle, PassesOverPlanesAreThoseOverWholeFields) {
                             2);
       AlignedArray<float> u = level.field(), product = level.field();
       const float* const inverse = level.inverse();
-      for (std::size_t i = 0; i < static_cast<std::size_t>(level.field_size()); ++i)
+      for (std::size_t i = 0; i < std::size_t(level.field_size()); ++i)
         if (inverse[i] > 0) {
-          level.u[i] = u[i] = std::sin(1.7F * static_cast<float>(i));
-          level.f[i] = std::cos(0.3F * static_cast<float>(i));
+          level.u[i] = u[i] = std::sin(1.7F * float(i));
+          level.f[i] = std::cos(0.3F * float(i));
         }
       level.apply(u.data(), product.data(), team);
       double u_f = 0, p_Ap = 0;
@@ -190,8 +187,7 @@ TEST(CellComplexAnalytic, LinearFunctionsAreInterpolatedExactly) {
     for (Eigen::Index v = 0; v < of_fine.rows(); ++v) {
       Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(4);
       const Weights& P = coarse.interpolation;
-      for (auto i = static_cast<std::size_t>(P.first[static_cast<std::size_t>(v)]);
-           i < static_cast<std::size_t>(P.first[static_cast<std::size_t>(v) + 1]); ++i)
+      for (auto i = std::size_t(P.first[std::size_t(v)]); i < std::size_t(P.first[std::size_t(v) + 1]); ++i)
         sum += double{P.weight[i]} * of_coarse.row(P.column[i]);
       EXPECT_LE((sum - of_fine.row(v)).cwiseAbs().maxCoeff(), 1e-5) << v; // slots without matter: 0 = 0
     }

@@ -1,22 +1,28 @@
 #include "elastic/elastic_methods.hpp"
-
 #include "feasible/bounds/clipping.hpp"
+#include "feasible/limits.hpp"
+#include "maille/deform/solve.hpp"
+#include "maille/scene/read_scene.hpp"
+#include "maille/scene/scene.hpp"
+#include "oracle/sweep.hpp"
 #include "support/bodies/holed_bodies.hpp"
+#include "support/componentwise_oracle.hpp"
 #include "support/fields.hpp"
 #include "support/sanitized.hpp"
+#include "support/solved.hpp"
 
 #include <gtest/gtest.h>
 
 namespace maille::deform {
 namespace {
 
+using test::Dice;
+using test::even_limits;
+using test::face;
+using test::hold;
 using test::largest_difference;
-using tests::Dice;
-using tests::even_limits;
-using tests::face;
-using tests::hold;
-using tests::lattice_box;
-using tests::move;
+using test::lattice_box;
+using test::move;
 
 constexpr double wide = 1e6;
 
@@ -120,14 +126,7 @@ TEST(RelaxedAnalytic, SimpleShearAndPullAreLinear) {
 
 TEST(RelaxedAnalytic, RigidLinksDoNotJam) {
   // The example that jams `sweep`: at the least energy the pair in the middle goes half the way.
-  Scene scene = lattice_box({5}, {});
-  scene.limits.from = LimitSource::material;
-  scene.materials.push_back(scene.materials[0]);
-  scene.materials[0].limits = even_limits(2, 0, 0);
-  scene.materials[1].limits = even_limits(1, 1, 0);
-  scene.specimen.material_id = {0, 0, 1, 0, 0};
-  hold(scene, {0, 0, 0});
-  move(scene, {5, 0, 0}, {1, 0, 0});
+  Scene scene = test::pulled_chain({0, 0, 1, 0, 0}, even_limits(2, 0, 0), even_limits(1, 1, 0), 1);
   scene.relaxation.tolerance = 1e-6;
   const Answer answer = solve_relaxed(scene);
   EXPECT_EQ(answer.status, Status::done);
@@ -142,7 +141,7 @@ TEST(RelaxedAnalytic, RigidLinksDoNotJam) {
 TEST(RelaxedContract, IsFeasibleOnHoledBodiesWhateverTheBudget) {
   for (unsigned seed = 1; seed <= 40; ++seed) {
     std::mt19937 random(seed);
-    Scene scene = tests::holed_body(random);
+    Scene scene = test::holed_body(random);
     scene.relaxation.tolerance = 1e-2;
     const LinkLimits limits(scene);
     for (const int polls : {0, 1, 3, 1000000}) {
@@ -186,7 +185,7 @@ TEST(RelaxedContract, ATimeBudgetEndsItWithAFeasibleState) {
 
 TEST(RelaxedContract, ALoadOnMatterThatNothingHoldsFails) {
   Scene scene = lattice_box({3, 3}, even_limits(wide, -wide, wide));
-  tests::prescribe(scene, 0, 0, 0, true); // held along x only
+  test::prescribe(scene, 0, 0, 0, true); // held along x only
   scene.gravity = {0, -9.81, 0};
   const Answer answer = solve_relaxed(scene);
   EXPECT_EQ(answer.status, Status::failed);
@@ -242,7 +241,7 @@ TEST(RelaxedContract, ErrorsStayBelowTheToleranceAndIterationsDoNotGrow) {
 TEST(RelaxedContract, SameBitsForAnyNumberOfThreads) {
   Scene box = poked_box(34, ElasticConstants::isotropic(1e4, 0.3));
   Scene holed = box;
-  holed.specimen.material_id.assign(static_cast<std::size_t>(holed.specimen.grid.n_cells()), 0);
+  holed.specimen.material_id.assign(std::size_t(holed.specimen.grid.n_cells()), 0);
   std::mt19937 random(2);
   Dice dice{random};
   for (auto& material : holed.specimen.material_id)
@@ -250,18 +249,8 @@ TEST(RelaxedContract, SameBitsForAnyNumberOfThreads) {
   Scene tight = box;
   tight.limits.given = even_limits(1.2, 0.8, 0.2);
   tight.relaxation.tolerance = 1e-2;
-  for (const Scene* scene : {&box, &holed, &tight}) {
-    const Answer one = solve_relaxed(*scene);
-    for (const int threads : {2, 3, 7}) {
-      Control control;
-      control.threads = threads;
-      const Answer answer = solve_relaxed(*scene, control);
-      EXPECT_EQ(answer.displacement, one.displacement) << threads;
-      EXPECT_EQ(answer.reaction, one.reaction) << threads;
-      EXPECT_EQ(answer.strain_energy, one.strain_energy) << threads;
-      EXPECT_EQ(answer.iterations, one.iterations) << threads;
-    }
-  }
+  for (const Scene* scene : {&box, &holed, &tight})
+    test::expect_bits_of_any_threads(*scene, "relaxed", {2, 3, 7});
 }
 
 TEST(RelaxedContract, AHomogeneousBoxHoldsNothingPerLink) {
@@ -270,7 +259,7 @@ TEST(RelaxedContract, AHomogeneousBoxHoldsNothingPerLink) {
   // of links would be 16 more.
   const Scene scene = poked_box(48, ElasticConstants::isotropic(1e4, 0.3));
   const Answer answer = solve_relaxed(scene);
-  EXPECT_LE(static_cast<double>(answer.bytes) / static_cast<double>(scene.specimen.grid.n_nodes()), 70);
+  EXPECT_LE(double(answer.bytes) / double(scene.specimen.grid.n_nodes()), 70);
 }
 
 // Truth: the limits: a chain of eight links that stretch by a tenth each grants 0.8 of a move by 2.
@@ -285,6 +274,240 @@ TEST(RelaxedContract, WhatLimitsCutIsCountedWhateverTheStatus) {
   EXPECT_EQ(stopped.status, Status::budget_reached);
   EXPECT_EQ(stopped.n_cut, 1);
   EXPECT_FALSE(stopped.message.empty());
+}
+
+/// `relaxed` against obvious versions: dense matrices, sweeps, least movement.
+
+/// A random body whose limits are far away.
+Scene free_body(std::mt19937& random) {
+  Scene scene = test::holed_body(random);
+  scene.limits.from = LimitSource::given;
+  scene.limits.given = even_limits(wide, -wide, wide);
+  return scene;
+}
+
+TEST(RelaxedOracle, EqualsTheDenseAssembly) {
+  int compared = 0;
+  for (unsigned seed = 1; seed <= 60; ++seed) {
+    std::mt19937 random(seed);
+    Scene scene = free_body(random);
+    if (scene.specimen.grid.n_nodes() > 1500)
+      continue; // dense
+    for (std::size_t m = 0; m < scene.materials.size(); ++m)
+      scene.materials[m].elasticity =
+          ElasticConstants::transversely_isotropic(1e4 * double(1 + 9 * m), 1e4, 3e3, 0.3, 0.2);
+    scene.relaxation.tolerance =
+        2e-7; // of an energy norm, estimated: the largest difference may be some times as much
+    const Answer answer = solve_relaxed(scene);
+    ASSERT_EQ(answer.status, Status::done) << "seed " << seed << " " << answer.message;
+    double energy = 0;
+    for (int b = 0; b < scene.dimension(); ++b) {
+      const test::DenseProblem problem = test::dense_problem(scene, scene.prescribed, b);
+      const std::vector<double> expected = test::spread(problem, problem.A.llt().solve(problem.b));
+      energy += test::energy_of(problem.links, expected);
+      const std::span<const double> u = answer.displacement.component(b);
+      EXPECT_LE(largest_difference(u, expected), 2e-6 * scene.largest_prescribed()) << "seed " << seed;
+      for (std::size_t k = 0; k < scene.prescribed.size(); ++k) {
+        const Prescribed& p = scene.prescribed[k];
+        if (p.component != b)
+          continue;
+        double force = 0, size = 0;
+        for (const test::WeightedLink& link : problem.links)
+          for (const int side : {0, 1})
+            if (p.node == (side == 0 ? link.near : link.far)) {
+              const double pull = (side == 0 ? -1 : 1) * link.weight *
+                                  (expected[std::size_t(link.far)] - expected[std::size_t(link.near)]);
+              force += pull;
+              size += link.weight * scene.largest_prescribed();
+            }
+        EXPECT_NEAR(answer.reaction[k], force, 1e-5 * size) << "seed " << seed;
+      }
+    }
+    EXPECT_NEAR(answer.strain_energy.value(), energy,
+                1e-5 * energy + 1e-7 * scene.largest_prescribed() * scene.largest_prescribed())
+        << "seed " << seed;
+    ++compared;
+  }
+  EXPECT_GE(compared, 30);
+}
+
+TEST(RelaxedOracle, LoadsEqualTheDenseAssembly) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    std::mt19937 random(seed);
+    Dice dice{random};
+    Scene scene = lattice_box({5, 4, 3}, even_limits(wide, -wide, wide));
+    scene.materials.push_back(scene.materials[0]);
+    scene.materials[1].elasticity = ElasticConstants::isotropic(1e5, 0.2);
+    for (int cell = 0; cell < 60; ++cell)
+      scene.specimen.material_id.push_back(std::uint8_t(dice.below(2)));
+    for (const Index3& at : face(scene, 0, false))
+      hold(scene, at);
+    scene.gravity = {9.81 * dice.uniform(), 0, -9.81};
+    scene.tractions.push_back({59, 1, true, {50, -20, 10}});
+    scene.relaxation.tolerance = 1e-6;
+    const Answer answer = solve_relaxed(scene);
+    ASSERT_EQ(answer.status, Status::done);
+    double total = 0, size = 0;
+    for (int b = 0; b < 3; ++b) {
+      const List<double> forces = nodal_forces(scene, b);
+      const test::DenseProblem problem = test::dense_problem(scene, scene.prescribed, b, forces);
+      const std::vector<double> expected = test::spread(problem, problem.A.llt().solve(problem.b));
+      const double largest =
+          std::abs(*std::ranges::max_element(expected, {}, [](double value) { return std::abs(value); }));
+      EXPECT_LE(largest_difference(answer.displacement.component(b), expected), 4e-6 * largest)
+          << "seed " << seed;
+      for (const double force : forces) {
+        total += force;
+        size += std::abs(force);
+      }
+    }
+    for (const double reaction : answer.reaction) // what pulls is held against
+      total += reaction;
+    EXPECT_NEAR(total, 0, 1e-6 * size);
+  }
+}
+
+TEST(RelaxedOracle, IsWhatWeightedSweepsTendTo) {
+  Scene scene = lattice_box({7, 5, 4}, even_limits(wide, -wide, wide));
+  scene.materials[0].elasticity = ElasticConstants::transversely_isotropic(5e4, 1e4, 8e3, 0.3, 0.3);
+  for (const Index3& at : face(scene, 0, false))
+    hold(scene, at);
+  move(scene, {7, 2, 2}, {0.5, -0.25, 0.125});
+  scene.relaxation.tolerance = 1e-6;
+  const Answer answer = solve_relaxed(scene);
+  for (int b = 0; b < 3; ++b) // 3000 sweeps: converged to rounding at seven links along the body
+    EXPECT_LE(
+        largest_difference(answer.displacement.component(b),
+                           test::weighted_sweeps(test::dense_problem(scene, scene.prescribed, b), 3000)),
+        1e-6);
+}
+
+TEST(RelaxedOracle, EqualsSweepWhereAllWeightsAreEqual) {
+  // E = G and nu = 0 give every link inside the same weight; links of the surface have less, but all nodes of
+  // the surface are prescribed.
+  Scene scene = lattice_box({9, 8, 7}, even_limits(wide, -wide, wide));
+  scene.materials[0].elasticity = {{1e4, 1e4, 1e4}, 0, 0, 0, 1e4, 1e4, 1e4};
+  std::mt19937 random(3);
+  Dice dice{random};
+  for (int axis = 0; axis < 3; ++axis)
+    for (const bool upper : {false, true})
+      for (const Index3& at : face(scene, axis, upper))
+        move(scene, at, {dice.uniform(), dice.uniform(), dice.uniform()});
+  scene.relaxation.tolerance = 1e-7;
+  const Answer answer = solve_relaxed(scene), expected = solve_sweep(scene);
+  ASSERT_EQ(expected.status, Status::done);
+  for (std::size_t b = 0; b < 3; ++b)
+    EXPECT_LE(largest_difference(answer.displacement.component(b), expected.displacement.component(b)), 5e-7);
+}
+
+TEST(RelaxedOracle, ActiveLimitsEqualTheDenseQuadraticProgram) {
+  int active = 0;
+  for (unsigned seed = 1; seed <= 80; ++seed) {
+    std::mt19937 random(seed);
+    Scene scene = test::random_body(random);
+    scene.relaxation.tolerance = 1e-6;
+    const LinkLimits limits(scene);
+    const std::vector<Prescribed> clipped = clip(scene, limits).prescribed;
+    const Answer answer = solve_relaxed(scene);
+    ASSERT_TRUE(has_displacement(answer.status)) << answer.message;
+    EXPECT_LE(largest_violation(scene, limits, answer.displacement), 1e-13) << "seed " << seed;
+    double energy = 0;
+    bool has_converged = is_converged(answer.status);
+    for (int b = 0; b < scene.dimension(); ++b) {
+      const test::DenseProblem problem = test::dense_problem(scene, clipped, b);
+      double broken = 0;
+      const std::vector<double> expected = test::constrained_minimum(problem, broken);
+      has_converged = has_converged && broken < 1e-9;
+      energy += test::energy_of(problem.links, expected);
+      if (has_converged) {
+        EXPECT_LE(largest_difference(answer.displacement.component(b), expected),
+                  1e-3 * std::max(0.1, scene.largest_prescribed()))
+            << "seed " << seed << " component " << b;
+      }
+    }
+    if (!has_converged)
+      continue;
+    EXPECT_NEAR(answer.strain_energy.value(), energy, 2e-4 * energy + 1e-20) << "seed " << seed;
+    active += answer.algorithm.find("multipliers") != std::string::npos ? 1 : 0;
+  }
+  EXPECT_GE(active, 15);
+}
+
+TEST(RelaxedOracle, TheDeadZoneIsTheLeastMovement) {
+  for (unsigned seed = 1; seed <= 30; ++seed) {
+    std::mt19937 random(seed);
+    Scene scene = test::random_body(random);
+    scene.relaxation.mode = RelaxationMode::deformable;
+    scene.relaxation.tolerance = 1e-6;
+    const Answer answer = solve_relaxed(scene);
+    const Answer limits = solve_limits(scene), sweep = solve_sweep(scene);
+    EXPECT_EQ(answer.status, limits.status);
+    const double tolerance = 1e-5 * scene.largest_prescribed() + 1e-12;
+    for (std::size_t b = 0; b < answer.displacement.n_components(); ++b) {
+      const auto u = answer.displacement.component(b), l = limits.displacement.component(b),
+                 s = sweep.displacement.component(b);
+      EXPECT_LE(largest_difference(u, l), 1e-12) << "seed " << seed;
+      for (std::size_t i = 0; i < u.size(); ++i) // no feasible state moves any component less
+        EXPECT_LE(std::abs(u[i]), std::abs(s[i]) + tolerance) << "seed " << seed;
+    }
+  }
+}
+
+// What relaxed_weights do, and to whom.
+
+/// A bar of a belly between two tendons, pulled; the limits are out of the way.
+Scene bar(const std::string& belly) {
+  return parse_scene(R"(units = "m, rad"
+[specimen]
+shape = "muscle"
+cells = [10]
+spacing = "1 mm"
+tendon = { fraction = 0.2, material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 } }
+material = )" + belly +
+                     R"(
+[[hold]]
+where = "x-"
+[[move]]
+where = "x+"
+by = ["1 mm"]
+[limits]
+from = "given"
+stretch = 2
+compress = 0
+shear = 1
+[relaxation]
+tolerance = 1e-10
+)");
+}
+
+// Springs in series: a quarter of the weight is a quarter of the modulus.
+TEST(RelaxedWeightsOracle, AWeightIsAModulusOfItsOwn) {
+  const Scene weighted = bar("{ youngs_modulus = \"10 kPa\", poisson_ratio = 0.3, relaxed_weights = 0.25 }");
+  const Scene softer = bar("{ youngs_modulus = \"2.5 kPa\", poisson_ratio = 0.3 }");
+  const Scene plain = bar("{ youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }");
+  const auto at = [](const Scene& scene, const char* method) {
+    return solve(scene, method).displacement(0, 2);
+  };
+  EXPECT_NEAR(at(weighted, "relaxed"), at(softer, "relaxed"), 1e-12);
+  EXPECT_GT(at(plain, "relaxed") - at(weighted, "relaxed"), 1e-4);
+  for (const char* method : {"coupled", "limits", "sweep"})
+    EXPECT_EQ(at(weighted, method), at(plain, method)) << method << " knows no weights";
+}
+
+// Weights turn as slack does: by squares, so a quarter turn moves them from one axis to the other.
+TEST(RelaxedWeightsOracle, TheyTurnWithTheFibre) {
+  const auto sheet = [](const std::string& fibre, const std::string& weights) {
+    return parse_scene(
+        "units = \"m, rad\"\n[specimen]\nshape = \"box\"\ncells = [6, 4]\nspacing = \"1 mm\"\nfibre = " +
+        fibre + "\nmaterial = { youngs_modulus = 1e4, poisson_ratio = 0.3, relaxed_weights = " + weights +
+        " }\n[[hold]]\nwhere = \"y-\"\n[[move]]\nwhere = { box = [[0.002, 0.004], [0.004, 0.004]] }\nby = "
+        "[1e-4, "
+        "-2e-4]\n");
+  };
+  const Displacement along = solve(sheet("[1, 0, 0]", "[0.5, 2, 1]"), "relaxed").displacement;
+  const Displacement across = solve(sheet("[0, 1, 0]", "[2, 0.5, 1]"), "relaxed").displacement;
+  for (std::size_t node = 0; node < along.values().size(); ++node)
+    EXPECT_NEAR(along.values()[node], across.values()[node], 1e-12);
 }
 
 } // namespace

@@ -11,11 +11,11 @@ namespace maille::deform {
 
 namespace {
 
-using tests::even_limits;
-using tests::face;
-using tests::hold;
-using tests::lattice_box;
-using tests::move;
+using test::even_limits;
+using test::face;
+using test::hold;
+using test::lattice_box;
+using test::move;
 
 constexpr double ulp = std::numeric_limits<double>::epsilon();
 
@@ -122,7 +122,7 @@ TEST(SweepOracle, EqualsTheDenseLaplacian) {
 TEST(SweepOracle, IsFeasibleAfterEverySweep) {
   for (unsigned seed = 1; seed <= 100; ++seed) {
     std::mt19937 random(seed);
-    Scene scene = tests::random_body(random);
+    Scene scene = test::random_body(random);
     const LinkLimits limits(scene);
     const std::vector<Prescribed> clipped = clip(scene, limits).prescribed;
     for (const std::int64_t sweeps : {1, 2, 7, 1000}) {
@@ -138,14 +138,7 @@ TEST(SweepOracle, IsFeasibleAfterEverySweep) {
 TEST(SweepAnalytic, AChainWithOneShortLinkIsTheConstrainedRamp) {
   // Held at 0, pulled by 1; the first link gives 0.1 at most, so the four others share 0.9. Only one end of
   // the short link is free, so nothing jams.
-  Scene scene = lattice_box({5}, {});
-  scene.limits.from = LimitSource::material;
-  scene.materials.push_back(scene.materials[0]);
-  scene.materials[0].limits = even_limits(1.1, 0.9, 0);
-  scene.materials[1].limits = even_limits(2, 0, 0);
-  scene.specimen.material_id = {0, 1, 1, 1, 1};
-  hold(scene, {0, 0, 0});
-  move(scene, {5, 0, 0}, {1, 0, 0});
+  Scene scene = test::pulled_chain({0, 1, 1, 1, 1}, even_limits(1.1, 0.9, 0), even_limits(2, 0, 0), 1);
   scene.relaxation.tolerance = 1e-8;
   const Answer answer = solve_sweep(scene);
   EXPECT_EQ(answer.message, "");
@@ -156,14 +149,7 @@ TEST(SweepAnalytic, AChainWithOneShortLinkIsTheConstrainedRamp) {
 TEST(SweepContract, SaysWhereRigidLinksJamIt) {
   // Nodes 2 and 3 are joined by a rigid link: `limits` leaves both at 0, and neither can go alone. At the
   // least energy the four other links share the pull, and both are at 0.5.
-  Scene scene = lattice_box({5}, {});
-  scene.limits.from = LimitSource::material;
-  scene.materials.push_back(scene.materials[0]);
-  scene.materials[0].limits = even_limits(2, 0, 0);
-  scene.materials[1].limits = even_limits(1, 1, 0);
-  scene.specimen.material_id = {0, 0, 1, 0, 0};
-  hold(scene, {0, 0, 0});
-  move(scene, {5, 0, 0}, {1, 0, 0});
+  Scene scene = test::pulled_chain({0, 0, 1, 0, 0}, even_limits(2, 0, 0), even_limits(1, 1, 0), 1);
   const Answer answer = solve_sweep(scene);
   EXPECT_EQ(answer.displacement(0, 2), 0);
   EXPECT_EQ(answer.displacement(0, 3), 0);
@@ -175,14 +161,7 @@ TEST(SweepContract, SaysWhereRigidLinksJamIt) {
 TEST(SweepContract, SaysWhereActiveLimitsJamIt) {
   // No link is rigid, but the middle one gives 0.125 only. `limits` leaves its ends at 0.75 and 0.875; they
   // want to part and hold each other; the outer links pull the pair by (-0.75 + 1) / 2 on.
-  Scene scene = lattice_box({3}, {});
-  scene.limits.from = LimitSource::material;
-  scene.materials.push_back(scene.materials[0]);
-  scene.materials[0].limits = even_limits(2, 0, 0);
-  scene.materials[1].limits = even_limits(1.125, 0.875, 0);
-  scene.specimen.material_id = {0, 1, 0};
-  hold(scene, {0, 0, 0});
-  move(scene, {3, 0, 0}, {1.875, 0, 0});
+  Scene scene = test::pulled_chain({0, 1, 0}, even_limits(2, 0, 0), even_limits(1.125, 0.875, 0), 1.875);
   const Answer answer = solve_sweep(scene);
   EXPECT_NEAR(answer.displacement(0, 1), 0.75, 1e-12);
   EXPECT_NEAR(answer.displacement(0, 2), 0.875, 1e-12);
@@ -238,7 +217,7 @@ TEST(SweepDeformableAnalytic, AChainStopsAtTheEdgeOfItsDeadZone) {
 TEST(SweepDeformableContract, EndsFeasibleOnRandomBodies) {
   for (unsigned seed = 1; seed <= 100; ++seed) {
     std::mt19937 random(seed);
-    Scene scene = tests::random_body(random);
+    Scene scene = test::random_body(random);
     scene.relaxation.mode = RelaxationMode::deformable;
     scene.relaxation.tolerance = 1e-6;
     const Answer answer = solve_sweep(scene);

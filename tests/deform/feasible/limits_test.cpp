@@ -1,5 +1,5 @@
 #include "feasible/limits.hpp"
-
+#include "oracle/literal.hpp"
 #include "support/bodies/lattice_scenes.hpp"
 #include "support/worlds/all_paths.hpp"
 
@@ -9,11 +9,11 @@
 namespace maille::deform {
 namespace {
 
-using tests::AllPaths;
-using tests::even_limits;
-using tests::hold;
-using tests::lattice_box;
-using tests::move;
+using test::AllPaths;
+using test::even_limits;
+using test::hold;
+using test::lattice_box;
+using test::move;
 
 constexpr double ulp = std::numeric_limits<double>::epsilon();
 
@@ -144,8 +144,8 @@ TEST(LimitsAnalytic, AnAffineStateWithinTheLimitsStays) {
         affine(static_cast<int>(b), n) += G[b][a] * grid.node_at(n)[a];
   const std::int64_t corner = grid.node({4, 5, 3});
   for (int b = 0; b < 3; ++b) {
-    tests::prescribe(scene, grid.node({0, 0, 0}), b, 0, true);
-    tests::prescribe(scene, corner, b, affine(b, corner) + 0.0625, false);
+    test::prescribe(scene, grid.node({0, 0, 0}), b, 0, true);
+    test::prescribe(scene, corner, b, affine(b, corner) + 0.0625, false);
   }
   Displacement expected = affine;
   for (int b = 0; b < 3; ++b)
@@ -161,7 +161,7 @@ TEST(LimitsOracle, EqualsAllPairsOfPathsOnRandomBodies) {
   for (unsigned seed = 1; seed <= 300; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937 random(seed);
-    const Scene scene = tests::random_body(random);
+    const Scene scene = test::random_body(random);
     const LinkLimits limits(scene);
     const Answer answer = solve_limits(scene);
     ASSERT_TRUE(answer.status == Status::done || answer.status == Status::clamped);
@@ -182,10 +182,10 @@ TEST(LimitsOracle, EqualsAllPairsOfPathsOnRandomBodies) {
   EXPECT_GE(n_done, 50);
 }
 
-TEST(LimitsOracle, TheOrderOfHandlesChangesNoBit) {
+TEST(LimitsConsistent, TheOrderOfHandlesChangesNoBit) {
   for (unsigned seed = 1; seed <= 100; ++seed) {
     std::mt19937 random(seed);
-    Scene scene = tests::random_body(random);
+    Scene scene = test::random_body(random);
     const Answer answer = solve_limits(scene);
     for (int i = 0; i < 5; ++i) {
       std::ranges::shuffle(scene.prescribed, random);
@@ -206,7 +206,7 @@ Displacement dragged(const Scene& scene, int steps) {
   return state;
 }
 
-TEST(LimitsOracle, AMonotoneDragEndsTheSameInAnyNumberOfSteps) {
+TEST(LimitsConsistent, AMonotoneDragEndsTheSameInAnyNumberOfSteps) {
   Scene scene = lattice_box({8, 6}, uneven_limits());
   scene.specimen.material_id.assign(48, 0);
   for (const int hole : {10, 11, 12, 18, 26, 34, 35})
@@ -232,6 +232,211 @@ TEST(LimitsAnalytic, ADragOutAndBackLeavesTheBodyStretched) {
   const Displacement back = drag_limits(scene, limits, out).displacement;
   EXPECT_TRUE(std::ranges::equal(out.component(0), (std::vector<double>{1, 1.5, 2, 2.5, 3})));
   EXPECT_TRUE(std::ranges::equal(back.component(0), (std::vector<double>{1, 1.5, 1, 0.5, 0})));
+}
+
+TEST(ClippingAnalytic, AHeldChainEndsWhereItsSlackEnds) {
+  for (const double by : {1e-300, 2.5, 1e300, -1.25, -1e300}) {
+    Scene scene = lattice_box({10}, even_limits(1.25, 0.875, 0));
+    hold(scene, {0, 0, 0});
+    move(scene, {10, 0, 0}, {by, 0, 0});
+    const double end = std::clamp(by, -10 * 0.125, 10 * 0.25); // ten links' slack, exactly
+    const Answer answer = solve_limits(scene);
+    EXPECT_EQ(answer.displacement(0, 10), end);
+    EXPECT_EQ(answer.displacement(0, 0), 0);
+    EXPECT_EQ(answer.status, end == by ? Status::done : Status::clamped);
+    EXPECT_EQ(answer.message.empty(), end == by) << answer.message;
+    for (int n = 0; end != by && n <= 10; ++n) // a taut chain is a ramp
+      EXPECT_EQ(answer.displacement(0, n), end * n / 10);
+  }
+}
+
+TEST(ClippingContract, TheMessageSaysHowManyHowMuchAndWhere) {
+  Scene scene = lattice_box({4, 2}, even_limits(1.25, 0.75, 0.25));
+  scene.specimen.grid = Grid(2, {4, 2, 1}, {0.5, 0.5, 1});
+  scene.specimen.origin = {1, 2, 0};
+  hold(scene, {0, 0, 0});
+  move(scene, {4, 0, 0}, {0.25, 0, 0});
+  move(scene, {4, 2, 0}, {0, 1.5, 0}); // 4 links sheared and 2 stretched, 0.125 each
+  // The hold leaves (4, 2) at most 0.75 along y; (4, 0), asked to stay, at most 0.25 from it: 0.5 too much,
+  // so they meet at 0.25 and 0.5.
+  const Answer answer = solve_limits(scene);
+  EXPECT_EQ(answer.status, Status::clamped);
+  EXPECT_EQ(answer.message,
+            "the limits permit only part of 2 of 4 moved components: the largest cut is 1 m, "
+            "along y at the node at (3, 3, 0) m; [limits] cut = \"allowed\" would take that for an answer");
+  EXPECT_EQ(answer.displacement(1, scene.specimen.grid.node({4, 0, 0})), 0.25);
+  EXPECT_EQ(answer.displacement(1, scene.specimen.grid.node({4, 2, 0})), 0.5);
+}
+
+TEST(ClippingAnalytic, ContradictoryMovesMeetHalfWay) {
+  // Ten links stretch by 0.25 each: 2.5 in all, asked for 4 + 2 = 6, so each end gives 1.75 back.
+  Scene scene = lattice_box({10}, even_limits(1.25, 0.75, 0));
+  move(scene, {0, 0, 0}, {-4, 0, 0});
+  move(scene, {10, 0, 0}, {2, 0, 0});
+  const Clipping clipping = clip(scene, LinkLimits(scene));
+  EXPECT_EQ(clipping.n_cut, 2);
+  EXPECT_EQ(clipping.largest_cut, 1.75);
+  EXPECT_EQ(clipping.prescribed[0].value, -2.25);
+  EXPECT_EQ(clipping.prescribed[1].value, 0.25);
+}
+
+TEST(ClippingAnalytic, MirroredRequestsGetMirroredAnswers) {
+  Scene scene = lattice_box({7, 7}, even_limits(1.25, 0.75, 0.125));
+  hold(scene, {3, 3, 0});
+  move(scene, {0, 0, 0}, {-9, -9, 0});
+  move(scene, {7, 7, 0}, {9, 9, 0});
+  move(scene, {7, 0, 0}, {9, -9, 0});
+  move(scene, {0, 7, 0}, {-9, 9, 0});
+  const Answer answer = solve_limits(scene);
+  EXPECT_EQ(answer.status, Status::clamped);
+  // Exchanging x and y maps the scene onto itself.
+  const Grid& grid = scene.specimen.grid;
+  for (std::int64_t n = 0; n < grid.n_nodes(); ++n) {
+    const Index3 at = grid.node_at(n);
+    EXPECT_EQ(answer.displacement(0, n), answer.displacement(1, grid.node({at[1], at[0], 0})));
+  }
+}
+
+TEST(ClippingAnalytic, RequestsThatCanBeMetAreKeptToTheBit) {
+  // A taut scene asks for exactly what its slack allows; its sums are rounded, the request is not cut.
+  for (const int n : {3, 7, 100, 3001}) {
+    Scene scene = lattice_box({n}, {});
+    scene.limits = {};
+    hold(scene, {0, 0, 0});
+    move(scene, {n, 0, 0}, {0.1, 0, 0});
+    const Answer answer = solve_limits(scene);
+    EXPECT_EQ(answer.status, Status::done) << n << answer.message;
+    EXPECT_EQ(answer.displacement(0, n), 0.1);
+  }
+}
+
+TEST(ClippingAnalytic, ARequestJustBeyondRoundingIsCut) {
+  Scene scene = lattice_box({10}, even_limits(1.25, 0.75, 0));
+  hold(scene, {0, 0, 0});
+  move(scene, {10, 0, 0}, {2.5 * (1 + 1e-13), 0, 0});
+  EXPECT_EQ(solve_limits(scene).status, Status::clamped);
+  move(scene, {10, 0, 0}, {2.5 * (1 + 1e-15), 0, 0}); // within the stated 20 half-ulps of ten links
+  EXPECT_EQ(solve_limits(scene).status, Status::done);
+}
+
+/// What clip_component promises, pair by pair.
+void expect_nearest(const Scene& scene, const LinkLimits& limits, int component, const Clipping& clipping) {
+  const AllPaths paths(scene, limits, component);
+  std::vector<Prescribed> requested, clipped, holds;
+  for (std::size_t i = 0; i < scene.prescribed.size(); ++i) {
+    if (scene.prescribed[i].component != component)
+      continue;
+    requested.push_back(scene.prescribed[i]);
+    clipped.push_back(clipping.prescribed[i]);
+    if (scene.prescribed[i].held)
+      holds.push_back(scene.prescribed[i]);
+  }
+  EXPECT_LE(paths.worst_contradiction(clipped), 200 * ulp);
+  // The nearest feasible values to requests cut at the holds miss them by half the worst contradiction.
+  std::vector<Prescribed> within_holds = requested;
+  for (Prescribed& p : within_holds)
+    p.value = std::min(std::max(p.value, paths.lowest(holds, p.node)), paths.highest(holds, p.node));
+  double largest_change = 0;
+  for (std::size_t i = 0; i < clipped.size(); ++i) {
+    const double change = std::abs(clipped[i].value - within_holds[i].value);
+    largest_change = std::max(largest_change, change);
+    if (requested[i].held) {
+      EXPECT_EQ(clipped[i].value, 0);
+    }
+  }
+  std::vector<Prescribed> moves = within_holds;
+  std::erase_if(moves, [](const Prescribed& p) { return p.held; });
+  EXPECT_NEAR(largest_change, 0.5 * std::max(0.0, paths.worst_contradiction(moves)), 200 * ulp);
+}
+
+TEST(ClippingOracle, IsFeasibleAndNearestOnRandomBodies) {
+  int n_cut = 0;
+  for (unsigned seed = 1; seed <= 400; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 random(seed);
+    const Scene scene = test::random_body(random);
+    const LinkLimits limits(scene);
+    const Clipping clipping = clip(scene, limits);
+    n_cut += clipping.n_cut > 0 ? 1 : 0;
+    for (int b = 0; b < scene.dimension(); ++b)
+      expect_nearest(scene, limits, b, clipping);
+  }
+  EXPECT_GE(n_cut, 50);
+}
+
+/// A box of random size and dimension with random dyadic limits, one node dragged by multiples of 1/16.
+Scene random_drag(std::mt19937& random, int dimension) {
+  const auto below = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+  NeighbourLimits given;
+  for (std::size_t a = 0; a < 3; ++a) {
+    given.stretch[a] = 1 + below(9) / 16.0;
+    given.compress[a] = 1 - below(9) / 16.0;
+    for (std::size_t b = 0; b < 3; ++b)
+      given.shear[a][b] = below(9) / 16.0;
+  }
+  Scene scene = lattice_box({1}, given);
+  Index3 cells{1, 1, 1}, handle{0, 0, 0};
+  Vec3 by{};
+  for (std::size_t a = 0; a < static_cast<std::size_t>(dimension); ++a) {
+    cells[a] = 1 + below(dimension == 1 ? 40 : dimension == 2 ? 20 : 9);
+    handle[a] = below(cells[a] + 1);
+    by[a] = (below(161) - 80) / 16.0;
+  }
+  scene.specimen.grid = Grid(dimension, cells, {1, 0.5, 2});
+  move(scene, handle, by);
+  return scene;
+}
+
+TEST(LiteralOracle, EqualsLimitsToTheBitOnABoxWithOneHandle) {
+  for (int dimension = 1; dimension <= 3; ++dimension)
+    for (unsigned seed = 1; seed <= 40; ++seed) {
+      std::mt19937 random(seed);
+      const Scene scene = random_drag(random, dimension);
+      const Answer literal = solve_literal(scene);
+      ASSERT_EQ(literal.displacement, solve_limits(scene).displacement) << dimension << "D, seed " << seed;
+      EXPECT_EQ(literal.message, "");
+      EXPECT_EQ(literal.status, Status::done);
+    }
+}
+
+TEST(LiteralContract, CountsTheLinksThatItLeavesBroken) {
+  // A slot: the way from the handle to the far side of it is longer than what the lists follow.
+  Scene slotted = lattice_box({9, 9}, even_limits(1.125, 0.875, 0.125));
+  slotted.specimen.material_id.assign(81, 0);
+  for (int y = 2; y < 9; ++y)
+    slotted.specimen.material_id[static_cast<std::size_t>(4 + 9 * y)] = no_material;
+  move(slotted, {0, 9, 0}, {-3, 3, 0});
+  const Answer answer = solve_literal(slotted);
+  EXPECT_EQ(answer.status, Status::done);
+  const LinkLimits limits(slotted);
+  const double worst = largest_violation(slotted, limits, answer.displacement);
+  EXPECT_GT(worst, 0.1);
+  EXPECT_NE(answer.message.find("links are outside their limits"), std::string::npos) << answer.message;
+  EXPECT_LE(largest_violation(slotted, limits, solve_limits(slotted).displacement), 1e-15);
+}
+
+TEST(LiteralContract, PrescribedComponentsStayWhereTheyWerePut) {
+  for (unsigned seed = 1; seed <= 50; ++seed) {
+    std::mt19937 random(seed);
+    const Scene scene = test::random_body(random);
+    const Answer answer = solve_literal(scene);
+    for (const Prescribed& p : scene.prescribed)
+      EXPECT_EQ(answer.displacement(p.component, p.node), p.value) << "seed " << seed;
+  }
+}
+
+TEST(LiteralContract, VisitsEveryNodeOfABoxOnce) {
+  Scene scene = lattice_box({6, 5, 4}, even_limits(1, 1, 0));
+  move(scene, {2, 5, 1}, {1, 1, 1});
+  EXPECT_EQ(solve_literal(scene).iterations, 7 * 6 * 5 - 1); // all but the handle
+}
+
+TEST(LiteralContract, StopsWhenAsked) {
+  Scene scene = lattice_box({40, 40, 40}, even_limits(1, 1, 0));
+  move(scene, {0, 0, 0}, {1, 1, 1});
+  Control control;
+  control.stop_requested = [] { return true; };
+  EXPECT_EQ(solve_literal(scene, control).status, Status::interrupted);
 }
 
 } // namespace

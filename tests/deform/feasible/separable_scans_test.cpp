@@ -1,10 +1,12 @@
 #include "feasible/box/separable_scans.hpp"
-
+#include "feasible/feasible_set.hpp"
 #include "feasible/limits.hpp"
 #include "lattice/body.hpp"
 #include "support/bodies/lattice_scenes.hpp"
+#include "support/fields.hpp"
 #include "support/sanitized.hpp"
 #include "support/vector_targets.hpp"
+#include "support/worlds/all_paths.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>
@@ -12,13 +14,13 @@
 namespace maille::deform {
 namespace {
 
-using tests::below;
-using tests::even_limits;
-using tests::ForcedVectors;
-using tests::lattice_box;
-using tests::random_box;
-using tests::random_node;
-using tests::vector_targets;
+using test::below;
+using test::even_limits;
+using test::ForcedVectors;
+using test::lattice_box;
+using test::random_box;
+using test::random_node;
+using test::vector_targets;
 
 /// What is asked of a body in one go: values that can be met together, per component.
 using Request = std::array<std::vector<HandleValue>, 3>;
@@ -29,17 +31,17 @@ Request random_request(std::mt19937& random, Scene& scene) {
   scene.prescribed.clear();
   const int n = 1 + below(random, below(random, 2) == 0 ? 4 : 60);
   for (int k = 0; k < n; ++k)
-    tests::move(scene, random_node(random, grid), tests::random_dyadic(random, 4));
+    test::move(scene, random_node(random, grid), test::random_dyadic(random, 4));
   if (below(random, 3) == 0) { // a row of more handles than are laid out one by one
     Index3 at = random_node(random, grid);
     for (at[0] = 0; at[0] < grid.nodes()[0]; ++at[0])
-      tests::move(scene, at, tests::random_dyadic(random, 4));
+      test::move(scene, at, test::random_dyadic(random, 4));
   }
   if (below(random, 2) == 0)
-    tests::hold(scene, random_node(random, grid));
+    test::hold(scene, random_node(random, grid));
   Request request;
   for (const Prescribed& p : clip(scene, LinkLimits(scene)).prescribed)
-    request[static_cast<std::size_t>(p.component)].push_back({grid.node_at(p.node), p.value});
+    request[std::size_t(p.component)].push_back({grid.node_at(p.node), p.value});
   return request;
 }
 
@@ -52,8 +54,7 @@ public:
 
   void drag(const Request& request) {
     for (int b = 0; b < body.dimension(); ++b)
-      scans_.add(b, body.field(b), request[static_cast<std::size_t>(b)],
-                 rounding_[static_cast<std::size_t>(b)]);
+      scans_.add(b, body.field(b), request[std::size_t(b)], rounding_[std::size_t(b)]);
     scans_.run(team_);
   }
 
@@ -69,13 +70,13 @@ private:
 Displacement dragged_by_dijkstra(const Scene& scene, const Request& request, Displacement state) {
   std::vector<Prescribed> prescribed;
   for (int b = 0; b < scene.dimension(); ++b)
-    for (const HandleValue& handle : request[static_cast<std::size_t>(b)])
+    for (const HandleValue& handle : request[std::size_t(b)])
       prescribed.push_back({scene.specimen.grid.node(handle.at), b, handle.value, false});
   propagate(scene, LinkLimits(scene), prescribed, state);
   return state;
 }
 
-TEST(SeparableScansOracle, EqualsDijkstraToTheBitForEveryVectorAndThreadCount) {
+TEST(SeparableScansOracle, EqualsDijkstraForVectorsAndThreads) {
   for (unsigned seed = 1; seed <= 60; ++seed) {
     std::mt19937 random(seed);
     Scene scene = random_box(random, 1 + below(random, 3));
@@ -109,15 +110,15 @@ Request rounded_request(std::mt19937& random, Scene& scene, int n) {
   std::uniform_real_distribution<double> uniform(-3, 3);
   scene.prescribed.clear();
   for (int k = 0; k < n; ++k)
-    tests::move(scene, random_node(random, scene.specimen.grid),
-                {uniform(random), uniform(random), uniform(random)});
+    test::move(scene, random_node(random, scene.specimen.grid),
+               {uniform(random), uniform(random), uniform(random)});
   Request request;
   for (const Prescribed& p : clip(scene, LinkLimits(scene)).prescribed)
-    request[static_cast<std::size_t>(p.component)].push_back({scene.specimen.grid.node_at(p.node), p.value});
+    request[std::size_t(p.component)].push_back({scene.specimen.grid.node_at(p.node), p.value});
   return request;
 }
 
-TEST(SeparableScansContract, SameBitsForEveryVectorAndThreadCountThoughSumsAreRounded) {
+TEST(SeparableScansContract, SameBitsForVectorsAndThreads) {
   std::mt19937 random(5);
   Scene scene = rounded_box();
   std::vector<Request> requests;
@@ -156,7 +157,7 @@ TEST(SeparableScansOracle, IsWithinRoundingOfDijkstraAndFeasible) {
       for (std::size_t i = 0; i < state.n_nodes(); ++i)
         ASSERT_NEAR(state(b, i), expected(b, i), tolerance);
       for (const HandleValue& handle : request[b])
-        EXPECT_EQ(scanned.body.field(static_cast<int>(b)).at(handle.at), static_cast<float>(handle.value));
+        EXPECT_EQ(scanned.body.field(int(b)).at(handle.at), float(handle.value));
     }
     // A link compares two bounds, each added up over at most 29 rows and five other terms.
     EXPECT_LE(largest_violation(scene, limits, state), 2 * 34 * std::ldexp(1.0, -23));
@@ -176,11 +177,11 @@ TEST(SeparableScansOracle,
     ThreadTeam team(1);
     const auto bounds = intervals_by_axis(scene, LinkLimits(scene));
     for (int b = 0; b < body.dimension(); ++b) {
-      auto handles = request[static_cast<std::size_t>(b)];
+      auto handles = request[std::size_t(b)];
       std::ranges::shuffle(handles, random);
       Rounding rounding;
       for (const HandleValue& handle : handles) {
-        form.add(b, body.field(b), bounds[static_cast<std::size_t>(b)], handle.at, handle.value, rounding);
+        form.add(b, body.field(b), bounds[std::size_t(b)], handle.at, handle.value, rounding);
         form.run(team);
       }
     }
@@ -200,7 +201,7 @@ TEST(BoxBoundsOracle, EqualDijkstraByPairsAndByScans) {
     const bool few = below(random, 2) == 0;
     (few ? n_few : n_many)++;
     for (int k = 0; k < (few ? 5 : 1000); ++k) {
-      ends.push_back({grid.node(random_node(random, grid)), tests::random_dyadic(random, 4)[0]});
+      ends.push_back({grid.node(random_node(random, grid)), test::random_dyadic(random, 4)[0]});
       nodes.push_back(grid.node(random_node(random, grid)));
     }
     if (!few) // in one slab, so that scans are cheaper
@@ -236,6 +237,130 @@ TEST(BoxBoundsContract, WithoutEndsNothingIsBounded) {
   EXPECT_EQ(values, (std::vector<double>(2, -std::numeric_limits<double>::infinity())));
   bounds.bounds_at(Side::greatest, 1, {}, nodes, values);
   EXPECT_EQ(values, (std::vector<double>(2, std::numeric_limits<double>::infinity())));
+}
+
+Displacement noise(std::mt19937& random, const Scene& scene) {
+  Displacement state(scene.specimen.grid);
+  for (int b = 0; b < scene.dimension(); ++b)
+    for (std::int64_t node = 0; node < scene.specimen.grid.n_nodes(); ++node)
+      if (scene.specimen.is_node(scene.specimen.grid.node_at(node)))
+        state(b, node) = test::random_dyadic(random, 2)[0];
+  return state;
+}
+
+/// The obvious way: majorant and minorant over all pairs of nodes.
+Displacement projected_by_pairs(const Scene& scene, const Displacement& state) {
+  const LinkLimits limits(scene);
+  Displacement projected = state;
+  for (int b = 0; b < scene.dimension(); ++b) {
+    const test::AllPaths paths(scene, limits, b);
+    std::vector<Prescribed> ends;
+    for (std::int64_t n = 0; n < scene.specimen.grid.n_nodes(); ++n)
+      if (scene.specimen.is_node(scene.specimen.grid.node_at(n)))
+        ends.push_back({n, b, state(b, n), false});
+    for (const Prescribed& p : ends)
+      projected(b, p.node) = 0.5 * paths.lowest(ends, p.node) + 0.5 * paths.highest(ends, p.node);
+  }
+  return projected;
+}
+
+TEST(ProjectionOracle, EqualsAllPairsForVectorsAndThreads) {
+  for (unsigned seed = 1; seed <= 40; ++seed) {
+    std::mt19937 random(seed);
+    Scene scene = lattice_box({1}, test::random_dyadic_limits(random));
+    scene.specimen.grid =
+        Grid(3, {1 + below(random, 20), 1 + below(random, 9), 1 + below(random, 2)}, {1, 1, 1});
+    const LinkLimits limits(scene);
+    const Displacement state = noise(random, scene), expected = projected_by_pairs(scene, state);
+    for (const std::int64_t target : vector_targets()) {
+      const ForcedVectors forced(target);
+      for (const int threads : {1, 3}) {
+        Displacement projected = state;
+        EXPECT_EQ(FeasibleSet(scene, limits, threads).project(projected),
+                  test::largest_difference(state, expected));
+        ASSERT_EQ(projected, expected) << "seed " << seed;
+        Body body(scene); // float32 holds these numbers exactly
+        body.set_displacement(state);
+        EXPECT_EQ(FeasibleSet(body.scene(), limits, threads).project(body),
+                  test::largest_difference(state, expected));
+        ASSERT_EQ(body.displacement(), expected) << "seed " << seed;
+      }
+    }
+  }
+}
+
+TEST(ProjectionOracle, IsNearestOnBodiesOfAnyKind) {
+  for (unsigned seed = 1; seed <= 100; ++seed) {
+    std::mt19937 random(seed);
+    Scene scene = test::random_body(random);
+    const LinkLimits limits(scene);
+    Displacement projected = noise(random, scene);
+    const Displacement expected = projected_by_pairs(scene, projected);
+    FeasibleSet(scene, limits).project(projected);
+    for (std::size_t i = 0; i < projected.values().size(); ++i)
+      EXPECT_NEAR(projected.values()[i], expected.values()[i], 200 * std::numeric_limits<double>::epsilon());
+    EXPECT_LE(largest_violation(scene, limits, projected), 400 * std::numeric_limits<double>::epsilon());
+  }
+}
+
+TEST(ProjectionAnalytic, AFeasibleStateStays) {
+  for (unsigned seed = 1; seed <= 30; ++seed) {
+    std::mt19937 random(seed);
+    Scene scene = random_box(random, 1 + below(random, 3));
+    for (int k = 0; k < 3; ++k)
+      test::move(scene, test::random_node(random, scene.specimen.grid), test::random_dyadic(random, 4));
+    const Displacement feasible = solve_limits(scene).displacement;
+    Displacement state = feasible;
+    EXPECT_EQ(FeasibleSet(scene, LinkLimits(scene)).project(state), 0);
+    EXPECT_EQ(state, feasible) << "seed " << seed;
+  }
+}
+
+TEST(ProjectionAnalytic, OneNodeThatIsTooFarMeetsItsNeighboursHalfWay) {
+  // A node 2 ahead of neighbours that allow 0.5: 1.5 too far, so it goes back 0.75 and all others come 0.75
+  // less what the links between take up.
+  Scene scene = lattice_box({6}, even_limits(1.5, 0.5, 0));
+  Displacement state(scene.specimen.grid);
+  state(0, 3) = 2;
+  EXPECT_EQ(FeasibleSet(scene, LinkLimits(scene)).project(state), 0.75);
+  EXPECT_TRUE(
+      std::ranges::equal(state.component(0), (std::vector<double>{0.25, 0.5, 0.75, 1.25, 0.75, 0.5, 0.25})));
+}
+
+TEST(ProjectionContract, SameBitsForVectorsAndThreads) {
+  const Scene scene = lattice_box({41, 37, 33}, even_limits(1.23456, 0.87654, 0.1357));
+  const LinkLimits limits(scene);
+  std::mt19937 random(9);
+  Body noisy(scene), first(scene);
+  const Displacement state = noise(random, scene);
+  first.set_displacement(state);
+  FeasibleSet(first.scene(), limits).project(first);
+  // Values are below 2, where half an ulp of float32 is 2^-24; a link compares two sums of 111 steps or less.
+  EXPECT_LE(largest_violation(scene, limits, first.displacement()), 2 * 114 * std::ldexp(1.0, -24));
+  for (const std::int64_t target : vector_targets()) {
+    const ForcedVectors forced(target);
+    for (const int threads : {1, 2, 3, 7}) {
+      noisy.set_displacement(state);
+      FeasibleSet(noisy.scene(), limits, threads).project(noisy);
+      ASSERT_EQ(noisy.displacement(), first.displacement())
+          << hwy::TargetName(target) << " threads " << threads;
+    }
+  }
+}
+
+TEST(ProjectionContract, ALargeInhomogeneousBodyGoesByTheWavefront) {
+  Scene scene = lattice_box({20, 15, 13}, even_limits(1.25, 0.75, 0.25));
+  scene.specimen.material_id.assign(20 * 15 * 13, 0);
+  for (int k = 0; k < 300; ++k)
+    scene.specimen.material_id[std::size_t(k * 13)] = no_material;
+  std::mt19937 random(3);
+  Displacement projected = noise(random, scene), expected = projected;
+  const LinkLimits limits(scene);
+  const double change = FeasibleSet(scene, limits).project(projected);
+  EXPECT_GT(change, 0.5);
+  // Quanta are at most 2^-29 of the slack across the grid, 24.
+  EXPECT_LE(largest_violation(scene, limits, projected), 3 * 24 * std::ldexp(1.0, -29));
+  EXPECT_NEAR(test::largest_difference(projected, expected), change, 4 * 24 * std::ldexp(1.0, -29));
 }
 
 } // namespace

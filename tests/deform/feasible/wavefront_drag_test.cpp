@@ -11,24 +11,24 @@
 namespace maille::deform {
 namespace {
 
-using tests::Dice;
-using tests::state_of;
+using test::Dice;
+using test::state_of;
 
 /// The state after moving to k / steps of the scene's moves for k = 1 ... steps.
 Displacement dragged(const Scene& scene, const LinkLimits& limits, int steps) {
   TiledBody body(scene, limits);
   for (int k = 1; k <= steps; ++k)
-    body.move(scaled(scene, static_cast<double>(k) / steps).prescribed);
+    body.move(scaled(scene, double(k) / steps).prescribed);
   return state_of(scene, body);
 }
 
 // ---- drags in steps ----
 
-TEST(WavefrontDragOracle, AMonotoneDragEndsTheSameInAnyNumberOfSteps) {
+TEST(WavefrontDragConsistent, AMonotoneDragEndsTheSameInAnyNumberOfSteps) {
   int n_compared = 0;
   for (unsigned seed = 1; seed <= 200; ++seed) {
     std::mt19937 random(seed);
-    const Scene scene = tests::holed_body(random);
+    const Scene scene = test::holed_body(random);
     const LinkLimits limits(scene);
     TiledBody body(scene, limits);
     const std::vector<Prescribed> clipped = body.move(scene.prescribed);
@@ -56,11 +56,11 @@ TEST(WavefrontDragContract, ALocalDragVisitsTheTilesItChangesAndNoOthers) {
   EXPECT_LE(arena.present(), std::int64_t{12} * 1024 * 1024); // of 25 if all had been visited
 }
 
-TEST(WavefrontDragOracle, CopiesOfWhatHasChangedAddUpToTheState) {
+TEST(WavefrontDragConsistent, CopiesOfWhatHasChangedAddUpToTheState) {
   for (unsigned seed = 1; seed <= 60; ++seed) {
     std::mt19937 random(seed);
     Dice dice{random};
-    Scene scene = tests::holed_body(random);
+    Scene scene = test::holed_body(random);
     const LinkLimits limits(scene);
     TiledBody body(scene, limits);
     Displacement followed(scene.specimen.grid);
@@ -71,16 +71,16 @@ TEST(WavefrontDragOracle, CopiesOfWhatHasChangedAddUpToTheState) {
         body.move(scene.prescribed);
       body.copy_changes_to(followed);
       ASSERT_EQ(followed, state_of(scene, body)) << "seed " << seed << " drag " << drag;
-      tests::prescribe_at_random(scene, dice);
+      test::prescribe_at_random(scene, dice);
     }
   }
 }
 
-TEST(WavefrontDragOracle, RaisingAndLoweringOneByOneIsAMove) {
+TEST(WavefrontDragConsistent, RaisingAndLoweringOneByOneIsAMove) {
   int n_compared = 0;
   for (unsigned seed = 1; seed <= 60; ++seed) {
     std::mt19937 random(seed);
-    const Scene scene = tests::holed_body(random);
+    const Scene scene = test::holed_body(random);
     const LinkLimits limits(scene);
     TiledBody body(scene, limits), by_hand(scene, limits);
     const std::vector<Prescribed> clipped = body.move(scene.prescribed);
@@ -93,8 +93,7 @@ TEST(WavefrontDragOracle, RaisingAndLoweringOneByOneIsAMove) {
     for (const Prescribed& p : clipped)
       expected(p.component, p.node) = p.value;
     for (std::size_t b = 0; b < expected.n_components(); ++b)
-      if (by_hand.quantum(static_cast<int>(b)) ==
-          body.quantum(static_cast<int>(b))) { // and not grown on the way
+      if (by_hand.quantum(int(b)) == body.quantum(int(b))) { // and not grown on the way
         ++n_compared;
         ASSERT_TRUE(std::ranges::equal(state_of(scene, body).component(b), expected.component(b)))
             << "seed " << seed;
@@ -105,10 +104,10 @@ TEST(WavefrontDragOracle, RaisingAndLoweringOneByOneIsAMove) {
 
 // ---- the same bits ----
 
-TEST(WavefrontBitsOracle, AnyNumberOfThreadsGivesTheSameBits) {
+TEST(WavefrontBitsConsistent, AnyNumberOfThreadsGivesTheSameBits) {
   for (unsigned seed = 1; seed <= 60; ++seed) {
     std::mt19937 random(seed);
-    const Scene scene = tests::holed_body(random);
+    const Scene scene = test::holed_body(random);
     const LinkLimits limits(scene);
     TiledBody body(scene, limits);
     body.move(scene.prescribed);
@@ -121,11 +120,11 @@ TEST(WavefrontBitsOracle, AnyNumberOfThreadsGivesTheSameBits) {
   }
 }
 
-TEST(WavefrontBitsOracle, AnyVectorInstructionsGiveTheSameBits) {
+TEST(WavefrontBitsConsistent, AnyVectorInstructionsGiveTheSameBits) {
   std::vector<Scene> scenes;
   for (unsigned seed = 1; seed <= 60; ++seed) {
     std::mt19937 random(seed);
-    scenes.push_back(tests::holed_body(random));
+    scenes.push_back(test::holed_body(random));
   }
   scenes.push_back(named_body("bore", 40)); // has tiles inside one kind of matter
   std::vector<Displacement> expected;
@@ -149,10 +148,10 @@ TEST(WavefrontBitsOracle, AnyVectorInstructionsGiveTheSameBits) {
   EXPECT_GE(n_targets, 2);
 }
 
-TEST(WavefrontBitsOracle, TheOrderOfHandlesChangesNoBit) {
+TEST(WavefrontBitsConsistent, TheOrderOfHandlesChangesNoBit) {
   for (unsigned seed = 1; seed <= 60; ++seed) {
     std::mt19937 random(seed);
-    Scene scene = tests::holed_body(random);
+    Scene scene = test::holed_body(random);
     const LinkLimits limits(scene);
     TiledBody body(scene, limits);
     body.move(scene.prescribed);
@@ -204,12 +203,12 @@ TEST(WavefrontFarAnalytic, AHandleAHundredBodiesAwayCostsNoAccuracy) {
 }
 
 TEST(WavefrontFarAnalytic, AnIslandFarAwayLeavesTheOtherOneAtRest) {
-  Scene scene = tests::lattice_box({30, 3}, tests::even_limits(1.25, 0.75, 0.25));
+  Scene scene = test::lattice_box({30, 3}, test::even_limits(1.25, 0.75, 0.25));
   scene.specimen.material_id.assign(90, 0);
   for (const int x : {14, 15})
     for (const int y : {0, 1, 2})
-      scene.specimen.material_id[static_cast<std::size_t>(x + 30 * y)] = no_material;
-  tests::move(scene, {0, 0, 0}, {65536, -65536, 0});
+      scene.specimen.material_id[std::size_t(x + 30 * y)] = no_material;
+  test::move(scene, {0, 0, 0}, {65536, -65536, 0});
   const LinkLimits limits(scene);
   TiledBody body(scene, limits);
   body.move(scene.prescribed);

@@ -17,13 +17,13 @@ TEST(ThreadTeamOracle, EveryItemOfEveryLoopIsDoneOnce) {
     ThreadTeam team(threads);
     ASSERT_LE(team.threads(), threads);
     std::vector<int> done(100); // not atomic: no item is two threads'
-    std::vector<int> of_thread(static_cast<std::size_t>(team.threads()) * 64);
+    std::vector<int> of_thread(std::size_t(team.threads()) * 64);
     constexpr int n_loops = 3000;
     for (int loop = 0; loop < n_loops; ++loop) {
       const int n_items = 1 + loop % 100;
       team.run(n_items, [&](int item, int thread) {
-        ++done[static_cast<std::size_t>(item)];
-        ++of_thread[static_cast<std::size_t>(thread) * 64];
+        ++done[std::size_t(item)];
+        ++of_thread[std::size_t(thread) * 64];
       });
       // What others wrote is seen as soon as the loop has ended.
       ASSERT_EQ(done[0], loop + 1) << threads << " threads";
@@ -39,7 +39,7 @@ TEST(ThreadTeamOracle, TeamsComeAndGo) {
     ThreadTeam team(4);
     std::vector<int> items(7);
     if (round % 3 != 0) // some never do anything
-      team.run(7, [&](int item, int) { items[static_cast<std::size_t>(item)] = item; });
+      team.run(7, [&](int item, int) { items[std::size_t(item)] = item; });
     sum += std::accumulate(items.begin(), items.end(), 0);
   }
   EXPECT_EQ(sum, 133 * 21);
@@ -50,9 +50,9 @@ TEST(SlabsContract, EverySlabIsDoneOnceAndOddOnesAfterTheirNeighbours) {
   for (const int threads : {1, 2, 3}) {
     ThreadTeam team(threads);
     for (int n = 0; n < 300; ++n) {
-      std::vector<int> done(static_cast<std::size_t>(n % 13));
+      std::vector<int> done(std::size_t(n % 13));
       run_slabs(team, n % 13, [&](int slab) {
-        const auto at = static_cast<std::size_t>(slab);
+        const auto at = std::size_t(slab);
         if (slab % 2 != 0) {
           EXPECT_EQ(done[at - 1], 1);
           EXPECT_TRUE(at + 1 == done.size() || done[at + 1] == 1);
@@ -70,14 +70,13 @@ TEST(PlanePipelineOracle, AsStageByStage) {
   const auto walk = [](ThreadTeam& team) {
     std::vector<std::vector<std::uint64_t>> value(n_stages + 1, std::vector<std::uint64_t>(n_planes));
     for (int z = 0; z < n_planes; ++z)
-      value[0][static_cast<std::size_t>(z)] = static_cast<std::uint64_t>(z) * 2654435761U;
+      value[0][std::size_t(z)] = std::uint64_t(z) * 2654435761U;
     run_stages(team, n_planes, n_stages, [&](int s, int z) {
-      const auto& before = value[static_cast<std::size_t>(s)];
+      const auto& before = value[std::size_t(s)];
       const auto at = [&](int plane) {
-        return plane < 0 || plane >= n_planes ? 7 : before[static_cast<std::size_t>(plane)];
+        return plane < 0 || plane >= n_planes ? 7 : before[std::size_t(plane)];
       };
-      value[static_cast<std::size_t>(s) + 1][static_cast<std::size_t>(z)] =
-          3 * at(z - 1) + 5 * at(z) + 11 * at(z + 1);
+      value[std::size_t(s) + 1][std::size_t(z)] = 3 * at(z - 1) + 5 * at(z) + 11 * at(z + 1);
     });
     return value.back();
   };

@@ -1,17 +1,22 @@
-#include "maille/deform/probe/touch.hpp"
-
 #include "deform/probe/probe_scenes.hpp"
+#include "maille/deform/probe/touch.hpp"
+#include "probe/allowed_twist.hpp"
 #include "support/dice.hpp"
 
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cstddef>
 #include <gtest/gtest.h>
+#include <random>
+#include <vector>
 
 namespace maille::deform {
 namespace {
 
-using tests::Dice;
+using test::Dice;
 
 RigidShape solid(const Index3& size, const Vec3& spacing = {1, 1, 1}) {
-  return {size, spacing, std::vector<std::uint8_t>(static_cast<std::size_t>(size[0] * size[1] * size[2]), 1)};
+  return {size, spacing, std::vector<std::uint8_t>(std::size_t(size[0] * size[1] * size[2]), 1)};
 }
 
 Pose at(const Eigen::Vector3d& position) {
@@ -23,7 +28,7 @@ TEST(AllowedStepOracle, NoAllowedStepIsNearer) {
   std::mt19937 random(2);
   Dice dice{random};
   for (int round = 0; round < 400; ++round) {
-    std::vector<Constraint> constraints(static_cast<std::size_t>(dice.below(6)));
+    std::vector<Constraint> constraints(std::size_t(dice.below(6)));
     for (Constraint& constraint : constraints)
       constraint.obstacle.normal = dice.direction();
     const Eigen::Vector3d wanted = dice.between(0.1, 3) * dice.direction();
@@ -215,7 +220,7 @@ TEST(ProxyOracle, AClosedRoomIsNeverLeft) {
   for (int z = 0; z < 20; ++z)
     for (int y = 0; y < 20; ++y)
       for (int x = 0; x < 20; ++x)
-        shell[static_cast<std::size_t>(x + 20 * (y + 20 * z))] =
+        shell[std::size_t(x + 20 * (y + 20 * z))] =
             x == 0 || y == 0 || z == 0 || x == 19 || y == 19 || z == 19;
   world.add(RigidShape({20, 20, 20}, {1, 1, 1}, shell), at({5, 5, 5}));
   const Scene scene = test::box_scene(3, {3, 3, 3}, {1, 1, 1});
@@ -233,6 +238,156 @@ TEST(ProxyOracle, AClosedRoomIsNeverLeft) {
     }
     ASSERT_FALSE(body->is_inside(proxy.middle())) << tick;
   }
+}
+
+struct Place {
+  Eigen::Vector3d normal, point;
+  double gap = 0;
+};
+
+/// How far a place goes along its normal, by the velocity of its point.
+double along(const Place& place, const Twist& twist, double arm) {
+  const Eigen::Vector3d angle = twist.tail<3>() / arm;
+  return place.normal.dot(twist.head<3>() + angle.cross(place.point));
+}
+
+// Oracle: very many twists tried; none that every place allows lies nearer to the wanted one.
+TEST(AllowedTwistOracle, NoAllowedTwistIsNearer) {
+  std::mt19937 random(4);
+  Dice dice{random};
+  int n_bound = 0;
+  for (int round = 0; round < 200; ++round) {
+    const double arm = dice.between(1, 5);
+    std::vector<Place> places(std::size_t(dice.below(30)));
+    TwistConstraints constraints(arm);
+    for (Place& place : places) {
+      place = {dice.direction(), dice.between(1, 6) * dice.direction(), dice.between(0, 1e-3)};
+      // Far arms ask for tiny turns only, so that straight and bent ways hardly differ.
+      constraints.add(place.normal, place.point, place.gap);
+    }
+    Twist wanted;
+    wanted << 1e-3 * dice.direction(), 1e-3 * dice.direction();
+    const Twist allowed = constraints.allowed(wanted, 0);
+    double bend = 0; // an arc's, at most, with a fifth more for what it is counted in with
+    for (const Place& place : places) {
+      EXPECT_GE(along(place, allowed, arm), -place.gap - 1e-10);
+      bend = std::max(bend, 1e-6 * place.point.norm() / (arm * arm) * 4);
+    }
+    const double distance = (allowed - wanted).norm();
+    n_bound += distance > 1e-6;
+    for (int trial = 0; trial < 300; ++trial) {
+      Twist other;
+      other << dice.direction(), dice.direction();
+      other = allowed + dice.between(0, 1e-3) * other;
+      bool is_allowed = true;
+      for (const Place& place : places)
+        is_allowed = is_allowed && along(place, other, arm) >= -place.gap;
+      if (is_allowed) {
+        EXPECT_GE((other - wanted).norm(), distance - 30 * bend) << round;
+      }
+    }
+  }
+  EXPECT_GT(n_bound, 100); // else nothing was tested
+}
+
+// Analytic: one place on a floor beside the middle. The multiplier is that of the one row, so the shift and
+// the tilt share what is refused as 1 to the square of the place's arm over the arm.
+TEST(AllowedTwistAnalytic, AShiftThatIsRefusedTiltsTheTool) {
+  constexpr double arm = 2, beside = 4, down = 1e-6;
+  TwistConstraints constraints(arm);
+  constraints.add(Eigen::Vector3d::UnitZ(), {beside, 0, 0}, 0);
+  Twist wanted = Twist::Zero();
+  wanted[2] = -down;
+  const Twist allowed = constraints.allowed(wanted, 0);
+  const double share = (beside / arm) * (beside / arm);
+  EXPECT_NEAR(allowed[2], -down * share / (1 + share), 1e-10);
+  EXPECT_NEAR(allowed[4], -down * (beside / arm) / (1 + share), 1e-10); // the place goes up about y
+}
+
+// Oracle: every triangle asked.
+TEST(BodySurfaceOracle, TheFirstHitIsThatOfEveryTriangle) {
+  const Scene scene = test::carved_body({7, 6, 8}, {1e-3, 1.2e-3, 0.9e-3});
+  const BodySurface surface(scene, test::bent(scene, 0.7),
+                            test::turned_pose(0.4, {1, 2, 3}, {0.02, 0.01, 0.03}));
+  std::mt19937 random(4);
+  Dice dice{random};
+  int hits = 0;
+  for (int path = 0; path < 8000; ++path) {
+    const Eigen::Vector3d middle =
+        surface.pose().position + surface.pose().rotation * Eigen::Vector3d(3.5e-3, 3.5e-3, 3.5e-3);
+    const Eigen::Vector3d from = middle + dice.between(0, 0.012) * dice.direction();
+    const Eigen::Vector3d to = from + std::pow(10, dice.between(-4, -1)) * dice.direction();
+    const auto fast = surface.first_hit(from, to), every = surface.first_hit_of_every_triangle(from, to);
+    ASSERT_EQ(fast.has_value(), every.has_value()) << "path " << path;
+    if (!fast)
+      continue;
+    ++hits;
+    ASSERT_EQ(fast->time, every->time);
+    ASSERT_EQ(fast->face, every->face);
+  }
+  EXPECT_GT(hits, 500);
+}
+
+// Oracle: which cells hold matter.
+TEST(BodySurfaceOracle, AtRestInsideIsWhereMatterIs) {
+  const Scene scene = test::carved_body({6, 5, 7}, {1, 1, 1});
+  const BodySurface surface(scene, {}, {});
+  std::mt19937 random(5);
+  Dice dice{random};
+  for (int i = 0; i < 2000; ++i) {
+    const Eigen::Vector3d at(dice.between(-1, 7), dice.between(-1, 6), dice.between(-1, 8));
+    const Index3 cell{int(std::floor(at[0])), int(std::floor(at[1])), int(std::floor(at[2]))};
+    const Grid& grid = scene.specimen.grid;
+    ASSERT_EQ(surface.is_inside(at), grid.has_cell(cell) && scene.specimen.is_matter(grid.cell(cell)));
+  }
+}
+
+// Oracle: the solid angle of every triangle.
+TEST(BodySurfaceOracle, InsideIsWhatTheSolidAngleSays) {
+  const Scene scene = test::carved_body({6, 5, 7}, {1, 1.2, 0.9});
+  const BodySurface surface(scene, test::bent(scene, 0.6), test::turned_pose(0.4, {1, 2, 3}, {1, 2, 3}));
+  Eigen::AlignedBox3d box;
+  for (const BodySurface::Face& face : surface.faces())
+    for (const std::int32_t corner : face.corners)
+      box.extend(surface.position(corner));
+  std::mt19937 random(9);
+  Dice dice{random};
+  int n_inside = 0;
+  for (int i = 0; i < 5000; ++i) {
+    const Eigen::Vector3d unit(dice.between(0, 1), dice.between(0, 1), dice.between(0, 1));
+    const Eigen::Vector3d at = box.min() + box.sizes().cwiseProduct(unit);
+    const bool expected = surface.is_inside_of_every_triangle(at);
+    n_inside += expected;
+    ASSERT_EQ(surface.is_inside(at), expected) << "point " << i;
+  }
+  EXPECT_GT(n_inside, 1000);
+}
+
+TEST(BodySurfaceAnalytic, APathComesInThroughTheFaceInItsWay) {
+  const Scene scene = test::box_scene(3, {4, 4, 4}, {1, 1, 1});
+  Displacement stretched(scene.specimen.grid);
+  for (std::int64_t node = 0; node < scene.specimen.grid.n_nodes(); ++node)
+    stretched(2, node) = 0.25 * scene.specimen.grid.node_at(node)[2];
+  const BodySurface surface(scene, stretched, {});
+  EXPECT_EQ(surface.faces().size(), 6u * 16u);
+  // Analytic: the upper face is at 4 * 1.25 = 5.
+  const auto hit = surface.first_hit({1.3, 2.6, 9}, {1.3, 2.6, 1});
+  ASSERT_TRUE(hit);
+  EXPECT_DOUBLE_EQ(hit->time, 0.5);
+  EXPECT_LT((hit->normal - Eigen::Vector3d::UnitZ()).norm(), 1e-15);
+  const auto& face = surface.faces()[std::size_t(hit->face)];
+  EXPECT_EQ(face.axis, 2);
+  EXPECT_TRUE(face.upper);
+  EXPECT_EQ(scene.specimen.grid.cell_at(face.cell), (Index3{1, 2, 3}));
+  EXPECT_FALSE(surface.first_hit({1.3, 2.6, 2}, {1.3, 2.6, 9})); // out is free
+  // Paths through edges and corners of triangles come in too.
+  for (const double x : {0.0, 1.0, 2.5, 4.0})
+    for (const double y : {0.0, 2.0, 2.5, 4.0})
+      EXPECT_TRUE(surface.first_hit({x, y, 9}, {x, y, 1})) << x << ' ' << y;
+}
+
+TEST(BodySurfaceContract, OnlyBodiesOfThreeDimensionsHaveOne) {
+  EXPECT_THROW(BodySurface(test::box_scene(2, {4, 4, 1}), {}, {}), std::invalid_argument);
 }
 
 } // namespace

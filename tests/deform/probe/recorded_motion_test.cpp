@@ -1,14 +1,18 @@
 #include "maille/deform/probe/device.hpp"
-
+#include "maille/deform/probe/probe.hpp"
+#include "maille/deform/probe/servo_loop.hpp"
 #include "maille/materials/fault.hpp"
 #include "support/mistake.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <Eigen/Geometry>
-#include <gtest/gtest.h>
-
+#include <algorithm>
 #include <cmath>
+#include <gtest/gtest.h>
 #include <numbers>
+#include <random>
+#include <thread>
+#include <vector>
 
 namespace maille::deform {
 namespace {
@@ -86,6 +90,91 @@ TEST(RecordedMotionContract, AFileOfAByteTooManyIsRefused) {
 TEST(RecordedMotionContract, AFolderIsNoMotion) {
   const test::TemporaryFolder folder;
   EXPECT_EQ(fault_of(folder.path()).expected, "a recorded motion that can be read");
+}
+
+TEST(TripleBufferContract, TheReaderGetsTheNewestAndNothingTwice) {
+  TripleBuffer<int> buffer(7);
+  EXPECT_FALSE(buffer.update());
+  EXPECT_EQ(buffer.front(), 7);
+  buffer.publish(1);
+  buffer.publish(2);
+  EXPECT_TRUE(buffer.update());
+  EXPECT_EQ(buffer.front(), 2);
+  EXPECT_FALSE(buffer.update());
+  EXPECT_EQ(buffer.front(), 2);
+  buffer.publish(3);
+  EXPECT_TRUE(buffer.update());
+  EXPECT_EQ(buffer.front(), 3);
+}
+
+// Contract: what is read is whole, and never older than what was read before, while the other thread writes.
+TEST(TripleBufferContract, NothingIsTornBetweenTwoThreads) {
+  struct Value {
+    std::int64_t numbers[32] = {};
+  };
+  TripleBuffer<Value> buffer;
+  constexpr std::int64_t last = 200'000;
+  std::thread writer([&] {
+    for (std::int64_t i = 1; i <= last; ++i) {
+      for (auto& number : buffer.back().numbers)
+        number = i;
+      buffer.publish();
+    }
+  });
+  std::int64_t seen = 0, torn = 0, backwards = 0;
+  while (seen < last) {
+    buffer.update();
+    const Value& value = buffer.front();
+    for (const std::int64_t number : value.numbers)
+      torn += number != value.numbers[0];
+    backwards += value.numbers[0] < seen;
+    seen = value.numbers[0];
+  }
+  writer.join();
+  EXPECT_EQ(torn, 0);
+  EXPECT_EQ(backwards, 0);
+}
+
+// Oracle: all durations, sorted.
+TEST(LatencyHistogramOracle, QuantilesAreThoseOfTheSortedList) {
+  std::mt19937_64 random(3);
+  LatencyHistogram histogram;
+  std::vector<std::int64_t> all;
+  std::lognormal_distribution<double> some(10, 3); // tens of microseconds, with a long tail
+  for (int i = 0; i < 20'000; ++i) {
+    all.push_back(std::int64_t(some(random)));
+    histogram.add(all.back());
+  }
+  std::ranges::sort(all);
+  EXPECT_EQ(histogram.n(), 20'000);
+  EXPECT_EQ(histogram.largest(), all.back());
+  for (const double share : {0.001, 0.5, 0.9, 0.99, 0.999, 1.0}) {
+    const std::int64_t exact = all[std::size_t(std::max(share * 20'000 - 1, 0.0))];
+    EXPECT_GE(histogram.quantile(share), exact) << share;
+    EXPECT_LE(double(histogram.quantile(share)), double(exact) * (1 + 1.0 / 32)) << share;
+  }
+  std::int64_t sum = 0, end = -1;
+  for (const auto& bin : histogram.bins()) {
+    EXPECT_GT(bin.from, end); // bins follow one another and do not overlap
+    end = bin.to;
+    sum += bin.count;
+    const auto inside =
+        std::ranges::count_if(all, [&](std::int64_t t) { return t >= bin.from && t <= bin.to; });
+    EXPECT_EQ(inside, bin.count);
+  }
+  EXPECT_EQ(sum, 20'000);
+}
+
+TEST(LatencyHistogramAnalytic, ShortDurationsAreKeptExactly) {
+  LatencyHistogram histogram, other;
+  for (int t = 0; t < 40; ++t)
+    (t % 2 == 0 ? histogram : other).add(t);
+  histogram.add(other);
+  EXPECT_EQ(histogram.n(), 40);
+  EXPECT_DOUBLE_EQ(histogram.mean(), 19.5); // analytic: the mean of 0 ... 39
+  EXPECT_EQ(histogram.quantile(0.5), 19);
+  EXPECT_EQ(histogram.quantile(1), 39);
+  EXPECT_EQ(LatencyHistogram().quantile(0.5), 0);
 }
 
 } // namespace

@@ -5,6 +5,7 @@
 #include "support/bodies/carved.hpp"
 #include "support/bodies/lattice_scenes.hpp"
 #include "support/dense_program.hpp"
+#include "support/solved.hpp"
 
 #include <gtest/gtest.h>
 
@@ -13,8 +14,8 @@
 namespace maille::deform {
 namespace {
 
-using tests::even_limits;
-using tests::lattice_box;
+using test::even_limits;
+using test::lattice_box;
 
 /// A bar that taut limits make a ramp of: every sum along it is rounded.
 Scene taut_bar(int cells, double by) {
@@ -30,8 +31,7 @@ TEST(HeldNodesContract, StayAtRestToTheBitAndHandlesWhereTheyWereAsked) {
   for (int cells = 2; cells < 30; ++cells) {
     const Scene scene = taut_bar(cells, 1e-9 / cells);
     for (const char* method : {"limits", "dijkstra", "relaxed", "sweep"}) {
-      const Answer answer = solve(scene, method);
-      ASSERT_EQ(answer.status, Status::done) << answer.message;
+      const Answer answer = test::solved(scene, method);
       for (const Prescribed& p : scene.prescribed)
         EXPECT_EQ(answer.displacement(p.component, p.node), p.value) << method << ", " << cells << " cells";
     }
@@ -45,8 +45,8 @@ TEST(WideLimitsOracle, SlackThatNeverBindsCostsNoDigits) {
   limits.shear[2] = {1e6, 1e6, 1e6};
   limits.stretch[2] = 1e6;
   Scene scene = lattice_box({3, 3, 4}, limits);
-  for (const Index3& at : tests::face(scene, 0, false))
-    tests::move(scene, at, {1e-9, -0.7e-9, 0.3e-9});
+  for (const Index3& at : test::face(scene, 0, false))
+    test::move(scene, at, {1e-9, -0.7e-9, 0.3e-9});
   const LinkLimits links(scene);
   const Answer paths = solve(scene, "dijkstra");
   const double rounding = 4 * rounding_tolerance(scene.specimen.grid, scene.largest_prescribed());
@@ -84,15 +84,14 @@ TEST(CoupledContrastOracle, AStiffCapOnASoftBodyIsTheDenseSolution) {
   // Once: status done with a billion times the energy, as residuals in float32 no longer fell.
   Scene scene = capped_column();
   scene.relaxation.tolerance = 1e-5;
-  const Answer answer = solve(scene, "coupled");
-  ASSERT_EQ(answer.status, Status::done) << answer.message;
-  const tests::DenseProgram program(scene, scene.prescribed);
+  const Answer answer = test::solved(scene, "coupled");
+  const test::DenseProgram program(scene, scene.prescribed);
   const Eigen::VectorXd best = program.K.ldlt().solve(program.force);
   Displacement truth = program.start;
   for (std::size_t i = 0; i < program.unknowns.size(); ++i)
     truth(program.unknowns[i].first, program.unknowns[i].second) = best[Eigen::Index(i)];
-  EXPECT_LE(tests::elastic_energy(scene, answer.displacement),
-            tests::elastic_energy(scene, truth) * (1 + 1e-4));
+  EXPECT_LE(test::elastic_energy(scene, answer.displacement),
+            test::elastic_energy(scene, truth) * (1 + 1e-4));
 }
 
 TEST(RelaxedNumbersContract, MovesNearTheEndsOfFloat32AreAnswered) {

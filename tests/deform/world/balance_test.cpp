@@ -21,11 +21,11 @@
 namespace maille::deform {
 namespace {
 
-using tests::belly_and;
-using tests::box_object;
-using tests::elastic_object;
-using tests::empty_world;
-using tests::hold_face;
+using test::belly_and;
+using test::box_object;
+using test::elastic_object;
+using test::empty_world;
+using test::hold_face;
 
 constexpr double skin = 1e-4; ///< that surfaces keep from one another [cells]
 
@@ -62,7 +62,7 @@ TEST(ContactProgramOracle, FindsTheForcesThatTryingEverySetFinds) {
   std::mt19937 random(5);
   std::normal_distribution<double> normal;
   for (int question = 0; question < 200; ++question) {
-    const int n = 1 + static_cast<int>(random() % 7);
+    const int n = 1 + int(random() % 7);
     const Eigen::MatrixXd root = Eigen::MatrixXd::NullaryExpr(n, n, [&] { return normal(random); });
     const Eigen::MatrixXd compliance = root * root.transpose() + 0.01 * Eigen::MatrixXd::Identity(n, n);
     const Eigen::VectorXd gap = Eigen::VectorXd::NullaryExpr(n, [&] { return normal(random); });
@@ -82,9 +82,8 @@ TEST(ContactProgramOracle, FindsTheForcesThatTryingEverySetFinds) {
       const Eigen::VectorXd left = gap + compliance * force;
       bool is_answer = true;
       for (int i = 0; i < n; ++i)
-        is_answer =
-            is_answer && (may_pull[static_cast<std::size_t>(i)] != 0 ? std::abs(left[i]) < 1e-9
-                                                                     : force[i] > -1e-12 && left[i] > -1e-9);
+        is_answer = is_answer && (may_pull[std::size_t(i)] != 0 ? std::abs(left[i]) < 1e-9
+                                                                : force[i] > -1e-12 && left[i] > -1e-9);
       is_known = is_answer && (force - found).norm() < 1e-8 * (1 + force.norm());
     }
     EXPECT_TRUE(is_known) << "question " << question;
@@ -141,7 +140,7 @@ TEST(NearFacesOracle, NothingThatIsNearIsMissed) {
     std::iota(all.begin(), all.end(), 0);
     std::size_t next = 0;
     for (std::int32_t node = 0; node < ball.n_nodes(); ++node) {
-      const Eigen::Vector3d& point = of_ball[static_cast<std::size_t>(node)];
+      const Eigen::Vector3d& point = of_ball[std::size_t(node)];
       const auto expected = placed.near(point, all);
       const bool is_known = next < kept.nodes().size() && kept.nodes()[next].node == node;
       const auto found =
@@ -153,7 +152,7 @@ TEST(NearFacesOracle, NothingThatIsNearIsMissed) {
         EXPECT_EQ(found[i].gap, expected[i].gap);
         EXPECT_EQ(found[i].normal, expected[i].normal);
       }
-      n_near += static_cast<int>(found.size());
+      n_near += int(found.size());
     }
   }
   EXPECT_GT(n_near, 500);
@@ -207,7 +206,7 @@ TEST(NearFacesOracle, OfASkinAndItselfWhatIsFarInTheBodyCounts) {
   int n_near = 0;
   for (const NearFaces::OfNode& one : near.nodes()) {
     const Index3 at = body.grid.node_at(of_body.node(one.node));
-    if (placed.near(places[static_cast<std::size_t>(one.node)], near.faces(one)).empty())
+    if (placed.near(places[std::size_t(one.node)], near.faces(one)).empty())
       continue;
     ++n_near;
     EXPECT_TRUE(at[1] == 1 || at[1] == 2) << "only sides that face the gap";
@@ -285,7 +284,7 @@ TEST(PlacedSkinAnalytic, NormalsGoOverFromFaceToFace) {
                 BentPlate::radius * (1 - std::cos(0.5 * BentPlate::angle)) / 2 + 1e-3);
   }
   EXPECT_LT(worst, 0.01); // of 5 degrees, which are 0.087
-  const Eigen::Vector3d end = plate.places[static_cast<std::size_t>(plate.of.faces()[0].node[0])];
+  const Eigen::Vector3d end = plate.places[std::size_t(plate.of.faces()[0].node[0])];
   for (const auto& near : placed.near(end + Eigen::Vector3d(0, -0.2, 0), all))
     EXPECT_NEAR(near.normal[1], -1, 1e-9); // beside the plate, before its flat side
 }
@@ -352,10 +351,10 @@ TEST(FlexibilityOracle, MultigridAndTheSupernodalFactorAreEigensFactor) {
   hold_face(object, 2, false);
   Scene& scene = object.scene;
   Specimen& body = scene.specimen;
-  body.material_id.assign(static_cast<std::size_t>(body.grid.n_cells()), 0);
-  body.material_id[static_cast<std::size_t>(body.grid.cell({2, 1, 3}))] =
-      body.material_id[static_cast<std::size_t>(body.grid.cell({2, 2, 3}))] = no_material;
-  body.tissue.assign(static_cast<std::size_t>(body.grid.n_cells()), 1);
+  body.material_id.assign(std::size_t(body.grid.n_cells()), 0);
+  body.material_id[std::size_t(body.grid.cell({2, 1, 3}))] =
+      body.material_id[std::size_t(body.grid.cell({2, 2, 3}))] = no_material;
+  body.tissue.assign(std::size_t(body.grid.n_cells()), 1);
   for (std::size_t cell = 0; cell < body.tissue.size(); cell += 3)
     body.tissue[cell] = 0.4F;
   std::vector<std::int64_t> fixed;
@@ -385,7 +384,7 @@ TEST(FlexibilityOracle, MultigridAndTheSupernodalFactorAreEigensFactor) {
     }
     Eigen::VectorXd given = Eigen::VectorXd::Zero(n);
     for (const std::int64_t component : fixed)
-      given[component] = 1e-3 * static_cast<double>(component % 7);
+      given[component] = 1e-3 * double(component % 7);
     const Eigen::VectorXd expected = factor.moved(given);
     EXPECT_LT((multigrid.moved(given) - expected).norm(), 1e-8 * expected.norm());
     EXPECT_LT((supernodal.moved(given) - expected).norm(), 1e-10 * expected.norm());
@@ -403,8 +402,7 @@ TEST(FlexibilityOracle, ComplianceIsKeptRight) {
     ASSERT_EQ(found.rows(), std::ssize(components));
     for (Eigen::Index i = 0; i < found.rows(); ++i)
       for (Eigen::Index j = 0; j < found.cols(); ++j) {
-        const std::int64_t p = components[static_cast<std::size_t>(i)],
-                           q = components[static_cast<std::size_t>(j)];
+        const std::int64_t p = components[std::size_t(i)], q = components[std::size_t(j)];
         EXPECT_EQ(found(i, j), 0.5 * (anew.column(p)[q] + anew.column(q)[p]));
       }
   }
@@ -467,7 +465,7 @@ TEST(BalanceAnalytic, TwoBarsPressedTogetherShareTheWay) {
   hold_face(scene.objects[1], 0, true);
   World world(scene);
   Drive drive = drive_of(0, {0.1, 0, 0});
-  drive.nodes = tests::face_nodes(scene.objects[0], 0, false);
+  drive.nodes = test::face_nodes(scene.objects[0], 0, false);
   FrameResult result;
   for (int frame = 0; frame < 10; ++frame)
     result = world.advance({&drive, 1});
@@ -608,7 +606,7 @@ TEST(BalanceAnalytic, AHandForcesNoNodesThroughAWall) {
       scene.objects.push_back(box_object("wall", ObjectKind::fixed, {2, 10}, {12, 1, 0}));
     World world(scene);
     Drive drive = drive_of(0, {9, 0, 0});
-    drive.nodes = tests::face_nodes(scene.objects[0], 0, true);
+    drive.nodes = test::face_nodes(scene.objects[0], 0, true);
     const FrameResult result = world.advance({&drive, 1});
     EXPECT_EQ(result.status, Status::clamped) << result.message;
     const double x = world.position(0, drive.nodes[0])[0];

@@ -13,10 +13,10 @@
 namespace maille::deform {
 namespace {
 
-using tests::box_object;
-using tests::elastic_object;
-using tests::empty_world;
-using tests::hold_face;
+using test::box_object;
+using test::elastic_object;
+using test::empty_world;
+using test::hold_face;
 
 WorldScene rough(std::initializer_list<int> cells, double friction) {
   WorldScene scene = empty_world(cells, "coupled");
@@ -112,12 +112,11 @@ TEST(FrictionProgramOracle, ForcesObeyCoulombsLaw) {
   std::normal_distribution<double> normal;
   int slipping = 0, sticking = 0, unsettled = 0;
   for (int question = 0; question < 300; ++question) {
-    const int tangents = 1 + question % 2, contacts = 1 + static_cast<int>(random() % 4),
-              n = contacts * (1 + tangents);
+    const int tangents = 1 + question % 2, contacts = 1 + int(random() % 4), n = contacts * (1 + tangents);
     const Eigen::MatrixXd root = Eigen::MatrixXd::NullaryExpr(n, n, [&] { return 0.3 * normal(random); });
     const Eigen::MatrixXd compliance = root * root.transpose() + Eigen::MatrixXd::Identity(n, n);
     Eigen::VectorXd gap = Eigen::VectorXd::NullaryExpr(n, [&] { return normal(random); });
-    std::vector<char> may_pull(static_cast<std::size_t>(n), 0), active;
+    std::vector<char> may_pull(std::size_t(n), 0), active;
     std::vector<FrictionRows> rows;
     for (int i = 0; i < contacts; ++i)
       rows.push_back({i, contacts + i * tangents, tangents});

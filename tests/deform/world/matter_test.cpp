@@ -14,8 +14,8 @@ namespace maille::deform {
 namespace {
 
 using std::numbers::pi;
-using tests::box_shape;
-using tests::Dice;
+using test::box_shape;
+using test::Dice;
 
 /// A box of matter as geometry knows it, without voxels, cells or a map.
 struct Slab {
@@ -64,19 +64,18 @@ TEST(MatterIndependent, NothingPassesASlabAtAnyTurnAndSpacing) {
     Dice dice{random};
     const double ratio = std::array{0.25, 0.4, 0.7, 1.0, 1.0, 1.5, 2.0, 4.0}[seed % 8];
     const double tip_ratio = std::array{0.25, 0.7, 1.0, 1.3, 3.0}[seed / 8 % 5];
-    const int thick = 1 + static_cast<int>(seed % 3), wide = static_cast<int>(std::ceil(12 / ratio));
+    const int thick = 1 + int(seed % 3), wide = int(std::ceil(12 / ratio));
     const Vec3 spacing{ratio, ratio, ratio}, tip_spacing{tip_ratio, tip_ratio, tip_ratio};
     const Eigen::Vector3d middle = Eigen::Vector3d::Constant(24) + 0.5 * dice.direction();
     Slab slab;
     slab.size = Eigen::Vector3d(wide, wide, thick) * ratio;
     slab.pose = random_pose(dice, middle, slab.size, seed % 5 != 0);
     RigidWorld world({48, 48, 48}, {1, 1, 1});
-    const int plate =
-        *world
-             .add(RigidShape({wide, wide, thick}, spacing,
-                             std::vector<std::uint8_t>(static_cast<std::size_t>(wide * wide * thick), 1)),
-                  slab.pose)
-             .object;
+    const int plate = *world
+                           .add(RigidShape({wide, wide, thick}, spacing,
+                                           std::vector<std::uint8_t>(std::size_t(wide * wide * thick), 1)),
+                                slab.pose)
+                           .object;
     const Eigen::Vector3d tip_size = Eigen::Vector3d::Constant(tip_ratio);
     std::optional<int> tip;
     const auto middle_of = [&](const Pose& pose) {
@@ -127,14 +126,14 @@ TEST(MatterContract, CellsWhoseMiddlesAreInABoxAreItsOwn) {
     std::mt19937 random(seed);
     Dice dice{random};
     const double ratio = std::array{0.25, 0.6, 1.0, 1.4, 2.0, 4.0}[seed % 6];
-    const int n = static_cast<int>(std::ceil(8 / ratio));
+    const int n = int(std::ceil(8 / ratio));
     Slab box;
     box.size = Eigen::Vector3d::Constant(n * ratio);
     box.pose = random_pose(dice, {12.3, 12.1, 11.8}, box.size, seed % 4 != 0);
     RigidWorld world({24, 24, 24}, {1, 1, 1});
     ASSERT_TRUE(world
                     .add(RigidShape({n, n, n}, {ratio, ratio, ratio},
-                                    std::vector<std::uint8_t>(static_cast<std::size_t>(n * n * n), 1)),
+                                    std::vector<std::uint8_t>(std::size_t(n * n * n), 1)),
                          box.pose)
                     .object);
     for (int z = 0; z < 24; ++z)
@@ -184,13 +183,13 @@ TEST(MatterContract, AnObjectTakesAllItsCellsAlong) {
   const Pose pose = random_pose(dice, {20, 20, 20}, {9, 9, 9}, true);
   const int box = *world.add(RigidShape({3, 3, 3}, {3, 3, 3}, std::vector<std::uint8_t>(27, 1)), pose).object;
   const std::int64_t n = world.map().n_occupied();
-  EXPECT_NEAR(static_cast<double>(n), 729, 80); // analytic: its volume, to the cells at its surface
+  EXPECT_NEAR(double(n), 729, 80); // analytic: its volume, to the cells at its surface
   RigidMotion motion;
   motion.by = {1, 2, 3};
   ASSERT_EQ(world.move(box, motion).fraction, 1);
   motion.by = -motion.by;
   ASSERT_EQ(world.move(box, motion).fraction, 1);
-  EXPECT_NEAR(static_cast<double>(world.map().n_occupied()), static_cast<double>(n), 2); // rounding of poses
+  EXPECT_NEAR(double(world.map().n_occupied()), double(n), 2); // rounding of poses
 }
 
 } // namespace

@@ -1,10 +1,16 @@
 #include "maille/deform/world/occupancy_map.hpp"
-
+#include "maille/deform/world/world.hpp"
+#include "support/bodies/rigid_bodies.hpp"
 #include "support/vector_targets.hpp"
+#include "support/worlds/worlds.hpp"
+#include "world/first_contact.hpp"
+#include "world/occupancy/cell_walk.hpp"
+#include "world/occupancy/posed_shape.hpp"
 
+#include <cmath>
 #include <gtest/gtest.h>
-
 #include <map>
+#include <numbers>
 #include <random>
 
 namespace maille::deform {
@@ -16,7 +22,7 @@ TEST(OccupancyMapOracle, RowsPutAndTakenAreThoseOfADictionary) {
   OccupancyMap map(cells);
   std::map<Index3, VoxelId> truth;
   std::mt19937 random(7);
-  const auto below = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+  const auto below = [&](int n) { return int(random() % unsigned(n)); };
   VoxelId next = 0;
   for (int round = 0; round < 4000; ++round) {
     Index3 at{below(cells[0]), below(cells[1]), below(cells[2])};
@@ -30,7 +36,7 @@ TEST(OccupancyMapOracle, RowsPutAndTakenAreThoseOfADictionary) {
         truth.erase(at);
     next += n;
   }
-  ASSERT_EQ(map.n_occupied(), static_cast<std::int64_t>(truth.size()));
+  ASSERT_EQ(map.n_occupied(), std::int64_t(truth.size()));
   for (int z = 0; z < cells[2]; ++z)
     for (int y = 0; y < cells[1]; ++y)
       for (int x = 0; x < cells[0]; ++x) {
@@ -43,7 +49,7 @@ TEST(OccupancyMapOracle, BoxesAreSearchedToTheCell) {
   const Index3 cells{40, 40, 40};
   OccupancyMap map(cells);
   std::mt19937 random(11);
-  const auto below = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+  const auto below = [&](int n) { return int(random() % unsigned(n)); };
   for (int i = 0; i < 40; ++i)
     map.put({below(40), below(40), below(40)}, i);
   for (int round = 0; round < 2000; ++round) {
@@ -88,7 +94,7 @@ void put_and_take_boxes_as_a_dictionary_does() {
   OccupancyMap map(cells);
   std::map<Index3, VoxelId> truth;
   std::mt19937 random(19);
-  const auto below = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+  const auto below = [&](int n) { return int(random() % unsigned(n)); };
   VoxelId next = 0;
   for (int round = 0; round < 600; ++round) {
     Index3 first, size;
@@ -108,7 +114,7 @@ void put_and_take_boxes_as_a_dictionary_does() {
             truth.erase(at);
         }
     next += size[0] * size[1] * size[2];
-    ASSERT_EQ(map.n_occupied(), static_cast<std::int64_t>(truth.size()));
+    ASSERT_EQ(map.n_occupied(), std::int64_t(truth.size()));
     for (int look = 0; look < 200; ++look) {
       const Index3 at{below(cells[0]), below(cells[1]), below(cells[2])};
       const auto found = truth.find(at);
@@ -118,9 +124,9 @@ void put_and_take_boxes_as_a_dictionary_does() {
 }
 
 TEST(OccupancyMapOracle, BoxesPutAndTakenAreThoseOfADictionary) {
-  for (const std::int64_t target : tests::vector_targets()) {
+  for (const std::int64_t target : test::vector_targets()) {
     SCOPED_TRACE(target);
-    const tests::ForcedVectors forced(target);
+    const test::ForcedVectors forced(target);
     ASSERT_NO_FATAL_FAILURE(put_and_take_boxes_as_a_dictionary_does());
   }
 }
@@ -131,7 +137,7 @@ TEST(OccupancyMapOracle, CellsPutAndTakenAreThoseOfADictionary) {
   OccupancyMap map(cells);
   std::map<Index3, VoxelId> truth;
   std::mt19937 random(23);
-  const auto below = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+  const auto below = [&](int n) { return int(random() % unsigned(n)); };
   for (VoxelId id = 0; id < 5000; ++id) {
     const Index3 at{below(cells[0]), below(cells[1]), below(cells[2])};
     if (id / 1000 % 2 == 0 ? below(3) > 0 : below(9) == 0) { // fills the world, then empties it
@@ -141,7 +147,7 @@ TEST(OccupancyMapOracle, CellsPutAndTakenAreThoseOfADictionary) {
       map.take(at);
       truth.erase(at);
     }
-    ASSERT_EQ(map.n_occupied(), static_cast<std::int64_t>(truth.size()));
+    ASSERT_EQ(map.n_occupied(), std::int64_t(truth.size()));
     const Index3 other{below(cells[0]), below(cells[1]), below(cells[2])};
     for (const Index3& look : {at, other}) {
       const auto found = truth.find(look);
@@ -155,11 +161,11 @@ TEST(OccupancyMapOracle, ManyCellsAreCountedAsOneByOne) {
   const Index3 cells{70, 21, 35};
   OccupancyMap map(cells);
   std::mt19937 random(11);
-  const auto below = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+  const auto below = [&](int n) { return int(random() % unsigned(n)); };
   for (int i = 0; i < 3000; ++i)
     map.put({below(cells[0]), below(cells[1]), below(cells[2])}, i);
-  for (const std::int64_t target : tests::vector_targets()) {
-    const tests::ForcedVectors forced(target);
+  for (const std::int64_t target : test::vector_targets()) {
+    const test::ForcedVectors forced(target);
     for (int round = 0; round < 200; ++round) {
       std::vector<std::int32_t> at[3];
       const int n = below(100);
@@ -183,6 +189,236 @@ TEST(OccupancyMapOracle, ManyCellsAreCountedAsOneByOne) {
     ASSERT_EQ(map.n_blocked_in_row(first, n), expected);
     ASSERT_EQ(map.is_row_blocked(first, n), expected > 0);
   }
+}
+
+/// What a moving body meets first, against all its voxels looked at.
+
+using std::numbers::pi;
+using test::Dice;
+using test::porous_shape;
+using test::Question;
+using test::random_motion;
+using test::random_question;
+
+/// The same world without the object.
+OccupancyMap map_without(const RigidWorld& world, int object) {
+  OccupancyMap map(world.map().cells());
+  for (int other = 0; other < world.n_objects(); ++other)
+    if (other != object)
+      any_voxel(PosedShape(world.shape(other), world.pose(other), world.cell_size()), 0,
+                world.shape(other).n_voxels(), [&](std::int32_t, const Index3& cell) {
+                  map.put(cell, other);
+                  return false;
+                });
+  return map;
+}
+
+/// An object on its way among what it can meet.
+struct Approach {
+  RigidWorld world;
+  int object;
+  RigidMotion motion;
+  OccupancyMap others = map_without(world, object);
+  const RigidShape& shape() const { return world.shape(object); }
+  const Pose& pose() const { return world.pose(object); }
+  std::optional<Contact> first_contact() const {
+    return deform::first_contact(others, world.cell_size(), shape(), pose(), motion);
+  }
+};
+
+Approach random_approach(Dice& dice, bool aligned, double reach, bool turns) {
+  Question question = random_question(dice, aligned);
+  return {std::move(question.world), *question.object, random_motion(dice, reach, turns)};
+}
+
+// Oracle: all cells of all voxels, without leaving out what cannot be first.
+TEST(RigidWorldOracle, TheFirstContactIsThatOfEveryVoxel) {
+  std::mt19937 random(5);
+  Dice dice{random};
+  int met = 0;
+  for (int round = 0; round < 300; ++round) {
+    const Approach way = random_approach(dice, round % 2 == 0, 30, round % 4 > 1);
+    const auto fast = way.first_contact();
+    const auto every =
+        first_contact_of_every_voxel(way.others, way.world.cell_size(), way.shape(), way.pose(), way.motion);
+    ASSERT_EQ(fast.has_value(), every.has_value()) << "round " << round;
+    if (!fast)
+      continue;
+    ++met;
+    ASSERT_EQ(fast->time, every->time) << "round " << round;
+    ASSERT_EQ(fast->voxel, every->voxel) << "round " << round;
+    ASSERT_EQ(fast->cell, every->cell) << "round " << round;
+  }
+  EXPECT_GT(met, 100); // else nothing was tested
+}
+
+// Oracle: the middles of voxels looked at at many times: free before the contact, blocked in the contact's
+// cell just behind it.
+TEST(RigidWorldOracle, NothingIsMetBeforeTheFirstContact) {
+  std::mt19937 random(6);
+  Dice dice{random};
+  for (int round = 0; round < 200; ++round) {
+    const Approach way = random_approach(dice, round % 2 == 0, 15, round % 4 > 1);
+    const Vec3& cell_size = way.world.cell_size();
+    const auto contact = way.first_contact();
+    const double end = contact ? contact->time - 1e-9 : 1;
+    for (int i = 0; i < 60; ++i) {
+      const double t = end * (i + 0.5) / 60;
+      const PosedShape posed(way.shape(), way.motion.moved(way.pose(), t), cell_size);
+      ASSERT_FALSE(any_voxel(posed, 0, way.shape().n_voxels(),
+                             [&](std::int32_t, const Index3& cell) { return way.others.is_blocked(cell); }))
+          << "round " << round;
+    }
+    if (contact && contact->time < 1 - 1e-9) {
+      const Pose behind = way.motion.moved(way.pose(), contact->time + 1e-9);
+      ASSERT_EQ(PosedShape(way.shape(), behind, cell_size).cell(contact->voxel), contact->cell);
+    }
+  }
+}
+
+// Oracle: voxel by voxel. Aligned shapes are counted row by row, others many cells at a time.
+TEST(RigidWorldOracle, BlockedVoxelsAreCountedAsOneByOne) {
+  std::mt19937 random(13);
+  Dice dice{random};
+  for (int round = 0; round < 200; ++round) {
+    const bool aligned = round % 2 == 0;
+    const Question question = random_question(dice, aligned);
+    const RigidWorld& world = question.world;
+    const RigidShape shape = porous_shape(dice, {1 + dice.below(40), 1 + dice.below(9), 1 + dice.below(9)},
+                                          aligned ? Vec3{1, 0.75, 1.5} : Vec3{0.7, 0.6, 1.1});
+    Pose pose;
+    if (!aligned)
+      pose.rotation = Eigen::AngleAxisd(dice.between(0, pi), dice.direction()).toRotationMatrix();
+    pose.position = {dice.between(-20, 40), dice.between(-10, 30), dice.between(-10, 40)};
+    std::int32_t expected = 0;
+    any_voxel(PosedShape(shape, pose, world.cell_size()), 0, shape.n_voxels(),
+              [&](std::int32_t, const Index3& cell) {
+                expected += world.map().is_blocked(cell);
+                return false;
+              });
+    ASSERT_EQ(world.n_blocked(shape, pose), expected) << "round " << round;
+    ASSERT_EQ(is_blocked(world.map(), world.cell_size(), shape, pose), expected > 0) << "round " << round;
+  }
+}
+
+Index3 cell_at(const std::array<CoordinatePath, 3>& paths, double angle, double t) {
+  return {int(std::floor(paths[0].at(t, angle))), int(std::floor(paths[1].at(t, angle))),
+          int(std::floor(paths[2].at(t, angle)))};
+}
+
+// Oracle: the path looked at at very many times; each cell seen must be the walk's at that time.
+TEST(CellWalkOracle, TheCellAtAnyTimeIsTheLastOneEntered) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> any(-6, 6);
+  for (int round = 0; round < 400; ++round) {
+    const double angle = round % 3 == 0 ? 0 : any(random) / 6 * std::numbers::pi;
+    std::array<CoordinatePath, 3> paths;
+    for (CoordinatePath& path : paths)
+      path = {any(random), any(random), angle == 0 ? 0 : any(random), angle == 0 ? 0 : any(random)};
+    CellWalk walk(paths, angle, cell_at(paths, angle, 0));
+    const int n = 2000;
+    auto step = walk.next(2);
+    Index3 cell = cell_at(paths, angle, 0);
+    for (int i = 0; i < n; ++i) {
+      const double t = (i + 0.5) / n;
+      while (step && step->time < t) {
+        cell[std::size_t(step->axis)] += step->direction;
+        ASSERT_EQ(cell, walk.cell());
+        step = walk.next(1);
+      }
+      ASSERT_EQ(cell, cell_at(paths, angle, t)) << "round " << round << ", time " << t;
+    }
+  }
+}
+
+TEST(CellWalkAnalytic, AStraightPathCrossesPlanesAtTheirTimes) {
+  // From (0.5, 0.25, 0.5) by (4, 2, 0): x at 1/8, 3/8, 5/8, 7/8 and y at 3/8 and 7/8; of two at once x comes
+  // first.
+  const std::array<CoordinatePath, 3> paths{{{0.5, 4, 0, 0}, {0.25, 2, 0, 0}, {0.5, 0, 0, 0}}};
+  CellWalk walk(paths, 0, {0, 0, 0});
+  const double times[] = {0.125, 0.375, 0.375, 0.625, 0.875, 0.875};
+  const int axes[] = {0, 0, 1, 0, 0, 1};
+  for (int i = 0; i < 6; ++i) {
+    const auto step = walk.next(1);
+    ASSERT_TRUE(step);
+    EXPECT_DOUBLE_EQ(step->time, times[i]);
+    EXPECT_EQ(step->axis, axes[i]);
+  }
+  EXPECT_FALSE(walk.next(1));
+  EXPECT_EQ(walk.cell(), (Index3{4, 2, 0}));
+}
+
+TEST(CellWalkAnalytic, AQuarterTurnCrossesPlanesAtArcSines) {
+  // (10.5 cos, 10.5 sin) about the corner of cell 0: y = k at asin(k / 10.5), x = k at acos(k / 10.5).
+  const std::array<CoordinatePath, 3> paths{{{0, 0, 10.5, 0}, {0, 0, 0, 10.5}, {0.5, 0, 0, 0}}};
+  const double angle = std::numbers::pi / 2;
+  CellWalk walk(paths, angle, {10, 0, 0});
+  int up = 0, down = 10;
+  while (const auto step = walk.next(1)) {
+    const double expected = step->axis == 1 ? std::asin(++up / 10.5) : std::acos(down-- / 10.5);
+    EXPECT_NEAR(step->time, expected / angle, 1e-14); // rounding of the arc's numbers
+    EXPECT_EQ(step->direction, step->axis == 1 ? 1 : -1);
+  }
+  EXPECT_EQ(up, 10);
+  EXPECT_EQ(down, 0);
+}
+
+/// Gibson's own loops in worlds: halved steps, and bodies that are on their way to rest.
+
+using test::box_object;
+using test::empty_world;
+using test::hold_face;
+
+// Analytic: voxels' middles at 3.5 + x before a wall whose first cell is 8: free while x < 4.5. The frame
+// goes in 10 steps of a cell; the fifth is halved until it is free.
+TEST(OldLoopsAnalytic, ABlockedStepIsHalvedWithoutPushing) {
+  WorldScene scene = empty_world({20, 5}, "coupled");
+  scene.contact = ContactLaw::halving;
+  scene.objects = {box_object("tool", ObjectKind::rigid, {2, 2}, {2, 1, 0}),
+                   box_object("free", ObjectKind::rigid, {1, 2}, {8, 1, 0})};
+  World world(scene);
+  Drive drive;
+  drive.object = 0;
+  drive.motion.by = {10, 0, 0};
+  const FrameResult result = world.advance({&drive, 1});
+  EXPECT_EQ(result.status, Status::clamped);
+  const double x = world.pose(0).position[0] - 2;
+  EXPECT_NEAR(x, 4 + 0.5 * (1 - 1.0 / 64), 1e-12); // steps 5 to 10, each half of what is left
+  EXPECT_EQ(world.pose(1).position[0], 8);
+  EXPECT_EQ(world.n_shared_cells(), 0);
+}
+
+// Analytic: at rest every node is the mean of its neighbours, so a bar that is pulled is stretched evenly; a
+// few sweeps a frame show the way there, frame by frame.
+TEST(OldLoopsAnalytic, FramesShowABodyOnItsWayToRest) {
+  WorldScene scene = empty_world({40, 10}, "sweep");
+  scene.objects = {
+      box_object("bar", ObjectKind::deformable, {16, 1}, {4.5, 4.5, 0}, test::even_limits(2, 0.5, 1))};
+  hold_face(scene.objects[0], 0, false);
+  scene.objects[0].scene.relaxation.sweeps = 4;
+  World world(scene);
+  Drive drive;
+  drive.object = 0;
+  drive.motion.by = {0.8, 0, 0};
+  drive.nodes = test::face_nodes(scene.objects[0], 0, true);
+  EXPECT_EQ(world.advance({&drive, 1}).status, Status::budget_reached); // a state on the way
+  const auto furthest_from_rest = [&] {
+    double most = 0;
+    for (std::int64_t x = 0; x <= 16; ++x)
+      most = std::max(most, std::abs(world.displacement(0)(0, x) - 0.8 * double(x) / 16));
+    return most;
+  };
+  double before = furthest_from_rest();
+  EXPECT_GT(before, 0.1); // a handle alone has moved, and what limits and few sweeps took along
+  for (int frame = 0; frame < 120; ++frame) {
+    world.advance({});
+    const double now = furthest_from_rest();
+    EXPECT_LE(now, before * (1 + 1e-9)) << "frame " << frame;
+    before = now;
+    EXPECT_EQ(world.n_shared_cells(), 0);
+  }
+  EXPECT_LT(before, 1e-2);
+  EXPECT_GT(before, 0);
 }
 
 } // namespace

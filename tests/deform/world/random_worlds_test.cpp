@@ -11,7 +11,7 @@
 namespace maille::deform {
 namespace {
 
-using tests::RandomPushes;
+using test::RandomPushes;
 
 struct Kind {
   int dimension;

@@ -1,26 +1,35 @@
 #include "maille/deform/world/rigid_world.hpp"
-
+#include "maille/deform/world/world.hpp"
+#include "maille/scene/image.hpp"
+#include "maille/scene/world/world_scene.hpp"
 #include "support/bodies/rigid_bodies.hpp"
 #include "support/vector_targets.hpp"
 #include "world/occupancy/posed_shape.hpp"
+#include "world/surface/skin.hpp"
+#include "world/surface/smooth_surface.hpp"
 
 #include <Eigen/Geometry>
-#include <gtest/gtest.h>
-
 #include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <filesystem>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
 #include <numbers>
 #include <optional>
 #include <random>
 #include <set>
+#include <string>
+#include <vector>
 
 namespace maille::deform {
 namespace {
 
 using std::numbers::pi;
-using tests::box_shape;
-using tests::Dice;
-using tests::porous_shape;
-using tests::random_motion;
+using test::box_shape;
+using test::Dice;
+using test::porous_shape;
+using test::random_motion;
 
 /// The cells whose middles lie in a shape's voxels as boxes, looked for about each voxel.
 std::set<Index3> cells_in_matter(const RigidShape& shape, const Pose& pose) {
@@ -30,9 +39,9 @@ std::set<Index3> cells_in_matter(const RigidShape& shape, const Pose& pose) {
     const Eigen::Vector3d middle =
         pose.position + pose.rotation * Eigen::Vector3d(i[0] + 0.5, i[1] + 0.5, i[2] + 0.5);
     for (int near = 0; near < 27; ++near) {
-      const Index3 cell{static_cast<int>(std::floor(middle[0])) + near % 3 - 1,
-                        static_cast<int>(std::floor(middle[1])) + near / 3 % 3 - 1,
-                        static_cast<int>(std::floor(middle[2])) + near / 9 - 1};
+      const Index3 cell{int(std::floor(middle[0])) + near % 3 - 1,
+                        int(std::floor(middle[1])) + near / 3 % 3 - 1,
+                        int(std::floor(middle[2])) + near / 9 - 1};
       const Eigen::Vector3d off =
           pose.rotation.transpose() * (Eigen::Vector3d(cell[0] + 0.5, cell[1] + 0.5, cell[2] + 0.5) - middle);
       if (off.cwiseAbs().maxCoeff() < 0.5)
@@ -62,7 +71,7 @@ TEST(RigidWorldContract, NoObjectEverEntersAnother) {
     RigidMotion motion = random_motion(dice, 20, round % 2 == 0);
     motion.about = world.pose(object).position;
     const MoveResult result = round % 3 == 0 ? world.slide(object, motion) : world.move(object, motion);
-    contacts += static_cast<int>(result.contacts.size());
+    contacts += int(result.contacts.size());
     std::set<Index3> taken;
     for (int other = 0; other < world.n_objects(); ++other) {
       std::set<Index3> own;
@@ -79,7 +88,7 @@ TEST(RigidWorldContract, NoObjectEverEntersAnother) {
       taken.merge(own);
       ASSERT_TRUE(own.empty()) << "two objects in one cell";
     }
-    ASSERT_EQ(world.map().n_occupied(), static_cast<std::int64_t>(taken.size()));
+    ASSERT_EQ(world.map().n_occupied(), std::int64_t(taken.size()));
   }
   EXPECT_GT(contacts, 130);
 }
@@ -199,8 +208,8 @@ TEST(RigidWorldContract, VectorsOfAnyLengthGiveTheSameCells) {
   pose.rotation = Eigen::AngleAxisd(1, dice.direction()).toRotationMatrix();
   pose.position = {20, 20, 20};
   std::vector<std::vector<Index3>> answers;
-  for (const std::int64_t target : tests::vector_targets()) {
-    const tests::ForcedVectors forced(target);
+  for (const std::int64_t target : test::vector_targets()) {
+    const test::ForcedVectors forced(target);
     std::vector<Index3>& cells = answers.emplace_back();
     any_voxel(PosedShape(shape, pose, {1, 1, 1}), 0, shape.n_voxels(), [&](std::int32_t, const Index3& cell) {
       cells.push_back(cell);
@@ -241,7 +250,7 @@ TEST(RigidWorldOracle, APieceStaysInItsPartOfTheMaze) {
   while (!front.empty()) {
     const Index3 at = front.back();
     front.pop_back();
-    if (walls[static_cast<std::size_t>(at[0] + 21 * at[1])] != 0 || !reachable.insert(at).second)
+    if (walls[std::size_t(at[0] + 21 * at[1])] != 0 || !reachable.insert(at).second)
       continue;
     for (const Index3 step : {Index3{1, 0, 0}, Index3{-1, 0, 0}, Index3{0, 1, 0}, Index3{0, -1, 0}})
       front.push_back({at[0] + step[0], at[1] + step[1], 0});
@@ -260,6 +269,154 @@ TEST(RigidWorldOracle, APieceStaysInItsPartOfTheMaze) {
   }
   EXPECT_GT(visited.size(), reachable.size() / 3); // it does get about
   EXPECT_LT(reachable.size(), 120u);               // and there are parts that it must not come to
+}
+
+/// The smooth surface that voxels stand for.
+
+/// Corners of a body's surface, from its grid's lower corner.
+std::vector<Eigen::Vector3d> corners_of(const Specimen& body) {
+  const Skin skin(body);
+  std::vector<Eigen::Vector3d> corners;
+  for (std::int32_t i = 0; i < skin.n_nodes(); ++i) {
+    const Index3 at = body.grid.node_at(skin.node(i));
+    Eigen::Vector3d corner = Eigen::Vector3d::Zero();
+    for (int a = 0; a < body.grid.dimension(); ++a)
+      corner[a] = at[std::size_t(a)] * body.grid.spacing()[std::size_t(a)];
+    corners.push_back(corner);
+  }
+  return corners;
+}
+
+Specimen rigid_body(const std::string& shape, const std::string& cells) {
+  return parse_world_scene(fmt::format("[world]\ncells = [99, 99, 99]\nspacing = \"1 mm\"\ncontact = "
+                                       "\"surfaces\"\n[[object]]\nname = \"a\"\nkind = \"rigid\"\nshape = "
+                                       "\"{}\"\ncells = [{}]\nspacing = [\"1 mm\", \"2 mm\", \"1 mm\"]\n",
+                                       shape, cells))
+      .objects[0]
+      .scene.specimen;
+}
+
+// Analytic: an ellipsoid's equation, also where its box was cut down: no cell's middle is in its last layers.
+TEST(SmoothSurfaceAnalytic, CornersOfAnEllipsoidComeToLieOnIt) {
+  for (const Vec3& cells : {Vec3{16, 8, 12}, Vec3{60, 4, 4}}) {
+    const Specimen body = rigid_body("ellipsoid", fmt::format("{}, {}, {}", cells[0], cells[1], cells[2]));
+    std::vector<Eigen::Vector3d> corners = corners_of(body);
+    const std::vector<Eigen::Vector3d> before = corners;
+    make_smooth(body, corners);
+    const Eigen::Vector3d axes(0.5e-3 * cells[0], 1e-3 * cells[1], 0.5e-3 * cells[2]),
+        cut = Eigen::Vector3d::Map(body.position({0, 0, 0}).data());
+    for (std::size_t i = 0; i < corners.size(); ++i)
+      EXPECT_NEAR((corners[i] + cut - axes).cwiseQuotient(axes).norm(), 1, 1e-12);
+    EXPECT_LT(body.grid.cells()[0], cells[0] == 60 ? 60 : 17);
+    EXPECT_NE(before, corners);
+  }
+}
+
+// Analytic: a plane of voxels is its own surface; around it edges are rounded.
+TEST(SmoothSurfaceAnalytic, FlatFacesStay) {
+  Specimen body = rigid_body("box", "15, 15, 15");
+  std::vector<Eigen::Vector3d> corners = corners_of(body);
+  const std::vector<Eigen::Vector3d> before = corners;
+  make_smooth(body, corners);
+  std::int64_t inner = 0;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const Eigen::Vector3d cells = before[i].cwiseQuotient(Eigen::Vector3d(1e-3, 2e-3, 1e-3));
+    int near_edge = 0;
+    for (int a = 0; a < 3; ++a)
+      near_edge += cells[a] < 6.5 || cells[a] > 8.5;
+    if (near_edge == 1) { // in the middle of a face
+      EXPECT_LT((corners[i] - before[i]).norm(), 1e-4 * 1e-3);
+      ++inner;
+    }
+    EXPECT_LT((corners[i] - before[i]).cwiseQuotient(Eigen::Vector3d(1e-3, 2e-3, 1e-3)).norm(), 1.001);
+  }
+  EXPECT_EQ(inner, 6 * 4);
+}
+
+// Analytic: a ball's voxels, of which nothing tells that it is one. Corners lie up to 0.9 cells off it.
+TEST(SmoothSurfaceAnalytic, VoxelsOfABallComeNearIt) {
+  Specimen body = rigid_body("box", "24, 24, 24");
+  body.grid = Grid(3, {24, 24, 24}, {1e-3, 1e-3, 1e-3});
+  body.material_id.assign(std::size_t(body.grid.n_cells()), no_material);
+  const double radius = 10.3e-3;
+  const Eigen::Vector3d middle(12.1e-3, 11.8e-3, 12e-3);
+  for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell) {
+    const Index3 at = body.grid.cell_at(cell);
+    if ((1e-3 * Eigen::Vector3d(at[0] + 0.5, at[1] + 0.5, at[2] + 0.5) - middle).norm() < radius)
+      body.material_id[std::size_t(cell)] = 0;
+  }
+  std::vector<Eigen::Vector3d> corners = corners_of(body);
+  const auto off = [&] { // root of the mean square, in cells
+    double sum = 0;
+    for (const Eigen::Vector3d& corner : corners)
+      sum += std::pow(((corner - middle).norm() - radius) / 1e-3, 2);
+    return std::sqrt(sum / double(corners.size()));
+  };
+  const double before = off();
+  make_smooth(body, corners);
+  EXPECT_GT(before, 0.35);
+  EXPECT_LT(off(), 0.1);
+}
+
+constexpr float bone = 1150;
+
+/// Cells that one voxel can come to from `start`, through faces.
+std::vector<bool> reachable_from(const OccupancyMap& map, const Index3& start) {
+  const Index3& n = map.cells();
+  const auto number = [&](const Index3& at) { return std::size_t(at[0] + n[0] * (at[1] + n[1] * at[2])); };
+  std::vector<bool> seen(std::size_t(n[0] * n[1] * n[2]));
+  std::vector<Index3> front{start};
+  while (!front.empty()) {
+    const Index3 at = front.back();
+    front.pop_back();
+    if (map.is_blocked(at) || seen[number(at)])
+      continue;
+    seen[number(at)] = true;
+    for (std::size_t a = 0; a < 3; ++a)
+      for (const int step : {-1, 1}) {
+        Index3 next = at;
+        next[a] += step;
+        front.push_back(next);
+      }
+  }
+  return seen;
+}
+
+// Real data: a head from CT. Truth: what can be reached through faces, found by a flood (oracle).
+TEST(HeadData, AFingertipFeelsTheSkullAndNeverEntersIt) {
+  const char* const data = std::getenv("MAILLE_DATA");
+  const std::filesystem::path file =
+      std::filesystem::path(data == nullptr ? "" : data) / "head_ct/headsq.mha";
+  if (data == nullptr || !std::filesystem::exists(file))
+    GTEST_SKIP() << "MAILLE_DATA names no folder with head_ct/headsq.mha";
+  const Image image = read_image(file);
+  std::vector<std::uint8_t> matter;
+  for (const float value : image.values)
+    matter.push_back(value > bone);
+  const Index3& cells = image.info.size;
+  RigidWorld world(cells, image.info.spacing);
+  ASSERT_TRUE(world.add(RigidShape(cells, image.info.spacing, matter), {}).object);
+  const RigidShape tip({1, 1, 1}, image.info.spacing, std::vector<std::uint8_t>{1});
+  const int finger = *world.add(tip, {}).object;
+  // The flood is of the world without the fingertip.
+  RigidWorld without(cells, image.info.spacing);
+  ASSERT_TRUE(without.add(RigidShape(cells, image.info.spacing, matter), {}).object);
+  const std::vector<bool> reachable = reachable_from(without.map(), {0, 0, 0});
+
+  std::mt19937 random(21);
+  std::normal_distribution<double> normal;
+  int felt = 0;
+  for (int path = 0; path < 100'000; ++path) {
+    RigidMotion motion;
+    const double reach = std::pow(10, -3 + 3.0 * double(random() % 1000) / 1000); // 1 mm to 1 m
+    motion.by = reach * Eigen::Vector3d(normal(random), normal(random), normal(random));
+    const MoveResult result = path % 2 == 0 ? world.move(finger, motion) : world.slide(finger, motion);
+    for (const Contact& contact : result.contacts)
+      felt += contact.other != nobody;
+    const Index3 at = PosedShape(tip, world.pose(finger), world.cell_size()).cell(0);
+    ASSERT_TRUE(reachable[std::size_t(at[0] + cells[0] * (at[1] + cells[1] * at[2]))]) << "in path " << path;
+  }
+  EXPECT_GT(felt, 1000); // it does come to the skull
 }
 
 } // namespace

@@ -14,9 +14,9 @@
 namespace maille::deform {
 namespace {
 
-using tests::elastic_object;
-using tests::empty_world;
-using tests::hold_face;
+using test::elastic_object;
+using test::empty_world;
+using test::hold_face;
 
 struct Method {
   const char* name;
@@ -166,12 +166,12 @@ TEST(SelfContactIndependent, NoRandomDragCrossesABody) {
 TEST(SelfContactContract, WhereLimitsKeepOrderNothingIsLookedFor) {
   // What is looked for is seen by how long the narrowest gap would have to close: see SelfContact::is_never.
   WorldScene scene = empty_world({20, 20}, "limits");
-  scene.objects = {tests::box_object("box", ObjectKind::deformable, {6, 6}, {4.5, 4.5, 0},
-                                     tests::even_limits(1.2, 0.8, 0.2))};
+  scene.objects = {test::box_object("box", ObjectKind::deformable, {6, 6}, {4.5, 4.5, 0},
+                                    test::even_limits(1.2, 0.8, 0.2))};
   World world(scene);
   Drive drive;
   drive.object = 0;
-  drive.nodes = tests::face_nodes(scene.objects[0], 0, true);
+  drive.nodes = test::face_nodes(scene.objects[0], 0, true);
   drive.motion.by = {-2, 0, 0};
   const FrameResult result = world.advance({&drive, 1});
   for (const WorldContact& contact : result.contacts)
@@ -226,13 +226,13 @@ TEST(StretchedMatterIndependent, NothingComesBetweenTheNodesOfAStretchedBody) {
     for (const double aside : {0.0, 0.4, 0.8, 1.2, 1.6}) {
       WorldScene scene = empty_world({40, 24}, method);
       scene.objects = {elastic_object("body", {8, 4}, {4.5, 4.5, 0}),
-                       tests::box_object("tip", ObjectKind::rigid, {1, 1}, {14.1 + aside, 12, 0})};
+                       test::box_object("tip", ObjectKind::rigid, {1, 1}, {14.1 + aside, 12, 0})};
       scene.objects[0].scene.materials[0].elasticity = ElasticConstants::isotropic(1e4, 0);
       hold_face(scene.objects[0], 0, false);
       World world(scene);
       Drive pull;
       pull.object = 0;
-      pull.nodes = tests::face_nodes(scene.objects[0], 0, true);
+      pull.nodes = test::face_nodes(scene.objects[0], 0, true);
       pull.motion.by = {1, 0, 0};
       for (int frame = 0; frame < 8; ++frame)
         world.advance({&pull, 1});

@@ -6,6 +6,7 @@
 #include "maille/scene/sliding.hpp"
 #include "maille/scene/warp/displacement_field.hpp"
 #include "support/temporary_folder.hpp"
+#include "support/texts.hpp"
 
 #include <gtest/gtest.h>
 
@@ -51,16 +52,14 @@ class Anatomy {
 public:
   Anatomy() {
     folder_.write("blocks.mha", image_of(1, [](const Index3& at, int) { return at[2] < 6 ? 1.0F : 2.0F; }));
-    folder_.write("ramp.mha",
-                  image_of(1, [](const Index3& at, int) { return 100.0F + 5 * static_cast<float>(at[0]); }));
+    folder_.write("ramp.mha", image_of(1, [](const Index3& at, int) { return 100.0F + 5 * float(at[0]); }));
     folder_.write("gap.mha", image_of(1, [](const Index3& at, int) { return at[0] == 3 ? NAN : 1.0F; }));
     folder_.write("gap3.mha", image_of(3, [](const Index3& at, int) { return at[0] == 3 ? NAN : 0.01F; }));
     folder_.write("ball.mha", image_of(1, [](const Index3& at, int) {
                     return std::hypot(at[0] - 5.5, at[1] - 5.5, at[2] - 5.5) < 5 ? 1.0F : 0.0F;
                   }));
-    folder_.write("u.mha", image_of(3, [](const Index3& at, int c) {
-                    return 0.01F * static_cast<float>(at[static_cast<std::size_t>(c)]);
-                  }));
+    folder_.write("u.mha",
+                  image_of(3, [](const Index3& at, int c) { return 0.01F * float(at[std::size_t(c)]); }));
   }
   Scene read(const std::string& text) const { return read_scene(folder_.write("scene.toml", text)); }
   /// All faults, a line each: `key: found`.
@@ -97,22 +96,20 @@ course = [[0, 0], [0.5, 1], [0.4, 0.25]]
 )");
   for (const char* key : {"specimen.stiffness.law", "specimen.stiffness.density", "load[1].foundation",
                           "load[1].along", "load[2].course"})
-    EXPECT_NE(of_keys.find(key), std::string::npos) << key << " in\n" << of_keys;
+    EXPECT_TRUE(test::has(of_keys, key)) << key << " in\n";
   const std::string hold = "[[hold]]\nwhere = \"z-\"\n";
-  EXPECT_NE(files.faults(std::string(two_blocks) + hold + "[[drive]]\nlabel = 7\nby = [0, 0, \"1 mm\"]\n")
-                .find("drive[1].label"),
-            std::string::npos);
-  EXPECT_NE(files.faults(std::string(two_blocks) + hold + "[[sliding]]\nbetween = [1, 5]\n").find("[1, 2]"),
-            std::string::npos);
-  EXPECT_NE(files.faults(std::string(two_blocks) + hold + "[[sliding]]\nbetween = \"all\"\n")
-                .find("label 2 (864 cells) can still move along x, y and turn about z"),
-            std::string::npos);
-  EXPECT_NE(
-      files.faults(std::string(two_blocks) + "stiffness = { image = \"gap.mha\", unit = \"kPa\" }\n" + hold)
-          .find("144 cells that are not a number"),
-      std::string::npos);
-  EXPECT_NE(files.faults(std::string(two_blocks) + "partial_volume = true\n" + hold).find("partial_volume"),
-            std::string::npos);
+  EXPECT_TRUE(test::has(
+      files.faults(std::string(two_blocks) + hold + "[[drive]]\nlabel = 7\nby = [0, 0, \"1 mm\"]\n"),
+      "drive[1].label"));
+  EXPECT_TRUE(
+      test::has(files.faults(std::string(two_blocks) + hold + "[[sliding]]\nbetween = [1, 5]\n"), "[1, 2]"));
+  EXPECT_TRUE(test::has(files.faults(std::string(two_blocks) + hold + "[[sliding]]\nbetween = \"all\"\n"),
+                        "label 2 (864 cells) can still move along x, y and turn about z"));
+  EXPECT_TRUE(test::has(
+      files.faults(std::string(two_blocks) + "stiffness = { image = \"gap.mha\", unit = \"kPa\" }\n" + hold),
+      "144 cells that are not a number"));
+  EXPECT_TRUE(
+      test::has(files.faults(std::string(two_blocks) + "partial_volume = true\n" + hold), "partial_volume"));
 }
 
 // Truth: faults of a map, of regions in all their kinds and of measures come together, each with its key: the
@@ -144,24 +141,21 @@ frame = "world"
   for (const char* key :
        {"specimen.stiffness: ", "hold[1].where: ", "hold[2].where.points: ", "load[1].where: ",
         "move[1].field: ", "sliding[1].between: ", "measure[1].displacement.at: "})
-    EXPECT_NE(found.find(key), std::string::npos) << key << " in\n" << found;
-  EXPECT_NE(found.find("reaches from x 0 to 12"), std::string::npos) << found;
+    EXPECT_TRUE(test::has(found, key)) << key << " in\n";
+  EXPECT_TRUE(test::has(found, "reaches from x 0 to 12"));
 }
 
 TEST(ReadAnatomyContract, GreyValuesThatAreNoNumbersAreNamed) {
   const Anatomy files;
   const std::string hold = "[[hold]]\nwhere = \"z-\"\n";
-  EXPECT_NE(files
-                .faults(std::string(two_blocks) +
-                        "partial_volume = { none = 0, full = 1, image = \"gap.mha\" }\n" + hold)
-                .find("specimen.partial_volume: a number in every voxel of the body, none in 144 of them"),
-            std::string::npos);
-  EXPECT_NE(files
-                .faults("[specimen]\nshape = \"image\"\nimage = \"gap.mha\"\nmaterial = { youngs_modulus = "
-                        "\"1 kPa\", poisson_ratio = 0.3 }\npartial_volume = { none = 0, full = 1 }\n" +
-                        hold)
-                .find("none in 144 of them"),
-            std::string::npos);
+  EXPECT_TRUE(test::has(files.faults(std::string(two_blocks) +
+                                     "partial_volume = { none = 0, full = 1, image = \"gap.mha\" }\n" + hold),
+                        "specimen.partial_volume: a number in every voxel of the body, none in 144 of them"));
+  EXPECT_TRUE(test::has(
+      files.faults("[specimen]\nshape = \"image\"\nimage = \"gap.mha\"\nmaterial = { youngs_modulus = "
+                   "\"1 kPa\", poisson_ratio = 0.3 }\npartial_volume = { none = 0, full = 1 }\n" +
+                   hold),
+      "none in 144 of them"));
 }
 
 TEST(ReadAnatomyContract, AnOpenSurfaceIsNoBody) {
@@ -170,7 +164,7 @@ TEST(ReadAnatomyContract, AnOpenSurfaceIsNoBody) {
                                    "0\nvertex 0 5 0\nendloop\nendfacet\nendsolid\n");
   const std::string found = files.faults("units = \"mm\"\n[specimen]\nshape = \"surface\"\nsurface = "
                                          "\"flat.stl\"\nspacing = 1\nmaterial = \"fat/subcutaneous\"\n");
-  EXPECT_NE(found.find("specimen.surface: a closed surface"), std::string::npos) << found;
+  EXPECT_TRUE(test::has(found, "specimen.surface: a closed surface"));
   EXPECT_EQ(std::ranges::count(found, '\n'), 1) << found; // and its material is no fault
 }
 
@@ -213,15 +207,13 @@ TEST(ReadAnatomyAnalytic, AMoveTakesWhatAnImageHas) {
   for (const Prescribed& p : scene.prescribed)
     if (!p.held) {
       const Index3 at = scene.specimen.grid.node_at(p.node);
-      const double voxel = std::clamp(at[static_cast<std::size_t>(p.component)] - 0.5, 0.0, 11.0);
+      const double voxel = std::clamp(at[std::size_t(p.component)] - 0.5, 0.0, 11.0);
       ASSERT_NEAR(p.value, 1e-5 * voxel, 1e-9);
     }
-  EXPECT_NE(
-      files
-          .faults(std::string(two_blocks) +
-                  "[[hold]]\nwhere = \"z-\"\n[[move]]\nwhere = \"z+\"\nfield = { image = \"gap.mha\" }\n")
-          .find("values a voxel"),
-      std::string::npos);
+  EXPECT_TRUE(test::has(
+      files.faults(std::string(two_blocks) +
+                   "[[hold]]\nwhere = \"z-\"\n[[move]]\nwhere = \"z+\"\nfield = { image = \"gap.mha\" }\n"),
+      "values a voxel"));
 }
 
 TEST(ReadAnatomyAnalytic, ADriveFollowsItsCourse) {
@@ -269,7 +261,7 @@ TEST(ReadAnatomyAnalytic, ADriveFollowsRecordedPoses) {
     const Scene step = scaled(scene, time);
     for (const Prescribed& p : step.prescribed)
       if (p.node == node && !p.held) {
-        EXPECT_NEAR(p.value, 1e-3 * expected[static_cast<std::size_t>(p.component)], 1e-9)
+        EXPECT_NEAR(p.value, 1e-3 * expected[std::size_t(p.component)], 1e-9)
             << "time " << time << ", axis " << p.component;
       }
   };
@@ -281,7 +273,7 @@ TEST(ReadAnatomyAnalytic, ADriveFollowsRecordedPoses) {
   files.folder().write("poses.csv", "time [s],dx [mm],dy [mm],dz [mm],angle [deg],axis_x,axis_y,axis_z\n"
                                     "0,1,0,0,0,0,0,1\n0,0,0,nan,90,0,0,0\n");
   const std::string found = files.faults(text);
-  EXPECT_NE(found.find("drive[1].poses"), std::string::npos) << found;
+  EXPECT_TRUE(test::has(found, "drive[1].poses"));
 }
 
 // Truth: by hand. A border that rubs holds what would be free without.
@@ -302,7 +294,7 @@ TEST(ReadAnatomyContract, FrictionOfABorderIsANumberAndHoldsWhatItPresses) {
   for (const char* fault :
        {"sliding[2].friction: 0.3, as an earlier table has it, 0.2",
         "sliding[3].friction: Coulomb's coefficient", "sliding[4].friction: Coulomb's coefficient"})
-    EXPECT_NE(found.find(fault), std::string::npos) << fault << " in\n" << found;
+    EXPECT_TRUE(test::has(found, fault)) << fault << " in\n";
   for (const NodeTie& tie : split_borders(scene).scene.tied.ties) {
     EXPECT_EQ(tie.friction, 0.3);
     EXPECT_EQ(tie.label, (std::array<std::int32_t, 2>{1, 2}));

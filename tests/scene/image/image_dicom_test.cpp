@@ -3,6 +3,7 @@
 #include "maille/scene/read_scene.hpp"
 
 #include "support/temporary_folder.hpp"
+#include "support/texts.hpp"
 
 #include <fmt/format.h>
 #include <gdcmImage.h>
@@ -49,7 +50,7 @@ const Vec3 normal{of_row[1] * of_column[2] - of_row[2] * of_column[1],
 const Vec3 corner{-30, 12, 140}; // mm, left posterior superior
 
 std::int16_t stored(int i, int j, int k) {
-  return static_cast<std::int16_t>(100 * k + 10 * j + i - 200);
+  return std::int16_t(100 * k + 10 * j + i - 200);
 }
 
 void put_text(gdcm::DataSet& data, std::uint16_t group, std::uint16_t element, gdcm::VR vr,
@@ -57,7 +58,7 @@ void put_text(gdcm::DataSet& data, std::uint16_t group, std::uint16_t element, g
   if (value.size() % 2 != 0)
     value += vr == gdcm::VR::UI ? '\0' : ' ';
   gdcm::DataElement entry(gdcm::Tag(group, element), 0, vr);
-  entry.SetByteValue(value.data(), gdcm::VL(static_cast<std::uint32_t>(value.size())));
+  entry.SetByteValue(value.data(), gdcm::VL(std::uint32_t(value.size())));
   data.Replace(entry);
 }
 
@@ -73,14 +74,14 @@ void put_numbers(gdcm::DataSet& data, std::uint16_t group, std::uint16_t element
 /// Files in an order that says nothing of the slices'. @return the name of each slice's file
 std::vector<std::string> write_series(const fs::path& folder, const Written& what) {
   gdcm::Trace::WarningOff();
-  std::vector<int> numbers(static_cast<std::size_t>(what.slices));
+  std::vector<int> numbers(std::size_t(what.slices));
   for (int k = 0; k < what.slices; ++k)
-    numbers[static_cast<std::size_t>(k)] = k;
+    numbers[std::size_t(k)] = k;
   std::shuffle(numbers.begin(), numbers.end(), std::mt19937(what.order));
   std::vector<std::string> names;
   for (int k = 0; k < what.slices; ++k) {
-    const std::string name = "IM" + what.series.substr(what.series.size() - 1) +
-                             std::to_string(1000 + numbers[static_cast<std::size_t>(k)]);
+    const std::string name =
+        "IM" + what.series.substr(what.series.size() - 1) + std::to_string(1000 + numbers[std::size_t(k)]);
     names.push_back(name);
     if (what.is_left_out(k))
       continue;
@@ -90,14 +91,14 @@ std::vector<std::string> write_series(const fs::path& folder, const Written& wha
         pixels.push_back(stored(i, j, k));
     gdcm::SmartPointer<gdcm::Image> image = new gdcm::Image;
     image->SetNumberOfDimensions(2);
-    image->SetDimension(0, static_cast<unsigned>(what.columns));
-    image->SetDimension(1, static_cast<unsigned>(what.rows));
+    image->SetDimension(0, unsigned(what.columns));
+    image->SetDimension(1, unsigned(what.rows));
     image->SetPhotometricInterpretation(gdcm::PhotometricInterpretation::MONOCHROME2);
     image->SetPixelFormat(gdcm::PixelFormat::INT16);
     image->SetTransferSyntax(gdcm::TransferSyntax::ExplicitVRLittleEndian);
     gdcm::DataElement data(gdcm::Tag(0x7fe0, 0x0010));
     data.SetByteValue(reinterpret_cast<const char*>(pixels.data()),
-                      gdcm::VL(static_cast<std::uint32_t>(pixels.size() * sizeof(std::int16_t))));
+                      gdcm::VL(std::uint32_t(pixels.size() * sizeof(std::int16_t))));
     image->SetDataElement(data);
     if (what.syntax != gdcm::TransferSyntax::ExplicitVRLittleEndian) {
       gdcm::ImageChangeTransferSyntax change;
@@ -161,8 +162,7 @@ void expect_values(const Image& image, const Written& what) {
   for (int k = 0; k < what.slices; ++k)
     for (int j = 0; j < what.rows; ++j)
       for (int i = 0; i < what.columns; ++i, ++voxel)
-        EXPECT_FLOAT_EQ(image.values[voxel],
-                        static_cast<float>(stored(i, j, k) * what.slope(k) + what.intercept(k)));
+        EXPECT_FLOAT_EQ(image.values[voxel], float(stored(i, j, k) * what.slope(k) + what.intercept(k)));
 }
 
 /// Truth: the places and values that were written; formulas of PS3.3 C.7.6.2.
@@ -227,11 +227,11 @@ TEST(DicomOracle, ABodyIsReadSliceBySlice) {
         for (int v = 0; v < 8; ++v) {
           const int x = i + v % 2, y = j + v / 2 % 2, z = k + v / 4;
           if (x < n[0] && y < n[1] && z < n[2])
-            above += image.values[static_cast<std::size_t>(x + n[0] * (y + n[1] * z))] > -45.5F ? 1 : 0;
+            above += image.values[std::size_t(x + n[0] * (y + n[1] * z))] > -45.5F ? 1 : 0;
         }
-        const Index3 at{i / 2 - static_cast<int>(std::lround(body.origin[0] / body.grid.spacing()[0])),
-                        j / 2 - static_cast<int>(std::lround(body.origin[1] / body.grid.spacing()[1])),
-                        k / 2 - static_cast<int>(std::lround(body.origin[2] / body.grid.spacing()[2]))};
+        const Index3 at{i / 2 - int(std::lround(body.origin[0] / body.grid.spacing()[0])),
+                        j / 2 - int(std::lround(body.origin[1] / body.grid.spacing()[1])),
+                        k / 2 - int(std::lround(body.origin[2] / body.grid.spacing()[2]))};
         EXPECT_EQ(body.grid.has_cell(at) && body.is_matter(body.grid.cell(at)), above >= 4)
             << i << " " << j << " " << k;
         cells += above >= 4 ? 1 : 0;
@@ -250,9 +250,9 @@ TEST(DicomContract, AFileStandsForItsSeriesAndOtherFilesAreNoMatter) {
   expect_values(read_image(folder.path()), what);
   write_series(folder.path(), other);
   const std::string faults = faults_of(folder.path());
-  EXPECT_NE(faults.find("one series"), std::string::npos) << faults;
-  EXPECT_NE(faults.find("6 of \"" + what.series), std::string::npos) << faults;
-  EXPECT_NE(faults.find("3 of \"" + other.series), std::string::npos) << faults;
+  EXPECT_TRUE(test::has(faults, "one series"));
+  EXPECT_TRUE(test::has(faults, "6 of \"" + what.series));
+  EXPECT_TRUE(test::has(faults, "3 of \"" + other.series));
   expect_values(read_image(folder.path() / names[2]), what);
   EXPECT_EQ(files_of_image(folder.path()).size(), 10U);
 }
@@ -264,9 +264,7 @@ TEST(DicomContract, ASliceThatIsMissingTwiceThereOrAsideIsRefused) {
     what.is_left_out = [](int k) { return k == 2 || k == 3; };
     const auto names = write_series(folder.path(), what);
     const std::string faults = faults_of(folder.path());
-    EXPECT_NE(faults.find("7.5 mm between " + names[1] + " and " + names[4] + ": 2 missing"),
-              std::string::npos)
-        << faults;
+    EXPECT_TRUE(test::has(faults, "7.5 mm between " + names[1] + " and " + names[4] + ": 2 missing"));
   }
   {
     const test::TemporaryFolder folder;
@@ -276,7 +274,7 @@ TEST(DicomContract, ASliceThatIsMissingTwiceThereOrAsideIsRefused) {
     };
     write_series(folder.path(), what);
     const std::string faults = faults_of(folder.path());
-    EXPECT_NE(faults.find("at the same"), std::string::npos) << faults;
+    EXPECT_TRUE(test::has(faults, "at the same"));
   }
   {
     const test::TemporaryFolder folder;
@@ -284,8 +282,8 @@ TEST(DicomContract, ASliceThatIsMissingTwiceThereOrAsideIsRefused) {
     what.shift = [](int k) { return Vec3{0.4 * k * of_row[0], 0.4 * k * of_row[1], 0.4 * k * of_row[2]}; };
     write_series(folder.path(), what);
     const std::string faults = faults_of(folder.path());
-    EXPECT_NE(faults.find("tilted gantry"), std::string::npos) << faults;
-    EXPECT_NE(faults.find("0.4 mm aside"), std::string::npos) << faults;
+    EXPECT_TRUE(test::has(faults, "tilted gantry"));
+    EXPECT_TRUE(test::has(faults, "0.4 mm aside"));
   }
 }
 
@@ -308,17 +306,17 @@ TEST(DicomContract, AFileThatIsCutShortIsAFault) {
       fs::copy_file(whole.path() / names[0], folder.path() / names[0]);
       folder.write(names[1], bytes.substr(0, left));
       const std::string faults = faults_of(folder.path());
-      EXPECT_NE(faults.find(names[1]), std::string::npos) << left << " of " << size << ": " << faults;
+      EXPECT_TRUE(test::has(faults, names[1])) << left << " of " << size << ": ";
     }
   }
 }
 
 TEST(DicomContract, WhatIsNoSeriesSaysSo) {
   const test::TemporaryFolder folder;
-  EXPECT_NE(faults_of(folder.path()).find("no DICOM image in it"), std::string::npos);
+  EXPECT_TRUE(test::has(faults_of(folder.path()), "no DICOM image in it"));
   folder.write("notes", "not DICOM");
-  EXPECT_NE(faults_of(folder.path()).find("no DICOM image in it"), std::string::npos);
-  EXPECT_NE(faults_of(folder.path() / "notes").find("or a folder of DICOM files"), std::string::npos);
+  EXPECT_TRUE(test::has(faults_of(folder.path()), "no DICOM image in it"));
+  EXPECT_TRUE(test::has(faults_of(folder.path() / "notes"), "or a folder of DICOM files"));
 }
 
 } // namespace

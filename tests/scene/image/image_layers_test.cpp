@@ -29,28 +29,28 @@ using image_tests::TemporaryFolder;
 
 /// Balls of labels 1 to 6, with stray voxels.
 Image random_labels(std::mt19937& random, int n_layers_at_most = 21) {
-  const auto up_to = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+  const auto up_to = [&](int n) { return int(random() % unsigned(n)); };
   Image image;
   image.info.size = {1 + up_to(22), 1 + up_to(19), 1 + up_to(n_layers_at_most)};
   image.info.spacing = {1e-3, 0.9e-3, 1.3e-3};
   image.info.origin = {1e-3, 2e-3, 3e-3};
   image.info.world = WorldAxes::lps;
-  image.values.assign(static_cast<std::size_t>(image.info.n_voxels()), 0);
+  image.values.assign(std::size_t(image.info.n_voxels()), 0);
   const Index3 n = image.info.size;
   for (int ball = 0; ball < 5; ++ball) {
     const Index3 middle{up_to(n[0]), up_to(n[1]), up_to(n[2])};
     const int radius = 2 + up_to(8), label = 1 + up_to(6);
     for (std::size_t v = 0; v < image.values.size(); ++v) {
-      const int voxel = static_cast<int>(v);
+      const int voxel = int(v);
       const int x = voxel % n[0] - middle[0], y = voxel / n[0] % n[1] - middle[1],
                 z = voxel / n[0] / n[1] - middle[2];
       if (x * x + y * y + z * z < radius * radius)
-        image.values[v] = static_cast<float>(label);
+        image.values[v] = float(label);
     }
   }
   for (float& value : image.values)
     if (up_to(25) == 0)
-      value = static_cast<float>(up_to(7));
+      value = float(up_to(7));
   return image;
 }
 
@@ -95,7 +95,7 @@ std::vector<std::size_t> voxels_of(const Image& image, const Asked& asked, const
           is_in = is_in && at[a] >= cell[a] * asked.coarsen[a] - margin &&
                   at[a] < (cell[a] + 1) * asked.coarsen[a] + margin;
         if (is_in)
-          voxels.push_back(static_cast<std::size_t>(i + n[0] * (j + n[1] * k)));
+          voxels.push_back(std::size_t(i + n[0] * (j + n[1] * k)));
       }
   return voxels;
 }
@@ -178,7 +178,7 @@ Scene scene_of(std::string text, const std::filesystem::path& file) {
 void expect_body(const Specimen& body, const Whole& whole, double tissue_within = 1e-6) {
   Index3 first{};
   for (std::size_t a = 0; a < 3; ++a)
-    first[a] = static_cast<int>(std::lround(body.origin[a] / body.grid.spacing()[a]));
+    first[a] = int(std::lround(body.origin[a] / body.grid.spacing()[a]));
   std::array<std::set<int>, 3> with_matter;
   std::size_t cell = 0;
   for (int k = 0; k < whole.cells[2]; ++k)
@@ -195,9 +195,9 @@ void expect_body(const Specimen& body, const Whole& whole, double tissue_within 
         ASSERT_TRUE(body.grid.has_cell(at)) << i << " " << j << " " << k;
         const std::int64_t number = body.grid.cell(at);
         EXPECT_EQ(int{body.material(number)}, whole.material[cell]) << i << " " << j << " " << k;
-        const auto n = static_cast<std::size_t>(number);
+        const auto n = std::size_t(number);
         if (!body.label.empty()) {
-          EXPECT_EQ(static_cast<float>(body.label[n]), whole.label[cell]) << i << " " << j << " " << k;
+          EXPECT_EQ(float(body.label[n]), whole.label[cell]) << i << " " << j << " " << k;
         }
         if (!body.tissue.empty()) {
           EXPECT_NEAR(double{body.tissue[n]}, whole.tissue[cell], tissue_within);
@@ -211,7 +211,7 @@ void expect_body(const Specimen& body, const Whole& whole, double tissue_within 
 
 std::vector<Asked> all_kinds(std::mt19937& random) {
   const auto block = [&] {
-    const auto n = [&] { return 1 + static_cast<int>(random() % 4); };
+    const auto n = [&] { return 1 + int(random() % 4); };
     return std::array{n(), n(), n()};
   };
   const std::map<float, int> ranges{{1, 0}, {2, 0}, {3, 0}, {4, 1}, {5, 2}, {6, 2}}, some{{2, 0}, {5, 1}},
@@ -286,7 +286,7 @@ TEST(ImageLayersOracle, EveryFormatGivesTheSameBody) {
   } while (std::ranges::count(whole.material, 0) == 0 || std::ranges::count(whole.material, 1) == 0);
   std::string bytes;
   for (const float value : image.values)
-    bytes += static_cast<char>(value);
+    bytes += char(value);
   const std::string meta =
       "NDims = 3\nDimSize = 13 11 9\nElementSpacing = 1 0.9 1.3\nElementType = MET_UCHAR\n";
   const std::string nrrd = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 13 11 9\nspacings: 1 0.9 1.3\n";
@@ -295,14 +295,14 @@ TEST(ImageLayersOracle, EveryFormatGivesTheSameBody) {
       folder.write("zlib.mha", meta + "CompressedData = True\nElementDataFile = LOCAL\n" +
                                    image_tests::deflated(bytes, false)),
       folder.write("gzip.nrrd", nrrd + "encoding: gzip\n\n" + image_tests::deflated(bytes, true)),
-      folder.write("cells.vti", "<VTKFile type=\"ImageData\" byte_order=\"LittleEndian\"><ImageData "
-                                "WholeExtent=\"0 13 0 11 0 9\" Origin=\"0 0 0\" Spacing=\"1 0.9 1.3\"><Piece "
-                                "Extent=\"0 13 0 11 0 9\"><CellData><DataArray type=\"UInt8\" "
-                                "format=\"binary\">" +
-                                    image_tests::base64(image_tests::bytes_of<std::uint32_t>(
-                                                            static_cast<std::uint32_t>(bytes.size()), false) +
-                                                        bytes) +
-                                    "</DataArray></CellData></Piece></ImageData></VTKFile>")};
+      folder.write("cells.vti",
+                   "<VTKFile type=\"ImageData\" byte_order=\"LittleEndian\"><ImageData "
+                   "WholeExtent=\"0 13 0 11 0 9\" Origin=\"0 0 0\" Spacing=\"1 0.9 1.3\"><Piece "
+                   "Extent=\"0 13 0 11 0 9\"><CellData><DataArray type=\"UInt8\" "
+                   "format=\"binary\">" +
+                       image_tests::base64(
+                           image_tests::bytes_of<std::uint32_t>(std::uint32_t(bytes.size()), false) + bytes) +
+                       "</DataArray></CellData></Piece></ImageData></VTKFile>")};
   for (const char* name : {"a.nii", "a.nii.gz", "a.mha", "a.nrrd"}) {
     files.push_back(folder.path() / name);
     write_image(image, files.back(), {name[2] == 'n' ? StoredAs::labels : StoredAs::float32, {}});
@@ -325,8 +325,7 @@ Image in_void(const Image& image, int voids) {
     for (int j = -voids; j < n[1] - voids; ++j)
       for (int i = -voids; i < n[0] - voids; ++i) {
         const bool is_in = std::min({i, j, k}) >= 0 && i < inner[0] && j < inner[1] && k < inner[2];
-        around.values.push_back(
-            is_in ? image.values[static_cast<std::size_t>(i + inner[0] * (j + inner[1] * k))] : 0);
+        around.values.push_back(is_in ? image.values[std::size_t(i + inner[0] * (j + inner[1] * k))] : 0);
       }
   return around;
 }
@@ -337,7 +336,7 @@ std::vector<double> smoothed(const std::vector<double>& values, const ImageInfo&
   const Index3& n = info.size;
   std::array<int, 3> reach{};
   for (std::size_t a = 0; a < 3; ++a)
-    reach[a] = n[a] == 1 ? 0 : static_cast<int>(std::ceil(3 * width / info.spacing[a]));
+    reach[a] = n[a] == 1 ? 0 : int(std::ceil(3 * width / info.spacing[a]));
   std::vector<double> mean;
   for (int k = 0; k < n[2]; ++k)
     for (int j = 0; j < n[1]; ++j)
@@ -349,10 +348,9 @@ std::vector<double> smoothed(const std::vector<double>& values, const ImageInfo&
               const double distance =
                   std::hypot(x * info.spacing[0], y * info.spacing[1], z * info.spacing[2]) / width;
               const double weight = std::exp(-distance * distance / 2);
-              sum += weight *
-                     values[static_cast<std::size_t>(
-                         std::clamp(i + x, 0, n[0] - 1) +
-                         n[0] * (std::clamp(j + y, 0, n[1] - 1) + n[1] * std::clamp(k + z, 0, n[2] - 1)))];
+              sum += weight * values[std::size_t(std::clamp(i + x, 0, n[0] - 1) +
+                                                 n[0] * (std::clamp(j + y, 0, n[1] - 1) +
+                                                         n[1] * std::clamp(k + z, 0, n[2] - 1)))];
               weights += weight;
             }
         mean.push_back(sum / weights);
@@ -379,7 +377,7 @@ std::vector<double> shares_above_half(const std::vector<double>& values, const I
             for (int y = std::max(j - 1, 0); y <= std::min(j + 1, n[1] - 1); ++y)
               for (int x = std::max(i - 1, 0); x <= std::min(i + 1, n[0] - 1); ++x)
                 value += weight_of(x, at[0], n[0]) * weight_of(y, at[1], n[1]) * weight_of(z, at[2], n[2]) *
-                         values[static_cast<std::size_t>(x + n[0] * (y + n[1] * z))];
+                         values[std::size_t(x + n[0] * (y + n[1] * z))];
           above += value > 0.5 ? 1 : 0;
         }
         shares.push_back(above / 64.0);
@@ -425,7 +423,7 @@ TEST(ImageLayersOracle, FibresAreThoseOfTheTensorsOfACellsOwnLabel) {
   asked.coarsen = {2, 3, 2};
   asked.labels = asked.labels.substr(0, asked.labels.find("\nfibre"));
   const Whole whole = whole_body(image, asked);
-  const auto n = static_cast<std::size_t>(image.info.n_voxels());
+  const auto n = std::size_t(image.info.n_voxels());
   Image tensors{image.info, std::vector<float>(6 * n)};
   tensors.info.components = 6;
   std::vector<Eigen::Matrix3d> of_voxel;
@@ -436,7 +434,7 @@ TEST(ImageLayersOracle, FibresAreThoseOfTheTensorsOfACellsOwnLabel) {
     const Eigen::Matrix3d t = half * half.transpose() + 0.1 * Eigen::Matrix3d::Identity();
     const std::array<double, 6> values{t(0, 0), t(1, 1), t(2, 2), t(0, 1), t(0, 2), t(1, 2)};
     for (std::size_t c = 0; c < 6; ++c)
-      tensors.values[c * n + v] = static_cast<float>(values[c]);
+      tensors.values[c * n + v] = float(values[c]);
     of_voxel.push_back(t);
   }
   write_image(image, folder.path() / "labels.mha", {StoredAs::labels, {}});
@@ -447,7 +445,7 @@ TEST(ImageLayersOracle, FibresAreThoseOfTheTensorsOfACellsOwnLabel) {
   expect_body(body, whole);
   Index3 first{};
   for (std::size_t a = 0; a < 3; ++a)
-    first[a] = static_cast<int>(std::lround(body.origin[a] / body.grid.spacing()[a]));
+    first[a] = int(std::lround(body.origin[a] / body.grid.spacing()[a]));
   int cells = 0;
   for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell) {
     if (!body.is_matter(cell))
@@ -457,7 +455,7 @@ TEST(ImageLayersOracle, FibresAreThoseOfTheTensorsOfACellsOwnLabel) {
       at[a] += first[a];
     Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
     for (const std::size_t voxel : voxels_of(image, asked, at, 0))
-      if (image.values[voxel] == static_cast<float>(body.label[static_cast<std::size_t>(cell)]))
+      if (image.values[voxel] == float(body.label[std::size_t(cell)]))
         sum += of_voxel[voxel];
     const Eigen::Vector3d direction =
         Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(sum).eigenvectors().col(2);
@@ -469,25 +467,25 @@ TEST(ImageLayersOracle, FibresAreThoseOfTheTensorsOfACellsOwnLabel) {
   EXPECT_EQ(body.fibre_report.without_direction(), 0);
 }
 
-TEST(ImageLayersContract, AWindowAsksForEachLayerOnceAndKeepsTheOnesThatAreWanted) {
+TEST(ImageLayersContract, AWindowReadsEachLayerOnce) {
   ImageInfo info;
   info.size = {3, 2, 40};
   int asked = 0;
   LayerWindow window(info, [&](int layer, std::vector<float>& values) {
     EXPECT_EQ(layer, asked++);
     for (int i = 0; i < 6; ++i)
-      values.push_back(static_cast<float>(6 * layer + i));
+      values.push_back(float(6 * layer + i));
   });
   std::mt19937 random(1);
-  for (int low = -3; low < 44; low += static_cast<int>(random() % 4)) {
-    const int high = low + static_cast<int>(random() % 9);
+  for (int low = -3; low < 44; low += int(random() % 4)) {
+    const int high = low + int(random() % 9);
     window.move_to(low, high);
     EXPECT_LE(asked, 40);
     for (int k = std::max(low, 0); k < std::min(high, 40); ++k)
       for (std::size_t i = 0; i < 6; ++i) {
-        const std::size_t voxel = 6 * static_cast<std::size_t>(k) + i;
-        EXPECT_EQ(window[voxel], static_cast<float>(voxel));
-        EXPECT_EQ(window.layer(k)[i], static_cast<float>(voxel));
+        const std::size_t voxel = 6 * std::size_t(k) + i;
+        EXPECT_EQ(window[voxel], float(voxel));
+        EXPECT_EQ(window.layer(k)[i], float(voxel));
       }
   }
 }
@@ -576,8 +574,8 @@ TEST(LabelsOracle, NamedVoxelsAreUsedOrSaid) {
     std::map<std::int32_t, std::int64_t> named, found;
     std::int64_t said = 0;
     for (int voxel = 0; voxel < 60; ++voxel) {
-      const int label = voxel < 3 ? voxel + 1 : static_cast<int>(random() % 6);
-      float value = static_cast<float>(label) * scale;
+      const int label = voxel < 3 ? voxel + 1 : int(random() % 6);
+      float value = float(label) * scale;
       const auto kind = voxel < 3 ? 0 : random() % 8;
       if (kind < 3 && label > 0)
         for (unsigned ulp = 0; ulp < kind + 1; ++ulp)
@@ -587,14 +585,13 @@ TEST(LabelsOracle, NamedVoxelsAreUsedOrSaid) {
       nifti.data += image_tests::bytes_of(value, false);
       said += kind == 3 ? 1 : 0;
       if (kind != 3 && label >= 1 && label <= 3)
-        ++named[static_cast<std::int32_t>(static_cast<float>(label) * scale)];
+        ++named[static_cast<std::int32_t>(float(label) * scale)];
     }
     const std::string name = fmt::format("{}.nii", file);
     folder.write(name, nifti.bytes());
     std::string labels;
     for (int label = 1; label <= 3; ++label)
-      labels += fmt::format("{}{} = \"fat/subcutaneous\"", label > 1 ? ", " : "",
-                            static_cast<float>(label) * scale);
+      labels += fmt::format("{}{} = \"fat/subcutaneous\"", label > 1 ? ", " : "", float(label) * scale);
     const Scene scene =
         parse_scene(fmt::format("[specimen]\nshape = \"image\"\nimage = \"{}\"\nlabels = {{ {} }}\n"
                                 "[[hold]]\nwhere = \"z-\"\n",
@@ -603,7 +600,7 @@ TEST(LabelsOracle, NamedVoxelsAreUsedOrSaid) {
     const Specimen& body = scene.specimen;
     for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
       if (body.is_matter(cell))
-        ++found[body.label[static_cast<std::size_t>(cell)]];
+        ++found[body.label[std::size_t(cell)]];
     std::int64_t missing = 0;
     for (const auto& [label, n] : named)
       missing += n - found[label];

@@ -31,7 +31,7 @@ TEST(VoxelMapOracle, EveryVoxelHasTheValuesOfTheCellThatItsMiddleIsIn) {
       const ImageInfo info = read_image_info(specimen.image);
       const auto image = on_voxels(info, specimen, 3, [](std::int64_t cell, std::span<float> values) {
         for (std::size_t c = 0; c < 3; ++c)
-          values[c] = static_cast<float>(1 + 10 * cell) + static_cast<float>(c);
+          values[c] = float(1 + 10 * cell) + float(c);
       });
       ASSERT_TRUE(image);
       std::int64_t voxel = 0, marked = 0;
@@ -47,17 +47,14 @@ TEST(VoxelMapOracle, EveryVoxelHasTheValuesOfTheCellThatItsMiddleIsIn) {
             Index3 cell{};
             bool is_inside = true;
             for (std::size_t a = 0; a < 3; ++a) {
-              cell[a] =
-                  static_cast<int>(std::floor((x[a] - specimen.origin[a]) / specimen.grid.spacing()[a]));
+              cell[a] = int(std::floor((x[a] - specimen.origin[a]) / specimen.grid.spacing()[a]));
               is_inside = is_inside && cell[a] >= 0 && cell[a] < specimen.grid.cells()[a];
             }
             const bool is_matter = is_inside && specimen.is_matter(specimen.grid.cell(cell));
             marked += is_matter ? 1 : 0;
             for (int c = 0; c < 3; ++c) {
-              const float expected =
-                  is_matter ? static_cast<float>(1 + 10 * specimen.grid.cell(cell)) + static_cast<float>(c)
-                            : 0;
-              EXPECT_EQ(image->values[static_cast<std::size_t>(c * info.n_voxels() + voxel)], expected);
+              const float expected = is_matter ? float(1 + 10 * specimen.grid.cell(cell)) + float(c) : 0;
+              EXPECT_EQ(image->values[std::size_t(c * info.n_voxels() + voxel)], expected);
             }
           }
       EXPECT_GT(marked, 0);
@@ -74,7 +71,7 @@ TEST(VoxelMapContract, AFileHasTheGridAndTheValues) {
       Image image{info, {}};
       image.info.components = 2;
       for (std::int64_t i = 0; i < 2 * info.n_voxels(); ++i)
-        image.values.push_back(static_cast<float>(std::sin(static_cast<double>(i))));
+        image.values.push_back(float(std::sin(double(i))));
       const auto file = folder.path() / "map.nii";
       write_nifti(image, file);
       if (!has_sform) {

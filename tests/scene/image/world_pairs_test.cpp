@@ -85,10 +85,9 @@ double length(const Vec3& v) {
 std::string dicom_element(int group, int element, const std::string& type, std::string value) {
   value += value.size() % 2 != 0 ? " " : "";
   const bool is_long = type == "OW";
-  return bytes_of(static_cast<std::uint16_t>(group), false) +
-         bytes_of(static_cast<std::uint16_t>(element), false) + type +
-         (is_long ? std::string(2, '\0') + bytes_of(static_cast<std::uint32_t>(value.size()), false)
-                  : bytes_of(static_cast<std::uint16_t>(value.size()), false)) +
+  return bytes_of(std::uint16_t(group), false) + bytes_of(std::uint16_t(element), false) + type +
+         (is_long ? std::string(2, '\0') + bytes_of(std::uint32_t(value.size()), false)
+                  : bytes_of(std::uint16_t(value.size()), false)) +
          value;
 }
 
@@ -100,12 +99,12 @@ std::string write_dicom(const image_tests::TemporaryFolder& folder, const std::s
     for (std::size_t r = 0; r < 3; ++r)
       slice.origin[r] += k * image.axis[2][r];
     slice.value = [&](const Index3& at, int) { return image.value({at[0], at[1], k}, 0); };
-    const auto number = [](int n) { return bytes_of(static_cast<std::uint16_t>(n), false); };
+    const auto number = [](int n) { return bytes_of(std::uint16_t(n), false); };
     const std::string syntax = dicom_element(2, 0x10, "UI", std::string("1.2.840.10008.1.2.1\0", 20));
     folder.write(
         name + fmt::format("/IM{}", 90 - k),
         std::string(128, '\0') + "DICM" +
-            dicom_element(2, 0, "UL", bytes_of(static_cast<std::uint32_t>(syntax.size()), false)) + syntax +
+            dicom_element(2, 0, "UL", bytes_of(std::uint32_t(syntax.size()), false)) + syntax +
             dicom_element(8, 0x60, "CS", "CT") + dicom_element(0x18, 0x50, "DS", "2.5") +
             dicom_element(0x20, 0x0e, "UI", "1.2.3.44") +
             dicom_element(0x20, 0x32, "DS", three(slice.origin, 1, "\\")) +
@@ -143,7 +142,7 @@ std::string write(const image_tests::TemporaryFolder& folder, const std::string&
         file.srow[4 * r + a] = a < 3 ? image.axis[a][r] : image.origin[r];
     file.data = data_of<float>(image, false);
     text = file.bytes();
-    text.replace(68, 2, bytes_of(static_cast<std::int16_t>(is_field ? 1007 : 0), false));
+    text.replace(68, 2, bytes_of(std::int16_t(is_field ? 1007 : 0), false));
   } else if (format == "mha") {
     text =
         fmt::format("ObjectType = Image\nNDims = 3\nTransformMatrix = {} {} {}\nOffset = {}\n"
@@ -199,15 +198,14 @@ std::map<std::array<int, 3>, double> by_place(const ImageInfo& of,
   const ImageInfo info = in_world(of, WorldAxes::ras);
   std::map<std::array<int, 3>, double> places;
   for (std::int64_t voxel = 0; voxel < info.n_voxels(); ++voxel) {
-    const Vec3 at{static_cast<double>(voxel % info.size[0]),
-                  static_cast<double>(voxel / info.size[0] % info.size[1]),
-                  static_cast<double>(voxel / info.size[0] / info.size[1])};
+    const Vec3 at{double(voxel % info.size[0]), double(voxel / info.size[0] % info.size[1]),
+                  double(voxel / info.size[0] / info.size[1])};
     std::array<int, 3> place{};
     for (std::size_t r = 0; r < 3; ++r) {
       double x = info.origin[r];
       for (std::size_t a = 0; a < 3; ++a)
         x += info.direction[r][a] * info.spacing[a] * at[a];
-      place[r] = static_cast<int>(std::lround(1e4 * x)); // tenths of a millimetre
+      place[r] = int(std::lround(1e4 * x)); // tenths of a millimetre
     }
     places[place] = value(voxel);
   }
@@ -218,7 +216,7 @@ class WorldPairs {
 public:
   explicit WorldPairs(unsigned seed) : random_(seed) {
     for (float& value : noise_)
-      value = static_cast<float>(random_() % 1000) / 1000;
+      value = float(random_() % 1000) / 1000;
     std::shuffle(order_.axis.begin(), order_.axis.end(), random_);
     for (bool& is_reversed : order_.is_reversed)
       is_reversed = random_() % 2 == 0;
@@ -238,11 +236,10 @@ public:
       turned.value = [this, of = turned.value](const Index3& at, int c) {
         constexpr std::array<std::array<std::size_t, 2>, 6> index{
             {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
-        const auto [p, q] = index[static_cast<std::size_t>(c)];
+        const auto [p, q] = index[std::size_t(c)];
         const std::size_t a = order_.axis[p], b = order_.axis[q];
         for (int d = 0; d < 6; ++d)
-          if (const auto [r, s] = index[static_cast<std::size_t>(d)];
-              (r == a && s == b) || (r == b && s == a))
+          if (const auto [r, s] = index[std::size_t(d)]; (r == a && s == b) || (r == b && s == a))
             return (order_.is_reversed[p] != order_.is_reversed[q] ? -1 : 1) * of(at, d);
         return 0.0;
       };
@@ -259,8 +256,7 @@ private:
     Stored image = oblique();
     image.components = components;
     image.value = [this, offset, n = image.size](const Index3& at, int c) {
-      return offset +
-             double{noise_[static_cast<std::size_t>(at[0] + n[0] * (at[1] + n[1] * (at[2] + n[2] * c)))]};
+      return offset + double{noise_[std::size_t(at[0] + n[0] * (at[1] + n[1] * (at[2] + n[2] * c)))]};
     };
     return image;
   }
@@ -283,21 +279,17 @@ private:
       const Displacement none(scene.specimen.grid);
       const std::vector<DeformedBody> bodies{{&scene.specimen, &none}};
       const Image seen = warped(pull_of(info, bodies), read_image(path), -1);
-      return by_place(seen.info, [&](std::int64_t voxel) {
-        return double{seen.values[static_cast<std::size_t>(voxel)]};
-      });
+      return by_place(seen.info, [&](std::int64_t voxel) { return double{seen.values[std::size_t(voxel)]}; });
     }
     const Specimen body = read(scene_of(file, "", "[[hold]]\nwhere = \"z-\"")).specimen;
     if (kind == "labels")
-      return by_place(
-          info, [&](std::int64_t voxel) { return double(body.label[static_cast<std::size_t>(voxel)]); });
+      return by_place(info, [&](std::int64_t voxel) { return double(body.label[std::size_t(voxel)]); });
     const auto map = on_voxels(info, body, 1, [&](std::int64_t cell, std::span<float> value) {
-      value[0] = static_cast<float>(body.label[static_cast<std::size_t>(cell)]);
+      value[0] = float(body.label[std::size_t(cell)]);
     });
     write_nifti(*map, folder_.path() / "map.nii");
     const Image back = read_image(folder_.path() / "map.nii");
-    return by_place(back.info,
-                    [&](std::int64_t voxel) { return double{back.values[static_cast<std::size_t>(voxel)]}; });
+    return by_place(back.info, [&](std::int64_t voxel) { return double{back.values[std::size_t(voxel)]}; });
   }
   std::vector<double> numbers(const std::string& kind, const std::string& file) const {
     const std::string hold = "[[hold]]\nwhere = \"z-\"\n";

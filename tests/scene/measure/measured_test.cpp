@@ -1,20 +1,21 @@
 /// What an answer makes of measures, held against formulas and against sums written out here.
-#include "maille/scene/measure/measure.hpp"
-#include "maille/scene/refined.hpp"
 
+#include "maille/scene/measure/measure.hpp"
 #include "maille/scene/read_scene.hpp"
+#include "maille/scene/refined.hpp"
 #include "support/bodies/scenes.hpp"
 #include "support/dice.hpp"
 #include "support/label_scene.hpp"
+#include "support/texts.hpp"
 
 #include <Eigen/Dense>
+#include <cmath>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-
-#include <cmath>
 #include <iostream>
 #include <map>
 #include <random>
+#include <string>
 
 namespace maille {
 namespace {
@@ -112,7 +113,7 @@ displacement = { along = [[0, 0, 0], ["5 mm", "8 mm", "4.5 mm"]], points = 7 }
   EXPECT_FALSE(line.value || line.vector);
   ASSERT_EQ(line.line.size(), 7u);
   for (std::size_t i = 0; i < 7; ++i) {
-    const Vector3d x = static_cast<double>(i) / 6 * Vector3d(5e-3, 8e-3, 4.5e-3);
+    const Vector3d x = double(i) / 6 * Vector3d(5e-3, 8e-3, 4.5e-3);
     EXPECT_NEAR(line.line[i].along, x.norm(), 1e-15);
     EXPECT_LT((vec(*line.line[i].vector) - displaced(x)).norm(), 1e-15) << i;
     EXPECT_NEAR(line.line[i].value.value(), displaced(x).norm(), 1e-15) << i;
@@ -218,7 +219,7 @@ component = "normal"
   answer.method = "coupled";
   answer.displacement = Displacement(read.scene.specimen.grid);
   std::mt19937 random(5);
-  tests::Dice dice{random};
+  test::Dice dice{random};
   for (std::size_t i = 0; i < read.scene.prescribed.size(); ++i)
     answer.reaction.push_back(dice.between(-1, 1));
   Vector3d pull = Vector3d::Zero(), stay = pull, edge = pull, cut = pull;
@@ -316,7 +317,7 @@ volume = { label = 2 }
 // reactions the parts add up to the whole, and a hold's own box bears all of its force.
 TEST(MeasureIndependent, RandomPartsAddUpToTheWhole) {
   std::mt19937 random(41);
-  tests::Dice dice{random};
+  test::Dice dice{random};
   double resultant_error = 0;
   for (int n = 0; n < 300; ++n) {
     image_tests::TemporaryFolder folder;
@@ -331,7 +332,7 @@ TEST(MeasureIndependent, RandomPartsAddUpToTheWhole) {
     folder.write("labels.nii", test::nifti_of(body));
     const int axis = dice.below(3);
     const double step = (axis == 0 ? 2 : 1) * (is_partial ? 2 : 1);
-    const double at = std::array{11.3, -19.5, 4.5}[static_cast<std::size_t>(axis)] +
+    const double at = std::array{11.3, -19.5, 4.5}[std::size_t(axis)] +
                       (axis == 1 ? -step : step) * (1 + dice.below(is_partial ? 2 : 3));
     const auto half = [&](bool is_upper) {
       Vec3 low{-99, -99, -99}, top{99, 99, 99};
@@ -349,7 +350,7 @@ TEST(MeasureIndependent, RandomPartsAddUpToTheWhole) {
         "0 } }\n" +
         std::string(is_partial ? "coarsen = 2\npartial_volume = true\n" : "") +
         "[[hold]]\nwhere = \"z-\"\n[[hold]]\nframe = \"world\"\nwhere = " + pairs[0][0] + "\n";
-    const auto& pair = pairs[static_cast<std::size_t>(n % 3)];
+    const auto& pair = pairs[std::size_t(n % 3)];
     const std::array<std::string, 3> parts{pair[0], pair[1], "{ any = [" + pair[0] + ", " + pair[1] + "] }"};
     for (std::size_t part = 0; part < 3; ++part)
       text +=
@@ -366,7 +367,7 @@ TEST(MeasureIndependent, RandomPartsAddUpToTheWhole) {
       for (const Prescribed& p : asked.scene.prescribed) {
         answer.reaction.push_back(dice.between(-1, 1));
         Vec3 force{};
-        force[static_cast<std::size_t>(p.component)] = answer.reaction.back();
+        force[std::size_t(p.component)] = answer.reaction.back();
         (p.condition == 0 ? all : in_box) += vec(to_world(asked.scene.specimen.placement, force));
       }
       const auto values = measured(asked.scene, asked.measures, answer);
@@ -499,15 +500,8 @@ strain = { mean = "body" }
 
 // Truth: units in two dimensions, per metre of thickness.
 TEST(MeasureContract, UnitsInTwoDimensions) {
-  const SceneAndMeasures read = parse_scene_and_measures(R"(
-[specimen]
-shape = "box"
-cells = [4, 2]
-spacing = "1 mm"
-material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
-[[hold]]
-where = "x-"
-[[measure]]
+  const SceneAndMeasures read =
+      parse_scene_and_measures(test::box_text("[4, 2]") + test::hold_text() + R"([[measure]]
 name = "area"
 volume = "body"
 [[measure]]
@@ -520,6 +514,117 @@ energy = "body"
   EXPECT_EQ(unit_of(read.measures[0], 2), "m^2");
   EXPECT_EQ(unit_of(read.measures[1], 2), "N/m");
   EXPECT_EQ(unit_of(read.measures[2], 2), "J/m");
+}
+
+/// Measures of oriented images: the same in the world whichever way the image is stored.
+
+Matrix3d gradient_in_world() {
+  Matrix3d m;
+  m << 0.02, -0.01, 0.03, 0.04, -0.03, 0.005, 0.01, 0.02, 0.015;
+  return m;
+}
+
+std::string in_toml(const Vector3d& v) {
+  return fmt::format("[{}, {}, {}]", v.x(), v.y(), v.z());
+}
+
+// Truth: the field as it is in the world does not depend on how an image is stored; places are taken into
+// the image's own coordinates here, by its affine.
+TEST(MeasureIndependent, OrientedImagesAnswerAlikeInTheWorld) {
+  const test::LabelArray body = test::bent_body();
+  const auto affine_of_array = [](const test::LabelArray& array) {
+    Matrix3d axes;
+    Vector3d origin;
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c)
+        axes(r, c) = array.affine[std::size_t(r)][std::size_t(c)];
+      origin(r) = array.affine[std::size_t(r)][3];
+    }
+    return std::pair{axes, origin};
+  };
+  // The middle of voxel (2, 1, 1), a bit off, in the world.
+  const auto [axes, origin] = affine_of_array(body);
+  const Vector3d point = axes * Vector3d(2.1, 0.8, 1.2) + origin, normal = Vector3d(1, 2, -1).normalized();
+  const Vector3d force(0.3, -0.2, 0.5);
+  std::vector<std::vector<MeasuredValue>> answers;
+  for (const test::Orientation& orientation : test::all_orientations()) {
+    const test::LabelArray array = test::turned(body, orientation);
+    const auto [to, from] = affine_of_array(array);
+    const Vector3d index = to.inverse() * (point - from), size = to.colwise().norm();
+    const Vector3d place = (index.array() + 0.5) * size.array();
+    const Vector3d across = (to * size.cwiseInverse().asDiagonal()).transpose() * normal;
+    image_tests::TemporaryFolder folder;
+    folder.write("labels.nii", test::nifti_of(array));
+    const std::string where = fmt::format("[{}, {}, {}]", place.x(), place.y(), place.z());
+    const std::string text = fmt::format(
+        "units = \"m\"\n[specimen]\nshape = \"image\"\nimage = \"labels.nii\"\nlabels = {{ 17 = "
+        "\"muscle/soleus\", 5 = {{ youngs_modulus = \"30 kPa\", poisson_ratio = 0.4 }} }}\nfibre = [1, 0, "
+        "0]\n"
+        "[[hold]]\nwhere = {{ box = [[-1, -1, -1], [1, 1, 1]] }}\n"
+        "[[measure]]\nname = \"at\"\ndisplacement = {{ at = {0} }}\n"
+        "[[measure]]\nname = \"mean\"\ndisplacement = {{ mean = {{ label = 17 }} }}\n"
+        "[[measure]]\nname = \"xx\"\nstrain = {{ mean = {{ label = 17 }} }}\nkind = \"xx\"\n"
+        "[[measure]]\nname = \"yz\"\nstrain = {{ at = {0} }}\nkind = \"yz\"\n"
+        "[[measure]]\nname = \"volume_17\"\nvolume = {{ label = 17 }}\n"
+        "[[measure]]\nname = \"held\"\nforce = \"hold[1]\"\n"
+        "[[measure]]\nname = \"cut\"\nforce = {{ section = {{ point = {0}, normal = [{1}, {2}, {3}] }} }}\n"
+        "[[measure]]\nname = \"through\"\nforce = {{ section = {{ point = {0}, normal = [{1}, {2}, {3}] }} "
+        "}}\ncomponent = \"normal\"\n"
+        "[[measure]]\nname = \"at_world\"\ndisplacement = {{ at = {4} }}\nframe = \"world\"\n"
+        "[[measure]]\nname = \"at_lps\"\ndisplacement = {{ at = {5} }}\ncomponent = \"x\"\nframe = \"lps\"\n"
+        "[[measure]]\nname = \"cut_ras\"\nforce = {{ section = {{ point = {4}, normal = {6} }} }}\n"
+        "component = \"normal\"\nframe = \"ras\"\n"
+        "[[measure]]\nname = \"near\"\nvolume = {{ sphere = {{ centre = {4}, radius = {7} }} }}\nframe = "
+        "\"world\"\n"
+        "[[measure]]\nname = \"boxed\"\nvolume = {{ where = {{ sphere = {{ centre = {4}, radius = {7} }} }} "
+        "}}\n"
+        "frame = \"world\"\n",
+        where, across.x(), across.y(), across.z(), in_toml(point),
+        in_toml({-point.x(), -point.y(), point.z()}), in_toml(normal), 2.2 * size.maxCoeff());
+    const SceneAndMeasures read = read_scene_and_measures(folder.write("scene.toml", text));
+    const Specimen& specimen = read.scene.specimen;
+    Matrix3d direction;
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c)
+        direction(r, c) = specimen.placement.direction[std::size_t(r)][std::size_t(c)];
+    Answer answer;
+    answer.method = "coupled";
+    answer.displacement = Displacement(specimen.grid);
+    for (std::int64_t node = 0; node < specimen.grid.n_nodes(); ++node) {
+      const Vector3d x =
+          vec(specimen.placement.origin) + direction * vec(specimen.position(specimen.grid.node_at(node)));
+      const Vector3d u = direction.transpose() * (gradient_in_world() * x);
+      for (int b = 0; b < 3; ++b)
+        answer.displacement(b, node) = u(b);
+    }
+    for (const Prescribed& p : read.scene.prescribed)
+      answer.reaction.push_back((direction.transpose() * force)(p.component));
+    answers.push_back(measured(read.scene, read.measures, answer));
+  }
+  const Matrix3d E = (gradient_in_world() + gradient_in_world().transpose()) / 2;
+  constexpr double tolerance = 1e-6; // places of images are those of float32
+  for (const auto& values : answers) {
+    EXPECT_LT((vec(*values[0].vector) - gradient_in_world() * point).norm(), tolerance * point.norm());
+    EXPECT_LT((vec(*values[1].vector) - vec(*answers[0][1].vector)).norm(), tolerance * point.norm());
+    EXPECT_NEAR(*values[2].value, E(0, 0), tolerance);
+    EXPECT_NEAR(*values[3].value, E(1, 2), tolerance);
+    EXPECT_NEAR(*values[4].value / *answers[0][4].value, 1, tolerance);
+    const double n_nodes = *answers[0][5].value / force.norm();
+    EXPECT_NEAR(n_nodes, std::round(n_nodes), 1e-6);
+    EXPECT_LT((vec(*values[5].vector) - std::round(n_nodes) * force).norm(), tolerance * n_nodes);
+    EXPECT_LT((vec(*values[6].vector) - vec(*answers[0][6].vector)).norm(), tolerance * n_nodes);
+    EXPECT_GT(*values[6].value, 0.0);
+    EXPECT_LT(*values[6].value, *values[5].value);
+    EXPECT_NEAR(*values[7].value, normal.dot(vec(*values[6].vector)), tolerance * n_nodes);
+    // The same places as a viewer shows them: one text for all ways of storing.
+    EXPECT_LT((vec(*values[8].vector) - gradient_in_world() * point).norm(), tolerance * point.norm());
+    EXPECT_NEAR(*values[9].value, -(gradient_in_world() * point).x(), tolerance * point.norm());
+    EXPECT_NEAR(*values[10].value, *values[7].value, tolerance * n_nodes);
+    EXPECT_GT(*values[11].value, 0);
+    EXPECT_NEAR(*values[11].value / *answers[0][11].value, 1, tolerance);
+    EXPECT_GT(*values[12].value, 0);
+    EXPECT_NEAR(*values[12].value / *answers[0][12].value, 1, tolerance);
+  }
 }
 
 } // namespace

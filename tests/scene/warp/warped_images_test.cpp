@@ -36,7 +36,7 @@ TEST(WarpedAnalytic, LinearImagesAreExact) {
   for (int k = 0; k < 10; ++k)
     for (int j = 0; j < 11; ++j)
       for (int i = 0; i < 12; ++i)
-        ramp.values[voxel++] = static_cast<float>(at(i, j, k));
+        ramp.values[voxel++] = float(at(i, j, k));
   const Pull pull = pull_of(ramp.info, body.bodies());
   const Image after = warped(pull, ramp, -100);
   const auto n = pull.source.size();
@@ -62,8 +62,8 @@ TEST(WarpedAnalytic, TheTableOfAStretchedBlockIsKnown) {
   // The bone at i = 15 is no part of the body: build it again without.
   Image labels = body.labels;
   body = test::imaged_body(labels.info, [&](int i, int j, int k) {
-    const float value = labels.values[static_cast<std::size_t>(i + 20 * (j + 20 * k))];
-    return value == 30 ? 0 : static_cast<int>(value);
+    const float value = labels.values[std::size_t(i + 20 * (j + 20 * k))];
+    return value == 30 ? 0 : int(value);
   });
   const Vec3 corner = body.scene.specimen.position({0, 0, 0});
   test::displace(body, [&](const Vec3& x) { return Vec3{0.5 * (x[0] - corner[0]), x[1] - corner[1], 0}; });
@@ -150,14 +150,13 @@ TEST(WarpedOracle, SubVoxelVolumesAreThoseOfAFinerGrid) {
     if (source >= 0) {
       const int i = source % grid.size[0] / fine, j = source / grid.size[0] % grid.size[1] / fine,
                 k = source / grid.size[0] / grid.size[1] / fine;
-      truth[body.labels.values[static_cast<std::size_t>(i + 12 * (j + 11 * k))]] +=
-          24e-9 / (fine * fine * fine);
+      truth[body.labels.values[std::size_t(i + 12 * (j + 11 * k))]] += 24e-9 / (fine * fine * fine);
     }
   const Pull pull = pull_of(body.labels.info, body.bodies());
   for (const WarpedLabel& row :
        warped_label_table(pull, body.bodies(), body.labels, warped_labels(pull, body.labels),
                           volume_ratio(body.labels.info, body.bodies())))
-    EXPECT_NEAR(row.sub_voxel_volume, truth[static_cast<float>(row.label)], 0.003 * row.volume_at_rest);
+    EXPECT_NEAR(row.sub_voxel_volume, truth[float(row.label)], 0.003 * row.volume_at_rest);
 }
 
 /// Truth: a shift, in the world. Pull leads back and push forth, along left, posterior, superior; and what
@@ -198,8 +197,8 @@ TEST(FieldsAnalytic, LeadOutOfTheImageWhereMatterWouldBeSeenTwice) {
     if (pull.source[voxel] != Pull::nothing)
       continue;
     // No voxel without matter may come from where the body was: in voxels, LPS turns x and y round.
-    const double i = static_cast<double>(voxel % 16) - double{field.values[voxel]};
-    const double j = static_cast<double>(voxel / 16 % 9) - double{field.values[n + voxel]};
+    const double i = double(voxel % 16) - double{field.values[voxel]};
+    const double j = double(voxel / 16 % 9) - double{field.values[n + voxel]};
     EXPECT_FALSE(i > 0.5 && i < 4.5 && j > 2.5 && j < 5.5) << voxel;
   }
 }
@@ -217,9 +216,7 @@ TEST(ContinuationOracle, IsAKnownVoxelOfTheFewestSteps) {
       known[i] = static_cast<std::int32_t>(i);
   const auto nearest = warping::nearest_known(size, known);
   const auto steps = [&](std::size_t a, std::size_t b) {
-    const auto part = [](std::size_t v, std::size_t div, std::size_t mod) {
-      return static_cast<int>(v / div % mod);
-    };
+    const auto part = [](std::size_t v, std::size_t div, std::size_t mod) { return int(v / div % mod); };
     return std::abs(part(a, 1, 9) - part(b, 1, 9)) + std::abs(part(a, 9, 7) - part(b, 9, 7)) +
            std::abs(part(a, 63, 5) - part(b, 63, 5));
   };
@@ -229,8 +226,8 @@ TEST(ContinuationOracle, IsAKnownVoxelOfTheFewestSteps) {
       if (is_known[other])
         least = std::min(least, steps(voxel, other));
     ASSERT_GE(nearest[voxel], 0);
-    EXPECT_TRUE(is_known[static_cast<std::size_t>(nearest[voxel])]);
-    EXPECT_EQ(steps(voxel, static_cast<std::size_t>(nearest[voxel])), least);
+    EXPECT_TRUE(is_known[std::size_t(nearest[voxel])]);
+    EXPECT_EQ(steps(voxel, std::size_t(nearest[voxel])), least);
   }
   EXPECT_EQ(warping::nearest_known(size, std::vector<std::int32_t>(is_known.size(), -1))[0], -1);
 }
@@ -239,7 +236,7 @@ TEST(ContinuationOracle, IsAKnownVoxelOfTheFewestSteps) {
 TEST(ContinuationAnalytic, LongWaysAreCountedToTheirEnd) {
   for (const int n : {101, 16'401, 33'001}) {
     const Index3 size{3, 2, n};
-    std::vector<std::int32_t> known(6 * static_cast<std::size_t>(n), -1);
+    std::vector<std::int32_t> known(6 * std::size_t(n), -1);
     const auto last = static_cast<std::int32_t>(known.size() - 1);
     known.front() = 0;
     known.back() = last;
@@ -266,7 +263,7 @@ TEST(WriteImageContract, EveryFormatHasTheGridAndTheValues) {
     field.info.components = 3;
     field.values.clear();
     for (int i = 0; i < 3 * 12 * 11 * 10; ++i)
-      field.values.push_back(static_cast<float>(0.5 * i));
+      field.values.push_back(float(0.5 * i));
     for (const char* name : {"a.nii", "a.nii.gz", "a.mha"}) {
       const auto file = folder.path() / name;
       for (const bool is_field : {false, true}) {

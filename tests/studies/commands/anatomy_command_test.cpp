@@ -1,19 +1,23 @@
 /// Bodies as anatomy has them, as a user meets them: a calf whose muscles glide, constants found from
 /// displacements, and data that lie elsewhere.
+
+#include "maille/scene/csv.hpp"
 #include "maille/scene/image.hpp"
-
+#include "studies/commands/command_scenes.hpp"
 #include "studies/commands/run_command.hpp"
+#include "support/label_scene.hpp"
 
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
-
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
+#include <fmt/format.h>
 #include <functional>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 #include <string>
 
 namespace maille {
@@ -99,9 +103,8 @@ void expect_found(const Outcome& outcome) {
 // Truth: the constants that the displacements were computed with; the image has four voxels a cell's face.
 TEST(IdentifyDisplacementAnalytic, FindsTheConstantsOfAnImageAndOfPoints) {
   const Blocks files;
-  const Outcome truth = maille_command("run " + files.write("truth.toml", blocks_of(100, 50)) +
-                                       " --maps --json --out " + files.path("out"));
-  ASSERT_EQ(truth.code, 0) << truth.err;
+  const Outcome truth = test::done("run " + files.write("truth.toml", blocks_of(100, 50)) +
+                                   " --maps --json --out " + files.path("out"));
   expect_found(files.identify(files.path("out/truth_coupled_displacement.nii.gz")));
   const json measures = json::parse(truth.out)["results"][0]["measures"];
   std::string points = "x [mm],y [mm],z [mm],ux [m],uy [m],uz [m]\n";
@@ -136,8 +139,7 @@ TEST(GlidingCalfData, ATendonIsPulledBetweenNeighboursThatSlide) {
     GTEST_SKIP() << "MAILLE_DATA is not set";
   const test::TemporaryFolder folder;
   const std::string scene = std::string(MAILLE_SCENES) + "/calf_glides.toml";
-  const Outcome run = maille_command("run " + scene + " --maps --json --out " + (folder / "out").string());
-  ASSERT_EQ(run.code, 0) << run.err;
+  const Outcome run = test::done("run " + scene + " --maps --json --out " + (folder / "out").string());
   const json result = json::parse(run.out)["results"][0];
   double tendon = 0, fibre_strain = 0;
   for (const json& measure : result["measures"])
@@ -166,6 +168,280 @@ TEST(GlidingCalfData, ATendonIsPulledBetweenNeighboursThatSlide) {
   }
   EXPECT_GT(on_17, 5000);
   EXPECT_EQ(far_away, 0);
+}
+
+/// Measures as `maille run`, `compare`, `trade` and `check` tell them.
+
+const std::string bar = test::pulled_bar + R"([[measure]]
+name = "pull"
+force = "move[1]"
+[[measure]]
+name = "half"
+force = { section = { point = ["2 mm", 0, 0], normal = [1, 0, 0] } }
+component = "normal"
+[[measure]]
+name = "longer"
+length = [[0, "1 mm", "1 mm"], ["4 mm", "1 mm", "1 mm"]]
+kind = "relative"
+[[measure]]
+name = "line"
+displacement = { along = [[0, 0, 0], ["4 mm", 0, 0]], points = 5 }
+component = "x"
+)";
+
+struct Folder {
+  test::TemporaryFolder folder;
+  std::string path(const std::string& name) const { return (folder / name).string(); }
+  std::string scene(const std::string& more = "") const {
+    std::ofstream(path("bar.toml")) << bar << more;
+    return path("bar.toml");
+  }
+};
+
+std::vector<std::vector<std::string>> csv_in(const std::string& text) {
+  std::vector<std::vector<std::string>> rows;
+  for (CsvRecords records(text); records.next();)
+    rows.push_back(records.cells());
+  return rows;
+}
+
+double cell(const std::vector<std::vector<std::string>>& table, std::size_t row, const std::string& column) {
+  const auto found = std::ranges::find(table.at(0), column);
+  EXPECT_NE(found, table.at(0).end()) << column;
+  const std::string& text = table.at(row).at(static_cast<std::size_t>(found - table[0].begin()));
+  return text.empty() ? NAN : std::stod(text);
+}
+
+// Truth: Hooke's law of a bar that is pulled.
+TEST(NamedMeasuresCommandAnalytic, RunTellsThemByName) {
+  const Folder folder;
+  const Outcome run = test::done("run " + folder.scene() + " --methods coupled,limits --json");
+  const json rows = json::parse(run.out)["results"];
+  const json& found = rows[0]["measures"];
+  ASSERT_EQ(found.size(), 4u);
+  EXPECT_EQ(found[0]["name"], "pull");
+  EXPECT_EQ(found[0]["unit"], "N");
+  EXPECT_NEAR(found[0]["value"], 2e-3, 1e-7);
+  EXPECT_NEAR(found[0]["vector"][0], 2e-3, 1e-7);
+  EXPECT_NEAR(found[1]["value"], 2e-3, 1e-7);
+  EXPECT_FALSE(found[1].contains("vector"));
+  EXPECT_NEAR(found[2]["value"], 0.05, 1e-6);
+  ASSERT_EQ(found[3]["line"].size(), 5u);
+  for (std::size_t i = 0; i < 5; ++i)
+    EXPECT_NEAR(found[3]["line"][i]["value"], 5e-5 * static_cast<double>(i), 1e-9);
+  EXPECT_TRUE(rows[1]["measures"][0]["value"].is_null());
+  EXPECT_EQ(rows[1]["measures"][0]["why_not"], "limits knows no forces");
+  EXPECT_NEAR(rows[1]["measures"][2]["value"], 0.05, 1e-6);
+  EXPECT_NE(maille_command("run " + folder.scene()).out.find("pull             coupled"), std::string::npos);
+}
+
+TEST(NamedMeasuresCommandAnalytic, StepsHaveThem) {
+  const Folder folder;
+  const Outcome run = test::done("run " + folder.scene() + " --steps 4 --out " + folder.path("out"));
+  const auto steps = csv_in(test::text_of(folder.path("out/bar_coupled_measures.csv")));
+  ASSERT_EQ(steps.size(), 5u);
+  for (std::size_t step = 1; step <= 4; ++step) {
+    EXPECT_NEAR(cell(steps, step, "pull_x"), 5e-4 * static_cast<double>(step), 1e-7);
+    EXPECT_NEAR(cell(steps, step, "longer"), 0.0125 * static_cast<double>(step), 1e-6);
+  }
+  const auto line = csv_in(test::text_of(folder.path("out/bar_coupled_line.csv")));
+  ASSERT_EQ(line.size(), 6u);
+  EXPECT_EQ(line[0], (std::vector<std::string>{"along_m", "x_m", "y_m", "z_m", "line"}));
+  EXPECT_NEAR(cell(line, 5, "line"), 2e-4, 1e-9);
+}
+
+TEST(NamedMeasuresCommandAnalytic, CompareHasTheirErrors) {
+  const Folder folder;
+  const Outcome run = test::done("compare " + folder.scene() + " --methods limits,relaxed,fem_q1 --json " +
+                                 folder.path("c.json") + " --csv " + folder.path("c.csv"));
+  const json rows = json::parse(test::text_of(folder.path("c.json")))["results"];
+  const auto table = csv_in(test::text_of(folder.path("c.csv")));
+  ASSERT_EQ(table.size(), 4u);
+  for (const auto& line : table)
+    EXPECT_EQ(line.size(), table[0].size());
+  for (std::size_t i = 0; i < 3; ++i) {
+    const json& row = rows[i];
+    EXPECT_NEAR(cell(table, i + 1, "longer"), row["measures"][2]["value"], 1e-9);
+    if (row["method"] == "fem_q1") {
+      EXPECT_NEAR(cell(table, i + 1, "pull"), 2e-3, 1e-7);
+      EXPECT_TRUE(std::isnan(cell(table, i + 1, "pull_error")));
+      EXPECT_FALSE(row.contains("error"));
+    } else if (row["method"] == "limits") {
+      EXPECT_FALSE(row["error"]["measures"].contains("pull"));
+      EXPECT_LT(row["error"]["measures"]["longer"], 1e-6);
+    } else {
+      // It knows no Poisson effect: lambda + 2 mu in place of E, its own weights included.
+      const double pull = row["measures"][0]["value"], truth = rows[2]["measures"][0]["value"];
+      EXPECT_NEAR(row["error"]["measures"]["pull"], std::abs(pull / truth - 1), 1e-6);
+      EXPECT_GT(row["error"]["measures"]["pull"], 0.1);
+      EXPECT_NEAR(cell(table, i + 1, "pull_error"), row["error"]["measures"]["pull"], 1e-6);
+    }
+  }
+}
+
+TEST(NamedMeasuresCommandAnalytic, TradeMeasuresEveryLattice) {
+  const Folder folder;
+  const Outcome run =
+      test::done("trade " + folder.scene() + " --methods coupled --spacings 2,1,0.5 --tolerances 1e-4 " +
+                 "--reference fem_q1 --json " + folder.path("t.json") + " --csv " + folder.path("t.csv"));
+  const json rows = json::parse(test::text_of(folder.path("t.json")))["rows"];
+  const auto table = csv_in(test::text_of(folder.path("t.csv")));
+  ASSERT_EQ(rows.size(), 3u);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_NEAR(rows[i]["measures"][0]["value"], 2e-3, 1e-6) << "a uniform strain on any lattice";
+    EXPECT_LT(rows[i]["error"]["measures"]["pull"], 1e-3);
+    EXPECT_NEAR(cell(table, i + 1, "pull"), 2e-3, 1e-6);
+    EXPECT_EQ(table[i + 1].size(), table[0].size());
+  }
+}
+
+/// Truth: a uniform strain, whose force every lattice gives alike.
+TEST(NamedMeasuresCommandAnalytic, ChooseChoosesByTheirErrors) {
+  const Folder folder;
+  const Outcome run =
+      maille_command("choose " + folder.scene() + " --error 5% --time 10s --of pull --json -");
+  const json choice = json::parse(run.out);
+  EXPECT_EQ(choice["wish"]["of"], "pull");
+  EXPECT_LT(choice["probes"]["difference"], 1e-2);
+  const Outcome unknown = test::refused("choose " + folder.scene() + " --error 5% --time 10s --of pul");
+  EXPECT_NE(unknown.err.find("did you mean \"pull\"?"), std::string::npos) << unknown.err;
+}
+
+TEST(NamedMeasuresCommandContract, CheckListsThemAndFaultsEndWithTwo) {
+  const Folder folder;
+  const Outcome good = test::done("check " + folder.scene());
+  EXPECT_NE(good.out.find("measure pull: force on move[1]"), std::string::npos) << good.out;
+  const json listed = json::parse(maille_command("check " + folder.scene() + " --json").out);
+  EXPECT_EQ(listed["measures"][2]["name"], "longer");
+  const std::string faulty = "[[measure]]\nname = \"pull\"\nforce = \"move[7]\"\n";
+  for (const char* command : {"check ", "run ", "compare "}) {
+    const Outcome bad = test::refused(command + folder.scene(faulty));
+    EXPECT_NE(bad.err.find("measure[5].force"), std::string::npos) << bad.err;
+    EXPECT_NE(bad.err.find("measure[5].name"), std::string::npos) << bad.err;
+  }
+}
+
+/// `maille warp`, `run --warp` and `maille new`: files, tables and what is wrong.
+
+class WarpCommandContract : public testing::Test {
+protected:
+  WarpCommandContract() {
+    labels_ = folder_.write("labels.nii", test::nifti_of(test::bent_body())).string();
+    scene_ =
+        folder_
+            .write("scene.toml",
+                   "[specimen]\nshape = \"image\"\nimage = \"labels.nii\"\n"
+                   "labels = { 17 = \"muscle/soleus\", 5 = \"muscle/vastus_lateralis\" }\nfibre = [1, 0, 0]\n"
+                   "[[hold]]\nwhere = \"x-\"\n[[move]]\nwhere = \"x+\"\nby = [\"0.1 mm\", 0, 0]\n")
+            .string();
+  }
+  std::string out(const std::string& name) const { return (folder_.path() / name).string(); }
+  const test::TemporaryFolder folder_;
+  std::string labels_, scene_;
+};
+
+TEST_F(WarpCommandContract, WritesImagesFieldsSurfacesAndATable) {
+  const Outcome run = test::done("warp " + scene_ + " --image " + labels_ +
+                                 " --also mha,nrrd --surface stl,ply,vtp --out " + out("out") + " --json");
+  const json result = json::parse(run.out)["results"][0];
+  EXPECT_EQ(result["method"], "coupled");
+  EXPECT_EQ(result["voxels_at_rest"], 3 * 2 * 3 + 1);
+  EXPECT_EQ(result["folded_cells"], 0);
+  ASSERT_EQ(result["labels"].size(), 2U);
+  EXPECT_EQ(result["labels"][0]["label"], 5);
+  EXPECT_EQ(result["labels"][1]["voxels"], 3 * 3);
+  EXPECT_GT(result["labels"][0]["integral_of_det_f_m3"], 0);
+  const auto files = result["files"].get<std::vector<std::string>>();
+  for (const char* name : {"warped.nii.gz", "warped.mha", "warped.nrrd", "labels_warped.nii.gz",
+                           "pull.nii.gz", "pull.mha", "pull.nrrd", "push.nrrd", "jacobian.nii.gz",
+                           "labels.csv", "surface_5.stl", "surface_17.stl", "surface.ply", "surface.vtp"}) {
+    EXPECT_NE(std::ranges::find(files, name), files.end()) << name;
+    EXPECT_TRUE(std::filesystem::exists(folder_.path() / "out" / name)) << name;
+  }
+  const Image field = read_image(folder_.path() / "out" / "pull.nii.gz");
+  EXPECT_EQ(field.info.components, 3);
+  EXPECT_EQ(field.info.size, (Index3{5, 4, 3}));
+}
+
+TEST_F(WarpCommandContract, RunWritesTheSameBesideItsOtherFiles) {
+  const Outcome run = test::done("run " + scene_ + " --warp --out " + out("run"));
+  const Outcome warp = test::done("warp " + scene_ + " --out " + out("warp"));
+  for (const char* name : {"labels_warped.nii.gz", "pull.nii.gz"})
+    EXPECT_EQ(read_image(folder_.path() / "run" / (std::string("scene_coupled_") + name)).values,
+              read_image(folder_.path() / "warp" / name).values)
+        << name;
+  EXPECT_TRUE(test::has(warp.out, "integral of det F"));
+}
+
+TEST_F(WarpCommandContract, SaysWhatIsWrong) {
+  EXPECT_EQ(maille_command("warp " + scene_).code, 2); // no --out
+  EXPECT_EQ(maille_command("warp " + scene_ + " --also png --out " + out("a")).code, 2);
+  EXPECT_EQ(maille_command("warp " + scene_ + " --image " + out("none.nii") + " --out " + out("a")).code, 2);
+  const auto box =
+      folder_.write("box.toml", "[specimen]\nshape = \"box\"\ncells = [2, 2, 2]\nspacing = \"1 mm\"\n"
+                                "material = \"muscle/soleus\"\n[[hold]]\nwhere = \"x-\"\n");
+  const Outcome none = test::refused("warp " + box.string() + " --out " + out("a"));
+  EXPECT_TRUE(test::has(none.err, "--image or --labels"));
+}
+
+TEST_F(WarpCommandContract, NewScenesAreReadyToRun) {
+  for (const std::string& kind : {std::string("strip"), "image " + labels_}) {
+    const std::string file = out(kind.substr(0, 5) + ".toml");
+    const Outcome made = test::done("new " + kind + " --out " + file);
+    EXPECT_EQ(maille_command("check " + file).code, 0);
+    const Outcome run = test::done("run " + file);
+    EXPECT_EQ(maille_command("new " + kind + " --out " + file).code, 2) << "it is there";
+    EXPECT_EQ(maille_command("new " + kind + " --overwrite --out " + file).code, 0);
+  }
+  const std::string world = out("press.toml");
+  ASSERT_EQ(maille_command("new world --out " + world).code, 0);
+  const Outcome played = test::done("play " + world + " " + out("press_path.toml") + " --json");
+  EXPECT_EQ(json::parse(played.out)["frames"].size(), 20U);
+  EXPECT_EQ(maille_command("new image").code, 2);
+  EXPECT_EQ(maille_command("new strip " + labels_ + " --out " + out("b.toml")).code, 2);
+}
+
+TEST_F(WarpCommandContract, SaysWhatHasLeftTheImage) {
+  test::LabelArray block = test::bent_body();
+  block.size = {14, 14, 12}; // room at its sides, none at its ends
+  block.values.assign(14 * 14 * 12, 0);
+  for (int k = 0; k < 12; ++k)
+    for (int j = 2; j < 12; ++j)
+      for (int i = 2; i < 12; ++i)
+        block.values[static_cast<std::size_t>(i + 14 * (j + 14 * k))] = 17;
+  folder_.write("block.nii", test::nifti_of(block));
+  const auto pulled = [&](const char* by) {
+    return folder_
+        .write(
+            "block.toml",
+            std::string("[specimen]\nshape = \"image\"\nimage = \"block.nii\"\nlabels = { 17 = "
+                        "\"muscle/soleus\" }\nfibre = [0, 0, 1]\n[[hold]]\nwhere = \"z-\"\n[[move]]\nwhere = "
+                        "\"z+\"\nby = [0, 0, \"") +
+                by + "\"]\n")
+        .string();
+  };
+  const Outcome out_of_it = test::done("warp " + pulled("6 mm") + " --out " + out("a"));
+  EXPECT_TRUE(test::has(out_of_it.out, "label 17's volume is not in the warped image"));
+  const Outcome within = maille_command("warp " + pulled("-6 mm") + " --out " + out("b"));
+  EXPECT_FALSE(test::has(within.out, "not in the warped image"));
+}
+
+// Two legs, further apart than they are long: pulled along themselves, both of them.
+TEST_F(WarpCommandContract, ANewSceneOfPartsThatDoNotTouchHoldsThemAll) {
+  test::LabelArray legs = test::bent_body();
+  legs.size = {24, 3, 8};
+  legs.values.assign(24 * 3 * 8, 0);
+  for (int k = 0; k < 8; ++k)
+    for (int j = 0; j < 3; ++j)
+      for (const int i : {0, 1, 2, 21, 22, 23})
+        legs.values[static_cast<std::size_t>(i + 24 * (j + 3 * k))] = i < 3 ? 3 : 4;
+  const std::string file = out("legs.toml");
+  const std::string image = folder_.write("legs.nii", test::nifti_of(legs)).string();
+  ASSERT_EQ(maille_command("new image " + image + " --out " + file).code, 0);
+  const Scene scene = read_scene(file);
+  EXPECT_EQ(scene.specimen.n_matter_cells(), 2 * 3 * 3 * 8);
+  EXPECT_TRUE(scene.left_out.empty());
+  EXPECT_EQ(scene.prescribed.size(), std::size_t{3 * 2 * 2 * 4 * 4}) << "both ends of both legs";
 }
 
 } // namespace

@@ -1,6 +1,8 @@
 #pragma once
 /// Scenes that tests of several commands ask.
 
+#include "support/texts.hpp"
+
 #include <string>
 
 namespace maille::test {
@@ -30,32 +32,14 @@ axes = "x"
 /// A fixed floor, a soft pad on it, and a rigid finger of 2 x 2 x 2 voxels.
 /// @param position of the finger, as a scene has it
 inline std::string floor_pad_and_finger(const std::string& position) {
-  return R"(title = "a floor, a pad and a finger"
-[world]
-cells = [20, 20, 20]
+  return "title = \"a floor, a pad and a finger\"\n" + world_text("[20, 20, 20]") +
+         object_text("floor", "fixed", "[20, 20, 4]") +
+         object_text("pad", "deformable", "[6, 6, 6]", "material = " + soft + R"(
 spacing = "1 mm"
-[[object]]
-name = "floor"
-kind = "fixed"
-shape = "box"
-cells = [20, 20, 4]
-[[object]]
-name = "pad"
-kind = "deformable"
-shape = "box"
-cells = [6, 6, 6]
-spacing = "1 mm"
-material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
 hold = [{ where = "z-" }]
 limits = { from = "given", stretch = 2, compress = 0.1, shear = 1 }
 position = ["10 mm", "7 mm", "5 mm"]
-[[object]]
-name = "finger"
-kind = "rigid"
-shape = "box"
-cells = [2, 2, 2]
-position = )" +
-         position + "\n";
+)") + object_text("finger", "rigid", "[2, 2, 2]", "position = " + position + "\n");
 }
 
 } // namespace maille::test

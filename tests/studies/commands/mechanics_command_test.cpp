@@ -1,19 +1,21 @@
 /// Forces, strain, stress and energy as `maille run` and `maille compare` tell them.
+
 #include "maille/scene/image.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"
-
 #include "studies/commands/command_scenes.hpp"
 #include "studies/commands/run_command.hpp"
 #include "support/label_scene.hpp"
 
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
-
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 #include <sstream>
+#include <string>
+#include <tuple>
+#include <utility>
 
 namespace maille {
 namespace {
@@ -44,8 +46,7 @@ std::vector<std::string> lines_of(const std::string& text) {
 // Truth: Hooke's law of a bar that is pulled.
 TEST(MechanicsCommandAnalytic, ABarOfOneMaterial) {
   const Folder folder;
-  const Outcome run = maille_command("run " + folder.with(bar) + " --methods coupled,fem_q1,limits --json");
-  ASSERT_EQ(run.code, 0) << run.err;
+  const Outcome run = test::done("run " + folder.with(bar) + " --methods coupled,fem_q1,limits --json");
   const json results = json::parse(run.out)["results"];
   ASSERT_EQ(results.size(), 3u);
   for (const json& row : results) {
@@ -92,9 +93,8 @@ TEST(MechanicsCommandContract, ConventionsAreOneText) {
 // Truth: linear elasticity. Half the way takes half the force and a quarter of the energy.
 TEST(MechanicsCommandAnalytic, ForceOverDisplacementIsALine) {
   const Folder folder;
-  const Outcome run = maille_command("run " + folder.with(bar) + " --steps 4 --out " + folder.path("out"));
-  ASSERT_EQ(run.code, 0) << run.err;
-  EXPECT_NE(run.out.find("force on moves [N]"), std::string::npos) << run.out;
+  const Outcome run = test::done("run " + folder.with(bar) + " --steps 4 --out " + folder.path("out"));
+  EXPECT_TRUE(test::has(run.out, "force on moves [N]"));
   std::ifstream file(folder.path("out/bar_coupled_force.csv"));
   std::string line;
   ASSERT_TRUE(std::getline(file, line));
@@ -132,13 +132,11 @@ TEST(MechanicsCommandContract, EstimatesOfForceAndStressStandBesideTheDisplaceme
   }
   const std::string text =
       maille_command("compare" + line.substr(3) + " --csv " + folder.path("table.csv")).out;
-  EXPECT_NE(text.find("Estimated errors against elasticity"), std::string::npos) << text;
+  EXPECT_TRUE(test::has(text, "Estimated errors against elasticity"));
   std::ifstream file(folder.path("table.csv"));
   std::string header;
   ASSERT_TRUE(std::getline(file, header));
-  EXPECT_NE(header.find("estimated_force,estimated_strain_energy,estimated_strain,estimated_stress"),
-            std::string::npos)
-      << header;
+  EXPECT_TRUE(test::has(header, "estimated_force,estimated_strain_energy,estimated_strain,estimated_stress"));
 }
 
 TEST(MechanicsCommandContract, OneTableOfPartsAndOneLineOfABody) {
@@ -160,11 +158,10 @@ TEST(MechanicsCommandContract, ASegmentationHasALineALabel) {
   const Folder folder;
   std::ofstream(folder.path("labels.nii"), std::ios::binary) << test::nifti_of(test::bent_body());
   const Outcome run =
-      maille_command("run " + folder.with(test::label_scene_text) + " --json " + folder.path("found.json"));
-  ASSERT_EQ(run.code, 0) << run.err;
-  EXPECT_NE(run.out.find("\n5 firm "), std::string::npos) << run.out;
-  EXPECT_NE(run.out.find("\n17 muscle/soleus "), std::string::npos) << run.out;
-  EXPECT_NE(run.out.find("\nwhole body "), std::string::npos) << run.out;
+      test::done("run " + folder.with(test::label_scene_text) + " --json " + folder.path("found.json"));
+  EXPECT_TRUE(test::has(run.out, "\n5 firm "));
+  EXPECT_TRUE(test::has(run.out, "\n17 muscle/soleus "));
+  EXPECT_TRUE(test::has(run.out, "\nwhole body "));
   std::ifstream file(folder.path("found.json"));
   const json row = json::parse(file)["results"][0], labels = row["mechanics"]["labels"];
   ASSERT_EQ(labels.size(), 2u);
@@ -180,11 +177,10 @@ TEST(MechanicsCommandContract, ASegmentationHasALineALabel) {
 
 TEST(MechanicsCommandContract, CompareHasErrorsOfWhatIsAsked) {
   const Folder folder;
-  const Outcome run = maille_command("compare " + folder.with(bar) + " --csv " + folder.path("table.csv") +
-                                     " --json " + folder.path("table.json"));
-  ASSERT_EQ(run.code, 0) << run.err;
-  EXPECT_NE(run.out.find("Errors against fem_q1"), std::string::npos) << run.out;
-  EXPECT_EQ(run.out.find("most von Mises"), std::string::npos) << "parts are in JSON alone";
+  const Outcome run = test::done("compare " + folder.with(bar) + " --csv " + folder.path("table.csv") +
+                                 " --json " + folder.path("table.json"));
+  EXPECT_TRUE(test::has(run.out, "Errors against fem_q1"));
+  EXPECT_FALSE(test::has(run.out, "most von Mises")) << "parts are in JSON alone";
   for (const std::string& line : lines_of(run.out))
     EXPECT_LE(line.size(), 150u) << line;
   std::ifstream json_file(folder.path("table.json")), csv_file(folder.path("table.csv"));
@@ -206,43 +202,37 @@ TEST(MechanicsCommandContract, CompareHasErrorsOfWhatIsAsked) {
   std::getline(csv_file, header);
   for (const char* name : {"move_force_x_n", "hold_force_z_n", "strain_energy_j", "force_error",
                            "strain_energy_error", "strain_error", "stress_error"})
-    EXPECT_NE(("," + header + ",").find(fmt::format(",{},", name)), std::string::npos) << name;
+    EXPECT_TRUE(test::has(("," + header + ","), fmt::format(",{},", name))) << name;
 }
 
 TEST(MechanicsCommandContract, APictureNeedsSteps) {
   const Folder folder;
   const std::string run = "run " + folder.with(bar) + " --picture ";
-  const Outcome one_step = maille_command(run + folder.path("a.png"));
-  EXPECT_EQ(one_step.code, 2);
-  EXPECT_NE(one_step.err.find("--steps 2 or more"), std::string::npos) << one_step.err;
-  const Outcome no_picture = maille_command(run + folder.path("a.txt") + " --steps 2");
-  EXPECT_EQ(no_picture.code, 2);
-  EXPECT_NE(no_picture.err.find(".png or .svg"), std::string::npos) << no_picture.err;
-  const Outcome no_folder = maille_command(run + folder.path("nowhere/a.png") + " --steps 2");
-  EXPECT_EQ(no_folder.code, 2);
+  const Outcome one_step = test::refused(run + folder.path("a.png"));
+  EXPECT_TRUE(test::has(one_step.err, "--steps 2 or more"));
+  const Outcome no_picture = test::refused(run + folder.path("a.txt") + " --steps 2");
+  EXPECT_TRUE(test::has(no_picture.err, ".png or .svg"));
+  const Outcome no_folder = test::refused(run + folder.path("nowhere/a.png") + " --steps 2");
   const Outcome no_forces = maille_command(run + folder.path("a.png") + " --steps 2 --methods limits");
   EXPECT_EQ(no_forces.code, 1) << no_forces.out;
-  EXPECT_NE(no_forces.err.find("no picture"), std::string::npos) << no_forces.err;
+  EXPECT_TRUE(test::has(no_forces.err, "no picture"));
   if (std::system("gnuplot --version > /dev/null 2>&1") != 0)
     GTEST_SKIP() << "no gnuplot";
-  const Outcome drawn = maille_command(run + folder.path("a.svg") + " --steps 2 --methods coupled,relaxed");
-  EXPECT_EQ(drawn.code, 0) << drawn.err;
+  const Outcome drawn = test::done(run + folder.path("a.svg") + " --steps 2 --methods coupled,relaxed");
   std::ifstream picture(folder.path("a.svg"));
   std::stringstream text;
   text << picture.rdbuf();
   for (const char* word : {"force on moves [mN]", "strain energy [nJ]", "largest displacement", "relaxed"})
-    EXPECT_NE(text.str().find(word), std::string::npos) << word;
+    EXPECT_TRUE(test::has(text.str(), word)) << word;
 }
 
 TEST(MechanicsCommandContract, AFilmHasAPictureAStepAndOneAtRest) {
   const Folder folder;
   const std::string run = "run " + folder.with(bar) + " --film ";
-  const Outcome one_step = maille_command(run + folder.path("a.mp4"));
-  EXPECT_EQ(one_step.code, 2);
-  EXPECT_NE(one_step.err.find("--film: expected --steps 2 or more"), std::string::npos) << one_step.err;
-  const Outcome no_film = maille_command(run + folder.path("a.png") + " --steps 2");
-  EXPECT_EQ(no_film.code, 2);
-  EXPECT_NE(no_film.err.find("ends in .mp4"), std::string::npos) << no_film.err;
+  const Outcome one_step = test::refused(run + folder.path("a.mp4"));
+  EXPECT_TRUE(test::has(one_step.err, "--film: expected --steps 2 or more"));
+  const Outcome no_film = test::refused(run + folder.path("a.png") + " --steps 2");
+  EXPECT_TRUE(test::has(no_film.err, "ends in .mp4"));
   const Outcome filmed = maille_command(run + folder.path("a.mp4") + " --steps 3");
   if (filmed.err.find("no film") != std::string::npos) // no ffmpeg, or no OpenGL
     GTEST_SKIP() << filmed.err;
@@ -270,11 +260,10 @@ where = "x-"
 [[load]]
 gravity = [0, 0, "-9.81 m/s^2"]
 )");
-  EXPECT_NE(maille_command("run " + soft).out.find("more than small strains and turns allow"),
-            std::string::npos);
+  EXPECT_TRUE(test::has(maille_command("run " + soft).out, "more than small strains and turns allow"));
   const json answer = json::parse(maille_command("run " + soft + " --json").out);
-  EXPECT_NE(answer.dump().find("more than small strains and turns allow"), std::string::npos);
-  EXPECT_EQ(maille_command("run " + folder.with(bar)).out.find("warning"), std::string::npos);
+  EXPECT_TRUE(test::has(answer.dump(), "more than small strains and turns allow"));
+  EXPECT_FALSE(test::has(maille_command("run " + folder.with(bar)).out, "warning"));
 }
 
 // Truth: a uniform strain in the world, on every voxel in every storage order; stress by Hooke's law.
@@ -288,14 +277,13 @@ TEST(VoxelMapCommandAnalytic, AStretchedBodyHasOneStrainOnItsVoxels) {
     const Folder folder;
     const test::LabelArray array = test::turned(block, orientations[i]);
     folder.folder.write("labels.nii", test::nifti_of(array));
-    const Outcome run = maille_command(
+    const Outcome run = test::done(
         "run " +
         folder.with(
             "[specimen]\nshape = \"image\"\nimage = \"labels.nii\"\nlabels = { 17 = { youngs_modulus = "
             "\"10 kPa\", poisson_ratio = 0 } }\n[[hold]]\nwhere = \"left\"\n[[move]]\nwhere = "
             "\"right\"\nframe = \"ras\"\nby = [\"0.06 mm\", 0, 0]\n") +
         " --methods coupled --maps --out " + folder.path("out"));
-    ASSERT_EQ(run.code, 0) << run.err << run.out;
     const ImageInfo info = read_image_info(folder.path("labels.nii"));
     const auto expect_map = [&](const std::string& name, const std::vector<double>& values) {
       const Image map = read_image(folder.path("out/bar_coupled_" + name + ".nii.gz"));
@@ -319,12 +307,61 @@ TEST(VoxelMapCommandAnalytic, AStretchedBodyHasOneStrainOnItsVoxels) {
 // Truth: docs/command.md: maps ask for a folder and an image.
 TEST(VoxelMapCommandContract, AsksForAFolderAndAnImage) {
   const Folder folder;
-  const Outcome no_folder = maille_command("run " + folder.with(bar) + " --maps");
-  EXPECT_EQ(no_folder.code, 2);
-  EXPECT_NE(no_folder.err.find("--out"), std::string::npos) << no_folder.err;
-  const Outcome no_image = maille_command("run " + folder.with(bar) + " --maps --out " + folder.path("out"));
-  EXPECT_EQ(no_image.code, 2);
-  EXPECT_NE(no_image.err.find("from an image"), std::string::npos) << no_image.err;
+  const Outcome no_folder = test::refused("run " + folder.with(bar) + " --maps");
+  EXPECT_TRUE(test::has(no_folder.err, "--out"));
+  const Outcome no_image = test::refused("run " + folder.with(bar) + " --maps --out " + folder.path("out"));
+  EXPECT_TRUE(test::has(no_image.err, "from an image"));
+}
+
+/// Several processes as a user starts them: the same files as by one.
+
+/// The reference is what one process writes.
+TEST(RanksCommandContract, CoupledWritesTheSameFileByTwoProcesses) {
+  if (test::shell("command -v mpirun").code != 0)
+    GTEST_SKIP() << "mpirun is not installed";
+  const test::TemporaryFolder folder;
+  const std::string line = std::string(" run ") + MAILLE_SCENES +
+                           "/muscle_belly.toml --methods coupled --threads 1 --json - --out ";
+  const auto alone = test::done(line + (folder / "alone").string());
+  const auto together =
+      test::shell("OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 mpirun --oversubscribe -n 2 " +
+                  std::string(MAILLE_COMMAND) + line + (folder / "together").string());
+  ASSERT_EQ(together.code, 0) << together.err;
+  const std::string file = "muscle_belly_coupled_0001.vtu";
+  ASSERT_FALSE(test::text_of(folder / "alone" / file).empty());
+  EXPECT_TRUE(test::text_of(folder / "alone" / file) == test::text_of(folder / "together" / file));
+  const json one = json::parse(alone.out)["results"][0], two = json::parse(together.out)["results"][0];
+  EXPECT_EQ(one.at("iterations").get<int>(), two.at("iterations").get<int>());
+  EXPECT_EQ(one.at("strain_energy").get<double>(), two.at("strain_energy").get<double>());
+}
+
+// Each pair is what ranks 0 and 1 are asked; files that lag on a shared disk, scripts that differ.
+TEST(RanksContract, RanksThatDifferEndWithTheDifferenceNamed) {
+  if (test::shell("command -v mpirun").code != 0)
+    GTEST_SKIP() << "mpirun is not installed";
+  const test::TemporaryFolder folder;
+  for (const auto& [name, modulus] : {std::pair{"a", "10 kPa"}, {"b", "20 kPa"}})
+    folder.write(std::string(name) + ".toml",
+                 std::string("[specimen]\nshape = \"box\"\ncells = [4, 3, 3]\nspacing = \"1 mm\"\n"
+                             "material = { youngs_modulus = \"") +
+                     modulus +
+                     "\", poisson_ratio = 0.3 }\n[[hold]]\nwhere = \"x-\"\n[[move]]\nwhere = "
+                     "\"x+\"\nby = [\"0.1 mm\", 0, 0]\n");
+  const std::string maille = "exec " + std::string(MAILLE_COMMAND), at = (folder / "").string();
+  for (const auto& [first, second, word] :
+       {std::tuple{" run " + at + "a.toml", " run " + at + "b.toml", "scene"},
+        {" run " + at + "a.toml", " run " + at + "none.toml", "none.toml"},
+        {" run " + at + "none.toml", " run " + at + "a.toml", "none.toml"},
+        {" run " + at + "a.toml", " check " + at + "a.toml", "command"},
+        {" run " + at + "a.toml", " run " + at + "a.toml --steps 2", "options"}}) {
+    folder.write("ranks.sh", "[ $OMPI_COMM_WORLD_RANK = 0 ] && " + maille + first + "\n" + maille + second);
+    const auto run =
+        test::shell("OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 timeout 60 mpirun "
+                    "--oversubscribe -n 2 sh " +
+                    at + "ranks.sh");
+    EXPECT_EQ(run.code, 2) << first << second << "\n124: it did not end\n" << run.err;
+    EXPECT_TRUE(test::has(run.err, word));
+  }
 }
 
 } // namespace

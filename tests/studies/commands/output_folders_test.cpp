@@ -2,6 +2,7 @@
 
 #include "studies/commands/run_command.hpp"
 #include "support/temporary_folder.hpp"
+#include "support/texts.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -24,19 +25,7 @@ using test::maille_command;
 using test::Outcome;
 
 std::string box_of(const std::string& move) {
-  return R"([specimen]
-shape = "box"
-cells = [3, 2, 2]
-spacing = "1 mm"
-material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
-[[hold]]
-where = "x-"
-[[move]]
-where = "x+"
-by = [")" +
-         move +
-         R"(", "0 mm", "0 mm"]
-)";
+  return test::pulled_box_text("[3, 2, 2]", "[\"" + move + "\", \"0 mm\", \"0 mm\"]");
 }
 
 struct Folder : test::TemporaryFolder {
@@ -55,6 +44,12 @@ struct Folder : test::TemporaryFolder {
     return found;
   }
   std::string text(const fs::path& file) const { return test::text_of(path() / file); }
+  std::string study() const {
+    return write("study.toml",
+                 "scene = \"box.toml\"\nmethods = [\"limits\"]\nreference = \"none\"\n[[parameter]]\n"
+                 "key = \"move.0.by.0\"\nvalues = [\"0.1 mm\"]\n")
+        .string();
+  }
 };
 
 TEST(OutputFolderContract, ResultsOfTheSameSceneAreReplacedAsASet) {
@@ -77,13 +72,12 @@ TEST(OutputFolderContract, ResultsOfTheSameSceneAreReplacedAsASet) {
                                    "box_compare_results.json", "box_fem_q1.vti", "box_limits.vti"}));
 }
 
-TEST(OutputFolderContract, ResultsOfAnotherSceneOrVersionAreRefusedUnlessToBeReplaced) {
+TEST(OutputFolderContract, ResultsOfOthersNeedOverwrite) {
   const Folder folder;
   ASSERT_EQ(maille_command("run " + folder.scene + " --methods limits --out " + folder.out).code, 0);
   folder.write("out/notes.txt", "mine");
   const std::set<std::string> before = folder.names();
-  const Outcome refused = maille_command("compare " + folder.other + " --methods limits --out " + folder.out);
-  EXPECT_EQ(refused.code, 2);
+  const Outcome refused = test::refused("compare " + folder.other + " --methods limits --out " + folder.out);
   EXPECT_NE(refused.err.find("--overwrite"), std::string::npos) << refused.err;
   EXPECT_EQ(folder.names(), before);
   ASSERT_EQ(maille_command("run " + folder.other + " --methods limits --overwrite --out " + folder.out).code,
@@ -170,9 +164,8 @@ TEST(OutputFolderContract, ListsOfOthersDeleteNothing) {
     }
     const auto before = tree_of(root);
     const std::string command = trial % 2 ? "compare {} --reference limits" : "run {}";
-    const Outcome run = maille_command(fmt::format(fmt::runtime(command), folder.scene) +
-                                       " --methods limits --overwrite --out " + folder.out);
-    EXPECT_EQ(run.code, 0) << run.err;
+    const Outcome run = test::done(fmt::format(fmt::runtime(command), folder.scene) +
+                                   " --methods limits --overwrite --out " + folder.out);
     const auto after = tree_of(root);
     for (const auto& [file, content] : before)
       if (const auto left = after.find(file); left == after.end() || left->second != content) {
@@ -189,8 +182,7 @@ TEST(OutputFolderContract, ALinkInTheNameOfAResultIsRefused) {
   const Folder folder;
   folder.write("victim.vti", "precious");
   fs::create_symlink("../victim.vti", fs::path(folder.out) / "box_limits_0001.vti");
-  const Outcome run = maille_command("run " + folder.scene + " --methods limits --out " + folder.out);
-  EXPECT_EQ(run.code, 2) << run.err;
+  const Outcome run = test::refused("run " + folder.scene + " --methods limits --out " + folder.out);
   EXPECT_EQ(folder.text("victim.vti"), "precious");
 }
 
@@ -202,18 +194,13 @@ TEST(OutputFolderContract, OneProcessAtATimeHasAFolder) {
   whole.l_type = F_WRLCK;
   // A lock of the open file: tree_of() opens and closes the file, which would drop one of the process.
   ASSERT_EQ(fcntl(lock, F_OFD_SETLK, &whole), 0);
-  const std::string study = folder
-                                .write("study.toml", "scene = \"box.toml\"\nmethods = [\"limits\"]\n"
-                                                     "reference = \"none\"\n[[parameter]]\n"
-                                                     "key = \"move.0.by.0\"\nvalues = [\"0.1 mm\"]\n")
-                                .string();
+  const std::string study = folder.study();
   const auto before = tree_of(folder.path());
   for (const std::string& line :
        std::vector<std::string>{"run " + folder.scene + " --methods limits --overwrite",
                                 "compare " + folder.scene + " --methods limits",
                                 "study " + study + " --overwrite", "study " + study + " --shard 1/2"}) {
-    const Outcome run = maille_command(line + " --out " + folder.out);
-    EXPECT_EQ(run.code, 2) << line << run.err;
+    const Outcome run = test::refused(line + " --out " + folder.out);
     EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
     EXPECT_EQ(tree_of(folder.path()), before) << line;
   }
@@ -259,8 +246,7 @@ TEST(OutputFileContract, NoOptionPutsAResultInThePlaceOfWhatIsRead) {
            "fit " + folder.scene + " " + folder.other + " --out " + soft,
            "explain " + folder.scene + " --json " + csv}) {
     const std::string before = folder.text("box.toml"), soft_before = folder.text("soft.toml");
-    const Outcome run = maille_command(line);
-    EXPECT_EQ(run.code, 2) << line << run.err;
+    const Outcome run = test::refused(line);
     EXPECT_EQ(folder.text("box.toml"), before) << line;
     EXPECT_EQ(folder.text("soft.toml"), soft_before) << line;
   }
@@ -277,20 +263,15 @@ TEST(OutputFileContract, ANameThatIsNoUtf8CostsNoResult) {
   const Folder folder;
   const std::string scene = folder.write("sc\xe9ne.toml", box_of("0.1 mm")).string();
   for (const std::string command : {"run", "compare"}) {
-    const Outcome run = maille_command(command + " '" + scene + "' --methods limits --out " + folder.out +
-                                       command + " --json " + folder.out + ".json");
-    EXPECT_EQ(run.code, 0) << run.err;
+    const Outcome run = test::done(command + " '" + scene + "' --methods limits --out " + folder.out +
+                                   command + " --json " + folder.out + ".json");
     EXPECT_TRUE(nlohmann::json::accept(folder.text("out.json")));
   }
 }
 
 TEST(OutputFileContract, ATableMayNotNameAFileElsewhere) {
   const Folder folder;
-  const std::string study = folder
-                                .write("study.toml", "scene = \"box.toml\"\nmethods = [\"limits\"]\n"
-                                                     "reference = \"none\"\n[[parameter]]\n"
-                                                     "key = \"move.0.by.0\"\nvalues = [\"0.1 mm\"]\n")
-                                .string();
+  const std::string study = folder.study();
   ASSERT_EQ(maille_command("study " + study + " --out " + folder.out).code, 0);
   folder.write("victim.csv", "precious");
   std::string rows = folder.text("out/study.jsonl");
@@ -301,19 +282,14 @@ TEST(OutputFileContract, ATableMayNotNameAFileElsewhere) {
     table.replace(table.find(name), name.size(), "\"study\":\"" + bad + "\"");
     folder.write("tables/a.jsonl", table);
     const Outcome run =
-        maille_command("merge " + (folder / "tables").string() + " --out " + (folder / "whole").string());
-    EXPECT_EQ(run.code, 2) << bad << run.err;
+        test::refused("merge " + (folder / "tables").string() + " --out " + (folder / "whole").string());
     EXPECT_EQ(folder.text("victim.csv"), "precious") << bad;
   }
 }
 
 TEST(OutputFileContract, StudiesMayBeReplaced) {
   const Folder folder;
-  const std::string study = folder
-                                .write("study.toml", "scene = \"box.toml\"\nmethods = [\"limits\"]\n"
-                                                     "reference = \"none\"\n[[parameter]]\n"
-                                                     "key = \"move.0.by.0\"\nvalues = [\"0.1 mm\"]\n")
-                                .string();
+  const std::string study = folder.study();
   const std::string line = "study " + study + " --out " + folder.out;
   ASSERT_EQ(maille_command(line).code, 0);
   EXPECT_EQ(maille_command(line).code, 2);

@@ -1,14 +1,17 @@
 /// `maille play` as outside scripts see it: files, formats, exit codes.
 
+#include "studies/commands/command_scenes.hpp"
 #include "studies/commands/run_command.hpp"
 #include "support/temporary_folder.hpp"
-
-#include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
+#include "support/texts.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 namespace maille {
 namespace {
@@ -18,23 +21,9 @@ using nlohmann::json;
 using test::maille_command;
 using test::Outcome;
 
-const char* const scene = R"(title = "a box is pushed to a wall"
-[world]
-cells = [12, 8]
-spacing = "1 mm"
-[[object]]
-name = "wall"
-kind = "fixed"
-shape = "box"
-cells = [1, 8]
-position = ["9 mm", 0]
-[[object]]
-name = "a box"
-kind = "rigid"
-shape = "box"
-cells = [2, 2]
-position = ["2 mm", "3 mm"]
-)";
+const std::string box_and_wall =
+    test::world_text("[12, 8]") + test::object_text("wall", "fixed", "[1, 8]", "position = [\"9 mm\", 0]\n") +
+    test::object_text("a box", "rigid", "[2, 2]", "position = [\"2 mm\", \"3 mm\"]\n");
 
 const char* const pushed = R"(frame_time = "100 ms"
 [[drive]]
@@ -44,7 +33,7 @@ frames = 5
 )";
 
 struct Folder : test::TemporaryFolder {
-  std::string files = write("box.toml", scene).string() + " " + write("pushed.toml", pushed).string();
+  std::string files = write("box.toml", box_and_wall).string() + " " + write("pushed.toml", pushed).string();
   std::string out() const { return path().string() + "/out"; }
   std::vector<std::string> names(const std::string& ending) const {
     std::vector<std::string> found;
@@ -68,8 +57,7 @@ std::size_t count(const std::string& text, const std::string& word) {
 
 TEST(PlayCommandContract, WritesATimeStepAFrameAndAWallOnce) {
   const Folder folder;
-  const Outcome run = maille_command("play " + folder.files + " --no-pictures --out " + folder.out());
-  ASSERT_EQ(run.code, 0) << run.err;
+  const Outcome run = test::done("play " + folder.files + " --no-pictures --out " + folder.out());
   const std::string pvd = folder.text("box.pvd");
   EXPECT_EQ(count(pvd, "<DataSet"), 2u * 6u); // frame 0 and five frames, two objects each
   EXPECT_EQ(count(pvd, "timestep=\"0.5\""), 2u);
@@ -83,8 +71,7 @@ TEST(PlayCommandContract, WritesATimeStepAFrameAndAWallOnce) {
 
 TEST(PlayCommandContract, JsonSaysWhatBecameOfEveryFrame) {
   const Folder folder;
-  const Outcome run = maille_command("play " + folder.files + " --json");
-  ASSERT_EQ(run.code, 0) << run.err;
+  const Outcome run = test::done("play " + folder.files + " --json");
   const json result = json::parse(run.out);
   EXPECT_EQ(result["scene"], "box");
   EXPECT_EQ(result["trajectory"], "pushed");
@@ -105,9 +92,8 @@ TEST(PlayCommandContract, JsonSaysWhatBecameOfEveryFrame) {
 
 TEST(PlayCommandContract, DrawsPicturesWhereItCan) {
   const Folder folder;
-  const Outcome run = maille_command("play " + folder.files + " --out " + folder.out() + " --picture " +
-                                     folder.out() + "/overview.png");
-  ASSERT_EQ(run.code, 0) << run.err;
+  const Outcome run = test::done("play " + folder.files + " --out " + folder.out() + " --picture " +
+                                 folder.out() + "/overview.png");
   if (run.out.find("no picture") != std::string::npos)
     GTEST_SKIP() << run.out;
   EXPECT_EQ(folder.names(".png").size(), 6u + 1u);
@@ -122,8 +108,7 @@ TEST(PlayCommandContract, AShorterPlayLeavesNothingOfALongerOne) {
   text.replace(text.find("frames = 5"), 10, "frames = 2");
   const std::string shorter = folder.write("shorter.toml", text).string();
   const Outcome run =
-      maille_command("play " + (folder / "box.toml").string() + " " + shorter + " --out " + folder.out());
-  ASSERT_EQ(run.code, 0) << run.err;
+      test::done("play " + (folder / "box.toml").string() + " " + shorter + " --out " + folder.out());
   EXPECT_EQ(folder.names(".vtu"), (std::vector<std::string>{"box_a_box_0000.vtu", "box_a_box_0001.vtu",
                                                             "box_a_box_0002.vtu", "box_wall_0000.vtu"}));
   if (run.out.find("no picture") != std::string::npos)
@@ -143,10 +128,9 @@ TEST(PlayCommandContract, FaultsOfSceneAndTrajectoryAreExitCodeTwo) {
   const Folder folder;
   const auto bad = folder.write("bad.toml", "[[drive]]\nobject = \"wall\"\nby = [1, 0]\nspeed = 3\n");
   const std::string box = (folder / "box.toml").string();
-  const Outcome trajectory = maille_command("play " + box + " " + bad.string());
-  EXPECT_EQ(trajectory.code, 2);
-  EXPECT_NE(trajectory.err.find("bad.toml:2: drive[1].object"), std::string::npos) << trajectory.err;
-  EXPECT_NE(trajectory.err.find("bad.toml:4: drive[1].speed"), std::string::npos) << trajectory.err;
+  const Outcome trajectory = test::refused("play " + box + " " + bad.string());
+  EXPECT_TRUE(test::has(trajectory.err, "bad.toml:2: drive[1].object"));
+  EXPECT_TRUE(test::has(trajectory.err, "bad.toml:4: drive[1].speed"));
   EXPECT_EQ(maille_command("play " + box).code, 2);
   EXPECT_EQ(maille_command("play " + box + " " + (folder / "none.toml").string()).code, 2);
   EXPECT_EQ(maille_command("play " + folder.files + " --picture " + (folder / "a.jpg").string()).code, 2);
@@ -155,26 +139,21 @@ TEST(PlayCommandContract, FaultsOfSceneAndTrajectoryAreExitCodeTwo) {
 
 TEST(PlayCommandContract, ObjectsThatOverlapAreAFaultOfTheScene) {
   const Folder folder;
-  std::string text = scene;
+  std::string text = box_and_wall;
   text.replace(text.find("\"2 mm\", \"3 mm\""), 14, "\"8 mm\", \"3 mm\"");
   const auto file = folder.write("overlap.toml", text);
   for (const std::string command : {"check", "explain"}) {
-    const Outcome run = maille_command(command + " " + file.string());
-    EXPECT_EQ(run.code, 2) << command;
-    EXPECT_NE(run.err.find("a box"), std::string::npos) << run.err;
+    const Outcome run = test::refused(command + " " + file.string());
+    EXPECT_TRUE(test::has(run.err, "a box"));
   }
 }
 
 TEST(PlayCommandContract, CheckAndExplainKnowWorlds) {
   const Folder folder;
   const std::string box = (folder / "box.toml").string();
-  const Outcome check = maille_command("check " + box);
-  EXPECT_EQ(check.code, 0) << check.err;
-  EXPECT_NE(check.out.find("2D world of 12 x 8 cells, 1 fixed, 1 rigid, 0 deformable objects"),
-            std::string::npos)
-      << check.out;
-  const Outcome explain = maille_command("explain " + box + " --json");
-  ASSERT_EQ(explain.code, 0) << explain.err;
+  const Outcome check = test::done("check " + box);
+  EXPECT_TRUE(test::has(check.out, "2D world of 12 x 8 cells, 1 fixed, 1 rigid, 0 deformable objects"));
+  const Outcome explain = test::done("explain " + box + " --json");
   const json result = json::parse(explain.out);
   EXPECT_EQ(result["parts"][1]["name"], "deformable objects");
   EXPECT_FALSE(result["parts"][1]["on"]);
@@ -190,11 +169,108 @@ TEST(PlayCommandContract, InterruptLeavesAListThatCanBeOpened) {
                                   " --no-pictures --out " + folder.out());
   EXPECT_EQ(run.code, 1) << run.err;
   const std::string pvd = folder.text("box.pvd");
-  EXPECT_NE(pvd.find("</VTKFile>"), std::string::npos);
+  EXPECT_TRUE(test::has(pvd, "</VTKFile>"));
   EXPECT_GT(count(pvd, "<DataSet"), 2u);
   const std::size_t last = pvd.rfind("file=\"") + 6;
   EXPECT_TRUE(std::filesystem::exists(std::filesystem::path(folder.out()) /
                                       pvd.substr(last, pvd.find('"', last) - last)));
+}
+
+/// `maille probe` as outside scripts see it.
+
+const std::string floor_and_pad = test::floor_pad_and_finger(R"(["3 mm", "3 mm", "10 mm"])");
+
+// Analytic: 2 mm into the floor against 250 N/m.
+TEST(ProbeCommandAnalytic, AFloorPushesBackByTheCoupling) {
+  const test::TemporaryFolder folder;
+  const auto scene = folder.write("floor.toml", floor_and_pad);
+  const auto motion = folder.write(
+      "down.csv", "time,x,y,z\n0,0.005,0.005,0.006\n0.2,0.005,0.005,0.002\n0.3,0.005,0.005,0.002\n");
+  const Outcome run = test::done(
+      fmt::format("probe {} {} --stiffness 250 --no-clock --json", scene.string(), motion.string()));
+  const json result = json::parse(run.out);
+  EXPECT_NEAR(result["force"]["largest_n"], 250 * 2e-3, 1e-6);
+  EXPECT_EQ(result["ticks"], 301);
+  EXPECT_EQ(result["penetrations"], 0);
+  EXPECT_EQ(result["missed_deadlines"], 0);
+  std::int64_t sum = 0;
+  for (const json& bin : result["latency"]["bins"])
+    sum += bin["count"].get<std::int64_t>();
+  EXPECT_EQ(sum, 301);
+  // A tool of 2 mm stands on it a half cell sooner: its lowest centres are 0.5 mm below its middle.
+  const Outcome tool = test::done(fmt::format("probe {} {} --tool finger --stiffness 250 --no-clock --json",
+                                              scene.string(), motion.string()));
+  EXPECT_NEAR(json::parse(tool.out)["force"]["largest_n"], 250 * 2.5e-3, 1e-6);
+}
+
+TEST(ProbeCommandContract, APadIsSofterThanTheFloorAndRunsRepeat) {
+  const test::TemporaryFolder folder;
+  const auto scene = folder.write("floor.toml", floor_and_pad);
+  const auto motion = folder.write(
+      "down.csv", "time,x,y,z\n0,0.013,0.010,0.014\n0.3,0.013,0.010,0.010\n0.5,0.0141,0.011,0.010\n");
+  const std::string command = fmt::format("probe {} {} --radius 1mm --no-clock --picture {}", scene.string(),
+                                          motion.string(), (folder / "p.svg").string());
+  const Outcome run = maille_command(command + " --csv -"), again = maille_command(command + " --csv -");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const auto without_latency = [](const std::string& csv) {
+    std::string text;
+    for (std::size_t begin = 0, end; begin < csv.size(); begin = end + 1) {
+      end = csv.find('\n', begin);
+      const std::string line = csv.substr(begin, end - begin);
+      const std::size_t time = line.find(','), latency = line.rfind(',');
+      text += line.substr(time, latency - time) + "\n";
+    }
+    return text;
+  };
+  EXPECT_EQ(without_latency(run.out), without_latency(again.out));
+  EXPECT_TRUE(std::filesystem::exists(folder / "p.svg"));
+  const Outcome numbers = maille_command(command + " --json");
+  const json result = json::parse(numbers.out);
+  EXPECT_GT(result["force"]["largest_n"], 0);
+  EXPECT_LT(result["force"]["largest_n"], 0.5 * 300 * 1e-3); // the floor's would be the coupling's
+  EXPECT_GT(result["bodies"]["answers"], 1);
+  EXPECT_EQ(result["penetrations"], 0);
+  EXPECT_GE(result["passivity"]["least_energy_j"], -1e-9);
+}
+
+// The command that docs/probe.md begins with.
+TEST(ProbeCommandContract, TheStrokeOverAMuscleIsFelt) {
+  const std::filesystem::path folder = std::filesystem::path(MAILLE_SCENES) / "world";
+  const Outcome run =
+      test::done(fmt::format("probe {} {} --tool probe --radius 3mm --no-clock --json",
+                             (folder / "muscle.toml").string(), (folder / "muscle_stroked.csv").string()));
+  const json result = json::parse(run.out);
+  EXPECT_EQ(result["penetrations"], 0);
+  EXPECT_GT(result["force"]["touching_ticks"].get<int>(), 1000);
+  EXPECT_LT(result["force"]["touching_ticks"].get<int>(), result["ticks"].get<int>()); // it comes and goes
+  EXPECT_GT(result["force"]["largest_n"].get<double>(), 0.01);
+}
+
+TEST(ProbeCommandContract, InRealTimeItReportsLatencies) {
+  const test::TemporaryFolder folder;
+  const auto scene = folder.write("floor.toml", floor_and_pad);
+  const auto motion = folder.write("down.csv", "time,x,y,z\n0,0.013,0.010,0.014\n0.3,0.013,0.010,0.010\n");
+  const Outcome run = test::done(fmt::format("probe {} {}", scene.string(), motion.string()));
+  for (const char* word : {"force", "passivity", "latency", "missed deadlines", "99.9 %"})
+    EXPECT_NE(run.out.find(word), std::string::npos) << run.out;
+}
+
+TEST(ProbeCommandContract, WrongUseIsExitCodeTwo) {
+  const test::TemporaryFolder folder;
+  const auto scene = folder.write("floor.toml", floor_and_pad);
+  const auto motion = folder.write("down.csv", "time,x,y,z\n0,0.005,0.005,0.006\n");
+  const auto inside = folder.write("inside.csv", "time,x,y,z\n0,0.005,0.005,0.001\n");
+  const auto faulty = folder.write("faulty.csv", "time,x,y,z\n0,0,0\n");
+  const std::string both = scene.string() + " " + motion.string();
+  for (const auto& [arguments, words] :
+       {std::pair{both + " --stiffness 2000", "--stiffness: expected less than 1000 N/m"},
+        std::pair{both + " --tool pad", "--tool: expected the name of a rigid object"},
+        std::pair{both + " --radius wide", "--radius: expected"},
+        std::pair{scene.string() + " " + inside.string(), "free space"},
+        std::pair{scene.string() + " " + faulty.string(), "faulty.csv:2"}}) {
+    const Outcome run = test::refused("probe " + arguments);
+    EXPECT_NE(run.err.find(words), std::string::npos) << run.err;
+  }
 }
 
 } // namespace

@@ -2,6 +2,7 @@
 
 #include "studies/commands/run_command.hpp"
 #include "support/temporary_folder.hpp"
+#include "support/texts.hpp"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -17,25 +18,14 @@ using nlohmann::json;
 using test::maille_command;
 using test::shell;
 
-const char* const world = R"(title = "two bodies"
-[world]
-cells = [24, 16, 16]
-spacing = "1 mm"
-[[object]]
-name = "a"
-kind = "rigid"
-shape = "ellipsoid"
-cells = [8, 8, 8]
-position = ["2 mm", "4 mm", "4 mm"]
-[[object]]
-name = "b"
-kind = "deformable"
-shape = "box"
-cells = [6, 8, 8]
+const std::string world = test::world_text("[24, 16, 16]") +
+                          test::object_text("a", "rigid", "[8, 8, 8]", R"(position = ["2 mm", "4 mm", "4 mm"]
+)",
+                                            "ellipsoid") +
+                          test::object_text("b", "deformable", "[6, 8, 8]", "material = " + test::soft + R"(
 position = ["14 mm", "4 mm", "4 mm"]
-material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
 look = { colour = "#aa4433" }
-)";
+)");
 
 const char* const pushed = R"(frame_time = "100 ms"
 [[drive]]
@@ -53,8 +43,7 @@ struct RenderCommandContract : testing::Test {
 
 TEST_F(RenderCommandContract, SameBytesBySeveralProcesses) {
   const std::string options = " --width 60 --height 60 --json ";
-  const auto alone = maille_command("render " + scene + " --out " + path("alone.png") + options);
-  ASSERT_EQ(alone.code, 0) << alone.err;
+  const auto alone = test::done("render " + scene + " --out " + path("alone.png") + options);
   const auto together =
       shell("OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 mpirun --oversubscribe -n 3 " +
             std::string(MAILLE_COMMAND) + " render " + scene + " --out " + path("together.png") + options);
@@ -74,53 +63,42 @@ TEST_F(RenderCommandContract, StereoPairsAndARingOfViews) {
       maille_command("render " + scene + size + "--out " + path("glasses.png") + " --stereo anaglyph").code,
       0);
   const std::string pair = bytes("pair.png"), glasses = bytes("glasses.png");
-  const auto width_of = [](const std::string& png) {
-    return static_cast<int>(static_cast<unsigned char>(png.at(19)));
-  };
+  const auto width_of = [](const std::string& png) { return int(static_cast<unsigned char>(png.at(19))); };
   EXPECT_EQ(width_of(pair), 80);
   EXPECT_EQ(width_of(glasses), 40);
-  const auto ring =
-      maille_command("render " + scene + size + "--out " + path("ring.png") + " --ring 3 --json");
-  ASSERT_EQ(ring.code, 0) << ring.err;
+  const auto ring = test::done("render " + scene + size + "--out " + path("ring.png") + " --ring 3 --json");
   EXPECT_EQ(json::parse(ring.out).at("files").size(), 3u);
   EXPECT_NE(bytes("ring_000.png"), bytes("ring_001.png"));
-  const auto pairs = maille_command("render " + scene + size + "--out " + path("pairs.png") +
-                                    " --ring 2 --stereo side_by_side");
-  ASSERT_EQ(pairs.code, 0) << pairs.err;
+  const auto pairs =
+      test::done("render " + scene + size + "--out " + path("pairs.png") + " --ring 2 --stereo side_by_side");
   EXPECT_EQ(bytes("pairs_000.png"), pair); // the ring begins with the view itself
 }
 
 TEST_F(RenderCommandContract, FramesOfADeformingBodyAndTheirCamera) {
   const std::string play = "play " + scene + " " + folder.write("pushed.toml", pushed).string() +
                            " --render volume --width 40 --height 30 ";
-  const auto plain = maille_command(play + "--out " + path("plain"));
-  ASSERT_EQ(plain.code, 0) << plain.err;
-  const auto stereo = maille_command(play + "--stereo anaglyph --direction 0,1,0 --out " + path("stereo"));
-  ASSERT_EQ(stereo.code, 0) << stereo.err;
+  const auto plain = test::done(play + "--out " + path("plain"));
+  const auto stereo = test::done(play + "--stereo anaglyph --direction 0,1,0 --out " + path("stereo"));
   EXPECT_NE(bytes("plain/world_0000.png"), bytes("plain/world_0002.png"));
   EXPECT_NE(bytes("plain/world_0000.png"), bytes("stereo/world_0000.png"));
-  const auto wrong = maille_command("play " + scene + " " + path("pushed.toml") + " --zoom 2");
-  EXPECT_EQ(wrong.code, 2);
-  EXPECT_NE(wrong.err.find("--render"), std::string::npos) << wrong.err;
+  const auto wrong = test::refused("play " + scene + " " + path("pushed.toml") + " --zoom 2");
+  EXPECT_TRUE(test::has(wrong.err, "--render"));
 }
 
 TEST_F(RenderCommandContract, BadInputIsToldWithExitCode2) {
   const auto err_of = [&](const std::string& options) {
-    const auto outcome = maille_command("render " + scene + " --out " + path("x.png") + " " + options);
-    EXPECT_EQ(outcome.code, 2) << options << ": " << outcome.err;
+    const auto outcome = test::refused("render " + scene + " --out " + path("x.png") + " " + options);
     return outcome.err;
   };
-  EXPECT_NE(err_of("--width 0").find("--width"), std::string::npos);
-  EXPECT_NE(err_of("--camera 0,0,nan,0,0,0,0,0,1,30").find("finite"), std::string::npos);
-  EXPECT_NE(err_of("--camera 0,0,1,0,0,0,0,0,1,30").find("line of sight"), std::string::npos);
-  EXPECT_NE(err_of("--camera 0.006,0.008,0.008,1,0,0,0,0,1,30").find("inside of object 1"),
-            std::string::npos);
-  EXPECT_NE(err_of("--camera 0.017,0.008,0.008,1,0,0,0,0,1,30").find("inside of object 2"),
-            std::string::npos);
+  EXPECT_TRUE(test::has(err_of("--width 0"), "--width"));
+  EXPECT_TRUE(test::has(err_of("--camera 0,0,nan,0,0,0,0,0,1,30"), "finite"));
+  EXPECT_TRUE(test::has(err_of("--camera 0,0,1,0,0,0,0,0,1,30"), "line of sight"));
+  EXPECT_TRUE(test::has(err_of("--camera 0.006,0.008,0.008,1,0,0,0,0,1,30"), "inside of object 1"));
+  EXPECT_TRUE(test::has(err_of("--camera 0.017,0.008,0.008,1,0,0,0,0,1,30"), "inside of object 2"));
   for (const char* option : {"--zoom", "--samples", "--depth-cue"})
-    EXPECT_NE(err_of(option + std::string(" nan")).find(option), std::string::npos);
-  EXPECT_NE(err_of("--field strain").find("--field"), std::string::npos);
-  EXPECT_NE(err_of("--clip 0,0,0,0,0,0").find("normal"), std::string::npos);
+    EXPECT_TRUE(test::has(err_of(option + std::string(" nan")), option));
+  EXPECT_TRUE(test::has(err_of("--field strain"), "--field"));
+  EXPECT_TRUE(test::has(err_of("--clip 0,0,0,0,0,0"), "normal"));
 }
 
 // The header of a file of 54 GB whose bytes are not there: what has to be read is refused with its size.
@@ -137,8 +115,8 @@ TEST_F(RenderCommandContract, ImagesLargerThanMemoryAreRefusedWithTheNumber) {
   const auto outcome = shell("ulimit -v 4000000; " + std::string(MAILLE_COMMAND) + " render " +
                              path("large.toml") + " --out " + path("x.png"));
   EXPECT_EQ(outcome.code, 2) << outcome.err;
-  EXPECT_NE(outcome.err.find("3000 x 3000 x 3000"), std::string::npos) << outcome.err;
-  EXPECT_NE(outcome.err.find("108000000000 bytes"), std::string::npos) << outcome.err;
+  EXPECT_TRUE(test::has(outcome.err, "3000 x 3000 x 3000"));
+  EXPECT_TRUE(test::has(outcome.err, "108000000000 bytes"));
   EXPECT_FALSE(std::filesystem::exists(path("x.png")));
 }
 
@@ -148,7 +126,7 @@ TEST_F(RenderCommandContract, ComparisonsAndReportsShowGreyValues) {
                       "ElementSpacing = 1 1 1\nOffset = 0 0 0\nElementType = MET_UCHAR\n"
                       "ElementDataFile = LOCAL\n";
   for (int voxel = 0; voxel < 6 * 4 * 4; ++voxel)
-    image += static_cast<char>(voxel % 6 < 3 ? 50 : 100);
+    image += char(voxel % 6 < 3 ? 50 : 100);
   folder.write("grey.mha", image);
   const std::string bar = R"(title = "a bar"
 [specimen]
@@ -167,16 +145,14 @@ by = ["0.3 mm", 0, 0]
     std::string text = bar;
     text.replace(text.find("LOOK"), 4, look);
     const std::string file = folder.write(name + ".toml", text).string();
-    const auto compared = maille_command("compare " + file + " --methods relaxed --reference relaxed --out " +
-                                         path(name) + " --picture " + path(name + ".png"));
-    EXPECT_EQ(compared.code, 0) << compared.err;
+    const auto compared = test::done("compare " + file + " --methods relaxed --reference relaxed --out " +
+                                     path(name) + " --picture " + path(name + ".png"));
   };
   draw_with("plain", "");
   draw_with("grey", R"(look = { image = "grey.mha", colours = [[50, "#ff0000"], [100, "#0000ff"]], )"
                     R"(opacity = [[0, 1], [255, 1]], shading = false })");
-  const auto reported = maille_command("report " + path("grey"));
-  EXPECT_EQ(reported.code, 0) << reported.err;
-  EXPECT_NE(bytes("grey/report.html").find("by its grey values"), std::string::npos);
+  const auto reported = test::done("report " + path("grey"));
+  EXPECT_TRUE(test::has(bytes("grey/report.html"), "by its grey values"));
   EXPECT_FALSE(bytes("grey.png").empty());
   EXPECT_NE(bytes("grey.png"), bytes("plain.png"));
 }

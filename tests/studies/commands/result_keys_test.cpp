@@ -2,6 +2,7 @@
 
 #include "studies/commands/command_scenes.hpp"
 #include "studies/commands/run_command.hpp"
+#include "support/texts.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -16,19 +17,8 @@ using nlohmann::ordered_json;
 using test::maille_command;
 using test::Outcome;
 
-constexpr const char* strip = R"([specimen]
-shape = "box"
-cells = [16, 8, 8]
-spacing = "1 mm"
-material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
-[[hold]]
-where = "x-"
-[[move]]
-where = "x+"
-by = ["0.5 mm", 0, 0]
-[limits]
-from = "taut"
-)";
+const std::string strip =
+    test::pulled_box_text("[16, 8, 8]", "[\"0.5 mm\", 0, 0]") + "[limits]\nfrom = \"taut\"\n";
 
 const std::string world = test::floor_pad_and_finger(R"(["12 mm", "9 mm", "12 mm"])");
 

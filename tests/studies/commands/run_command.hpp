@@ -2,6 +2,7 @@
 /// Runs the `maille` command as outside scripts do.
 
 #include "support/temporary_folder.hpp"
+#include "support/texts.hpp"
 
 #include <array>
 #include <cstdio>
@@ -33,6 +34,16 @@ inline Outcome shell(const std::string& command) {
 
 inline Outcome maille_command(const std::string& arguments) {
   return shell(std::string(MAILLE_COMMAND) + " " + arguments);
+}
+
+/// A command that has to end with an exit code: 0, or 2 for faulty input or use.
+inline Outcome done(const std::string& arguments, int code = 0) {
+  Outcome run = maille_command(arguments);
+  EXPECT_EQ(run.code, code) << arguments << '\n' << run.err;
+  return run;
+}
+inline Outcome refused(const std::string& arguments) {
+  return done(arguments, 2);
 }
 
 } // namespace maille::test

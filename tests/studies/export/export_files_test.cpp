@@ -1,33 +1,40 @@
-#include "maille/studies/export/vtk_files.hpp"
-
 #include "export/answer_fields.hpp"
 #include "maille/materials/fault.hpp"
+#include "maille/studies/export/vtk_files.hpp"
 #include "maille/studies/export/whole_file.hpp"
+#include "program.hpp"
 #include "studies/export/export_reading.hpp"
 #include "studies/export/export_scenes.hpp"
 #include "support/full_disk.hpp"
 #include "support/temporary_folder.hpp"
 
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <future>
 #include <gtest/gtest.h>
+#include <map>
 #include <pugixml.hpp>
-
+#include <random>
+#include <sys/stat.h>
+#include <vtkCell.h>
 #include <vtkCellData.h>
+#include <vtkCellType.h>
 #include <vtkCompositeDataSet.h>
 #include <vtkFieldData.h>
+#include <vtkImageData.h>
 #include <vtkInformation.h>
+#include <vtkMatrix3x3.h>
 #include <vtkMultiBlockDataSet.h>
 #include <vtkPointData.h>
+#include <vtkPoints.h>
 #include <vtkUnstructuredGrid.h>
 #include <vtkXMLMultiBlockDataReader.h>
 #include <vtkXMLPUnstructuredGridReader.h>
 
-#include <algorithm>
-#include <fstream>
-#include <map>
-#include <random>
-
 namespace maille::studies {
 namespace {
+
 namespace fs = std::filesystem;
 using test::block;
 using test::block_with_holes;
@@ -271,6 +278,136 @@ TEST(AnswerFieldsContract, DamagedFilesAreFaults) {
   damage(body, body, holed);
   damage(folder / "parts/0001.vtu", folder / "parts.pvtu", holed);
   EXPECT_GT(n_refused, 100);
+}
+
+using test::tuple3;
+
+// Truth: VTK file formats, figure of the linear cell types: a hexahedron's points run round the bottom, then
+// round the top; a quad's run round.
+TEST(ExportAnalytic, CornersRunRoundTheCell) {
+  const std::array<Index3, 8> round{
+      {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}}};
+  for (const int dimension : {1, 2, 3}) {
+    const Scene scene = block_with_holes(dimension, {4, 3, 2});
+    const Displacement displacement(scene.specimen.grid);
+    TemporaryFolder folder;
+    const auto data = read_back(write_vtk(scene, {&displacement}, folder / "answer"));
+    const std::array<int, 4> types{0, VTK_LINE, VTK_QUAD, VTK_HEXAHEDRON};
+    ASSERT_EQ(data->GetCellType(0), types[static_cast<std::size_t>(dimension)]);
+    for (int corner = 0; corner < (1 << dimension); ++corner) {
+      const Vec3 expected = scene.specimen.position(round[static_cast<std::size_t>(corner)]);
+      const double* found = data->GetCell(0)->GetPoints()->GetPoint(corner);
+      EXPECT_EQ((Vec3{found[0], found[1], found[2]}), expected) << dimension << " " << corner;
+    }
+  }
+}
+
+/// Turned by 90 degrees about z: the object's x runs along the world's y, its y along the world's -x.
+Placement quarter_turn() {
+  return {{0.1, 0.2, 0.3}, {{{0, -1, 0}, {1, 0, 0}, {0, 0, 1}}}};
+}
+
+// Truth: the quarter turn maps (a, b, c) to (-b, a, c), exactly in floating point.
+TEST(ExportAnalytic, TurnsVectorsIntoTheWorldFrame) {
+  for (Scene scene :
+       {block(3, {2, 2, 2}), block_with_holes(3, {2, 2, 2}), block(2, {2, 2, 1}), block(1, {2, 1, 1})}) {
+    scene.specimen.placement = quarter_turn();
+    Displacement displacement(scene.specimen.grid), reference(scene.specimen.grid);
+    for (int axis = 0; axis < scene.dimension(); ++axis) {
+      std::ranges::fill(displacement.component(axis), axis + 1.0);
+      std::ranges::fill(reference.component(axis), 10.0 * (axis + 1));
+    }
+    TemporaryFolder folder;
+    const auto data = read_back(write_vtk(scene, {&displacement, &reference}, folder / "answer"));
+    const double a = 1, b = scene.dimension() > 1 ? 2 : 0, c = scene.dimension() > 2 ? 3 : 0;
+    vtkPointData& points = *data->GetPointData();
+    EXPECT_EQ(tuple3(*points.GetArray("Displacement"), 0), (Vec3{-b, a, c}));
+    EXPECT_EQ(tuple3(*points.GetArray("DisplacementReference"), 0), (Vec3{-10 * b, 10 * a, 10 * c}));
+    EXPECT_EQ(tuple3(*points.GetArray("DisplacementError"), 0), (Vec3{9 * b, -9 * a, -9 * c}));
+    EXPECT_EQ(tuple3(*data->GetCellData()->GetArray("FiberDirection"), 0), (Vec3{-0.8, 0.6, 0}));
+    const Vec3 rest = scene.specimen.position({1, 0, 0}); // the second node of every one of these bodies
+    const double* found = data->GetPoint(1);
+    EXPECT_NEAR(found[0], 0.1 - rest[1], 1e-16); // a rounding of 0.1
+    EXPECT_NEAR(found[1], 0.2 + rest[0], 1e-16);
+    EXPECT_NEAR(found[2], 0.3 + rest[2], 1e-16);
+  }
+}
+
+// Truth: a rotation by 36.87 and 22.62 degrees from the triangles 3-4-5 and 5-12-13.
+TEST(ExportAnalytic, KeepsTheDirectionMatrix) {
+  Scene scene = block(3, {3, 2, 2});
+  scene.specimen.placement = {
+      {-0.01, 0.02, 0.05},
+      {{{0.8, -0.6 * 12 / 13, 0.6 * 5 / 13}, {0.6, 0.8 * 12 / 13, -0.8 * 5 / 13}, {0, 5.0 / 13, 12.0 / 13}}}};
+  const Displacement displacement(scene.specimen.grid);
+  TemporaryFolder folder;
+  const auto data = read_back(write_vtk(scene, {&displacement}, folder / "answer"));
+  auto& image = dynamic_cast<vtkImageData&>(*data);
+  const Placement& placement = scene.specimen.placement;
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column)
+      EXPECT_EQ(image.GetDirectionMatrix()->GetElement(row, column),
+                placement.direction[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)]);
+  for (std::int64_t node = 0; node < scene.specimen.grid.n_nodes(); ++node) {
+    const Vec3 x = scene.specimen.position(scene.specimen.grid.node_at(node));
+    for (std::size_t row = 0; row < 3; ++row) {
+      const Vec3& direction = placement.direction[row];
+      const double expected =
+          placement.origin[row] + direction[0] * x[0] + direction[1] * x[1] + direction[2] * x[2];
+      EXPECT_NEAR(image.GetPoint(node)[row], expected, 1e-16); // some roundings of 0.05
+    }
+  }
+}
+
+namespace fs = std::filesystem;
+
+TEST(WholeFileContract, ReplacesWhatALinkLeadsToAndKeepsTheLink) {
+  const test::TemporaryFolder folder;
+  folder.write("target", "old");
+  fs::create_symlink("target", folder / "link");
+  write_whole(folder / "link", "new");
+  EXPECT_TRUE(fs::is_symlink(folder / "link"));
+  EXPECT_EQ(test::text_of(folder / "target"), "new");
+}
+
+TEST(WholeFileContract, WritesIntoAPipeInsteadOfReplacingIt) {
+  const test::TemporaryFolder folder;
+  const fs::path pipe = folder / "pipe";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  auto reader = std::async(std::launch::async, [&] { return test::text_of(pipe); });
+  write_whole(pipe, "through the pipe");
+  EXPECT_EQ(reader.get(), "through the pipe");
+  EXPECT_TRUE(fs::is_fifo(pipe));
+}
+
+TEST(WholeFileContract, RefusesWritersOfFilesWhereAPipeStands) {
+  const test::TemporaryFolder folder;
+  ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
+  EXPECT_THROW(write_whole(folder / "pipe", [](const fs::path&) {}), fs::filesystem_error);
+  EXPECT_TRUE(fs::is_fifo(folder / "pipe"));
+}
+
+TEST(WholeFileContract, EndsAtLinksThatLeadToThemselves) {
+  const test::TemporaryFolder folder;
+  fs::create_symlink("loop", folder / "loop");
+  EXPECT_THROW(write_whole(folder / "loop", "text"), fs::filesystem_error);
+}
+
+// The shell itself reads the words.
+TEST(ProgramIndependent, AShellReadsAWordAsItIs) {
+  const test::TemporaryFolder folder;
+  for (const std::string text :
+       {"", "plain", "two words", "it's", "'", "\"$HOME\" `id` \\ %d", "a\nb", "*;&|<>"}) {
+    const auto file = folder / "it's here";
+    ASSERT_EQ(std::system(("printf %s " + shell_word(text) + " > " + shell_word(file.string())).c_str()), 0);
+    EXPECT_EQ(test::text_of(file), text);
+  }
+}
+
+TEST(ProgramContract, ProgramsAreFoundByTheirNamesAlone) {
+  EXPECT_TRUE(has_program("sh"));
+  EXPECT_FALSE(has_program("maille-no-such-program"));
+  EXPECT_FALSE(has_program("sh; true"));
 }
 
 } // namespace

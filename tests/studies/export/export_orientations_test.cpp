@@ -1,25 +1,26 @@
 // One body from an image, stored in every order and direction of axes: files must not tell them apart.
-#include "maille/studies/export/vtk_files.hpp"
 
+#include "export/body_numbering.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/scene/read_scene.hpp"
+#include "maille/studies/export/vtk_files.hpp"
 #include "scene/image/image_writers.hpp"
 #include "studies/export/export_reading.hpp"
+#include "studies/export/export_scenes.hpp"
 #include "support/oriented_labels.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-
+#include <map>
+#include <random>
 #include <vtkCell.h>
 #include <vtkCellData.h>
 #include <vtkFieldData.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkStringArray.h>
-
-#include <map>
 
 namespace maille::studies {
 namespace {
@@ -44,11 +45,11 @@ struct Storage {
   Matrix3d axes() const {
     Matrix3d columns = Matrix3d::Zero();
     for (int a = 0; a < 3; ++a)
-      columns(along(static_cast<std::size_t>(a)), a) = file.flipped[static_cast<std::size_t>(a)] ? -1 : 1;
+      columns(along(std::size_t(a)), a) = file.flipped[std::size_t(a)] ? -1 : 1;
     return columns;
   }
   /// The world's axis that one of the file runs along.
-  int along(std::size_t a) const { return static_cast<int>(file.axis[a]); }
+  int along(std::size_t a) const { return int(file.axis[a]); }
 };
 
 std::string image_of(const Storage& storage) {
@@ -57,7 +58,7 @@ std::string image_of(const Storage& storage) {
   Vector3d origin{-20, 30, 7};
   for (std::size_t a = 0; a < 3; ++a) {
     const int along = storage.along(a);
-    n[a] = size[static_cast<std::size_t>(along)];
+    n[a] = size[std::size_t(along)];
     file.dim[a + 1] = n[a];
     file.pixdim[a + 1] = spacing[along];
     if (storage.file.flipped[a])
@@ -68,9 +69,8 @@ std::string image_of(const Storage& storage) {
   const Vector3d first = storage.turn * origin;
   for (int row = 0; row < 3; ++row) {
     for (int a = 0; a < 3; ++a)
-      file.srow[static_cast<std::size_t>(4 * row + a)] =
-          columns(row, a) * file.pixdim[static_cast<std::size_t>(a) + 1];
-    file.srow[static_cast<std::size_t>(4 * row + 3)] = first[row];
+      file.srow[std::size_t(4 * row + a)] = columns(row, a) * file.pixdim[std::size_t(a) + 1];
+    file.srow[std::size_t(4 * row + 3)] = first[row];
   }
   for (int k = 0; k < n[2]; ++k)
     for (int j = 0; j < n[1]; ++j)
@@ -79,7 +79,7 @@ std::string image_of(const Storage& storage) {
         const std::array<int, 3> stored{i, j, k};
         for (std::size_t a = 0; a < 3; ++a)
           at[storage.file.axis[a]] = storage.file.flipped[a] ? n[a] - 1 - stored[a] : stored[a];
-        file.data += static_cast<char>(label_at(at[0], at[1], at[2]));
+        file.data += char(label_at(at[0], at[1], at[2]));
       }
   return file.bytes();
 }
@@ -270,7 +270,7 @@ TEST(OrientationAnalytic, LabelsAndNamesOfMaterialsReachTheFile) {
     EXPECT_EQ(numbers->GetTuple1(i), i == 0 ? 17 : 19);
     const auto material = static_cast<vtkIdType>(scene.specimen.material(i == 0 ? 0 : 58));
     EXPECT_EQ(name("MaterialNames", material), name("LabelMaterials", i));
-    EXPECT_EQ(name("MaterialNames", material), scene.materials[static_cast<std::size_t>(material)].name);
+    EXPECT_EQ(name("MaterialNames", material), scene.materials[std::size_t(material)].name);
   }
 }
 
@@ -293,6 +293,47 @@ TEST(OrientationContract, MethodsWithoutForcesShowNoStress) {
     EXPECT_TRUE(data->GetPointData()->HasArray("NodalStrain")) << method;
     EXPECT_EQ(data->GetPointData()->HasArray("NodalStress") != 0, has) << method;
   }
+}
+
+double dot(const Vec3& a, const Vec3& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/// A sheet whose fibres rotate by 2 degrees from cell to cell, with random signs.
+Scene fan(unsigned seed) {
+  Scene scene = test::block(2, {60, 3, 1});
+  std::mt19937 lot(seed);
+  for (std::int64_t cell = 0; cell < scene.specimen.grid.n_cells(); ++cell) {
+    const double angle = 0.035 * scene.specimen.grid.cell_at(cell)[0], sign = lot() % 2 == 0 ? 1 : -1;
+    scene.specimen.fibres.push_back({float(sign * std::cos(angle)), float(sign * std::sin(angle)), 0});
+  }
+  return scene;
+}
+
+// Truth: the field without the lot: it turns smoothly by 118 degrees, and its sum points along +y.
+TEST(FibreSignsAnalytic, NeighboursAgreeAndTheWholePointsAhead) {
+  const std::vector<Vec3> one = with_one_sign(fan(1).specimen, {}), two = with_one_sign(fan(2).specimen, {});
+  const Grid& grid = fan(1).specimen.grid;
+  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
+    const auto c = std::size_t(cell);
+    const double angle = 0.035 * grid.cell_at(cell)[0];
+    EXPECT_NEAR(one[c][0], std::cos(angle), 1e-6);
+    EXPECT_NEAR(one[c][1], std::sin(angle), 1e-6);
+    EXPECT_EQ(one[c], two[c]);
+  }
+}
+
+// Truth: parts that do not touch each point along the world's axis that they are most nearly parallel to.
+TEST(FibreSignsAnalytic, EveryPartPointsAlongThePositiveWorld) {
+  Scene scene = test::block(1, {3, 1, 1});
+  scene.specimen.material_id = {0, no_material, 0};
+  scene.specimen.fibres = {{-0.8f, 0.6f, 0}, {0, 0, 0}, {0.28f, 0.96f, 0}};
+  EXPECT_GT(dot(with_one_sign(scene.specimen, {})[0], {0.8, -0.6, 0}), 0.99);
+  // A quarter turn about z: the object's y runs along the world's -x.
+  const Placement turned{{}, {{{0, -1, 0}, {1, 0, 0}, {0, 0, 1}}}};
+  EXPECT_GT(dot(with_one_sign(scene.specimen, turned)[0], {0.8, -0.6, 0}), 0.99);
+  EXPECT_GT(dot(with_one_sign(scene.specimen, turned)[2], {-0.28, -0.96, 0}), 0.99);
+  EXPECT_EQ(with_one_sign(scene.specimen, {})[1], (Vec3{0, 0, 0}));
 }
 
 } // namespace

@@ -4,13 +4,12 @@
 #include "studies/commands/run_command.hpp"
 #include "studies/study/study_scenes.hpp"
 
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
-
 #include <algorithm>
 #include <chrono>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <thread>
 
 namespace maille::studies {
@@ -46,11 +45,10 @@ protected:
 
 TEST_F(StudyCommandContract, OneRowACaseAndMethodWithItsFigures) {
   const fs::path out = folder / "out";
-  const Outcome run = maille_command("study " +
-                                     study(moves + "[[parameter]]\nkey = \"specimen.fibre.angle\"\n"
-                                                   "values = [\"0 deg\"]\n") +
-                                     " --out " + out.string());
-  ASSERT_EQ(run.code, 0) << run.err;
+  const Outcome run = test::done("study " +
+                                 study(moves + "[[parameter]]\nkey = \"specimen.fibre.angle\"\n"
+                                               "values = [\"0 deg\"]\n") +
+                                 " --out " + out.string());
   const auto table = read_study_table(out / "study.jsonl").rows;
   ASSERT_EQ(table.size(), 8u * 3);
   EXPECT_EQ(table[0].method, "limits");
@@ -83,9 +81,8 @@ TEST_F(StudyCommandContract, WithoutResumeATableIsNotOverwritten) {
   const std::string line = "study " + study(moves) + " --out " + (folder / "out").string();
   ASSERT_EQ(maille_command(line).code, 0);
   const std::string before = test::text_of(folder / "out/study.jsonl");
-  const Outcome again = maille_command(line);
-  EXPECT_EQ(again.code, 2);
-  EXPECT_NE(again.err.find("--resume"), std::string::npos) << again.err;
+  const Outcome again = test::refused(line);
+  EXPECT_TRUE(test::has(again.err, "--resume"));
   EXPECT_EQ(test::text_of(folder / "out/study.jsonl"), before);
   ASSERT_EQ(maille_command(line + " --resume").code, 0);
   EXPECT_EQ(test::text_of(folder / "out/study.jsonl"), before) << "nothing was left to do, to the second";
@@ -101,12 +98,11 @@ TEST_F(StudyCommandContract, ResumeRepairsATornTable) {
   // Torn in its first line, at the end of a line within a case, and in the middle.
   for (const std::size_t size : {std::size_t{10}, whole.find('\n') + 1, whole.size() / 2}) {
     fs::resize_file(table, size);
-    const Outcome run = maille_command(line + " --resume");
-    ASSERT_EQ(run.code, 0) << run.err;
+    const Outcome run = test::done(line + " --resume");
     EXPECT_EQ(rows(table), expected);
     EXPECT_EQ(rows(folder / "out/study.csv"), expected);
     if (size > 10) {
-      EXPECT_NE(run.out.find("rows were there"), std::string::npos) << run.out;
+      EXPECT_TRUE(test::has(run.out, "rows were there"));
     }
     std::ofstream(table, std::ios::binary) << whole;
   }
@@ -119,10 +115,9 @@ TEST_F(StudyCommandContract, ResumeKnowsScenesOfAChangedStudy) {
     return "study " + study(test::small_head + parameter("move.0.by.0", "values = " + values)) + out;
   };
   ASSERT_EQ(maille_command(with("[\"1 mm\", \"2 mm\"]")).code, 0);
-  const Outcome run = maille_command(with("[\"3 mm\", \"2 mm\"]") + " --resume");
-  ASSERT_EQ(run.code, 0) << run.err;
-  EXPECT_NE(run.out.find("3 rows were there"), std::string::npos) << run.out;
-  EXPECT_NE(run.out.find("3 rows of other scenes put aside"), std::string::npos) << run.out;
+  const Outcome run = test::done(with("[\"3 mm\", \"2 mm\"]") + " --resume");
+  EXPECT_TRUE(test::has(run.out, "3 rows were there"));
+  EXPECT_TRUE(test::has(run.out, "3 rows of other scenes put aside"));
   EXPECT_EQ(read_study_table(folder / "out/study.jsonl").rows.size(), 6u);
   EXPECT_EQ(read_study_table(folder / "out/study_older.jsonl").rows.size(), 3u);
 }
@@ -149,8 +144,7 @@ TEST_F(StudyCommandContract, KilledAtAnyMomentItLosesTheCaseInFlightAtMost) {
     const auto before = read_study_table(table).rows;
     ASSERT_GT(before.size(), 0u);
     ASSERT_LT(before.size(), 120u) << "it was over before the signal came";
-    const Outcome resumed = maille_command(line + " --resume");
-    ASSERT_EQ(resumed.code, 0) << resumed.err;
+    const Outcome resumed = test::done(line + " --resume");
     EXPECT_EQ(rows(table), rows(folder / "whole/study.jsonl"));
     const auto after = read_study_table(table).rows;
     for (const StudyRow& row : before)
@@ -170,24 +164,21 @@ TEST_F(StudyCommandContract, PartsMergedAreTheWhole) {
   for (const char* part : {"1/3", "2/3", "3/3"})
     ASSERT_EQ(maille_command(line + (folder / "parts").string() + " --shard " + part).code, 0);
   const std::string merge = "merge " + (folder / "parts").string() + " --out " + (folder / "merged").string();
-  const Outcome merged = maille_command(merge);
-  ASSERT_EQ(merged.code, 0) << merged.err;
+  const Outcome merged = test::done(merge);
   EXPECT_EQ(rows(folder / "merged/study.jsonl"), rows(folder / "whole/study.jsonl"));
   EXPECT_EQ(rows(folder / "merged/study.csv"), rows(folder / "whole/study.jsonl"));
-  EXPECT_NE(test::text_of(folder / "merged/study.pvd").find("../parts/study_0016_fem_q1.vti"),
-            std::string::npos);
-  const Outcome with_study = maille_command(merge + " --study " + with_files);
-  ASSERT_EQ(with_study.code, 0) << with_study.err;
+  EXPECT_TRUE(test::has(test::text_of(folder / "merged/study.pvd"), "../parts/study_0016_fem_q1.vti"));
+  const Outcome with_study = test::done(merge + " --study " + with_files);
   const auto sensitivity_in = [&](const char* place) {
     return nlohmann::json::parse(test::text_of(folder / place))["sensitivity"];
   };
   EXPECT_EQ(sensitivity_in("merged/study_about.json"), sensitivity_in("whole/study_about.json"));
   EXPECT_FALSE(sensitivity_in("merged/study_about.json").empty());
-  EXPECT_NE(with_study.out.find("Sobol indices"), std::string::npos) << with_study.out;
+  EXPECT_TRUE(test::has(with_study.out, "Sobol indices"));
   fs::remove(folder / "parts/study_2_of_3.jsonl");
   const Outcome partly = maille_command(merge);
   EXPECT_EQ(partly.code, 1);
-  EXPECT_NE(partly.out.find("5 cases are missing"), std::string::npos) << partly.out;
+  EXPECT_TRUE(test::has(partly.out, "5 cases are missing"));
 }
 
 TEST_F(StudyCommandContract, SnakemakeRunsThePartsAndMergesThem) {
@@ -218,20 +209,16 @@ TEST_F(StudyCommandContract, DrawsAPlotAParameterThatVaries) {
                                          "values = [\"0 deg\", \"30 deg\"]\n");
   const std::string line =
       "study " + file + " --threads 1 --out " + (folder / "out").string() + " --picture ";
-  const Outcome run = maille_command(line + (folder / "plots.svg").string());
-  ASSERT_EQ(run.code, 0) << run.err;
+  const Outcome run = test::done(line + (folder / "plots.svg").string());
   const std::string svg = test::text_of(folder / "plots.svg");
   for (const char* word : {"force [N]", "relaxed", "fem_q1", "move.0.by.0", "specimen.fibre.angle", "</svg>"})
-    EXPECT_NE(svg.find(word), std::string::npos) << word;
-  EXPECT_EQ(svg.find("limits"), std::string::npos) << "it knows no force";
-  const Outcome again = maille_command(line + (folder / "plots.png").string() + " --resume");
-  ASSERT_EQ(again.code, 0) << again.err;
+    EXPECT_TRUE(test::has(svg, word)) << word;
+  EXPECT_FALSE(test::has(svg, "limits")) << "it knows no force";
+  const Outcome again = test::done(line + (folder / "plots.png").string() + " --resume");
   EXPECT_EQ(test::text_of(folder / "plots.png").substr(1, 3), "PNG");
   const Outcome errors =
-      maille_command(line + (folder / "errors.svg").string() + " --resume --picture-of relative_l2");
-  ASSERT_EQ(errors.code, 0) << errors.err;
-  EXPECT_EQ(test::text_of(folder / "errors.svg").find("fem_q1"), std::string::npos)
-      << "the reference has no error";
+      test::done(line + (folder / "errors.svg").string() + " --resume --picture-of relative_l2");
+  EXPECT_FALSE(test::has(test::text_of(folder / "errors.svg"), "fem_q1")) << "the reference has no error";
   EXPECT_EQ(maille_command(line + (folder / "plots.gif").string() + " --resume").code, 2);
 }
 
@@ -245,11 +232,10 @@ TEST_F(StudyCommandContract, DrawsTheForceOverTwoParametersAsAMap) {
   const std::string line = "study " + study(over_two, "two") + " --threads 1 --resume --out " +
                            (folder / "two").string() + " --picture " + (folder / "map.svg").string() +
                            " --picture-of ";
-  const Outcome run = maille_command(line + "force");
-  ASSERT_EQ(run.code, 0) << run.err;
+  const Outcome run = test::done(line + "force");
   const std::string svg = test::text_of(folder / "map.svg");
   for (const char* word : {"strip, coupled", "strip, fem_q1", "force [N]", "fibre.angle", "</svg>"})
-    EXPECT_NE(svg.find(word), std::string::npos) << word;
+    EXPECT_TRUE(test::has(svg, word)) << word;
   // Truth: in the table, a stiffer fibre along the pull takes more.
   std::map<double, double> force;
   for (const StudyRow& row : read_study_table(folder / "two/two.jsonl").rows)
@@ -268,8 +254,7 @@ TEST_F(StudyCommandContract, OneValueIsNoPicture) {
       " --threads 1 --out " + (folder / "out").string() + " --picture " + (folder / "plots.svg").string() +
       " --picture-of relative_l2");
   EXPECT_EQ(run.code, 1) << "what was asked for is not there: " << run.err;
-  EXPECT_NE(run.err.find("no picture: no parameter has errors at several values"), std::string::npos)
-      << run.err;
+  EXPECT_TRUE(test::has(run.err, "no picture: no parameter has errors at several values"));
   EXPECT_FALSE(fs::exists(folder / "plots.svg"));
 }
 
@@ -281,6 +266,110 @@ TEST_F(StudyCommandContract, WrongUseIsExitCodeTwo) {
   EXPECT_EQ(maille_command("study " + (folder / "none.toml").string() + out).code, 2);
   EXPECT_EQ(maille_command("merge " + folder.path().string() + out).code, 2) << "no tables";
   EXPECT_EQ(maille_command("study " + file + out + " --jobs 0").code, 2);
+}
+
+/// Which rows of a table `maille study --resume` takes as known, and which it answers anew.
+
+class StudyResumeContract : public testing::Test {
+protected:
+  void SetUp() override { folder.write("study.toml", moves); }
+  Outcome run(const std::string& more = "") const {
+    return maille_command("study " + (folder / "study.toml").string() + " --out " +
+                          (folder / "out").string() + " " + more);
+  }
+  std::vector<StudyRow> rows() const { return read_study_table(table).rows; }
+
+  const test::StudyFolder folder;
+  const fs::path table = folder / "out/study.jsonl";
+  const std::string moves = test::small_head + parameter("move.0.by.0", "values = [\"0.2 mm\", \"0.4 mm\"]");
+};
+
+TEST_F(StudyResumeContract, OtherThreadsAndJobsKeepEveryRow) {
+  ASSERT_EQ(run("--threads 1").code, 0);
+  const std::string before = test::text_of(table);
+  for (const char* other : {"--resume --threads 2", "--resume --jobs 2", "--resume --jobs 2 --threads 3"}) {
+    const Outcome again = run(other);
+    ASSERT_EQ(again.code, 0) << again.err;
+    EXPECT_TRUE(test::has(again.out, "6 rows were there"));
+    EXPECT_EQ(test::text_of(table), before);
+  }
+  EXPECT_FALSE(fs::exists(folder / "out/study_older.jsonl"));
+}
+
+TEST_F(StudyResumeContract, DataThatAHeaderNamesCount) {
+  folder.write("a.mhd", "ObjectType = Image\nNDims = 3\nDimSize = 4 2 2\nElementType = MET_UCHAR\n"
+                        "ElementSpacing = 1 1 1\nElementDataFile = a.raw\n");
+  folder.write("a.raw", std::string(16, '\1'));
+  folder.write("image.toml", "[specimen]\nshape = \"image\"\nimage = \"a.mhd\"\nlabels = { 1 = { "
+                             "youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 } }\n[[hold]]\nwhere = "
+                             "\"x-\"\n[[move]]\nwhere = \"x+\"\nby = [\"0.1 mm\", 0, 0]\n");
+  folder.write("study.toml", "scene = \"image.toml\"\nmethods = [\"limits\"]\nreference = \"relaxed\"\n" +
+                                 parameter("move.0.by.0", "values = [\"0.1 mm\", \"0.2 mm\"]"));
+  ASSERT_EQ(run().code, 0);
+  EXPECT_EQ(rows().at(0).cells, 16);
+  std::string other(16, '\1');
+  other[5] = '\0'; // segmented again: the header is as it was
+  folder.write("a.raw", other);
+  const Outcome again = run("--resume");
+  ASSERT_EQ(again.code, 0) << again.err;
+  EXPECT_FALSE(test::has(again.out, "rows were there"));
+  for (const StudyRow& row : rows())
+    EXPECT_EQ(row.cells, 15);
+}
+
+TEST_F(StudyResumeContract, FailuresOfTheMachineAreTriedAgainAndOthersAreNot) {
+  ASSERT_EQ(run().code, 0);
+  std::vector<StudyRow> some = rows();
+  const auto fail = [&](std::size_t i, const char* message, bool is_of_machine, Status status) {
+    some[i].status = status;
+    some[i].message = message;
+    some[i].is_of_machine = is_of_machine;
+  };
+  fail(0, "its process was ended by signal 9 (Killed)", true, Status::failed);
+  fail(1, "relaxed needs about 2 GiB, 1 GiB are available", false, Status::refused);
+  fail(3, "the energy is not positive", false, Status::failed);
+  write_study_table(some, folder / "out/study");
+  EXPECT_EQ(rows().at(0).is_of_machine, true) << "it is read back";
+  const Outcome again = run("--resume");
+  EXPECT_EQ(again.code, 1) << "one row failed for good";
+  EXPECT_TRUE(test::has(again.out, "4 rows were there"));
+  const auto after = rows();
+  ASSERT_EQ(after.size(), 6u);
+  for (std::size_t i = 0; i < after.size(); ++i)
+    EXPECT_EQ(after[i].status, i == 3 ? Status::failed : Status::done) << i;
+  EXPECT_EQ(after[4].total_seconds, some[4].total_seconds) << "what was there is not run again";
+  EXPECT_FALSE(fs::exists(folder / "out/study_older.jsonl")) << "a failure of the machine is worth nothing";
+}
+
+TEST_F(StudyResumeContract, AFileThatCannotBeWrittenDoesNotCostTheRow) {
+  folder.write("study.toml", "vtk = \"all\"\n" + moves);
+  fs::create_directories(folder / "out/study_0001_relaxed.vti"); // a folder is in its place
+  const Outcome first = run();
+  EXPECT_EQ(first.code, 1);
+  EXPECT_TRUE(test::has(first.out, "no file for ParaView"));
+  const auto before = rows();
+  ASSERT_EQ(before.size(), 6u);
+  for (const StudyRow& row : before)
+    EXPECT_EQ(row.status, Status::done) << row.message;
+  EXPECT_TRUE(before[1].error && before[1].vtk.empty());
+  EXPECT_EQ(before[0].vtk, "study_0001_limits.vti");
+  fs::remove(folder / "out/study_0001_relaxed.vti");
+  const Outcome again = run("--resume");
+  EXPECT_EQ(again.code, 0) << again.out;
+  EXPECT_TRUE(test::has(again.out, "5 rows were there"));
+  EXPECT_EQ(rows().at(1).vtk, "study_0001_relaxed.vti");
+}
+
+// A row of numbers that JSON does not have is a row all the same.
+TEST(StudyRowContract, ParametersThatAreNoNumbersReadBack) {
+  StudyRow row;
+  row.study = "s";
+  row.method = "limits";
+  row.parameters = {{"E", std::nan("")}, {"nu", 0.3}};
+  const StudyRow back = row_from_json(json_line(row));
+  ASSERT_EQ(back.parameters.size(), 2u);
+  EXPECT_TRUE(std::isinf(std::get<double>(back.parameters[0].second)));
+  EXPECT_EQ(std::get<double>(back.parameters[1].second), 0.3);
 }
 
 } // namespace

@@ -73,7 +73,7 @@ TEST(PuzzleOfAPictureAnalytic, SeamsAreClosed) {
     render::Renderer renderer;
     const render::Picture& picture = renderer.render(seen.objects, view);
     for (std::size_t p = 0; p < picture.rgba.size(); ++p) {
-      const auto x = static_cast<int>(p % 160), y = static_cast<int>(p / 160);
+      const auto x = int(p % 160), y = int(p / 160);
       const render::Ray ray = view.camera.ray(160, 120, x, y);
       // Where the ray meets the middle of the pieces, 3 mm thick; two cells at the rim are left out.
       const double t = (3.5 * mm - ray.origin[2]) / ray.direction[2];
@@ -95,7 +95,7 @@ TEST(LabelPaintAnalytic, WhatHasNoColourOfItsOwnKeepsTheLooks) {
                       "ElementSpacing = 1 1 1\nOffset = 0 0 0\nElementType = MET_UCHAR\n"
                       "ElementDataFile = LOCAL\n";
   for (int voxel = 0; voxel < 8 * 4 * 4; ++voxel)
-    image += static_cast<char>(voxel % 8 < 4 ? 1 : 2);
+    image += char(voxel % 8 < 4 ? 1 : 2);
   temporary.write("labels.mha", image);
   const auto file = temporary.write("bar.toml", R"(title = "a bar"
 [specimen]
@@ -164,7 +164,7 @@ protected:
     return "";
   }
   void write_picture(const char* name, int width, int height) const {
-    write_png(std::vector<std::uint8_t>(static_cast<std::size_t>(3 * width * height), 200), width, height,
+    write_png(std::vector<std::uint8_t>(std::size_t(3 * width * height), 200), width, height,
               folder_.path() / name);
   }
   test::TemporaryFolder folder_;
@@ -217,7 +217,7 @@ TEST(GreyPanelsAnalytic, CarryTheImageWithTheBody) {
                       "ElementSpacing = 1 1 1\nOffset = 0 0 0\nElementType = MET_UCHAR\n"
                       "ElementDataFile = LOCAL\n";
   for (int voxel = 0; voxel < 8 * 4 * 4; ++voxel)
-    image += static_cast<char>(voxel % 8 < 4 ? 50 : 100);
+    image += char(voxel % 8 < 4 ? 50 : 100);
   temporary.write("grey.mha", image);
   const auto file = temporary.write("bar.toml", R"(title = "a bar"
 [specimen]
@@ -238,7 +238,7 @@ by = ["1 mm", 0, 0]
   const Grid& grid = scene.specimen.grid;
   Displacement pulled(grid);
   for (std::int64_t node = 0; node < grid.n_nodes(); ++node)
-    pulled(0, node) = 1 * mm * static_cast<double>(grid.node_at(node)[0]);
+    pulled(0, node) = 1 * mm * double(grid.node_at(node)[0]);
   for (const double warp : {0.0, 0.5, 1.0}) {
     PanelView panel;
     panel.centre = {0.5 * 8 * mm * (1 + warp), 2 * mm, 2 * mm};
@@ -274,16 +274,15 @@ TEST_F(PicturesContract, DamagedPicturesAreFaults) {
   for (int i = 0; i < 2000; ++i) {
     std::string bytes = whole;
     for (std::uint64_t n = 1 + random() % 3; n > 0; --n)
-      bytes[random() % bytes.size()] = static_cast<char>(random());
+      bytes[random() % bytes.size()] = char(random());
     if (i % 2 == 0) { // the header's checksum is right
-      const auto sum =
-          static_cast<std::uint32_t>(crc32(0, reinterpret_cast<const Bytef*>(bytes.data()) + 12, 17));
+      const auto sum = std::uint32_t(crc32(0, reinterpret_cast<const Bytef*>(bytes.data()) + 12, 17));
       for (std::size_t b = 0; b < 4; ++b)
-        bytes[29 + b] = static_cast<char>(sum >> (24 - 8 * b));
+        bytes[29 + b] = char(sum >> (24 - 8 * b));
     }
     try {
       const ColourPicture picture = read_png(bytes, "a.png");
-      EXPECT_EQ(picture.rgb.size(), static_cast<std::size_t>(3 * picture.width * picture.height));
+      EXPECT_EQ(picture.rgb.size(), std::size_t(3 * picture.width * picture.height));
     } catch (const InputError& error) {
       ++n_refused;
       EXPECT_EQ(error.faults().front().file, "a.png");

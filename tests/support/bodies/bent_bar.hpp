@@ -19,9 +19,7 @@ inline void turn_face(Scene& scene, bool upper, Turn turn) {
   for (const std::int64_t node : turn.nodes)
     for (int b = 0; b < scene.dimension(); ++b)
       scene.prescribed.push_back(
-          {node, b,
-           turn.displacement(scene.specimen.position(grid.node_at(node)))[static_cast<std::size_t>(b)],
-           false});
+          {node, b, turn.displacement(scene.specimen.position(grid.node_at(node)))[std::size_t(b)], false});
   std::ranges::sort(scene.prescribed, [](const Prescribed& p, const Prescribed& q) {
     return std::pair(p.component, p.node) < std::pair(q.component, q.node);
   });
@@ -84,7 +82,7 @@ inline double distance_from_arc(const Scene& scene, const Displacement& u, doubl
     const Vec3 x = scene.specimen.position(scene.specimen.grid.node_at(node)), there = on_arc(x, angle);
     double square = 0;
     for (int b = 0; b < scene.dimension(); ++b) {
-      const auto i = static_cast<std::size_t>(b);
+      const auto i = std::size_t(b);
       square += std::pow(x[i] + u(b, node) - there[i], 2);
     }
     largest = std::max(largest, std::sqrt(square));

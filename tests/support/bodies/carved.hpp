@@ -30,10 +30,9 @@ inline Scene carved_body(Index3 cells, Fibres fibres, Vec3 spacing = {1e-3, 1.3e
     random = random * 1664525u + 1013904223u;
     const int z = grid.cell_at(cell)[2];
     const bool may_be_missing = z > 0 && z + 1 < cells[2];
-    scene.specimen.material_id.push_back(may_be_missing && (random >> 8) % 7 == 0
-                                             ? no_material
-                                             : static_cast<std::uint8_t>((random >> 16) % 3));
-    const auto angle = static_cast<float>(cell);
+    scene.specimen.material_id.push_back(
+        may_be_missing && (random >> 8) % 7 == 0 ? no_material : std::uint8_t((random >> 16) % 3));
+    const auto angle = float(cell);
     if (fibres == Fibres::turning)
       scene.specimen.fibres.push_back({std::sin(angle), 0.0f, std::cos(angle)});
   }

@@ -4,7 +4,7 @@
 #include "support/bodies/lattice_scenes.hpp"
 #include "support/dice.hpp"
 
-namespace maille::tests {
+namespace maille::test {
 
 /// Limits that differ between axes and components; every fifth slack is nothing, every tenth is wide.
 inline NeighbourLimits uneven_limits(Dice& dice) {
@@ -34,10 +34,8 @@ inline std::vector<std::int64_t> matter_nodes(const Scene& scene) {
 inline void prescribe_at_random(Scene& scene, Dice& dice) {
   scene.prescribed.clear();
   const std::vector<std::int64_t> nodes = matter_nodes(scene);
-  const auto any_node = [&] {
-    return nodes[static_cast<std::size_t>(dice.below(static_cast<int>(nodes.size())))];
-  };
-  const double size = std::array{0.3, 3.0, 30.0}[static_cast<std::size_t>(dice.below(3))];
+  const auto any_node = [&] { return nodes[std::size_t(dice.below(int(nodes.size())))]; };
+  const double size = std::array{0.3, 3.0, 30.0}[std::size_t(dice.below(3))];
   const int n_moves = 1 + dice.below(6), n_holds = dice.below(3);
   for (int i = 0; i < n_moves; ++i)
     prescribe(scene, any_node(), dice.below(scene.dimension()), size * (2 * dice.uniform() - 1), false);
@@ -54,36 +52,34 @@ inline Scene holed_body(std::mt19937& random) {
   Scene scene = lattice_box({1}, {});
   Index3 cells{1, 1, 1};
   for (int a = 0; a < dimension; ++a)
-    cells[static_cast<std::size_t>(a)] =
-        1 + dice.below(std::array{40, 24, 17}[static_cast<std::size_t>(dimension - 1)]);
+    cells[std::size_t(a)] = 1 + dice.below(std::array{40, 24, 17}[std::size_t(dimension - 1)]);
   scene.specimen.grid = Grid(dimension, cells, {0.5 + dice.uniform(), 0.5 + dice.uniform(), 1});
   scene.limits.from = LimitSource::material;
   const int n_materials = dice.below(3) == 0 ? 1 : 3;
-  scene.materials.assign(static_cast<std::size_t>(n_materials), scene.materials[0]);
+  scene.materials.assign(std::size_t(n_materials), scene.materials[0]);
   for (Material& material : scene.materials)
     material.limits = uneven_limits(dice);
 
-  const auto n_cells = static_cast<std::size_t>(scene.specimen.grid.n_cells());
+  const auto n_cells = std::size_t(scene.specimen.grid.n_cells());
   auto& kinds = scene.specimen.material_id;
   kinds.resize(n_cells);
   const int shape = dice.below(3);
   const int holes = shape == 1 ? 30 + dice.below(40) : 0; // percent
   for (std::size_t i = 0; i < n_cells; ++i) {
-    const Index3 at = scene.specimen.grid.cell_at(static_cast<std::int64_t>(i));
+    const Index3 at = scene.specimen.grid.cell_at(std::int64_t(i));
     const bool is_wall = shape == 2 && at[0] % 3 == 2 && at[1] != (at[0] % 2 == 0 ? 0 : cells[1] - 1);
     const bool is_hole = is_wall || dice.below(100) < holes;
-    kinds[i] = is_hole ? no_material : static_cast<std::uint8_t>(dice.below(n_materials));
+    kinds[i] = is_hole ? no_material : std::uint8_t(dice.below(n_materials));
   }
-  kinds[static_cast<std::size_t>(dice.below(static_cast<int>(n_cells)))] = 0;
+  kinds[std::size_t(dice.below(int(n_cells)))] = 0;
   if (dice.below(4) == 0)
     for (std::size_t i = 0; i < n_cells; ++i) {
       Vec3 f{dice.uniform() + 0.01, dimension > 1 ? dice.uniform() : 0, dimension > 2 ? dice.uniform() : 0};
       const double length = std::hypot(f[0], f[1], f[2]);
-      scene.specimen.fibres.push_back({static_cast<float>(f[0] / length), static_cast<float>(f[1] / length),
-                                       static_cast<float>(f[2] / length)});
+      scene.specimen.fibres.push_back({float(f[0] / length), float(f[1] / length), float(f[2] / length)});
     }
   prescribe_at_random(scene, dice);
   return scene;
 }
 
-} // namespace maille::tests
+} // namespace maille::test

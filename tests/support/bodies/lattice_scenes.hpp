@@ -7,7 +7,7 @@
 #include <initializer_list>
 #include <random>
 
-namespace maille::tests {
+namespace maille::test {
 
 /// Limits that are the same along all axes.
 inline NeighbourLimits even_limits(double stretch, double compress, double shear) {
@@ -26,7 +26,7 @@ inline Scene lattice_box(std::initializer_list<int> cells, const NeighbourLimits
   Scene scene;
   scene.name = "lattice_box";
   scene.specimen.shape = "box";
-  scene.specimen.grid = Grid(static_cast<int>(cells.size()), n, {1, 1, 1});
+  scene.specimen.grid = Grid(int(cells.size()), n, {1, 1, 1});
   Material material;
   material.name = "lattice";
   material.elasticity = ElasticConstants::isotropic(1e4, 0.3);
@@ -54,7 +54,7 @@ inline void prescribe(Scene& scene, std::int64_t node, int component, double val
 
 inline void move(Scene& scene, const Index3& at, const Vec3& by) {
   for (int b = 0; b < scene.dimension(); ++b)
-    prescribe(scene, scene.specimen.grid.node(at), b, by[static_cast<std::size_t>(b)], false);
+    prescribe(scene, scene.specimen.grid.node(at), b, by[std::size_t(b)], false);
 }
 
 inline void hold(Scene& scene, const Index3& at) {
@@ -62,10 +62,24 @@ inline void hold(Scene& scene, const Index3& at) {
     prescribe(scene, scene.specimen.grid.node(at), b, 0, true);
 }
 
+/// A chain held at its lower end and pulled at the other: cells of two materials, each with limits of its own.
+inline Scene pulled_chain(const std::vector<std::uint8_t>& materials, const NeighbourLimits& first,
+                          const NeighbourLimits& second, double by) {
+  Scene scene = lattice_box({int(materials.size())}, {});
+  scene.limits.from = LimitSource::material;
+  scene.materials.push_back(scene.materials[0]);
+  scene.materials[0].limits = first;
+  scene.materials[1].limits = second;
+  scene.specimen.material_id.assign(materials.begin(), materials.end());
+  hold(scene, {0, 0, 0});
+  move(scene, {int(materials.size()), 0, 0}, {by, 0, 0});
+  return scene;
+}
+
 /// The nodes of the body on the lower or upper face of the grid along `axis`.
 inline std::vector<Index3> face(const Scene& scene, int axis, bool upper) {
   const Grid& grid = scene.specimen.grid;
-  const auto a = static_cast<std::size_t>(axis);
+  const auto a = std::size_t(axis);
   std::vector<Index3> nodes;
   for (std::int64_t n = 0; n < grid.n_nodes(); ++n) {
     const Index3 at = grid.node_at(n);
@@ -78,13 +92,13 @@ inline std::vector<Index3> face(const Scene& scene, int axis, bool upper) {
 /// A random body of up to 5 cells along each axis: holes, three materials with limits of their own (some
 /// rigid), several holds and moves. Values are not dyadic; a third of the requests is impossible.
 inline Scene random_body(std::mt19937& random) {
-  const auto below = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+  const auto below = [&](int n) { return int(random() % unsigned(n)); };
   std::uniform_real_distribution<double> uniform(0, 1);
   const int dimension = 1 + below(3);
   Scene scene = lattice_box({1}, {});
   Index3 cells{1, 1, 1};
   for (int a = 0; a < dimension; ++a)
-    cells[static_cast<std::size_t>(a)] = 2 + below(dimension == 3 ? 2 : 4);
+    cells[std::size_t(a)] = 2 + below(dimension == 3 ? 2 : 4);
   scene.specimen.grid = Grid(dimension, cells, {0.5 + uniform(random), 0.5 + uniform(random), 1});
   scene.limits.from = LimitSource::material;
   scene.materials.assign(3, scene.materials[0]);
@@ -99,18 +113,16 @@ inline Scene random_body(std::mt19937& random) {
     material.limits = limits;
   }
   auto& kinds = scene.specimen.material_id;
-  kinds.resize(static_cast<std::size_t>(scene.specimen.grid.n_cells()));
+  kinds.resize(std::size_t(scene.specimen.grid.n_cells()));
   for (auto& kind : kinds)
-    kind = below(4) == 0 ? no_material : static_cast<std::uint8_t>(below(3));
-  kinds[static_cast<std::size_t>(below(static_cast<int>(kinds.size())))] = 0;
+    kind = below(4) == 0 ? no_material : std::uint8_t(below(3));
+  kinds[std::size_t(below(int(kinds.size())))] = 0;
 
   std::vector<std::int64_t> nodes;
   for (std::int64_t n = 0; n < scene.specimen.grid.n_nodes(); ++n)
     if (scene.specimen.is_node(scene.specimen.grid.node_at(n)))
       nodes.push_back(n);
-  const auto any_node = [&] {
-    return nodes[static_cast<std::size_t>(below(static_cast<int>(nodes.size())))];
-  };
+  const auto any_node = [&] { return nodes[std::size_t(below(int(nodes.size())))]; };
   const int n_moves = 1 + below(4), n_holds = below(3);
   const double size = below(3) == 0 ? 4 : 0.4;
   for (int i = 0; i < n_moves; ++i)
@@ -121,7 +133,7 @@ inline Scene random_body(std::mt19937& random) {
 }
 
 inline int below(std::mt19937& random, int n) {
-  return static_cast<int>(random() % static_cast<unsigned>(n));
+  return int(random() % unsigned(n));
 }
 
 /// Limits in multiples of 1/16, some of them 0 (rigid), different for every direction.
@@ -141,15 +153,15 @@ inline Scene random_box(std::mt19937& random, int dimension) {
   Scene scene = lattice_box({1}, random_dyadic_limits(random));
   Index3 cells{1, 1, 1};
   for (int a = 0; a < dimension; ++a)
-    cells[static_cast<std::size_t>(a)] = 1 + below(random, dimension == 1 ? 90 : dimension == 2 ? 30 : 9);
+    cells[std::size_t(a)] = 1 + below(random, dimension == 1 ? 90 : dimension == 2 ? 30 : 9);
   if (dimension > 1)
-    cells[static_cast<std::size_t>(below(random, dimension))] = 1 + below(random, 50);
+    cells[std::size_t(below(random, dimension))] = 1 + below(random, 50);
   scene.specimen.grid = Grid(dimension, cells, {1, 0.5, 2});
   return scene;
 }
 
 inline Index3 random_node(std::mt19937& random, const Grid& grid) {
-  return grid.node_at(static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(grid.n_nodes())));
+  return grid.node_at(std::int64_t(random() % std::uint64_t(grid.n_nodes())));
 }
 
 /// A displacement in multiples of 1/16, up to `largest`.
@@ -160,4 +172,4 @@ inline Vec3 random_dyadic(std::mt19937& random, int largest) {
   return by;
 }
 
-} // namespace maille::tests
+} // namespace maille::test

@@ -3,6 +3,7 @@
 
 #include "maille/scene/answer.hpp"
 #include "maille/scene/scene_builder.hpp"
+#include "support/bodies/scenes.hpp"
 
 #include <algorithm>
 #include <cstddef>
@@ -10,14 +11,7 @@
 #include <span>
 #include <vector>
 
-namespace maille::tests {
-
-inline Material of_constants(const ElasticConstants& constants) {
-  Material material;
-  material.name = "matter";
-  material.elasticity = constants;
-  return material;
-}
+namespace maille::test {
 
 /// Labels 1 below and 2 above, half of the cells each, of edges `spacing` [m]; held at the lower face.
 inline SceneBuilder layers(const Index3& cells, double spacing, const ElasticConstants& below,
@@ -28,19 +22,19 @@ inline SceneBuilder layers(const Index3& cells, double spacing, const ElasticCon
   builder
       .labels(std::span<const std::uint8_t>(labels), ArrayLayout::x_fastest(cells),
               affine_of({spacing, spacing, spacing}))
-      .material(1, of_constants(below))
-      .material(2, of_constants(above))
+      .material(1, material_of(below))
+      .material(2, material_of(above))
       .hold("z-", "xyz");
   return builder;
 }
 
-/// Sum of the forces of all moves [N].
-inline double force_of_moves(const Scene& scene, const Answer& answer, int component) {
+/// Sum of the forces of all moves [N], along one component or, below 0, along all.
+inline double force_of_moves(const Scene& scene, const Answer& answer, int component = -1) {
   double sum = 0;
   for (std::size_t i = 0; i < answer.reaction.size(); ++i)
-    if (!scene.prescribed[i].held && scene.prescribed[i].component == component)
+    if (!scene.prescribed[i].held && (component < 0 || scene.prescribed[i].component == component))
       sum += answer.reaction[i];
   return sum;
 }
 
-} // namespace maille::tests
+} // namespace maille::test

@@ -10,7 +10,7 @@
 #include <optional>
 #include <vector>
 
-namespace maille::tests {
+namespace maille::test {
 
 using deform::Pose;
 using deform::RigidMotion;
@@ -18,12 +18,12 @@ using deform::RigidShape;
 using deform::RigidWorld;
 
 inline RigidShape box_shape(const Index3& size, const Vec3& spacing = {1, 1, 1}) {
-  return {size, spacing, std::vector<std::uint8_t>(static_cast<std::size_t>(size[0] * size[1] * size[2]), 1)};
+  return {size, spacing, std::vector<std::uint8_t>(std::size_t(size[0] * size[1] * size[2]), 1)};
 }
 
 /// Two voxels of three are matter, and the first.
 inline RigidShape porous_shape(Dice& dice, const Index3& size, const Vec3& spacing) {
-  std::vector<std::uint8_t> matter(static_cast<std::size_t>(size[0] * size[1] * size[2]));
+  std::vector<std::uint8_t> matter(std::size_t(size[0] * size[1] * size[2]));
   for (std::uint8_t& value : matter)
     value = dice.below(3) != 0;
   matter[0] = 1;
@@ -36,8 +36,7 @@ inline void scatter(RigidWorld& world, int n, Dice& dice) {
   for (int i = 0; i < n; ++i) {
     Pose pose;
     for (int a = 0; a < 3; ++a)
-      pose.position[a] =
-          dice.below(cells[static_cast<std::size_t>(a)]) * world.cell_size()[static_cast<std::size_t>(a)];
+      pose.position[a] = dice.below(cells[std::size_t(a)]) * world.cell_size()[std::size_t(a)];
     world.add(box_shape({1, 1, 1}, world.cell_size()), pose);
   }
 }
@@ -78,4 +77,4 @@ inline Question random_question(Dice& dice, bool aligned) {
   return question;
 }
 
-} // namespace maille::tests
+} // namespace maille::test

@@ -20,6 +20,26 @@ inline Scene box_scene(int dimension, Index3 cells, Vec3 spacing = {1e-3, 1e-3, 
   return scene;
 }
 
+inline Material material_of(const ElasticConstants& constants) {
+  Material material;
+  material.name = "matter";
+  material.elasticity = constants;
+  return material;
+}
+
+inline Material isotropic(double youngs_modulus, double poisson_ratio) {
+  return material_of(ElasticConstants::isotropic(youngs_modulus, poisson_ratio));
+}
+
+/// Adds a component of a node; sort_prescribed() follows.
+inline void add_prescribed(Scene& scene, const Index3& node, int component, double value, bool held) {
+  scene.prescribed.push_back({scene.specimen.grid.node(node), component, value, held});
+}
+
+inline void sort_prescribed(Scene& scene) {
+  std::ranges::sort(scene.prescribed, {}, [](const Prescribed& p) { return std::pair(p.component, p.node); });
+}
+
 /// Prescribes `value` for one component of every node of a face of the grid's box.
 inline void prescribe_face(Scene& scene, int axis, bool upper, int component, double value, bool held) {
   const Grid& grid = scene.specimen.grid;
@@ -29,9 +49,7 @@ inline void prescribe_face(Scene& scene, int axis, bool upper, int component, do
     if (at[a] == (upper ? grid.nodes()[a] - 1 : 0) && scene.specimen.is_node(at))
       scene.prescribed.push_back({node, component, value, held});
   }
-  std::sort(scene.prescribed.begin(), scene.prescribed.end(), [](const Prescribed& p, const Prescribed& q) {
-    return std::pair(p.component, p.node) < std::pair(q.component, q.node);
-  });
+  sort_prescribed(scene);
 }
 
 inline void hold_face(Scene& scene, int axis, bool upper) {

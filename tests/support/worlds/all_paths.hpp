@@ -6,27 +6,26 @@
 #include <algorithm>
 #include <limits>
 
-namespace maille::tests {
+namespace maille::test {
 
 /// d(i, j) between all grid nodes for one component, by Floyd 1962.
 class AllPaths {
 public:
   AllPaths(const Scene& scene, const LinkLimits& limits, int component)
-      : n_(static_cast<std::size_t>(scene.specimen.grid.n_nodes())),
-        d_(n_ * n_, std::numeric_limits<double>::infinity()) {
+      : n_(std::size_t(scene.specimen.grid.n_nodes())), d_(n_ * n_, std::numeric_limits<double>::infinity()) {
     const Grid& grid = scene.specimen.grid;
-    const auto b = static_cast<std::size_t>(component);
+    const auto b = std::size_t(component);
     for (std::size_t i = 0; i < n_; ++i) {
       d_[i * n_ + i] = 0;
-      const Index3 at = grid.node_at(static_cast<std::int64_t>(i));
+      const Index3 at = grid.node_at(std::int64_t(i));
       for (int axis = 0; axis < grid.dimension(); ++axis) {
-        const auto a = static_cast<std::size_t>(axis);
+        const auto a = std::size_t(axis);
         if (at[a] + 1 >= grid.nodes()[a])
           continue;
         const auto link = limits.intervals(at, axis);
         if (!link)
           continue;
-        const std::size_t j = i + static_cast<std::size_t>(grid.stride(axis));
+        const std::size_t j = i + std::size_t(grid.stride(axis));
         d_[i * n_ + j] = link->high[b];
         d_[j * n_ + i] = -link->low[b];
       }
@@ -37,7 +36,7 @@ public:
           d_[i * n_ + j] = std::min(d_[i * n_ + j], d_[i * n_ + k] + d_[k * n_ + j]);
   }
   double operator()(std::int64_t from, std::int64_t to) const {
-    return d_[static_cast<std::size_t>(from) * n_ + static_cast<std::size_t>(to)];
+    return d_[std::size_t(from) * n_ + std::size_t(to)];
   }
   double highest(const std::vector<Prescribed>& ends, std::int64_t i) const {
     double bound = std::numeric_limits<double>::infinity();
@@ -66,4 +65,4 @@ private:
   std::vector<double> d_;
 };
 
-} // namespace maille::tests
+} // namespace maille::test

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <map>
 
-namespace maille::tests {
+namespace maille::test {
 
 /// The map says of every voxel's cell that it is its object's, has nothing else, and names the smallest
 /// number in each.
@@ -18,15 +18,14 @@ inline void expect_map_in_step(const deform::World& world) {
   for (int object = 0; object < world.n_objects(); ++object) {
     if (world.kind(object) != ObjectKind::deformable)
       continue;
-    const Specimen& body = world.scene().objects[static_cast<std::size_t>(object)].scene.specimen;
+    const Specimen& body = world.scene().objects[std::size_t(object)].scene.specimen;
     for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node) {
       if (!body.is_node(body.grid.node_at(node)))
         continue;
       const Eigen::Vector3d x = world.position(object, node);
       Index3 cell{};
       for (int a = 0; a < world.scene().dimension; ++a)
-        cell[static_cast<std::size_t>(a)] =
-            static_cast<int>(std::floor(x[a] / world.cell_size()[static_cast<std::size_t>(a)]));
+        cell[std::size_t(a)] = int(std::floor(x[a] / world.cell_size()[std::size_t(a)]));
       first.insert({cell, {object, node}});
       const auto all = world.voxels_in(cell);
       ASSERT_TRUE(std::ranges::any_of(
@@ -53,4 +52,4 @@ inline void expect_feasible(const deform::World& world) {
   }
 }
 
-} // namespace maille::tests
+} // namespace maille::test

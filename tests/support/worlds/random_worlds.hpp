@@ -9,7 +9,7 @@
 
 #include <random>
 
-namespace maille::tests {
+namespace maille::test {
 
 class RandomPushes {
 public:
@@ -116,4 +116,4 @@ inline deform::Drive RandomPushes::any_drive() {
   return drive;
 }
 
-} // namespace maille::tests
+} // namespace maille::test

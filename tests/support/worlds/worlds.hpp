@@ -6,7 +6,7 @@
 
 #include <string>
 
-namespace maille::tests {
+namespace maille::test {
 
 /// Unit cells, nothing in them.
 inline WorldScene empty_world(std::initializer_list<int> cells, const std::string& method) {
@@ -68,4 +68,4 @@ inline std::vector<std::int64_t> face_nodes(const WorldObject& object, int axis,
   return nodes;
 }
 
-} // namespace maille::tests
+} // namespace maille::test

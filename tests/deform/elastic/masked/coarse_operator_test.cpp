@@ -26,7 +26,7 @@ using Values = std::vector<double>;
 Scene porous_body(int materials, unsigned seed, unsigned one_in = 30) {
   const Index3 cells{15, 13, 18};
   Scene scene = test::box_scene(3, cells, {1e-3, 1.3e-3, 0.8e-3});
-  scene.materials.assign(static_cast<std::size_t>(materials), scene.materials[0]);
+  scene.materials.assign(std::size_t(materials), scene.materials[0]);
   scene.materials.back().elasticity = ElasticConstants::isotropic(80e3, 0.4);
   std::mt19937 random(seed);
   for (std::int64_t cell = 0; cell < scene.specimen.grid.n_cells(); ++cell) {
@@ -57,20 +57,20 @@ struct Grids {
 };
 
 Values interpolated(const Weights& P, const Values& coarse) {
-  Values fine(3 * static_cast<std::size_t>(P.n_rows()));
-  for (std::size_t row = 0; row < static_cast<std::size_t>(P.n_rows()); ++row)
-    for (auto i = static_cast<std::size_t>(P.first[row]); i < static_cast<std::size_t>(P.first[row + 1]); ++i)
+  Values fine(3 * std::size_t(P.n_rows()));
+  for (std::size_t row = 0; row < std::size_t(P.n_rows()); ++row)
+    for (auto i = std::size_t(P.first[row]); i < std::size_t(P.first[row + 1]); ++i)
       for (std::size_t c = 0; c < 3; ++c)
-        fine[3 * row + c] += double{P.weight[i]} * coarse[3 * static_cast<std::size_t>(P.column[i]) + c];
+        fine[3 * row + c] += double{P.weight[i]} * coarse[3 * std::size_t(P.column[i]) + c];
   return fine;
 }
 
 Values summed(const Weights& P, const Values& fine, std::int32_t n_coarse) {
-  Values coarse(3 * static_cast<std::size_t>(n_coarse));
-  for (std::size_t row = 0; row < static_cast<std::size_t>(P.n_rows()); ++row)
-    for (auto i = static_cast<std::size_t>(P.first[row]); i < static_cast<std::size_t>(P.first[row + 1]); ++i)
+  Values coarse(3 * std::size_t(n_coarse));
+  for (std::size_t row = 0; row < std::size_t(P.n_rows()); ++row)
+    for (auto i = std::size_t(P.first[row]); i < std::size_t(P.first[row + 1]); ++i)
       for (std::size_t c = 0; c < 3; ++c)
-        coarse[3 * static_cast<std::size_t>(P.column[i]) + c] += double{P.weight[i]} * fine[3 * row + c];
+        coarse[3 * std::size_t(P.column[i]) + c] += double{P.weight[i]} * fine[3 * row + c];
   return coarse;
 }
 
@@ -82,8 +82,8 @@ Values forces_of_slots(const Grids& of, const Values& u) {
     for (std::int64_t node = 0; node < grid.n_nodes(); ++node)
       for (std::size_t c = 0; c < 3 && of.scene.specimen.is_node(grid.node_at(node)); ++c) {
         const std::int32_t slot = of.level.rows().slot(grid.node_at(node));
-        if (of.level.inverse()[static_cast<std::int64_t>(c) * of.level.component_stride() + slot] > 0)
-          visit(c, static_cast<std::size_t>(node), 3 * static_cast<std::size_t>(slot) + c);
+        if (of.level.inverse()[std::int64_t(c) * of.level.component_stride() + slot] > 0)
+          visit(c, std::size_t(node), 3 * std::size_t(slot) + c);
       }
   };
   for_each_free(
@@ -100,7 +100,7 @@ Values forces_of_slots(const Grids& of, const Values& u) {
 Values random_values(std::int32_t n_vertices, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> value(-1, 1);
-  Values values(3 * static_cast<std::size_t>(n_vertices));
+  Values values(3 * std::size_t(n_vertices));
   for (double& entry : values)
     entry = double{value(random)};
   return values;
@@ -111,7 +111,7 @@ AlignedArray<float> product(const CoarseOperator& A, const Values& u, ThreadTeam
   const std::size_t n = u.size() / 3;
   AlignedArray<float> from(block_stride * n + 16), to(block_stride * n + 16);
   for (std::size_t i = 0; i < u.size(); ++i)
-    from[block_stride * (i / 3) + i % 3] = static_cast<float>(u[i]);
+    from[block_stride * (i / 3) + i % 3] = float(u[i]);
   A.apply(from.data(), to.data(), team);
   return to;
 }
@@ -137,9 +137,9 @@ TEST(CoarseOperatorOracle, PatternsAreProductsOfTheGeneralOperator) {
     const Values u = random_values(n, 3);
     const Values expected =
         summed(of.once.interpolation, forces_of_slots(of, interpolated(of.once.interpolation, u)), n);
-    for (const std::int64_t target : tests::vector_targets()) {
+    for (const std::int64_t target : test::vector_targets()) {
       SCOPED_TRACE(target);
-      const tests::ForcedVectors forced(target);
+      const test::ForcedVectors forced(target);
       expect_values(product(of.A, u, team), expected, 2e-6);
     }
     const std::int32_t m = of.twice.complex.n_vertices;
@@ -148,7 +148,7 @@ TEST(CoarseOperatorOracle, PatternsAreProductsOfTheGeneralOperator) {
         of.twice.interpolation,
         summed(of.once.interpolation, forces_of_slots(of, interpolated(of.once.interpolation, once)), n), m);
     expect_values(product(of.B, v, team), of_twice, 2e-6);
-    AlignedArray<float> diagonal(block_stride * static_cast<std::size_t>(n) + 16);
+    AlignedArray<float> diagonal(block_stride * std::size_t(n) + 16);
     of.A.copy_diagonal(diagonal, team);
     for (std::size_t i = 0; i < u.size(); i += 97) {
       Values unit(u.size());
@@ -179,7 +179,7 @@ TEST(CoarseOperatorOracle, WhatIsAddedIsAddedAndForgotten) {
   const AlignedArray<float> before = product(of.A, u, team);
   BlockMatrix S, nothing; // every fifth vertex to itself and to the next one
   S.first.push_back(0);
-  nothing.first.assign(static_cast<std::size_t>(n) + 1, 0);
+  nothing.first.assign(std::size_t(n) + 1, 0);
   for (std::int32_t row = 0; row < n; ++row) {
     for (const std::int32_t column : {row, row + 1})
       if (row % 5 == 0 && column < n)
@@ -188,16 +188,14 @@ TEST(CoarseOperatorOracle, WhatIsAddedIsAddedAndForgotten) {
   }
   S.blocks = AlignedArray<float>(9 * S.column.size() + 16);
   for (std::size_t i = 0; i < 9 * S.column.size(); ++i)
-    S.blocks[i] = std::sin(static_cast<float>(i));
+    S.blocks[i] = std::sin(float(i));
   Values expected(u.size());
-  for (std::size_t row = 0; row < static_cast<std::size_t>(n); ++row)
+  for (std::size_t row = 0; row < std::size_t(n); ++row)
     for (std::size_t c = 0; c < 3; ++c) {
       expected[3 * row + c] = double{before[block_stride * row + c]};
-      for (auto i = static_cast<std::size_t>(S.first[row]); i < static_cast<std::size_t>(S.first[row + 1]);
-           ++i)
+      for (auto i = std::size_t(S.first[row]); i < std::size_t(S.first[row + 1]); ++i)
         for (std::size_t b = 0; b < 3; ++b)
-          expected[3 * row + c] +=
-              double{S.blocks[9 * i + 3 * b + c]} * u[3 * static_cast<std::size_t>(S.column[i]) + b];
+          expected[3 * row + c] += double{S.blocks[9 * i + 3 * b + c]} * u[3 * std::size_t(S.column[i]) + b];
     }
   of.A.set_added(std::move(nothing));
   of.A.set_added(std::move(S));
@@ -220,16 +218,15 @@ TEST(SlotInterpolationOracle, IsThatOfWeights) {
   const Values coarse = random_values(n, 8), fine = random_values(slots, 9);
   const Values expected = interpolated(of.once.interpolation, coarse);
   const Values expected_sums = summed(of.once.interpolation, fine, n);
-  std::vector<float> u(block_stride * static_cast<std::size_t>(n)),
-      of_fine(3 * static_cast<std::size_t>(stride));
+  std::vector<float> u(block_stride * std::size_t(n)), of_fine(3 * std::size_t(stride));
   for (std::size_t i = 0; i < coarse.size(); ++i)
-    u[block_stride * (i / 3) + i % 3] = static_cast<float>(coarse[i]);
-  const auto place = [&](std::size_t i) { return i % 3 * static_cast<std::size_t>(stride) + i / 3; };
+    u[block_stride * (i / 3) + i % 3] = float(coarse[i]);
+  const auto place = [&](std::size_t i) { return i % 3 * std::size_t(stride) + i / 3; };
   for (std::size_t i = 0; i < fine.size(); ++i)
-    of_fine[place(i)] = static_cast<float>(fine[i]);
-  for (const std::int64_t target : tests::vector_targets()) {
+    of_fine[place(i)] = float(fine[i]);
+  for (const std::int64_t target : test::vector_targets()) {
     SCOPED_TRACE(target);
-    const tests::ForcedVectors forced(target);
+    const test::ForcedVectors forced(target);
     std::vector<float> out = of_fine;
     P.interpolate(pieces, 0, slots, u.data(), of.level.inverse(), stride, out.data());
     for (std::size_t i = 0; i < fine.size(); ++i) {
@@ -265,7 +262,7 @@ TEST(LatticeElasticityWindowsContract, ForcesHaveTheBitsOfTheWhole) {
     elasticity.set_springs({spring});
     Displacement u(grid), forces(grid);
     for (std::size_t i = 0; i < u.values().size(); ++i)
-      u.values()[i] = std::sin(1.7 * static_cast<double>(i));
+      u.values()[i] = std::sin(1.7 * double(i));
     ThreadTeam one(1), two(2);
     elasticity.apply(u, forces, one);
     std::int64_t next = 0;
@@ -274,7 +271,7 @@ TEST(LatticeElasticityWindowsContract, ForcesHaveTheBitsOfTheWhole) {
       next += window.n_nodes;
       for (std::size_t c = 0; c < 3; ++c)
         for (std::int64_t i = 0; i < window.n_nodes; ++i)
-          EXPECT_EQ(window.forces[c][i], forces(c, static_cast<std::size_t>(window.first_node + i)));
+          EXPECT_EQ(window.forces[c][i], forces(c, std::size_t(window.first_node + i)));
     });
     EXPECT_EQ(next, grid.n_nodes());
   }
@@ -287,14 +284,13 @@ std::vector<double> forces_of_planes(const LatticeElasticity& elasticity, const 
   const auto put = [&](int first, int end, const std::array<double*, 3>& to) {
     const std::int64_t begin = grid.node({0, 0, first}), n = (end - first) * grid.stride(2);
     for (std::size_t c = 0; c < 3; ++c)
-      std::ranges::copy(u.component(c).subspan(static_cast<std::size_t>(begin), static_cast<std::size_t>(n)),
-                        to[c]);
+      std::ranges::copy(u.component(c).subspan(std::size_t(begin), std::size_t(n)), to[c]);
     return std::any_of(to[0], to[0] + n, [](double value) { return value != 0; });
   };
   elasticity.for_each_window(put, team, {0, grid.nodes()[2]}, [&](const LatticeElasticity::Window& window) {
     for (std::size_t c = 0; c < 3; ++c)
       std::copy_n(window.forces[c], window.n_nodes,
-                  forces.data() + c * u.n_nodes() + static_cast<std::size_t>(window.first_node));
+                  forces.data() + c * u.n_nodes() + std::size_t(window.first_node));
   });
   return forces;
 }
@@ -309,7 +305,7 @@ TEST(LatticeElasticityWindowsContract, ForcesOfPlanesHaveTheBitsOfTheWhole) {
     Displacement u(grid), forces(grid);
     for (std::int64_t node = 0; node < grid.n_nodes(); ++node)
       for (int c = 0; c < 3 && std::abs(grid.node_at(node)[2] - layers / 2) > 3; ++c)
-        u(c, node) = std::sin(1.7 * static_cast<double>(3 * node + c + 1));
+        u(c, node) = std::sin(1.7 * double(3 * node + c + 1));
     ThreadTeam one(1), two(2);
     elasticity.apply(u, forces, one);
     EXPECT_TRUE(std::ranges::equal(forces_of_planes(elasticity, u, grid, two), forces.values()));
