@@ -25,9 +25,13 @@ namespace {
 constexpr int overview_moments = 4;
 
 std::string provenance(const WorldScene& scene, const Trajectory& trajectory, const PlayOptions& options) {
-  return nlohmann::ordered_json{{"maille", version},      {"scene", scene.name},
-                                {"title", scene.title},   {"trajectory", trajectory.name},
-                                {"method", scene.method}, {"threads", options.threads}}
+  return nlohmann::ordered_json{{"maille", version},
+                                {"commit", commit()},
+                                {"scene", scene.name},
+                                {"title", scene.title},
+                                {"trajectory", trajectory.name},
+                                {"method", scene.method},
+                                {"threads", options.threads}}
       .dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
