@@ -64,6 +64,9 @@ if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
       CCACHE_NOHASHDIR=1 ${CCACHE_PROGRAM})
 endif()
 
+# The same for all that share precompiled headers.
+target_compile_definitions(maille_compile_options INTERFACE TOML_HEADER_ONLY=0 TOML_SHARED_LIB=1)
+
 # Of what plugins (cmake/plugins.cmake) are linked from; functions are inlined all the same, as in programs.
 add_library(maille_position_independent INTERFACE)
 target_compile_options(maille_position_independent INTERFACE -fPIC $<$<CXX_COMPILER_ID:GNU>:-fno-semantic-interposition>)
