@@ -1,4 +1,4 @@
-/// Runs every reader that has a fuzzer over its corpus, without libFuzzer: what a fuzzer once found stays mended in every build.
+/// Runs every reader that has a fuzzer over its corpus, without libFuzzer: finds stay mended in every build.
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>

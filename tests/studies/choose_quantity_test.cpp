@@ -1,8 +1,8 @@
 // Promises of force, energy and stress.
+#include "choose/choose.hpp"
+#include "compare/methods.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"
 #include "maille/scene/refined.hpp"
-#include "maille/studies/choose.hpp"
-#include "maille/studies/methods.hpp"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>

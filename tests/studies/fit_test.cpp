@@ -1,7 +1,7 @@
 // The fit of limits and weights, against families whose best numbers are known.
+#include "fit/fit.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "maille/studies/fit.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // Fronts, lattices and what is carried between them, and a trade of a small scene.
 #include "maille/materials/fault.hpp"
-#include "maille/studies/trade.hpp"
 #include "support/bodies/scenes.hpp"
+#include "trade/trade.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

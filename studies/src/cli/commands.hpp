@@ -1,10 +1,10 @@
 #pragma once
 /// The commands of `maille`, each as options and a function that answers with an exit code.
 
+#include "export/warp_files.hpp"
+#include "export/whole_file.hpp"
 #include "maille/fem_ref/solve.hpp"
 #include "maille/scene/answer.hpp"
-#include "maille/studies/export/warp_files.hpp"
-#include "maille/studies/export/whole_file.hpp"
 
 #include <nlohmann/json_fwd.hpp>
 

@@ -7,6 +7,7 @@
 #include "cli/commands.hpp"
 #include "cli/live_options.hpp"
 #include "compare/comparison_columns.hpp"
+#include "compare/force_curve.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"
 #include "maille/scene/read_scene.hpp"

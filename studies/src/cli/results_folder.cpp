@@ -1,11 +1,11 @@
 #include "cli/commands.hpp"
 
+#include "compare/methods.hpp"
+#include "export/whole_file.hpp"
 #include "inputs.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/materials/json.hpp"
 #include "maille/materials/text_file.hpp"
-#include "maille/studies/export/whole_file.hpp"
-#include "maille/studies/methods.hpp"
 #include "maille/studies/version.hpp"
 
 #include <fmt/format.h>

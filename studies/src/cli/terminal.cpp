@@ -1,8 +1,8 @@
 #include "cli/commands.hpp"
 #include "help.hpp"
 
+#include "compare/methods.hpp"
 #include "maille/fem_ref/ranks.hpp"
-#include "maille/studies/methods.hpp"
 #include "maille/studies/version.hpp"
 
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-#include "maille/studies/play.hpp"
+#include "play/play.hpp"
 
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
@@ -7,8 +7,8 @@
 #include "maille/scene/plausibility.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/world/world_scene.hpp"
-#include "maille/studies/picture/world_picture.hpp"
 #include "maille/studies/version.hpp"
+#include "picture/world_picture.hpp"
 #include "view/seen_scene.hpp"
 
 #include <fmt/format.h>

@@ -1,6 +1,6 @@
 #include "body_pieces.hpp"
 
-#include "maille/studies/export/whole_file.hpp"
+#include "export/whole_file.hpp"
 
 #include <fmt/format.h>
 #include <pugixml.hpp>

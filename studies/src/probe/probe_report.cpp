@@ -1,6 +1,6 @@
+#include "export/whole_file.hpp"
 #include "gnuplot.hpp"
-#include "maille/studies/export/whole_file.hpp"
-#include "maille/studies/probe_run.hpp"
+#include "probe/probe_run.hpp"
 #include "results/result_table.hpp"
 
 #include <fmt/format.h>

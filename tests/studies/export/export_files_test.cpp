@@ -1,8 +1,8 @@
-#include "maille/studies/export/vtk_files.hpp"
+#include "export/vtk_files.hpp"
 
 #include "export/answer_fields.hpp"
+#include "export/whole_file.hpp"
 #include "maille/materials/fault.hpp"
-#include "maille/studies/export/whole_file.hpp"
 #include "studies/export/export_reading.hpp"
 #include "studies/export/export_scenes.hpp"
 #include "support/full_disk.hpp"

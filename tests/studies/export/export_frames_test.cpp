@@ -1,4 +1,4 @@
-#include "maille/studies/export/vtk_files.hpp"
+#include "export/vtk_files.hpp"
 
 #include "studies/export/export_reading.hpp"
 #include "studies/export/export_scenes.hpp"

@@ -1,5 +1,5 @@
 // One body from an image, stored in every order and direction of axes: files must not tell them apart.
-#include "maille/studies/export/vtk_files.hpp"
+#include "export/vtk_files.hpp"
 
 #include "maille/deform/solve.hpp"
 #include "maille/scene/read_scene.hpp"

@@ -1,4 +1,4 @@
-#include "maille/studies/export/whole_file.hpp"
+#include "export/whole_file.hpp"
 
 #include "support/temporary_folder.hpp"
 

@@ -1,4 +1,4 @@
-#include "maille/studies/export/world_files.hpp"
+#include "export/world/world_files.hpp"
 
 #include "maille/scene/world/world_scene.hpp"
 #include "studies/export/export_reading.hpp"

@@ -1,8 +1,8 @@
 /// Sobol indices against closed forms, and those of a study.
 
-#include "maille/studies/sensitivity.hpp"
 #include "studies/study/study_scenes.hpp"
 #include "study/plan/sampling.hpp"
+#include "study/sensitivity/sensitivity.hpp"
 #include "study/study_sensitivity.hpp"
 
 #include <gtest/gtest.h>

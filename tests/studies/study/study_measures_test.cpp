@@ -1,9 +1,9 @@
 /// Measures of scenes as columns of studies.
 #include "compare/comparison_columns.hpp"
-#include "maille/studies/study_run.hpp"
-#include "maille/studies/study_table.hpp"
 #include "studies/commands/command_scenes.hpp"
 #include "study/measures.hpp"
+#include "study/plan/study_table.hpp"
+#include "study/study_run.hpp"
 #include "study/table_files.hpp"
 #include "support/mistake.hpp"
 #include "support/temporary_folder.hpp"

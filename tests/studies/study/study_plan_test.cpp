@@ -1,8 +1,8 @@
 /// How many cases a plan has, and where they are.
 
-#include "maille/studies/study.hpp"
 #include "studies/study/study_scenes.hpp"
 #include "study/plan/sampling.hpp"
+#include "study/plan/study.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 /// Which rows of a table `maille study --resume` takes as known, and which it answers anew.
 
-#include "maille/studies/study_table.hpp"
 #include "studies/commands/run_command.hpp"
 #include "studies/study/study_scenes.hpp"
+#include "study/plan/study_table.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 /// Tables as files: written, torn, read, put together.
 
 #include "maille/materials/fault.hpp"
-#include "maille/studies/study_table.hpp"
 #include "studies/study/study_scenes.hpp"
+#include "study/plan/study_table.hpp"
 #include "text.hpp"
 
 #include <gtest/gtest.h>

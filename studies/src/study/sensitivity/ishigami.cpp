@@ -1,4 +1,4 @@
-#include "maille/studies/sensitivity.hpp"
+#include "study/sensitivity/sensitivity.hpp"
 
 #include "study/plan/sampling.hpp"
 
