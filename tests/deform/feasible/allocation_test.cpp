@@ -2,7 +2,7 @@
 
 #include "maille/deform/drag.hpp"
 #include "maille/scene/memory.hpp"
-#include "maille/scene/named_bodies.hpp"
+#include "support/bodies/named_bodies.hpp"
 #include "support/bodies/lattice_scenes.hpp"
 #include "support/heap_meter.hpp"
 

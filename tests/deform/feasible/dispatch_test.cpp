@@ -2,7 +2,7 @@
 
 #include "feasible/limits.hpp"
 #include "maille/deform/solve.hpp"
-#include "maille/scene/named_bodies.hpp"
+#include "support/bodies/named_bodies.hpp"
 #include "support/bodies/lattice_scenes.hpp"
 #include "support/vector_targets.hpp"
 

@@ -1,7 +1,7 @@
 #include "maille/deform/drag.hpp"
 
 #include "feasible/limits.hpp"
-#include "maille/scene/named_bodies.hpp"
+#include "support/bodies/named_bodies.hpp"
 #include "support/bodies/lattice_scenes.hpp"
 #include "support/fields.hpp"
 #include "support/sanitized.hpp"

@@ -1,7 +1,7 @@
 #include "feasible/wavefront/wavefront.hpp"
 
 #include "feasible/limits.hpp"
-#include "maille/scene/named_bodies.hpp"
+#include "support/bodies/named_bodies.hpp"
 #include "support/bodies/holed_bodies.hpp"
 #include "support/fields.hpp"
 #include "support/quanta.hpp"
