@@ -1,5 +1,9 @@
 #pragma once
-/// The commands of `maille`, each as options and a function that answers with an exit code.
+/// The commands of `maille`, each as a struct of options and a function that returns an exit code.
+///
+/// Exit codes: 0 done, 1 the run failed, 2 wrong usage or a faulty input. cli/help.cpp lists the commands.
+/// ResultsFolder is what the commands that write results share: one lock, one list, one rule for what may
+/// go.
 
 #include "export/warp_files.hpp"
 #include "export/whole_file.hpp"
