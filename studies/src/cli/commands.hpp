@@ -69,12 +69,7 @@ private:
 };
 
 /// What the process says to its caller.
-enum ExitCode : int {
-  exit_done = 0,
-  exit_run_failed = 1,
-  exit_faulty_input = 2,
-  exit_verification_failed = 3
-};
+enum ExitCode : int { exit_done = 0, exit_run_failed = 1, exit_faulty_input = 2 };
 
 /// Wrong use of a command that only shows when it runs; main turns it into exit code 2.
 class UsageError : public std::runtime_error {

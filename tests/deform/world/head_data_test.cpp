@@ -68,7 +68,7 @@ TEST(HeadData, AFingertipFeelsTheSkullAndNeverEntersIt) {
     motion.by = reach * Eigen::Vector3d(normal(random), normal(random), normal(random));
     const MoveResult result = path % 2 == 0 ? world.move(finger, motion) : world.slide(finger, motion);
     for (const Contact& contact : result.contacts)
-      felt += contact.other != nobody;
+      felt += contact.other != no_voxel;
     const Index3 at = PosedShape(tip, world.pose(finger), world.cell_size()).cell(0);
     ASSERT_TRUE(reachable[static_cast<std::size_t>(at[0] + cells[0] * (at[1] + cells[1] * at[2]))])
         << "in path " << path;

@@ -143,7 +143,7 @@ TEST(RigidWorldAnalytic, WhatSlidesKeepsTheShiftAlongTheWall) {
   const MoveResult result = world.slide(cube, motion);
   ASSERT_EQ(result.contacts.size(), 1u);
   EXPECT_EQ(result.contacts[0].axis, 0);
-  EXPECT_EQ(result.contacts[0].other, nobody);
+  EXPECT_EQ(result.contacts[0].other, no_voxel);
   EXPECT_NEAR((world.pose(cube).position - Eigen::Vector3d(38.5, 15, 7)).norm(), 0,
               1e-6); // centre 1.5 further: 40
 }
