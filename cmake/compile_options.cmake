@@ -40,9 +40,14 @@ if(MAILLE_FUZZ)
   target_link_options(maille_compile_options INTERFACE ${address_and_undefined} -fsanitize=float-cast-overflow)
 endif()
 
-if(MAILLE_SANITIZE OR MAILLE_SANITIZE_THREADS OR MAILLE_FUZZ)
-  # Kernels are compiled for every kind of processor, which takes most of a sanitized build: the two widest and none at all will do.
-  target_compile_definitions(maille_compile_options INTERFACE "HWY_DISABLED_TARGETS=(HWY_SSSE3|HWY_SSE4)")
+# Highway compiles a kernel once for each kind of processor, which takes most of a sanitized build. Processors of before 2008 (SSSE3) run the plain
+# version; sanitized builds have that one and AVX2.
+set(disabled_targets)
+if(CMAKE_SYSTEM_PROCESSOR STREQUAL "x86_64")
+  set(disabled_targets "HWY_DISABLED_TARGETS=(HWY_SSSE3)")
+  if(MAILLE_SANITIZE OR MAILLE_SANITIZE_THREADS OR MAILLE_FUZZ)
+    set(disabled_targets "HWY_DISABLED_TARGETS=(HWY_SSSE3|HWY_SSE4|HWY_AVX3)")
+  endif()
 endif()
 
 # Links a test against deal.II and VTK in a second or two, for which GNU ld takes twenty.
@@ -58,6 +63,9 @@ if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   set(CMAKE_CXX_COMPILER_LAUNCHER env CCACHE_SLOPPINESS=pch_defines,time_macros CCACHE_BASEDIR=${CMAKE_SOURCE_DIR}
       CCACHE_NOHASHDIR=1 ${CCACHE_PROGRAM})
 endif()
+
+# The same for all that share precompiled headers.
+target_compile_definitions(maille_compile_options INTERFACE TOML_HEADER_ONLY=0 TOML_SHARED_LIB=1)
 
 # Of what plugins (cmake/plugins.cmake) are linked from; functions are inlined all the same, as in programs.
 add_library(maille_position_independent INTERFACE)
@@ -125,4 +133,8 @@ function(maille_module name)
   set(kernels ${arg_SOURCES})
   list(FILTER kernels INCLUDE REGEX "kernel[.]cpp$")
   set_source_files_properties(${kernels} PROPERTIES SKIP_PRECOMPILE_HEADERS ON)
+  # A few more are so, and named by what they compute.
+  set(for_every_target ${arg_SOURCES})
+  list(FILTER for_every_target INCLUDE REGEX "(kernel|componentwise_double|slot_interpolation|wavefront_block|brick_rows)[.]cpp$")
+  set_source_files_properties(${for_every_target} PROPERTIES COMPILE_DEFINITIONS "${disabled_targets}")
 endfunction()

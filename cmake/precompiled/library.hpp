@@ -2,6 +2,8 @@
 /// include what they use: they compile without it.
 #include <Eigen/Dense>
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <toml++/toml.h>
 
 #include <algorithm>
 #include <array>

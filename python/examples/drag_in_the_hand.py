@@ -1,4 +1,4 @@
-"""A body in somebody's hand, step by step: drag_in_the_hand.py [PICTURE.png]
+"""A body in the hand, step by step: drag_in_the_hand.py [PICTURE.png]
 
 Neighbour limits alone: a handle is moved, and as much of the body follows as has to. That costs microseconds, so that a hand may do it.
 """

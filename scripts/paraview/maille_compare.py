@@ -27,7 +27,7 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("file", nargs="?", help="OUT/SCENE.vtm")
     parser.add_argument("--field", default="Displacement")
-    parser.add_argument("--warp", type=float, default=1.0, help="displacements are drawn so many times as large")
+    parser.add_argument("--warp", type=float, default=1.0, help="factor of the drawn displacements")
     parser.add_argument("--png", help="picture to write")
     parser.add_argument("--state", help="ParaView state (.pvsm) to write")
     # In ParaView's window the words are ParaView's own.

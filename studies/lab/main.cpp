@@ -14,8 +14,8 @@
 #include "bench/render/render.hpp"
 #include "bench/studies/studies.hpp"
 #include "bench/world/world.hpp"
+#include "export/whole_file.hpp"
 #include "maille/fem_ref/ranks.hpp"
-#include "maille/studies/export/whole_file.hpp"
 #include "stability/stability.hpp"
 #include "verify/verification.hpp"
 

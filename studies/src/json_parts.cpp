@@ -9,6 +9,7 @@ nlohmann::ordered_json question_json(const Scene& scene, int threads) {
   return {{"scene", scene.name},
           {"title", scene.title},
           {"maille", version},
+          {"commit", commit()},
           {"dimension", scene.dimension()},
           {"cells", scene.specimen.n_matter_cells()},
           {"nodes", scene.specimen.n_matter_nodes()},

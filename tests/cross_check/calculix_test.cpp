@@ -1,9 +1,9 @@
 /// fem_q1 against CalculiX, which shares no code with deal.II or with us. Its C3D8 (ccx 2.20) is the same
 /// mathematics as Q1, so what may differ is what it prints: seven digits of each displacement.
 
+#include "export/calculix/calculix.hpp"
 #include "maille/fem_ref/solve.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "maille/studies/export/calculix.hpp"
 
 #include "support/bodies/scenes.hpp"
 #include "support/fields.hpp"

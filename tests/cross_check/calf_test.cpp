@@ -1,9 +1,9 @@
 /// Muscles from MRI: all methods side by side, written, and opened again by VTK.
 
+#include "compare/comparison.hpp"
+#include "compare/methods.hpp"
+#include "export/vtk_files.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "maille/studies/comparison.hpp"
-#include "maille/studies/export/vtk_files.hpp"
-#include "maille/studies/methods.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <gtest/gtest.h>

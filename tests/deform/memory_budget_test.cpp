@@ -4,10 +4,10 @@
 #include "maille/deform/solve.hpp"
 #include "maille/scene/arena.hpp"
 #include "maille/scene/memory.hpp"
-#include "maille/scene/named_bodies.hpp"
 #include "oracle/literal.hpp"
 #include "parallel/thread_team.hpp"
 #include "support/bodies/lattice_scenes.hpp"
+#include "support/bodies/named_bodies.hpp"
 #include "support/heap_meter.hpp"
 #include "support/sanitized.hpp"
 

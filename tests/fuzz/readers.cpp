@@ -1,8 +1,10 @@
 /// The readers that are fuzzed, a function each; target.cpp calls one of them. A reader may return or throw
 /// InputError; anything else ends the fuzzer, which is a find.
 
+#include "choose/choose.hpp"
 #include "conditions/places_in_files.hpp"
 #include "conditions/voxelise.hpp"
+#include "identify/identify.hpp"
 #include "maille/deform/probe/device.hpp"
 #include "maille/live/live.hpp"
 #include "maille/materials/fault.hpp"
@@ -15,11 +17,9 @@
 #include "maille/scene/voxel_map.hpp"
 #include "maille/scene/world/trajectory.hpp"
 #include "maille/scene/world/world_scene.hpp"
-#include "maille/studies/choose.hpp"
-#include "maille/studies/identify.hpp"
-#include "maille/studies/study.hpp"
-#include "maille/studies/study_table.hpp"
 #include "picture/read_picture.hpp"
+#include "study/plan/study.hpp"
+#include "study/plan/study_table.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <cmath>

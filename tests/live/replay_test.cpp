@@ -1,7 +1,7 @@
 /// What the hand did, played by `maille play`'s own player.
 
 #include "live/by_hand.hpp"
-#include "maille/studies/play.hpp"
+#include "play/play.hpp"
 
 #include <gtest/gtest.h>
 

@@ -3,8 +3,8 @@
 
 #include "maille/deform/drag.hpp"
 #include "maille/deform/solve.hpp"
-#include "maille/scene/named_bodies.hpp"
 #include "maille/scene/read_scene.hpp"
+#include "support/bodies/named_bodies.hpp"
 
 #include <hwy/highway.h>
 

@@ -120,7 +120,7 @@ def written(tmp_path):
 
 @pytest.mark.parametrize("ending", ["nii.gz", "mha", "nrrd"])
 def test_transforms_independent_plastimatch_warps_labels_as_we_do(tmp_path, ending):
-    """Truth: plastimatch, which nobody here wrote."""
+    """Truth: plastimatch, another project's program."""
     if shutil.which("plastimatch") is None:
         pytest.skip("plastimatch is not installed")
     _, expected = written(tmp_path)
@@ -133,7 +133,7 @@ def test_transforms_independent_plastimatch_warps_labels_as_we_do(tmp_path, endi
 
 @pytest.mark.parametrize("ending", ["nii.gz", "mha"])
 def test_transforms_independent_transformix_warps_labels_as_we_do(tmp_path, ending):
-    """Truth: elastix, which nobody here wrote."""
+    """Truth: elastix, another project's program."""
     if shutil.which("transformix") is None:
         pytest.skip("elastix is not installed")
     labels, expected = written(tmp_path)

@@ -1,8 +1,8 @@
 // The finest reference and what it says of itself.
+#include "compare/comparison.hpp"
+#include "compare/methods.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/refined.hpp"
-#include "maille/studies/comparison.hpp"
-#include "maille/studies/methods.hpp"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>

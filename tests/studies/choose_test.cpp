@@ -1,11 +1,11 @@
 // Quantiles, tables and the choice itself on numbers made up; probes on small scenes.
 
+#include "choose/choose.hpp"
+#include "compare/methods.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/refined.hpp"
-#include "maille/studies/choose.hpp"
-#include "maille/studies/methods.hpp"
 #include "support/texts.hpp"
 
 #include <cmath>

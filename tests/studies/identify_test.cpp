@@ -1,5 +1,5 @@
 /// Constants from measured numbers: the search by itself on models in closed form, and the command.
-#include "maille/studies/identify.hpp"
+#include "identify/identify.hpp"
 
 #include "studies/commands/run_command.hpp"
 #include "support/mistake.hpp"

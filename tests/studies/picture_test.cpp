@@ -1,8 +1,8 @@
-#include "maille/studies/picture/comparison_picture.hpp"
+#include "picture/comparison_picture.hpp"
 
-#include "maille/studies/picture/question_picture.hpp"
 #include "picture/layout.hpp"
 #include "picture/question_arrows.hpp"
+#include "picture/question_picture.hpp"
 #include "studies/export/export_scenes.hpp"
 #include "support/full_disk.hpp"
 #include "support/temporary_folder.hpp"

@@ -2,7 +2,7 @@
 /// Scenes of the prototypes of Gibson 1995, played from their files.
 
 #include "maille/scene/world/world_scene.hpp"
-#include "maille/studies/play.hpp"
+#include "play/play.hpp"
 
 #include <gtest/gtest.h>
 

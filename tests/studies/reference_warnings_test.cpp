@@ -1,8 +1,8 @@
 /// Whether a comparison says so where the reference that it trusts is the one that is off. The truth is a
 /// finer mesh.
 
-#include "maille/studies/comparison.hpp"
-#include "maille/studies/methods.hpp"
+#include "compare/comparison.hpp"
+#include "compare/methods.hpp"
 
 #include "support/bodies/scenes.hpp"
 

@@ -1,11 +1,11 @@
 // Fronts, lattices and what is carried between them, and a trade of a small scene.
 
+#include "fit/fit.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "maille/studies/fit.hpp"
-#include "maille/studies/trade.hpp"
 #include "support/bodies/scenes.hpp"
+#include "trade/trade.hpp"
 
 #include <cmath>
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-#include "maille/studies/picture/world_picture.hpp"
+#include "picture/world_picture.hpp"
 
 #include "maille/scene/world/world_scene.hpp"
 #include "support/temporary_folder.hpp"

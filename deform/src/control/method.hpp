@@ -1,6 +1,9 @@
 #pragma once
 /// What the methods of this module share: the clock, when to stop, what none of them can carry, and whether
 /// there is memory for what they are about to allocate.
+///
+/// A method asks reason_to_refuse before it allocates, reason_to_stop in every iteration, and ends with a
+/// Status and a message in its Answer. Only a programmer's error throws.
 
 #include "maille/scene/answer.hpp"
 

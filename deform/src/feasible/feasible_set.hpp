@@ -1,5 +1,10 @@
 #pragma once
-/// The displacements of a scene whose links all keep their limits: moved in, projected onto, dragged through.
+/// The displacements of a scene whose links all keep their limits: moved in, projected onto, dragged
+/// through.
+///
+/// The least and the greatest feasible values of a node are shortest paths from the prescribed ones. The
+/// least movement is rest, clipped to them; the projection is the mean of the two envelopes of a state.
+/// Everything here is exact: no parameter, no iteration to a tolerance.
 
 #include "control/method.hpp"
 #include "feasible/bounds/clipping.hpp"

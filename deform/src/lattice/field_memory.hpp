@@ -1,5 +1,9 @@
 #pragma once
 /// Memory of the fields that a solve works with, and of the arrays of one object; fields as rows along x.
+///
+/// All memory is zeroed, starts on a cache line, and is charged to the open arena. Fields of 64 KiB and more
+/// lie in large pages, several small ones in one page: a page fault less per field, and fewer address look-
+/// ups. Results do not depend on the placement.
 
 #include "maille/scene/arena.hpp"
 #include "maille/scene/grid.hpp"

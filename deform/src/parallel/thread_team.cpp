@@ -96,8 +96,8 @@ void ThreadTeam::run_all(int n_items, Call call, void* callable) {
   loop_.notify_all();
   take_items(0);
   // Shut the gate behind those who came; the late ones find it shut.
-  std::int32_t nobody = 0;
-  for (int looks = 0; !inside_.compare_exchange_weak(nobody, -1); nobody = 0, ++looks)
+  std::int32_t none = 0;
+  for (int looks = 0; !inside_.compare_exchange_weak(none, -1); none = 0, ++looks)
     pause_or_yield(looks);
 }
 

@@ -1,5 +1,9 @@
 #pragma once
 /// Threads that stay, for loops of microseconds, and passes over the planes of a grid as one walk.
+///
+/// A loop hands out items in ascending order; which thread takes an item is open. Results have the same bits
+/// at any number of threads because each item writes only what belongs to it, and sums are taken per item
+/// and added in the order of the items. Threads spin for a moment before they sleep.
 
 #include "maille/scene/arena.hpp"
 

@@ -149,7 +149,7 @@ void Sweep::walk(std::int32_t voxel, const Index3& start, std::optional<Contact>
   while (const auto step = walk.next(earliest ? earliest->time : 1)) {
     if (!map_.is_blocked(walk.cell()))
       continue;
-    const VoxelId other = map_.has_cell(walk.cell()) ? map_.occupant(walk.cell()) : nobody;
+    const VoxelId other = map_.has_cell(walk.cell()) ? map_.occupant(walk.cell()) : no_voxel;
     earliest = Contact{step->time, voxel, walk.cell(), step->axis, step->direction, other};
     return;
   }
@@ -210,7 +210,7 @@ std::vector<Entry> entries_on_the_way(const OccupancyMap& map, const Vec3& cell_
   const Sweep sweep(map, cell_size, shape, pose, motion);
   std::vector<Entry> entries;
   const auto is_own = [&](const Index3& cell) {
-    const VoxelId id = map.has_cell(cell) ? map.occupant(cell) : nobody;
+    const VoxelId id = map.has_cell(cell) ? map.occupant(cell) : no_voxel;
     return id >= first && id - first < shape.n_voxels();
   };
   for (std::int32_t voxel = 0; voxel < shape.n_voxels(); ++voxel)

@@ -43,7 +43,7 @@ std::optional<Contact> RigidWorld::find_refusal(const RigidShape& shape, const P
   const auto is_refused = [&](std::int32_t voxel, const Index3& cell) {
     if (!map_.is_blocked(cell))
       return false;
-    refusal = Contact{0, voxel, cell, 0, 1, map_.has_cell(cell) ? map_.occupant(cell) : nobody};
+    refusal = Contact{0, voxel, cell, 0, 1, map_.has_cell(cell) ? map_.occupant(cell) : no_voxel};
     return true;
   };
   if (any_voxel(PosedShape(shape, pose, cell_size_), 0, shape.n_voxels(), is_refused) ||

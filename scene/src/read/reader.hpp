@@ -1,6 +1,9 @@
 #pragma once
-/// The parts of the scene reader. Each reports every fault it finds and goes on; the caller throws at the
-/// end.
+/// The parts of the scene reader, one function per table of the file.
+///
+/// Each part reads its keys, adds a fault for each error, and returns what it could read, so that one pass
+/// finds all errors; read_scene throws at the end. A part takes what earlier parts have made (units,
+/// materials, the specimen) as arguments and keeps no state.
 
 #include "conditions/anatomy.hpp"
 #include "conditions/prescribe.hpp"

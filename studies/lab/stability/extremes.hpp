@@ -1,7 +1,7 @@
 #pragma once
 /// The list of extremes, each with what is known about its answer.
 
-#include "maille/studies/methods.hpp"
+#include "compare/methods.hpp"
 #include "stability/stability.hpp"
 
 #include <functional>

@@ -1,5 +1,5 @@
+#include "compare/methods.hpp"
 #include "maille/fem_ref/solve.hpp"
-#include "maille/studies/methods.hpp"
 #include "verify/problems.hpp"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "maille/studies/choose.hpp"
+#include "choose/choose.hpp"
 
 #include <fmt/format.h>
 

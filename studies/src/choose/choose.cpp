@@ -1,10 +1,10 @@
-#include "maille/studies/choose.hpp"
+#include "choose/choose.hpp"
 
-#include "choose/quantity_probes.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/fem_ref/solve.hpp"
 #include "maille/scene/memory.hpp"
 #include "trade/measure.hpp"
+#include "trade/quantity_probes.hpp"
 
 #include <fmt/format.h>
 

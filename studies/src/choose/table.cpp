@@ -1,7 +1,7 @@
 #include "choose/built_in_table.hpp"
+#include "choose/choose.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/materials/text_file.hpp"
-#include "maille/studies/choose.hpp"
 #include "trade/measure.hpp"
 
 #include <fmt/format.h>

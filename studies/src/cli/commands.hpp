@@ -1,10 +1,14 @@
 #pragma once
-/// The commands of `maille`, each as options and a function that answers with an exit code.
+/// The commands of `maille`, each as a struct of options and a function that returns an exit code.
+///
+/// Exit codes: 0 done, 1 the run failed, 2 wrong usage or a faulty input. cli/help.cpp lists the commands.
+/// ResultsFolder is what the commands that write results share: one lock, one list, one rule for what may
+/// go.
 
+#include "export/warp_files.hpp"
+#include "export/whole_file.hpp"
 #include "maille/fem_ref/solve.hpp"
 #include "maille/scene/answer.hpp"
-#include "maille/studies/export/warp_files.hpp"
-#include "maille/studies/export/whole_file.hpp"
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -65,12 +69,7 @@ private:
 };
 
 /// What the process says to its caller.
-enum ExitCode : int {
-  exit_done = 0,
-  exit_run_failed = 1,
-  exit_faulty_input = 2,
-  exit_verification_failed = 3
-};
+enum ExitCode : int { exit_done = 0, exit_run_failed = 1, exit_faulty_input = 2 };
 
 /// Wrong use of a command that only shows when it runs; main turns it into exit code 2.
 class UsageError : public std::runtime_error {

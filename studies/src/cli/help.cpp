@@ -7,6 +7,7 @@
 #include "cli/commands.hpp"
 #include "cli/live_options.hpp"
 #include "compare/comparison_columns.hpp"
+#include "compare/force_curve.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"
 #include "maille/scene/read_scene.hpp"
@@ -268,7 +269,8 @@ AddCommand taking(void (*add)(CLI::App*, Options&), int (*run)(const Options&)) 
 std::unique_ptr<CLI::App> whole_command_line(int& code) {
   auto app = std::make_unique<CLI::App>(
       "Deforms voxel models by neighbour limits and checks them against finite elements.", "maille");
-  app->set_version_flag("-v,--version", std::string("maille ") + version);
+  app->set_version_flag("-v,--version",
+                        fmt::format("maille {}{}", version, *commit() ? fmt::format(" ({})", commit()) : ""));
   add_sandbox(*app);
   app->formatter(std::make_shared<HelpFormat>());
   app->require_subcommand(1);

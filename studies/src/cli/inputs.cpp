@@ -5,7 +5,7 @@
 #include "maille/materials/fault.hpp"
 #include "maille/materials/text_file.hpp"
 #include "maille/scene/cell_fields.hpp"
-#include "maille/studies/picture/question_picture.hpp"
+#include "picture/question_picture.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

@@ -2,8 +2,8 @@
 
 #include "cli/commands.hpp"
 #include "cli/help.hpp"
-#include "maille/studies/export/whole_file.hpp"
-#include "maille/studies/methods.hpp"
+#include "compare/methods.hpp"
+#include "export/whole_file.hpp"
 #include "maille/studies/version.hpp"
 
 #include <fmt/format.h>

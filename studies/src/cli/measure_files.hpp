@@ -2,7 +2,7 @@
 /// The files of measures that are lines.
 
 #include "cli/commands.hpp"
-#include "maille/studies/measure_values.hpp"
+#include "results/measure_values.hpp"
 
 namespace maille::studies {
 

@@ -1,7 +1,7 @@
 #include "cli/commands.hpp"
 
+#include "export/whole_file.hpp"
 #include "maille/materials/text_file.hpp"
-#include "maille/studies/export/whole_file.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

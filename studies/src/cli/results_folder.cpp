@@ -1,11 +1,11 @@
 #include "cli/commands.hpp"
 
+#include "compare/methods.hpp"
+#include "export/whole_file.hpp"
 #include "inputs.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/materials/json.hpp"
 #include "maille/materials/text_file.hpp"
-#include "maille/studies/export/whole_file.hpp"
-#include "maille/studies/methods.hpp"
 #include "maille/studies/version.hpp"
 
 #include <fmt/format.h>
@@ -180,8 +180,9 @@ bool ResultsFolder::is_of_replaced_series(const std::string& name) const {
 fs::path ResultsFolder::finish(ordered_json results) {
   const fs::path list = file(fmt::format("_{}_results.json", kind_));
   add(list);
-  ordered_json all{{"kind", kind_},   {"maille", version},         {"command", command_line()},
-                   {"scene", scene_}, {"scene_file", scene_file_}, {"scene_text", scene_text_}};
+  ordered_json all{
+      {"kind", kind_},   {"maille", version},         {"commit", commit()},       {"command", command_line()},
+      {"scene", scene_}, {"scene_file", scene_file_}, {"scene_text", scene_text_}};
   all.update(results);
   std::vector<fs::path> gone;
   for (const auto& entry : fs::directory_iterator(folder_))

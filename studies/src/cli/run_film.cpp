@@ -1,8 +1,8 @@
 #include "cli/run_film.hpp"
 
 #include "maille/materials/text_file.hpp"
-#include "maille/studies/picture/comparison_picture.hpp"
-#include "maille/studies/play.hpp"
+#include "picture/comparison_picture.hpp"
+#include "play/play.hpp"
 
 #include <fmt/format.h>
 

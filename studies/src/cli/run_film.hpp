@@ -1,7 +1,7 @@
 #pragma once
 /// A film of the steps of a run. Weak: in the program maille-studies alone.
 
-#include "maille/studies/comparison.hpp"
+#include "compare/comparison.hpp"
 
 #include <filesystem>
 #include <optional>

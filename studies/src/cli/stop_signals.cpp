@@ -1,8 +1,8 @@
 #include "cli/commands.hpp"
 
+#include "export/whole_file.hpp"
 #include "maille/fem_ref/abandoned.hpp"
 #include "maille/fem_ref/ranks.hpp"
-#include "maille/studies/export/whole_file.hpp"
 #include "program.hpp"
 
 #include <atomic>

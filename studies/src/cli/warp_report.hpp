@@ -1,7 +1,7 @@
 #pragma once
 /// What commands say of warped images. Weak: in the program maille-studies alone.
 
-#include "maille/studies/export/warp_files.hpp"
+#include "export/warp_files.hpp"
 
 #include <nlohmann/json_fwd.hpp>
 

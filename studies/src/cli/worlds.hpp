@@ -2,7 +2,7 @@
 /// What commands take from the rooms of worlds and of volumes, and maille-studies alone has whole.
 
 #include "maille/deform/world/world.hpp"
-#include "maille/studies/picture/comparison_picture.hpp"
+#include "picture/comparison_picture.hpp"
 
 #include <cstdint>
 #include <filesystem>

@@ -8,8 +8,8 @@
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/world/trajectory.hpp"
 #include "maille/scene/world/world_scene.hpp"
-#include "maille/studies/study.hpp"
 #include "results/scene_tables.hpp"
+#include "study/plan/study.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

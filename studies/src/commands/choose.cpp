@@ -2,11 +2,11 @@
 #include "cli/help.hpp"
 #include "cli/inputs.hpp"
 
+#include "choose/choose.hpp"
+#include "compare/comparison.hpp"
+#include "export/whole_file.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "maille/studies/choose.hpp"
-#include "maille/studies/comparison.hpp"
-#include "maille/studies/export/whole_file.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -2,13 +2,13 @@
 #include "cli/inputs.hpp"
 #include "cli/measure_files.hpp"
 #include "cli/worlds.hpp"
+#include "compare/comparison.hpp"
+#include "compare/methods.hpp"
+#include "export/vtk_files.hpp"
+#include "export/whole_file.hpp"
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/scene/measure/measure.hpp"
-#include "maille/studies/comparison.hpp"
-#include "maille/studies/export/vtk_files.hpp"
-#include "maille/studies/export/whole_file.hpp"
-#include "maille/studies/methods.hpp"
-#include "maille/studies/picture/comparison_picture.hpp"
+#include "picture/comparison_picture.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

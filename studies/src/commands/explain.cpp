@@ -1,6 +1,7 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
 #include "cli/worlds.hpp"
+#include "compare/methods.hpp"
 #include "explain_parts.hpp"
 #include "maille/deform/drag.hpp"
 #include "maille/deform/plan.hpp"
@@ -13,8 +14,7 @@
 #include "maille/scene/plausibility.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/world/world_scene.hpp"
-#include "maille/studies/methods.hpp"
-#include "maille/studies/picture/question_picture.hpp"
+#include "picture/question_picture.hpp"
 #include "picture/read_picture.hpp"
 
 #include <fmt/format.h>

@@ -1,7 +1,7 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
+#include "export/calculix/calculix.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "maille/studies/export/calculix.hpp"
 
 namespace maille::studies {
 

@@ -1,10 +1,10 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
 
+#include "compare/methods.hpp"
+#include "export/whole_file.hpp"
+#include "fit/fit.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "maille/studies/export/whole_file.hpp"
-#include "maille/studies/fit.hpp"
-#include "maille/studies/methods.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

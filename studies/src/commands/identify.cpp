@@ -5,14 +5,14 @@
 #include "study/plan/read_parameter.hpp"
 #include "text.hpp"
 
+#include "compare/comparison.hpp"
+#include "compare/methods.hpp"
+#include "export/whole_file.hpp"
 #include "identify/displacement_data.hpp"
+#include "identify/identify.hpp"
 #include "maille/materials/text_file.hpp"
 #include "maille/scene/measure/measure.hpp"
-#include "maille/studies/comparison.hpp"
-#include "maille/studies/export/whole_file.hpp"
-#include "maille/studies/identify.hpp"
-#include "maille/studies/measure_values.hpp"
-#include "maille/studies/methods.hpp"
+#include "results/measure_values.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

@@ -3,12 +3,12 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
 #include "cli/live_options.hpp"
+#include "compare/methods.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/materials/quantity.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/world/world_scene.hpp"
-#include "maille/studies/methods.hpp"
-#include "maille/studies/play.hpp"
+#include "play/play.hpp"
 #include "view/seen_scene.hpp"
 
 #include <fmt/format.h>

@@ -3,11 +3,11 @@
 #include "cli/commands.hpp"
 #include "cli/help.hpp"
 #include "cli/inputs.hpp"
+#include "export/whole_file.hpp"
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/materials/text_file.hpp"
 #include "maille/scene/image.hpp"
-#include "maille/studies/export/whole_file.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

@@ -1,10 +1,10 @@
 #include "cli/commands.hpp"
+#include "export/whole_file.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/materials/library.hpp"
 #include "maille/scene/image.hpp"
 #include "maille/scene/named_segments.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "maille/studies/export/whole_file.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

@@ -1,4 +1,4 @@
-#include "maille/studies/play.hpp"
+#include "play/play.hpp"
 
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
@@ -7,8 +7,8 @@
 #include "maille/scene/plausibility.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/world/world_scene.hpp"
-#include "maille/studies/picture/world_picture.hpp"
 #include "maille/studies/version.hpp"
+#include "picture/world_picture.hpp"
 #include "view/seen_scene.hpp"
 
 #include <fmt/format.h>
@@ -25,9 +25,13 @@ namespace {
 constexpr int overview_moments = 4;
 
 std::string provenance(const WorldScene& scene, const Trajectory& trajectory, const PlayOptions& options) {
-  return nlohmann::ordered_json{{"maille", version},      {"scene", scene.name},
-                                {"title", scene.title},   {"trajectory", trajectory.name},
-                                {"method", scene.method}, {"threads", options.threads}}
+  return nlohmann::ordered_json{{"maille", version},
+                                {"commit", commit()},
+                                {"scene", scene.name},
+                                {"title", scene.title},
+                                {"trajectory", trajectory.name},
+                                {"method", scene.method},
+                                {"threads", options.threads}}
       .dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 

@@ -1,12 +1,12 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
 
+#include "export/whole_file.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/materials/quantity.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/world/world_scene.hpp"
-#include "maille/studies/export/whole_file.hpp"
-#include "maille/studies/probe_run.hpp"
+#include "probe/probe_run.hpp"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
-#include "maille/studies/report/report.hpp"
+#include "report/report.hpp"
 
 #include "cli/commands.hpp"
-#include "maille/studies/export/whole_file.hpp"
+#include "export/whole_file.hpp"
 
 #include <fmt/format.h>
 

@@ -3,17 +3,18 @@
 #include "cli/measure_files.hpp"
 #include "cli/run_film.hpp"
 #include "cli/warp_report.hpp"
+#include "compare/force_curve.hpp"
 #include "json_parts.hpp"
 #include "mechanics/mechanics_report.hpp"
 
+#include "compare/comparison.hpp"
+#include "compare/methods.hpp"
+#include "export/voxel_maps.hpp"
+#include "export/vtk_files.hpp"
+#include "export/whole_file.hpp"
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/scene/image.hpp"
 #include "maille/scene/measure/measure.hpp"
-#include "maille/studies/comparison.hpp"
-#include "maille/studies/export/voxel_maps.hpp"
-#include "maille/studies/export/vtk_files.hpp"
-#include "maille/studies/export/whole_file.hpp"
-#include "maille/studies/methods.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

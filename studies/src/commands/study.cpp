@@ -1,10 +1,10 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
 
+#include "export/whole_file.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "maille/studies/export/whole_file.hpp"
-#include "maille/studies/study_run.hpp"
-#include "maille/studies/study_table.hpp"
+#include "study/plan/study_table.hpp"
+#include "study/study_run.hpp"
 #include "study/study_sensitivity.hpp"
 #include "study/table_files.hpp"
 

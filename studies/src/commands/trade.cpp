@@ -1,9 +1,9 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
 
-#include "maille/studies/export/whole_file.hpp"
-#include "maille/studies/methods.hpp"
-#include "maille/studies/trade.hpp"
+#include "compare/methods.hpp"
+#include "export/whole_file.hpp"
+#include "trade/trade.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

@@ -1,10 +1,10 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
 #include "cli/warp_report.hpp"
+#include "compare/methods.hpp"
+#include "export/whole_file.hpp"
 #include "maille/materials/text_file.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "maille/studies/export/whole_file.hpp"
-#include "maille/studies/methods.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

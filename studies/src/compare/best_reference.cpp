@@ -1,4 +1,4 @@
-#include "maille/studies/methods.hpp"
+#include "compare/methods.hpp"
 
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/scene/memory.hpp"

@@ -1,7 +1,7 @@
 #pragma once
 /// What a row of a comparison holds, in every form.
 
-#include "maille/studies/comparison.hpp"
+#include "compare/comparison.hpp"
 #include "results/result_table.hpp"
 
 namespace maille::studies {

@@ -1,6 +1,6 @@
 /// The names of methods, without what stands behind them.
 
-#include "maille/studies/methods.hpp"
+#include "compare/methods.hpp"
 
 #include <algorithm>
 

@@ -1,7 +1,7 @@
-#include "maille/studies/methods.hpp"
+#include "compare/methods.hpp"
 
+#include "export/calculix/calculix.hpp"
 #include "maille/fem_ref/ranks.hpp"
-#include "maille/studies/export/calculix.hpp"
 
 namespace maille::studies {
 

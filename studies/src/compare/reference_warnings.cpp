@@ -1,4 +1,4 @@
-#include "maille/studies/comparison.hpp"
+#include "compare/comparison.hpp"
 
 #include "maille/deform/solve.hpp"
 #include "text.hpp"

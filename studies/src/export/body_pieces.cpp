@@ -1,6 +1,6 @@
 #include "body_pieces.hpp"
 
-#include "maille/studies/export/whole_file.hpp"
+#include "export/whole_file.hpp"
 
 #include <fmt/format.h>
 #include <pugixml.hpp>
@@ -23,7 +23,7 @@ namespace {
 
 constexpr const char* name_of_layers = "Layers";
 
-/// So many numbers of a list from `first` on; of an empty one none.
+/// `n` numbers of a list from `first` on; none of an empty list.
 template<class List>
 List part_of(const List& whole, std::int64_t first, std::int64_t n) {
   return whole.empty() ? List() : List(whole.begin() + first, whole.begin() + first + n);

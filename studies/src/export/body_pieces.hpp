@@ -2,7 +2,7 @@
 /// Large bodies as files of some layers of cells each, so that none needs memory for the whole.
 
 #include "body_numbering.hpp"
-#include "maille/studies/export/vtk_files.hpp"
+#include "export/vtk_files.hpp"
 
 #include <vtkDataSet.h>
 

@@ -1,8 +1,8 @@
 #include "data_set_parts.hpp"
 
 #include "body_grid.hpp"
+#include "export/whole_file.hpp"
 #include "maille/scene/cell_fields.hpp"
-#include "maille/studies/export/whole_file.hpp"
 
 #include <fmt/format.h>
 #include <vtkCallbackCommand.h>

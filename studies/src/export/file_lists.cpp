@@ -1,6 +1,6 @@
 /// Lists of files for ParaView, and what a file shows of an answer: without VTK, which writes the files.
-#include "maille/studies/export/vtk_files.hpp"
-#include "maille/studies/export/whole_file.hpp"
+#include "export/vtk_files.hpp"
+#include "export/whole_file.hpp"
 
 #include <fmt/format.h>
 #include <pugixml.hpp>

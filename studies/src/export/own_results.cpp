@@ -5,7 +5,7 @@
 /// Tables and pictures have no place for it: the list of results has a digest of each, so that a file
 /// which was changed, or which a foreign list names, stays.
 
-#include "maille/studies/export/whole_file.hpp"
+#include "export/whole_file.hpp"
 
 #include <fmt/format.h>
 

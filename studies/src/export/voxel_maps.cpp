@@ -1,10 +1,10 @@
-#include "maille/studies/export/voxel_maps.hpp"
+#include "export/voxel_maps.hpp"
 
 #include "body_numbering.hpp"
+#include "export/whole_file.hpp"
 #include "maille/scene/cell_fields.hpp"
 #include "maille/scene/sliding.hpp"
 #include "maille/scene/voxel_map.hpp"
-#include "maille/studies/export/whole_file.hpp"
 
 #include <fmt/format.h>
 

@@ -1,12 +1,12 @@
-#include "maille/studies/export/vtk_files.hpp"
+#include "export/vtk_files.hpp"
 
 #include "body_grid.hpp"
 #include "body_pieces.hpp"
 #include "data_set_parts.hpp"
+#include "export/whole_file.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/frame.hpp"
 #include "maille/scene/mechanics/recovery.hpp"
-#include "maille/studies/export/whole_file.hpp"
 
 #include <fmt/format.h>
 

@@ -1,8 +1,8 @@
-#include "maille/studies/export/warp_files.hpp"
+#include "export/warp_files.hpp"
 
+#include "export/whole_file.hpp"
 #include "maille/scene/csv.hpp"
 #include "maille/scene/write_image.hpp"
-#include "maille/studies/export/whole_file.hpp"
 
 #include <fmt/format.h>
 

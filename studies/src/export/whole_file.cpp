@@ -1,4 +1,4 @@
-#include "maille/studies/export/whole_file.hpp"
+#include "export/whole_file.hpp"
 
 #include "maille/materials/json.hpp"
 #include "maille/materials/text_file.hpp"

@@ -1,4 +1,4 @@
-#include "maille/studies/fit.hpp"
+#include "fit/fit.hpp"
 
 #include <fmt/format.h>
 

@@ -2,7 +2,7 @@
 /// The numbers that a fit looks for, as logarithms: slack and weights are positive, and matter by their
 /// ratio.
 
-#include "maille/studies/fit.hpp"
+#include "fit/fit.hpp"
 
 namespace maille::studies {
 

@@ -1,5 +1,5 @@
+#include "fit/fit.hpp"
 #include "fit/parameters.hpp"
-#include "maille/studies/fit.hpp"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
-#include "maille/studies/fit.hpp"
+#include "fit/fit.hpp"
 
-#include "maille/studies/methods.hpp"
+#include "compare/methods.hpp"
 #include "maille/studies/version.hpp"
 
 #include "maille/scene/answer.hpp"

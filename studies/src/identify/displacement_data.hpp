@@ -1,8 +1,8 @@
 #pragma once
 /// Measured displacements for `identify`: of points in a table, or of every voxel of an image.
 
+#include "identify/identify.hpp"
 #include "maille/scene/measure/measure.hpp"
-#include "maille/studies/identify.hpp"
 
 namespace maille::studies {
 

@@ -1,4 +1,4 @@
-#include "maille/studies/identify.hpp"
+#include "identify/identify.hpp"
 
 #include <Eigen/Dense>
 #include <boost/math/distributions/normal.hpp>

@@ -1,8 +1,8 @@
 #pragma once
 /// The drawn parts of a body and of a world's objects.
 
+#include "export/world/world_files.hpp"
 #include "layout.hpp"
-#include "maille/studies/export/world_files.hpp"
 
 #include <vtkColorTransferFunction.h>
 #include <vtkProp.h>

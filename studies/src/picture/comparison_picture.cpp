@@ -1,4 +1,4 @@
-#include "maille/studies/picture/comparison_picture.hpp"
+#include "picture/comparison_picture.hpp"
 
 #include "body_actors.hpp"
 #include "drawing.hpp"

@@ -1,6 +1,6 @@
 #include "drawing.hpp"
 
-#include "maille/studies/export/whole_file.hpp"
+#include "export/whole_file.hpp"
 
 #include <fmt/format.h>
 

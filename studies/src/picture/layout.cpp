@@ -1,7 +1,7 @@
 #include "layout.hpp"
 #include "export/body_numbering.hpp"
 #include "maille/materials/toml_reader.hpp"
-#include "maille/studies/picture/question_picture.hpp"
+#include "picture/question_picture.hpp"
 
 #include <algorithm>
 #include <cmath>

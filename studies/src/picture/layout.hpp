@@ -1,7 +1,7 @@
 #pragma once
 /// Where things stand on the page and from where the body is seen. No VTK here: numbers only.
 
-#include "maille/studies/picture/comparison_picture.hpp"
+#include "picture/comparison_picture.hpp"
 
 #include <array>
 #include <cstdint>

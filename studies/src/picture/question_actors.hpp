@@ -2,8 +2,8 @@
 /// What is drawn of a question: cells in the colours of their parts, fibres, and what is done to the body.
 
 #include "layout.hpp"
-#include "maille/studies/picture/question_picture.hpp"
 #include "picture/question_arrows.hpp"
+#include "picture/question_picture.hpp"
 
 #include <vtkProp.h>
 #include <vtkSmartPointer.h>

@@ -1,4 +1,4 @@
-#include "maille/studies/picture/question_picture.hpp"
+#include "picture/question_picture.hpp"
 
 #include "drawing.hpp"
 #include "export/body_grid.hpp"

@@ -1,4 +1,4 @@
-#include "maille/studies/picture/question_picture.hpp"
+#include "picture/question_picture.hpp"
 
 #include "body_actors.hpp"
 #include "drawing.hpp"

@@ -1,4 +1,4 @@
-#include "maille/studies/picture/world_picture.hpp"
+#include "picture/world_picture.hpp"
 
 #include "body_actors.hpp"
 #include "drawing.hpp"

@@ -1,5 +1,5 @@
-#include "maille/studies/export/whole_file.hpp"
-#include "maille/studies/play.hpp"
+#include "export/whole_file.hpp"
+#include "play/play.hpp"
 #include "program.hpp"
 
 #include <fmt/format.h>

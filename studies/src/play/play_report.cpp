@@ -1,7 +1,7 @@
 #include "maille/deform/world/trajectory_drives.hpp"
-#include "maille/studies/play.hpp"
 #include "maille/studies/version.hpp"
 #include "median.hpp"
+#include "play/play.hpp"
 #include "results/scene_tables.hpp"
 
 #include <fmt/format.h>

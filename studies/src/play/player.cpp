@@ -1,4 +1,4 @@
-#include "maille/studies/play.hpp"
+#include "play/play.hpp"
 
 #include <Eigen/Geometry>
 

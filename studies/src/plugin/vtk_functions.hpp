@@ -2,12 +2,12 @@
 /// What a program asks of the plugin of VTK, maille-vtk.so: files for ParaView and pictures.
 
 #include "export/answer_fields.hpp"
-#include "export/world_object_file.hpp"
+#include "export/world/world_object_file.hpp"
 #include "maille/plugins/open_plugin.hpp"
-#include "maille/studies/picture/comparison_picture.hpp"
-#include "maille/studies/picture/question_picture.hpp"
-#include "maille/studies/picture/world_picture.hpp"
+#include "picture/comparison_picture.hpp"
+#include "picture/question_picture.hpp"
 #include "picture/read_picture.hpp"
+#include "picture/world_picture.hpp"
 
 #include <functional>
 #include <string_view>

@@ -1,7 +1,7 @@
 /// Files and pictures for programs that start without VTK: the first one opens the plugin.
 
+#include "export/whole_file.hpp"
 #include "maille/materials/text_file.hpp"
-#include "maille/studies/export/whole_file.hpp"
 #include "plugin/vtk_functions.hpp"
 
 namespace maille::studies {

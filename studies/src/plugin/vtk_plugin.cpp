@@ -1,6 +1,6 @@
 /// The way into the shared object maille-vtk.so, which holds what writes files and pictures with VTK.
 
-#include "maille/studies/export/whole_file.hpp"
+#include "export/whole_file.hpp"
 #include "plugin/vtk_functions.hpp"
 
 namespace maille::studies {

@@ -1,6 +1,6 @@
+#include "export/whole_file.hpp"
 #include "gnuplot.hpp"
-#include "maille/studies/export/whole_file.hpp"
-#include "maille/studies/probe_run.hpp"
+#include "probe/probe_run.hpp"
 #include "results/result_table.hpp"
 
 #include <fmt/format.h>
@@ -214,7 +214,7 @@ std::string table(const deform::ProbedWorld& world, const ProbeRun& run, const P
                       "{:.3g} J taken back\n",
                       coupling.stiffness, run.passive_stiffness, std::abs(run.least_energy), run.taken_back);
   text += fmt::format("matter     entered in {} of {} looks{}\n", run.inside, run.looks,
-                      run.looks < run.servo.ticks ? " (a look every so many ticks)" : "");
+                      run.looks < run.servo.ticks ? " (not every tick was checked)" : "");
   text +=
       fmt::format("{} median {:.4g} us, 99 % {:.4g}, 99.9 % {:.4g}, largest {:.4g}; {} missed deadlines{}\n",
                   settings.in_real_time ? "latency   " : "work      ", microseconds(latency.quantile(0.5)),

@@ -1,4 +1,4 @@
-#include "maille/studies/probe_run.hpp"
+#include "probe/probe_run.hpp"
 
 #include <fmt/format.h>
 

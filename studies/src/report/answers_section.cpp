@@ -2,9 +2,9 @@
 #include "maille/materials/text_file.hpp"
 #include "maille/scene/cell_fields.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "maille/studies/picture/comparison_picture.hpp"
-#include "maille/studies/picture/question_picture.hpp"
 #include "page_parts.hpp"
+#include "picture/comparison_picture.hpp"
+#include "picture/question_picture.hpp"
 #include "text.hpp"
 #include "view/seen_scene.hpp"
 

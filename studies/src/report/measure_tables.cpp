@@ -1,7 +1,7 @@
 /// What scenes ask for by name, as tables and as columns of tables of a page.
 
-#include "maille/studies/measure_values.hpp"
 #include "page_parts.hpp"
+#include "results/measure_values.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "maille/studies/report/report.hpp"
+#include "report/report.hpp"
 
 #include "maille/materials/json.hpp"
 #include "maille/scene/memory.hpp"

@@ -1,9 +1,9 @@
 #include "maille/materials/fault.hpp"
 #include "maille/materials/text_file.hpp"
-#include "maille/studies/measure_values.hpp"
-#include "maille/studies/study_table.hpp"
 #include "median.hpp"
 #include "page_parts.hpp"
+#include "results/measure_values.hpp"
+#include "study/plan/study_table.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-#include "maille/studies/measure_values.hpp"
+#include "results/measure_values.hpp"
 
 #include "maille/scene/plausibility.hpp"
 #include "results/result_table.hpp"

@@ -2,6 +2,10 @@
 /// A table of results: the columns of one kind of row, from which follow its text, JSON, CSV and readers.
 ///
 ///   columns.add({"bytes", "bytes", "B", "held"}, {"memory", 10, in_words}, &Row::answer, &Answer::bytes);
+///
+/// A column has a name, a unit, a meaning, and a path of members from the row to a value. An empty optional
+/// or a null pointer on the path gives an empty cell. Paths of members alone can also be read back (CSV to
+/// rows).
 
 #include "results/columns.hpp"
 

@@ -1,7 +1,7 @@
 #include "study/measures.hpp"
 
-#include "maille/studies/measure_values.hpp"
 #include "median.hpp"
+#include "results/measure_values.hpp"
 #include "results/result_table.hpp"
 #include "text.hpp"
 

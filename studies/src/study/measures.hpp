@@ -1,7 +1,7 @@
 #pragma once
 /// Measures in the rows of studies.
 
-#include "maille/studies/study_table.hpp"
+#include "study/plan/study_table.hpp"
 
 namespace maille::studies {
 

@@ -1,7 +1,7 @@
 #include "study/picture_parts.hpp"
 
+#include "export/whole_file.hpp"
 #include "gnuplot.hpp"
-#include "maille/studies/export/whole_file.hpp"
 
 #include <fmt/format.h>
 

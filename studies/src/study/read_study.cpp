@@ -1,12 +1,12 @@
 /// From a study file to a StudyFile, or to every fault in it and in its scenes.
 
+#include "compare/methods.hpp"
 #include "maille/materials/text_file.hpp"
 #include "maille/materials/toml_reader.hpp"
 #include "maille/scene/measure/measure.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "maille/studies/methods.hpp"
-#include "maille/studies/study.hpp"
 #include "study/plan/read_parameter.hpp"
+#include "study/plan/study.hpp"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 /// Tables of studies from text, and from files.
 
-#include "maille/studies/study_table.hpp"
+#include "study/plan/study_table.hpp"
 
 #include "maille/materials/json.hpp"
 #include "study/table_files.hpp"

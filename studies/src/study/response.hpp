@@ -1,7 +1,7 @@
 #pragma once
 /// What a study is about: a column of its table, as pictures and sensitivities take it.
 
-#include "maille/studies/study_table.hpp"
+#include "study/plan/study_table.hpp"
 
 #include <cstddef>
 #include <optional>

@@ -1,11 +1,11 @@
 /// The rows of one case.
 
+#include "compare/comparison.hpp"
+#include "export/vtk_files.hpp"
+#include "export/whole_file.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/scene/measure/measure.hpp"
-#include "maille/studies/comparison.hpp"
-#include "maille/studies/export/vtk_files.hpp"
-#include "maille/studies/export/whole_file.hpp"
-#include "maille/studies/study_run.hpp"
+#include "study/study_run.hpp"
 #include "study/table_files.hpp"
 #include "study/worker_pool.hpp"
 

@@ -1,7 +1,7 @@
+#include "export/whole_file.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/materials/text_file.hpp"
-#include "maille/studies/export/whole_file.hpp"
-#include "maille/studies/study_run.hpp"
+#include "study/study_run.hpp"
 #include "study/table_files.hpp"
 #include "study/worker_pool.hpp"
 

@@ -1,8 +1,8 @@
 #pragma once
 /// Which parameter of a study makes which share of a result's variance, from the study's own samples.
 
-#include "maille/studies/sensitivity.hpp"
-#include "maille/studies/study_table.hpp"
+#include "study/plan/study_table.hpp"
+#include "study/sensitivity/sensitivity.hpp"
 
 #include <nlohmann/json_fwd.hpp>
 

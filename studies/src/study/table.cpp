@@ -1,8 +1,8 @@
-#include "maille/studies/study_table.hpp"
+#include "study/plan/study_table.hpp"
 
+#include "export/vtk_files.hpp"
+#include "export/whole_file.hpp"
 #include "maille/materials/fault.hpp"
-#include "maille/studies/export/vtk_files.hpp"
-#include "maille/studies/export/whole_file.hpp"
 #include "median.hpp"
 #include "study/measures.hpp"
 #include "text.hpp"

@@ -2,9 +2,9 @@
 /// What a row of a study holds, also before there are figures, and the two files of a running study: rows are
 /// appended whole and synchronised; one process at a time.
 
-#include "maille/studies/study_run.hpp"
-#include "maille/studies/study_table.hpp"
 #include "results/result_table.hpp"
+#include "study/plan/study_table.hpp"
+#include "study/study_run.hpp"
 
 namespace maille::studies {
 

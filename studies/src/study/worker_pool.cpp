@@ -2,7 +2,7 @@
 
 #include "study/worker_pool.hpp"
 
-#include "maille/studies/export/whole_file.hpp"
+#include "export/whole_file.hpp"
 
 #include <fmt/format.h>
 #include <poll.h>

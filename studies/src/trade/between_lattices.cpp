@@ -1,4 +1,4 @@
-#include "maille/studies/lattices.hpp"
+#include "trade/lattices.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "maille/studies/lattices.hpp"
+#include "trade/lattices.hpp"
 
 #include "maille/materials/fault.hpp"
 #include "maille/materials/text_file.hpp"

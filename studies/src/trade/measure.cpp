@@ -1,6 +1,6 @@
 #include "trade/measure.hpp"
 
-#include "maille/studies/methods.hpp"
+#include "compare/methods.hpp"
 
 #include <algorithm>
 #include <ctime>

@@ -2,8 +2,8 @@
 /// One answer of one way, measured, and the row that it makes: `maille trade` writes it, `maille choose`
 /// reads it.
 
-#include "maille/studies/trade.hpp"
 #include "results/result_table.hpp"
+#include "trade/trade.hpp"
 
 namespace maille::studies {
 

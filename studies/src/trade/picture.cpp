@@ -1,6 +1,6 @@
+#include "export/whole_file.hpp"
 #include "gnuplot.hpp"
-#include "maille/studies/export/whole_file.hpp"
-#include "maille/studies/trade.hpp"
+#include "trade/trade.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 #include "json_parts.hpp"
-#include "maille/studies/trade.hpp"
 #include "text.hpp"
 #include "trade/measure.hpp"
+#include "trade/trade.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,10 @@
-#include "maille/studies/trade.hpp"
+#include "trade/trade.hpp"
 
+#include "compare/comparison.hpp"
+#include "compare/methods.hpp"
 #include "maille/deform/solve.hpp"
-#include "maille/studies/choose.hpp"
-#include "maille/studies/comparison.hpp"
-#include "maille/studies/methods.hpp"
 #include "trade/measure.hpp"
+#include "trade/probes.hpp"
 
 #include <fmt/format.h>
 

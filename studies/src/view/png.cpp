@@ -1,4 +1,4 @@
-#include "maille/studies/export/whole_file.hpp"
+#include "export/whole_file.hpp"
 #include "view/seen_scene.hpp"
 
 #include <fmt/format.h>

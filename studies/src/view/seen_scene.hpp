@@ -4,7 +4,7 @@
 #include "maille/deform/world/world.hpp"
 #include "maille/render/views.hpp"
 #include "maille/scene/look.hpp"
-#include "maille/studies/picture/comparison_picture.hpp"
+#include "picture/comparison_picture.hpp"
 
 #include <filesystem>
 #include <memory>

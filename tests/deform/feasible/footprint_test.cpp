@@ -8,10 +8,10 @@
 #include "maille/deform/solve.hpp"
 #include "maille/scene/link_limits.hpp"
 #include "maille/scene/memory.hpp"
-#include "maille/scene/named_bodies.hpp"
 #include "oracle/literal.hpp"
 #include "oracle/sweep.hpp"
 #include "support/bodies/lattice_scenes.hpp"
+#include "support/bodies/named_bodies.hpp"
 #include "support/heap_meter.hpp"
 
 #include <Eigen/Core>

@@ -1,7 +1,7 @@
 #include "feasible/wavefront/wavefront.hpp"
 
-#include "maille/scene/named_bodies.hpp"
 #include "support/bodies/holed_bodies.hpp"
+#include "support/bodies/named_bodies.hpp"
 #include "support/quanta.hpp"
 #include "support/tiled_state.hpp"
 

@@ -151,7 +151,7 @@ TEST(BrokenWorldPromiseContract, IsFoundWhereThereIsOne) {
   const std::vector<bool> in_hand{false, true}, free{false, false};
   ASSERT_GT(result.contacts.size(), 0u);
   EXPECT_EQ(broken_promise(world, result, in_hand), "");
-  EXPECT_NE(broken_promise(world, result, free), "") << "the floor presses, and nobody presses back";
+  EXPECT_NE(broken_promise(world, result, free), "") << "the floor presses, and nothing presses back";
   const auto with = [&](const auto& change) {
     deform::FrameResult other = result;
     change(other);

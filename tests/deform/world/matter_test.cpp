@@ -115,7 +115,7 @@ TEST(MatterIndependent, NothingPassesASlabAtAnyTurnAndSpacing) {
     }
   }
   EXPECT_GE(n_paths, 5000);
-  EXPECT_GT(n_aimed, 1000) << "so many would have passed with nothing in the way";
+  EXPECT_GT(n_aimed, 1000) << "these would have passed with nothing in the way";
   EXPECT_GT(n_stopped, 1000);
 }
 
@@ -165,7 +165,7 @@ TEST(MatterAnalytic, TheBorderIsAWallForVoxelsLongerThanCells) {
   motion.by = {-10, 0, 0};
   const MoveResult result = world.move(object, motion);
   EXPECT_NEAR(result.fraction, 0.35, 1e-6);
-  EXPECT_EQ(result.contacts.at(0).other, nobody);
+  EXPECT_EQ(result.contacts.at(0).other, no_voxel);
   EXPECT_NEAR(world.pose(object).position[0], -0.5, 1e-6);
   motion.by = {0.5, 0, 0};
   EXPECT_EQ(world.move(object, motion).fraction, 1);

@@ -41,7 +41,7 @@ TEST(OccupancyMapOracle, RowsPutAndTakenAreThoseOfADictionary) {
     for (int y = 0; y < cells[1]; ++y)
       for (int x = 0; x < cells[0]; ++x) {
         const auto found = truth.find({x, y, z});
-        ASSERT_EQ(map.occupant({x, y, z}), found == truth.end() ? nobody : found->second);
+        ASSERT_EQ(map.occupant({x, y, z}), found == truth.end() ? no_voxel : found->second);
       }
 }
 
@@ -118,7 +118,7 @@ void put_and_take_boxes_as_a_dictionary_does() {
     for (int look = 0; look < 200; ++look) {
       const Index3 at{below(cells[0]), below(cells[1]), below(cells[2])};
       const auto found = truth.find(at);
-      ASSERT_EQ(map.occupant(at), found == truth.end() ? nobody : found->second) << "round " << round;
+      ASSERT_EQ(map.occupant(at), found == truth.end() ? no_voxel : found->second) << "round " << round;
     }
   }
 }
@@ -151,7 +151,7 @@ TEST(OccupancyMapOracle, CellsPutAndTakenAreThoseOfADictionary) {
     const Index3 other{below(cells[0]), below(cells[1]), below(cells[2])};
     for (const Index3& look : {at, other}) {
       const auto found = truth.find(look);
-      ASSERT_EQ(map.occupant(look), found == truth.end() ? nobody : found->second) << "after " << id;
+      ASSERT_EQ(map.occupant(look), found == truth.end() ? no_voxel : found->second) << "after " << id;
     }
   }
 }

@@ -152,7 +152,7 @@ TEST(RigidWorldAnalytic, WhatSlidesKeepsTheShiftAlongTheWall) {
   const MoveResult result = world.slide(cube, motion);
   ASSERT_EQ(result.contacts.size(), 1u);
   EXPECT_EQ(result.contacts[0].axis, 0);
-  EXPECT_EQ(result.contacts[0].other, nobody);
+  EXPECT_EQ(result.contacts[0].other, no_voxel);
   EXPECT_NEAR((world.pose(cube).position - Eigen::Vector3d(38.5, 15, 7)).norm(), 0,
               1e-6); // centre 1.5 further: 40
 }
@@ -412,7 +412,7 @@ TEST(HeadData, AFingertipFeelsTheSkullAndNeverEntersIt) {
     motion.by = reach * Eigen::Vector3d(normal(random), normal(random), normal(random));
     const MoveResult result = path % 2 == 0 ? world.move(finger, motion) : world.slide(finger, motion);
     for (const Contact& contact : result.contacts)
-      felt += contact.other != nobody;
+      felt += contact.other != no_voxel;
     const Index3 at = PosedShape(tip, world.pose(finger), world.cell_size()).cell(0);
     ASSERT_TRUE(reachable[std::size_t(at[0] + cells[0] * (at[1] + cells[1] * at[2]))]) << "in path " << path;
   }

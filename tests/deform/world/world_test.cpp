@@ -372,7 +372,7 @@ TEST(HandOnAnalytic, AFixedVoxelAndTheBorderEndTheTransfer) {
     EXPECT_EQ(transfer.moves.size(), at_border ? 4u : 3u);
     EXPECT_NEAR(sum_of_moves(transfer, 0), moved, 1e-8);
     EXPECT_NEAR(transfer.refused[0], 3 - moved, 1e-8);
-    EXPECT_EQ(transfer.refused_by, at_border ? nobody : 3);
+    EXPECT_EQ(transfer.refused_by, at_border ? no_voxel : 3);
   }
 }
 

@@ -165,7 +165,7 @@ TEST(CommandContract, WrongUseIsExitCodeTwo) {
 }
 
 TEST(CommandContract, HelpAndVersionAreExitCodeZero) {
-  EXPECT_EQ(maille("--version").out, std::string("maille ") + MAILLE_VERSION + "\n");
+  EXPECT_TRUE(maille("--version").out.starts_with("maille " MAILLE_VERSION));
   for (const char* command : {"", "compare", "run", "check", "explain", "fit", "materials", "play"})
     EXPECT_EQ(maille(std::string(command) + " --help").code, 0) << command;
 }

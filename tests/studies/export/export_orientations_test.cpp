@@ -1,9 +1,9 @@
 // One body from an image, stored in every order and direction of axes: files must not tell them apart.
 
 #include "export/body_numbering.hpp"
+#include "export/vtk_files.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "maille/studies/export/vtk_files.hpp"
 #include "scene/image/image_writers.hpp"
 #include "studies/export/export_reading.hpp"
 #include "studies/export/export_scenes.hpp"

@@ -1,8 +1,8 @@
 /// `maille study` and `maille merge` as outside scripts see them: killed, resumed, in parts.
 
-#include "maille/studies/study_table.hpp"
 #include "studies/commands/run_command.hpp"
 #include "studies/study/study_scenes.hpp"
+#include "study/plan/study_table.hpp"
 
 #include <algorithm>
 #include <chrono>

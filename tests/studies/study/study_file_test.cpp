@@ -2,7 +2,6 @@
 
 #include "maille/materials/fault.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "maille/studies/study.hpp"
 #include "studies/study/study_scenes.hpp"
 #include "study/plan/sampling.hpp"
 

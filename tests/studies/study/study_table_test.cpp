@@ -2,11 +2,11 @@
 
 #include "compare/comparison_columns.hpp"
 #include "maille/materials/fault.hpp"
-#include "maille/studies/study_run.hpp"
-#include "maille/studies/study_table.hpp"
 #include "studies/commands/command_scenes.hpp"
 #include "studies/study/study_scenes.hpp"
 #include "study/measures.hpp"
+#include "study/plan/study_table.hpp"
+#include "study/study_run.hpp"
 #include "study/table_files.hpp"
 #include "support/mistake.hpp"
 #include "support/temporary_folder.hpp"

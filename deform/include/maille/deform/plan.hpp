@@ -1,5 +1,8 @@
 #pragma once
 /// What an answer by `limits` takes: by which algorithm, and which arrays.
+///
+/// The plan is made by the code that the answer then runs, so `check` and `explain` print what happens. All
+/// algorithms give the same displacement; the choice is one of time and memory.
 
 #include "maille/scene/answer.hpp"
 

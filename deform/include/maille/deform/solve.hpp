@@ -1,5 +1,9 @@
 #pragma once
 /// The doors of the product: Scene in, Answer out, once or again and again for a body that stays.
+///
+/// solve() refuses, chooses, and reports: it checks numbers and memory, turns the scene into the object's
+/// frame, splits sliding borders, calls the method, and joins the parts again. ElasticBody keeps set-up and
+/// answers between questions about one body.
 
 #include "maille/scene/answer.hpp"
 

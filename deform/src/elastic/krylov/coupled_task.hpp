@@ -1,5 +1,9 @@
 #pragma once
-/// What the ways to the elastic state of `coupled` are asked, and the state itself.
+/// What every solver of `coupled` is asked, and the elastic state it works on.
+///
+/// A task is one question: the scene, values to prescribe, limits that bind or none, a start, and a cache of
+/// earlier questions. Each solver fills a CoupledSystem for its kind of body, finds the elastic state, and
+/// calls limit_step, which enforces limits on that state.
 
 #include "control/method.hpp"
 #include "elastic/krylov/coupled_error.hpp"

@@ -1,5 +1,9 @@
 #pragma once
 /// The limits of one component's links in the order of a dense field, and the loops over them.
+///
+/// Elastic solvers work on dense fields (one number per grid node), LinkLimits by cell kinds. An
+/// IntervalField is the table between: low and high per axis and node, or one pair per axis where all links
+/// are alike.
 
 #include "maille/scene/answer.hpp"
 #include "maille/scene/link_limits.hpp"

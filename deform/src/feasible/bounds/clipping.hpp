@@ -1,6 +1,10 @@
 #pragma once
 /// Which of the requested moves the limits permit, and what becomes of the others; the arithmetic is the
 /// same, whatever finds the paths.
+///
+/// Two prescribed nodes may differ by at most the shortest path between them. A move past what holds permit
+/// is cut to the nearest value that they permit. Moves that contradict each other meet at the mean of the
+/// least feasible values above them and the greatest below (docs/theory.md, Theorems 4 and 5).
 
 #include "feasible/bounds/bound_source.hpp"
 #include "maille/scene/answer.hpp"

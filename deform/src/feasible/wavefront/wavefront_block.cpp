@@ -1,6 +1,6 @@
 #include "feasible/wavefront/wavefront_kernel.hpp"
 
-#ifndef HWY_DISABLED_TARGETS // sanitized builds disable others
+#ifndef HWY_DISABLED_TARGETS // cmake/compile_options.cmake, on x86
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 #endif
 #undef HWY_TARGET_INCLUDE

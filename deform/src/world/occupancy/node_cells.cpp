@@ -10,7 +10,7 @@ namespace maille::deform {
 void NodeCells::put(OccupancyMap& map, std::int32_t voxel, const Index3& cell) {
   cells_[static_cast<std::size_t>(voxel)] = cell;
   const VoxelId id = map.occupant(cell);
-  if (id == nobody) {
+  if (id == no_voxel) {
     map.put(cell, first_ + voxel);
     next(voxel) = -1;
     return;

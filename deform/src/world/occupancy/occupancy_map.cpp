@@ -54,7 +54,7 @@ OccupancyMap::OccupancyMap(const Index3& cells) : cells_(cells) {
 
 VoxelId OccupancyMap::occupant(const Index3& at) const {
   if (!is_occupied(at))
-    return nobody;
+    return no_voxel;
   const auto brick = static_cast<std::size_t>(bricks_[brick_of(at)]);
   return ids_[brick]->of[row_of(at) * brick_edge + static_cast<std::size_t>(at[0] & 15)];
 }

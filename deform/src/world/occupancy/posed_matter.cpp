@@ -180,7 +180,7 @@ std::optional<Contact> first_held_cell(const OccupancyMap& map, const Vec3& cell
       const Pose there = motion.moved(pose, blocked);
       set_face(first, PosedMatter(shape, there, cell_size), there, &motion);
       contact = {blocked,    first.voxel,     first.cell,
-                 first.axis, first.direction, map.has_cell(first.cell) ? map.occupant(first.cell) : nobody};
+                 first.axis, first.direction, map.has_cell(first.cell) ? map.occupant(first.cell) : no_voxel};
       const double middle = 0.5 * (free + blocked);
       if (middle <= free || middle >= blocked)
         return contact;

@@ -32,7 +32,7 @@ Eigen::Vector3d before_face(const Eigen::Vector3d& movement, double time) {
 /// Contents of a cell.
 struct Look {
   bool is_blocked = false;
-  VoxelId voxel = nobody; ///< the voxel there when blocked; the empty id outside the world
+  VoxelId voxel = no_voxel; ///< the voxel there when blocked; the empty id outside the world
 };
 
 /// The chain of transfers, whatever finds who is in the way. @param meet finds what a voxel meets on its way;
@@ -61,7 +61,7 @@ Transfer follow_chain(std::span<FreeVoxel> voxels, VoxelId first, const Eigen::V
     if (!met)
       break;
     rest -= move.moved;
-    if (met->next == nobody) {
+    if (met->next == no_voxel) {
       transfer.refused = rest;
       break;
     }
@@ -82,7 +82,7 @@ CellWalk walk_of(const FreeVoxel& voxel, const Eigen::Vector3d& movement) {
 Transfer hand_on(OccupancyMap& map, std::span<FreeVoxel> voxels, VoxelId voxel,
                  const Eigen::Vector3d& movement) {
   const auto look = [&](const Index3& cell) {
-    return Look{map.is_blocked(cell), map.has_cell(cell) ? map.occupant(cell) : nobody};
+    return Look{map.is_blocked(cell), map.has_cell(cell) ? map.occupant(cell) : no_voxel};
   };
   const auto meet = [&](VoxelId moving, const Eigen::Vector3d& rest) -> std::optional<Met> {
     CellWalk walk = walk_of(voxels[static_cast<std::size_t>(moving)], rest);
@@ -105,7 +105,7 @@ Transfer hand_on_literally(const Index3& cells, std::span<FreeVoxel> voxels, Vox
   const auto look = [&](const Index3& cell) {
     for (std::size_t a = 0; a < 3; ++a)
       if (cell[a] < 0 || cell[a] >= cells[a])
-        return Look{true, nobody};
+        return Look{true, no_voxel};
     for (std::size_t i = 0; i < voxels.size(); ++i)
       if (cell_of(voxels[i]) == cell)
         return Look{true, static_cast<VoxelId>(i)};

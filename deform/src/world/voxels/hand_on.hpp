@@ -27,8 +27,8 @@ struct VoxelMove {
 struct Transfer {
   std::vector<VoxelMove> moves; ///< in order; the first is the voxel that was asked
   Eigen::Vector3d refused =
-      Eigen::Vector3d::Zero(); ///< what a fixed voxel or the border did not take over [cells]
-  VoxelId refused_by = nobody; ///< the empty id: the border, or no refusal
+      Eigen::Vector3d::Zero();   ///< what a fixed voxel or the border did not take over [cells]
+  VoxelId refused_by = no_voxel; ///< the empty id: the border, or no refusal
 };
 
 /// Moves a voxel along a straight line, cell by cell. Where the next cell is taken it goes as far as it can

@@ -111,7 +111,7 @@ void SingleVoxels::add_body(const WorldParts& parts, int object) {
 }
 
 SingleVoxels::Voxel SingleVoxels::whose(VoxelId id) const {
-  if (id == nobody)
+  if (id == no_voxel)
     return {};
   const auto after = std::upper_bound(first_.begin(), first_.end(), id);
   const int object = static_cast<int>(after - first_.begin()) - 1;
@@ -161,7 +161,7 @@ std::optional<SingleVoxels::Obstruction> SingleVoxels::in_the_way(int object, Vo
   CellWalk walk(paths, 0, cell_of(place));
   while (const auto step = walk.next(1)) {
     const VoxelId other =
-        map_.has_cell(walk.cell()) && map_.is_occupied(walk.cell()) ? map_.occupant(walk.cell()) : nobody;
+        map_.has_cell(walk.cell()) && map_.is_occupied(walk.cell()) ? map_.occupant(walk.cell()) : no_voxel;
     const bool is_own = other >= first(object) && other < first(object + 1);
     if (map_.is_blocked(walk.cell()) && !is_own)
       return Obstruction{step->time, other};
@@ -176,7 +176,7 @@ double SingleVoxels::move_rigid(int object, const Eigen::Vector3d& by) {
   for (VoxelId id = begin; id < end; ++id)
     if (const auto met = in_the_way(object, id, by)) {
       const Eigen::Vector3d left = (1 - met->time) * by;
-      const bool is_free = met->voxel != nobody && !voxel(met->voxel).is_fixed;
+      const bool is_free = met->voxel != no_voxel && !voxel(met->voxel).is_fixed;
       const Eigen::Vector3d moved = is_free ? go(met->voxel, left) : Eigen::Vector3d::Zero();
       handed_.push_back({whose(id), whose(met->voxel), left, moved});
     }

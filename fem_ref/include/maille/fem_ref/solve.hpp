@@ -1,5 +1,9 @@
 #pragma once
 /// The witness: linear-elastic finite elements on exactly the cells of matter, by deal.II.
+///
+/// One hexahedron a cell, Q1 or Q2, full integration; conditions are the scene's own, at the scene's nodes.
+/// It shares no code with the lattice methods but the scene and the material. Reactions are residuals of the
+/// unconstrained equations. The equations are solved by a sparse factor, AMG or matrix-free multigrid.
 
 #include "maille/scene/answer.hpp"
 

@@ -1,5 +1,10 @@
 #pragma once
-/// Errors of an input: all errors of a file at once, each with its place, and a suggestion for unknown words.
+/// Errors of an input: all errors of a file at once, each with its place, and a suggestion for unknown
+/// words.
+///
+/// A reader collects a Fault for everything wrong and throws one InputError at its end. One cause makes one
+/// Fault. `expected` and `found` are phrases that end the sentence `FILE:LINE: KEY: expected ..., found
+/// ...`.
 
 #include <cstddef>
 #include <exception>

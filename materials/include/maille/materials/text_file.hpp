@@ -1,5 +1,9 @@
 #pragma once
 /// Text files, read whole or not at all; the register of files that are opened; temporary files and folders.
+///
+/// The register is what protects a user's inputs. Every reader notes each file that it opens, by device and
+/// inode. An option that writes reserves its output. A file that is both is an error, whichever comes first.
+/// Files that Maille wrote and reads again (own files) are not inputs.
 
 #include <stdlib.h>
 

@@ -1,6 +1,10 @@
 #pragma once
-/// Reading TOML tables so that every error is found, with its line: shared by the tissue reader and the scene
-/// reader. A key that was not read is an error.
+/// Reading TOML tables so that every error is found, with its line: shared by the readers of tissues,
+/// scenes, worlds and studies.
+///
+/// A TableReader gives one key at a time and remembers which keys were asked for. At its end every other key
+/// of the table is an error, with the nearest known key as a suggestion. Numbers become SI units as they are
+/// read.
 
 #include "maille/materials/fault.hpp"
 #include "maille/materials/material.hpp"

@@ -1,6 +1,10 @@
 #pragma once
-/// The form of every method's answer, how a caller steers a running method, the methods' names, and how far
-/// one answer is from another.
+/// The answer to a scene: what every method returns, whichever model it solves.
+///
+/// An Answer holds one displacement per node [m, object's frame] with all zeros where there is no matter, a
+/// Status that says whether the displacement answers the whole question, reactions where the model has
+/// stress, and what the answer cost. Control steers a running method: tolerance, budgets, threads, a stop
+/// request. compare() measures how far two answers lie apart, over the nodes that are free.
 
 #include "maille/scene/arena.hpp"
 #include "maille/scene/frame.hpp"

@@ -1,5 +1,10 @@
 #pragma once
 /// The memory of arrays, counted as they are allocated, and a limit to it.
+///
+/// An Arena is opened on a thread; every List and field that the thread then allocates carries a Charge for
+/// its bytes. Arenas nest: the inner one counts for the outer ones too. present() and peak() are exact for
+/// these arrays; small objects outside of them are not counted. Past the limit ArenaIsFull is thrown before
+/// the memory is taken, which solve() turns into a refusal.
 
 #include <algorithm>
 #include <cstddef>

@@ -1,5 +1,9 @@
 #pragma once
-/// Frames that turn with every cell, for bodies that bend, and the rotation in a deformation gradient.
+/// Frames that turn with every cell (`frame = "blocks"`), for bodies that bend.
+///
+/// F = I + grad u is the mean deformation gradient of a cell, R the rotation nearest to it (polar
+/// decomposition). Strain and limits are then measured on R^T F - I, Biot's strain, so that a turned cell is
+/// not strained. The rotation is exact to rounding; the strain is still a linear law on it.
 
 #include "maille/scene/answer.hpp"
 

@@ -1,5 +1,9 @@
 #pragma once
 /// Strain and stress at the centres of cells, by one formula for every method.
+///
+/// The strain is that of the cell's mean displacement gradient (one integration point), the stress the
+/// material's law on it plus active stress. Methods that store a strain of their own (Answer::cell_strain)
+/// are read from there. Exact for linear displacements; first order in the spacing at curved borders.
 
 #include "maille/scene/answer.hpp"
 

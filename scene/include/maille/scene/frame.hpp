@@ -1,5 +1,8 @@
 #pragma once
 /// The object's frame: limits and small strains are measured in it, and it turns with the body.
+///
+/// Where moves turn a free body, the frame is the rotation nearest to the moved nodes (Kabsch). Methods
+/// solve in the turned frame and rotate the answer back. A body that is held stays in the world's frame.
 
 #include "maille/scene/scene.hpp"
 

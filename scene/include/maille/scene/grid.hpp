@@ -1,5 +1,8 @@
 #pragma once
 /// A regular grid of cells and the nodes at their corners, in one, two or three dimensions.
+///
+/// Cells hold matter, nodes hold unknowns. Both are numbered x fastest, then y, then z. Unused axes have one
+/// cell and one node, so that one loop serves every dimension.
 
 #include <array>
 #include <cstdint>

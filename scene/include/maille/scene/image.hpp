@@ -1,6 +1,10 @@
 #pragma once
 /// Voxel images: NIfTI-1 and NIfTI-2 (.nii, .nii.gz), MetaImage (.mha, .mhd), NRRD (.nrrd, .nhdr), VTK
 /// (.vti) and series of DICOM files.
+///
+/// Every reader returns the same Image: float32 values and an affine map from voxel indices to one world,
+/// RAS or LPS as the format defines. Where a header says too little or contradicts itself, the documented
+/// fallback applies, and warn_of_file reports it.
 
 #include "maille/materials/fault.hpp"
 #include "maille/scene/grid.hpp"

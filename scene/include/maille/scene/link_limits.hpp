@@ -1,6 +1,11 @@
 #pragma once
-/// The limits of every link of a scene, as bounds on differences of displacement, and the shortest paths that
-/// they add up to between two nodes.
+/// The limits of every link of a scene, as bounds on differences of displacement, and the shortest paths
+/// that they add up to between two nodes.
+///
+/// A link joins two nodes along an axis. Stretch and compression bound the component along the axis, shear
+/// the others: low <= u_next - u_here <= high per component, an interval that holds 0. Components are
+/// therefore independent, and feasible displacements are those of a system of difference constraints
+/// (docs/theory.md, 1).
 
 #include "maille/scene/arena.hpp"
 #include "maille/scene/link_intervals.hpp"

@@ -1,6 +1,9 @@
 #pragma once
-/// What the machine can still give, so that what cannot fit is refused before it is allocated; and how large
-/// arrays are asked for.
+/// How much memory the process can still have, and how large arrays are requested.
+///
+/// available_memory() is the least of three limits: the machine, the control groups, ulimit. Methods compare
+/// it with their forecast and refuse before they allocate. Large arrays ask for large pages, which are a
+/// wish: results do not depend on it.
 
 #include <cstddef>
 #include <cstdint>

@@ -1,7 +1,9 @@
 #pragma once
-/// Whether a question can be answered (arithmetic can carry its numbers, and nothing can still move without
-/// deforming), and whether it can mean what it says: its sizes, for people to look at, and what is out of all
-/// proportion.
+/// Whether a question can be answered, and whether it can mean what it says.
+///
+/// Two kinds of checks. Unusable: numbers that arithmetic cannot carry, and parts that can still move
+/// without strain; methods refuse these. Implausible: statements without effect, sizes out of proportion,
+/// strains beyond small strain; check, run and Python warn of these and change nothing.
 
 #include "maille/scene/mechanics/mechanics.hpp"
 

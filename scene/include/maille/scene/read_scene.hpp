@@ -1,5 +1,9 @@
 #pragma once
 /// From a scene file to a Scene, or to every fault in it at once; and where the files that it names lie.
+///
+/// A scene may name files (images, surfaces, materials). named_file resolves such a name relative to the
+/// scene's folder. In a sandbox no name leads out of that folder, so that a stranger's scene reads nothing
+/// else.
 
 #include "maille/scene/scene.hpp"
 

@@ -1,8 +1,11 @@
 #pragma once
-/// The question that every method is asked: what the body is, what holds it, what moves it, what pulls at it.
+/// The question that every method is asked: what the body is, what holds it, what moves it, what pulls at
+/// it.
 ///
-/// A Scene is made by read_scene or by a SceneBuilder and not changed afterwards. Everything is in SI
-/// units and in the object's frame: axes along the grid, origin where the specimen's coordinates are zero.
+/// read_scene or a SceneBuilder makes a Scene, and nothing changes it afterwards. Everything is in SI units
+/// and in the object's frame: axes along the grid, origin where the specimen's coordinates are zero.
+/// Conditions are resolved: regions have become lists of nodes and components, loads have become forces at
+/// nodes. Names of conditions stay for tables and messages.
 
 #include "maille/materials/material.hpp"
 #include "maille/scene/arena.hpp"

@@ -1,5 +1,9 @@
 #pragma once
 /// Labels that slide on each other: the same body with the nodes of their borders there twice.
+///
+/// Each label of a pair gets its own copy of the border's nodes. Ties join the copies along the smoothed
+/// normal and leave the tangents free. Copies stand in one larger grid, one above the other, so that every
+/// method works on them unchanged; joined() brings the answer back to the body.
 
 #include "maille/scene/answer.hpp"
 

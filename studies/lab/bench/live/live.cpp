@@ -2,7 +2,7 @@
 
 #include "maille/live/live.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "maille/studies/play.hpp"
+#include "play/play.hpp"
 
 #include <fmt/format.h>
 

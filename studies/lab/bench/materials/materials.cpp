@@ -1,6 +1,6 @@
 #include "bench/materials/materials.hpp"
 
-#include "maille/studies/methods.hpp"
+#include "compare/methods.hpp"
 
 #include <fmt/format.h>
 

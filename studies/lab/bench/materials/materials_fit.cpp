@@ -1,8 +1,8 @@
 #include "bench/materials/materials.hpp"
 
+#include "fit/fit.hpp"
 #include "maille/scene/answer.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "maille/studies/fit.hpp"
 
 #include <fmt/format.h>
 

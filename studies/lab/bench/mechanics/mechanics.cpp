@@ -2,14 +2,14 @@
 
 #include "bench/mechanics/mechanics_scenes.hpp"
 #include "bench/studies/mechanics_promises.hpp"
+#include "compare/methods.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/fem_ref/solve.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"
 #include "maille/scene/mechanics/recovery.hpp"
 #include "maille/scene/refined.hpp"
-#include "maille/studies/methods.hpp"
-#include "maille/studies/sensitivity.hpp"
 #include "median.hpp"
+#include "study/sensitivity/sensitivity.hpp"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 #include "bench/propagate/propagate.hpp"
 
 #include "feasible/wavefront/wavefront.hpp"
-#include "maille/scene/named_bodies.hpp"
+#include "support/bodies/named_bodies.hpp"
 #include "rivals/rivals.hpp"
 
 #include <algorithm>

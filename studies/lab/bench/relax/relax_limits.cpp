@@ -1,6 +1,6 @@
 #include "bench/relax/relax.hpp"
+#include "compare/comparison.hpp"
 #include "maille/deform/solve.hpp"
-#include "maille/studies/comparison.hpp"
 
 #include <algorithm>
 #include <vector>

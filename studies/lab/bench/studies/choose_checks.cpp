@@ -1,8 +1,8 @@
 #include "bench/studies/studies.hpp"
 
 #include "bench/studies/scene_maker.hpp"
-#include "maille/studies/choose.hpp"
-#include "maille/studies/methods.hpp"
+#include "choose/choose.hpp"
+#include "compare/methods.hpp"
 #include "trade/measure.hpp"
 
 #include <fmt/format.h>

@@ -1,7 +1,7 @@
 #include "bench/studies/mechanics_promises.hpp"
 
 #include "bench/studies/scene_maker.hpp"
-#include "maille/studies/choose.hpp"
+#include "choose/choose.hpp"
 #include "trade/measure.hpp"
 
 #include <fmt/format.h>

@@ -1,9 +1,9 @@
 #include "bench/studies/studies.hpp"
 
 #include "bench/studies/scene_maker.hpp"
+#include "choose/choose.hpp"
+#include "compare/methods.hpp"
 #include "maille/materials/fault.hpp"
-#include "maille/studies/choose.hpp"
-#include "maille/studies/methods.hpp"
 #include "trade/measure.hpp"
 
 #include <fmt/format.h>

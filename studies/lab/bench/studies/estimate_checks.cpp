@@ -1,9 +1,9 @@
 #include "bench/studies/studies.hpp"
 
+#include "compare/methods.hpp"
 #include "maille/deform/estimated_error.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/refined.hpp"
-#include "maille/studies/methods.hpp"
 #include "median.hpp"
 
 #include <algorithm>

@@ -1,11 +1,11 @@
 #include "bench/studies/studies.hpp"
 
 #include "bench/studies/scene_maker.hpp"
+#include "compare/methods.hpp"
 #include "maille/deform/estimated_error.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/refined.hpp"
-#include "maille/studies/methods.hpp"
 
 #include <fmt/format.h>
 

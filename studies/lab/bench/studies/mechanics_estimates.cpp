@@ -1,12 +1,12 @@
 #include "bench/studies/mechanics_promises.hpp"
 
 #include "bench/studies/studies.hpp"
+#include "compare/methods.hpp"
 #include "maille/deform/estimated_error.hpp"
 #include "maille/fem_ref/solve.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/refined.hpp"
-#include "maille/studies/methods.hpp"
 #include "median.hpp"
 
 #include <fmt/format.h>

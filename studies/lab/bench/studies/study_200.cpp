@@ -1,8 +1,8 @@
 #include "bench/studies/studies.hpp"
 
 #include "maille/materials/text_file.hpp"
-#include "maille/studies/study_run.hpp"
 #include "median.hpp"
+#include "study/study_run.hpp"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 #include "bench/world/world.hpp"
-#include "maille/studies/probe_run.hpp"
+#include "probe/probe_run.hpp"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 #include "bench/world/world.hpp"
 #include "maille/deform/world/world.hpp"
-#include "maille/studies/probe_run.hpp"
+#include "probe/probe_run.hpp"
 
 #include <fmt/format.h>
 

@@ -3,8 +3,8 @@
 #include "maille/scene/image.hpp"
 #include "maille/scene/measure/measure.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "maille/studies/study.hpp"
 #include "maille/studies/version.hpp"
+#include "study/plan/study.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -7,9 +7,9 @@
 /// is resumed.
 
 #include "maille/materials/toml_reader.hpp"
-#include "maille/studies/study.hpp"
 #include "study/plan/read_parameter.hpp"
 #include "study/plan/sampling.hpp"
+#include "study/plan/study.hpp"
 
 #include <sstream>
 

@@ -2,7 +2,7 @@
 
 #include "study/plan/read_parameter.hpp"
 
-#include "maille/studies/study_table.hpp"
+#include "study/plan/study_table.hpp"
 
 #include <fmt/format.h>
 

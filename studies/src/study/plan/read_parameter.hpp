@@ -3,7 +3,7 @@
 /// (`specimen.material.E_fibre`, `move[1].by`).
 
 #include "maille/materials/toml_reader.hpp"
-#include "maille/studies/study.hpp"
+#include "study/plan/study.hpp"
 
 #include <toml++/toml.h>
 

@@ -1,7 +1,7 @@
 #pragma once
 /// What all estimators of sensitivity end with.
 
-#include "maille/studies/sensitivity.hpp"
+#include "study/sensitivity/sensitivity.hpp"
 
 #include <cstddef>
 #include <optional>

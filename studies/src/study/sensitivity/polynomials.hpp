@@ -1,7 +1,7 @@
 #pragma once
 /// Polynomials of several variables that are orthonormal in the measure of samples.
 
-#include "maille/studies/sensitivity.hpp"
+#include "study/sensitivity/sensitivity.hpp"
 
 #include <Eigen/Core>
 

@@ -14,7 +14,7 @@ struct BrickBox;
 
 /// The number of a voxel among all voxels of a world.
 using VoxelId = std::int32_t;
-inline constexpr VoxelId nobody = -1;
+inline constexpr VoxelId no_voxel = -1;
 
 /// One voxel's number a cell, and a bit beside it by which collisions are found without the numbers being
 /// read.

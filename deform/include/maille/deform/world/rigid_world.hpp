@@ -13,12 +13,12 @@ namespace maille::deform {
 
 /// Where a voxel met something that it cannot enter.
 struct Contact {
-  double time = 0;        ///< of the motion, 0 to 1
-  std::int32_t voxel = 0; ///< of the moving object
-  Index3 cell{};          ///< that it would have entered, perhaps outside the world
-  int axis = 0;           ///< of the face that it would have passed through
-  int direction = 1;      ///< in which, along that axis: -1 or 1
-  VoxelId other = nobody; ///< voxel in the way; the empty id: the border of the world
+  double time = 0;          ///< of the motion, 0 to 1
+  std::int32_t voxel = 0;   ///< of the moving object
+  Index3 cell{};            ///< that it would have entered, perhaps outside the world
+  int axis = 0;             ///< of the face that it would have passed through
+  int direction = 1;        ///< in which, along that axis: -1 or 1
+  VoxelId other = no_voxel; ///< voxel in the way; the empty id: the border of the world
 };
 
 struct MoveResult {

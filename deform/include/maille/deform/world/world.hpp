@@ -1,5 +1,10 @@
 #pragma once
 /// Fixed, rigid and deformable objects in one occupancy map, moved frame by frame.
+///
+/// A frame takes drives (what hands do) and a budget, and ends in a feasible state: no object inside
+/// another, links within their limits. The scene's law chooses what moves the objects: cells (voxels hand
+/// pushes on), surfaces (elastic bodies in contact), or surfaces with masses (dynamics). Cells are exact in
+/// float64; surfaces are converged to the scene's tolerance. Same drives, same bits.
 
 #include "maille/deform/world/rigid_world.hpp"
 #include "maille/scene/answer.hpp"

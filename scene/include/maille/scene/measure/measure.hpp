@@ -1,6 +1,10 @@
 #pragma once
 /// Quantities that a scene asks for by name ([[measure]]): what they are, where they are taken, and what an
-/// answer makes of them. Methods do not see them. docs/mechanics.md says what each is.
+/// answer makes of them.
+///
+/// Methods do not see measures: each is computed from the Answer, by the same code for every method. Where
+/// an answer cannot give a measure (no stress, no reactions), the value is empty and the reason is kept.
+/// docs/mechanics.md defines each.
 
 #include "maille/scene/answer.hpp"
 

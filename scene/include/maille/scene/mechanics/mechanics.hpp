@@ -1,6 +1,10 @@
 #pragma once
 /// What an answer says of forces, strain, stress and energy: on what holds and moves the body, in its labels
-/// and materials. Frame and signs: mechanics_conventions(); docs/mechanics.md.
+/// and materials.
+///
+/// Forces act on the body, in the world's frame. Figures of parts weigh each cell by its volume at rest.
+/// Energies are the method's own where it has them, else those of mean strains (energy_is_of_means). Frame
+/// and signs: mechanics_conventions(), docs/mechanics.md.
 
 #include "maille/scene/answer.hpp"
 

@@ -1,4 +1,4 @@
-#include "maille/studies/export/calculix.hpp"
+#include "export/calculix/calculix.hpp"
 
 #include "maille/scene/scene.hpp"
 

@@ -1,6 +1,6 @@
 // Probes for what the table of trades knows no errors of: three lattices speak for it.
-#include "choose/quantity_probes.hpp"
-#include "choose/body.hpp"
+#include "trade/quantity_probes.hpp"
+#include "trade/body.hpp"
 #include "trade/measure.hpp"
 
 #include <fmt/format.h>

@@ -1,8 +1,8 @@
 #pragma once
 /// Worlds of several objects as files for ParaView: a file an object and moment, and one list of all.
 
+#include "export/vtk_files.hpp"
 #include "maille/scene/world/world_scene.hpp"
-#include "maille/studies/export/vtk_files.hpp"
 
 #include <filesystem>
 #include <memory>

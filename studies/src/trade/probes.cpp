@@ -1,5 +1,5 @@
-#include "choose/body.hpp"
-#include "maille/studies/choose.hpp"
+#include "trade/probes.hpp"
+#include "trade/body.hpp"
 #include "trade/measure.hpp"
 
 #include "maille/fem_ref/solve.hpp"

@@ -1,4 +1,4 @@
-#include "maille/studies/export/world_files.hpp"
+#include "export/world/world_files.hpp"
 
 #include "world_object_file.hpp"
 

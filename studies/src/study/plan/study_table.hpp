@@ -3,7 +3,7 @@
 /// and CSV for everyone else.
 
 #include "maille/scene/answer.hpp"
-#include "maille/studies/study.hpp"
+#include "study/plan/study.hpp"
 
 #include <nlohmann/json_fwd.hpp>
 

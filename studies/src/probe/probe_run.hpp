@@ -35,7 +35,7 @@ struct ProbeRun {
   bool was_interrupted = false; ///< the motion was not felt to its end
 };
 
-/// So many ticks are kept at most: an hour at 1 kHz.
+/// The largest number of ticks that are kept: an hour at 1 kHz.
 inline constexpr std::int64_t most_probe_ticks = 3'600'000;
 /// The ticks that a motion takes, from 0 s to its last time. @return nothing if they are more than
 /// most_probe_ticks

@@ -1,7 +1,7 @@
 #pragma once
 /// One object of a world at one moment as a file; WorldSeries says what is in it.
 
-#include "maille/studies/export/world_files.hpp"
+#include "export/world/world_files.hpp"
 
 namespace maille::studies {
 

@@ -1,4 +1,4 @@
-#include "choose/body.hpp"
+#include "trade/body.hpp"
 
 #include <fmt/format.h>
 

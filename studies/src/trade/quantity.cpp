@@ -1,7 +1,7 @@
-#include "maille/studies/quantity.hpp"
+#include "trade/quantity.hpp"
 
 #include "maille/scene/mechanics/mechanics.hpp"
-#include "maille/studies/lattices.hpp"
+#include "trade/lattices.hpp"
 
 #include <algorithm>
 #include <cmath>

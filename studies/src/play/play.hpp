@@ -1,10 +1,10 @@
 #pragma once
 /// Plays recorded input against a world of objects, frame by frame.
 
+#include "export/world/world_files.hpp"
 #include "maille/deform/world/trajectory_drives.hpp"
 #include "maille/deform/world/world.hpp"
 #include "maille/scene/world/trajectory.hpp"
-#include "maille/studies/export/world_files.hpp"
 
 #include <nlohmann/json_fwd.hpp>
 

@@ -1,9 +1,9 @@
 #pragma once
 /// Runs studies: case after case, or several side by side, into a table that survives being killed.
 
+#include "compare/methods.hpp"
 #include "maille/scene/warp/surface.hpp"
-#include "maille/studies/methods.hpp"
-#include "maille/studies/study_table.hpp"
+#include "study/plan/study_table.hpp"
 
 #include <functional>
 #include <stdexcept>

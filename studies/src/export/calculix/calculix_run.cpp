@@ -1,6 +1,6 @@
+#include "export/calculix/calculix.hpp"
+#include "export/whole_file.hpp"
 #include "maille/materials/text_file.hpp"
-#include "maille/studies/export/calculix.hpp"
-#include "maille/studies/export/whole_file.hpp"
 #include "program.hpp"
 
 #include <fmt/format.h>

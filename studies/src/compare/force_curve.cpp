@@ -1,8 +1,9 @@
+#include "compare/force_curve.hpp"
 #include "mechanics/mechanics_report.hpp"
 
+#include "export/whole_file.hpp"
 #include "gnuplot.hpp"
 #include "maille/scene/plausibility.hpp"
-#include "maille/studies/export/whole_file.hpp"
 #include "text.hpp"
 
 #include <algorithm>

@@ -1,6 +1,9 @@
 #pragma once
-/// All ways to answer a scene, by name, from both sides; and the finest finite-element answer that can be
-/// afforded.
+/// All methods by name, of deform and of fem_ref, behind one function; and the finest finite-element answer
+/// that fits into memory.
+///
+/// Methods keeps what serves the next scene of the same body: the mesh and factor of finite elements, and
+/// the ElasticBody of `coupled`. Answers differ by less than the tolerance from those of a new object.
 
 #include "maille/deform/solve.hpp"
 #include "maille/fem_ref/solve.hpp"

@@ -1,7 +1,7 @@
 #pragma once
 /// Pictures of worlds: one moment, or several side by side.
 
-#include "maille/studies/export/world_files.hpp"
+#include "export/world/world_files.hpp"
 
 #include <filesystem>
 #include <optional>

@@ -1,7 +1,7 @@
 #pragma once
 /// Cheap answers that speak for another quantity than the displacement.
 
-#include "maille/studies/choose.hpp"
+#include "trade/probes.hpp"
 
 namespace maille::studies {
 

@@ -3,8 +3,8 @@
 /// best reference; the Pareto fronts over time and memory are the trade-offs worth having.
 
 #include "maille/scene/answer.hpp"
-#include "maille/studies/lattices.hpp"
-#include "maille/studies/measure_values.hpp"
+#include "results/measure_values.hpp"
+#include "trade/lattices.hpp"
 
 #include <nlohmann/json_fwd.hpp>
 

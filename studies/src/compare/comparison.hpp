@@ -2,11 +2,11 @@
 /// The comparison of methods on one scene: the rows of its table, as text for people, JSON and CSV, and
 /// whether the answer that it trusts deserves it.
 
+#include "compare/methods.hpp"
 #include "maille/deform/estimated_error.hpp"
 #include "maille/scene/answer.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"
-#include "maille/studies/measure_values.hpp"
-#include "maille/studies/methods.hpp"
+#include "results/measure_values.hpp"
 
 #include <nlohmann/json_fwd.hpp>
 

@@ -1,0 +1,4 @@
+/// What most files of the command include.
+#include "library.hpp"
+
+#include <CLI/CLI.hpp>
