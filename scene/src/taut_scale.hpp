@@ -17,7 +17,7 @@ namespace maille {
 /// @param unit  links whose slack, alike in both directions, is that of a scale of 1
 /// Cost    of a search on a box some 6 ns a node, elsewhere see shortest_paths()
 /// Source  Dinkelbach, On nonlinear fractional programming (1967), Management Science 13, 492
-/// Checked by  tests/scene/taut_scale_test.cpp
+/// Checked by  tests/scene/link_limits_test.cpp
 double taut_scale(const Scene& scene, const LinkLimits& unit);
 
 } // namespace maille

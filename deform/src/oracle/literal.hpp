@@ -19,7 +19,7 @@ namespace maille::deform {
 ///         counts the candidates visited
 /// Repeatable  same input, same bits; handles are taken in the order of their node numbers
 /// Source      Gibson 1997, 3D ChainMail, with the lists in the order -x +x -y +y -z +z
-/// Checked by  tests/deform/feasible/literal_test.cpp
+/// Checked by  tests/deform/feasible/limits_test.cpp
 Answer solve_literal(const Scene& scene, const Control& control = {});
 
 /// Held at the peak, at most [bytes].

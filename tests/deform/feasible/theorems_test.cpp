@@ -1,10 +1,10 @@
 /// The theorems that propagation rests on (docs/theory.md, section 1), each checked on what the product does.
 ///
 /// 1  the clamp moves every node least              here
-/// 2  closed form on voxel sets reached monotonely  here, and closed_form_test.cpp
-/// 3  what changes is closed toward the handle      here, and closed_form_test.cpp
-/// 4  many handles: which can be met, and intervals here, and clipping_test.cpp, separable_scans_test.cpp
-/// 5  projection                                        projection_test.cpp, wavefront_projection_test.cpp
+/// 2  closed form on voxel sets reached monotonely  here, and theorems_test.cpp
+/// 3  what changes is closed toward the handle      here, and theorems_test.cpp
+/// 4  many handles: which can be met, and intervals here, and limits_test.cpp, separable_scans_test.cpp
+/// 5  projection                                        separable_scans_test.cpp, wavefront_test.cpp
 /// 6  paths of a drag                               here, and drag_test.cpp, wavefront_drag_test.cpp
 
 #include "feasible/bounds/bound_source.hpp"

@@ -202,7 +202,7 @@ TEST(WavefrontAnalytic, BodiesOfOneCellAndOfNoSlackMoveAsAWhole) {
     }
 }
 
-// ---- real bodies are in wavefront_data_test.cpp, drags in steps in wavefront_drag_test.cpp ----
+// ---- real bodies are in wavefront_test.cpp, drags in steps in wavefront_drag_test.cpp ----
 
 /// The wavefront on bodies that are one node or one cell thick along some axis.
 

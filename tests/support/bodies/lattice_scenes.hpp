@@ -62,7 +62,7 @@ inline void hold(Scene& scene, const Index3& at) {
     prescribe(scene, scene.specimen.grid.node(at), b, 0, true);
 }
 
-/// A chain held at its lower end and pulled at the other: cells of two materials, each with limits of its own.
+/// A chain held at its lower end and pulled at the other: cells of two materials, each with its own limits.
 inline Scene pulled_chain(const std::vector<std::uint8_t>& materials, const NeighbourLimits& first,
                           const NeighbourLimits& second, double by) {
   Scene scene = lattice_box({int(materials.size())}, {});

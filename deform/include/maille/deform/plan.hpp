@@ -69,7 +69,7 @@ Plan plan_limits(const Scene& scene, const LinkLimits& limits, int threads = 1);
 ///             O(links log nodes) per component
 /// Repeatable  same bits in any order of the prescribed values, for any number of threads, on any machine
 /// Source      docs/theory.md, section 1
-/// Checked by  tests/deform/feasible/dispatch_test.cpp
+/// Checked by  tests/deform/feasible/drag_test.cpp
 Answer solve_by_cheapest_way(const Scene& scene, const Control& control = {});
 
 /// The kind of vectors that the machine offers and the loops use: `AVX3`, `AVX2`, `SSE4`, ...

@@ -33,7 +33,7 @@ namespace maille::deform {
 /// Source  Muller and Gross 2004 (Graphics Interface) for a frame per element; Chao, Pinkall, Sanan,
 ///         Schroeder 2010 (ACM TOG 29) for forces that are the gradient. There elements are tetrahedra or
 ///         their energy is isotropic; here it is any quadratic form that costs rigid motions nothing
-/// Checked by  tests/deform/elastic/corotated_elasticity_test.cpp
+/// Checked by  tests/deform/elastic/blocks_limits_test.cpp
 class CorotatedElasticity {
 public:
   /// @param scene in 2D or 3D, must outlive this, as must `linear`, which is of the same scene

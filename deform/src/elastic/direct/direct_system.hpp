@@ -33,7 +33,7 @@ namespace maille::deform {
 /// Same bits for any number of threads: the factor is made by one.
 ///
 /// Source  Amestoy, Davis and Duff 1996 (the order of the unknowns)
-/// Checked by  tests/deform/elastic/slender/slender_bodies_test.cpp
+/// Checked by  tests/deform/elastic/slender/slender_boxes_test.cpp
 class DirectSystem : public BodySystem {
 public:
   /// Orders the unknowns, and knows the size of the factor then. @param task must outlive this

@@ -37,7 +37,7 @@ namespace maille::deform {
 ///
 /// Source  Bertsekas 1982, Constrained Optimization and Lagrange Multiplier Methods, chapter 3; Nocedal and
 ///         Wright 2006, section 7.1; docs/theory.md, sections 2 and 7
-/// Checked by  coupled_limits_test.cpp, relaxed_oracle_test.cpp, box_penalties_test.cpp
+/// Checked by  coupled_limits_test.cpp, relaxed_test.cpp, box_penalties_test.cpp
 class ConstrainedMinimum : private GradientSpace, private GradientWatch {
 public:
   /// All but `components` must outlive this. @param components that are solved for, one or all: the fields

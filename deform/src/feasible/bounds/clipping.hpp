@@ -63,7 +63,7 @@ struct Clipping {
 /// Cost        one shortest-path search per moved component where all can be met, else five
 /// Repeatable  same bits in any order of the prescribed values
 /// Source      docs/theory.md, Theorems 4 and 5
-/// Checked by  tests/deform/feasible/clipping_test.cpp
+/// Checked by  tests/deform/feasible/limits_test.cpp
 Clipping clip(const Scene& scene, const LinkLimits& limits);
 
 /// The part of clip() that concerns one component; `prescribed` is changed in place.

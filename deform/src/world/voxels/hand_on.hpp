@@ -42,7 +42,7 @@ struct Transfer {
 /// @param map holds voxel i under the number i, one a cell, and is kept in step
 /// Cost    the cells that are passed through
 /// Source  Gibson, Beyond volume rendering (1995), "Object deformation"
-/// Checked by tests/deform/world/hand_on_test.cpp
+/// Checked by tests/deform/world/world_test.cpp
 Transfer hand_on(OccupancyMap& map, std::span<FreeVoxel> voxels, VoxelId voxel,
                  const Eigen::Vector3d& movement);
 

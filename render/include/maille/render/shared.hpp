@@ -18,7 +18,7 @@ namespace maille::render {
 ///
 /// Direct send: object o is cast by process o % size, tile t merged by process t % size. Same bits as
 /// `Renderer` with any number of processes.
-/// Checked by  tests/render/shared_test.cpp
+/// Checked by  tests/render/casting_test.cpp
 class SharedRenderer {
 public:
   using Bytes = std::vector<std::byte>;

@@ -23,7 +23,7 @@ namespace maille::deform {
 ///
 /// Cost        making 0.3 us a face; a path of a cell's length 0.2 us
 /// Memory      120 bytes a face
-/// Checked by  tests/deform/probe/body_surface_test.cpp
+/// Checked by  tests/deform/probe/proxy_test.cpp
 class BodySurface {
 public:
   /// @param scene of three dimensions @param displacement of its nodes, in its frame [m] @param pose of its
