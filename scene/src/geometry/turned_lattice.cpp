@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 
 namespace maille::reader {
 
@@ -16,10 +17,30 @@ Vec3 array(const Eigen::Vector3d& v) {
   return {v.x(), v.y(), v.z()};
 }
 
+/// The axis of a scene that is nearest to the fibre, the first among equals.
+std::size_t nearest_axis(const Vec3& fibre) {
+  std::size_t nearest = 0;
+  for (std::size_t a = 1; a < 3; ++a)
+    if (std::abs(fibre[a]) > std::abs(fibre[nearest]) + TurnedLattice::rounding)
+      nearest = a;
+  return nearest;
+}
+
 } // namespace
 
+// The smallest turn of the axis that is nearest to the fibre: so the lattice does not depend on which of the
+// image's axes is stored first.
 TurnedLattice::TurnedLattice(const Scene& scene, const Vec3& fibre)
-    : scene_(scene), axes_(axes_from_fibre(vector(fibre))) {}
+    : scene_(scene), spacing_(scene.specimen.grid.spacing()) {
+  const std::size_t nearest = nearest_axis(fibre);
+  Eigen::Matrix3d renamed = Eigen::Matrix3d::Identity();
+  if (const auto a = static_cast<Eigen::Index>(nearest); a > 0) {
+    renamed.col(0) = std::copysign(1.0, fibre[nearest]) * Eigen::Vector3d::Unit(a);
+    renamed.col(a) = -std::copysign(1.0, fibre[nearest]) * Eigen::Vector3d::Unit(0);
+  }
+  std::swap(spacing_[0], spacing_[nearest]);
+  axes_ = renamed * axes_from_fibre(renamed.transpose() * vector(fibre));
+}
 
 Specimen TurnedLattice::turned_body() const {
   const Specimen& old = scene_.specimen;
@@ -95,10 +116,10 @@ Grid TurnedLattice::grid(Vec3& origin) const {
   origin = {0, 0, 0};
   for (int axis = 0; axis < grid.dimension(); ++axis) {
     const auto a = static_cast<std::size_t>(axis);
-    cells[a] = std::max(1, static_cast<int>(std::ceil(2 * reach[axis] / grid.spacing()[a] - rounding)));
-    origin[a] = middle[axis] - 0.5 * cells[a] * grid.spacing()[a];
+    cells[a] = std::max(1, static_cast<int>(std::ceil(2 * reach[axis] / spacing_[a] - rounding)));
+    origin[a] = middle[axis] - 0.5 * cells[a] * spacing_[a];
   }
-  return Grid(grid.dimension(), cells, grid.spacing());
+  return Grid(grid.dimension(), cells, spacing_);
 }
 
 std::int64_t TurnedLattice::cell_at_middle_of(const Specimen& body, std::int64_t cell) const {

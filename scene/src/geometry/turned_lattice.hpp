@@ -34,6 +34,7 @@ private:
   Vec3 turned_fibre(const Vec3& fibre) const;
 
   const Scene& scene_;
+  Vec3 spacing_;         ///< of the turned grid
   Eigen::Matrix3d axes_; ///< columns: the turned axes, in the scene's frame
 };
 

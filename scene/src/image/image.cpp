@@ -106,16 +106,6 @@ bool is_direction(const FileGeometry& geometry, Faults& faults) {
   return largest_cosine <= largest_shear;
 }
 
-std::string ending_of(const std::filesystem::path& file) {
-  std::string name = file.filename().string();
-  std::transform(name.begin(), name.end(), name.begin(),
-                 [](unsigned char character) { return static_cast<char>(std::tolower(character)); });
-  for (const char* ending : {".nii.gz", ".nii", ".mha", ".mhd", ".nrrd", ".nhdr", ".vti"})
-    if (name.ends_with(ending))
-      return ending;
-  return {};
-}
-
 OpenImage open_image(const std::filesystem::path& file, std::int64_t largest, Faults& faults) {
   const std::string ending = ending_of(file);
   if (ending.empty() && is_dicom(file))
@@ -154,6 +144,16 @@ void check_memory(const OpenImage& image, int layers, const ImageLimits& limits,
 }
 
 } // namespace
+
+std::string ending_of(const std::filesystem::path& file) {
+  std::string name = file.filename().string();
+  std::transform(name.begin(), name.end(), name.begin(),
+                 [](unsigned char character) { return static_cast<char>(std::tolower(character)); });
+  for (const char* ending : {".nii.gz", ".nii", ".mha", ".mhd", ".nrrd", ".nhdr", ".vti"})
+    if (name.ends_with(ending))
+      return ending;
+  return {};
+}
 
 void Faults::add(std::string key, std::string expected, std::string found) {
   faults_.push_back({file_, 0, std::move(key), std::move(expected), std::move(found)});

@@ -34,6 +34,9 @@ private:
   std::vector<Fault> faults_;
 };
 
+/// `.nii.gz`, in small letters; empty where it is none of an image.
+std::string ending_of(const std::filesystem::path& file);
+
 /// Text from a file made fit for a message: quoted, cut, without unprintable characters.
 std::string in_quotes(std::string_view text);
 

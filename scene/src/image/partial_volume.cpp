@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -135,20 +136,34 @@ double value_between(const LayerWindow& values, const Index3& size, const Vec3& 
 
 constexpr int points_along_axis = 4;
 
-/// Share of a voxel above one half, by sample points.
-float share_above_half(const LayerWindow& values, const Index3& size, const Index3& voxel) {
+/// Bins of values, 128 for each power of two; all that are not above 0 are in the first, and all within a body
+/// in the last.
+constexpr int n_bins = 0x3f7c;
+int bin_of(float value) {
+  return value > 0 ? std::min(static_cast<int>(std::bit_cast<std::uint32_t>(value) >> 16), n_bins - 1) : 0;
+}
+
+/// Bins of the sample points of a voxel; one where all are in the same.
+void find_bins(const LayerWindow& values, const Index3& size, const Index3& voxel, std::vector<int>& bins) {
+  float least = std::numeric_limits<float>::infinity(), most = -least;
+  VoxelBlock(voxel, {1, 1, 1}, 1, size).for_each(size, [&](std::size_t v) {
+    least = std::min(least, values[v]);
+    most = std::max(most, values[v]);
+  });
+  bins.assign(1, bin_of(least));
+  if (bins.front() == bin_of(most)) // where all around are, so is the voxel
+    return;
+  bins.clear();
   const int in_z = size[2] == 1 ? 1 : points_along_axis;
-  int n = 0, above = 0;
   for (int k = 0; k < in_z; ++k)
     for (int j = 0; j < points_along_axis; ++j)
-      for (int i = 0; i < points_along_axis; ++i, ++n) {
+      for (int i = 0; i < points_along_axis; ++i) {
         const Index3 point{i, j, k};
         Vec3 at{};
         for (std::size_t a = 0; a < 3; ++a)
           at[a] = voxel[a] + (a == 2 && in_z == 1 ? 0.0 : (point[a] + 0.5) / points_along_axis - 0.5);
-        above += value_between(values, size, at) > 0.5 ? 1 : 0;
+        bins.push_back(bin_of(static_cast<float>(value_between(values, size, at))));
       }
-  return static_cast<float>(above) / static_cast<float>(n);
 }
 
 /// The material that most voxels of matter have, in the block or as near to it as there are some.
@@ -165,6 +180,62 @@ std::uint8_t material_around(const LayerWindow& image, const std::vector<LabelRa
       return static_cast<std::uint8_t>(most - count.begin());
   }
   return ranges.front().material;
+}
+
+/// The bin above which points are tissue, so that there are as many as a material's voxels have, and the part
+/// of those in it that are. @param points by bin
+std::pair<int, double> level_of(const std::vector<std::int64_t>& points, std::int64_t wanted) {
+  int bin = n_bins - 1;
+  for (; bin > 0 && points[static_cast<std::size_t>(bin)] < wanted; --bin)
+    wanted -= points[static_cast<std::size_t>(bin)];
+  const auto n = static_cast<double>(points[static_cast<std::size_t>(bin)]);
+  return {bin, n > 0 ? static_cast<double>(wanted) / n : 0};
+}
+
+/// 2 G f - G G f of shares f of voxels.
+LayerWindow sharpened(LayerWindow labels, double width) {
+  const ImageInfo info = labels.info();
+  const auto smoothing = std::make_shared<const Smoothing>(info, width);
+  const int reach = smoothing->reach_across();
+  const auto in_plane = [smoothing](std::span<float> layer) { smoothing->in_plane(layer); };
+  const auto first_planes = shared(changed(shared(std::move(labels)), 0, in_plane));
+  const auto once =
+      shared({info, [=](int k, std::vector<float>& values) {
+                first_planes->move_to(k - reach, k + reach + 1);
+                values.resize(values.size() + first_planes->layer_size());
+                smoothing->across(*first_planes, k, std::span(values).last(first_planes->layer_size()));
+              }});
+  // These are made as far ahead as the second mean reaches, for which `once` keeps what it is taken from.
+  const auto second_planes = shared(changed(once, reach, in_plane));
+  return {info, [=](int k, std::vector<float>& values) {
+            second_planes->move_to(k - reach, k + reach + 1);
+            values.resize(values.size() + once->layer_size());
+            const auto twice = std::span(values).last(once->layer_size());
+            smoothing->across(*second_planes, k, twice);
+            for (std::size_t i = 0; i < twice.size(); ++i)
+              twice[i] = 2 * once->layer(k)[i] - twice[i];
+          }};
+}
+
+/// Calls visit(voxel of layer k, whether it is matter, its material or the nearest one, bins) for matter and
+/// the voxels that the surface at 1/2 cuts: no other has tissue, so flat faces stay in place.
+template<class Visit>
+void for_each_voxel(LayerWindow& image, LayerWindow& values, const std::vector<LabelRange>& ranges, int k,
+                    Visit&& visit) {
+  const Index3& size = values.info().size;
+  values.move_to(k - 1, k + 2);
+  image.move_to(k - furthest_voxel, k + furthest_voxel + 1);
+  std::vector<int> bins;
+  std::size_t voxel = 0;
+  for (int j = 0; j < size[1]; ++j)
+    for (int i = 0; i < size[0]; ++i, ++voxel) {
+      const std::uint8_t own = material_of(image.layer(k)[voxel], ranges);
+      find_bins(values, size, {i, j, k}, bins);
+      if (own != no_material)
+        visit(voxel, true, own, bins);
+      else if (*std::ranges::max_element(bins) > bin_of(0.5F))
+        visit(voxel, false, material_around(image, ranges, {i, j, k}, {1, 1, 1}), bins);
+    }
 }
 
 } // namespace
@@ -196,53 +267,51 @@ Index3 voids_around(const ImageInfo& info, double width, const Index3& coarsen) 
   return voids;
 }
 
-LayerWindow shares_of_smoothed(LayerWindow labels, double width) {
-  const ImageInfo info = labels.info();
-  const auto smoothing = std::make_shared<const Smoothing>(info, width);
-  const int reach = smoothing->reach_across();
-  const auto in_plane = [smoothing](std::span<float> layer) { smoothing->in_plane(layer); };
-  const auto first_planes = shared(changed(shared(std::move(labels)), 0, in_plane));
-  const auto once =
-      shared({info, [=](int k, std::vector<float>& values) {
-                first_planes->move_to(k - reach, k + reach + 1);
-                values.resize(values.size() + first_planes->layer_size());
-                smoothing->across(*first_planes, k, std::span(values).last(first_planes->layer_size()));
-              }});
-  // These are made as far ahead as the second mean reaches, for which `once` keeps what it is taken from.
-  const auto second_planes = shared(changed(once, reach, in_plane));
-  const auto sharp = shared({info, [=](int k, std::vector<float>& values) {
-                               second_planes->move_to(k - reach, k + reach + 1);
-                               values.resize(values.size() + once->layer_size());
-                               const auto twice = std::span(values).last(once->layer_size());
-                               smoothing->across(*second_planes, k, twice);
-                               for (std::size_t i = 0; i < twice.size(); ++i)
-                                 twice[i] = 2 * once->layer(k)[i] - twice[i];
-                             }});
-  return {info, [=](int k, std::vector<float>& values) {
-            sharp->move_to(k - 1, k + 2);
-            for (int j = 0; j < info.size[1]; ++j)
-              for (int i = 0; i < info.size[0]; ++i) {
-                // Where all around are on one side, so is the voxel.
-                float least = std::numeric_limits<float>::infinity(), most = -least;
-                VoxelBlock({i, j, k}, {1, 1, 1}, 1, info.size).for_each(info.size, [&](std::size_t voxel) {
-                  least = std::min(least, (*sharp)[voxel]);
-                  most = std::max(most, (*sharp)[voxel]);
-                });
-                values.push_back(least > 0.5F   ? 1.0F
-                                 : most <= 0.5F ? 0.0F
-                                                : share_above_half(*sharp, info.size, {i, j, k}));
-              }
+LayerWindow shares_of_smoothed(const LayeredImage& image, const std::vector<LabelRange>& ranges,
+                               double width) {
+  const int n_points =
+      points_along_axis * points_along_axis * (image.info().size[2] == 1 ? 1 : points_along_axis);
+  std::array<std::int64_t, 256> wanted{};
+  std::array<std::vector<std::int64_t>, 256> points;
+  const auto labels = [&] { return shared(image.open(1 + 2 * furthest_voxel)); };
+  const auto values = [&] { return shared(sharpened(shares_of_labels(image.open(1), ranges), width)); };
+  const auto first = values(), seen = labels();
+  for (int k = 0; k < image.info().size[2]; ++k)
+    for_each_voxel(*seen, *first, ranges, k,
+                   [&](std::size_t, bool is_own, std::uint8_t material, const std::vector<int>& bins) {
+                     wanted[material] += is_own ? n_points : 0;
+                     points[material].resize(n_bins);
+                     for (const int bin : bins)
+                       points[material][static_cast<std::size_t>(bin)] += n_points / std::ssize(bins);
+                   });
+  std::array<std::pair<int, double>, 256> levels;
+  for (std::size_t material = 0; material < levels.size(); ++material)
+    if (wanted[material] > 0)
+      levels[material] = level_of(points[material], wanted[material]);
+  return {image.info(),
+          [again = values(), voxels = labels(), &ranges, levels](int k, std::vector<float>& to) {
+            const std::size_t before = to.size();
+            to.resize(before + again->layer_size(), 0);
+            for_each_voxel(*voxels, *again, ranges, k,
+                           [&](std::size_t voxel, bool, std::uint8_t material, const std::vector<int>& bins) {
+                             const auto& [level, part] = levels[material];
+                             double n = 0;
+                             for (const int bin : bins)
+                               n += bin < level ? 0 : bin == level ? part : 1;
+                             to[before + voxel] = static_cast<float>(n / static_cast<double>(bins.size()));
+                           });
           }};
 }
 
 std::int64_t fill_partial_cells(const LayeredImage& image, const std::vector<LabelRange>& ranges,
                                 const Index3& coarsen, LayerWindow shares, double least, bool of_matter,
-                                Specimen& body) {
+                                bool keeps_volume, Specimen& body) {
   const double whole = coarsen[0] * coarsen[1] * coarsen[2];
   const Index3& size = image.info().size;
   LayerWindow voxels = image.open(coarsen[2] + 2 * furthest_voxel);
   std::vector<std::uint8_t> materials = body.material_id;
   std::vector<float> tissue(materials.size(), 0);
+  std::array<double, 256> lost{}, room{}; // by material
   std::int64_t without = 0;
   for (std::size_t cell = 0; cell < materials.size(); ++cell) {
     const Index3 at = body.grid.cell_at(static_cast<std::int64_t>(cell));
@@ -259,14 +328,20 @@ std::int64_t fill_partial_cells(const LayeredImage& image, const std::vector<Lab
         sum += double{shares[voxel]};
     });
     const double share = sum / whole;
+    if ((keeps_volume ? share > 0 : share >= least) && materials[cell] == no_material)
+      materials[cell] = material_around(voxels, ranges, at, coarsen);
     if (!(share >= least)) {
+      lost[materials[cell]] += share;
       materials[cell] = no_material;
       continue;
     }
     tissue[cell] = static_cast<float>(share);
-    if (materials[cell] == no_material)
-      materials[cell] = material_around(voxels, ranges, at, coarsen);
+    room[materials[cell]] += share * (1 - share);
   }
+  for (std::size_t cell = 0; keeps_volume && cell < tissue.size(); ++cell)
+    if (float& part = tissue[cell]; part > 0 && part < 1)
+      part += static_cast<float>(std::min(lost[materials[cell]] / room[materials[cell]], 1.0)) * part *
+              (1 - part);
   body.material_id = std::move(materials);
   body.tissue = std::move(tissue);
   return without;

@@ -35,9 +35,10 @@ double diagonal_of(const Grid& grid) {
   return size.norm();
 }
 
-ForceCheck balance_of(const Scene& scene, const Mechanics& found) {
+ForceCheck balance_of(const Scene& scene, const Answer& answer, const Mechanics& found) {
   // Below these parts of the largest force, and of that force times the body's size, it is the solver's
-  // error; moments below the last are rounding.
+  // error; moments below the last, and forces below
+  // it of those on all nodes, are rounding.
   const double tolerance = std::max(1e-3, 10 * scene.relaxation.tolerance), rounding = 1e-9;
   double largest = 0;
   for (const auto* list : {&found.holds, &found.moves, &found.loads})
@@ -64,7 +65,10 @@ ForceCheck balance_of(const Scene& scene, const Mechanics& found) {
   check.force_share = force.norm() / largest;
   check.moment_share =
       moment.norm() / std::max({held.moment.norm(), given.moment.norm(), rounding * of_size});
-  if (check.force_share > tolerance)
+  double on_nodes = 0;
+  for (const double reaction : answer.reaction)
+    on_nodes += std::abs(reaction);
+  if (check.force_share > tolerance && force.norm() > rounding * on_nodes)
     check.caveats.push_back(
         fmt::format("forces are not in balance: {:.3g} N is missing, {:.3g} % of the largest", force.norm(),
                     100 * check.force_share));
@@ -82,7 +86,7 @@ std::optional<ForceCheck> check_forces(const Scene& scene, const Answer& answer)
   const Mechanics found = resultants_of(scene, answer);
   if (found.holds.empty() && found.moves.empty())
     return std::nullopt;
-  ForceCheck check = balance_of(scene, found);
+  ForceCheck check = balance_of(scene, answer, found);
   if (answer.method == "relaxed") {
     if (!check.caveats.empty())
       check.caveats.back() += ": its components know nothing of each other";

@@ -230,25 +230,20 @@ void account_for(const LabelCensus& census, const std::vector<LabelRange>& range
         {is_much ? 0 : -1, fmt::format("{}: voxels in cells of other labels or of none: {}", by, lost)});
 }
 
-/// A smooth surface cuts edges and thin parts off.
-void account_for_volume(const LabelCensus& census, std::size_t n_ranges, double of_voxel, Scene& scene) {
+/// Smooth labels lose what cells below `least` had and the others have no room for.
+void account_for_volume(const LabelCensus& census, std::size_t n_ranges, const Index3& coarsen,
+                        Scene& scene) {
   constexpr double said_at = 1e-3, warned_of_at = 0.05; // of the labels
-  constexpr double cubic_millimetres = 1e9;
-  const Specimen& body = scene.specimen;
-  const Vec3& h = body.grid.spacing();
-  double labels = 0, tissue = 0;
+  double labels = 0, tissue = 0;                        // voxels
   for (std::size_t i = 0; i < n_ranges; ++i)
-    labels += of_voxel * static_cast<double>(census.voxels(i));
-  for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
-    tissue += body.is_matter(cell) ? h[0] * h[1] * h[2] * body.tissue_of(cell) : 0;
-  const double share = tissue / labels - 1;
-  if (std::abs(share) > said_at)
+    labels += static_cast<double>(census.voxels(i));
+  for (const float part : scene.specimen.tissue)
+    tissue += double{part} * coarsen[0] * coarsen[1] * coarsen[2];
+  if (const double share = 1 - tissue / labels; std::abs(share) > said_at)
     scene.left_out.push_back(
         {std::abs(share) > warned_of_at ? 0 : -1,
-         fmt::format("partial_volume.smooth: {:.4g} mm^3 of tissue, {:+.4g} mm^3 ({:+.2g} %) from the {:.4g} "
-                     "mm^3 of the labels: a smaller width changes less",
-                     cubic_millimetres * tissue, cubic_millimetres * (tissue - labels), 100 * share,
-                     cubic_millimetres * labels)});
+         fmt::format("partial_volume.smooth: {:.2g} % of the labels' volume lies in cells below `least`",
+                     100 * share)});
 }
 
 void read_tensors(const FibreRequest& fibre, const std::filesystem::path& folder, const LabelCells& labels,
@@ -326,8 +321,8 @@ bool read_image_specimen(TableReader& table, const std::filesystem::path& folder
     }
     if (!place_fibres(*fibre, body, faults))
       return false;
-    if (const Vec3& h = image->info().spacing; is_smooth)
-      account_for_volume(census, ranges.size(), h[0] * h[1] * h[2], scene);
+    if (is_smooth)
+      account_for_volume(census, ranges.size(), *coarsen, scene);
     if (labels || is_segmented || !fibre->tensor_image.empty()) {
       const LabelCells cells(*image, ranges, first, *coarsen, body);
       if (is_segmented)

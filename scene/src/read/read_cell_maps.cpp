@@ -112,12 +112,12 @@ void fill_partial_volume(const PartialVolume& asked, const LayeredImage& image,
         return;
       }
     }
-    LayerWindow shares = is_grey ? shares_of_grey(from.open(coarsen[2]), asked.none, asked.full)
-                                 : shares_of_labels(from.open(coarsen[2]), ranges);
-    if (asked.from == PartialVolume::From::smooth)
-      shares = shares_of_smoothed(std::move(shares), asked.width);
-    const std::int64_t without =
-        fill_partial_cells(image, ranges, coarsen, std::move(shares), asked.least, is_of_other, body);
+    const bool is_smooth = asked.from == PartialVolume::From::smooth;
+    LayerWindow shares = is_grey     ? shares_of_grey(from.open(coarsen[2]), asked.none, asked.full)
+                         : is_smooth ? shares_of_smoothed(from, ranges, asked.width)
+                                     : shares_of_labels(from.open(coarsen[2]), ranges);
+    const std::int64_t without = fill_partial_cells(image, ranges, coarsen, std::move(shares), asked.least,
+                                                    is_of_other, is_smooth, body);
     // They would have to say how much is tissue: in voxels with a label or, of the body's own image, in any.
     if (without > 0)
       table.faults().add(asked.line, path, "a number in every voxel of the body",

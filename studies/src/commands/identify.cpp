@@ -12,6 +12,7 @@
 #include "identify/identify.hpp"
 #include "maille/materials/text_file.hpp"
 #include "maille/scene/measure/measure.hpp"
+#include "maille/scene/warp/displacement_field.hpp"
 #include "results/measure_values.hpp"
 
 #include <fmt/format.h>
@@ -267,10 +268,10 @@ int identify_command(const IdentifyOptions& options) {
                      "\"");
   ChangedScene scene(options.scene);
   SceneAndMeasures asked = scene.read();
-  const std::string text = is_displacement_image(options.measured)
+  const std::string text = is_image_file(options.measured)
                                ? std::string{}
                                : read_text_file(options.measured, "a table of measured numbers");
-  const bool is_of_places = is_displacement_image(options.measured) || is_table_of_points(text);
+  const bool is_of_places = is_image_file(options.measured) || is_table_of_points(text);
   if (options.sigma && !is_of_places)
     throw UsageError(
         "--sigma: expected an image or points of displacements with it, found a table of measures, "

@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
 
 namespace maille::studies {
@@ -39,6 +38,7 @@ MaterialPoint in_body(const Specimen& body, const Vec3& world) {
 void read_image(const std::filesystem::path& file, double sigma, const Scene& scene, DisplacementData& data) {
   const DisplacementImage image(file, 1e-3, &scene.specimen);
   const ImageInfo& info = image.info();
+  const bool is_of_other_world = read_image_info(file).direction[0] != info.direction[0];
   std::int64_t not_finite = 0;
   for (std::int64_t voxel = 0; voxel < info.n_voxels(); ++voxel) {
     const std::int64_t row = voxel / info.size[0];
@@ -51,7 +51,11 @@ void read_image(const std::filesystem::path& file, double sigma, const Scene& sc
     MaterialPoint point = in_body(scene.specimen, world);
     if (point.cells.empty())
       continue;
-    const auto u = image.at(world);
+    auto u = image.at(world);
+    if (u && image.is_along_object())
+      u = to_world(scene.specimen.placement, *u);
+    else if (u && is_of_other_world)
+      u = {-(*u)[0], -(*u)[1], (*u)[2]};
     if (!u)
       ++not_finite;
     else
@@ -85,12 +89,6 @@ void read_points(const std::filesystem::path& file, std::optional<double> sigma,
 
 } // namespace
 
-bool is_displacement_image(const std::filesystem::path& file) {
-  const std::string name = file.filename().string();
-  return std::ranges::any_of(std::array{".nii", ".nii.gz", ".mha", ".mhd", ".vti"},
-                             [&](const char* ending) { return name.ends_with(ending); });
-}
-
 bool is_table_of_points(std::string_view text) {
   const std::string_view first = text.substr(0, text.find('\n'));
   return first.find("ux") != std::string_view::npos && first.find("measure") == std::string_view::npos;
@@ -99,7 +97,7 @@ bool is_table_of_points(std::string_view text) {
 DisplacementData read_displacement_data(const std::filesystem::path& file, std::optional<double> sigma,
                                         const Scene& scene) {
   DisplacementData data;
-  if (!is_displacement_image(file))
+  if (!is_image_file(file))
     read_points(file, sigma, scene, data);
   else if (!sigma)
     throw InputError(

@@ -8,6 +8,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <random>
 #include <set>
 
 namespace maille {
@@ -67,6 +68,37 @@ TEST(FibreLatticeAnalytic, AQuarterTurnRenamesTheAxes) {
     const Vec3 x = in_world(body, body.position(body.grid.node_at(p.node)));
     EXPECT_NEAR(x[0], p.held ? 0 : 12e-3, 1e-15);
     EXPECT_NEAR(p.value, p.held || p.component != 2 ? 0 : -1e-3, 1e-18);
+  }
+}
+
+// Truth: the same box with its axes in another order has its cells at the same places.
+TEST(FibreLatticeAnalytic, OrderOfAxesChangesNothing) {
+  std::mt19937 random(41);
+  std::uniform_real_distribution<double> any(-1, 1);
+  for (int n = 0; n < 50; ++n) {
+    const Vec3 fibre{any(random), any(random), any(random)};
+    std::array<std::set<std::array<long, 3>>, 3> places;
+    for (std::size_t order = 0; order < 3; ++order) {
+      const auto of = [order](const auto& values, std::size_t a) { return values[(a + order) % 3]; };
+      const std::array<int, 3> cells{9, 7, 6};
+      const Vec3 h{1, 1.5, 2};
+      const Specimen body =
+          parse_scene(fmt::format("[specimen]\nshape = \"box\"\nlattice = \"fibre\"\ncells = [{}, {}, {}]\n"
+                                  "spacing = [\"{} mm\", \"{} mm\", \"{} mm\"]\nmaterial = "
+                                  "\"muscle/soleus\"\nfibre = [{}, {}, {}]\n[[hold]]\nwhere = {{ sphere = {{ "
+                                  "centre = [0, 0, 0], radius = \"1 m\" }} }}\n",
+                                  of(cells, 0), of(cells, 1), of(cells, 2), of(h, 0), of(h, 1), of(h, 2),
+                                  of(fibre, 0), of(fibre, 1), of(fibre, 2)))
+              .specimen;
+      for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node)
+        if (body.is_node(body.grid.node_at(node))) {
+          const Vec3 x = in_world(body, body.position(body.grid.node_at(node)));
+          places[order].insert({std::lround(1e7 * x[(3 - order) % 3]), std::lround(1e7 * x[(4 - order) % 3]),
+                                std::lround(1e7 * x[(5 - order) % 3])});
+        }
+    }
+    EXPECT_EQ(places[0], places[1]) << n;
+    EXPECT_EQ(places[0], places[2]) << n;
   }
 }
 

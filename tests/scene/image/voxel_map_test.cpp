@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <random>
 #include <sstream>
 
 namespace maille {
@@ -111,9 +112,18 @@ TEST(VoxelMapContract, TensorsAndFramesAreThoseOfTheFormat) {
       .seekg(352)
       .read(reinterpret_cast<char*>(stored.data()), sizeof stored);
   EXPECT_EQ(stored, (std::array<float, 6>{11, 12, 22, 13, 23, 33}));
-  for (const char* name : {"six.nii.gz", "six.mha", "six.nrrd"}) {
-    write_image(image, folder.path() / name);
-    EXPECT_EQ(read_image(folder.path() / name).values, image.values) << name;
+  std::mt19937 random(41);
+  for (int n = 0; n < 40; ++n) {
+    Image any = image;
+    for (int& along : any.info.size)
+      along = 1 + static_cast<int>(random() % 4);
+    any.info.world = random() % 2 == 0 ? WorldAxes::ras : WorldAxes::lps;
+    any.values.resize(static_cast<std::size_t>(6 * any.info.n_voxels()));
+    std::ranges::generate(any.values, [&] { return static_cast<float>(random() % 1000) - 500; });
+    for (const char* name : {"six.nii", "six.nii.gz", "six.mha", "six.nrrd"}) {
+      write_image(any, folder.path() / name);
+      EXPECT_EQ(read_image(folder.path() / name).values, any.values) << name;
+    }
   }
   EXPECT_NEAR(read.info.origin[0], -1e-3, 1e-9);
   EXPECT_NEAR(read.info.origin[1], -2e-3, 1e-9);

@@ -313,8 +313,9 @@ volume = { label = 2 }
   EXPECT_NEAR(*in_part[2].value + *in_part[3].value, 72e-9, 1e-13);
 }
 
-// Truth: two boxes side by side, a ball and what is outside of it, two labels: of pressures and of any
-// reactions the parts add up to the whole, and a hold's own box bears all of its force.
+// Truth: two boxes side by side, a ball and what is outside of it, two labels, two faces with an edge: of
+// pressures and of any reactions the parts add up to the whole, and a hold's own box bears all of its force.
+// Nodes of an edge bear on both faces: there parts add up to the whole and the edge.
 TEST(MeasureIndependent, RandomPartsAddUpToTheWhole) {
   std::mt19937 random(41);
   test::Dice dice{random};
@@ -342,15 +343,18 @@ TEST(MeasureIndependent, RandomPartsAddUpToTheWhole) {
     };
     const std::string ball = fmt::format("{{ sphere = {{ centre = [{}, {}, 5], radius = {} }} }}",
                                          11.3 + 2 * dice.below(5), -19.5 - dice.below(6), 3 + dice.below(4));
-    const std::array<std::array<std::string, 2>, 3> pairs{
-        {{half(false), half(true)}, {ball, "{ not = " + ball + " }"}, {"{ label = 1 }", "{ label = 2 }"}}};
+    const std::array<std::array<std::string, 2>, 4> pairs{{{half(false), half(true)},
+                                                           {ball, "{ not = " + ball + " }"},
+                                                           {"{ label = 1 }", "{ label = 2 }"},
+                                                           {"\"x-\"", "\"z-\""}}};
     std::string text =
         "units = \"mm\"\n[specimen]\nshape = \"image\"\nimage = \"labels.nii\"\nlabels = { 1 = { "
         "youngs_modulus = \"1 kPa\", poisson_ratio = 0 }, 2 = { youngs_modulus = \"9 kPa\", poisson_ratio = "
         "0 } }\n" +
         std::string(is_partial ? "coarsen = 2\npartial_volume = true\n" : "") +
         "[[hold]]\nwhere = \"z-\"\n[[hold]]\nframe = \"world\"\nwhere = " + pairs[0][0] + "\n";
-    const auto& pair = pairs[std::size_t(n % 3)];
+    const auto& pair = pairs[static_cast<std::size_t>(n / 2 % 4)];
+    const bool are_faces = &pair == &pairs.back();
     const std::array<std::string, 3> parts{pair[0], pair[1], "{ any = [" + pair[0] + ", " + pair[1] + "] }"};
     for (std::size_t part = 0; part < 3; ++part)
       text +=
@@ -358,6 +362,10 @@ TEST(MeasureIndependent, RandomPartsAddUpToTheWhole) {
                       "\"world\"\nname = \"part{0}\"\nforce = {{ where = {1} }}\n",
                       part, parts[part]);
     text += "[[measure]]\nframe = \"world\"\nname = \"held\"\nforce = { where = " + pairs[0][0] + " }\n";
+    if (are_faces)
+      text +=
+          "[[hold]]\nwhere = \"x-\"\n[[measure]]\nframe = \"world\"\nname = \"edge\"\nforce = { where = { "
+          "all = [\"x-\", \"z-\"] } }\n";
     try {
       const auto asked = read_scene_and_measures(folder.write("scene.toml", text));
       Answer answer;
@@ -375,8 +383,10 @@ TEST(MeasureIndependent, RandomPartsAddUpToTheWhole) {
         resultant_error = std::max(resultant_error, difference.norm());
         EXPECT_LT(difference.norm(), 1e-9) << text;
       };
-      error(vec(*values[0].vector) + vec(*values[1].vector) - vec(*values[2].vector));
-      error(vec(*values[2].vector) - all - in_box);
+      error(vec(*values[0].vector) + vec(*values[1].vector) - vec(*values[2].vector) -
+            (are_faces ? vec(*values[4].vector) : Vector3d::Zero()));
+      if (!are_faces)
+        error(vec(*values[2].vector) - all - in_box);
       std::map<std::int32_t, Vector3d> loads;
       for (const FaceLoad& face : asked.scene.tractions)
         loads.try_emplace(face.condition, Vector3d::Zero()).first->second +=

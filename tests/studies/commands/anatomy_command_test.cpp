@@ -3,6 +3,7 @@
 
 #include "maille/scene/csv.hpp"
 #include "maille/scene/image.hpp"
+#include "maille/scene/write_image.hpp"
 #include "studies/commands/command_scenes.hpp"
 #include "studies/commands/run_command.hpp"
 #include "support/label_scene.hpp"
@@ -74,9 +75,10 @@ displacement = {{ at = [7, 2, 4] }}
 
 class Blocks {
 public:
-  Blocks() {
-    folder_.write("blocks.mha",
-                  image_of(8, 0, 1, [](const auto& at, int) { return at[2] < 4 ? 1.0F : 2.0F; }));
+  /// @param axes more of the header
+  explicit Blocks(const std::string& axes = "") {
+    std::string image = image_of(8, 0, 1, [](const auto& at, int) { return at[2] < 4 ? 1.0F : 2.0F; });
+    folder_.write("blocks.mha", image.insert(image.find("NDims"), axes));
   }
   std::string write(const std::string& name, const std::string& content) const {
     return folder_.write(name, content).string();
@@ -113,6 +115,46 @@ TEST(IdentifyDisplacementAnalytic, FindsTheConstantsOfAnImageAndOfPoints) {
     points += fmt::format("{},{:.9g},{:.9g},{:.9g}\n", places[i], measures[i]["vector"][0].get<double>(),
                           measures[i]["vector"][1].get<double>(), measures[i]["vector"][2].get<double>());
   expect_found(files.identify(files.write("points.csv", points)));
+}
+
+// Truth: the constants that the displacements were computed with; vectors along the oblique grid or the world.
+TEST(IdentifyDisplacementAnalytic, FindsTheConstantsOfEveryFormat) {
+  const Blocks files("TransformMatrix = 0.6 0.8 0 -0.8 0.6 0 0 0 1\n");
+  ASSERT_EQ(maille_command("run " + files.write("truth.toml", blocks_of(100, 50)) + " --maps --out " +
+                           files.path("out"))
+                .code,
+            0);
+  const Image map = read_image(files.path("out/truth_coupled_displacement.nii.gz"));
+  const ImageInfo& info = map.info;
+  std::string axes, bytes;
+  for (std::size_t a = 0; a < 3; ++a)
+    axes += fmt::format(" ({}, {}, {})", info.direction[0][a], info.direction[1][a], info.direction[2][a]);
+  const auto n = static_cast<std::size_t>(info.n_voxels());
+  for (std::size_t v = 0; v < n; ++v)
+    for (std::size_t a = 0; a < 3; ++a) {
+      double along = 0;
+      for (std::size_t row = 0; row < 3; ++row)
+        for (std::size_t c = 0; c < 3; ++c)
+          along += info.direction[row][a] * info.vectors_to_world.value()[row][c] * map.values[c * n + v];
+      const auto number = static_cast<float>(along);
+      bytes.append(reinterpret_cast<const char*>(&number), 4);
+    }
+  expect_found(files.identify(files.write(
+      "along.nrrd",
+      fmt::format("NRRD0005\ntype: float\nendian: little\nencoding: raw\ndimension: 4\nsizes: 3 {} {} {}\n"
+                  "kinds: vector domain domain domain\nspace: {}\nspace directions: none{}\n"
+                  "space origin: ({}, {}, {})\nmeasurement frame:{}\n\n",
+                  info.size[0], info.size[1], info.size[2],
+                  info.world == WorldAxes::ras ? "right-anterior-superior" : "left-posterior-superior", axes,
+                  1e3 * info.origin[0], 1e3 * info.origin[1], 1e3 * info.origin[2], axes) +
+          bytes)));
+  Image lps = map; // as write_image has it
+  for (std::size_t i = 0; i < 2 * n; ++i)
+    lps.values[i] = -lps.values[i];
+  for (const char* name : {"world.nrrd", "world.mha"}) {
+    write_image(lps, files.path(name));
+    expect_found(files.identify(files.path(name)));
+  }
 }
 
 TEST(IdentifyDisplacementContract, DataThatLieElsewhereOrAreNoNumbersAreNamed) {

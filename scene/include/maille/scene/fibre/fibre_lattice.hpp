@@ -19,10 +19,10 @@ struct LatticeRefusal {
 /// all are alike, 1 / dimension where none stands out
 Vec3 mean_fibre(const Specimen& specimen, double& agreement);
 
-/// A copy of `scene` on a lattice whose x axis is mean_fibre(): the smallest turn of the lattice that does
-/// it. A scene whose fibres run along x already comes back as it is.
+/// A copy of `scene` on a lattice whose x axis is mean_fibre(): the smallest turn of the axis that is nearest
+/// to it, which then is called x. A scene whose fibres run along x already comes back as it is.
 ///
-/// Shape    same spacing, centred on the body's box; a cell holds what the scene has at its middle, so an
+/// Shape    same spacings, centred on the body's box; a cell holds what the scene has at its middle, so an
 ///          oblique face is a stair, off by up to 0.87 spacings, and right in the mean
 /// Holds    and moves: a node takes what is prescribed for the scene's nearest node, turned; moves that turn
 ///          are placed anew

@@ -9,6 +9,9 @@ namespace maille {
 
 struct Specimen;
 
+/// Whether read_image takes it, by the ending of its name, rather than as a table.
+bool is_image_file(const std::filesystem::path& file);
+
 /// Vectors on the voxels of an image, between their centres linear along each axis (multilinear); half a
 /// voxel beyond the outer centres it is what they have.
 class DisplacementImage {
