@@ -53,9 +53,6 @@ public:
     folder_.write("ramp.mha", image_of(1, [](const Index3& at, int) { return 100.0F + 5 * float(at[0]); }));
     folder_.write("gap.mha", image_of(1, [](const Index3& at, int) { return at[0] == 3 ? NAN : 1.0F; }));
     folder_.write("gap3.mha", image_of(3, [](const Index3& at, int) { return at[0] == 3 ? NAN : 0.01F; }));
-    folder_.write("ball.mha", image_of(1, [](const Index3& at, int) {
-                    return std::hypot(at[0] - 5.5, at[1] - 5.5, at[2] - 5.5) < 5 ? 1.0F : 0.0F;
-                  }));
     folder_.write("u.mha",
                   image_of(3, [](const Index3& at, int c) { return 0.01F * float(at[std::size_t(c)]); }));
   }
