@@ -284,7 +284,7 @@ private:
         high = profile(j, along, high, rise);
         low = profile(j, -along, low, rise);
       }
-      one.is_determined = low + high <= widest_interval;
+      one.is_determined = status == IdentifyStatus::done && low + high <= widest_interval;
       if (has_scale && std::isfinite(low + high))
         one.interval = {std::exp(best_.theta(j) - low), std::exp(best_.theta(j) + high)};
       if (!one.is_determined && is_settled)
