@@ -14,7 +14,6 @@
 #include <cstring>
 #include <functional>
 #include <limits>
-#include <numeric>
 
 namespace maille {
 namespace {
@@ -54,9 +53,6 @@ public:
                   image_of(1, [](const Index3& at, int) { return 100.0F + 5 * static_cast<float>(at[0]); }));
     folder_.write("gap.mha", image_of(1, [](const Index3& at, int) { return at[0] == 3 ? NAN : 1.0F; }));
     folder_.write("gap3.mha", image_of(3, [](const Index3& at, int) { return at[0] == 3 ? NAN : 0.01F; }));
-    folder_.write("ball.mha", image_of(1, [](const Index3& at, int) {
-                    return std::hypot(at[0] - 5.5, at[1] - 5.5, at[2] - 5.5) < 5 ? 1.0F : 0.0F;
-                  }));
     folder_.write("u.mha", image_of(3, [](const Index3& at, int c) {
                     return 0.01F * static_cast<float>(at[static_cast<std::size_t>(c)]);
                   }));
@@ -190,16 +186,6 @@ TEST(ReadAnatomyAnalytic, LawsAreThoseOfTheirAuthors) {
   EXPECT_NEAR(law->youngs_modulus(500), 6850e6 * std::pow(0.5, 1.49), 1);
   for (const DensityLaw& each : density_laws())
     EXPECT_FALSE(each.source.empty()) << each.name;
-}
-
-TEST(ReadAnatomyAnalytic, ASmoothedBallHasTheVolumeOfItsVoxels) {
-  const Anatomy files;
-  const Scene scene = files.read("[specimen]\nshape = \"image\"\nimage = \"ball.mha\"\n"
-                                 "material = { youngs_modulus = \"1 kPa\", poisson_ratio = 0.3 }\n"
-                                 "partial_volume = { smooth = \"0.8 mm\" }\n[[hold]]\nwhere = \"z-\"\n");
-  const auto& tissue = scene.specimen.tissue;
-  EXPECT_NEAR(std::accumulate(tissue.begin(), tissue.end(), 0.0), 552, 1e-4);
-  EXPECT_GT(std::ranges::count_if(tissue, [](float part) { return part > 0 && part < 1; }), 100);
 }
 
 TEST(ReadAnatomyAnalytic, AMoveTakesWhatAnImageHas) {

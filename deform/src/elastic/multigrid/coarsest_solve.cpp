@@ -11,6 +11,15 @@ namespace {
 
 constexpr double nothing = 1e-9; // beside the stiffness of a node
 
+/// Of the modes with more than a part of the largest eigenvalue.
+Eigen::MatrixXd inverse_of_modes(const Eigen::MatrixXd& K, double least) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(K);
+  const double smallest = least * modes.eigenvalues()(K.rows() - 1);
+  const Eigen::VectorXd inverted =
+      modes.eigenvalues().unaryExpr([&](double value) { return value > smallest ? 1 / value : 0.0; });
+  return modes.eigenvectors() * inverted.asDiagonal() * modes.eigenvectors().transpose();
+}
+
 /// Both of a matrix with ones on its diagonal.
 Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& K) {
   const Eigen::Index n = K.rows();
@@ -18,20 +27,21 @@ Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& K) {
   if (factors.info() == Eigen::Success &&
       factors.matrixLLT().diagonal().array().square().minCoeff() > nothing)
     return factors.solve(Eigen::MatrixXd::Identity(n, n));
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(K);
-  const double smallest = nothing * modes.eigenvalues()(n - 1);
-  const Eigen::VectorXd inverted =
-      modes.eigenvalues().unaryExpr([&](double value) { return value > smallest ? 1 / value : 0.0; });
-  return modes.eigenvectors() * inverted.asDiagonal() * modes.eigenvectors().transpose();
+  return inverse_of_modes(K, nothing);
 }
 
+/// Matter that hangs on an edge turns at no energy: the inverse of the shift would be of so large a size that
+/// float32 held nothing of the other modes beside it.
 Eigen::MatrixXd shifted_inverse(Eigen::MatrixXd K) {
   Eigen::LLT<Eigen::MatrixXd> factors;
   for (double shift = nothing; shift < 1; shift *= 10) {
     K.diagonal().array() += shift;
     factors.compute(K);
-    if (factors.info() == Eigen::Success)
-      break;
+    if (factors.info() != Eigen::Success)
+      continue;
+    if (factors.matrixLLT().diagonal().array().square().minCoeff() < 100 * shift)
+      return inverse_of_modes(K, 100 * shift);
+    break;
   }
   return factors.solve(Eigen::MatrixXd::Identity(K.rows(), K.rows()));
 }

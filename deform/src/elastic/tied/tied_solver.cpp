@@ -36,12 +36,6 @@ public:
       if (tie.spring > 0)
         add_rub(tie, rub_of(tie, u), forces, -1);
   }
-  /// Goes on with the diagonal alone. @return false if it does already
-  bool drop_multigrid() {
-    const bool had = of_single_bodies_ != nullptr;
-    of_single_bodies_.reset();
-    return had;
-  }
   /// @param pulls  by tie, of springs between its nodes
   FlexibleGradients gradients(const std::vector<Vec3>& pulls) const {
     return FlexibleGradients(task(), forces_of_loads(pulls), is_fixed());
@@ -60,12 +54,7 @@ private:
       : TiedModel(task, elasticity.diagonal()), elasticity_(std::move(elasticity)), held_softly_(task.scene) {
   }
   void precondition_bodies(const Displacement& residual, Displacement& correction) override {
-    if (of_single_bodies_)
-      return of_single_bodies_->precondition(residual, correction), void();
-    const Displacement stiffness = diagonal();
-    for (std::size_t b = 0; b < 3; ++b)
-      for (std::size_t i = 0; i < residual.n_nodes(); ++i)
-        correction(b, i) = is_fixed()[b][i] ? 0 : residual(b, i) / stiffness(b, i);
+    of_single_bodies_->precondition(residual, correction);
   }
   static void add_rub(const NodeTie& tie, const Vec3& rub, Displacement& forces, double factor) {
     for (std::size_t b = 0; b < 3; ++b) {
@@ -168,23 +157,13 @@ bool solve_coupled_tied(const CoupledTask& asked, Answer& answer) {
   answer.seconds.setup = task.clock.seconds();
   CoupledRound end = CoupledRound::finished;
   do {
+    FlexibleGradients gradients = system.gradients(friction.pulls());
     Answer round;
-    std::string problem;
-    for (bool is_tried = false; !is_tried;) {
-      FlexibleGradients gradients = system.gradients(friction.pulls());
-      end = gradients.solve(system, answer.displacement, round);
-      problem = gradients.problem();
-      // Matter that hangs on an edge turns at no energy, which grids in float32 may take for less than none.
-      is_tried = end != CoupledRound::stalled || !system.drop_multigrid();
-      if (!is_tried) {
-        answer.displacement = asked.initial_state();
-        system.ties().bring_together(answer.displacement);
-      }
-    }
+    end = gradients.solve(system, answer.displacement, round);
     answer.iterations += round.iterations;
     answer.residual = round.residual;
     if (end == CoupledRound::stalled)
-      return give_up(answer, problem);
+      return give_up(answer, gradients.problem());
     if (end != CoupledRound::finished || friction.empty())
       break;
     answer.tie_press = press_of_ties(task.scene, system.beyond_loads(answer.displacement, friction.pulls()));
