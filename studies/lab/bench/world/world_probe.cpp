@@ -1,4 +1,4 @@
-#include "bench/world/world.hpp"
+#include "bench/subjects.hpp"
 #include "maille/studies/probe_run.hpp"
 
 #include <fmt/format.h>
