@@ -157,7 +157,7 @@ def write_image(folder, label, cells, scale=1):
     else:
         code = compile(label, label, "eval")
         at = [[(i + 0.5) * side for i in range(n)] for n in size]
-        labels = bytes(eval(code, {"math": math, "x": x, "y": y, "z": z}) for z in at[2] for y in at[1] for x in at[0])
+        labels = bytes(int(eval(code, {"math": math, "x": x, "y": y, "z": z})) for z in at[2] for y in at[1] for x in at[0])
     header = (f"ObjectType = Image\nNDims = 3\nDimSize = {size[0]} {size[1]} {size[2]}\nElementSpacing = {side} {side} {side}\n"
               f"Offset = {side / 2} {side / 2} {side / 2}\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n")
     file.write_bytes(header.encode() + labels)
