@@ -66,7 +66,6 @@ double ishigami(const std::vector<double>& u) {
 const std::vector<double> ishigami_first{0.3139, 0.4424, 0}, ishigami_total{0.5576, 0.4424, 0.2437};
 
 TEST(SobolIndicesAnalytic, OfIshigamisFunction) {
-  EXPECT_LE(sobol_error_of_ishigami(), 1e-5);
   expect_indices(sobol_by_chaos(sampled(sobol_points(256, 3), ishigami)), ishigami_first, ishigami_total,
                  1e-4);
   expect_indices(by_pairs(2048, 3, ishigami), ishigami_first, ishigami_total, 0.02);

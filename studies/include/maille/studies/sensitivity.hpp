@@ -69,9 +69,4 @@ Sensitivity sobol_by_grid(const std::vector<int>& counts, const std::vector<std:
 /// @pre values.size() is a multiple of n_parameters + 2
 Sensitivity sobol_by_pairs(int n_parameters, const std::vector<std::optional<double>>& values);
 
-/// The largest error of first and total indices, by sobol_by_chaos of 512 points of a Latin hypercube, of
-/// Ishigami's function sin x1 + a sin^2 x2 + b x3^4 sin x1 over [-pi, pi]^3, a = 7, b = 0.1, against its
-/// exact indices (Ishigami and Homma 1990). Some tenths of a second.
-double sobol_error_of_ishigami();
-
 } // namespace maille::studies
