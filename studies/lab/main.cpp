@@ -1,22 +1,11 @@
-/// maille-lab SUBJECT [--quick] [--only NAME]... [--markdown FILE] [--threads N]: measures one subject and
+/// maille-lab SUBJECT [--quick] [--only NAME]... [--threads N]: measures one subject and
 /// prints what it found as JSON.
 /// studies/lab/run starts it, checks the command line and prints tables.
+/// maille-lab --promises SCENE METHOD [TRAJECTORY]: a row about one answer, or one play.
 /// mpirun -n N maille-lab verify --ranks: only what several ranks solve together.
 
-#include "bench/bodies/bodies.hpp"
-#include "bench/ecosystem/ecosystem.hpp"
-#include "bench/fem.hpp"
-#include "bench/live/live.hpp"
-#include "bench/materials/materials.hpp"
-#include "bench/mechanics/mechanics.hpp"
-#include "bench/propagate/propagate.hpp"
-#include "bench/relax/relax.hpp"
-#include "bench/render/render.hpp"
-#include "bench/studies/studies.hpp"
-#include "bench/world/world.hpp"
-#include "export/whole_file.hpp"
+#include "bench/subjects.hpp"
 #include "maille/fem_ref/ranks.hpp"
-#include "stability/stability.hpp"
 #include "verify/verification.hpp"
 
 #include <fmt/format.h>
@@ -38,7 +27,6 @@ struct Request {
   std::string subject;
   bool quick = false, ranks = false;
   std::vector<std::string> only;
-  std::string markdown;
   int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
 };
 
@@ -52,8 +40,6 @@ Request request_of(const std::vector<std::string>& words) {
       request.ranks = true;
     else if (words[i] == "--only")
       request.only.push_back(value());
-    else if (words[i] == "--markdown")
-      request.markdown = value();
     else if (words[i] == "--threads")
       request.threads = std::stoi(value());
     else
@@ -92,47 +78,25 @@ BenchReport row_by_row(const BenchOptions& options, const Control& control) {
   return report;
 }
 
-const std::map<std::string, Bench, std::less<>> benches{{"propagate", row_by_row<bench_propagate>},
-                                                        {"relax", row_by_row<bench_relax>},
-                                                        {"bodies", row_by_row<bench_bodies>},
-                                                        {"fem", row_by_row<bench_fem>},
-                                                        {"materials", bench_materials},
-                                                        {"mechanics", row_by_row<bench_mechanics>},
-                                                        {"studies", bench_studies},
-                                                        {"estimates", bench_estimates},
-                                                        {"choices", bench_choices},
-                                                        {"world", row_by_row<bench_world>},
-                                                        {"live", row_by_row<bench_live>},
-                                                        {"ecosystem", row_by_row<bench_ecosystem>},
-                                                        {"render", row_by_row<bench_render>}};
+const std::map<std::string, Bench, std::less<>> benches{
+    {"propagate", row_by_row<bench_propagate>}, {"springs", row_by_row<bench_springs>},
+    {"world", row_by_row<bench_world>},         {"live", row_by_row<bench_live>},
+    {"warp", row_by_row<bench_warp>},           {"render", row_by_row<bench_render>}};
 
 BenchReport verified(const Request& request, const Control& control) {
   VerificationOptions options;
   options.quick = request.quick;
   options.progress = control.progress;
   const std::vector<VerificationRow> rows = verify(options);
-  const auto of_ranks = differences_of_two_ranks(std::filesystem::read_symlink("/proc/self/exe"));
-  const BenchReport report =
-      verification_report(rows, worst_difference_from_calculix(),
-                          of_ranks ? std::optional(of_ranks->finite_elements) : std::nullopt);
-  if (!request.markdown.empty())
-    write_whole(request.markdown, verification_page(rows));
-  return report;
+  const auto of_ranks = difference_of_two_ranks(std::filesystem::read_symlink("/proc/self/exe"));
+  return verification_report(rows, worst_difference_from_calculix(), of_ranks);
 }
 
-BenchReport at_extremes(const Request& request, const Control& control) {
-  const Stability result = stability({.quick = request.quick, .extremes = request.only}, control);
-  if (!request.markdown.empty() && !control.should_stop())
-    write_whole(request.markdown, stability_page(result));
-  return stability_report(result);
-}
-
-int print_differences_of_ranks() {
+int print_difference_of_ranks() {
   fem_ref::start_ranks();
-  const double of_elements = worst_difference_between_ranks(),
-               of_coupled = worst_coupled_difference_between_ranks();
+  const double difference = worst_difference_between_ranks();
   if (fem_ref::ranks().is_first())
-    fmt::print("{} {}\n", of_elements, of_coupled);
+    fmt::print("{}\n", difference);
   return 0;
 }
 
@@ -141,10 +105,8 @@ int print_names(const std::string& subject) {
   std::vector<std::string> names;
   if (subject == "world")
     names = world_bench_parts();
-  else if (subject == "stability")
-    names = stability_extremes();
   else if (subject.empty()) {
-    names = {"stability", "verify"};
+    names = {"verify"};
     for (const auto& [name, bench] : benches)
       names.push_back(name);
   }
@@ -156,15 +118,18 @@ int print_names(const std::string& subject) {
 int run(const std::vector<std::string>& words) {
   if (!words.empty() && words[0] == "--names")
     return print_names(words.size() > 1 ? words[1] : "");
+  if (words.size() > 2 && words[0] == "--promises") {
+    const auto row = promises_of(words[1], words[2], words.size() > 3 ? words[3] : "", {});
+    fmt::print("{}\n", row.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+    return 0;
+  }
   const Request request = request_of(words);
   if (request.ranks)
-    return print_differences_of_ranks();
+    return print_difference_of_ranks();
   const Control control = control_of(request);
   BenchReport report;
   if (request.subject == "verify")
     report = verified(request, control);
-  else if (request.subject == "stability")
-    report = at_extremes(request, control);
   else
     report = benches.at(request.subject)(
         {.quick = request.quick, .only = request.only.empty() ? "" : request.only[0]}, control);

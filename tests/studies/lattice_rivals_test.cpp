@@ -4,7 +4,6 @@
 #include "rivals/spring_lattice.hpp"
 #include "support/bodies/scenes.hpp"
 #include "support/fields.hpp"
-#include "support/vector_targets.hpp"
 
 #include <gtest/gtest.h>
 
@@ -42,12 +41,6 @@ Scene supported_bar() {
   for (int axis = 0; axis < 3; ++axis)
     test::prescribe_face(scene, axis, false, axis, 0, true);
   return scene;
-}
-
-/// Largest distance of any node from the given uniform strain, over the largest displacement.
-double distance_from(const Scene& scene, const Displacement& u, const std::array<Vec3, 3>& gradient) {
-  const auto expected = test::affine_displacement<Displacement>(scene, gradient);
-  return test::largest_difference(u, expected) / test::largest(expected);
 }
 
 // Truth: energy of an isotropic solid with the Poisson ratio that springs have. Springs that turn differ by
@@ -91,118 +84,6 @@ TEST(SpringLatticeContract, WhatItCannotBeIsSaid) {
             std::string::npos);
   Scene oblong = box_scene(3, {2, 2, 2}, {3e-3, 1e-3, 1e-3});
   EXPECT_NE(SpringLattice(oblong).refusal(), "");
-  const RivalResult nothing = relax_by_xpbd(oblong, 0.01);
-  EXPECT_TRUE(nothing.displacement.empty());
-  EXPECT_NE(nothing.note, "");
-}
-
-// Truth: uniaxial stress with Poisson ratio 1/4; true lengths differ from it by the strain, 1e-4.
-TEST(XpbdAnalytic, ABarPulledToALengthStretchesLinearlyAndThins) {
-  constexpr double strain = 1e-4;
-  Scene scene = supported_bar();
-  test::prescribe_face(scene, 0, true, 0, strain * 8e-3, false);
-  const RivalResult result = relax_by_xpbd_steps(scene, 2000);
-  const std::array<Vec3, 3> gradient{{{strain, 0, 0}, {0, -strain / 4, 0}, {0, 0, -strain / 4}}};
-  EXPECT_LT(distance_from(scene, result.displacement, gradient), 5e-4);
-}
-
-// The same with a traction of E times the strain: stiffness is Young's modulus in pascals.
-TEST(XpbdAnalytic, ABarPulledByATractionStretchesByItOverYoungsModulus) {
-  constexpr double strain = 1e-4;
-  Scene scene = supported_bar();
-  const Grid& grid = scene.specimen.grid;
-  for (int z = 0; z < 2; ++z)
-    for (int y = 0; y < 3; ++y)
-      scene.tractions.push_back({grid.cell({7, y, z}), 0, true, {strain * 10e3, 0, 0}});
-  const RivalResult result = relax_by_xpbd_steps(scene, 2000);
-  const std::array<Vec3, 3> gradient{{{strain, 0, 0}, {0, -strain / 4, 0}, {0, 0, -strain / 4}}};
-  EXPECT_LT(distance_from(scene, result.displacement, gradient), 5e-4);
-}
-
-// Truth: the springs' forces, summed in float64 without any of the solver's code. Odd sizes leave ends of
-// rows to the solver of single constraints.
-TEST(XpbdOracle, AtRestTheSpringsAreInBalance) {
-  for (const int n : {5, 16, 21})
-    EXPECT_LT(relax_by_xpbd_steps(poked_cube(n, 0.2), 40 * n).residual, 1e-4) << n << " cells";
-}
-
-// Truth: the widest kind of vector, from which others differ by rounding, of which 50 iterations make more.
-TEST(XpbdOracle, EveryKindOfVectorTakesTheSameSteps) {
-  const Scene scene = poked_cube(18, 0.2);
-  const Displacement widest = relax_by_xpbd_steps(scene, 50).displacement;
-  for (const std::int64_t target : test::vector_targets()) {
-    const test::ForcedVectors forced(target);
-    const Displacement other = relax_by_xpbd_steps(scene, 50).displacement;
-    EXPECT_LT(compare(scene, other, widest).relative_max, 1e-4) << hwy::TargetName(target);
-  }
-}
-
-TEST(XpbdOracle, SoftAndStiffPartsAndHolesSettleToo) {
-  Scene scene = poked_cube(12, 0.2);
-  scene.materials.push_back(scene.materials[0]);
-  scene.materials[1].elasticity = ElasticConstants::isotropic(10e6, 0.3);
-  auto& kind = scene.specimen.material_id;
-  kind.resize(static_cast<std::size_t>(scene.specimen.grid.n_cells()));
-  for (std::size_t cell = 0; cell < kind.size(); ++cell) {
-    const Index3 at = scene.specimen.grid.cell_at(static_cast<std::int64_t>(cell));
-    kind[cell] = static_cast<std::uint8_t>((at[0] / 3 + at[1] / 3 + at[2] / 3) % 2);
-    if (at[0] < 3 && at[2] > 3 && at[2] < 9)
-      kind[cell] = no_material;
-  }
-  const RivalResult result = relax_by_xpbd_steps(scene, 4000);
-  EXPECT_LT(result.residual, 1e-3);
-  EXPECT_EQ(result.displacement(0, scene.specimen.grid.node({0, 5, 6})), 0) << "a node without matter";
-}
-
-// Jumps of many cells turn springs inside out, where rest states are many; what is asked is rest.
-TEST(XpbdOracle, AJumpOfSeveralCellsComesToRest) {
-  for (const double cells : {3.0, 8.0})
-    EXPECT_LT(relax_by_xpbd_steps(poked_cube(15, cells), 4000).residual, 1e-2) << cells << " cells";
-}
-
-TEST(XpbdContract, PrescribedComponentsAreWhereTheyWereAsked) {
-  const Scene scene = poked_cube(7, 0.3);
-  const RivalResult result = relax_by_xpbd_steps(scene, 50);
-  for (const Prescribed& p : scene.prescribed)
-    EXPECT_NEAR(result.displacement(p.component, p.node), p.value, 1e-7 * std::abs(p.value));
-}
-
-TEST(XpbdContract, PrescribedNodesMayMeet) {
-  Scene scene = box_scene(3, {4, 1, 1});
-  test::hold_face(scene, 0, false);
-  for (int b = 0; b < 3; ++b)
-    scene.prescribed.push_back({1, b, b == 0 ? -1e-3 : 0.0, false}); // onto node 0
-  std::ranges::sort(scene.prescribed, [](const Prescribed& p, const Prescribed& q) {
-    return std::pair(p.component, p.node) < std::pair(q.component, q.node);
-  });
-  EXPECT_TRUE(std::isfinite(relax_by_xpbd_steps(scene, 100).displacement(0, 2)));
-}
-
-TEST(XpbdContract, MoreIterationsComeNearerToTheRestState) {
-  const Scene scene = poked_cube(20, 0.2);
-  const Displacement rest = relax_by_xpbd_steps(scene, 2000).displacement;
-  double last = 1;
-  for (const std::int64_t iterations : {20, 40, 80, 160, 320}) {
-    const double error =
-        compare(scene, relax_by_xpbd_steps(scene, iterations).displacement, rest).relative_l2;
-    EXPECT_LT(error, last) << iterations << " iterations";
-    last = error;
-  }
-  EXPECT_LT(last, 1e-3);
-}
-
-TEST(XpbdContract, TheBudgetIsUsedAndKept) {
-  const Scene scene = poked_cube(10, 0.2);
-  const RivalResult shortest = relax_by_xpbd(scene, 0.0), longer = relax_by_xpbd(scene, 0.1);
-  EXPECT_EQ(shortest.iterations, 1);
-  EXPECT_GT(longer.iterations, 1);
-  EXPECT_GE(longer.seconds, 0.1);
-  EXPECT_LT(longer.seconds, 1.0); // an iteration takes less than a millisecond; the machine may be busy
-}
-
-TEST(XpbdContract, TheSameNumberOfIterationsGivesTheSameBits) {
-  const Scene scene = poked_cube(9, 0.2);
-  EXPECT_EQ(relax_by_xpbd_steps(scene, 100).displacement, relax_by_xpbd_steps(scene, 100).displacement);
 }
 
 /// False, and says so, where there is no libbullet.

@@ -7,10 +7,7 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstdlib>
-#include <filesystem>
 #include <fstream>
-#include <span>
 #include <thread>
 #include <utility>
 
@@ -54,11 +51,6 @@ nlohmann::ordered_json BenchReport::json() const {
         found.back()[key] = words;
   }
   return {{"machine", machine}, {"rows", rows}, {"notes", notes}, {"checks", found}};
-}
-
-bool has_data(std::string_view file) {
-  const char* const data = std::getenv("MAILLE_DATA");
-  return data != nullptr && std::filesystem::exists(std::filesystem::path(data) / file);
 }
 
 nlohmann::ordered_json describe_machine() {

@@ -21,18 +21,6 @@ struct BenchOptions {
   std::string only;   ///< of `world`: one part (world_bench_parts); empty: all
 };
 
-/// Says where a long benchmark is. @return false if it is to end with what it has
-inline bool goes_on(const Control& control, double fraction, std::string_view what) {
-  if (control.should_stop())
-    return false;
-  if (control.progress)
-    control.progress(fraction, what);
-  return true;
-}
-
-/// Whether $MAILLE_DATA has an image: what is measured on it is left out where it does not.
-bool has_data(std::string_view file);
-
 /// One figure that is aimed for; its goal stands in studies/lab/goals.toml.
 struct BenchCheck {
   std::string name;
@@ -40,9 +28,6 @@ struct BenchCheck {
   std::string predicted{}, physical_limit{}; ///< in words; empty if unknown
   std::optional<double> goal{};              ///< of checks whose goal is what an opponent reached in this run
 };
-
-/// Where studies/lab/run puts the table of checks in a page.
-inline constexpr const char* place_of_checks = "<!-- checks -->\n";
 
 /// Thrown where a benchmark is asked to stop: it ends with the rows it has, and without checks.
 struct BenchStopped {};

@@ -7,7 +7,6 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <memory>
 #include <vector>
@@ -150,12 +149,8 @@ std::optional<RivalResult> relax_by_bullet(const Scene& scene, double seconds_bu
     result.seconds = seconds_since(first);
   } while (result.seconds < seconds_budget);
   result.displacement = body.displacement();
-  const bool is_finite =
-      std::ranges::all_of(result.displacement.values(), [](double x) { return std::isfinite(x); });
-  if (!is_finite)
+  if (!std::ranges::all_of(result.displacement.values(), [](double x) { return std::isfinite(x); }))
     result.note = "the iteration diverged";
-  result.residual =
-      is_finite ? lattice.residual(scene, result.displacement) : std::numeric_limits<double>::infinity();
   return result;
 }
 

@@ -151,61 +151,23 @@ std::vector<float> SpringLattice::stiffness_at_nodes() const {
   return sum;
 }
 
-double SpringLattice::add_forces(const Displacement& displacement, std::vector<List<double>>& force) const {
+double SpringLattice::strain_energy(const Displacement& displacement) const {
   double energy = 0;
   for (const SpringDirection& direction : directions_)
     for (std::size_t i = 0; i < direction.stiffness.size(); ++i) {
       if (direction.stiffness[i] == 0)
         continue;
       const std::size_t j = i + static_cast<std::size_t>(direction.offset);
-      Vec3 along{};
-      double rest2 = 0, now2 = 0, change = 0; // change: of the squared length, without cancellation
-      for (std::size_t b = 0; b < force.size(); ++b) {
+      double rest2 = 0, change = 0; // change: of the squared length, without cancellation
+      for (std::size_t b = 0; b < displacement.n_components(); ++b) {
         const double rest = direction.rest[b] * unit_of_length_, u = displacement(b, j) - displacement(b, i);
-        along[b] = rest + u;
         rest2 += rest * rest;
-        now2 += along[b] * along[b];
         change += u * (2 * rest + u);
       }
-      const double length = std::sqrt(now2), excess = change / (length + std::sqrt(rest2)),
-                   tension = double{direction.stiffness[i]} * unit_of_stiffness_ * excess,
-                   pull = tension / length;
-      energy += 0.5 * tension * excess;
-      for (std::size_t b = 0; b < force.size(); ++b) {
-        force[b][i] += pull * along[b];
-        force[b][j] -= pull * along[b];
-      }
+      const double excess = change / (std::sqrt(rest2 + change) + std::sqrt(rest2));
+      energy += 0.5 * double{direction.stiffness[i]} * unit_of_stiffness_ * excess * excess;
     }
   return energy;
-}
-
-double SpringLattice::strain_energy(const Displacement& displacement) const {
-  std::vector<List<double>> force(displacement.n_components(), List<double>(displacement.n_nodes()));
-  return add_forces(displacement, force);
-}
-
-double SpringLattice::residual(const Scene& scene, const Displacement& displacement) const {
-  const auto squares = [](const std::vector<List<double>>& force) {
-    double sum = 0;
-    for (const auto& component : force)
-      sum = std::inner_product(component.begin(), component.end(), component.begin(), sum);
-    return sum;
-  };
-  std::vector<List<double>> force;
-  for (int b = 0; b < scene.dimension(); ++b) {
-    force.push_back(nodal_forces(scene, b));
-    force.back().resize(static_cast<std::size_t>(scene.specimen.grid.n_nodes()), 0); // empty without loads
-  }
-  const double loads = squares(force);
-  add_forces(displacement, force);
-  double prescribed = 0;
-  for (const Prescribed& p : scene.prescribed) {
-    double& f = force[static_cast<std::size_t>(p.component)][static_cast<std::size_t>(p.node)];
-    prescribed += f * f;
-    f = 0;
-  }
-  const double free = squares(force);
-  return free == 0 ? 0 : std::sqrt(free / std::max(prescribed, loads));
 }
 
 } // namespace maille::lab

@@ -50,14 +50,10 @@ public:
   std::vector<float> stiffness_at_nodes() const;
   /// Energy in the springs [J] (per metre in 2D). In float64.
   double strain_energy(const Displacement& displacement) const;
-  /// See RivalResult::residual; 0 where nothing pulls. In float64.
-  double residual(const Scene& scene, const Displacement& displacement) const;
 
 private:
   double edge_factor(const Grid& grid, std::size_t axis) const;
   void add_direction(const Scene& scene, const Index3& step);
-  /// Adds the springs' pulls on the nodes, [component][node] [N]. @return the energy in the springs [J]
-  double add_forces(const Displacement& displacement, std::vector<List<double>>& force) const;
   void add_cells(const Scene& scene, SpringDirection& direction, double stiffness_per_modulus) const;
 
   std::vector<SpringDirection> directions_;

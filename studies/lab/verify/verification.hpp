@@ -47,14 +47,7 @@ std::optional<double> worst_difference_from_calculix();
 /// The largest difference of what all ranks solve together from what each solves alone, over the largest
 /// displacement: a box and a muscle of two materials, linear and quadratic. Every rank must call it.
 double worst_difference_between_ranks();
-/// The same of `coupled`: a gyroid, and muscles from MRI where MAILLE_DATA names them.
-double worst_coupled_difference_between_ranks();
-struct RanksDifferences {
-  double finite_elements = 0, coupled = 0;
-};
-/// Both, of two ranks of `maille`, started by mpirun; nothing where that is not installed or fails.
-std::optional<RanksDifferences> differences_of_two_ranks(const std::filesystem::path& maille);
-/// The page docs/verification.md.
-std::string verification_page(const std::vector<VerificationRow>& rows);
+/// The same, of two ranks of this program, started by mpirun; nothing where that is not installed or fails.
+std::optional<double> difference_of_two_ranks(const std::filesystem::path& program);
 
 } // namespace maille::lab

@@ -3,8 +3,6 @@
 #include "maille/fem_ref/solve.hpp"
 #include "maille/scene/answer.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "results/result_table.hpp"
-#include "results/value.hpp"
 #include "verify/problems.hpp"
 
 #include <fmt/format.h>
@@ -84,36 +82,21 @@ std::optional<double> worst_difference_from_calculix() {
   return worst;
 }
 
-namespace {
-
-const ResultTable<VerificationRow>& columns_of_verification() {
-  static const ResultTable<VerificationRow> table([](ResultTable<VerificationRow>& columns) {
-    const auto in_six = [](double value) { return fmt::format("{:.6g}", value); };
-    const auto in_two = [](double value) { return fmt::format("{:.1e}", value); };
-    columns.add({"", "problem", "", "whose answer is known"}, {"problem"}, &VerificationRow::problem);
-    columns.add({"", "method", "", "that answered"}, &VerificationRow::method);
-    columns.add({}, {"method"}, [](const VerificationRow& row) { return "`" + row.method + "`"; });
-    columns.add({"", "quantity", "", "of the answer"}, {"quantity"}, &VerificationRow::quantity);
-    columns.add({"", "expected", "", "see source"}, {"expected", 0, in_six}, &VerificationRow::expected);
-    columns.add({"", "computed", "", "by the method"}, {"computed", 0, in_six}, &VerificationRow::computed);
-    columns.add({"", "error", "", "relative or absolute"}, {"error", 0, in_two}, &VerificationRow::error);
-    columns.add({"", "tolerance", "", "of the error"}, {"tolerance", 0, in_two}, &VerificationRow::tolerance);
-    columns.add({"", "met", "", "whether it is"}, &VerificationRow::is_met);
-    columns.add({}, {"met"}, [](const VerificationRow& row) { return row.is_met() ? "yes" : "**no**"; });
-    columns.add({"", "source", "", "of the expected value"}, &VerificationRow::source);
-  });
-  return table;
-}
-
-} // namespace
-
 BenchReport verification_report(const std::vector<VerificationRow>& rows,
                                 std::optional<double> ccx_difference,
                                 std::optional<double> ranks_difference) {
   BenchReport report;
   report.machine = describe_machine();
   for (const VerificationRow& row : rows)
-    report.rows.push_back(columns_of_verification().json(row));
+    report.rows.push_back({{"problem", row.problem},
+                           {"method", row.method},
+                           {"quantity", row.quantity},
+                           {"expected", row.expected},
+                           {"computed", row.computed},
+                           {"error", row.error()},
+                           {"tolerance", row.tolerance},
+                           {"met", row.is_met()},
+                           {"source", row.source}});
   const auto missed = std::ranges::count_if(rows, [](const VerificationRow& row) { return !row.is_met(); });
   report.checks.push_back({"verify_missed", static_cast<double>(missed)});
   if (ccx_difference)
@@ -121,23 +104,6 @@ BenchReport verification_report(const std::vector<VerificationRow>& rows,
   if (ranks_difference) // solved to a relative residual of 1e-12
     report.checks.push_back({"mpi_2_ranks_difference", *ranks_difference});
   return report;
-}
-
-std::string verification_page(const std::vector<VerificationRow>& rows) {
-  std::string page =
-      "# Verification\n\nWritten by `studies/lab/run verify --markdown FILE`. An error is relative to "
-      "the "
-      "expected value, or, where that is an order\nof convergence or zero, the difference from it.\n\n";
-  page += columns_of_verification().markdown(rows);
-  page += "\n" + std::string(place_of_checks);
-  page += "\nWhere the expected values come from:\n\n";
-  std::vector<std::string> known;
-  for (const VerificationRow& row : rows)
-    if (std::ranges::find(known, row.problem + row.source) == known.end()) {
-      known.push_back(row.problem + row.source);
-      page += fmt::format("- {}: {}\n", row.problem, row.source);
-    }
-  return page;
 }
 
 } // namespace maille::lab

@@ -1,8 +1,7 @@
-#include "bench/live/live.hpp"
+#include "bench/subjects.hpp"
 
 #include "maille/live/live.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "play/play.hpp"
 
 #include <fmt/format.h>
 
@@ -209,29 +208,6 @@ double idle_share(double seconds, BenchReport& report) {
   return share;
 }
 
-/// Whether what was done by hand is played to the same bits.
-bool is_replayed(const WorldScene& scene, const LiveReport& done) {
-  WorldScene world = scene;
-  Trajectory trajectory = parse_trajectory(done.trajectory, "hand.csv", world);
-  apply_settings(trajectory.settings, world);
-  Player player(deform::World(world), std::move(trajectory));
-  while (!player.is_at_end())
-    player.next();
-  const deform::TrajectoryDrives drives{deform::World(world)};
-  for (std::size_t i = 0; i < world.objects.size(); ++i) {
-    if (world.objects[i].kind == ObjectKind::deformable) {
-      if (!(player.world().displacement(static_cast<int>(i)) == *done.last_state->displacements[i]))
-        return false;
-      continue;
-    }
-    const deform::Pose pose = drives.frame_now(player.world(), i);
-    if (pose.position != done.last_state->frames[i].position ||
-        pose.rotation != done.last_state->frames[i].rotation)
-      return false;
-  }
-  return player.trajectory().n_frames > 0;
-}
-
 void check(BenchReport& report, const char* name, std::optional<double> value) {
   if (value)
     report.checks.push_back({name, *value});
@@ -241,9 +217,8 @@ void check(BenchReport& report, const char* name, std::optional<double> value) {
 
 void bench_live(const BenchOptions& options, BenchReport& report) {
   const double seconds = options.quick ? 1 : 5;
-  LiveReport limits, maze;
   const live::Loaded large = box(options.quick ? 33 : 128, "limits");
-  check(report, "limits_128_ms", drag_row("limits, a node of 128^3", large, seconds, report, &limits));
+  check(report, "limits_128_ms", drag_row("limits, a node of 128^3", large, seconds, report));
   check(report, "coupled_65_ms",
         drag_row("coupled, a node of 65^3", box(options.quick ? 17 : 65, "coupled"), seconds, report));
   const bool has_data = std::getenv("MAILLE_DATA") != nullptr;
@@ -266,15 +241,10 @@ void bench_live(const BenchOptions& options, BenchReport& report) {
       first = std::max(first, done.first_picture);
       if (prototype.name == "muscle")
         hand = 1e-6 * static_cast<double>(done.hand.latency.quantile(0.999));
-      if (prototype.name == "maze")
-        maze = std::move(done);
     }
   }
   check(report, "first_picture_s", first);
   check(report, "hand_p999_ms", hand);
-  const bool is_same = limits.last_state && maze.last_state && is_replayed(large.scene, limits) &&
-                       is_replayed(read_world_scene(scenes / "world/maze.toml"), maze);
-  report.checks.push_back({"replay_bits_equal", is_same ? 1.0 : 0.0});
   check(report, "idle_cpu", idle_share(options.quick ? 1 : 5, report));
   check(report, "prototype_pictures_per_second", slowest);
   report.notes.emplace_back(

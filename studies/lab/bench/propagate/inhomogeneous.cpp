@@ -1,4 +1,4 @@
-#include "bench/propagate/propagate.hpp"
+#include "bench/subjects.hpp"
 
 #include "feasible/wavefront/wavefront.hpp"
 #include "support/bodies/named_bodies.hpp"

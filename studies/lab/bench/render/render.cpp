@@ -1,4 +1,4 @@
-#include "bench/render/render.hpp"
+#include "bench/subjects.hpp"
 
 #include "bench/render/vtk_casters.hpp"
 #include "maille/render/renderer.hpp"
@@ -98,8 +98,7 @@ namespace {
 class RenderBench {
 public:
   RenderBench(const BenchOptions& options, BenchReport& report)
-      : report_(report), n_(options.quick ? 64 : 256), repeats_(options.quick ? 1 : 5),
-        is_quick_(options.quick) {
+      : report_(report), n_(options.quick ? 64 : 256), repeats_(options.quick ? 1 : 5) {
     view_.width = view_.height = options.quick ? 128 : 512;
     view_.camera =
         seeing({-edge / 2, -edge / 2, -edge / 2}, {edge / 2, edge / 2, edge / 2}, {0.4, 1, 0.3}, {0, 0, 1});
@@ -213,11 +212,6 @@ public:
     report_.checks.push_back({"resample_over_maille_deformed", (resampling + casting) / ours});
   }
 
-  void exactness() {
-    report_.checks.push_back({"composite_error", composite_error(is_quick_)});
-    report_.checks.push_back({"analytic_slab_error", slab_error()});
-  }
-
 private:
   SceneObject object_of(int n, const std::vector<float>& values) const {
     SceneObject object;
@@ -325,7 +319,6 @@ private:
 
   BenchReport& report_;
   int n_, repeats_;
-  bool is_quick_;
   View view_;
   std::shared_ptr<const Look> look_;
   std::unique_ptr<VtkCasters> vtk_;
@@ -339,7 +332,6 @@ void bench_render(const BenchOptions& options, BenchReport& report) {
   bench.rigid();
   bench.eight();
   bench.deformed();
-  bench.exactness();
   report.machine["copy_gb_per_s"] = copy_bandwidth(std::size_t{1} << 28, options.quick ? 3 : 9, 1);
 }
 

@@ -1,4 +1,4 @@
-#include "bench/world/world.hpp"
+#include "bench/subjects.hpp"
 
 #include "maille/deform/world/rigid_world.hpp"
 #include "median.hpp"
@@ -197,7 +197,7 @@ void WorldBench::follow_paths() {
                  .add(tool, turned_pose(unit(random), {25 + 20 * unit(random), 25 + 20 * unit(random),
                                                        25 + 20 * unit(random)}))
                  .object;
-  std::int64_t tunnelled = 0, penetrations = push_bodies(sizes_.world < 512, report_), contacts = 0;
+  std::int64_t tunnelled = 0, penetrations = 0, contacts = 0;
   const auto start = std::chrono::steady_clock::now();
   for (int path = 0; path < sizes_.paths; ++path) {
     const Pose before = world.pose(*object);
@@ -292,10 +292,6 @@ constexpr std::array parts{
     Part{"map", [](WorldBench& bench, const BenchOptions&, BenchReport&) { bench.update_map(); }},
     Part{"paths", [](WorldBench& bench, const BenchOptions&, BenchReport&) { bench.follow_paths(); }},
     Part{"bullet", [](WorldBench& bench, const BenchOptions&, BenchReport&) { bench.face_bullet(); }},
-    Part{"matter", [](WorldBench&, const BenchOptions& o, BenchReport& r) { report_matter(o.quick, r); }},
-    Part{"balance", [](WorldBench&, const BenchOptions& o, BenchReport& r) { report_balance(o.quick, r); }},
-    Part{"dynamics", [](WorldBench&, const BenchOptions& o, BenchReport& r) { report_dynamics(o.quick, r); }},
-    Part{"touch", [](WorldBench&, const BenchOptions&, BenchReport& r) { report_touch(r); }},
     Part{"nut", [](WorldBench&, const BenchOptions& o, BenchReport& r) { report_nut(o.quick, r); }},
     Part{"reference",
          [](WorldBench&, const BenchOptions& o, BenchReport& r) { report_reference(o.quick, r); }},

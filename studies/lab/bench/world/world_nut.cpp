@@ -1,4 +1,4 @@
-#include "bench/world/world.hpp"
+#include "bench/subjects.hpp"
 #include "maille/deform/probe/touch.hpp"
 #include "maille/deform/world/world.hpp"
 
@@ -9,7 +9,6 @@
 #include <chrono>
 #include <cmath>
 #include <numbers>
-#include <random>
 #include <string>
 #include <vector>
 
@@ -26,7 +25,6 @@ constexpr double mm = 1e-3, pitch = 10 * mm;
 /// Where the nut stands on the thread's upper end, and how far it is turned there so that ridges stand
 /// between ridges (scene/scenes/world/bolt_assembled.toml).
 constexpr double start_height = 47, turned_at_start = std::numbers::pi;
-constexpr double turns = 2;
 
 std::string bolt(bool has_nut) {
   const std::string thread =
@@ -47,17 +45,6 @@ Vector3d middle_of(const World& world, const Pose& pose) {
   for (std::size_t a = 0; a < 3; ++a)
     middle[static_cast<Eigen::Index>(a)] = 0.5 * world.shape(1).size()[a] * world.shape(1).spacing()[a];
   return pose.position + pose.rotation * middle;
-}
-
-/// From pose to pose of a hand: what a drive asks for.
-deform::RigidMotion between(const Pose& from, const Pose& to) {
-  deform::RigidMotion motion;
-  const Eigen::AngleAxisd turn(to.rotation * from.rotation.transpose());
-  motion.angle = turn.angle();
-  motion.axis = turn.axis();
-  motion.about = from.position;
-  motion.by = to.position - from.position;
-  return motion;
 }
 
 /// The nut on the upper end of the thread.
@@ -95,57 +82,12 @@ Pose screwed(const World& world, const Pose& start, double n_turns, double off) 
   return pose;
 }
 
-/// @return how far the nut came down [m]
-double thread_with_a_noisy_hand(unsigned seed) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<double> unit(-1, 1);
-  World world = world_with_nut();
-  const Pose start = world.pose(1);
-  constexpr int frames = 48;
-  Pose hand = start;
-  Drive drive;
-  drive.object = 1;
-  for (int frame = 1; frame <= frames; ++frame) {
-    Pose next = screwed(world, start, turns * frame / frames, 0.1);
-    const Vector3d middle = middle_of(world, next);
-    const Vector3d axis = Vector3d(unit(random), unit(random), unit(random)).normalized();
-    const Eigen::Matrix3d wobble =
-        Eigen::AngleAxisd(5 * std::numbers::pi / 180 * unit(random), axis).toRotationMatrix();
-    const Vector3d shift = 2 * mm * std::cbrt(std::abs(unit(random))) *
-                           Vector3d(unit(random), unit(random), unit(random)).normalized();
-    next = {wobble * next.rotation, middle + wobble * (next.position - middle) + shift};
-    drive.motion = between(hand, next);
-    drive.lead = Drive::Lead{hand, 300};
-    world.advance({&drive, 1});
-    hand = next;
-  }
-  return start.position[2] - world.pose(1).position[2];
-}
-
 } // namespace
 
 void report_nut(bool quick, BenchReport& report) {
   const auto seconds_since = [](auto start) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   };
-  auto start = std::chrono::steady_clock::now();
-  const int tries = quick ? 1 : 20; // a try takes seconds
-  int threaded = 0;
-  double least = 1;
-  for (int seed = 0; seed < tries; ++seed) {
-    const double down = thread_with_a_noisy_hand(static_cast<unsigned>(seed));
-    least = std::min(least, down);
-    // Two millimetres of play and a hand 2 mm off: within a quarter of a turn of where the thread has it.
-    threaded += down > (turns - 0.25) * pitch;
-  }
-  const double seconds = seconds_since(start);
-  add_row_per(report, "a nut that an unsteady hand turns twice down a bolt", tries, seconds,
-              fmt::format("2 mm and 5 degrees of noise, a pitch 10 % off; {} of {} went down, the least by "
-                          "{:.3g} mm of {:.3g}",
-                          threaded, tries, least / mm, turns * pitch / mm));
-  report.checks.push_back(
-      {"nut_threaded_of_100", 100.0 * threaded / tries, "100", "of 20 tries, in per cent"});
-
   World world = world_with_nut();
   const deform::RigidWorld bolt_alone = [] {
     const World alone(parse_world_scene(bolt(false)));
@@ -159,7 +101,7 @@ void report_nut(bool quick, BenchReport& report) {
   std::vector<double> ticks;
   for (int tick = 1; tick <= (quick ? 50 : 500); ++tick) { // a turn a second, a pitch 10 % off
     const Pose hand = screwed(world, begin, 1e-3 * tick, 0.1);
-    start = std::chrono::steady_clock::now();
+    const auto start = std::chrono::steady_clock::now();
     proxy.follow(around, {hand.rotation, middle_of(world, hand)});
     ticks.push_back(seconds_since(start));
   }

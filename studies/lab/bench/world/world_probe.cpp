@@ -1,4 +1,4 @@
-#include "bench/world/world.hpp"
+#include "bench/subjects.hpp"
 #include "probe/probe_run.hpp"
 
 #include <fmt/format.h>

@@ -1,17 +1,12 @@
+#include "bench/subjects.hpp"
 #include "bench/world/ball_on_layer.hpp"
-#include "bench/world/world.hpp"
 #include "maille/deform/world/world.hpp"
-#include "maille/fem_ref/solve.hpp"
-#include "maille/scene/answer.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <numbers>
 #include <string>
-#include <utility>
 
 namespace maille::lab {
 
@@ -20,7 +15,6 @@ namespace {
 using deform::Drive;
 using deform::FrameResult;
 using deform::World;
-using Eigen::Vector3d;
 
 constexpr double mm = 1e-3, youngs_modulus = 10e3, poisson_ratio = 0.3;
 
@@ -43,7 +37,9 @@ World ball_on_a_block(const Index3& cells, int radius) {
       block + ball));
 }
 
-void press_a_ball(bool quick, BenchReport& report) {
+} // namespace
+
+void report_reference(bool quick, BenchReport& report) {
   const int radius = quick ? 8 : 16;
   // Wide against its height: sideways it has no end then.
   const Index3 cells = quick ? Index3{12, 12, 8} : Index3{25, 25, 16};
@@ -82,67 +78,6 @@ void press_a_ball(bool quick, BenchReport& report) {
        "0.03: cells of a fifth of the contact's radius",
        "the larger error of force and radius of contact, pressed by a tenth of the radius into a block on "
        "rigid ground"});
-}
-
-/// A quarter of a block of 12 x 12 x 8 mm under a tool (planes of symmetry at x- and y-), in a world of a
-/// quarter of its cells; quadratic elements get the nodes that touch where the world has put them.
-/// @param from, to  of the tool along x and y [mm]; the block's middle is at 3.6
-/// @param per_mm  cells of the block
-double error_of_contact(double from, double to, int per_mm, BenchReport& report) {
-  const double h = 1.0 / per_mm;
-  const std::string text = fmt::format(
-      "[world]\ncells = [{0}, {0}, {1}]\nspacing = \"{2:.17g} mm\"\n[[object]]\nname = \"block\"\nkind = "
-      "\"deformable\"\nshape = \"box\"\ncells = [{3}, {3}, {4}]\nspacing = \"{5:.17g} mm\"\nmaterial = {{ "
-      "youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }}\nhold = [{{ where = \"z-\" }}, {{ where = \"x-\", "
-      "axes = \"x\" }}, {{ where = \"y-\", axes = \"y\" }}]\nposition = [\"3.6 mm\", \"3.6 mm\", \"2.1 "
-      "mm\"]\n"
-      "[[object]]\nname = \"tool\"\nkind = \"rigid\"\nshape = \"box\"\ncells = [{6}, {6}, 3]\n"
-      "position = [\"{7} mm\", \"{7} mm\", \"10.75 mm\"]\n",
-      40 * per_mm, 64 * per_mm, 0.25 * h, 6 * per_mm, 8 * per_mm, h,
-      static_cast<int>(std::lround(4 * (to - from) * per_mm)), from);
-  World world(parse_world_scene(text));
-  Drive drive;
-  drive.object = 1;
-  drive.motion.by = {0, 0, -1.0 * mm}; // by a third of a millimetre: fine cells fold under the edge of one
-  const FrameResult result = world.advance({&drive, 1});
-  Scene scene = world.scene().objects[0].scene;
-  for (const auto& contact : result.contacts)
-    if (contact.object == 0)
-      scene.prescribed.push_back({contact.voxel, 2, world.displacement(0)(2, contact.voxel), false});
-  std::ranges::sort(scene.prescribed, {}, [](const Prescribed& p) { return std::pair(p.component, p.node); });
-  fem_ref::Options options;
-  options.degree = 2;
-  const Answer answer = fem_ref::solve(scene, options).answer;
-  const double error = is_converged(result.status) && !result.contacts.empty() && is_converged(answer.status)
-                           ? compare(scene, world.displacement(0), answer.displacement).relative_l2
-                           : 1;
-  report.add(
-      {{"what", fmt::format("a tool of {} mm on a block, {} cells a mm", to - from, per_mm)},
-       {"voxels", static_cast<std::int64_t>(result.contacts.size())},
-       {"microseconds", 1e6 * result.seconds},
-       {"ns_per_voxel",
-        1e9 * result.seconds / std::max<double>(1, static_cast<double>(result.contacts.size()))},
-       {"note", fmt::format("a contact in place of a voxel; {:.3g} off quadratic elements with the same "
-                            "nodes prescribed; {}",
-                            error, std::string(to_string(result.status)))}});
-  return error;
-}
-
-} // namespace
-
-void report_reference(bool quick, BenchReport& report) {
-  press_a_ball(quick, report);
-  const std::string of = "displacement, relative L2, against deal.II's quadratic elements";
-  const auto plane = [&](int per_mm) { return error_of_contact(0.25, 9.75, per_mm, report); };
-  const auto punch = [&](int per_mm) { return error_of_contact(1, 6, per_mm, report); };
-  report.checks.push_back({"fem_same_contact_plane_error", plane(1), "0.005", of});
-  double of_punch = punch(1);
-  if (!quick)
-    for (const int per_mm : {2, 3})
-      of_punch = punch(per_mm);
-  report.checks.push_back({"fem_same_contact_punch_error", of_punch,
-                           "0.017: as the cells under its edge are long, 0.05 with 5 across the punch",
-                           of + "; 15 cells across the punch"});
 }
 
 } // namespace maille::lab
