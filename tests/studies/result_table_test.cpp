@@ -109,9 +109,6 @@ TEST(ResultTableContract, TheTableForPeopleAlignsRoundsAndLeavesOutWhatNoRowHas)
                                                 "=1+1       3 clamped  333 ms   0.25\n");
   EXPECT_EQ(table().text(std::vector{Row{.name = "a"}}), "name   steps status     time\n"
                                                          "a          0 done          -\n");
-  EXPECT_EQ(table().markdown(std::vector{Row{.name = "a"}}), "| name | steps | status | time |\n"
-                                                             "| --- | --- | --- | --- |\n"
-                                                             "| a | 0 | done | - |\n");
 }
 
 TEST(ResultTableContract, NumbersThatAreNotFiniteAreNullInJsonAndWordsInCsv) {

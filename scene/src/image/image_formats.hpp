@@ -34,7 +34,7 @@ private:
   std::vector<Fault> faults_;
 };
 
-/// `.nii.gz`, in small letters; empty where it is none of an image.
+/// `.nii.gz`, in small letters; empty for a file that is no image.
 std::string ending_of(const std::filesystem::path& file);
 
 /// Text from a file made fit for a message: quoted, cut, without unprintable characters.

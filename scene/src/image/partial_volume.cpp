@@ -136,8 +136,8 @@ double value_between(const LayerWindow& values, const Index3& size, const Vec3& 
 
 constexpr int points_along_axis = 4;
 
-/// Bins of values, 128 for each power of two; all that are not above 0 are in the first, and all within a body
-/// in the last.
+/// Bins of values, 128 for each power of two; all that are not above 0 are in the first, and all within a
+/// body in the last.
 constexpr int n_bins = 0x3f7c;
 int bin_of(float value) {
   return value > 0 ? std::min(static_cast<int>(std::bit_cast<std::uint32_t>(value) >> 16), n_bins - 1) : 0;

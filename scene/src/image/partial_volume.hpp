@@ -3,9 +3,9 @@
 ///
 /// Shares come from labels (0 or 1), from grey values (linear between two), or from a smoothed segmentation:
 /// with G the Gaussian mean, the surface is a level of 2 G f - G G f, which removes the shrinkage of plain
-/// smoothing up to the fourth power of the width. Each material has the level, near 1/2, at which it keeps the
-/// volume of its voxels, in these and in the voxels that the level 1/2 cuts. A voxel's share is sampled at
-/// 4 x 4 x 4 points, a cell's is the mean of its voxels'. Cells below `least` are removed; of a smoothed
+/// smoothing up to the fourth power of the width. Each material has the level, near 1/2, at which it keeps
+/// the volume of its voxels, in these and in the voxels that the level 1/2 cuts. A voxel's share is sampled
+/// at 4 x 4 x 4 points, a cell's is the mean of its voxels'. Cells below `least` are removed; of a smoothed
 /// material the others share out what they had.
 ///
 /// Images stream layer by layer, so memory is a few layers. Exact: shares of labels, volumes of smoothed
@@ -20,7 +20,8 @@ LayerWindow shares_of_labels(LayerWindow image, const std::vector<LabelRange>& r
 /// Linear between two grey values, cut off beyond them; not a number where they are not finite.
 LayerWindow shares_of_grey(LayerWindow image, double none, double full);
 /// The part of each voxel within the smooth surface that a segmentation stands for, found at 4 x 4 x 4 points
-/// of a voxel between which 2 G f - G G f is linear. A point is of its voxel's material or of the nearest one.
+/// of a voxel between which 2 G f - G G f is linear. A point is of its voxel's material or of the nearest
+/// one.
 /// @param image with voids_around() of void on all sides: values go on beyond the border
 /// @param ranges must outlive the window
 /// @param width  standard deviation of the Gaussian [m], > 0

@@ -51,10 +51,11 @@ void report_nut(bool quick, BenchReport& report);
 /// A ball pressed into a block, against Hertz on a layer: the check hertz_error.
 void report_reference(bool quick, BenchReport& report);
 
-/// Every promise of one answer, or of one play, for `stability`: answers the scene of a file by a method within
-/// ten seconds, or plays a trajectory in a world's.
+/// Every promise of one answer, or of one play, for `stability`: answers the scene of a file by a method
+/// within ten seconds, or plays a trajectory in a world's.
 /// @param trajectory  of a world; empty: of a scene
-/// @return `method`, `outcome` (settled, clamped, budget reached, refused, failed), `broken` (the first promise
+/// @return `method`, `outcome` (settled, clamped, budget reached, refused, failed), `broken` (the first
+/// promise
 ///         that is broken; empty: none), `violation`, `iterations`, `energy`, `seconds`, `note`
 nlohmann::ordered_json promises_of(const std::filesystem::path& scene, const std::string& method,
                                    const std::filesystem::path& trajectory, const Control& control);

@@ -1,6 +1,6 @@
 #pragma once
-/// A baseline for relaxation: the way in which games and surgery simulators deform a lattice of springs, given
-/// the same body and the same time.
+/// A baseline for relaxation: the way in which games and surgery simulators deform a lattice of springs,
+/// given the same body and the same time.
 
 #include "maille/scene/answer.hpp"
 

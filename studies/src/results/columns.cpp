@@ -63,13 +63,6 @@ std::string side_by_side(const std::vector<std::size_t>& places, const std::vect
   return line + "\n";
 }
 
-std::string between_bars(const std::vector<std::size_t>& places, const CellOf& cell) {
-  std::string line = "|";
-  for (const std::size_t i : places)
-    line += " " + cell(i) + " |";
-  return line + "\n";
-}
-
 } // namespace
 
 void Columns::append(FigureName name, Shown shown) {
@@ -189,15 +182,6 @@ std::string Columns::text_of(const std::vector<Values>& rows) const {
   std::string text = side_by_side(places, widths, [&](std::size_t i) { return list_[i].shown.heading; });
   for (const Values& row : rows)
     text += side_by_side(places, widths, [&](std::size_t i) { return in_words(i, row, "-"); });
-  return text;
-}
-
-std::string Columns::markdown_of(const std::vector<Values>& rows) const {
-  const auto places = places_shown(rows);
-  std::string text = between_bars(places, [&](std::size_t i) { return list_[i].shown.heading; }) +
-                     between_bars(places, [](std::size_t) { return "---"; });
-  for (const Values& row : rows)
-    text += between_bars(places, [&](std::size_t i) { return in_words(i, row, "-"); });
   return text;
 }
 

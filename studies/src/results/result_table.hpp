@@ -155,10 +155,6 @@ public:
   std::string text(const Rows& rows) const {
     return text_of(all_values(rows));
   }
-  template<class Rows>
-  std::string markdown(const Rows& rows) const {
-    return markdown_of(all_values(rows));
-  }
 
   RowsOfCsv<Row> read_csv(std::string_view text, CsvReading reading) const {
     RowsOfCsv<Row> read;

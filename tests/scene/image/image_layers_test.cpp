@@ -358,8 +358,8 @@ std::vector<double> smoothed(const std::vector<double>& values, const ImageInfo&
   return mean;
 }
 
-/// Of 4 x 4 x 4 points of each voxel, how many are among the highest, of as many as `labels` have, where values
-/// are linear between voxels; in voxels of labels and in those with a point above a half.
+/// Of 4 x 4 x 4 points of each voxel, how many are among the highest, of as many as `labels` have, where
+/// values are linear between voxels; in voxels of labels and in those with a point above a half.
 std::vector<double> highest_shares(const std::vector<double>& values, const std::vector<double>& labels,
                                    const Index3& n) {
   const auto weight_of = [&](int voxel, double at, int size) {

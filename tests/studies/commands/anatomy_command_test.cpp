@@ -117,7 +117,8 @@ TEST(IdentifyDisplacementAnalytic, FindsTheConstantsOfAnImageAndOfPoints) {
   expect_found(files.identify(files.write("points.csv", points)));
 }
 
-// Truth: the constants that the displacements were computed with; vectors along the oblique grid or the world.
+// Truth: the constants that the displacements were computed with; vectors along the oblique grid or the
+// world.
 TEST(IdentifyDisplacementAnalytic, FindsTheConstantsOfEveryFormat) {
   const Blocks files("TransformMatrix = 0.6 0.8 0 -0.8 0.6 0 0 0 1\n");
   ASSERT_EQ(maille_command("run " + files.write("truth.toml", blocks_of(100, 50)) + " --maps --out " +

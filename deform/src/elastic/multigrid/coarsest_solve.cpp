@@ -11,7 +11,7 @@ namespace {
 
 constexpr double nothing = 1e-9; // beside the stiffness of a node
 
-/// Of the modes with more than a part of the largest eigenvalue.
+/// Restricted to the modes with more than a part of the largest eigenvalue.
 Eigen::MatrixXd inverse_of_modes(const Eigen::MatrixXd& K, double least) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(K);
   const double smallest = least * modes.eigenvalues()(K.rows() - 1);
