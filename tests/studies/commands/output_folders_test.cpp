@@ -185,15 +185,6 @@ TEST(OutputFolderContract, ListsOfOthersDeleteNothing) {
   EXPECT_EQ(n_lists, 200);
 }
 
-TEST(OutputFolderContract, ALinkInTheNameOfAResultIsRefused) {
-  const Folder folder;
-  folder.write("victim.vti", "precious");
-  fs::create_symlink("../victim.vti", fs::path(folder.out) / "box_limits_0001.vti");
-  const Outcome run = maille_command("run " + folder.scene + " --methods limits --out " + folder.out);
-  EXPECT_EQ(run.code, 2) << run.err;
-  EXPECT_EQ(folder.text("victim.vti"), "precious");
-}
-
 TEST(OutputFolderContract, OneProcessAtATimeHasAFolder) {
   const Folder folder;
   folder.write("out/notes.txt", "mine");
@@ -238,32 +229,6 @@ TEST(OutputFolderContract, UnfinishedFilesOfDeadProcessesGoAndLinksAreNotFollowe
   EXPECT_FALSE(folder.names().contains(dead));
   EXPECT_TRUE(folder.names().contains(alive));
   EXPECT_EQ(folder.text("victim.txt"), "precious");
-}
-
-TEST(OutputFileContract, NoOptionPutsAResultInThePlaceOfWhatIsRead) {
-  const Folder folder;
-  folder.write("soft.toml", "youngs_modulus = \"10 kPa\"\npoisson_ratio = 0.3\n");
-  std::string text = box_of("0.1 mm");
-  const std::string material = "{ youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }";
-  text.replace(text.find(material), material.size(), "\"soft.toml\"");
-  const std::string named = folder.write("named.toml", text).string();
-  const std::string soft = (folder / "soft.toml").string();
-  fs::create_hard_link(folder.scene, folder / "link.csv");
-  const std::string csv = (folder / "link.csv").string();
-  for (const std::string& line : std::vector<std::string>{
-           "compare " + folder.scene + " --methods limits --csv " + folder.scene,
-           "compare " + folder.scene + " --methods limits --csv " + csv,
-           "export " + folder.scene + " --out " + csv, "compare " + named + " --methods limits --csv " + soft,
-           "trade " + folder.scene + " --csv " + csv,
-           "fit " + folder.scene + " " + folder.other + " --out " + folder.scene,
-           "fit " + folder.scene + " " + folder.other + " --out " + soft,
-           "explain " + folder.scene + " --json " + csv}) {
-    const std::string before = folder.text("box.toml"), soft_before = folder.text("soft.toml");
-    const Outcome run = maille_command(line);
-    EXPECT_EQ(run.code, 2) << line << run.err;
-    EXPECT_EQ(folder.text("box.toml"), before) << line;
-    EXPECT_EQ(folder.text("soft.toml"), soft_before) << line;
-  }
 }
 
 TEST(OutputFileContract, AnEmptyNameIsNoFolder) {
