@@ -55,8 +55,7 @@ constexpr std::array forms{
     Form{".vti"}, Form{".vtu"}, Form{".pvtu"}, Form{".pvd"}, Form{".vtm"}, Form{".vtp"},
     Form{".csv"},  // none: see above
     Form{".json"}, // a key `maille`
-    Form{".jsonl", anywhere, ",\"maille\":\""}, Form{".nii", 148, "maille\0"sv},
-    Form{".nii.gz", 148, "maille\0"sv},
+    Form{".jsonl", 0, "{\"study\":"}, Form{".nii", 148, "maille\0"sv}, Form{".nii.gz", 148, "maille\0"sv},
     Form{".nrrd", 0, "NRRD0005\n# http://teem.sourceforge.net/nrrd/format.html\n# maille\n"},
     Form{".mha", 0, "ObjectType = Image\nComment = maille\n"}, Form{".stl", 0, "maille;"},
     Form{".ply", 0, "ply\nformat binary_little_endian 1.0\ncomment maille;"},
