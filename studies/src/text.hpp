@@ -7,6 +7,7 @@
 
 #include <cctype>
 #include <cmath>
+#include <cstdlib>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -48,12 +49,11 @@ inline std::string in_pascals(double pascals) {
   return size >= 1e3 ? fmt::format("{:.3g} kPa", pascals / 1e3) : fmt::format("{:.3g} Pa", pascals);
 }
 
-/// Whether a spreadsheet would take a cell for a formula, and do what it says.
-inline bool is_formula(std::string_view text) {
-  return !text.empty() &&
-         (std::string_view("=@+\t").find(text[0]) != std::string_view::npos ||
-          (text[0] == '-' && text.size() > 1 && !std::isdigit(static_cast<unsigned char>(text[1])) &&
-           text[1] != '.' && text != "-inf"));
+/// Whether a spreadsheet would take a cell for a formula, and do what it says. A number behind a sign is none.
+inline bool is_formula(const std::string& text) {
+  char* end = nullptr;
+  std::strtod(text.c_str(), &end);
+  return text.find_first_of("=@+-\t\r") == 0 && text != "-" && (text[0] != '-' || *end != '\0');
 }
 
 /// A cell of CSV (RFC 4180) that holds a text; quoted where it must be, and behind an apostrophe where it

@@ -18,10 +18,12 @@
 #include "maille/scene/world/trajectory.hpp"
 #include "maille/scene/world/world_scene.hpp"
 #include "picture/read_picture.hpp"
+#include "report/report.hpp"
 #include "study/plan/study.hpp"
 #include "study/plan/study_table.hpp"
 #include "support/temporary_folder.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -196,6 +198,17 @@ int read_nrrd(std::string_view text) {
   return read_one_image(path);
 }
 
+/// Headers of a DICOM series, as the process that reads the files hands them over (stand_ins.cpp).
+int read_dicom(std::string_view text) {
+  constexpr std::size_t bytes_of_header = 128, most_slices = 8;
+  static const test::TemporaryFolder folder;
+  std::filesystem::remove_all(folder / "series");
+  std::filesystem::create_directory(folder / "series");
+  for (std::size_t n = 0; n < most_slices && n * bytes_of_header < text.size(); ++n)
+    folder.write("series/" + std::to_string(n), text.substr(n * bytes_of_header, bytes_of_header));
+  return read_one_image(folder / "series");
+}
+
 /// VTK's image data.
 int read_vti(std::string_view text) {
   static const ScratchFile file("a.vti");
@@ -345,6 +358,33 @@ int read_picture(std::string_view text) {
     require(picture.rgb.size() == std::size_t{3} * static_cast<std::size_t>(picture.width) *
                                       static_cast<std::size_t>(picture.height),
             "three bytes a pixel");
+  });
+}
+
+/// Pictures in JPEG.
+int read_jpeg(std::string_view text) {
+  static const ScratchFile file("a.jpg");
+  return tried([&] {
+    const auto picture = studies::read_picture(file.holding(text));
+    require(picture.width > 0 && picture.height > 0 &&
+                picture.rgb.size() == std::size_t{3} * static_cast<std::size_t>(picture.width) *
+                                          static_cast<std::size_t>(picture.height),
+            "three bytes a pixel");
+  });
+}
+
+/// Pages of results: files of a folder, one after the other, each behind the sign RS (0x1e) but the first.
+int read_report(std::string_view text) {
+  set_file_scope(FileScope::sandbox);
+  static const test::TemporaryFolder folder;
+  for (const char* name : {"a_compare_results.json", "a.json", "b.jsonl", "b_about.json"}) {
+    const std::size_t end = std::min(text.find('\x1e'), text.size());
+    folder.write(name, text.substr(0, end));
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return tried([&] {
+    const auto report = studies::make_report(folder.path(), "maille report");
+    require(report.html.ends_with("</html>\n"), "a page");
   });
 }
 

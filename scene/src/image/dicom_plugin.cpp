@@ -88,6 +88,12 @@ double first_or(const std::vector<double>& found, double otherwise) {
   return found.empty() ? otherwise : found.front();
 }
 
+/// What int cannot hold becomes -1, which no header may say.
+int whole_or(const std::vector<double>& found, int otherwise) {
+  const double number = first_or(found, otherwise);
+  return number >= 0 && number <= 1e9 ? static_cast<int>(number) : -1;
+}
+
 DicomHeader read_header(const std::string& file) {
   bound_memory_and_time(file);
   DicomHeader header;
@@ -108,10 +114,10 @@ DicomHeader read_header(const std::string& file) {
   header.modality = text(filter, 0x0008, 0x0060);
   header.transfer_syntax =
       gdcm::TransferSyntax::GetTSString(reader.GetFile().GetHeader().GetDataSetTransferSyntax());
-  header.rows = static_cast<int>(first_or(numbers(filter, 0x0028, 0x0010), 0));
-  header.columns = static_cast<int>(first_or(numbers(filter, 0x0028, 0x0011), 0));
-  header.samples = static_cast<int>(first_or(numbers(filter, 0x0028, 0x0002), 1));
-  header.frames = static_cast<int>(first_or(numbers(filter, 0x0028, 0x0008), 1));
+  header.rows = whole_or(numbers(filter, 0x0028, 0x0010), 0);
+  header.columns = whole_or(numbers(filter, 0x0028, 0x0011), 0);
+  header.samples = whole_or(numbers(filter, 0x0028, 0x0002), 1);
+  header.frames = whole_or(numbers(filter, 0x0028, 0x0008), 1);
   if (const auto found = numbers(filter, 0x0020, 0x0032); found.size() == 3) {
     header.has_position = true;
     std::copy(found.begin(), found.end(), header.position.begin());

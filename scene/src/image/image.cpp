@@ -26,6 +26,7 @@ namespace image_formats {
 namespace {
 
 constexpr double largest_shear = 1e-3;
+constexpr double farthest_origin = 1e11; ///< [spacings], where doubles still tell 1e-4 spacings apart
 
 /// Dot product of two columns.
 double dot(const std::array<Vec3, 3>& rows, std::size_t a, std::size_t b) {
@@ -213,8 +214,9 @@ void set_geometry(ImageInfo& info, const FileGeometry& stated, Faults& faults,
     if (!(std::isfinite(geometry.spacing[axis]) && info.spacing[axis] > 0))
       faults.add(geometry.spacing_keys[axis], "a finite spacing > 0",
                  fmt::format("{}", geometry.spacing[axis]));
-    if (!std::isfinite(info.origin[axis]))
-      faults.add(geometry.origin_key, "finite numbers", fmt::format("{}", geometry.origin[axis]));
+    if (!(std::abs(geometry.origin[axis]) <= farthest_origin * std::ranges::max(geometry.spacing)))
+      faults.add(geometry.origin_key, fmt::format("finite numbers of at most {:g} spacings", farthest_origin),
+                 fmt::format("{}", geometry.origin[axis]));
   }
   if (is_direction(geometry, faults))
     info.direction = nearest_orthonormal(geometry.direction);

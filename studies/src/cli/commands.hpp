@@ -38,8 +38,9 @@ class ResultsFolder {
 public:
   /// Makes the folder. @throws UsageError where it cannot be written, another process has it, or it holds
   /// results of another scene or version, unless `overwrite`: then they go, too
+  /// @param sure see FolderLock
   ResultsFolder(std::filesystem::path folder, std::string scene, const std::filesystem::path& scene_file,
-                std::string kind, bool overwrite);
+                std::string kind, bool overwrite, const std::vector<std::string>& sure);
 
   const std::filesystem::path& path() const { return folder_; }
   /// A path in the folder: `SCENE` and this.

@@ -47,7 +47,7 @@ void no_picture(const std::string& why, const fs::path& file) {
   fmt::print(stderr, "{}{}\n", why.starts_with(prefix) ? "" : prefix, why);
   // An earlier picture would show other results. After a signal it stays, as all earlier files do.
   std::error_code error;
-  if (!is_stop_asked() && fs::is_regular_file(file, error) && !is_kept_input(file))
+  if (!is_stop_asked() && is_own_result(file) && !is_kept_input(file))
     fs::remove(file, error);
 }
 

@@ -2,6 +2,7 @@
 #include "inputs.hpp"
 
 #include "maille/materials/fault.hpp"
+#include "maille/studies/version.hpp"
 #include "program.hpp"
 
 #include <fmt/format.h>
@@ -39,7 +40,8 @@ std::string command_line() {
 }
 
 nlohmann::ordered_json asked_about(const std::filesystem::path& file, const std::string& explanation) {
-  return {{"command", command_line()},
+  return {{"maille", version},
+          {"command", command_line()},
           {"scene_file", std::filesystem::absolute(file).string()},
           {"scene_text", scene_text_of(file)},
           {"explanation", explanation}};

@@ -51,10 +51,12 @@ std::pair<std::string, std::string> series_of(const std::string& name) {
   return {name.substr(0, last + 1), name.substr(dot)};
 }
 
-FolderLock lock_of(const fs::path& folder, const std::string& scene) {
+FolderLock lock_of(const fs::path& folder, const std::string& scene, std::vector<std::string> sure,
+                   const std::string& kind) {
   prepare_folder(folder);
   try {
-    return {folder, scene, FolderLock::Sharing::none};
+    sure.push_back(fmt::format("_{}_results.json", kind));
+    return {folder, scene, FolderLock::Sharing::none, sure};
   } catch (const FolderTaken& error) {
     throw UsageError(fmt::format("--out {}", error.what()));
   } catch (const fs::filesystem_error& error) {
@@ -66,10 +68,10 @@ FolderLock lock_of(const fs::path& folder, const std::string& scene) {
 } // namespace
 
 ResultsFolder::ResultsFolder(fs::path folder, std::string scene, const fs::path& scene_file, std::string kind,
-                             bool overwrite)
+                             bool overwrite, const std::vector<std::string>& sure)
     : folder_(std::move(folder)), scene_(std::move(scene)), kind_(std::move(kind)),
       scene_file_(fs::weakly_canonical(fs::absolute(scene_file)).string()),
-      scene_text_(scene_text_of(scene_file)), lock_(lock_of(folder_, scene_)) {
+      scene_text_(scene_text_of(scene_file)), lock_(lock_of(folder_, scene_, sure, kind_)) {
   std::vector<fs::path> lists;
   for (const auto& entry : fs::directory_iterator(folder_))
     if (entry.is_regular_file() && entry.path().filename().string().ends_with("_results.json"))
@@ -87,12 +89,6 @@ ResultsFolder::ResultsFolder(fs::path folder, std::string scene, const fs::path&
         add_stale(fmt::format("{}_{}{}", scene_, method, ending), scene_);
       if (kind_ == "run")
         add_stale(fmt::format("{}_{}_0000{}", scene_, method, ending), scene_); // its series: see finish()
-      for (const char* step : {"", "_0000", "_0001"})
-        if (const fs::path there = file(fmt::format("_{}{}{}", method, step, ending));
-            std::string_view(ending) != ".pvtu" && fs::is_regular_file(there) && !has_provenance(there) &&
-            !is_kept_input(there))
-          throw UsageError(fmt::format("--out {}: expected a file of Maille, or none, found another file",
-                                       there.string()));
     }
 }
 

@@ -109,9 +109,12 @@ void check_options(const CompareOptions& options) {
 
 /// The folder first: files may be asked for in it.
 void prepare_outputs(const CompareOptions& options, const Scene& scene,
-                     std::optional<ResultsFolder>& folder) {
+                     const std::vector<std::string>& methods, std::optional<ResultsFolder>& folder) {
+  std::vector<std::string> sure{".vtm", "_compare.json"};
+  for (const std::string& method : methods)
+    sure.push_back("_" + method + ending_of_vtk(scene));
   if (options.out)
-    folder.emplace(*options.out, scene.name, options.scene, "compare", options.overwrite);
+    folder.emplace(*options.out, scene.name, options.scene, "compare", options.overwrite, sure);
   prepare_file("--json", options.json);
   prepare_file("--csv", options.csv);
   prepare_file("--picture", options.picture);
@@ -134,7 +137,7 @@ int compare_command(const CompareOptions& options) {
     return exit_faulty_input;
   std::optional<ResultsFolder> folder;
   if (fem_ref::ranks().is_first())
-    prepare_outputs(options, scene, folder);
+    prepare_outputs(options, scene, names, folder);
   const Control control = terminal_control(options.threads);
   Comparison comparison =
       compare_methods(scene, names, reference, control, methods, options.reference_seconds);

@@ -180,8 +180,11 @@ private:
 void check(const PlayOptions& options, const WorldScene& scene, std::optional<ResultsFolder>& folder) {
   if (options.picture && !options.picture->ends_with(".png"))
     throw UsageError("--picture: expected a file that ends in .png, found " + *options.picture);
+  std::vector<std::string> sure{".pvd"};
+  if (options.pictures && has_ffmpeg())
+    sure.emplace_back(".mp4");
   if (options.out)
-    folder.emplace(*options.out, scene.name, options.scene, "play", options.overwrite);
+    folder.emplace(*options.out, scene.name, options.scene, "play", options.overwrite, sure);
   prepare_file("--json", options.json); // may be asked for in that folder
   prepare_file("--picture", options.picture);
 }

@@ -303,8 +303,14 @@ int run_command(const RunOptions& options) {
     return exit_faulty_input;
   const bool speaks = fem_ref::ranks().is_first(); // for all ranks
   std::optional<ResultsFolder> folder;
-  if (speaks && options.out)
-    folder.emplace(*options.out, scene.name, options.scene, "run", options.overwrite);
+  if (speaks && options.out) {
+    std::vector<std::string> sure;
+    for (const std::string& method : names)
+      for (const char* end : {"_0000", "_0001", ".pvd"})
+        if (options.steps > 1 || end == std::string_view("_0001"))
+          sure.push_back(fmt::format("_{}{}{}", method, end, *end == '_' ? ending_of_vtk(scene) : ""));
+    folder.emplace(*options.out, scene.name, options.scene, "run", options.overwrite, sure);
+  }
   if (speaks)
     for (const auto& [option, file] :
          {std::pair("--json", options.json), {"--picture", options.picture}, {"--film", options.film}})

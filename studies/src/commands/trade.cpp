@@ -75,7 +75,8 @@ int trade_command(const TradeOptions& options) {
   std::optional<FolderLock> lock;
   if (options.out) {
     prepare_folder(*options.out);
-    lock.emplace(*options.out, lattices.scene().name, FolderLock::Sharing::none);
+    lock.emplace(*options.out, lattices.scene().name, FolderLock::Sharing::none,
+                 std::vector<std::string>{"_trade.json", "_trade.svg", "_trade.png"});
   }
   prepare_file("--json", options.json);
   prepare_file("--csv", options.csv);

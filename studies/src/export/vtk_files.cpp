@@ -221,7 +221,7 @@ fs::path write_vtk(const Scene& scene, const ExportFields& fields, const fs::pat
   add_arrays(*body, scene, fields, numbering);
 
   fs::path file = stem;
-  file += is_whole ? ".vti" : ".vtu"; // not replace_extension: a stem may hold a point
+  file += ending_of_vtk(scene); // not replace_extension: a stem may hold a point
   if (is_whole)
     write_data_set(*vtkNew<vtkXMLImageDataWriter>(), *body, file);
   else

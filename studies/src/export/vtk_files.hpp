@@ -58,6 +58,10 @@ struct ExportFields {
 /// Repeatable  same input, same bytes
 std::filesystem::path write_vtk(const Scene& scene, const ExportFields& fields,
                                 const std::filesystem::path& stem);
+/// Of its files in one piece.
+inline const char* ending_of_vtk(const Scene& scene) {
+  return scene.specimen.n_matter_cells() == scene.specimen.grid.n_cells() ? ".vti" : ".vtu";
+}
 
 /// One file of a series.
 struct PvdEntry {

@@ -44,10 +44,12 @@ class FolderTaken : public std::runtime_error {
 class FolderLock {
 public:
   enum class Sharing { none, parts };
-  /// @param stem     begins the names of the results; none of them may be a symbolic link
+  /// @param stem     begins the names of the results; empty: those of warp
   /// @param sharing  parts: others may write under other stems at the same time
+  /// @param sure     ends of names that will be written: what stands there has to be Maille's
   /// @throws FolderTaken
-  FolderLock(const std::filesystem::path& folder, const std::string& stem, Sharing sharing);
+  FolderLock(const std::filesystem::path& folder, const std::string& stem, Sharing sharing,
+             const std::vector<std::string>& sure = {});
   ~FolderLock();
   FolderLock(const FolderLock&) = delete;
   FolderLock& operator=(const FolderLock&) = delete;
@@ -59,8 +61,18 @@ private:
   std::vector<std::pair<int, std::filesystem::path>> locks_; ///< descriptors
 };
 
-/// True of one plain name of the form of Maille's results: STEM_... or STEM.ENDING, with an ending of theirs.
+/// True of one plain name of the form of Maille's results: STEM_... or STEM.ENDING, with an ending of theirs;
+/// without a stem, of warp's files.
 bool is_name_of_result(std::string_view name, std::string_view stem);
+/// True if a result may take the file's place: it is empty, or a regular file with the mark of Maille's files
+/// of that ending. @param head_of_table of CSV, which has no place for a mark: a table begins with it
+bool is_own_result(const std::filesystem::path& file, std::string_view head_of_table = "");
+/// @throws FolderTaken where a name of a result, in a folder that a FolderLock holds, is a link's or another
+/// program's file. @param by the file that takes the place
+void check_replaced(const std::filesystem::path& file, const std::filesystem::path& by);
+/// Marks a PNG, SVG or MP4, which other libraries write, as Maille's. @throws std::filesystem::filesystem_error
+/// where it cannot be written or is not whole
+void add_mark(const std::filesystem::path& file);
 /// True if a regular file, no link, holds Maille's provenance: data sets for viewers and lists of them do.
 bool has_provenance(const std::filesystem::path& file);
 /// The comment that lists of data sets (.pvd, .vtm, .pvtu) begin with.

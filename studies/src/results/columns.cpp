@@ -46,7 +46,7 @@ void move_last_behind(std::vector<std::size_t>& order, const IsIt& is_it) {
 
 /// What csv_text has made a text of, as it was.
 std::string without_guard(std::string cell) {
-  if (cell.starts_with('\'') && is_formula(std::string_view(cell).substr(1)))
+  if (cell.starts_with('\'') && is_formula(cell.substr(1)))
     cell.erase(0, 1);
   return cell;
 }

@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <fstream>
 #include <limits>
 #include <map>
 #include <set>
@@ -68,16 +67,10 @@ public:
     fs::remove(aside_, error);
   }
 
-  /// What begins as rows and headers of studies do is one's own, of whatever version.
   static void check(const fs::path& file) {
     std::error_code error;
-    const fs::file_status status = fs::symlink_status(file, error);
-    if (!fs::exists(status) || (fs::is_regular_file(status) && fs::file_size(file, error) == 0))
-      return;
-    const std::string example = file.extension() == ".csv" ? csv_header({}) : json_line({});
-    std::string begin(example.find_first_of(":,") + 1, '\0');
-    std::ifstream(file, std::ios::binary).read(begin.data(), static_cast<std::streamsize>(begin.size()));
-    if (!fs::is_regular_file(status) || is_kept_input(file) || !example.starts_with(begin))
+    if (const fs::file_status status = fs::symlink_status(file, error);
+        fs::exists(status) && (is_kept_input(file) || !is_own_result(file, "study,case,")))
       throw FolderTaken(fmt::format(
           "{}: expected a table of a study, which --overwrite replaces, found another file", file.string()));
   }

@@ -393,6 +393,33 @@ TEST(WholeFileContract, EndsAtLinksThatLeadToThemselves) {
   EXPECT_THROW(write_whole(folder / "loop", "text"), fs::filesystem_error);
 }
 
+TEST(WholeFileContract, PiecesOfOthersInAGuardedFolderStay) {
+  const test::TemporaryFolder folder;
+  fs::create_directories(folder / "out/box_limits");
+  const FolderLock lock(folder / "out", "box", FolderLock::Sharing::none);
+  const fs::path mine = folder.write("out/box_limits/0000.vtu", "mine");
+  EXPECT_THROW(write_whole(mine, "new"), FolderTaken);
+  EXPECT_EQ(test::text_of(mine), "mine");
+  write_whole(folder / "out/box_limits/0001.vtu", "new");
+  write_whole(folder / "out/box_limits/0001.vtu", "newer"); // its own
+}
+
+TEST(WholeFileContract, AFileThatSpeaksOfMailleIsNotOfMaille) {
+  const test::TemporaryFolder folder;
+  std::mt19937 dice(41);
+  const std::vector<std::string> words{"maille",    "\"maille\": \"1\"", "# maille\n", "Comment = maille\n",
+                                       "<VTKFile ", "Name=\"Units\" ",   "NRRD0005\n", "ply\n",
+                                       "{\n",       "study,case",        "<svg></svg>"};
+  for (const std::string ending : {"vti", "pvd", "csv", "json", "jsonl", "nii", "nii.gz", "nrrd", "mha",
+                                   "stl", "ply", "html", "png", "svg", "mp4"})
+    for (int i = 0; i < 20; ++i) {
+      std::string text = "of ";
+      for (int n = 0; n < 40; ++n)
+        text += words[dice() % words.size()] + std::string(dice() % 9, ' ');
+      EXPECT_FALSE(is_own_result(folder.write("box_limits." + ending, text + "."))) << ending << text;
+    }
+}
+
 // The shell itself reads the words.
 TEST(ProgramIndependent, AShellReadsAWordAsItIs) {
   const test::TemporaryFolder folder;
