@@ -49,14 +49,19 @@ TEST(SolidWorldsContract, NothingComesIntoAnything) {
       return std::uniform_real_distribution(low, high)(random);
     };
     const std::vector<double> ratios{0.3, 0.45, 0.499, 0.4999};
-    const bool by_surfaces = seed % 3 != 0;
+    const bool by_surfaces = seed % 3 != 0, has_time = seed % 6 == 5;
+    const double off = 0.5 * (seed / 2 % 2), wide = 1 + seed / 4 % 3;
     const int width = 1 + static_cast<int>(any(0, 2.5)), body = 4 + static_cast<int>(any(0, 4));
-    std::string text =
-        world_text("20, 20, 30", by_surfaces ? "contact = \"surfaces\"" : "contact = \"cells\"") +
-        object("body", "deformable", fmt::format("{0}, {0}, {1}", body, 3 + seed % 3), {5, 5, 0.5},
-               soft(ratios[random() % 4], "hold = [{ where = \"z-\" }]")) +
-        object("tool", "rigid", fmt::format("{0}, {0}, 12", width),
-               {any(5, 4 + body), any(5, 4 + body), 7.5});
+    std::string text = world_text("20, 20, 30", has_time ? "dynamics = { gravity = [0, 0, \"-9.81 m/s^2\"] }"
+                                                : by_surfaces ? "contact = \"surfaces\""
+                                                              : "contact = \"cells\"") +
+                       object("body", "deformable", fmt::format("{0}, {0}, {1}", body, 3 + seed % 3),
+                              {5, 5, 0.5}, soft(ratios[random() % 4], "hold = [{ where = \"z-\" }]")) +
+                       object("tool", "rigid", fmt::format("{0}, {0}, 12", width),
+                              {any(5, 4 + body), any(5, 4 + body), 7.5});
+    for (int i = 0; i < 3; ++i) // a stack: aligned, or every other off by half a cell
+      text += object(fmt::format("box{}", i), "rigid", fmt::format("{0}, {0}, 4", wide),
+                     {15 + off * (i % 2), 15 + off * (i / 2), 0.5 * has_time + 4.0 * i});
     World world(parse_world_scene(text));
     for (int frame = 0; frame < 5; ++frame) {
       Drive drive;
@@ -65,14 +70,24 @@ TEST(SolidWorldsContract, NothingComesIntoAnything) {
       drive.motion.axis = Eigen::Vector3d(any(-1, 1), any(-1, 1), any(-1, 1)).normalized();
       drive.motion.angle = seed % 2 == 0 ? any(0, 0.2) : 0;
       drive.motion.about = world.pose(1).position;
+      Drive press; // on the top of the stack
+      press.object = 4;
+      press.motion.by = mm * Eigen::Vector3d(any(-0.5, 0.5), any(-0.5, 0.5), any(-1, 0.2));
       FrameBudget budget;
       budget.rounds = 2000;
-      const FrameResult result = world.advance(std::vector{drive}, budget);
+      budget.frame_seconds = has_time ? 0.003 : 0;
+      const FrameResult result =
+          world.advance(has_time ? std::vector{drive} : std::vector{drive, press}, budget);
       ++n_frames;
       n_settled += is_converged(result.status);
       EXPECT_TRUE(result.status == Status::done || !result.message.empty());
       if (is_converged(result.status) || !by_surfaces)
         n_inside += world.n_penetrations() > 0;
+      for (int i = 1; i < 5 && by_surfaces; ++i)
+        for (int j = 1; j < i; ++j)
+          n_inside += is_matter_in(
+              world.scene().objects[static_cast<unsigned>(i)].scene.specimen, world.pose(i),
+              world.scene().objects[static_cast<unsigned>(j)].scene.specimen, world.pose(j), 0.35 * mm);
     }
   }
   EXPECT_EQ(n_inside, 0);
@@ -80,6 +95,26 @@ TEST(SolidWorldsContract, NothingComesIntoAnything) {
   RecordProperty("frames", n_frames);
   RecordProperty("settled", n_settled);
   fmt::print("{} frames, {} settled, {} with matter in matter\n", n_frames, n_settled, n_inside);
+}
+
+// Contract: thin boxes that fall onto one another edge on edge, or off by half a cell, stay out.
+TEST(StacksContract, NeedlesDoNotFallThroughNeedles) {
+  for (const char* cells : {"1, 1, 6", "2, 1, 6", "3, 3, 2"})
+    for (const double off : {0.0, 0.4, 0.5})
+      for (const double above : {0.0, 0.5, 2.0}) {
+        World world(parse_world_scene(
+            world_text("20, 20, 40", "dynamics = { gravity = [0, 0, \"-9.81 m/s^2\"] }") +
+            object("lower", "fixed", cells, {10, 10, 0.5}) +
+            object("upper", "rigid", cells, {10 + off, 10, (cells[0] == '3' ? 2.5 : 6.5) + above})));
+        FrameBudget budget;
+        budget.frame_seconds = 0.005;
+        for (int frame = 0; frame < 8; ++frame) {
+          world.advance({}, budget);
+          ASSERT_FALSE(is_matter_in(world.scene().objects[0].scene.specimen, world.pose(0),
+                                    world.scene().objects[1].scene.specimen, world.pose(1), 0.3 * mm))
+              << cells << " " << off << " " << above << " " << frame;
+        }
+      }
 }
 
 // Contract: what overlaps by a hair as a world begins is refused, what touches is not, whatever keeps apart.
