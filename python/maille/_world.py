@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from dataclasses import dataclass
 from typing import Any, Dict, Iterable, Iterator, List, Optional, Sequence, Tuple, Union
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from . import _core
 from ._answer import Floats, Record
-from ._faults import existing
+from ._faults import MailleWarning, existing
 from ._scene import Length, PathLike, _metres
 
 Drive = Tuple[str, List[int], Tuple[float, float, float], Tuple[float, float, float], float,
@@ -59,6 +60,8 @@ class World:
     def __init__(self, file: PathLike) -> None:
         self._core = _core.World(existing(file))
         self._played = 0
+        for warning in self._core.warnings:
+            warnings.warn(warning, MailleWarning, stacklevel=2)
 
     def __repr__(self) -> str:
         return f"<maille.World {self.name!r}: {', '.join(name for name in self.objects)}>"

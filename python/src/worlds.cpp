@@ -2,6 +2,7 @@
 
 #include "binding.hpp"
 #include "maille/deform/world/trajectory_drives.hpp"
+#include "maille/scene/plausibility.hpp"
 #include "maille/scene/world/trajectory.hpp"
 #include "maille/scene/world/world_scene.hpp"
 
@@ -175,6 +176,7 @@ void bind_worlds(py::module_& module) {
       .def(py::init<const std::string&>())
       .def_property_readonly("name", [](const WorldHandle& w) { return w.scene().name; })
       .def_property_readonly("title", [](const WorldHandle& w) { return w.scene().title; })
+      .def_property_readonly("warnings", [](const WorldHandle& w) { return world_warnings(w.scene()); })
       .def_property_readonly("dimension", [](const WorldHandle& w) { return w.scene().dimension; })
       .def_property_readonly("cells", [](const WorldHandle& w) { return w.scene().cells; })
       .def_property_readonly("spacing", [](const WorldHandle& w) { return w.scene().spacing; })

@@ -1,5 +1,6 @@
 // What a scene states, in figures, and what of it has no effect or is not what it seems: for people to look
 // at. All is read off the Scene, so that `check`, `run` and Python say the same.
+#include "maille/plugins/open_plugin.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/frame.hpp"
 #include "maille/scene/plausibility.hpp"
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <numbers>
 #include <set>
@@ -303,6 +305,15 @@ std::vector<std::string> statement_warnings(const Scene& scene) {
 
 std::vector<std::string> world_warnings(const WorldScene& world) {
   std::vector<std::string> warnings;
+  const bool takes_factors = world.contact == ContactLaw::surfaces && world.dimension == 3 &&
+                             std::ranges::any_of(world.objects, [](const WorldObject& object) {
+                               return object.kind == ObjectKind::deformable;
+                             });
+  if (takes_factors && std::ranges::none_of(plugin_folders(), [](const std::string& folder) {
+        return std::filesystem::exists(std::filesystem::path(folder) / "maille-cholmod.so");
+      }))
+    warnings.push_back("maille-cholmod.so is not there: multigrid takes the place of factors of bodies in "
+                       "contact, many times as slow");
   for (const WorldObject& object : world.objects) {
     for (const std::string& warning : plausibility(object.scene).warnings)
       warnings.push_back(object.name + ": " + warning);

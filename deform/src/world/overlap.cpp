@@ -1,5 +1,6 @@
 /// Whether objects of a world are in one another, by their geometry alone.
 
+#include "world/cell_overlap.hpp"
 #include "world/world_parts.hpp"
 
 #include <Eigen/Geometry>
@@ -264,6 +265,16 @@ std::int64_t World::n_penetrations() const {
     return false;
   };
   std::int64_t n = 0;
+  const auto may_be_thin = [&](int object) { // which holds nothing deep
+    const WorldObject& what = scene().objects[static_cast<std::size_t>(object)];
+    return scene().contact == ContactLaw::surfaces && !parts_->is_body(object) && !what.is_smooth;
+  };
+  for (int i = 0; i < n_objects(); ++i)
+    for (int j = 0; j < i && may_be_thin(i); ++j)
+      n +=
+          may_be_thin(j) && is_matter_in(scene().objects[static_cast<std::size_t>(i)].scene.specimen, pose(i),
+                                         scene().objects[static_cast<std::size_t>(j)].scene.specimen, pose(j),
+                                         0.5 * *std::ranges::min_element(cell_size()));
   for (const auto& one : matter) {
     std::vector<const Matter*> near;
     for (const auto& other : matter)

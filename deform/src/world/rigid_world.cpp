@@ -22,11 +22,11 @@ RigidWorld::RigidWorld(const Index3& cells, const Vec3& cell_size) : map_(cells)
       throw std::invalid_argument("RigidWorld: cells have sizes above 0");
 }
 
-RigidWorld::Added RigidWorld::add(RigidShape shape, const Pose& pose) {
+RigidWorld::Added RigidWorld::add(RigidShape shape, const Pose& pose, bool may_meet) {
   if (shape.n_voxels() > std::numeric_limits<VoxelId>::max() - n_voxels_)
     throw std::invalid_argument("RigidWorld: more voxels than a map has numbers for");
   Added added;
-  added.refused_at = find_refusal(shape, pose);
+  added.refused_at = find_refusal(shape, pose, may_meet);
   if (added.refused_at)
     return added;
   const VoxelId first = n_voxels_;
@@ -38,10 +38,11 @@ RigidWorld::Added RigidWorld::add(RigidShape shape, const Pose& pose) {
 }
 
 /// The first voxel that cannot be there.
-std::optional<Contact> RigidWorld::find_refusal(const RigidShape& shape, const Pose& pose) const {
+std::optional<Contact> RigidWorld::find_refusal(const RigidShape& shape, const Pose& pose,
+                                                bool may_meet) const {
   std::optional<Contact> refusal;
   const auto is_refused = [&](std::int32_t voxel, const Index3& cell) {
-    if (!map_.is_blocked(cell))
+    if (!map_.is_blocked(cell) || (may_meet && map_.has_cell(cell)))
       return false;
     refusal = Contact{0, voxel, cell, 0, 1, map_.has_cell(cell) ? map_.occupant(cell) : no_voxel};
     return true;

@@ -156,7 +156,10 @@ void WorldParts::add_rigid(int object) {
   for (int a = 0; a < scene.dimension; ++a)
     pose.position += pose.rotation.col(a) * origin[static_cast<std::size_t>(a)];
   member(object).first = rigid.n_voxels();
-  const auto added = rigid.add(shape_of(what.scene.specimen, scene), pose);
+  // Two may meet in a cell: check_apart looks at their matter, but what is smooth stands elsewhere.
+  const bool may_meet =
+      scene.contact == ContactLaw::surfaces && std::ranges::none_of(scene.objects, &WorldObject::is_smooth);
+  const auto added = rigid.add(shape_of(what.scene.specimen, scene), pose, may_meet);
   if (!added.object)
     fail_to_place(scene, object, added.refused_at ? object_in(added.refused_at->cell) : -1);
   member(object).index = *added.object;

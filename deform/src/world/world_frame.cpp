@@ -261,6 +261,9 @@ void WorldFrame::report_end(bool has_settled, const char* endless, const char* c
   if (clock_.ended) {
     result_.status = *clock_.ended;
     result_.message = cut_short;
+  } else if (!crossed_.empty()) {
+    result_.status = has_settled ? Status::clamped : Status::budget_reached;
+    result_.message = crossed_;
   } else if (!has_settled) {
     result_.status = Status::budget_reached;
     result_.message = endless;

@@ -13,6 +13,7 @@
 ///
 /// Exact: no voxel enters a taken cell. Heuristic: the order of bodies, and the limits on pushes and rounds.
 
+#include "world/balance/balance.hpp"
 #include "world/first_contact.hpp"
 #include "world/settling.hpp"
 #include "world/voxels/single_voxels.hpp"
@@ -112,6 +113,7 @@ private:
   int n_balanced_steps() const;
   void drive_balanced(int step, int n);
   void put_handles(std::size_t i, double part);
+  std::optional<std::pair<int, int>> goes_back(const Balance::State& before, int step, int n);
   bool is_forced_in(int object) const;
   bool take_back(int step, int n);
   bool settle_balanced(bool is_last = true);

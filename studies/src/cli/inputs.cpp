@@ -184,9 +184,19 @@ std::string cells_in_words(const WorldScene& scene) {
 } // namespace
 
 std::string in_words(const WorldScene& scene) {
-  return fmt::format("{}D world of {} cells, {} fixed, {} rigid, {} deformable object{}", scene.dimension,
+  std::string laws = scene.is_open                           ? ""
+                     : scene.contact == ContactLaw::surfaces ? "; contact by surfaces"
+                     : scene.contact == ContactLaw::halving  ? "; contact by halving"
+                                                             : "; contact by cells";
+  if (scene.friction > 0)
+    laws += fmt::format(", friction {:g}", scene.friction);
+  if (const auto& dynamics = scene.dynamics)
+    laws += fmt::format("; dynamics with gravity ({:g}, {:g}, {:g}) m/s^2, restitution {:g}, damping {:g} /s",
+                        dynamics->gravity[0], dynamics->gravity[1], dynamics->gravity[2],
+                        dynamics->restitution, dynamics->damping);
+  return fmt::format("{}D world of {} cells, {} fixed, {} rigid, {} deformable object{}{}", scene.dimension,
                      cells_in_words(scene), count(scene, ObjectKind::fixed), count(scene, ObjectKind::rigid),
-                     count(scene, ObjectKind::deformable), scene.objects.size() == 1 ? "" : "s");
+                     count(scene, ObjectKind::deformable), scene.objects.size() == 1 ? "" : "s", laws);
 }
 
 } // namespace maille::studies

@@ -49,6 +49,7 @@ struct Checked {
   std::vector<StatedPart> conditions{};
   std::vector<MaterialSummary> materials{};
   std::vector<CheckedMeasure> measures{};
+  std::optional<std::vector<std::string>> world_warnings{};
   std::string words{};
 };
 
@@ -121,6 +122,8 @@ const ResultTable<Checked>& columns_of_check() {
         .json_where([](const Checked& of) { return !of.kind.empty(); });
     columns.add_rows({"", "faults", "", "all of them"}, columns_of_faults(), &Checked::faults);
     add_plausibility(columns, has_body, &Checked::proportions);
+    columns.add({"", "warnings", "", "of a world"}, &Checked::world_warnings)
+        .json_where([](const Checked& of) { return of.world_warnings.has_value(); });
     columns.add_rows({"", "parts", "", "a row a label, else a material"}, columns_of_body(), &Checked::parts)
         .json_where(has_body);
     columns
@@ -203,7 +206,8 @@ void check_world(Checked& checked) {
   for (const WorldObject& object : world.objects)
     checked.words += fmt::format("{}: size {}\n", object.name,
                                  size_in_words(object.scene, plausibility(object.scene).size));
-  for (const std::string& warning : world_warnings(world))
+  checked.world_warnings = world_warnings(world);
+  for (const std::string& warning : *checked.world_warnings)
     checked.words += fmt::format("warning: {}\n", warning);
   for (std::size_t object = 0; object < made.thin.size(); ++object)
     if (made.thin[object] > 0)

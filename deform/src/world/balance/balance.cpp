@@ -26,7 +26,7 @@ namespace {
 /// free one where a round began.
 constexpr double stiff_hand = 1e4, free_drag = 1e-4;
 /// At the beginning, as rounding of places may have it.
-constexpr double overlap_over_cell = 1e-3;
+constexpr double overlap_over_cell = 1e-3, flat_cosine = 1 - 1e-12;
 /// Rounding in the state of a body without contacts [cells].
 constexpr double no_change = 1e-12;
 /// A body's factor grows faster than the body.
@@ -130,6 +130,11 @@ BalancedObject::BalancedObject(const WorldParts& parts, int object)
     std::ranges::copy_if(by_cell, std::back_inserter(voxel), [](std::int32_t i) { return i >= 0; });
     if (parts.scene.objects[static_cast<std::size_t>(object)].is_smooth)
       make_smooth(specimen, rest);
+    const PlacedSkin placed(skin, rest, 0);
+    for (std::int32_t node = 0; node < skin.n_nodes(); ++node)
+      is_flat.push_back(std::ranges::all_of(skin.faces_at(node), [&](std::int32_t face) {
+        return placed.normal_of(face).dot(placed.normal_of(skin.faces_at(node).front())) > flat_cosine;
+      }));
   }
   place();
 }

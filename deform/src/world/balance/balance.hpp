@@ -49,6 +49,7 @@ struct BalancedObject {
   std::vector<Eigen::Vector3d> at;     ///< where they are, in the world [m]
   Eigen::AlignedBox3d box;             ///< about them
   std::vector<std::int32_t> voxel;     ///< of a rigid object, by the cell of matter
+  std::vector<char> is_flat;           ///< of a rigid object, by node: within a plane of its faces
   std::vector<std::int64_t> matter;    ///< cells of the grid, once they were asked for
   std::vector<std::int32_t> skin_node; ///< likewise, of a node of the grid; -1: none
 

@@ -70,20 +70,7 @@ FrameResult WorldFrame::run_balanced() {
   Balance::State before = balance.state();
   bool has_settled = settle_balanced(drives_.empty()); // with what has changed hands
   int step = 0;
-  const auto goes_back = [&] { // out of what has gone through edges
-    const auto crossing = was_apart ? balance.crossing() : std::nullopt;
-    if (!crossing)
-      return false;
-    balance.restore(before);
-    for (std::size_t i = 0; i < drives_.size(); ++i)
-      if (parts_.is_body(drives_[i].object))
-        put_handles(i, static_cast<double>(step) / n);
-    balance.prescribe();
-    crossed_ = fmt::format("objects `{}` and `{}` would overlap: the frame ended before that",
-                           name(crossing->first), name(crossing->second));
-    return true;
-  };
-  has_settled = !goes_back() && has_settled;
+  has_settled = !(was_apart && goes_back(before, 0, n)) && has_settled;
   for (; step < last && !drives_.empty() && crossed_.empty() && clock_.may_go_on(); ++step) {
     before = balance.state();
     drive_balanced(step, n);
@@ -91,7 +78,7 @@ FrameResult WorldFrame::run_balanced() {
     has_settled = settle_balanced(is_last);
     if (take_back(step, n))
       has_settled = settle_balanced(is_last);
-    if (goes_back())
+    if (was_apart && goes_back(before, step, n))
       break;
     find_blocked(n);
   }
@@ -107,6 +94,21 @@ FrameResult WorldFrame::run_balanced() {
   balance.hand_back();
   report_balanced(has_settled);
   return std::move(result_);
+}
+
+/// Out of what has gone through edges, to what was before the step. @return the objects
+std::optional<std::pair<int, int>> WorldFrame::goes_back(const Balance::State& before, int step, int n) {
+  const auto crossing = parts_.balance->crossing();
+  if (!crossing)
+    return std::nullopt;
+  parts_.balance->restore(before);
+  for (std::size_t i = 0; i < drives_.size(); ++i)
+    if (parts_.is_body(drives_[i].object))
+      put_handles(i, static_cast<double>(step) / n);
+  parts_.balance->prescribe();
+  crossed_ = fmt::format("objects `{}` and `{}` would overlap: the frame ended before that",
+                         name(crossing->first), name(crossing->second));
+  return crossing;
 }
 
 int WorldFrame::n_balanced_steps() const {
@@ -269,10 +271,6 @@ void WorldFrame::report_balanced(bool has_settled) {
     body.settle_handles();
   report_end(has_settled, "contacts came and went without end: the frame ended on the way",
              "the frame ended before all had settled");
-  if (!crossed_.empty() && !clock_.ended) {
-    result_.status = has_settled ? Status::clamped : Status::budget_reached;
-    result_.message = crossed_;
-  }
 }
 
 } // namespace maille::deform

@@ -67,8 +67,12 @@ std::vector<ConvexCell> Balance::cells_near(int number, int other) {
 }
 
 std::optional<std::pair<int, int>> Balance::crossing() {
-  if (!has_looked_)
+  if (!has_looked_) { // at what is near alone: what rounds move stays as it is
+    const double behind = std::exchange(behind_, cell_);
     find_touches();
+    behind_ = behind;
+    has_looked_ = false;
+  }
   for (const auto& [i, j] : near_pairs_)
     if (i < j && are_in_one_another(cells_near(i, j), cells_near(j, i), deep_over_cell * cell_))
       return std::pair(i, j);

@@ -15,7 +15,8 @@ namespace {
 
 /// In frames: shorter times are rounding of the sum of steps.
 constexpr double no_time = 1e-12;
-constexpr int most_steps = 100'000; ///< of a frame: what rattles so fast is left to the next
+constexpr double checked_over_cell = 0.1; ///< what has gone so far may be in something through its edges
+constexpr int most_steps = 100'000;       ///< of a frame: what rattles so fast is left to the next
 
 } // namespace
 
@@ -32,8 +33,32 @@ FrameResult WorldFrame::run_dynamic(double seconds) {
   dynamics.hold(led, seconds);
   double left = seconds;
   int steps = 0;
+  Balance::State before = parts_.balance->state();
+  std::vector<LedObject> led_before = led;
+  const bool was_apart = !parts_.balance->crossing();
+  const auto has_moved = [&] {
+    for (std::size_t i = 0; i < before.objects.size(); ++i) {
+      const BalancedObject& one = parts_.balance->objects()[i];
+      const Pose& then = before.objects[i].pose;
+      if ((one.pose.position - then.position).norm() +
+              one.radius * (one.pose.rotation - then.rotation).norm() >
+          checked_over_cell * parts_.balance->cell())
+        return true;
+    }
+    return false;
+  };
   while (left > no_time * seconds && clock_.may_go_on() && steps < most_steps) {
     left -= dynamics.step(led, left, seconds);
+    if (was_apart && has_moved()) {
+      if (const auto crossing = goes_back(before, 0, 1)) {
+        led = led_before;
+        dynamics.stop(crossing->first);
+        dynamics.stop(crossing->second);
+        break;
+      }
+      before = parts_.balance->state();
+      led_before = led;
+    }
     ++steps;
     ++clock_.rounds;
     if (clock_.rounds_left)
@@ -63,7 +88,7 @@ FrameResult WorldFrame::run_dynamic(double seconds) {
       if (contact.object == drives_[i].object)
         result_.drives[i].force -= contact.force;
   }
-  report_end(!(left > no_time * seconds),
+  report_end(!crossed_.empty() || !(left > no_time * seconds),
              "contacts came and went without end: the frame ended before its time was over",
              "the frame ended before its time was over");
   return std::move(result_);

@@ -63,10 +63,12 @@ double Dynamics::look() {
         (touch.other >= 0 && moving_[static_cast<std::size_t>(touch.other)].has_mass) ||
         parts_.member(touch.object).is_driven || (touch.other >= 0 && parts_.member(touch.other).is_driven))
       least = std::min(least, touch.gap);
+  gap_ = least;
   return least;
 }
 
 void Dynamics::hold(std::span<LedObject> led, double seconds) {
+  gap_.reset();
   for (int object = 0; object < parts_.n_objects(); ++object) {
     MovingObject& one = moving_[static_cast<std::size_t>(object)];
     one.has_mass = parts_.member(object).kind == ObjectKind::rigid && !parts_.member(object).is_driven;
@@ -78,6 +80,12 @@ void Dynamics::hold(std::span<LedObject> led, double seconds) {
     one.spin += drive.motion.angle / seconds * drive.motion.axis;
     one.velocity += drive.motion.by / seconds + one.spin.cross(one.place(drive.from) - drive.motion.about);
   }
+}
+
+void Dynamics::stop(int object) {
+  gap_.reset();
+  MovingObject& one = moving_[static_cast<std::size_t>(object)];
+  one.velocity = one.spin = Eigen::Vector3d::Zero();
 }
 
 std::vector<ImpactPoint> Dynamics::points(double within) const {
@@ -122,9 +130,8 @@ void Dynamics::resolve(std::span<ImpactPoint> points, std::vector<MovingObject>&
   if (left > 0) {
     for (LedObject& drive : led) {
       drive.is_stopped = true;
-      MovingObject& one = moving[static_cast<std::size_t>(drive.object)];
-      one.velocity = one.spin = moving_[static_cast<std::size_t>(drive.object)].velocity =
-          moving_[static_cast<std::size_t>(drive.object)].spin = Eigen::Vector3d::Zero();
+      stop(drive.object);
+      moving[static_cast<std::size_t>(drive.object)] = moving_[static_cast<std::size_t>(drive.object)];
     }
     resolve_impacts(points, poses, moving, 0);
   }
@@ -184,7 +191,7 @@ void Dynamics::part_overlaps() {
 }
 
 double Dynamics::step(std::span<LedObject> led, double most, double seconds) {
-  double gap = look();
+  double gap = gap_ ? *gap_ : look();
   std::vector<ImpactPoint> touching = points(skin());
   resolve(touching, moving_, restitution_, led);
   const double longest = longest_step(most);

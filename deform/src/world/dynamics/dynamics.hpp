@@ -13,6 +13,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <span>
 #include <tuple>
 #include <utility>
@@ -42,6 +43,8 @@ public:
   const std::vector<MovingObject>& moving() const { return moving_; }
   /// Updates which objects are driven, before a frame.
   void hold(std::span<LedObject> led, double seconds);
+  /// An object is still from now on, until something moves it.
+  void stop(int object);
   /// Advances by at most `most` [s]; led objects follow their motions. @return the time advanced [s]
   double step(std::span<LedObject> led, double most, double seconds);
   /// Impulses on objects' surfaces since the last call, by object, other and voxel of the first's skin.
@@ -78,6 +81,7 @@ private:
   double restitution_;
   std::vector<MovingObject> moving_; ///< one an object
   Impulses impulses_;
+  std::optional<double> gap_; ///< that the last look found, of the same objects where they are now [m]
 };
 
 } // namespace maille::deform

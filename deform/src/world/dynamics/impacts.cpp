@@ -8,7 +8,8 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <iterator>
+#include <map>
+#include <numeric>
 #include <span>
 #include <tuple>
 #include <utility>
@@ -25,87 +26,129 @@ constexpr double rounding = 1e-9; ///< of the work of an impulse, and of the sin
 /// Pairs that press one another to and fro, as they do in a stack, are resolved together in the end.
 constexpr std::size_t most_turns_a_pair = 12;
 
-/// How much faster a point opens than it is to.
-double opening(const ImpactPoint& point, std::span<const Pose> poses, std::span<const MovingObject> moving) {
-  const auto speed = [&](int object) {
-    const auto i = static_cast<std::size_t>(object);
-    return moving[i].velocity_at(poses[i], point.at).dot(point.normal);
-  };
-  return speed(point.object) - (point.other < 0 ? 0 : speed(point.other)) - point.lead;
-}
-
-/// Points of a pair of objects, or of all that press one another.
-class Pair {
+/// Points of objects that touch one another, directly or by others that have a mass.
+class Group {
 public:
-  Pair(std::span<ImpactPoint> points, std::span<const Pose> poses, std::span<MovingObject> moving)
-      : points_(points), poses_(poses), moving_(moving) {
-    const auto n = static_cast<Eigen::Index>(points.size());
+  Group(std::vector<ImpactPoint*> points, std::span<const Pose> poses, std::span<MovingObject> moving)
+      : points_(std::move(points)) {
+    const auto n = std::ssize(points_);
     answer_ = Eigen::MatrixXd::Zero(n, n);
-    std::vector<int> objects;
-    for (const ImpactPoint& point : points) {
-      objects.insert(objects.end(), {point.object, point.other});
-      active_.push_back(point.impulse > 0);
-    }
-    sort_uniquely(objects);
-    for (const int object : objects) {
-      if (object < 0 || !moving[static_cast<std::size_t>(object)].has_mass)
-        continue;
-      const MovingObject& one = moving[static_cast<std::size_t>(object)];
-      const Pose& pose = poses[static_cast<std::size_t>(object)];
-      Eigen::MatrixXd arms(n, 3), normals(n, 3);
-      for (Eigen::Index i = 0; i < n; ++i) {
-        const ImpactPoint& point = points[static_cast<std::size_t>(i)];
-        normals.row(i) = point.normal.transpose() * (point.object == object  ? 1
-                                                     : point.other == object ? -1
-                                                                             : 0);
-        arms.row(i) = (point.at - one.place(pose)).cross(Eigen::Vector3d(normals.row(i))).transpose();
-      }
-      answer_ += normals * normals.transpose() / one.mass +
-                 arms * one.inertia_in_world(pose).inverse() * arms.transpose();
-    }
-    has_mass_ = answer_.diagonal().maxCoeff() > 0;
-    answer_.diagonal().array() += give * answer_.diagonal().maxCoeff();
-  }
-
-  double approach() const {
-    double least = 0;
-    for (const ImpactPoint& point : points_)
-      least = std::min(least, opening(point, poses_, moving_));
-    return -least;
-  }
-  bool has_mass() const { return has_mass_; }
-
-  void resolve(double restitution) {
-    const auto n = static_cast<Eigen::Index>(points_.size());
-    Eigen::VectorXd before(n);
-    for (Eigen::Index i = 0; i < n; ++i)
-      before[i] = opening(points_[static_cast<std::size_t>(i)], poses_, moving_);
-    Eigen::VectorXd impulse = impulses(before, restitution);
-    // The work of an impulse is itself times the mean of the speeds before and after.
-    if (impulse.dot(before + 0.5 * (answer_ * impulse)) > rounding * impulse.dot(before.cwiseAbs()))
-      impulse = impulses(before, 0);
+    opening_.resize(n);
+    added_ = Eigen::VectorXd::Zero(n);
+    std::map<int, std::vector<Eigen::Index>> of_object;
     for (Eigen::Index i = 0; i < n; ++i) {
-      ImpactPoint& point = points_[static_cast<std::size_t>(i)];
-      point.impulse += impulse[i];
-      for (const auto& [object, sign] : {std::pair(point.object, 1.0), std::pair(point.other, -1.0)})
-        if (object >= 0)
-          moving_[static_cast<std::size_t>(object)].push(poses_[static_cast<std::size_t>(object)], point.at,
-                                                         sign * impulse[i] * point.normal);
+      const ImpactPoint& point = at(i);
+      opening_[i] = -point.lead;
+      active_.push_back(point.impulse > 0);
+      of_object[point.object].push_back(i);
+      if (point.other >= 0)
+        of_object[point.other].push_back(i);
+      if (i == 0 || point.object != at(i - 1).object || point.other != at(i - 1).other)
+        pairs_.emplace_back();
+      pairs_.back().push_back(i);
+    }
+    for (auto& [object, rows] : of_object) {
+      MovingObject& one = moving[static_cast<std::size_t>(object)];
+      const Pose& pose = poses[static_cast<std::size_t>(object)];
+      Eigen::MatrixXd pushes(std::ssize(rows), 6); // force and moment of an impulse of 1
+      for (std::size_t k = 0; k < rows.size(); ++k) {
+        const ImpactPoint& point = at(rows[k]);
+        const Eigen::Vector3d normal = point.object == object ? point.normal : Eigen::Vector3d(-point.normal);
+        pushes.row(static_cast<Eigen::Index>(k)) << normal.transpose(),
+            (point.at - one.place(pose)).cross(normal).transpose();
+      }
+      Eigen::Matrix<double, 6, 1> speed;
+      speed << one.velocity, one.spin;
+      opening_(rows) += pushes * speed;
+      if (!one.has_mass)
+        continue;
+      Eigen::Matrix<double, 6, 6> give_way = Eigen::Matrix<double, 6, 6>::Zero();
+      give_way.diagonal().head<3>().setConstant(1 / one.mass);
+      give_way.bottomRightCorner<3, 3>() = one.inertia_in_world(pose).inverse();
+      answer_(rows, rows) += pushes * give_way * pushes.transpose();
+      objects_.push_back({&one, rows, give_way * pushes.transpose()});
+    }
+  }
+
+  double approach() const { return -opening_.minCoeff(); }
+
+  /// Turn after turn, then all together. @param first the fastest approach of all groups [m/s]
+  double resolve(double first, double restitution) {
+    const std::size_t most = restitution > 0 ? most_turns_a_pair * pairs_.size() : 0;
+    for (std::size_t turn = 0;; ++turn) {
+      double fastest_with_mass = 0;
+      const std::vector<Eigen::Index>* next = nullptr;
+      for (const std::vector<Eigen::Index>& pair : pairs_)
+        if (const double approach = -opening_.segment(pair.front(), std::ssize(pair)).minCoeff();
+            approach > fastest_with_mass && answer_(pair.front(), pair.front()) > 0) {
+          fastest_with_mass = approach;
+          next = &pair;
+        }
+      const double fastest = approach();
+      first = std::max(first, fastest);
+      if (next == nullptr || !(fastest_with_mass > slow * first) || turn > most) {
+        finish();
+        return fastest > (turn > most ? nearly : slow) * first ? fastest : 0;
+      }
+      if (turn < most) {
+        press(*next, restitution);
+        continue;
+      }
+      std::vector<Eigen::Index> movable;
+      for (Eigen::Index i = 0; i < opening_.size(); ++i)
+        if (answer_(i, i) > 0)
+          movable.push_back(i);
+      press(movable, 0);
     }
   }
 
 private:
-  Eigen::VectorXd impulses(const Eigen::VectorXd& before, double restitution) {
-    const std::vector<char> may_pull(points_.size(), 0);
-    return contact_forces(answer_, before + restitution * before.cwiseMin(0.0), may_pull, active_);
+  struct Object {
+    MovingObject* one;
+    std::vector<Eigen::Index> rows;
+    Eigen::MatrixXd speeds; ///< for impulses of 1 in these
+  };
+  ImpactPoint& at(Eigen::Index i) const { return *points_[static_cast<std::size_t>(i)]; }
+
+  void press(const std::vector<Eigen::Index>& rows, double restitution) {
+    Eigen::MatrixXd answer = answer_(rows, rows);
+    answer.diagonal().array() += give * answer.diagonal().maxCoeff();
+    const Eigen::VectorXd before = opening_(rows);
+    std::vector<char> active;
+    for (const Eigen::Index row : rows)
+      active.push_back(active_[static_cast<std::size_t>(row)]);
+    const std::vector<char> may_pull(rows.size(), 0);
+    const auto impulses = [&](double part) {
+      return contact_forces(answer, before + part * before.cwiseMin(0.0), may_pull, active);
+    };
+    Eigen::VectorXd impulse = impulses(restitution);
+    // The work of an impulse is itself times the mean of the speeds before and after.
+    if (restitution > 0 &&
+        impulse.dot(before + 0.5 * (answer * impulse)) > rounding * impulse.dot(before.cwiseAbs()))
+      impulse = impulses(0);
+    opening_ += answer_(Eigen::all, rows) * impulse;
+    added_(rows) += impulse;
+    for (std::size_t k = 0; k < rows.size(); ++k)
+      active_[static_cast<std::size_t>(rows[k])] = active[k];
   }
 
-  std::span<ImpactPoint> points_;
-  std::span<const Pose> poses_;
-  std::span<MovingObject> moving_;
+  void finish() const {
+    for (Eigen::Index i = 0; i < added_.size(); ++i)
+      at(i).impulse += added_[i];
+    for (const Object& object : objects_) {
+      const Eigen::VectorXd change = object.speeds * added_(object.rows);
+      object.one->velocity += change.head<3>();
+      object.one->spin += change.tail<3>();
+    }
+  }
+
+  std::vector<ImpactPoint*> points_;
   Eigen::MatrixXd answer_;   ///< speeds at which points open for impulses on them [1/kg]
+  Eigen::VectorXd opening_;  ///< how much faster a point opens than it is to [m/s]
+  Eigen::VectorXd added_;    ///< impulses [N s]
   std::vector<char> active_; ///< points that have pressed last: mostly those that will
-  bool has_mass_ = false;
+  std::vector<std::vector<Eigen::Index>> pairs_;
+  std::vector<Object> objects_;
 };
 
 constexpr double same_normal = 1e-6; ///< of two of length 1, as faces that lie on one another have
@@ -187,58 +230,28 @@ std::vector<ImpactPoint> carriers_of(std::span<const ImpactPoint> points) {
   return carriers;
 }
 
-namespace {
-
-void resolve_together(std::span<ImpactPoint> points, std::span<const Pose> poses,
-                      std::span<MovingObject> moving) {
-  const auto has_mass = [&](int object) {
-    return object >= 0 && moving[static_cast<std::size_t>(object)].has_mass;
-  };
-  std::vector<ImpactPoint> movable;
-  std::ranges::copy_if(points, std::back_inserter(movable), [&](const ImpactPoint& point) {
-    return has_mass(point.object) || has_mass(point.other);
-  });
-  Pair(movable, poses, moving).resolve(0);
-  auto next = movable.begin();
-  for (ImpactPoint& point : points)
-    if (has_mass(point.object) || has_mass(point.other))
-      point = *next++;
-}
-
-} // namespace
-
 double resolve_impacts(std::span<ImpactPoint> points, std::span<const Pose> poses,
                        std::span<MovingObject> moving, double restitution) {
-  std::vector<Pair> pairs;
-  for (std::size_t begin = 0; begin < points.size();) {
-    std::size_t end = begin;
-    while (end < points.size() && points[end].object == points[begin].object &&
-           points[end].other == points[begin].other)
-      ++end;
-    pairs.emplace_back(points.subspan(begin, end - begin), poses, moving);
-    begin = end;
-  }
-  double first = 0;
-  const std::size_t most = most_turns_a_pair * pairs.size();
-  for (std::size_t turn = 0;; ++turn) {
-    double fastest = 0, fastest_with_mass = 0;
-    Pair* next = nullptr;
-    for (Pair& pair : pairs) {
-      const double approach = pair.approach();
-      fastest = std::max(fastest, approach);
-      if (pair.has_mass() && approach > fastest_with_mass) {
-        fastest_with_mass = approach;
-        next = &pair;
-      }
-    }
-    first = std::max(first, fastest);
-    if (next == nullptr || !(fastest_with_mass > slow * first) || turn > most)
-      return fastest > (turn > most ? nearly : slow) * first ? fastest : 0;
-    if (turn == most)
-      resolve_together(points, poses, moving);
-    else
-      next->resolve(restitution);
-  }
+  std::vector<int> group(moving.size()); // of an object with mass, by a number that leads to its own
+  std::iota(group.begin(), group.end(), 0);
+  const auto group_of = [&](int object) {
+    while (object >= 0 && group[static_cast<std::size_t>(object)] != object)
+      object = group[static_cast<std::size_t>(object)];
+    return object >= 0 && moving[static_cast<std::size_t>(object)].has_mass ? object : -1;
+  };
+  for (const ImpactPoint& point : points)
+    if (const int one = group_of(point.object), other = group_of(point.other); one >= 0 && other >= 0)
+      group[static_cast<std::size_t>(std::max(one, other))] = std::min(one, other);
+  std::map<int, std::vector<ImpactPoint*>> groups;
+  for (ImpactPoint& point : points)
+    groups[std::max(group_of(point.object), group_of(point.other))].push_back(&point);
+  std::vector<Group> all;
+  double first = 0, left = 0;
+  for (auto& [number, own] : groups)
+    first = std::max(first, all.emplace_back(std::move(own), poses, moving).approach());
+  for (Group& one : all)
+    left = std::max(left, one.resolve(first, restitution));
+  return left;
 }
 
 } // namespace maille::deform

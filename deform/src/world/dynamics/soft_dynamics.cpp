@@ -253,12 +253,16 @@ FrameResult WorldFrame::run_soft_dynamic(double seconds) {
   parts_.soft_dynamics->hold(step);
   parts_.balance->hold(clock_.control.threads);
   bool has_settled = true;
-  for (int i = 0; i < n && clock_.may_go_on(); ++i) {
+  const bool was_apart = !parts_.balance->crossing();
+  for (int i = 0; i < n && clock_.may_go_on() && crossed_.empty(); ++i) {
+    const Balance::State before = parts_.balance->state();
     parts_.soft_dynamics->fly(step);
     drive_balanced(i, n);
     has_settled = settle_balanced() && has_settled;
     if (take_back(i, n))
       has_settled = settle_balanced() && has_settled;
+    if (was_apart)
+      goes_back(before, i, n);
     parts_.soft_dynamics->arrive(step);
     find_blocked(n);
   }

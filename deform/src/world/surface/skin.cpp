@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -21,6 +22,8 @@ constexpr double on_border = 1e-9;
 constexpr double same_place = 1e-7;
 /// Faces at an angle less than that of this have a common normal where they meet: 40 degrees.
 constexpr double least_smooth_cosine = 0.766;
+/// Of the reach: as near as this to an edge a point is on it.
+constexpr double edge_over_reach = 1e-3;
 /// A gap along that normal is no gap where the point is this part of its distance before the place.
 constexpr double least_part = 0.5;
 
@@ -241,20 +244,53 @@ void NearFaces::find(const Skin& of_nodes, std::span<const std::int32_t> nodes, 
 }
 
 std::vector<PlacedSkin::Near> PlacedSkin::near(const Eigen::Vector3d& point,
-                                               std::span<const std::int32_t> faces) const {
+                                               std::span<const std::int32_t> faces, const PlacedSkin* own,
+                                               std::int32_t node) const {
   std::vector<Closest> found;
   const double far = reach_ * (1 + on_border);
   for (const std::int32_t face : faces) {
     Eigen::AlignedBox3d box;
-    for (const std::int32_t node : skin_.faces()[static_cast<std::size_t>(face)].node)
-      if (node >= 0)
-        box.extend(at(node));
+    for (const std::int32_t corner : skin_.faces()[static_cast<std::size_t>(face)].node)
+      if (corner >= 0)
+        box.extend(at(corner));
     if (box.squaredExteriorDistance(point) > far * far)
       continue;
     if (const Closest one = closest(face, point); one.distance <= reach_)
       found.push_back(one);
   }
+  if (const auto one = own != nullptr ? faced(point, found, *own, node) : std::nullopt)
+    return {*one};
   return nearest(point, found);
+}
+
+/// The face that the node's own skin faces, where the point is as good as on a sharp edge.
+std::optional<PlacedSkin::Near> PlacedSkin::faced(const Eigen::Vector3d& point,
+                                                  std::span<const Closest> found, const PlacedSkin& own,
+                                                  std::int32_t node) const {
+  const double near = edge_over_reach * reach_;
+  if (found.size() < 2 ||
+      std::ranges::none_of(found, [&](const Closest& one) { return one.distance <= near; }))
+    return std::nullopt;
+  std::optional<Near> best;
+  bool is_sharp = false, is_alone = true;
+  for (const Closest& one : found) {
+    const Eigen::Vector3d normal = normal_of(one.face), off = point - one.place;
+    const double gap = normal.dot(off);
+    if (gap > near || (off - gap * normal).norm() > near)
+      continue;
+    is_sharp = is_sharp || std::ranges::any_of(found, [&](const Closest& other) {
+                 return other.distance <= near && normal.dot(normal_of(other.face)) <= least_smooth_cosine;
+               });
+    if (std::ranges::none_of(own.skin_.faces_at(node), [&](std::int32_t face) {
+          return own.normal_of(face).dot(normal) < -least_smooth_cosine;
+        }))
+      continue;
+    is_alone = is_alone &&
+               (!best || std::min(gap, best->gap) < -near || best->normal.dot(normal) > least_smooth_cosine);
+    if (!best || gap > best->gap)
+      best = Near{skin_.faces()[static_cast<std::size_t>(one.face)].node, one.weight, one.face, normal, gap};
+  }
+  return is_sharp && is_alone ? best : std::nullopt;
 }
 
 Eigen::Vector3d PlacedSkin::normal_of(std::int32_t number) const {

@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -74,9 +75,14 @@ public:
     double gap = 0;         ///< of the point before the place, along it [m]; less than 0 inside
   };
   /// Where the point is outside: every place within `reach` that no place beside it is nearer than. Where it
-  /// is inside: the nearest place alone.
+  /// is inside: the nearest place alone. On a sharp edge the nearest place has no normal of its own: there the
+  /// face that the point's own skin faces is the one, if there is one alone.
   /// @param faces  that count, in their order: all that are within reach may be among them
-  std::vector<Near> near(const Eigen::Vector3d& point, std::span<const std::int32_t> faces) const;
+  /// @param own, node  the skin that the point is of, if it is of one
+  std::vector<Near> near(const Eigen::Vector3d& point, std::span<const std::int32_t> faces,
+                         const PlacedSkin* own = nullptr, std::int32_t node = -1) const;
+  /// Outwards, of length 1.
+  Eigen::Vector3d normal_of(std::int32_t face) const;
 
 private:
   struct Closest {
@@ -88,10 +94,10 @@ private:
   };
   const Eigen::Vector3d& at(std::int32_t node) const { return places_[static_cast<std::size_t>(node)]; }
   Closest closest(std::int32_t face, const Eigen::Vector3d& point) const;
-  /// Outwards, of length 1.
-  Eigen::Vector3d normal_of(std::int32_t face) const;
   Eigen::Vector3d smooth_normal(const Closest& one) const;
   std::vector<Near> nearest(const Eigen::Vector3d& point, std::vector<Closest>& found) const;
+  std::optional<Near> faced(const Eigen::Vector3d& point, std::span<const Closest> found,
+                            const PlacedSkin& own, std::int32_t node) const;
 
   const Skin& skin_;
   std::span<const Eigen::Vector3d> places_;

@@ -58,8 +58,8 @@ public:
     std::optional<int> object;         ///< its number
     std::optional<Contact> refused_at; ///< the first voxel whose cell is blocked
   };
-  /// Adds an object that can be moved, or one that is only in the way.
-  Added add(RigidShape shape, const Pose& pose);
+  /// Adds an object that can be moved, or one that is only in the way. @param may_meet others in a cell
+  Added add(RigidShape shape, const Pose& pose, bool may_meet = false);
   int n_objects() const { return static_cast<int>(objects_.size()); }
   const RigidShape& shape(int object) const { return at(object).shape; }
   const Pose& pose(int object) const { return at(object).pose; }
@@ -109,7 +109,7 @@ private:
   Object& at(int object) { return objects_[static_cast<std::size_t>(object)]; }
   void put(Object& object);
   void take(Object& object);
-  std::optional<Contact> find_refusal(const RigidShape& shape, const Pose& pose) const;
+  std::optional<Contact> find_refusal(const RigidShape& shape, const Pose& pose, bool may_meet) const;
 
   OccupancyMap map_;
   Vec3 cell_size_;
