@@ -49,7 +49,7 @@ inline std::string in_pascals(double pascals) {
   return size >= 1e3 ? fmt::format("{:.3g} kPa", pascals / 1e3) : fmt::format("{:.3g} Pa", pascals);
 }
 
-/// Whether a spreadsheet would take a cell for a formula, and do what it says. A number behind a sign is none.
+/// Whether a spreadsheet would take a cell for a formula. A signed number is no formula.
 inline bool is_formula(const std::string& text) {
   char* end = nullptr;
   std::strtod(text.c_str(), &end);

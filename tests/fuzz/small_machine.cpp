@@ -1,4 +1,5 @@
-/// The machine that readers are tried on, by the linker's --wrap: little memory, and DICOM headers from bytes.
+/// The machine that readers are tried on, by the linker's --wrap: little memory, and DICOM headers from
+/// bytes.
 
 #include "image/dicom_files.hpp"
 #include "support/temporary_folder.hpp"

@@ -70,8 +70,8 @@ bool is_own_result(const std::filesystem::path& file, std::string_view head_of_t
 /// @throws FolderTaken where a name of a result, in a folder that a FolderLock holds, is a link's or another
 /// program's file. @param by the file that takes the place
 void check_replaced(const std::filesystem::path& file, const std::filesystem::path& by);
-/// Marks a PNG, SVG or MP4, which other libraries write, as Maille's. @throws std::filesystem::filesystem_error
-/// where it cannot be written or is not whole
+/// Marks a PNG, SVG or MP4, which other libraries write, as Maille's. @throws
+/// std::filesystem::filesystem_error where it cannot be written or is not whole
 void add_mark(const std::filesystem::path& file);
 /// True if a regular file, no link, holds Maille's provenance: data sets for viewers and lists of them do.
 bool has_provenance(const std::filesystem::path& file);

@@ -22,7 +22,7 @@ constexpr double on_border = 1e-9;
 constexpr double same_place = 1e-7;
 /// Faces at an angle less than that of this have a common normal where they meet: 40 degrees.
 constexpr double least_smooth_cosine = 0.766;
-/// Of the reach: as near as this to an edge a point is on it.
+/// A point within this part of the reach from an edge is on the edge [1].
 constexpr double edge_over_reach = 1e-3;
 /// A gap along that normal is no gap where the point is this part of its distance before the place.
 constexpr double least_part = 0.5;
@@ -263,7 +263,7 @@ std::vector<PlacedSkin::Near> PlacedSkin::near(const Eigen::Vector3d& point,
   return nearest(point, found);
 }
 
-/// The face that the node's own skin faces, where the point is as good as on a sharp edge.
+/// The face that the node's own skin faces, where the point lies on a sharp edge.
 std::optional<PlacedSkin::Near> PlacedSkin::faced(const Eigen::Vector3d& point,
                                                   std::span<const Closest> found, const PlacedSkin& own,
                                                   std::int32_t node) const {

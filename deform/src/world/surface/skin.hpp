@@ -75,8 +75,8 @@ public:
     double gap = 0;         ///< of the point before the place, along it [m]; less than 0 inside
   };
   /// Where the point is outside: every place within `reach` that no place beside it is nearer than. Where it
-  /// is inside: the nearest place alone. On a sharp edge the nearest place has no normal of its own: there the
-  /// face that the point's own skin faces is the one, if there is one alone.
+  /// is inside: the nearest place alone. On a sharp edge the nearest place has no normal of its own: there
+  /// the face that the point's own skin faces is the one, if there is one alone.
   /// @param faces  that count, in their order: all that are within reach may be among them
   /// @param own, node  the skin that the point is of, if it is of one
   std::vector<Near> near(const Eigen::Vector3d& point, std::span<const std::int32_t> faces,
