@@ -1,9 +1,9 @@
 # Writes a C++ file OUTPUT with one function for every file of TEXTS (page.html: page_html), each returning the text of that file.
-file(WRITE ${OUTPUT} "// Made by cmake/embed_texts.cmake.\n#include \"report/page_parts.hpp\"\n\nnamespace maille::studies {\n\n")
+file(WRITE ${OUTPUT} "// Made by cmake/embed_texts.cmake.\n#include <string_view>\n\nnamespace maille::studies {\n\n")
 foreach(text IN LISTS TEXTS)
   get_filename_component(name ${text} NAME)
   string(REPLACE "." "_" name ${name})
   file(READ ${text} content)
-  file(APPEND ${OUTPUT} "std::string_view ${name}() {\n  return R\"embedded(${content})embedded\";\n}\n\n")
+  file(APPEND ${OUTPUT} "std::string_view ${name}();\nstd::string_view ${name}() {\n  return R\"embedded(${content})embedded\";\n}\n\n")
 endforeach()
 file(APPEND ${OUTPUT} "} // namespace maille::studies\n")

@@ -4,7 +4,6 @@
 #include "maille/deform/drag.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/scene/image.hpp"
-#include "maille/scene/nodes_in.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/write_image.hpp"

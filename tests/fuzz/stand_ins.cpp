@@ -1,6 +1,6 @@
 /// Stand-ins for the parts of Maille that fuzzers are built without: what draws.
 
-#include "choose/built_in_table.hpp"
+#include "choose/choose.hpp"
 #include "export/answer_fields.hpp"
 #include "gnuplot.hpp"
 #include "picture/comparison_picture.hpp"
@@ -46,7 +46,7 @@ std::optional<std::string> draw_study(const std::vector<StudyRow>& /*rows*/, con
   return "no plots";
 }
 
-std::string_view built_in_table_text() {
+std::string_view table_csv() {
   return {};
 }
 

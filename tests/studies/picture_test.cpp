@@ -4,7 +4,6 @@
 #include "picture/question_arrows.hpp"
 #include "picture/question_picture.hpp"
 #include "studies/export/export_scenes.hpp"
-#include "support/full_disk.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <gtest/gtest.h>

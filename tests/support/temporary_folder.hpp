@@ -1,13 +1,15 @@
 #pragma once
-/// An empty folder of a test's own, or a fuzzer's, that goes when it ends.
+/// An empty folder of a test's own, or a fuzzer's, that goes when it ends; a disk that is full.
 
 #include "maille/materials/text_file.hpp"
 
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
 #include <string_view>
+#include <sys/resource.h>
 
 namespace maille::test {
 
@@ -27,5 +29,22 @@ inline std::string text_of(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   return {std::istreambuf_iterator<char>(stream), {}};
 }
+
+/// Simulates a full disk: while it lives, no file of this process grows beyond this number of bytes.
+class FullDisk {
+public:
+  explicit FullDisk(rlim_t bytes) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limited{bytes, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &limited);
+  }
+  FullDisk(const FullDisk&) = delete;
+  FullDisk& operator=(const FullDisk&) = delete;
+  ~FullDisk() { setrlimit(RLIMIT_FSIZE, &before_); }
+
+private:
+  rlimit before_{};
+};
 
 } // namespace maille::test

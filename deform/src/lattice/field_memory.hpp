@@ -2,8 +2,7 @@
 /// Memory of the fields that a solve works with, and of the arrays of one object; fields as rows along x.
 ///
 /// All memory is zeroed, starts on a cache line, and is charged to the open arena. Fields of 64 KiB and more
-/// lie in large pages, several small ones in one page: a page fault less per field, and fewer address look-
-/// ups. Results do not depend on the placement.
+/// lie in large pages, several small ones in one. Results do not depend on the placement.
 
 #include "maille/scene/arena.hpp"
 #include "maille/scene/grid.hpp"
@@ -15,14 +14,22 @@
 
 namespace maille::deform {
 
+/// Range of layers of cells.
+struct LayerRange {
+  int first = 0, end = 0;
+};
+/// Range of planes of nodes; layer z is between planes z and z + 1.
+struct PlaneRange {
+  int first = 0, end = 0;
+};
+
 inline constexpr std::size_t large_page = std::size_t{2} << 20; ///< of the largest kind
 /// Fields from here on are mapped for themselves; smaller ones share a large page.
 inline constexpr std::size_t least_mapped = large_page / 4 * 3;
 /// Smaller fields are the allocator's.
 inline constexpr std::size_t least_shared = std::size_t{64} << 10;
 
-/// Zeroed memory that starts on a cache line, in pages of the largest kind where the system grants them:
-/// those come in a tenth of the time. Fields of some dozens of kilobytes share such pages, so a field may
+/// Zeroed memory in pages of the largest kind where the system grants them: those come in a tenth of the time. Fields of some dozens of kilobytes share such pages, so a field may
 /// take up to half a MiB more than its bytes. No memory is kept once the fields are gone.
 /// @param charge of what is set aside; pages that fields share are charged as a whole, with the first field,
 ///        and shared within one arena alone

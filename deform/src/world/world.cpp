@@ -115,7 +115,6 @@ WorldParts::WorldParts(WorldScene asked)
 /// Cells of the world do not tell thin overlaps apart. What is smooth stands elsewhere than its voxels:
 /// Balance looks at its surface.
 void WorldParts::check_apart() const {
-  constexpr double overlap_over_cell = 1e-3;
   const auto pose_in_world = [this](const WorldObject& object) {
     Pose pose = pose_of(object, scene.dimension);
     for (int a = 0; a < scene.dimension; ++a)

@@ -2,8 +2,8 @@
 /// that needs it, and where none has, no work can have been left behind and there is one rank.
 
 #include "maille/fem_ref/abandoned.hpp"
+#include "maille/fem_ref/ranks.hpp"
 #include "plugin/functions.hpp"
-#include "process/launcher.hpp"
 
 #include <atomic>
 #include <utility>

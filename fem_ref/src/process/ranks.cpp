@@ -1,6 +1,5 @@
 #include "maille/fem_ref/ranks.hpp"
 
-#include "process/launcher.hpp"
 #include "process/mpi.hpp"
 
 #include <algorithm>

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,22 +16,18 @@ namespace maille::reader {
 
 namespace {
 
-struct Box {
-  Vec3 low{INFINITY, INFINITY, INFINITY}, high{-INFINITY, -INFINITY, -INFINITY};
-  void add(const Vec3& x) {
-    for (std::size_t a = 0; a < 3; ++a) {
-      low[a] = std::min(low[a], x[a]);
-      high[a] = std::max(high[a], x[a]);
-    }
-  }
-};
+using Box = Eigen::AlignedBox3d;
+
+Eigen::Vector3d vector(const Vec3& v) {
+  return {v[0], v[1], v[2]};
+}
 
 Box box_of(const std::vector<std::vector<Triangle>>& surfaces) {
   Box box;
   for (const auto& triangles : surfaces)
     for (const Triangle& triangle : triangles)
       for (const Vec3& corner : triangle)
-        box.add(corner);
+        box.extend(vector(corner));
   return box;
 }
 
@@ -40,14 +38,14 @@ public:
   RowsOfTriangle(const Triangle& triangle, const ImageInfo& grid, const Vec3& low)
       : triangle_(triangle), grid_(grid), low_(low) {
     for (const Vec3& corner : triangle)
-      box_.add(corner);
+      box_.extend(vector(corner));
   }
   static double middle(const ImageInfo& grid, const Vec3& low, int i, std::size_t axis) {
     constexpr std::array<double, 3> beside{0, 0.61803e-6, 0.41421e-6};
     return low[axis] + (i + 0.5 + beside[axis]) * grid.spacing[axis];
   }
-  int first(std::size_t axis) const { return row_at(std::floor(steps(box_.low[axis], axis)), axis); }
-  int last(std::size_t axis) const { return row_at(std::ceil(steps(box_.high[axis], axis)), axis); }
+  int first(std::size_t axis) const { return row_at(std::floor(steps(box_.min()[axis], axis)), axis); }
+  int last(std::size_t axis) const { return row_at(std::ceil(steps(box_.max()[axis], axis)), axis); }
 
   /// Where a line goes through the surface, and whether inwards by the order of the triangle's corners.
   struct Crossing {
@@ -101,7 +99,7 @@ std::array<double, 3> voxels_of(const std::vector<std::vector<Triangle>>& surfac
   const Box box = box_of(surfaces);
   std::array<double, 3> n{};
   for (std::size_t a = 0; a < 3; ++a)
-    n[a] = std::max(1.0, std::ceil((box.high[a] - box.low[a]) / spacing[a] - 1e-6));
+    n[a] = std::max(1.0, std::ceil((box.max()[a] - box.min()[a]) / spacing[a] - 1e-6));
   return n;
 }
 
@@ -112,16 +110,17 @@ OrFault<Image> voxelised(const std::vector<std::vector<Triangle>>& surfaces, con
   image.info.spacing = spacing;
   for (std::size_t a = 0; a < 3; ++a) {
     image.info.size[a] = static_cast<int>(n[a]);
-    image.info.origin[a] = box.low[a] + spacing[a] / 2;
+    image.info.origin[a] = box.min()[a] + spacing[a] / 2;
   }
+  const Vec3 low{box.min()[0], box.min()[1], box.min()[2]};
   image.values.assign(static_cast<std::size_t>(image.info.n_voxels()), 0);
   const Index3& size = image.info.size;
   for (std::size_t s = 0; s < surfaces.size(); ++s) {
     std::vector<RowsOfTriangle> triangles;
     for (const Triangle& triangle : surfaces[s])
-      triangles.emplace_back(triangle, image.info, box.low);
+      triangles.emplace_back(triangle, image.info, low);
     const auto middle = [&](int i, std::size_t axis) {
-      return RowsOfTriangle::middle(image.info, box.low, i, axis);
+      return RowsOfTriangle::middle(image.info, low, i, axis);
     };
     std::vector<std::uint32_t> order(triangles.size()), in_layer, rows, in_row;
     const auto by_first = [&](std::size_t axis) {

@@ -138,13 +138,14 @@ constexpr int points_along_axis = 4;
 
 /// Bins of values, 128 for each power of two; all that are not above 0 are in the first, and all within a
 /// body in the last.
-constexpr int n_bins = 0x3f7c;
-int bin_of(float value) {
-  return value > 0 ? std::min(static_cast<int>(std::bit_cast<std::uint32_t>(value) >> 16), n_bins - 1) : 0;
+constexpr std::size_t n_bins = 0x3f7c;
+std::size_t bin_of(float value) {
+  return value > 0 ? std::min<std::size_t>(std::bit_cast<std::uint32_t>(value) >> 16, n_bins - 1) : 0;
 }
 
 /// Bins of the sample points of a voxel; one where all are in the same.
-void find_bins(const LayerWindow& values, const Index3& size, const Index3& voxel, std::vector<int>& bins) {
+void find_bins(const LayerWindow& values, const Index3& size, const Index3& voxel,
+               std::vector<std::size_t>& bins) {
   float least = std::numeric_limits<float>::infinity(), most = -least;
   VoxelBlock(voxel, {1, 1, 1}, 1, size).for_each(size, [&](std::size_t v) {
     least = std::min(least, values[v]);
@@ -184,11 +185,11 @@ std::uint8_t material_around(const LayerWindow& image, const std::vector<LabelRa
 
 /// The bin above which points are tissue, so that there are as many as a material's voxels have, and the part
 /// of those in it that are. @param points by bin
-std::pair<int, double> level_of(const std::vector<std::int64_t>& points, std::int64_t wanted) {
-  int bin = n_bins - 1;
-  for (; bin > 0 && points[static_cast<std::size_t>(bin)] < wanted; --bin)
-    wanted -= points[static_cast<std::size_t>(bin)];
-  const auto n = static_cast<double>(points[static_cast<std::size_t>(bin)]);
+std::pair<std::size_t, double> level_of(const std::vector<std::int64_t>& points, std::int64_t wanted) {
+  std::size_t bin = n_bins - 1;
+  for (; bin > 0 && points[bin] < wanted; --bin)
+    wanted -= points[bin];
+  const auto n = static_cast<double>(points[bin]);
   return {bin, n > 0 ? static_cast<double>(wanted) / n : 0};
 }
 
@@ -225,7 +226,7 @@ void for_each_voxel(LayerWindow& image, LayerWindow& values, const std::vector<L
   const Index3& size = values.info().size;
   values.move_to(k - 1, k + 2);
   image.move_to(k - furthest_voxel, k + furthest_voxel + 1);
-  std::vector<int> bins;
+  std::vector<std::size_t> bins;
   std::size_t voxel = 0;
   for (int j = 0; j < size[1]; ++j)
     for (int i = 0; i < size[0]; ++i, ++voxel) {
@@ -277,14 +278,15 @@ LayerWindow shares_of_smoothed(const LayeredImage& image, const std::vector<Labe
   const auto values = [&] { return shared(sharpened(shares_of_labels(image.open(1), ranges), width)); };
   const auto first = values(), seen = labels();
   for (int k = 0; k < image.info().size[2]; ++k)
-    for_each_voxel(*seen, *first, ranges, k,
-                   [&](std::size_t, bool is_own, std::uint8_t material, const std::vector<int>& bins) {
-                     wanted[material] += is_own ? n_points : 0;
-                     points[material].resize(n_bins);
-                     for (const int bin : bins)
-                       points[material][static_cast<std::size_t>(bin)] += n_points / std::ssize(bins);
-                   });
-  std::array<std::pair<int, double>, 256> levels;
+    for_each_voxel(
+        *seen, *first, ranges, k,
+        [&](std::size_t, bool is_own, std::uint8_t material, const std::vector<std::size_t>& bins) {
+          wanted[material] += is_own ? n_points : 0;
+          points[material].resize(n_bins);
+          for (const std::size_t bin : bins)
+            points[material][bin] += n_points / std::ssize(bins);
+        });
+  std::array<std::pair<std::size_t, double>, 256> levels;
   for (std::size_t material = 0; material < levels.size(); ++material)
     if (wanted[material] > 0)
       levels[material] = level_of(points[material], wanted[material]);
@@ -292,14 +294,15 @@ LayerWindow shares_of_smoothed(const LayeredImage& image, const std::vector<Labe
           [again = values(), voxels = labels(), &ranges, levels](int k, std::vector<float>& to) {
             const std::size_t before = to.size();
             to.resize(before + again->layer_size(), 0);
-            for_each_voxel(*voxels, *again, ranges, k,
-                           [&](std::size_t voxel, bool, std::uint8_t material, const std::vector<int>& bins) {
-                             const auto& [level, part] = levels[material];
-                             double n = 0;
-                             for (const int bin : bins)
-                               n += bin < level ? 0 : bin == level ? part : 1;
-                             to[before + voxel] = static_cast<float>(n / static_cast<double>(bins.size()));
-                           });
+            for_each_voxel(
+                *voxels, *again, ranges, k,
+                [&](std::size_t voxel, bool, std::uint8_t material, const std::vector<std::size_t>& bins) {
+                  const auto& [level, part] = levels[material];
+                  double n = 0;
+                  for (const std::size_t bin : bins)
+                    n += bin < level ? 0 : bin == level ? part : 1;
+                  to[before + voxel] = static_cast<float>(n / static_cast<double>(bins.size()));
+                });
           }};
 }
 

@@ -66,23 +66,6 @@ bool read_angle(TableReader& table, FibreRequest& request) {
   return true;
 }
 
-/// One, two or three lengths; those that are missing are 0.
-std::optional<Vec3> read_point(const toml::node& node, const std::string& path, FaultList& faults) {
-  const auto* list = node.as_array();
-  if (!list || list->empty() || list->size() > 3) {
-    faults.add(line_of(node), path, "the coordinates of a point: one length for each axis", describe(node));
-    return std::nullopt;
-  }
-  Vec3 point{};
-  bool good = true;
-  for (std::size_t a = 0; a < list->size(); ++a) {
-    const auto value = read_quantity(*list->get(a), path, Dimension::length, faults);
-    good = good && value;
-    point[a] = value.value_or(0);
-  }
-  return good ? std::optional(point) : std::nullopt;
-}
-
 /// A line must have a direction everywhere.
 bool turns_evenly(const std::vector<Vec3>& points, const toml::array& list, const std::string& path,
                   FaultList& faults) {
@@ -113,7 +96,8 @@ bool read_curve(TableReader& table, FibreRequest& request) {
     return false;
   }
   for (const toml::node& entry : *list)
-    if (const auto point = read_point(entry, path, table.faults()))
+    if (const auto point = read_point(entry, path, 0, "the coordinates of a point: one length for each axis",
+                                      table.faults()))
       request.curve.push_back(*point);
   return request.curve.size() == list->size() && turns_evenly(request.curve, *list, path, table.faults());
 }

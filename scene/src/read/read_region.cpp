@@ -1,6 +1,8 @@
 #include "conditions/places_in_files.hpp"
 #include "read/reader.hpp"
 
+#include "maille/scene/read_scene.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,14 +18,6 @@
 #include <vector>
 
 namespace maille::reader {
-
-namespace {
-
-constexpr const char* wanted_region = "a face (\"x-\", \"x+\" ..., or \"superior\", \"left\" ... of a "
-                                      "patient) or a table of box, sphere, label, "
-                                      "image, surface, points, any, all or not";
-constexpr std::array<const char*, 9> kinds{"box",    "sphere", "label", "image", "surface",
-                                           "points", "any",    "all",   "not"};
 
 /// One corner of a box, or a centre: a quantity for each axis of the scene, or three.
 std::optional<Vec3> read_point(const toml::node& node, const std::string& path, int dimension,
@@ -45,6 +39,14 @@ std::optional<Vec3> read_point(const toml::node& node, const std::string& path, 
   }
   return good ? std::optional(point) : std::nullopt;
 }
+
+namespace {
+
+constexpr const char* wanted_region = "a face (\"x-\", \"x+\" ..., or \"superior\", \"left\" ... of a "
+                                      "patient) or a table of box, sphere, label, "
+                                      "image, surface, points, any, all or not";
+constexpr std::array<const char*, 9> kinds{"box",    "sphere", "label", "image", "surface",
+                                           "points", "any",    "all",   "not"};
 
 /// Reads one `where`. Without a body only the faults of its own form are found, and what it selects is empty.
 class RegionReader {
@@ -455,3 +457,19 @@ std::optional<Region> read_region(TableReader& table, int dimension, const Speci
 }
 
 } // namespace maille::reader
+
+namespace maille {
+
+std::vector<std::int64_t> nodes_in(const Scene& scene, std::string_view where) {
+  FaultList faults("");
+  faults.units = {1.0, 1.0};
+  const std::string text(where);
+  const toml::table document =
+      parse_toml("where = " + (text.starts_with('{') ? text : "\"" + text + "\""), "");
+  TableReader table(document, "", faults);
+  const auto region = reader::read_region(table, scene.dimension(), &scene.specimen);
+  faults.throw_if_any();
+  return region ? region->nodes(scene.specimen) : std::vector<std::int64_t>{};
+}
+
+} // namespace maille

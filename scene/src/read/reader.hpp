@@ -201,6 +201,11 @@ struct TableFrame {
 /// @param body  null where it is faulty: its frames are taken to be one
 TableFrame read_table_frame(TableReader& table, int dimension, const Specimen* body);
 
+/// A corner of a box, or a centre: a quantity for each axis of the scene, or three; missing ones are 0.
+/// @param dimension of the scene; 0: any number of axes @param wanted for the fault
+std::optional<Vec3> read_point(const toml::node& node, const std::string& path, int dimension,
+                               const char* wanted, FaultList& faults);
+
 /// `where`: a face, or a table of box, sphere, label, image, surface, points, any, all or not: see
 /// docs/scene.md.
 /// Nothing and faults for an invalid region. Files are looked for from the folder of the file that is read.

@@ -4,7 +4,7 @@
 #include "maille/fem_ref/solve.hpp"
 #include "maille/scene/memory.hpp"
 #include "trade/measure.hpp"
-#include "trade/quantity_probes.hpp"
+#include "trade/probes.hpp"
 
 #include <fmt/format.h>
 

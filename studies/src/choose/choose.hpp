@@ -38,6 +38,8 @@ std::vector<StoredRow> read_trade_table(const std::filesystem::path& file);
 std::vector<StoredRow> parse_trade_table(std::string_view text, const std::string& name);
 /// The table that stands in the sources, studies/trade/table.csv; compiled in.
 std::vector<StoredRow> built_in_trade_table();
+/// Its text, studies/trade/table.csv, compiled in.
+std::string_view table_csv();
 
 /// A number with what it may turn out to be.
 struct Expected {

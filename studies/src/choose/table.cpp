@@ -1,4 +1,3 @@
-#include "choose/built_in_table.hpp"
 #include "choose/choose.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/materials/text_file.hpp"
@@ -73,7 +72,7 @@ std::vector<StoredRow> read_trade_table(const std::filesystem::path& file) {
 }
 
 std::vector<StoredRow> built_in_trade_table() {
-  return parse_trade_table(built_in_table_text(), "studies/trade/table.csv");
+  return parse_trade_table(table_csv(), "studies/trade/table.csv");
 }
 
 } // namespace maille::studies

@@ -92,44 +92,11 @@ std::vector<std::string> unexpected_words(const std::string& message) {
 } // namespace
 
 std::string methods_in_words() {
-  return R"(Methods:
-  limits     chain mail: moves every node the least that the limits of its links allow; no forces
-  literal    Gibson's chain mail of 1997 as published, to be compared with; no forces
-  dijkstra   what limits answers, by shortest paths, to check it; no forces
-  sweep      Gibson's relaxation of 1995, voxel by voxel, within the limits; no forces
-  relaxed    the same model with the material's weights, solved by multigrid
-  coupled    full anisotropic elasticity on the voxels
-  fem_q1     finite elements, linear (deal.II)
-  fem_q2     finite elements, quadratic: the most exact, and slow
-  calculix   finite elements by CalculiX, where `ccx` is installed
-run asks coupled; compare asks limits, relaxed, coupled and fem_q1 where --methods is not given.
-)";
+  return std::string(methods_txt());
 }
 
 std::string words_of_results() {
-  return R"(Status of an answer:
-  done            converged within the method's tolerance
-  clamped         converged, but the limits cut a prescribed displacement
-  budget_reached  stopped at its limit of iterations or time: usable, not converged
-  interrupted     stopped by Ctrl-C: usable, not converged
-  refused         the method cannot answer this scene; the line below the table says why
-  failed          the method tried and could not; the line below the table says why
-
-Columns:
-  set-up, solve, total         time before the first iteration, after it, together (JSON and CSV: seconds)
-  iter. (iterations)           sweeps, iterations, or nodes settled; 0 for direct solvers
-  memory (bytes)               held by the method at its peak
-  violation (limit_violation)  largest excess of a link over its limits, in spacings; finite elements know no
-                               limits, so that theirs is no error
-  L2 error (relative_l2)       |u - r| / |r| over free nodes, r being the displacement of the reference
-  max error (relative_max)     largest |u - r| over largest |r|
-  rms (JSON, CSV)              root mean square of |u - r| [m]
-  force, energy                error of the reactions on moves (holds where there are none), of the strain energy
-  strain, stress               error of cells' strain and stress (L2), away from edges of holds and moves
-  residual (JSON)              estimated relative error of the solver itself
-
-Exit codes: 0 done, 1 a run failed, 2 wrong use or a faulty file, 3 a verification failed.
-)";
+  return std::string(results_txt());
 }
 
 std::optional<std::string> help_topic(const std::string& topic) {

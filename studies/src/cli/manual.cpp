@@ -170,33 +170,8 @@ std::string bash_completion(const CLI::App& app) {
       if (const auto choices = choices_of(*option); option->get_positional() && !choices.empty())
         values += fmt::format("    {0}:{0}) words='{1}' ;;\n", command->get_name(), fmt::join(choices, " "));
   }
-  return fmt::format(R"(# Completion of maille's command line for bash; made by `maille manual`.
-_maille() {{
-  local now=${{COMP_WORDS[COMP_CWORD]}} before=${{COMP_WORDS[COMP_CWORD-1]}} command=${{COMP_WORDS[1]}} options= words=
-  COMPREPLY=()
-  if [ "$COMP_CWORD" -eq 1 ]; then
-    COMPREPLY=($(compgen -W '{} --help --version' -- "$now"))
-    return
-  fi
-  case $command in
-    help) words='{}' ;;
-{}  esac
-  case $command:$before in
-{}  esac
-  if [ -n "$words" ]; then
-    local list=
-    if [[ $now == *,* ]]; then # a list goes on behind its last comma
-      list=${{now%,*}},
-      now=${{now##*,}}
-    fi
-    COMPREPLY=($(compgen -P "$list" -W "$words" -- "$now"))
-  elif [[ $now == -* ]]; then
-    COMPREPLY=($(compgen -W "$options" -- "$now"))
-  fi
-}}
-complete -o default -o bashdefault -F _maille maille
-)",
-                     fmt::join(commands, " "), fmt::join(topics_of(app), " "), options, values);
+  return fmt::format(fmt::runtime(bash_txt()), fmt::join(commands, " "), fmt::join(topics_of(app), " "),
+                     options, values);
 }
 
 /// The same, with what options mean.
@@ -223,24 +198,7 @@ std::string zsh_completion(const CLI::App& app) {
     cases += fmt::format("      {})\n      _arguments{} \\\n        '*:file:_files' ;;\n",
                          command->get_name(), arguments);
   }
-  return fmt::format(R"(#compdef maille
-# Completion of maille's command line for zsh; made by `maille manual`.
-_maille() {{
-  local -a commands
-  commands=(
-{}    'help:of a command, or methods, results, mechanics, columns'
-  )
-  if (( CURRENT == 2 )); then
-    _describe command commands
-    return
-  fi
-  case $words[2] in
-      help) _values topic {} ;;
-{}  esac
-}}
-_maille "$@"
-)",
-                     commands, fmt::join(topics_of(app), " "), cases);
+  return fmt::format(fmt::runtime(zsh_txt()), commands, fmt::join(topics_of(app), " "), cases);
 }
 
 } // namespace

@@ -1,4 +1,4 @@
-#include "cli/commands.hpp"
+#include "cli/outputs.hpp"
 
 #include "export/whole_file.hpp"
 #include "maille/materials/text_file.hpp"
@@ -90,6 +90,15 @@ void prepare_file(const std::string& option, const std::optional<std::string>& f
     throw UsageError(
         fmt::format("{} {}: expected a file that can be written, found {}", option, *file, found));
   reserve_output(option, path);
+}
+
+void write_lines_of_measures(const std::string& method, const std::vector<MeasureRow>& rows,
+                             const ResultsFolder& folder, std::vector<std::filesystem::path>& files) {
+  for (const MeasureRow& row : rows)
+    if (!row.value.line.empty()) {
+      files.push_back(folder.file(fmt::format("_{}_{}.csv", method, row.value.name)));
+      write_whole(files.back(), line_csv(row.value));
+    }
 }
 
 } // namespace maille::studies

@@ -1,4 +1,4 @@
-#include "cli/run_film.hpp"
+#include "cli/outputs.hpp"
 
 #include "maille/materials/text_file.hpp"
 #include "picture/comparison_picture.hpp"

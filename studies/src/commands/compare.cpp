@@ -1,6 +1,6 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
-#include "cli/measure_files.hpp"
+#include "cli/outputs.hpp"
 #include "cli/worlds.hpp"
 #include "compare/comparison.hpp"
 #include "compare/methods.hpp"

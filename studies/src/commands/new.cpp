@@ -1,4 +1,5 @@
 #include "cli/commands.hpp"
+#include "cli/help.hpp"
 #include "export/whole_file.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/materials/library.hpp"
@@ -22,84 +23,6 @@ namespace maille::studies {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* strip = R"(# A strip of muscle, held at one end and pulled at the other.
-# Run it:      maille run NAME --out out
-# Compare it:  maille compare NAME --methods limits,coupled,fem_q1
-# Every key:   docs/scene.md; tissues: maille materials
-
-title = "a strip of muscle, pulled along its fibres"
-
-[specimen]
-shape    = "box"                       # box, ellipsoid, muscle, image or surface
-cells    = [32, 8, 8]                  # along x, y, z
-spacing  = "1 mm"
-material = "muscle/vastus_lateralis"   # or a table: { youngs_modulus = "10 kPa", poisson_ratio = 0.45 }
-fibre    = [1, 0, 0]
-
-[[hold]]
-where = "x-"                           # a face; what is held stays where it is
-
-[[move]]
-where = "x+"
-by    = ["2 mm", 0, 0]
-
-# What you want to know of every answer; as many as you like.
-[[measure]]
-name      = "pull"
-force     = "move[1]"
-component = "x"
-)";
-
-constexpr const char* world = R"(# A pad on a floor, and a finger that presses it.
-# Play it:    maille play NAME PATH --out out
-# Every key:  docs/world.md
-
-title = "a finger presses a pad"
-
-[world]
-cells   = [20, 20, 20]
-spacing = "1 mm"
-
-[[object]]
-name     = "floor"
-kind     = "fixed"        # fixed, rigid or deformable
-shape    = "box"
-cells    = [20, 20, 4]
-
-[[object]]
-name     = "pad"
-kind     = "deformable"
-shape    = "box"
-cells    = [6, 6, 6]
-spacing  = "1 mm"
-material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
-hold     = [{ where = "z-" }]
-limits   = { from = "given", stretch = 2, compress = 0.1, shear = 1 }
-position = ["7 mm", "7 mm", "5 mm"]
-
-[[object]]
-name     = "finger"
-kind     = "rigid"
-shape    = "box"
-cells    = [2, 2, 2]
-position = ["9 mm", "9 mm", "12 mm"]
-)";
-
-constexpr const char* path_of_world = R"(# What the finger does: down by 2 mm in ten frames, and back.
-frame_time = "100 ms"
-
-[[drive]]
-object = "finger"
-by     = [0, 0, "-2 mm"]
-frames = 10
-
-[[drive]]
-object = "finger"
-by     = [0, 0, "2 mm"]
-start  = 11
-frames = 10
-)";
 
 /// As TOML has it between quotes; what is no UTF-8 is replaced.
 std::string escaped(const std::string& text) {
@@ -325,12 +248,13 @@ int new_command(const NewOptions& options) {
                                  options.labels.string()));
   const fs::path out = options.out.value_or(options.kind + ".toml");
   if (options.kind == "strip") {
-    write_new(out, with_name(strip, "NAME", out.string()), options.overwrite);
+    write_new(out, with_name(std::string(strip_toml()), "NAME", out.string()), options.overwrite);
     return exit_done;
   }
   const fs::path path = out.parent_path() / (out.stem().string() + "_path.toml");
-  write_new(path, path_of_world, options.overwrite);
-  write_new(out, with_name(with_name(world, "NAME", out.string()), "PATH", path.string()), options.overwrite);
+  write_new(path, std::string(path_toml()), options.overwrite);
+  write_new(out, with_name(with_name(std::string(world_toml()), "NAME", out.string()), "PATH", path.string()),
+            options.overwrite);
   return exit_done;
 }
 

@@ -1,7 +1,6 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
-#include "cli/measure_files.hpp"
-#include "cli/run_film.hpp"
+#include "cli/outputs.hpp"
 #include "cli/warp_report.hpp"
 #include "compare/force_curve.hpp"
 #include "json_parts.hpp"

@@ -4,6 +4,7 @@
 #include "maille/scene/csv.hpp"
 #include "maille/scene/write_image.hpp"
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,38 +17,24 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Box {
-  Vec3 low{INFINITY, INFINITY, INFINITY}, high{-INFINITY, -INFINITY, -INFINITY};
-  void add(const Vec3& x) {
-    for (std::size_t a = 0; a < 3; ++a) {
-      low[a] = std::min(low[a], x[a]);
-      high[a] = std::max(high[a], x[a]);
-    }
-  }
-};
-
 /// How far an image lies from the body, in words.
 std::string apart_in_words(const ImageInfo& image, const Specimen& body) {
   const ImageInfo info = in_world(image, body.placement.world);
-  Box of_image, of_body;
+  Eigen::AlignedBox3d of_image, of_body;
   const Index3 last{body.grid.cells()};
   for (int corner = 0; corner < 8; ++corner) {
     Vec3 x = info.origin;
     for (std::size_t row = 0; row < 3; ++row)
       for (std::size_t a = 0; a < 3; ++a)
         x[row] += info.direction[row][a] * info.spacing[a] * ((corner >> a & 1 ? info.size[a] : 0) - 0.5);
-    of_image.add(x);
-    of_body.add(point_in_world(
+    of_image.extend(Eigen::Vector3d::Map(x.data()));
+    const Vec3 y = point_in_world(
         body.placement,
-        body.position({corner & 1 ? last[0] : 0, corner & 2 ? last[1] : 0, corner & 4 ? last[2] : 0})));
+        body.position({corner & 1 ? last[0] : 0, corner & 2 ? last[1] : 0, corner & 4 ? last[2] : 0}));
+    of_body.extend(Eigen::Vector3d::Map(y.data()));
   }
-  double gap = 0, middles = 0;
-  for (std::size_t a = 0; a < 3; ++a) {
-    gap = std::hypot(gap,
-                     std::max({0.0, of_image.low[a] - of_body.high[a], of_body.low[a] - of_image.high[a]}));
-    middles =
-        std::hypot(middles, (of_image.low[a] + of_image.high[a] - of_body.low[a] - of_body.high[a]) / 2);
-  }
+  const double gap = of_image.exteriorDistance(of_body),
+               middles = (of_image.center() - of_body.center()).norm();
   return fmt::format("{:.4g} mm from the body to the image, {:.4g} mm from middle to middle", 1e3 * gap,
                      1e3 * middles);
 }

@@ -1,5 +1,5 @@
 // Measured displacements, of points or of an image, as measures of a scene and what was seen of them.
-#include "identify/displacement_data.hpp"
+#include "identify/identify.hpp"
 
 #include "maille/scene/warp/displacement_field.hpp"
 

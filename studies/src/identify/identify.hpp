@@ -4,6 +4,9 @@
 
 #include "maille/materials/toml_reader.hpp"
 #include "maille/scene/answer.hpp"
+#include "maille/scene/measure/measure.hpp"
+
+#include <toml++/toml.h>
 
 #include <Eigen/Core>
 
@@ -83,5 +86,40 @@ using Model = std::function<std::optional<std::vector<double>>(const std::vector
 Identification identify(const std::vector<Unknown>& unknowns, const std::vector<Observation>& observations,
                         const Model& model, const IdentifySettings& settings = {},
                         const Control& control = {});
+
+/// Measured displacements: of points in a table, or of every voxel of an image.
+struct DisplacementData {
+  std::vector<Measure> measures;         ///< a point each, of the scene as it was read
+  std::vector<Observation> observations; ///< their columns, components in the world's frame
+};
+
+/// By its first row: columns `x`, `ux`, ... in place of `measure`.
+bool is_table_of_points(std::string_view text);
+
+/// Places and vectors are in the world of the body's image (of other bodies, the object's frame); those of an
+/// image are taken from where its header says, values in mm.
+/// @param sigma standard deviation of every component [m]; unset: of points the column `sigma`
+/// @throws InputError with every fault: points without matter, no sigma, numbers that are none, no overlap
+DisplacementData read_displacement_data(const std::filesystem::path& file, std::optional<double> sigma,
+                                        const Scene& scene);
+
+/// A constant of all matter of a name.
+struct MaterialConstant {
+  std::string constant,
+      material; ///< `E_fibre`, `muscle/soleus`; no material: `constant` is a key of the scene
+};
+
+/// `E_fibre`, `E_cross of muscle/soleus` and keys of a scene, in any order: what stands before an `of` and
+/// has no material of its own is of that one.
+/// @param words  a list that was separated by commas
+std::vector<MaterialConstant> constants_in(const std::vector<std::string>& words);
+
+/// The tables of a scene that hold the constants of a material: [specimen] `material` and `labels` whose text
+/// is its name, or whose table has it as `name`. A name of the library becomes a table of its constants, its
+/// density and its limits, which say the same.
+/// @param document  of the scene; changed where a name becomes a table
+/// @return none where no matter has that name
+/// @throws std::invalid_argument  matter of that name has no such constant
+std::vector<toml::table*> tables_of(toml::table& document, const MaterialConstant& wanted);
 
 } // namespace maille::studies

@@ -1,4 +1,4 @@
-#include "identify/material_constants.hpp"
+#include "identify/identify.hpp"
 
 #include "maille/materials/library.hpp"
 #include "maille/materials/text_file.hpp"

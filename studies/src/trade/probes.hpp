@@ -1,6 +1,7 @@
 #pragma once
 /// Cheap answers of a scene on coarser lattices, and what they predict of dearer ones (choose/choose.hpp).
 
+#include "trade/quantity.hpp"
 #include "trade/trade.hpp"
 
 #include <map>
@@ -52,5 +53,13 @@ Probes probe(Lattices& lattices, const Control& control, bool judge_kind = true)
 ///         discretisation falls with the spacing, to the model's error and the tolerance it adds as squares.
 ///         Seconds: proportional to nodes; finite elements: fem_ref::estimate
 RawPrediction predict_raw(const Probes& probes, const Way& way, const Scene* at, std::int64_t nodes);
+
+/// Answers by `coupled` on three lattices that hold the body, each of half the spacing of the one before: the
+/// coarsest that approach each other, of four times to a quarter of the scene's spacing, of which the last
+/// three hold the very same body. Numbers have to move on in one direction, and an order of more than 2 is
+/// not believed. `growth` and `distance` are those of the quantity, nothing is said about other methods.
+/// Cost  about twice `coupled` on the finest of them, of a million cells at most
+/// @pre !quantity.is_displacement()
+Probes probe_quantity(Lattices& lattices, const Quantity& quantity, const Control& control);
 
 } // namespace maille::studies

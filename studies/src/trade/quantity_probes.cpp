@@ -1,7 +1,7 @@
 // Probes for what the table of trades knows no errors of: three lattices speak for it.
-#include "trade/quantity_probes.hpp"
 #include "trade/body.hpp"
 #include "trade/measure.hpp"
+#include "trade/probes.hpp"
 
 #include <fmt/format.h>
 

@@ -317,6 +317,110 @@ INSTANTIATE_TEST_SUITE_P(Methods, StackedBodiesAnalytic, testing::Values("couple
 
 /// The rule of Gibson 1995 for the transfer of momentum.
 
+/// hand_on without a map, each cell looked for among all voxels: its oracle, to the bit.
+namespace literally {
+
+/// Gap at which a voxel stops before a face [cells], the same as for nodes in contact.
+constexpr double skin = 1e-9;
+
+Index3 cell_of(const FreeVoxel& voxel) {
+  return cell_at({voxel.place[0], voxel.place[1], voxel.place[2]});
+}
+
+/// The voxel met on a straight way, and the time; `next` is the empty id at the border.
+struct Met {
+  double time;
+  VoxelId next;
+};
+
+/// How far along its way a voxel goes that is stopped at a time.
+Eigen::Vector3d before_face(const Eigen::Vector3d& movement, double time) {
+  return std::max(0.0, time - skin / movement.cwiseAbs().maxCoeff()) * movement;
+}
+
+/// Contents of a cell.
+struct Look {
+  bool is_blocked = false;
+  VoxelId voxel = no_voxel; ///< the voxel there when blocked; the empty id outside the world
+};
+
+/// The chain of transfers, whatever finds who is in the way. @param meet finds what a voxel meets on its way;
+/// @param look what is in a cell;
+/// @param place puts a voxel elsewhere
+template<class Meet, class LookAt, class Place>
+Transfer follow_chain(std::span<FreeVoxel> voxels, VoxelId first, const Eigen::Vector3d& movement,
+                      const Meet& meet, const LookAt& look, const Place& place) {
+  Transfer transfer;
+  Eigen::Vector3d rest = movement;
+  for (VoxelId voxel = first; !rest.isZero(0);) {
+    FreeVoxel& moving = voxels[static_cast<std::size_t>(voxel)];
+    if (moving.is_fixed) {
+      transfer.refused = rest;
+      transfer.refused_by = voxel;
+      break;
+    }
+    std::optional<Met> met = meet(voxel, rest);
+    // A way that ends on a face, or is rounded across one.
+    const Look end = look(cell_of({moving.place + rest, false}));
+    if (!met && end.is_blocked && end.voxel != voxel)
+      met = Met{1, end.voxel};
+    VoxelMove move{voxel, rest, met ? before_face(rest, met->time) : rest};
+    place(voxel, Eigen::Vector3d(moving.place + move.moved));
+    transfer.moves.push_back(move);
+    if (!met)
+      break;
+    rest -= move.moved;
+    if (met->next == no_voxel) {
+      transfer.refused = rest;
+      break;
+    }
+    voxel = met->next;
+  }
+  return transfer;
+}
+
+Transfer hand_on(const Index3& cells, std::span<FreeVoxel> voxels, VoxelId voxel,
+                 const Eigen::Vector3d& movement) {
+  const auto look = [&](const Index3& cell) {
+    for (std::size_t a = 0; a < 3; ++a)
+      if (cell[a] < 0 || cell[a] >= cells[a])
+        return Look{true, no_voxel};
+    for (std::size_t i = 0; i < voxels.size(); ++i)
+      if (cell_of(voxels[i]) == cell)
+        return Look{true, static_cast<VoxelId>(i)};
+    return Look{};
+  };
+  const auto meet = [&](VoxelId moving, const Eigen::Vector3d& rest) -> std::optional<Met> {
+    const FreeVoxel& from = voxels[static_cast<std::size_t>(moving)];
+    Index3 cell = cell_of(from);
+    for (double now = 0;;) {
+      double first = 2; // when the line leaves the cell, and along which axis
+      std::size_t axis = 0;
+      for (std::size_t a = 0; a < 3; ++a) {
+        const auto i = static_cast<Eigen::Index>(a);
+        const double face = cell[a] + (rest[i] > 0 ? 1 : 0),
+                     crossing = rest[i] == 0 ? 2 : std::max((face - from.place[i]) / rest[i], now);
+        if (crossing < first) {
+          first = crossing;
+          axis = a;
+        }
+      }
+      if (!(first < 1))
+        return std::nullopt;
+      now = first;
+      cell[axis] += rest[static_cast<Eigen::Index>(axis)] > 0 ? 1 : -1;
+      if (const Look there = look(cell); there.is_blocked)
+        return Met{now, there.voxel};
+    }
+  };
+  const auto place = [&](VoxelId moving, const Eigen::Vector3d& to) {
+    voxels[static_cast<std::size_t>(moving)].place = to;
+  };
+  return follow_chain(voxels, voxel, movement, meet, look, place);
+}
+
+} // namespace literally
+
 OccupancyMap map_of(const Index3& cells, const std::vector<FreeVoxel>& voxels) {
   OccupancyMap map(cells);
   for (std::size_t i = 0; i < voxels.size(); ++i) {
@@ -408,7 +512,7 @@ TEST(HandOnOracle, TheMapFindsWhomASearchAmongAllVoxelsFinds) {
         movement[0] = std::round(movement[0]); // also ways that end on faces
       const auto voxel = static_cast<VoxelId>(random() % fast.size());
       const Transfer a = hand_on(map, fast, voxel, movement),
-                     b = hand_on_literally(cells, literal, voxel, movement);
+                     b = literally::hand_on(cells, literal, voxel, movement);
       ASSERT_EQ(a.moves.size(), b.moves.size()) << "round " << round << ", push " << push;
       ASSERT_EQ(a.refused_by, b.refused_by);
       Eigen::Vector3d sum = a.refused;

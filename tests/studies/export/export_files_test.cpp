@@ -5,7 +5,6 @@
 #include "program.hpp"
 #include "studies/export/export_reading.hpp"
 #include "studies/export/export_scenes.hpp"
-#include "support/full_disk.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <algorithm>

@@ -30,9 +30,8 @@ inline std::int64_t bytes_of(const Footprint& footprint) {
   return sum;
 }
 
-/// The exact ways to propagate one component, the cheapest first. Where several apply they give the same
-/// answer: bit for bit if the numbers are dyadic, within rounding otherwise (of the wavefront's quanta, see
-/// TiledBody).
+/// The exact ways to propagate one component, the cheapest first. They give the same answer: bit for bit if
+/// the numbers are dyadic, within rounding otherwise (of the wavefront's quanta, see TiledBody).
 enum class Algorithm {
   rest,            ///< nothing moves
   closed_form,     ///< homogeneous; every handle reaches every node monotonely; handle after handle

@@ -64,7 +64,6 @@ public:
 
   /// Frame of every cell; meaningless outside the body.
   const List<Eigen::Quaterniond>& frames() const { return frame_; }
-  void set_frames(List<Eigen::Quaterniond> frames) { frame_ = std::move(frames); }
   /// Cells whose mean F turned them inside out at the last evaluation.
   std::int64_t n_inverted() const;
   const Scene& scene() const { return scene_; }

@@ -1,7 +1,7 @@
 #pragma once
 /// Where the nodes and cells of a body of any shape lie in memory: rows along x, wherever there is matter.
 
-#include "lattice/layer_range.hpp"
+#include "lattice/field_memory.hpp"
 #include "maille/scene/scene.hpp"
 
 #include <algorithm>

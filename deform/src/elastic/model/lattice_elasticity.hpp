@@ -2,7 +2,7 @@
 /// Elasticity on the lattice: the energy of every cell from the displacements of its corners.
 
 #include "elastic/model/lattice_kernel.hpp"
-#include "lattice/layer_range.hpp"
+#include "lattice/field_memory.hpp"
 #include "maille/scene/answer.hpp"
 #include "maille/scene/arena.hpp"
 #include "parallel/thread_team.hpp"

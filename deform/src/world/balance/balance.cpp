@@ -25,8 +25,8 @@ namespace {
 /// In stiffnesses of a cell of the stiffest body: the spring that keeps a hand's object at its goal, and a
 /// free one where a round began.
 constexpr double stiff_hand = 1e4, free_drag = 1e-4;
-/// At the beginning, as rounding of places may have it.
-constexpr double overlap_over_cell = 1e-3, flat_cosine = 1 - 1e-12;
+/// Faces with a larger cosine between their normals lie in one plane [1].
+constexpr double flat_cosine = 1 - 1e-12;
 /// Rounding in the state of a body without contacts [cells].
 constexpr double no_change = 1e-12;
 /// A body's factor grows faster than the body.

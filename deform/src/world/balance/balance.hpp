@@ -35,6 +35,11 @@
 
 namespace maille::deform {
 
+/// Nearer surfaces touch, and surfaces in contact keep this distance [cells].
+inline constexpr double skin_over_cell = 1e-4;
+/// A deeper overlap at the beginning is refused; rounding of places makes less [cells].
+inline constexpr double overlap_over_cell = 1e-3;
+
 class ConvexCell;
 
 /// One object of a world whose objects meet with their surfaces.

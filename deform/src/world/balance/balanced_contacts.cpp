@@ -22,7 +22,6 @@ namespace maille::deform {
 
 namespace {
 
-constexpr double skin_over_cell = 1e-4; ///< that surfaces in contact keep from one another
 /// Contact stiffness over that of the stiffest cell. The small compliance makes redundant contacts share a
 /// force.
 constexpr double contact_over_cell_stiffness = 1e7;

@@ -32,9 +32,7 @@ std::vector<ConvexCell> Balance::cells_near(int number, int other) {
       one.skin_node[static_cast<std::size_t>(one.skin.node(node))] = node;
   }
   std::vector<std::int32_t> cells;
-  const auto add = [&](std::int32_t face) {
-    cells.push_back(one.skin.faces()[static_cast<std::size_t>(face)].cell);
-  };
+  const auto add = [&](std::int32_t face) { cells.push_back(one.skin.face(face).cell); };
   for (const NearFaces::OfNode& near : near_faces_[{number, other}].nodes())
     for (const std::int32_t face : one.skin.faces_at(near.node))
       add(face);

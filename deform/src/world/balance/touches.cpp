@@ -79,10 +79,10 @@ void Balance::watch() {
   };
   const auto mark_about = [&](int object, std::int32_t face) {
     const Skin& skin = objects_[static_cast<std::size_t>(object)].skin;
-    for (const std::int32_t node : skin.faces()[static_cast<std::size_t>(face)].node)
+    for (const std::int32_t node : skin.face(face).node)
       if (node >= 0)
         for (const std::int32_t beside : skin.faces_at(node))
-          for (const std::int32_t corner : skin.faces()[static_cast<std::size_t>(beside)].node)
+          for (const std::int32_t corner : skin.face(beside).node)
             if (corner >= 0)
               mark(object, corner);
   };

@@ -17,8 +17,7 @@ namespace maille::deform {
 
 namespace {
 
-constexpr double skin_over_cell = 1e-4; ///< nearer surfaces touch
-constexpr double step_over_cell = 0.2;  ///< that anything goes in a step at most
+constexpr double step_over_cell = 0.2; ///< that anything goes in a step at most
 constexpr int most_trials = 60;
 /// In steps: below this the search for contact in between ends.
 constexpr double no_step = 1e-9;

@@ -6,10 +6,9 @@
 namespace maille::deform {
 
 Index3 cell_at(const InCells& place) {
-  constexpr double most = 1 << 30; // far outside any world, where int still holds it
   Index3 cell;
   for (std::size_t a = 0; a < 3; ++a) {
-    const double at = std::clamp(place[a], -most, most);
+    const double at = std::clamp(place[a], -furthest_cell, furthest_cell);
     cell[a] = static_cast<int>(at); // towards 0, where std::floor() is a call
     cell[a] -= at < cell[a] ? 1 : 0;
   }

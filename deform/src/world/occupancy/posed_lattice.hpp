@@ -13,6 +13,9 @@
 
 namespace maille::deform {
 
+/// Numbers of cells are cut off here: far outside any world, where int still holds them.
+inline constexpr double furthest_cell = 1 << 30;
+
 /// A place in the world, in cells along each axis. Along axes beyond the world's dimension it is 1/2, in the
 /// middle of the only cell.
 using InCells = std::array<double, 3>;

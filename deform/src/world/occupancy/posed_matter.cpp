@@ -1,4 +1,5 @@
 #include "world/occupancy/posed_matter.hpp"
+#include "world/occupancy/posed_lattice.hpp"
 
 #include <Eigen/Geometry>
 
@@ -58,9 +59,8 @@ bool is_clear(const OccupancyMap& map, const Vec3& cell_size, const RigidShape::
   Index3 first, last;
   for (std::size_t a = 0; a < 3; ++a) {
     const auto i = static_cast<Eigen::Index>(a);
-    constexpr double most = 1 << 30;
-    first[a] = first_middle(std::clamp((at[i] - reach[i]) / cell_size[a], -most, most));
-    last[a] = last_middle(std::clamp((at[i] + reach[i]) / cell_size[a], -most, most));
+    first[a] = first_middle(std::clamp((at[i] - reach[i]) / cell_size[a], -furthest_cell, furthest_cell));
+    last[a] = last_middle(std::clamp((at[i] + reach[i]) / cell_size[a], -furthest_cell, furthest_cell));
   }
   return !is_any_blocked(map, first, last);
 }

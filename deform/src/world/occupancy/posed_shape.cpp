@@ -1,4 +1,5 @@
 #include "world/occupancy/posed_shape.hpp"
+#include "world/occupancy/posed_lattice.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,8 +11,7 @@ namespace {
 
 /// A cell's number; far outside any world where int would not hold it.
 int cell_below(double y) {
-  constexpr double most = 1 << 30;
-  return static_cast<int>(std::floor(std::clamp(y, -most, most)));
+  return static_cast<int>(std::floor(std::clamp(y, -furthest_cell, furthest_cell)));
 }
 
 } // namespace

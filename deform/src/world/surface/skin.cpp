@@ -209,7 +209,7 @@ void NearFaces::find(const Skin& of_nodes, std::span<const std::int32_t> nodes, 
   double edge = 0;
   for (const std::int32_t face : faces) {
     Eigen::AlignedBox3d box;
-    for (const std::int32_t node : of_faces.faces()[static_cast<std::size_t>(face)].node)
+    for (const std::int32_t node : of_faces.face(face).node)
       if (node >= 0)
         box.extend(faces_then_[static_cast<std::size_t>(node)]);
     box = Eigen::AlignedBox3d(box.min() - around, box.max() + around);
@@ -236,7 +236,7 @@ void NearFaces::find(const Skin& of_nodes, std::span<const std::int32_t> nodes, 
         return;
       if (!std::exchange(is_marked, true))
         of_faces.mark_near(node, node, marks);
-      const std::int32_t cell = of_faces.faces()[static_cast<std::size_t>(face)].cell;
+      const std::int32_t cell = of_faces.face(face).cell;
       if (!is_itself || marks[static_cast<std::size_t>(cell)] != node)
         pairs.emplace_back(node, face);
     });
@@ -250,7 +250,7 @@ std::vector<PlacedSkin::Near> PlacedSkin::near(const Eigen::Vector3d& point,
   const double far = reach_ * (1 + on_border);
   for (const std::int32_t face : faces) {
     Eigen::AlignedBox3d box;
-    for (const std::int32_t corner : skin_.faces()[static_cast<std::size_t>(face)].node)
+    for (const std::int32_t corner : skin_.face(face).node)
       if (corner >= 0)
         box.extend(at(corner));
     if (box.squaredExteriorDistance(point) > far * far)
@@ -288,13 +288,13 @@ std::optional<PlacedSkin::Near> PlacedSkin::faced(const Eigen::Vector3d& point,
     is_alone = is_alone &&
                (!best || std::min(gap, best->gap) < -near || best->normal.dot(normal) > least_smooth_cosine);
     if (!best || gap > best->gap)
-      best = Near{skin_.faces()[static_cast<std::size_t>(one.face)].node, one.weight, one.face, normal, gap};
+      best = Near{skin_.face(one.face).node, one.weight, one.face, normal, gap};
   }
   return is_sharp && is_alone ? best : std::nullopt;
 }
 
 Eigen::Vector3d PlacedSkin::normal_of(std::int32_t number) const {
-  const Skin::Face& face = skin_.faces()[static_cast<std::size_t>(number)];
+  const Skin::Face& face = skin_.face(number);
   if (skin_.dimension() == 2) {
     const Eigen::Vector3d along = at(face.node[1]) - at(face.node[0]);
     return Eigen::Vector3d(along[1], -along[0], 0).normalized();
@@ -303,7 +303,7 @@ Eigen::Vector3d PlacedSkin::normal_of(std::int32_t number) const {
 }
 
 PlacedSkin::Closest PlacedSkin::closest(std::int32_t number, const Eigen::Vector3d& point) const {
-  const Skin::Face& face = skin_.faces()[static_cast<std::size_t>(number)];
+  const Skin::Face& face = skin_.face(number);
   Closest best{number, {}, Eigen::Vector3d::Zero(), std::numeric_limits<double>::infinity(), false};
   if (skin_.dimension() == 2) {
     const Eigen::Vector3d& from = at(face.node[0]);
@@ -343,7 +343,7 @@ PlacedSkin::Closest PlacedSkin::closest(std::int32_t number, const Eigen::Vector
 /// At a place of a face, from those at its corners.
 Eigen::Vector3d PlacedSkin::smooth_normal(const Closest& one) const {
   const Eigen::Vector3d own = normal_of(one.face);
-  const auto& nodes = skin_.faces()[static_cast<std::size_t>(one.face)].node;
+  const auto& nodes = skin_.face(one.face).node;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     if (nodes[i] < 0 || one.weight[i] == 0)
@@ -366,8 +366,8 @@ std::vector<PlacedSkin::Near> PlacedSkin::nearest(const Eigen::Vector3d& point,
   std::ranges::stable_sort(found, {}, &Closest::distance);
   const double same = same_place * reach_;
   const auto is_of_face = [&](const Closest& one, std::int32_t face) {
-    const auto& nodes = skin_.faces()[static_cast<std::size_t>(face)].node;
-    const auto& own = skin_.faces()[static_cast<std::size_t>(one.face)].node;
+    const auto& nodes = skin_.face(face).node;
+    const auto& own = skin_.face(one.face).node;
     for (std::size_t i = 0; i < 4; ++i)
       if (own[i] >= 0 && one.weight[i] > on_border && std::ranges::find(nodes, own[i]) == nodes.end())
         return false;
@@ -399,7 +399,7 @@ std::vector<PlacedSkin::Near> PlacedSkin::nearest(const Eigen::Vector3d& point,
       continue;
     places.push_back(one.place);
     Near near;
-    near.node = skin_.faces()[static_cast<std::size_t>(one.face)].node;
+    near.node = skin_.face(one.face).node;
     near.weight = one.weight;
     near.face = one.face;
     near.gap = is_inside ? -one.distance : one.distance;

@@ -30,6 +30,7 @@ public:
   /// Node of the grid.
   std::int64_t node(std::int32_t number) const { return nodes_[static_cast<std::size_t>(number)]; }
   std::span<const Face> faces() const { return faces_; }
+  const Face& face(std::int32_t number) const { return faces_[static_cast<std::size_t>(number)]; }
   /// Faces at a node.
   std::span<const std::int32_t> faces_at(std::int32_t node) const {
     return at_node_[static_cast<std::size_t>(node)];

@@ -100,44 +100,4 @@ Transfer hand_on(OccupancyMap& map, std::span<FreeVoxel> voxels, VoxelId voxel,
   return follow_chain(voxels, voxel, movement, meet, look, place);
 }
 
-Transfer hand_on_literally(const Index3& cells, std::span<FreeVoxel> voxels, VoxelId voxel,
-                           const Eigen::Vector3d& movement) {
-  const auto look = [&](const Index3& cell) {
-    for (std::size_t a = 0; a < 3; ++a)
-      if (cell[a] < 0 || cell[a] >= cells[a])
-        return Look{true, no_voxel};
-    for (std::size_t i = 0; i < voxels.size(); ++i)
-      if (cell_of(voxels[i]) == cell)
-        return Look{true, static_cast<VoxelId>(i)};
-    return Look{};
-  };
-  const auto meet = [&](VoxelId moving, const Eigen::Vector3d& rest) -> std::optional<Met> {
-    const FreeVoxel& from = voxels[static_cast<std::size_t>(moving)];
-    Index3 cell = cell_of(from);
-    for (double now = 0;;) {
-      double first = 2; // when the line leaves the cell, and along which axis
-      std::size_t axis = 0;
-      for (std::size_t a = 0; a < 3; ++a) {
-        const auto i = static_cast<Eigen::Index>(a);
-        const double face = cell[a] + (rest[i] > 0 ? 1 : 0),
-                     crossing = rest[i] == 0 ? 2 : std::max((face - from.place[i]) / rest[i], now);
-        if (crossing < first) {
-          first = crossing;
-          axis = a;
-        }
-      }
-      if (!(first < 1))
-        return std::nullopt;
-      now = first;
-      cell[axis] += rest[static_cast<Eigen::Index>(axis)] > 0 ? 1 : -1;
-      if (const Look there = look(cell); there.is_blocked)
-        return Met{now, there.voxel};
-    }
-  };
-  const auto place = [&](VoxelId moving, const Eigen::Vector3d& to) {
-    voxels[static_cast<std::size_t>(moving)].place = to;
-  };
-  return follow_chain(voxels, voxel, movement, meet, look, place);
-}
-
 } // namespace maille::deform

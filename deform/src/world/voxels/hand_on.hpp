@@ -46,8 +46,4 @@ struct Transfer {
 Transfer hand_on(OccupancyMap& map, std::span<FreeVoxel> voxels, VoxelId voxel,
                  const Eigen::Vector3d& movement);
 
-/// The same without a map, each cell looked for among all voxels: the oracle of the above, to the bit.
-Transfer hand_on_literally(const Index3& cells, std::span<FreeVoxel> voxels, VoxelId voxel,
-                           const Eigen::Vector3d& movement);
-
 } // namespace maille::deform

@@ -21,6 +21,8 @@ struct Ranks {
 /// several; does nothing else. Called first thing by a program that wants to be run so; a program that does
 /// not call it never is.
 void start_ranks();
+/// How many processes the launcher (mpirun) says it has started, before MPI has; 1 without one.
+int announced_ranks();
 Ranks ranks();
 /// What the first rank says, on every rank. All must call it.
 bool agree(bool on_first);

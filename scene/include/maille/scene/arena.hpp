@@ -22,9 +22,7 @@ public:
   const char* what() const noexcept override { return "the arrays of an arena would pass its limit"; }
 };
 
-/// Counts the memory of the arrays that are made while it is open on their thread, and refuses what would
-/// pass its limit. Within an open arena another one counts for both. Arrays that outlive it are counted until
-/// they are gone. May be asked from any thread, and open on several.
+/// Arrays that outlive it are counted until they are gone. May be asked from any thread, and open on several.
 class Arena {
 public:
   static constexpr std::int64_t no_limit = std::numeric_limits<std::int64_t>::max();

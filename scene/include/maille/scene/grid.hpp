@@ -1,8 +1,8 @@
 #pragma once
 /// A regular grid of cells and the nodes at their corners, in one, two or three dimensions.
 ///
-/// Cells hold matter, nodes hold unknowns. Both are numbered x fastest, then y, then z. Unused axes have one
-/// cell and one node, so that one loop serves every dimension.
+/// Cells hold matter, nodes unknowns; both are numbered x fastest, then y, then z. Unused axes have one cell
+/// and one node, so that one loop serves every dimension.
 
 #include <array>
 #include <cstdint>
@@ -16,8 +16,6 @@ using Vec3 = std::array<double, 3>;
 /// (superior); those of ITK's files to the left, back (posterior) and head; `unknown`: the file does not say.
 enum class WorldAxes { unknown, ras, lps };
 
-/// Cells and nodes are numbered x fastest, then y, then z. A scene of dimension d has cells[a] = 1 and one
-/// node along every axis a >= d, so the same loops serve all dimensions.
 class Grid {
 public:
   Grid() = default;

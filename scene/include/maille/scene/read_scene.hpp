@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace maille {
 
@@ -43,5 +44,12 @@ void set_file_scope(FileScope scope);
 /// to, and nothing else. Symbolic links are followed wherever they lead: who put them there is the owner of
 /// the folder, not the text of the scene.
 NamedFile named_file(const std::string& name, const std::filesystem::path& folder);
+
+/// The nodes of a region, for programs that drive a body by hand.
+/// @param where  as scene files have it: `x-`, `superior`, or a table in TOML, `{ label = 17, touching = 30
+///         }`; numbers without a unit in SI
+/// @return nodes of the body, ascending; empty where none is in it
+/// @throws InputError  what is no region
+std::vector<std::int64_t> nodes_in(const Scene& scene, std::string_view where);
 
 } // namespace maille

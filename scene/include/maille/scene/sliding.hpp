@@ -2,8 +2,8 @@
 /// Labels that slide on each other: the same body with the nodes of their borders there twice.
 ///
 /// Each label of a pair gets its own copy of the border's nodes. Ties join the copies along the smoothed
-/// normal and leave the tangents free. Copies stand in one larger grid, one above the other, so that every
-/// method works on them unchanged; joined() brings the answer back to the body.
+/// normal and leave the tangents free. Copies stand in one larger grid, so that every method works on them
+/// unchanged; joined() brings the answer back to the body.
 
 #include "maille/scene/answer.hpp"
 
@@ -14,12 +14,8 @@
 
 namespace maille {
 
-/// A scene whose sliding borders are cut open. Labels that slide on each other stand in different copies of
-/// the grid, one above the other along z with a layer of empty cells between, so every cell has its nodes to
-/// itself but for those of its own copy; ties join the copies of a node.
-///
-/// Every method that knows nothing of borders can take `scene`; what is left to it are scene.tied. Places
-/// along z are those of the copies.
+/// A scene whose sliding borders are cut open: copies are one above the other along z, with a layer of empty
+/// cells between. Places along z are those of the copies; scene.tied joins them.
 struct SplitScene {
   Scene scene;                       ///< without `sliding`, with `tied`
   std::vector<std::int32_t> copy_of; ///< by cell of the body: the copy that it stands in; -1: no matter

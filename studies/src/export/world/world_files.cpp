@@ -1,6 +1,6 @@
 #include "export/world/world_files.hpp"
 
-#include "world_object_file.hpp"
+#include "export/world/world_object_file.hpp"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
-#include "world_object_file.hpp"
+#include "export/world/world_object_file.hpp"
 
-#include "body_grid.hpp"
-#include "data_set_parts.hpp"
+#include "export/body_grid.hpp"
+#include "export/data_set_parts.hpp"
 
 #include <Eigen/Geometry>
 

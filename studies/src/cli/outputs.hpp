@@ -1,17 +1,18 @@
 #pragma once
-/// A film of the steps of a run. Weak: in the program maille-studies alone.
+/// Files that commands write beside their results: lines of measures, films.
 
+#include "cli/commands.hpp"
 #include "compare/comparison.hpp"
-
-#include <filesystem>
-#include <optional>
-#include <string>
-#include <vector>
+#include "results/measure_values.hpp"
 
 namespace maille::studies {
 
+/// SCENE_METHOD_NAME.csv of every measure that is a line and has an answer. @param files  is added to
+void write_lines_of_measures(const std::string& method, const std::vector<MeasureRow>& rows,
+                             const ResultsFolder& folder, std::vector<std::filesystem::path>& files);
+
 /// @brief Films the body from rest through every step that has an answer: one view and one scale of colours
-///        (length of the displacement) for all, displacements drawn as they are.
+///        (length of the displacement) for all, displacements drawn as they are. Weak: maille-studies has it.
 ///
 /// @param steps  of one method, equal in size, each with its answer
 /// @param mp4    appears whole or not at all
