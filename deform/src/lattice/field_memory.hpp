@@ -29,8 +29,9 @@ inline constexpr std::size_t least_mapped = large_page / 4 * 3;
 /// Smaller fields are the allocator's.
 inline constexpr std::size_t least_shared = std::size_t{64} << 10;
 
-/// Zeroed memory in pages of the largest kind where the system grants them: those come in a tenth of the time. Fields of some dozens of kilobytes share such pages, so a field may
-/// take up to half a MiB more than its bytes. No memory is kept once the fields are gone.
+/// Zeroed memory in pages of the largest kind where the system grants them: those come in a tenth of the
+/// time. Fields of some dozens of kilobytes share such pages, so a field may take up to half a MiB more than
+/// its bytes. No memory is kept once the fields are gone.
 /// @param charge of what is set aside; pages that fields share are charged as a whole, with the first field,
 ///        and shared within one arena alone
 /// @throws std::bad_alloc
