@@ -13,7 +13,6 @@ void write_lines_of_measures(const std::string& method, const std::vector<Measur
 
 /// @brief Films the body from rest through every step that has an answer: one view and one scale of colours
 ///        (length of the displacement) for all, displacements drawn as they are. Weak: maille-studies has it.
-///
 /// @param steps  of one method, equal in size, each with its answer
 /// @param mp4    appears whole or not at all
 /// @return nothing, or why there is no film: no ffmpeg, no OpenGL, no answer
