@@ -4,6 +4,7 @@
 #include "maille/scene/read_scene.hpp"
 #include "studies/study/study_scenes.hpp"
 #include "study/plan/sampling.hpp"
+#include "study/plan/study.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>
