@@ -29,10 +29,9 @@ by = ["0.4 mm", 0, 0]
 """
 
 
-def constants_of_new(sources, name):
+def text_of_new(sources, name):
     """A text that `maille new` writes."""
-    source = (sources / "studies/src/commands/new.cpp").read_text(encoding="utf-8")
-    return re.search(rf'constexpr const char\* {name} = R"\((.*?)\)";', source, re.S).group(1)
+    return (sources / "studies/src/cli/texts" / name).read_text(encoding="utf-8")
 
 
 def prepare(folder, sources):
@@ -45,8 +44,8 @@ def prepare(folder, sources):
     nibabel.save(nibabel.Nifti1Image(labels, affine), folder / "labels.nii.gz")
     nibabel.save(nibabel.Nifti1Image(labels.astype(numpy.float32) * 3, affine), folder / "scan.nii.gz")
     (folder / "strip.toml").write_text(STRIP)
-    (folder / "world.toml").write_text(constants_of_new(sources, "world"))
-    (folder / "world_path.toml").write_text(constants_of_new(sources, "path_of_world"))
+    (folder / "world.toml").write_text(text_of_new(sources, "world.toml"))
+    (folder / "world_path.toml").write_text(text_of_new(sources, "path.toml"))
 
 
 def main():

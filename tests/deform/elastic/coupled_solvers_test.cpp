@@ -354,5 +354,21 @@ TEST(MaskedSolverContract, MemoryOfHingesIsForeseen) {
   }
 }
 
+/// A load that grows and falls again leaves no trace: answers depend on the scene alone.
+TEST(RelaxersConsistent, CyclesOfLoadingDoNotDrift) {
+  for (const char* method : {"relaxed", "coupled"}) {
+    Scene scene = poked_block({6, 5, 7});
+    const Answer first = solve(scene, method);
+    ASSERT_TRUE(has_displacement(first.status)) << first.message;
+    for (const double factor : {2.0, 5.0, -3.0, 0.5}) {
+      Scene loaded = scene;
+      for (Prescribed& prescribed : loaded.prescribed)
+        prescribed.value *= factor;
+      solve(loaded, method);
+    }
+    EXPECT_EQ(solve(scene, method).displacement, first.displacement) << method;
+  }
+}
+
 } // namespace
 } // namespace maille::deform

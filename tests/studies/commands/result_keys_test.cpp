@@ -68,7 +68,7 @@ TEST_F(ResultKeysGolden, OfCheck) {
                 "conditions[].nodes conditions[].area_m2 conditions[].share conditions[].where "
                 "materials[].name materials[].least_modulus materials[].largest_modulus materials[].density "
                 "materials[].fibre");
-  EXPECT_EQ(keys_of("check " + world_file + " --json"), "scene faults");
+  EXPECT_EQ(keys_of("check " + world_file + " --json"), "scene faults warnings");
   EXPECT_EQ(keys_of("check " + world_file + " " + down_file + " --json"), "scene kind faults");
   EXPECT_EQ(keys_of("check " + folder.write("bad.toml", "[specimen]\nshape = 1\n").string() + " --json", 2),
             "scene faults[].file faults[].line faults[].key faults[].expected faults[].found");
@@ -125,7 +125,8 @@ TEST_F(ResultKeysGolden, OfProbe) {
             "bodies.deepest_m bodies.sites bodies.answers bodies.slowest_answer_s passivity.stiffness "
             "passivity.largest_passive_stiffness passivity.least_energy_j passivity.taken_back_j interrupted "
             "penetrations looks" +
-                latency("latency") + latency("work") + " title command scene_file scene_text explanation");
+                latency("latency") + latency("work") +
+                " title maille command scene_file scene_text explanation");
   const Outcome csv = maille_command(arguments + " --csv -");
   EXPECT_TRUE(csv.out.starts_with("time,hand_x,hand_y,hand_z,proxy_x,proxy_y,proxy_z,force_x,force_y,force_z,"
                                   "body_stiffness,latency_us\n0,0.013,0.01,0.014,0.013,0.01,0.014,0,0,0,"))

@@ -148,11 +148,12 @@ void Balance::add_touches(int object, int other) {
   const double reach = reach_over_cell * cell_;
   const NearFaces& near_faces = near_faces_[{object, other}];
   const PlacedSkin own(one.skin, one.at, reach), skin(two.skin, two.at, reach);
+  const PlacedSkin* const facing = two.is_body() ? nullptr : &own; // edges of rigid objects stay sharp
   for (const NearFaces::OfNode& of_node : near_faces.nodes()) {
     if (!one.is_body() && one.is_flat[static_cast<std::size_t>(of_node.node)] != 0)
       continue;
     for (const PlacedSkin::Near& near : skin.near(one.at[static_cast<std::size_t>(of_node.node)],
-                                                  near_faces.faces(of_node), &own, of_node.node)) {
+                                                  near_faces.faces(of_node), facing, of_node.node)) {
       Touch touch;
       touch.object = object;
       touch.other = other;
