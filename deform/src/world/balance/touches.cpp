@@ -13,8 +13,7 @@ namespace maille::deform {
 namespace {
 
 constexpr double reach_over_cell = 0.5; ///< what is nearer than this is looked at
-/// That skins may move before it is looked anew what may come near: half of it between two looks, by both
-/// together, and half of it in the rounds after one.
+/// Skins may move by half of this between two searches for near faces, and by half in the rounds after one.
 constexpr double margin_over_cell = 1;
 
 } // namespace
@@ -148,12 +147,12 @@ void Balance::add_touches(int object, int other) {
   const double reach = reach_over_cell * cell_;
   const NearFaces& near_faces = near_faces_[{object, other}];
   const PlacedSkin own(one.skin, one.at, reach), skin(two.skin, two.at, reach);
-  const PlacedSkin* const facing = two.is_body() ? nullptr : &own; // edges of rigid objects stay sharp
   for (const NearFaces::OfNode& of_node : near_faces.nodes()) {
     if (!one.is_body() && one.is_flat[static_cast<std::size_t>(of_node.node)] != 0)
       continue;
-    for (const PlacedSkin::Near& near : skin.near(one.at[static_cast<std::size_t>(of_node.node)],
-                                                  near_faces.faces(of_node), facing, of_node.node)) {
+    for (const PlacedSkin::Near& near :
+         skin.near(one.at[static_cast<std::size_t>(of_node.node)], near_faces.faces(of_node),
+                   two.is_body() ? nullptr : &own, of_node.node)) {
       Touch touch;
       touch.object = object;
       touch.other = other;

@@ -1,8 +1,8 @@
 #include "bench/subjects.hpp"
 
 #include "feasible/wavefront/wavefront.hpp"
-#include "support/bodies/named_bodies.hpp"
 #include "rivals/rivals.hpp"
+#include "support/bodies/named_bodies.hpp"
 
 #include <algorithm>
 #include <cmath>
