@@ -22,4 +22,10 @@ nlohmann::ordered_json norms_json(const ErrorNorms& error) {
           {"rms", json_number(error.rms)}};
 }
 
+std::string provenance_with(const nlohmann::ordered_json& facts) {
+  nlohmann::ordered_json all{{"maille", version}, {"commit", commit()}};
+  all.update(facts);
+  return all.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
 } // namespace maille::studies

@@ -14,4 +14,7 @@ nlohmann::ordered_json question_json(const Scene& scene, int threads);
 /// relative_l2, relative_max and rms [m]
 nlohmann::ordered_json norms_json(const ErrorNorms& error);
 
+/// Provenance of a file: version and commit, then `facts`, in one line.
+std::string provenance_with(const nlohmann::ordered_json& facts);
+
 } // namespace maille::studies

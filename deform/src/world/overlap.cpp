@@ -265,7 +265,7 @@ std::int64_t World::n_penetrations() const {
     return false;
   };
   std::int64_t n = 0;
-  const auto may_be_thin = [&](int object) { // which holds nothing deep
+  const auto may_be_thin = [&](int object) { // too thin for a point deep inside
     const WorldObject& what = scene().objects[static_cast<std::size_t>(object)];
     return scene().contact == ContactLaw::surfaces && !parts_->is_body(object) && !what.is_smooth;
   };

@@ -73,12 +73,7 @@ std::string footer_of_all();
 std::vector<std::string> in_parsers_words(std::vector<std::string> words);
 
 /// The files of cli/texts, compiled in (cmake/embed_texts.cmake): a program needs no path at run time.
-std::string_view bash_txt();
-std::string_view methods_txt();
-std::string_view path_toml();
-std::string_view results_txt();
-std::string_view strip_toml();
-std::string_view world_toml();
-std::string_view zsh_txt();
+std::string_view bash_txt(), zsh_txt(), methods_txt(), results_txt();
+std::string_view path_toml(), strip_toml(), world_toml();
 
 } // namespace maille::studies

@@ -1,12 +1,11 @@
 #include "cli/commands.hpp"
 #include "help.hpp"
+#include "json_parts.hpp"
 
 #include "compare/methods.hpp"
 #include "maille/fem_ref/ranks.hpp"
-#include "maille/studies/version.hpp"
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <chrono>
@@ -71,15 +70,12 @@ fem_ref::LinearSolver check_fem_solver(const std::string& name) {
 }
 
 std::string provenance(const Scene& scene, const Answer& answer, int threads) {
-  return nlohmann::ordered_json{{"maille", version},
-                                {"commit", commit()},
-                                {"scene", scene.name},
-                                {"title", scene.title},
-                                {"method", answer.method},
-                                {"algorithm", answer.algorithm},
-                                {"status", to_string(answer.status)},
-                                {"threads", threads}}
-      .dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  return provenance_with({{"scene", scene.name},
+                          {"title", scene.title},
+                          {"method", answer.method},
+                          {"algorithm", answer.algorithm},
+                          {"status", to_string(answer.status)},
+                          {"threads", threads}});
 }
 
 } // namespace maille::studies

@@ -4,15 +4,14 @@
 #include "cli/inputs.hpp"
 #include "cli/worlds.hpp"
 #include "commands/camera_options.hpp"
+#include "json_parts.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/world/world_scene.hpp"
-#include "maille/studies/version.hpp"
 #include "picture/world_picture.hpp"
 #include "view/seen_scene.hpp"
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <chrono>
@@ -25,14 +24,11 @@ namespace {
 constexpr int overview_moments = 4;
 
 std::string provenance(const WorldScene& scene, const Trajectory& trajectory, const PlayOptions& options) {
-  return nlohmann::ordered_json{{"maille", version},
-                                {"commit", commit()},
-                                {"scene", scene.name},
-                                {"title", scene.title},
-                                {"trajectory", trajectory.name},
-                                {"method", scene.method},
-                                {"threads", options.threads}}
-      .dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  return provenance_with({{"scene", scene.name},
+                          {"title", scene.title},
+                          {"trajectory", trajectory.name},
+                          {"method", scene.method},
+                          {"threads", options.threads}});
 }
 
 /// What a play leaves in its folder: files for ParaView, pictures, a film; and the overview, wherever that is

@@ -320,7 +320,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, StackedBodiesAnalytic, testing::Values("couple
 
 /// The rule of Gibson 1995 for the transfer of momentum.
 
-/// hand_on without a map, each cell looked for among all voxels: its oracle, to the bit.
+/// hand_on without a map: searches all voxels for each cell. Oracle of who is met; the chain is a copy.
 namespace literally {
 
 /// Gap at which a voxel stops before a face [cells], the same as for nodes in contact.

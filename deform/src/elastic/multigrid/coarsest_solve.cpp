@@ -11,7 +11,7 @@ namespace {
 
 constexpr double nothing = 1e-9; // beside the stiffness of a node
 
-/// Restricted to the modes with more than a part of the largest eigenvalue.
+/// Inverse on the modes whose eigenvalue exceeds `least` of the largest one; zero on the others.
 Eigen::MatrixXd inverse_of_modes(const Eigen::MatrixXd& K, double least) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(K);
   const double smallest = least * modes.eigenvalues()(K.rows() - 1);
@@ -30,8 +30,8 @@ Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& K) {
   return inverse_of_modes(K, nothing);
 }
 
-/// Matter that hangs on an edge turns at no energy: the inverse of the shift would be of so large a size that
-/// float32 held nothing of the other modes beside it.
+/// Matter that hangs on an edge turns without energy. Such a mode has the shift alone as its stiffness; its
+/// inverse would exceed float32's digits of all other modes, so it is left out.
 Eigen::MatrixXd shifted_inverse(Eigen::MatrixXd K) {
   Eigen::LLT<Eigen::MatrixXd> factors;
   for (double shift = nothing; shift < 1; shift *= 10) {
@@ -39,8 +39,9 @@ Eigen::MatrixXd shifted_inverse(Eigen::MatrixXd K) {
     factors.compute(K);
     if (factors.info() != Eigen::Success)
       continue;
-    if (factors.matrixLLT().diagonal().array().square().minCoeff() < 100 * shift)
-      return inverse_of_modes(K, 100 * shift);
+    const double stiffer = 100 * shift; // than a mode that has the shift alone
+    if (factors.matrixLLT().diagonal().array().square().minCoeff() < stiffer)
+      return inverse_of_modes(K, stiffer);
     break;
   }
   return factors.solve(Eigen::MatrixXd::Identity(K.rows(), K.rows()));

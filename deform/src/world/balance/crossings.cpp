@@ -65,7 +65,7 @@ std::vector<ConvexCell> Balance::cells_near(int number, int other) {
 }
 
 std::optional<std::pair<int, int>> Balance::crossing() {
-  if (!has_looked_) { // at what is near alone: what rounds move stays as it is
+  if (!has_looked_) { // searches one cell around; the margin of the rounds stays
     const double behind = std::exchange(behind_, cell_);
     find_touches();
     behind_ = behind;

@@ -15,7 +15,7 @@ namespace {
 
 /// In frames: shorter times are rounding of the sum of steps.
 constexpr double no_time = 1e-12;
-constexpr double checked_over_cell = 0.1; ///< what has gone so far may be in something through its edges
+constexpr double checked_over_cell = 0.1; ///< an object is checked for crossing edges after this way [cells]
 constexpr int most_steps = 100'000;       ///< of a frame: what rattles so fast is left to the next
 
 } // namespace

@@ -62,17 +62,17 @@ public:
       opening_(rows) += pushes * speed;
       if (!one.has_mass)
         continue;
-      Eigen::Matrix<double, 6, 6> give_way = Eigen::Matrix<double, 6, 6>::Zero();
-      give_way.diagonal().head<3>().setConstant(1 / one.mass);
-      give_way.bottomRightCorner<3, 3>() = one.inertia_in_world(pose).inverse();
-      answer_(rows, rows) += pushes * give_way * pushes.transpose();
-      objects_.push_back({&one, rows, give_way * pushes.transpose()});
+      Eigen::Matrix<double, 6, 6> mobility = Eigen::Matrix<double, 6, 6>::Zero();
+      mobility.diagonal().head<3>().setConstant(1 / one.mass);
+      mobility.bottomRightCorner<3, 3>() = one.inertia_in_world(pose).inverse();
+      answer_(rows, rows) += pushes * mobility * pushes.transpose();
+      objects_.push_back({&one, rows, mobility * pushes.transpose()});
     }
   }
 
   double approach() const { return -opening_.minCoeff(); }
 
-  /// Turn after turn, then all together. @param first the fastest approach of all groups [m/s]
+  /// Pair after pair, the fastest first; then all at once. @param first the fastest of all groups [m/s]
   double resolve(double first, double restitution) {
     const std::size_t most = restitution > 0 ? most_turns_a_pair * pairs_.size() : 0;
     for (std::size_t turn = 0;; ++turn) {
