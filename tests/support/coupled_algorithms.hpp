@@ -1,7 +1,7 @@
 #pragma once
 /// Answers of single algorithms of `coupled`, and what makes two of them the same.
 
-#include "elastic/krylov/coupled_task.hpp"
+#include "elastic/ladder/ladder.hpp"
 #include "support/fields.hpp"
 #include "support/solved.hpp"
 

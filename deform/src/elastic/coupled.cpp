@@ -4,6 +4,7 @@
 #include "elastic/corotated/coupled_blocks.hpp"
 #include "elastic/krylov/coupled_task.hpp"
 #include "elastic/krylov/kept_body.hpp"
+#include "elastic/ladder/ladder.hpp"
 #include "elastic/limits/constrained_minimum.hpp"
 #include "elastic/links/interval_field.hpp"
 #include "elastic/masked/slabs.hpp"
@@ -89,7 +90,7 @@ Answer CoupledSolve::run() {
                          [this] { return must_stop(); },
                          limits_ ? &*limits_ : nullptr,
                          start.empty() ? nullptr : &start,
-                         limits_ ? obey_limits : nullptr,
+                         limits_ ? static_cast<LimitStep*>(obey_limits) : nullptr,
                          kept_};
   const bool is_converged = solve_on_nested_lattices(task, coupled_algorithm(scene_), answer_);
   if (answer_.status == Status::failed)
@@ -110,10 +111,7 @@ Answer CoupledSolve::run() {
 } // namespace
 
 CoupledAlgorithm& coupled_algorithm(const Scene& scene) {
-  return !scene.tied.ties.empty() ? solve_coupled_tied
-         : is_uniform_box(scene)  ? solve_coupled_box
-         : scene.dimension() == 3 ? solve_coupled_masked
-                                  : solve_coupled_body;
+  return scene.tied.ties.empty() ? solve_on_ladder : solve_coupled_tied;
 }
 
 int coupled_threads(const Scene& scene, const Control& control) {

@@ -5,6 +5,8 @@
 #include "elastic/componentwise/componentwise_level.hpp"
 #include "elastic/direct/direct_system.hpp"
 #include "elastic/krylov/coupled_task.hpp"
+#include "elastic/krylov/flexible_gradients.hpp"
+#include "elastic/ladder/ladder.hpp"
 #include "elastic/masked/coarse_operator.hpp"
 #include "elastic/masked/masked_rows.hpp"
 #include "elastic/model/thin_cells.hpp"

@@ -13,7 +13,7 @@ namespace maille::deform {
 Answer KeptAnswers::answer(const Scene& scene, const Control& control) {
   if (in_blocks(scene) || !scene.tied.ties.empty())
     return solve_coupled(scene, control);
-  std::vector<FixedComponent> fixed = fixed_components(scene.prescribed);
+  FixedMask fixed(scene.specimen.grid, scene.prescribed);
   const bool is_of_body = body_ && body_->is_of(scene);
   const bool is_as_before = is_of_body && fixed == carried_ && reason_of_moves(scene).empty();
   if (!is_as_before && !reason_to_refuse_coupled(scene).empty())

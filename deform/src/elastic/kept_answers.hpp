@@ -2,6 +2,7 @@
 /// Answers of `coupled` to one question after the other, each at the price of what has changed.
 
 #include "elastic/krylov/kept_body.hpp"
+#include "elastic/model/fixed_mask.hpp"
 #include "maille/deform/solve.hpp"
 
 #include <memory>
@@ -29,9 +30,9 @@ private:
   Keeping keeping_;
   Arena arena_;
   std::unique_ptr<KeptBody> body_;
-  std::vector<FixedComponent> carried_; ///< of a question that was not refused
-  int threads_ = 0;                     ///< of its team
-  std::int64_t first_bytes_ = 0;        ///< of answers about it, the most
+  FixedMask carried_;            ///< of a question that was not refused
+  int threads_ = 0;              ///< of its team
+  std::int64_t first_bytes_ = 0; ///< of answers about it, the most
 };
 
 } // namespace maille::deform

@@ -161,10 +161,14 @@ void Relaxation::stay_within(ComponentwiseSolver& solver, const List<double>& fo
   used_multipliers_ = true;
   const CoupledTask task{
       scene_, control_, clipping_.prescribed, team_, clock_, [this] { return must_stop(); }, &*limits_};
-  ComponentwiseSystem system(solver, component);
+  ComponentwiseSystem system(task, moduli_, solver, component);
   ConstrainedMinimum minimum(task, system, moduli_, {component});
-  if (!minimum.solve(answer_.displacement, answer_) && !stopped_)
+  const std::span<double> all = answer_.displacement.component(component);
+  Displacement u(1, all.size());
+  std::ranges::copy(all, u.values().begin());
+  if (!minimum.solve(u, answer_) && !stopped_)
     stopped_ = Status::budget_reached;
+  std::ranges::copy(u.values(), all.begin());
   answer_.residual = std::max(answer_.residual, std::min(1.0, minimum.error()));
   react(component, solver, forces);
   Displacement of_limits = minimum.give_away_field();

@@ -34,8 +34,10 @@ std::unique_ptr<BoxLevel> level_of(const Scene& scene, double unit, std::uint8_t
   for (std::size_t a = 0; a < 3; ++a)
     for (int i = 0; i < scene.specimen.grid.nodes()[a]; ++i)
       place[a].push_back(i * scene.specimen.grid.spacing()[a]);
-  const auto n = std::size_t(scene.specimen.grid.n_nodes());
-  return std::make_unique<BoxLevel>(scene.object_stiffness(0), place, unit, FixedComponents(n, fixed));
+  FixedMask mask(std::size_t(scene.specimen.grid.n_nodes()));
+  for (std::size_t node = 0; node < mask.n_nodes(); ++node)
+    mask.fix(node, fixed);
+  return std::make_unique<BoxLevel>(scene.object_stiffness(0), place, unit, mask);
 }
 
 Displacement random_field(const Grid& grid, unsigned seed) {

@@ -1,4 +1,5 @@
 #include "elastic/corotated/corotated_relaxation.hpp"
+#include "elastic/ladder/ladder.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "support/bodies/bent_bar.hpp"
@@ -26,7 +27,7 @@ Trace traced(const Scene& scene) {
   const Clock clock;
   const Control control;
   const CoupledTask task{scene, control, scene.prescribed, team, clock, [] { return false; }};
-  CorotatedRelaxation relaxation(task);
+  CorotatedRelaxation relaxation(task, make_operator(task));
   Trace trace;
   relaxation.watch = [&](double fraction, double energy) { trace.energies.emplace_back(fraction, energy); };
   EXPECT_TRUE(relaxation.solve(trace.answer));

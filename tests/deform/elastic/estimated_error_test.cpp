@@ -1,6 +1,6 @@
 /// Errors that are known, estimated.
 
-#include "elastic/krylov/coupled_task.hpp"
+#include "elastic/ladder/ladder.hpp"
 #include "elastic/resample/coarser_scene.hpp"
 #include "maille/deform/estimated_error.hpp"
 #include "maille/deform/solve.hpp"
@@ -591,8 +591,7 @@ TEST(NestedLatticesConsistent, AStartFromCoarserBoxesChangesNoAnswer) {
   const Control control;
   const Clock clock;
   Answer alone; // the oracle: from nothing
-  ASSERT_TRUE(
-      solve_coupled_box({scene, control, scene.prescribed, team, clock, [] { return false; }}, alone));
+  ASSERT_TRUE(solve_on_ladder({scene, control, scene.prescribed, team, clock, [] { return false; }}, alone));
   EXPECT_LE(compare(scene, nested.displacement, alone.displacement).relative_l2, 2e-9);
   EXPECT_NEAR(*nested.strain_energy, *alone.strain_energy, 1e-10 * *alone.strain_energy);
 }

@@ -122,15 +122,6 @@ void BoxLevel::for_each_entry(const CoarsestSolve::Unknowns& unknowns,
         }
     }
   }
-  for (const PenaltyRows::End& end : penalties_.ends()) {
-    const std::int32_t row = number[static_cast<std::size_t>(end.at)],
-                       column = number[static_cast<std::size_t>(end.other)];
-    if (row < 0)
-      continue;
-    visit(static_cast<std::size_t>(row), static_cast<std::size_t>(row), double{end.stiffness});
-    if (column >= 0)
-      visit(static_cast<std::size_t>(row), static_cast<std::size_t>(column), -double{end.stiffness});
-  }
 }
 
 } // namespace maille::deform

@@ -104,10 +104,4 @@ struct BoxSteps {
 double finish_box(const BoxOperator& A, int z, const BoxSteps& steps, const float* p, const float* q,
                   float* x, float* f, double scale, bool adds, double* u);
 
-/// u += of_u p, r += of_r q; u and r are dense and in float64, [component][node].
-void move_box(const BoxOperator& A, int z, double of_u, const float* p, double* u, double of_r,
-              const float* q, double* r);
-/// to = factor from, which is dense and in float64, [component][node].
-void narrow_box(const BoxOperator& A, int z, double factor, const double* from, float* to);
-
 } // namespace maille::deform

@@ -106,8 +106,8 @@ double largest_eigenvalue_of_block(const BoxCoefficients& coefficients, const In
 
 } // namespace
 
-BoxLevel::BoxLevel(const Stiffness& C, std::array<std::vector<double>, 3> place, double unit,
-                   FixedComponents fixed, const BoxLevel* finer)
+BoxLevel::BoxLevel(const Stiffness& C, std::array<std::vector<double>, 3> place, double unit, FixedMask fixed,
+                   const BoxLevel* finer)
     : C_(C), place_(std::move(place)), unit_(unit), fixed_(std::move(fixed)),
       thin_(finer != nullptr ? finer->thin_ : thin_axes_of_box(cells_between(place_))) {
   lay_out_axes();
@@ -185,9 +185,9 @@ std::vector<int> BoxLevel::kinds_along(int axis) const {
 }
 
 /// Which components are fixed anywhere in each row, z by z.
-FixedComponents BoxLevel::fixed_in_rows() const {
-  FixedComponents of_row;
-  for (auto row = fixed_.begin(); row != fixed_.end(); row += operator_.nodes[0])
+List<std::uint8_t> BoxLevel::fixed_in_rows() const {
+  List<std::uint8_t> of_row;
+  for (auto row = fixed_.bits().begin(); row != fixed_.bits().end(); row += operator_.nodes[0])
     of_row.push_back(std::accumulate(row, row + operator_.nodes[0], std::uint8_t{0}, std::bit_or<>()));
   return of_row;
 }
@@ -198,7 +198,8 @@ const float* BoxLevel::inverse_row(int c, int y, int z, const std::string& key, 
     return place->second.data();
   const BoxOperator& A = operator_;
   const BoxDiagonal of_y(A.axis[1], y), of_z(A.axis[2], z);
-  const std::uint8_t* const fixed = fixed_.data() + A.nodes[0] * (y + std::int64_t{1} * A.nodes[1] * z);
+  const std::uint8_t* const fixed =
+      fixed_.bits().data() + A.nodes[0] * (y + std::int64_t{1} * A.nodes[1] * z);
   place->second = PaddedArray(static_cast<std::size_t>(A.row_stride));
   for (int x = 0; x < A.nodes[0]; ++x)
     if (!has_fixed || (fixed[x] >> c & 1) == 0)
@@ -213,7 +214,7 @@ void BoxLevel::invert_diagonal() {
   const std::vector<int> along_y = kinds_along(1), along_z = kinds_along(2);
   const auto n_y = of(1 + *std::ranges::max_element(along_y)),
              n_z = of(1 + *std::ranges::max_element(along_z));
-  const FixedComponents in_rows = fixed_in_rows();
+  const List<std::uint8_t> in_rows = fixed_in_rows();
   std::vector<const float*> of_kinds(3 * n_y * n_z, nullptr); // of rows with nothing fixed
   std::string key;
   for (int c = 0; c < 3; ++c) {
@@ -231,7 +232,7 @@ void BoxLevel::invert_diagonal() {
         }
         key.assign(reinterpret_cast<const char*>(kinds), sizeof kinds);
         for (int x = 0; has_fixed && x < A.nodes[0]; ++x)
-          key.push_back((fixed_[of(A.nodes[0]) * row + of(x)] >> c & 1) != 0 ? '1' : '0');
+          key.push_back(fixed_(c, of(A.nodes[0]) * row + of(x)) ? '1' : '0');
         inverse.push_back(inverse_row(c, y, z, key, has_fixed));
         if (!has_fixed)
           plain = inverse.back();
@@ -262,7 +263,7 @@ std::array<bool, 3> axes_to_coarsen(const Index3& nodes, const BoxCoefficients& 
 std::uint8_t BoxLevel::coarse_fixed_at(int x, int y, int z) const {
   const auto& t = *transfer_;
   const auto fixed_at = [&](int i, int j, int k) {
-    return fixed_[of(i) + of(operator_.nodes[0]) * (of(j) + of(operator_.nodes[1]) * of(k))];
+    return fixed_.at(of(i) + of(operator_.nodes[0]) * (of(j) + of(operator_.nodes[1]) * of(k)));
   };
   double weight[3] = {0, 0, 0}, all = 0;
   for (int k = 0; k < t[2].count(z); ++k)
@@ -281,11 +282,11 @@ std::uint8_t BoxLevel::coarse_fixed_at(int x, int y, int z) const {
   return static_cast<std::uint8_t>(bits);
 }
 
-FixedComponents BoxLevel::coarse_fixed() const {
+FixedMask BoxLevel::coarse_fixed() const {
   const auto& t = *transfer_;
   const int nx = t[0].n_coarse(), ny = t[1].n_coarse(), nz = t[2].n_coarse();
-  FixedComponents coarse(of(nx) * of(ny) * of(nz), 0);
-  const FixedComponents in_rows = fixed_in_rows(); // most have none
+  FixedMask coarse(of(nx) * of(ny) * of(nz));
+  const List<std::uint8_t> in_rows = fixed_in_rows(); // most have none
   const auto is_near_fixed = [&](int y, int z) {
     for (int k = 0; k < t[2].count(z); ++k)
       for (int j = 0; j < t[1].count(y); ++j)
@@ -297,7 +298,7 @@ FixedComponents BoxLevel::coarse_fixed() const {
     for (int y = 0; y < ny; ++y)
       if (is_near_fixed(y, z))
         for (int x = 0; x < nx; ++x)
-          coarse[of(x) + of(nx) * (of(y) + of(ny) * of(z))] = coarse_fixed_at(x, y, z);
+          coarse.fix(of(x) + of(nx) * (of(y) + of(ny) * of(z)), coarse_fixed_at(x, y, z));
   return coarse;
 }
 
@@ -342,15 +343,6 @@ void BoxLevel::prolong_from(const BoxLevel& coarser, int z, const float* from, b
     prolong_plane(coarser.component(c), component(c), transfer.data(), z,
                   from + c * coarser.operator_.component_stride, replaces,
                   to + c * operator_.component_stride, static_cast<float*>(scratch()));
-}
-
-void BoxMultigrid::set_penalties(List<PenaltyLink> links) {
-  for (std::size_t i = 0; i < n_levels(); ++i) {
-    level(i).set_penalties(links);
-    if (i + 1 < n_levels())
-      links = level(i).coarse_links(links);
-  }
-  factor_coarsest();
 }
 
 const double* BoxMultigrid::forces_of_plane(const Displacement& u, int z) const {

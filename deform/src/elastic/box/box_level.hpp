@@ -4,7 +4,7 @@
 #include "elastic/box/box_kernel.hpp"
 #include "elastic/componentwise/axis_coarsening.hpp"
 #include "elastic/componentwise/componentwise_level.hpp"
-#include "elastic/links/penalty_rows.hpp"
+#include "elastic/model/fixed_mask.hpp"
 #include "elastic/multigrid/plane_multigrid.hpp"
 #include "lattice/field_memory.hpp"
 
@@ -18,9 +18,6 @@
 #include <vector>
 
 namespace maille::deform {
-
-/// Which components of a node may not move: bit c for component c. Dense, x fastest.
-using FixedComponents = List<std::uint8_t>;
 
 /// Those of more than two nodes along which a lattice is about as stiff as along its stiffest.
 std::array<bool, 3> axes_to_coarsen(const Index3& nodes, const BoxCoefficients& coefficients);
@@ -36,7 +33,7 @@ public:
   /// @param place of the nodes along each axis [m], all intervals but the last equally long
   /// @param unit what forces per displacement are counted in [N/m]
   /// @param finer the level before, if any
-  BoxLevel(const Stiffness& C, std::array<std::vector<double>, 3> place, double unit, FixedComponents fixed,
+  BoxLevel(const Stiffness& C, std::array<std::vector<double>, 3> place, double unit, FixedMask fixed,
            const BoxLevel* finer = nullptr);
 
   /// The next level: the same body on half the nodes along the axes along which it is stiffest, because point
@@ -65,16 +62,7 @@ public:
   bool may_move(int c, int x, int y, int z) const {
     return operator_.inverse[c][y + std::int64_t{1} * operator_.nodes[1] * z][x] > 0;
   }
-  /// Links are stiffer by that from now on, and no others. @param links by dense numbers of nodes, no link
-  /// twice, in units of `unit`
-  void set_penalties(const List<PenaltyLink>& links);
-  /// What penalized links of this level are on the next: in the interval that holds them, shared out across
-  /// as interpolation is, with the energy of linear displacements. That is no less than interpolated
-  /// displacements have. @pre coarser() was called
-  List<PenaltyLink> coarse_links(const List<PenaltyLink>& links) const;
-  const PenaltyRows& penalties() const { return penalties_; }
-  /// No eigenvalue of the operator over its diagonal is larger, with penalized links neither: of theirs alone
-  /// none is larger than 2.
+  /// No eigenvalue of the operator over its diagonal is larger.
   double largest_eigenvalue() const { return largest_eigenvalue_; }
   std::size_t field_size() const { return static_cast<std::size_t>(3 * operator_.component_stride); }
 
@@ -92,12 +80,8 @@ public:
   }
   void relax(int z, float weight, const float* from, float* to) const {
     relax_box(operator_, z, weight, f.data(), from, to, scratch());
-    penalties_.relax(z, weight, from, to);
   }
-  void find_residual(int z) {
-    find_box_residual(operator_, z, f.data(), u.data(), r.data(), scratch());
-    penalties_.subtract(z, u.data(), r.data());
-  }
+  void find_residual(int z) { find_box_residual(operator_, z, f.data(), u.data(), r.data(), scratch()); }
   void restrict_to(const BoxLevel& coarser, int z, const float* from, float* to) const;
   void prolong_from(const BoxLevel& coarser, int z, const float* from, bool replaces, float* to) const;
   double dot(int z, const float* a, const float* b) const { return dot_box(operator_, z, a, b); }
@@ -121,15 +105,15 @@ private:
   void find_largest_eigenvalue(const BoxLevel* finer);
   void invert_diagonal();
   std::vector<int> kinds_along(int axis) const;
-  FixedComponents fixed_in_rows() const;
+  List<std::uint8_t> fixed_in_rows() const;
   const float* inverse_row(int c, int y, int z, const std::string& key, bool has_fixed);
-  FixedComponents coarse_fixed() const;
+  FixedMask coarse_fixed() const;
   std::uint8_t coarse_fixed_at(int x, int y, int z) const;
 
   Stiffness C_;
   std::array<std::vector<double>, 3> place_;
   double unit_;
-  FixedComponents fixed_;
+  FixedMask fixed_;
   std::uint8_t thin_; ///< axes along which the body is, by bits; on coarser levels, too
   BoxOperator operator_;
   std::array<ComponentwiseOperator, 3> components_;
@@ -138,14 +122,7 @@ private:
   std::array<List<const float*>, 3> inverse_rows_;
   std::map<std::string, PaddedArray> rows_; ///< by what tells them apart
   std::unique_ptr<std::array<AxisCoarsening, 3>> transfer_;
-  PenaltyRows penalties_;
-  struct ChangedRow {
-    std::size_t component = 0, row = 0;
-    const float* original = nullptr;
-    PaddedArray inverse;
-  };
-  std::vector<ChangedRow> changed_rows_; ///< of inverse diagonals, because of penalized links
-  Index3 block_{};                       ///< cells of the box whose largest eigenvalue stands for all
+  Index3 block_{}; ///< cells of the box whose largest eigenvalue stands for all
   double largest_eigenvalue_ = 0;
   std::vector<float> relaxation_;
 };

@@ -17,9 +17,6 @@ public:
   BoxMultigrid(std::unique_ptr<BoxLevel> finest, int steps, ThreadTeam& team)
       : PlaneMultigrid(with_relaxation(std::move(finest), steps), team) {}
 
-  /// Stiffens links of the body, and of its coarser levels as they follow from it: see BoxLevel. Those of
-  /// before are so no longer.
-  void set_penalties(List<PenaltyLink> links);
   /// K u on plane z of the body in the unit of its stiffness, [component][node], until the thread's next
   /// plane.
   const double* forces_of_plane(const Displacement& u, int z) const;

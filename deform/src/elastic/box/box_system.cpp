@@ -8,135 +8,40 @@
 
 namespace maille::deform {
 
-void BoxSystem::apply_to_plane(int z, const Displacement& u, Displacement& forces) {
-  const std::size_t n = multigrid_.in_plane(), first = n * static_cast<std::size_t>(z);
-  const double* const plane = multigrid_.forces_of_plane(u, z);
-  for (std::size_t b = 0; b < 3; ++b)
-    for (std::size_t i = 0; i < n; ++i)
-      forces(b, first + i) = unit_ * plane[b * n + i];
-}
-
 void BoxSystem::apply(const Displacement& u, Displacement& forces) {
-  const BoxLevel& level = multigrid_.finest();
-  multigrid_.team_for(level).run(level.A().nodes[2], [&](int z, int) { apply_to_plane(z, u, forces); });
-}
-
-void BoxSystem::apply_at(const std::vector<Prescribed>& prescribed, const Displacement& u,
-                         Displacement& forces) {
-  const BoxLevel& level = multigrid_.finest();
-  std::vector<std::uint8_t> is_asked(static_cast<std::size_t>(level.A().nodes[2]), 0);
-  for (const Prescribed& p : prescribed)
-    is_asked[static_cast<std::size_t>(p.node) / multigrid_.in_plane()] = 1;
-  multigrid_.team_for(level).run(level.A().nodes[2], [&](int z, int) {
-    if (is_asked[static_cast<std::size_t>(z)] != 0)
-      apply_to_plane(z, u, forces);
-  });
-}
-
-void BoxSystem::set_penalties(const List<PenaltyLink>& links) {
-  List<PenaltyLink> in_units = links;
-  for (PenaltyLink& link : in_units)
-    link.stiffness /= unit_;
-  multigrid_.set_penalties(std::move(in_units));
-}
-
-/// Into the multigrid's right-hand side.
-void BoxSystem::take_in(const Displacement& residual) {
-  BoxLevel& level = multigrid_.finest();
-  if (!(scale_ > 0))
-    scale_ = largest_entry(residual) / unit_;
-  if (!(scale_ > 0))
-    scale_ = 1;
-  const double to_level = 1 / (scale_ * unit_);
-  multigrid_.team_for(level).run(level.A().nodes[2], [&](int z, int) {
-    narrow_box(level.A(), z, to_level, residual.values().data(), level.f.data());
-  });
-}
-
-/// x += steps.of_state p, and that in float64.
-void BoxSystem::take_over(const BoxSteps& steps, const float* p, float* x, Displacement& direction) {
-  BoxLevel& level = multigrid_.finest();
-  multigrid_.team_for(level).run(level.A().nodes[2], [&](int z, int) {
-    finish_box(level.A(), z, steps, p, level.r.data(), x, level.f.data(), scale_, false,
-               direction.values().data());
-  });
-}
-
-double BoxSystem::precondition(const Displacement& residual, Displacement& correction) {
-  take_in(residual);
-  const double product = multigrid_.precondition();
-  float* const u = multigrid_.finest().u.data();
-  take_over({}, u, u, correction);
-  return product * scale_ * scale_ * unit_;
-}
-
-/// From a state of nothing.
-BoxGradients& BoxSystem::gradients() {
-  if (!gradients_)
-    gradients_.emplace(multigrid_);
-  gradients_->restart();
-  return *gradients_;
-}
-
-int BoxSystem::find_direction(const Displacement& residual, int most, double reduction,
-                              const std::function<bool()>& must_stop, Displacement& direction) {
-  if (most == 1) {
-    precondition(residual, direction);
-    return 1;
+  if (by_cells_) {
+    by_cells_->apply(u, forces, multigrid_.team());
+    return;
   }
-  take_in(residual);
-  ReductionWatch watch(most, reduction, must_stop);
-  BoxGradients& found = gradients();
-  conjugate_gradients(found, watch);
-  take_over(found.steps(), found.direction(), found.state(), direction);
-  return watch.iterations();
-}
-
-CoupledSystem::KeptDirection BoxSystem::keep_direction(const Displacement& residual, int most,
-                                                       double reduction,
-                                                       const std::function<bool()>& must_stop) {
-  take_in(residual);
-  BoxLevel& level = multigrid_.finest();
-  const BoxOperator& A = level.A();
-  KeptDirection direction{1, {}};
-  float *x = level.u.data(), *p = nullptr, step = 0;
-  if (most == 1)
-    direction.products.descent = multigrid_.precondition();
-  else {
-    ReductionWatch watch(most, reduction, must_stop);
-    BoxGradients& found = gradients();
-    conjugate_gradients(found, watch);
-    direction.iterations = watch.iterations();
-    direction.products.descent = watch.descent();
-    x = found.state();
-    p = found.direction();
-    step = std::exchange(found.steps().of_state, 0.0F);
-  }
-  std::vector<double> length(static_cast<std::size_t>(A.nodes[2]));
-  const auto curvature = multigrid_.sums();
-  run_stages(multigrid_.team_for(level), A.nodes[2], 2, [&](int stage, int z) {
-    const auto plane = static_cast<std::size_t>(z);
-    if (stage == 0 && step != 0)
-      update_box_direction(A, z, p, 0, step, p, x);
-    else if (stage == 1) {
-      length[plane] = dot_box(A, z, x, x);
-      curvature[plane] = apply_box_and_dot(A, z, x, level.r.data(), level.scratch());
-    }
-  });
-  kept_ = x;
-  const double square = scale_ * scale_;
-  direction.products.curvature = multigrid_.total() * square * unit_;
-  direction.products.descent *= square * unit_;
-  for (const double part : length)
-    direction.products.length += part * square;
-  return direction;
-}
-
-void BoxSystem::move_along_kept(double step, Displacement& u, Displacement& residual) {
-  BoxLevel& level = multigrid_.finest();
+  const BoxLevel& level = multigrid_.finest();
   multigrid_.team_for(level).run(level.A().nodes[2], [&](int z, int) {
-    move_box(level.A(), z, step * scale_, kept_, u.values().data(), -step * scale_ * unit_, level.r.data(),
-             residual.values().data());
+    const std::size_t n = multigrid_.in_plane(), first = n * static_cast<std::size_t>(z);
+    const double* const plane = multigrid_.forces_of_plane(u, z);
+    for (std::size_t b = 0; b < 3; ++b)
+      for (std::size_t i = 0; i < n; ++i)
+        forces(b, first + i) = unit_ * plane[b * n + i];
+  });
+}
+
+void BoxSystem::precondition(const Displacement& residual, Displacement& correction) {
+  BoxLevel& level = multigrid_.finest();
+  const int* const nodes = level.A().nodes;
+  const double size = largest_entry(residual), to_level = size > 0 ? 1 / size : 0;
+  multigrid_.team_for(level).run(nodes[2], [&](int z, int) {
+    for (int c = 0; c < 3; ++c)
+      for (int y = 0; y < nodes[1]; ++y) {
+        const double* const from =
+            residual.component(c).data() + static_cast<std::ptrdiff_t>(scene_.specimen.grid.node({0, y, z}));
+        float* const to = level.f.data() + level.offset(c, 0, y, z);
+        for (int x = 0; x < nodes[0]; ++x)
+          to[x] = static_cast<float>(to_level * from[x]);
+      }
+  });
+  multigrid_.precondition();
+  float* const u = level.u.data();
+  multigrid_.team_for(level).run(nodes[2], [&](int z, int) {
+    finish_box(level.A(), z, {}, u, level.r.data(), u, level.f.data(), size / unit_, false,
+               correction.values().data());
   });
 }
 
@@ -163,8 +68,7 @@ std::optional<double> BoxGradients::find_step(double beta, double product) {
     if (stage == 0)
       update_box_direction(A, z, z_field, static_cast<float>(beta), step_before, p, state_.data());
     else
-      sums[static_cast<std::size_t>(z)] =
-          apply_box_and_dot(A, z, p, q, level.scratch()) + level.penalties().add(z, p, q);
+      sums[static_cast<std::size_t>(z)] = apply_box_and_dot(A, z, p, q, level.scratch());
   });
   const double curvature = multigrid_.total();
   return curvature > 0 ? std::optional(product / curvature) : std::nullopt;

@@ -3,7 +3,8 @@
 
 #include "elastic/box/box_multigrid.hpp"
 #include "elastic/krylov/conjugate_gradients.hpp"
-#include "elastic/krylov/coupled_system.hpp"
+#include "elastic/krylov/elastic_operator.hpp"
+#include "elastic/model/lattice_elasticity.hpp"
 
 namespace maille::deform {
 
@@ -31,43 +32,25 @@ private:
   BoxSteps steps_;
 };
 
-/// The operator in float64.
-class BoxSystem : public CoupledSystem {
+/// The operator in float64, around the multigrid in float32.
+class BoxSystem : public ElasticOperator {
 public:
-  /// @param unit of forces per displacement in the multigrid [N/m]; @param multigrid must outlive this
-  BoxSystem(BoxMultigrid& multigrid, double unit) : multigrid_(multigrid), unit_(unit) {}
+  /// @param unit of forces per displacement in the multigrid [N/m]; @param scene, multigrid must outlive this
+  BoxSystem(const Scene& scene, BoxMultigrid& multigrid, double unit)
+      : scene_(scene), multigrid_(multigrid), unit_(unit) {}
+  /// Applies K cell by cell, from differences, from now on. On a body a thousand times as long as thick the
+  /// rounding of sums over nodes would be as much as bending.
+  void resolve_bending() { by_cells_.emplace(scene_, multigrid_.team()); }
+
   void apply(const Displacement& u, Displacement& forces) override;
-  void apply_at(const std::vector<Prescribed>& prescribed, const Displacement& u,
-                Displacement& forces) override;
-  bool finds_directions() const override { return true; }
-  void set_penalties(const List<PenaltyLink>& links) override;
-  int find_direction(const Displacement& residual, int most, double reduction,
-                     const std::function<bool()>& must_stop, Displacement& direction) override;
-  bool keeps_directions() const override { return true; }
-  KeptDirection keep_direction(const Displacement& residual, int most, double reduction,
-                               const std::function<bool()>& must_stop) override;
-  double kept(int component, std::size_t node) const override {
-    const BoxLevel& level = multigrid_.finest();
-    const auto nx = static_cast<unsigned>(level.A().nodes[0]), ny = static_cast<unsigned>(level.A().nodes[1]);
-    const auto i = static_cast<unsigned>(node), row = i / nx;
-    return scale_ * double{kept_[level.offset(component, static_cast<int>(i % nx), static_cast<int>(row % ny),
-                                              static_cast<int>(row / ny))]};
-  }
-  void move_along_kept(double step, Displacement& u, Displacement& residual) override;
-  /// correction = one cycle for (K + penalties) correction = residual. @return residual . correction [J]
-  /// @pre as find_direction
-  double precondition(const Displacement& residual, Displacement& correction);
+  void precondition(const Displacement& residual, Displacement& correction) override;
+  Displacement diagonal() const override { return LatticeElasticity(scene_, multigrid_.team()).diagonal(); }
 
 private:
-  void take_in(const Displacement& residual);
-  void take_over(const BoxSteps& steps, const float* p, float* x, Displacement& direction);
-  BoxGradients& gradients();
-  void apply_to_plane(int z, const Displacement& u, Displacement& forces);
+  const Scene& scene_;
   BoxMultigrid& multigrid_;
   double unit_;
-  double scale_ = 0;                      ///< residuals are counted in this times unit_ [m]
-  std::optional<BoxGradients> gradients_; ///< once they are needed
-  const float* kept_ = nullptr;           ///< direction; its image is in the multigrid
+  std::optional<LatticeElasticity> by_cells_; ///< see resolve_bending()
 };
 
 } // namespace maille::deform

@@ -1,5 +1,6 @@
 #include "elastic/componentwise/componentwise_preconditioner.hpp"
 
+#include "elastic/krylov/flexible_gradients.hpp"
 #include "maille/scene/scene.hpp"
 
 #include <algorithm>
@@ -99,21 +100,28 @@ std::vector<int> all_components(const Scene& scene) {
   return components;
 }
 
+Displacement ComponentwiseSystem::diagonal() const {
+  Displacement diagonal(1, static_cast<std::size_t>(task().scene.specimen.grid.n_nodes()));
+  for (std::int64_t node = 0; node < std::ssize(diagonal.values()); ++node)
+    diagonal(0, node) = solver_.stiffness_at(node);
+  return diagonal;
+}
+
 BodySystem::BodySystem(const CoupledTask& task)
-    : task_(task), elasticity_(task.scene), moduli_(task.scene),
-      preconditioner_(task.scene, moduli_, all_components(task.scene), task.prescribed, task.team) {}
+    : ComponentwisePreconditioned(task, CellModuli(task.scene), all_components(task.scene)),
+      elasticity_(task.scene) {}
 
 void BodySystem::prescribe(Displacement& u) {
-  for (const int component : all_components(task_.scene)) {
-    const List<FixedNode> fixed = fixed_nodes(task_.prescribed, component);
+  for (const int component : all_components(task().scene)) {
+    const List<FixedNode> fixed = fixed_nodes(task().prescribed, component);
     const bool is_at_rest = std::ranges::all_of(fixed, [](const FixedNode& f) { return f.value == 0; });
     const std::span<double> values = u.component(component);
-    if (task_.start != nullptr)
+    if (task().start != nullptr)
       for (const FixedNode& f : fixed)
         values[static_cast<std::size_t>(f.node)] = f.value;
     else if (!is_at_rest)
-      preconditioner_.solver(component).solve(values, {}, std::numeric_limits<double>::infinity(), false,
-                                              task_.must_stop);
+      preconditioner().solver(component).solve(values, {}, std::numeric_limits<double>::infinity(), false,
+                                               task().must_stop);
   }
 }
 
@@ -122,9 +130,9 @@ bool solve_coupled_body(const CoupledTask& task, Answer& answer) {
   answer.displacement = task.start != nullptr ? *task.start : Displacement(task.scene.specimen.grid);
   BodySystem system(task);
   system.prescribe(answer.displacement);
-  FlexibleGradients gradients = flexible_gradients(task);
+  FlexibleGradients gradients(task);
   answer.seconds.setup = task.clock.seconds();
-  return gradients.finish(system, system, answer);
+  return gradients.finish(system, answer);
 }
 
 } // namespace maille::deform

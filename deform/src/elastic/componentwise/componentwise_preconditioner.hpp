@@ -3,9 +3,8 @@
 /// operator of its own.
 
 #include "elastic/componentwise/componentwise_solver.hpp"
-#include "elastic/krylov/coupled_system.hpp"
-#include "elastic/krylov/flexible_gradients.hpp"
-#include "elastic/links/penalty_rows.hpp"
+#include "elastic/krylov/coupled_task.hpp"
+#include "elastic/krylov/elastic_operator.hpp"
 #include "elastic/model/lattice_elasticity.hpp"
 
 #include <memory>
@@ -55,35 +54,54 @@ private:
 /// Where a component is prescribed, ascending by node. @param prescribed of any component
 List<FixedNode> fixed_nodes(const std::vector<Prescribed>& prescribed, int component);
 
-/// The operator of one component of `relaxed`.
-class ComponentwiseSystem : public CoupledSystem {
-public:
-  /// @param solver must outlive this
-  ComponentwiseSystem(const ComponentwiseSolver& solver, int component)
-      : solver_(solver), component_(component) {}
-  /// @param u of that component alone, as forces are, or of all
-  void apply(const Displacement& u, Displacement& forces) override {
-    solver_.apply(u.component(u.n_components() == 1 ? 0 : component_), forces.component(0));
-  }
-
-private:
-  const ComponentwiseSolver& solver_;
-  int component_;
-};
-
 /// 0 to dimension - 1.
 std::vector<int> all_components(const Scene& scene);
 
-/// In float64, cell by cell.
-class BodySystem : public CoupledSystem, public FlexibleOperator {
+/// What operators around the componentwise multigrid share.
+class ComponentwisePreconditioned : public PenalizedOperator {
+public:
+  void precondition(const Displacement& residual, Displacement& correction) override {
+    preconditioner_.precondition(residual, correction);
+  }
+  void set_penalties(const List<PenaltyLink>& links) override { preconditioner_.set_penalties(links); }
+
+protected:
+  /// @param task must outlive this
+  ComponentwisePreconditioned(const CoupledTask& task, CellModuli moduli, const std::vector<int>& components)
+      : task_(task), moduli_(std::move(moduli)),
+        preconditioner_(task.scene, moduli_, components, task.prescribed, task.team) {}
+  const CoupledTask& task() const { return task_; }
+  ComponentwisePreconditioner& preconditioner() { return preconditioner_; }
+
+private:
+  const CoupledTask& task_;
+  CellModuli moduli_;
+  ComponentwisePreconditioner preconditioner_;
+};
+
+/// One component of `relaxed`; fields have it alone.
+class ComponentwiseSystem : public ComponentwisePreconditioned {
+public:
+  /// @param solver of the component; must outlive this, as the task
+  ComponentwiseSystem(const CoupledTask& task, const CellModuli& moduli, const ComponentwiseSolver& solver,
+                      int component)
+      : ComponentwisePreconditioned(task, moduli, {component}), solver_(solver) {}
+  void apply(const Displacement& u, Displacement& forces) override {
+    solver_.apply(u.component(0), forces.component(0));
+  }
+  Displacement diagonal() const override;
+
+private:
+  const ComponentwiseSolver& solver_;
+};
+
+/// Full elasticity on any body in 1D, 2D and 3D, cell by cell in float64.
+class BodySystem : public ComponentwisePreconditioned {
 public:
   /// @param task must outlive this
   explicit BodySystem(const CoupledTask& task);
   void apply(const Displacement& u, Displacement& forces) override {
-    elasticity_.apply(u, forces, task_.team);
-  }
-  void precondition(const Displacement& residual, Displacement& correction) override {
-    preconditioner_.precondition(residual, correction);
+    elasticity_.apply(u, forces, task().team);
   }
   Displacement diagonal() const override { return elasticity_.diagonal(); }
 
@@ -92,14 +110,10 @@ public:
   void prescribe(Displacement& u);
 
 protected:
-  const CoupledTask& task() const { return task_; }
   const LatticeElasticity& elasticity() const { return elasticity_; }
 
 private:
-  const CoupledTask& task_;
   LatticeElasticity elasticity_;
-  CellModuli moduli_;
-  ComponentwisePreconditioner preconditioner_;
 };
 
 } // namespace maille::deform

@@ -1,72 +1,15 @@
 #include "elastic/corotated/corotated_relaxation.hpp"
 
-#include "elastic/box/box_solver.hpp"
-#include "elastic/componentwise/componentwise_preconditioner.hpp"
-#include "elastic/masked/masked_solver.hpp"
 #include "maille/scene/block_frames.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace maille::deform {
 
-namespace {
-
-class BoxAtRest : public RestPreconditioner {
-public:
-  explicit BoxAtRest(const CoupledTask& task) : solver_(task), system_(solver_.multigrid(), solver_.unit()) {}
-  void apply(const Displacement& residual, Displacement& correction) override {
-    system_.precondition(residual, correction);
-  }
-  void set_penalties(const List<PenaltyLink>& links) override { system_.set_penalties(links); }
-
-private:
-  BoxSolver solver_;
-  BoxSystem system_;
-};
-
-class MaskedAtRest : public RestPreconditioner {
-public:
-  explicit MaskedAtRest(const CoupledTask& task)
-      : solver_(task),
-        system_(task.scene.specimen.grid, solver_.elasticity(), solver_.multigrid(), task.team) {}
-  void apply(const Displacement& residual, Displacement& correction) override {
-    std::ranges::fill(correction.values(), 0.0); // the system knows nothing of nodes without tissue
-    system_.precondition(residual, correction);
-  }
-  void set_penalties(const List<PenaltyLink>& links) override { system_.set_penalties(links); }
-
-private:
-  MaskedSolver solver_;
-  MaskedSystem system_;
-};
-
-/// 2D: the componentwise model's, as in `coupled`.
-class PlaneAtRest : public RestPreconditioner {
-public:
-  explicit PlaneAtRest(const CoupledTask& task)
-      : moduli_(task.scene), preconditioner_(task.scene, moduli_, {0, 1}, task.prescribed, task.team) {}
-  void apply(const Displacement& residual, Displacement& correction) override {
-    preconditioner_.precondition(residual, correction);
-  }
-  void set_penalties(const List<PenaltyLink>& links) override { preconditioner_.set_penalties(links); }
-
-private:
-  CellModuli moduli_;
-  ComponentwisePreconditioner preconditioner_;
-};
-
-} // namespace
-
-std::unique_ptr<RestPreconditioner> make_rest_preconditioner(const CoupledTask& task) {
-  if (is_uniform_box(task.scene))
-    return std::make_unique<BoxAtRest>(task);
-  if (task.scene.dimension() == 3)
-    return std::make_unique<MaskedAtRest>(task);
-  return std::make_unique<PlaneAtRest>(task);
-}
-
-CorotatedPreconditioner::CorotatedPreconditioner(const CoupledTask& task)
-    : task_(task), at_rest_(make_rest_preconditioner(task)) {
+CorotatedPreconditioner::CorotatedPreconditioner(const CoupledTask& task,
+                                                 std::shared_ptr<ElasticOperator> at_rest)
+    : task_(task), at_rest_(std::move(at_rest)) {
   const auto n = static_cast<std::size_t>(task.scene.specimen.grid.n_nodes());
   may_turn_.assign(n, true);
   rotation_.assign(n, Eigen::Quaterniond::Identity());
@@ -112,7 +55,7 @@ void CorotatedPreconditioner::turn(Displacement& field, bool forth) const {
 
 void CorotatedPreconditioner::apply(Displacement& residual, Displacement& correction) {
   turn(residual, false);
-  at_rest_->apply(residual, correction);
+  at_rest_->precondition(residual, correction);
   turn(correction, true);
 }
 

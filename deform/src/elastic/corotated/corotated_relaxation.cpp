@@ -59,7 +59,7 @@ constexpr int most_trials = 12;
 constexpr double rounding_strain = 1e-14;
 
 /// Nodal forces of all loads but contraction, which turns with cells; no components where there are none.
-Displacement loads_of(Scene scene) {
+Displacement passive_loads_of(Scene scene) {
   scene.active_stress.clear();
   if (!scene.has_loads())
     return {};
@@ -87,9 +87,10 @@ Scene without_search(Scene scene) {
 
 } // namespace
 
-CorotatedRelaxation::CorotatedRelaxation(const CoupledTask& task)
+CorotatedRelaxation::CorotatedRelaxation(const CoupledTask& task, std::shared_ptr<ElasticOperator> at_rest)
     : task_(task), scene_(without_search(task.scene)), linear_(scene_), elasticity_(scene_, linear_),
-      preconditioner_(task), sums_(scene_.specimen.grid, task.team), memory_(scene_.specimen.grid, sums_) {
+      preconditioner_(task, std::move(at_rest)), sums_(scene_.specimen.grid, task.team),
+      memory_(scene_.specimen.grid, sums_) {
   state_.u = state_.gradient = Displacement(scene_.specimen.grid);
   floor_ = rounding_strain * rounding_strain * energy_of_unit_strain(scene_, linear_);
 }
@@ -121,7 +122,7 @@ void CorotatedRelaxation::mask(Displacement& field) const {
 }
 
 void CorotatedRelaxation::put_on_loads_of(const Scene& step) {
-  loads_ = loads_of(step);
+  loads_ = passive_loads_of(step);
   elasticity_.set_active_stress(step.active_stress);
 }
 
@@ -280,7 +281,7 @@ CorotatedRelaxation::End CorotatedRelaxation::descend(double goal, Answer& answe
     if (task_.must_stop())
       return End::stopped;
     if (limits_ && limits_->are_penalties_out_of_date())
-      preconditioner_.set_penalties(limits_->penalties());
+      penalized_->set_penalties(limits_->penalties());
     preconditioner_.turn_with(elasticity_);
     Displacement direction = state_.gradient;
     mask(direction);
@@ -344,7 +345,9 @@ bool CorotatedRelaxation::solve(Answer& answer) {
   return finish(end, answer);
 }
 
-bool CorotatedRelaxation::minimise_within(const LinkLimits& limits, Displacement start, Answer& answer) {
+bool CorotatedRelaxation::minimise_within(const LinkLimits& limits, PenalizedOperator& at_rest,
+                                          Displacement start, Answer& answer) {
+  penalized_ = &at_rest;
   limits_.emplace(scene_, limits, task_.team);
   memory_.forget();
   put_on_loads_of(scene_);

@@ -5,7 +5,7 @@
 #include "elastic/corotated/corotated_elasticity.hpp"
 #include "elastic/corotated/limits_in_blocks.hpp"
 #include "elastic/krylov/coupled_task.hpp"
-#include "elastic/krylov/field_sums.hpp"
+#include "elastic/krylov/elastic_operator.hpp"
 
 #include "maille/scene/arena.hpp"
 
@@ -16,40 +16,26 @@
 
 namespace maille::deform {
 
-/// One multigrid cycle of `coupled`'s operator on the body at rest.
-class RestPreconditioner {
-public:
-  virtual ~RestPreconditioner() = default;
-  /// correction = B residual, symmetric and positive definite on components that are free, zero on others;
-  /// dense, [N] and [m].
-  virtual void apply(const Displacement& residual, Displacement& correction) = 0;
-  /// These links are stiffer from now on, and no others.
-  virtual void set_penalties(const List<PenaltyLink>& links) = 0;
-};
-
-/// That of the way which `coupled` takes for the body. @param task must outlive it
-std::unique_ptr<RestPreconditioner> make_rest_preconditioner(const CoupledTask& task);
-
-/// The same for the bent body: forces are turned back node by node, by the mean of the frames around, and the
-/// correction is turned forth. In coordinates that turn with the body its stiffness is nearly that at rest;
-/// what is left is of the order of a cell over the radius of a bend. So the hierarchy is made once and serves
-/// every state.
+/// The preconditioner of the body at rest, for the bent body: forces are turned back node by node, by the
+/// mean of the frames around, and the correction is turned forth. In coordinates that turn with the body its
+/// stiffness is nearly that at rest; the rest is of the order of a cell over the radius of a bend. So the
+/// hierarchy is made once and serves every state.
 ///
 /// Nodes of which only some components are free stay unturned: their directions are the world's.
 class CorotatedPreconditioner {
 public:
-  explicit CorotatedPreconditioner(const CoupledTask& task);
+  /// @param at_rest preconditioner of the body at rest
+  CorotatedPreconditioner(const CoupledTask& task, std::shared_ptr<ElasticOperator> at_rest);
 
   void turn_with(const CorotatedElasticity& elasticity);
-  /// See RestPreconditioner. @param residual changed
+  /// See ElasticOperator. @param residual changed
   void apply(Displacement& residual, Displacement& correction);
-  void set_penalties(const List<PenaltyLink>& links) { at_rest_->set_penalties(links); }
 
 private:
   void turn(Displacement& field, bool forth) const;
 
   const CoupledTask& task_;
-  std::unique_ptr<RestPreconditioner> at_rest_;
+  std::shared_ptr<ElasticOperator> at_rest_;
   List<bool> may_turn_;               ///< by node
   List<Eigen::Quaterniond> rotation_; ///< by node
 };
@@ -99,7 +85,8 @@ private:
 class CorotatedRelaxation {
 public:
   /// @param task of a scene in 2D or 3D; must outlive this
-  explicit CorotatedRelaxation(const CoupledTask& task);
+  /// @param at_rest operator of the body at rest, whose preconditioner it takes
+  CorotatedRelaxation(const CoupledTask& task, std::shared_ptr<ElasticOperator> at_rest);
 
   /// Fills in displacement, iterations, residual, energy; reactions if it came to the end. @return false if
   /// stopped, or given up
@@ -107,8 +94,9 @@ public:
   /// Likewise for the least energy within limits, from a state in which handles are in place: step 3 with an
   /// augmented Lagrangian, whose penalties the multigrid knows. Each step is followed by better multipliers
   /// unless the minimum for these is farther away than the limits are. The state found is within the limits
-  /// but for the estimated error.
-  bool minimise_within(const LinkLimits& limits, Displacement start, Answer& answer);
+  /// but for the estimated error. @param at_rest the operator of the constructor
+  bool minimise_within(const LinkLimits& limits, PenalizedOperator& at_rest, Displacement start,
+                       Answer& answer);
   /// How much of moves and loads is on in the present state: 1 at the end.
   double fraction() const { return fraction_; }
   int increments() const { return n_increments_; }
@@ -147,7 +135,8 @@ private:
   CorotatedPreconditioner preconditioner_;
   FieldSums sums_;
   QuasiNewton memory_;
-  std::optional<LimitsInBlocks> limits_; ///< once they count
+  std::optional<LimitsInBlocks> limits_;   ///< once they count, as the next
+  PenalizedOperator* penalized_ = nullptr; ///< gets the penalties of limits_
   State state_;
   Displacement loads_; ///< of the present increment [N]; no components: none
   double fraction_ = 0;

@@ -3,6 +3,7 @@
 #include "control/method.hpp"
 #include "elastic/corotated/corotated_relaxation.hpp"
 #include "elastic/corotated/limits_in_blocks.hpp"
+#include "elastic/ladder/ladder.hpp"
 #include "maille/scene/scene.hpp"
 
 #include <fmt/format.h>
@@ -35,10 +36,11 @@ std::string message_for(const Scene& scene, const CorotatedRelaxation& relaxatio
   return message;
 }
 
-/// Calls solve(relaxation, answer), which says whether it found what it was to.
-/// @param fraction how much of moves and loads is on
-template<class Solve>
-Answer relaxed_in_blocks(const Scene& scene, const Control& control, double* fraction, const Solve& solve) {
+/// Calls solve(relaxation, operator at rest, answer), which says whether it found what it was to.
+/// @param fraction how much of moves and loads is on @param make the operator for a task
+template<class Make, class Solve>
+Answer relaxed_in_blocks(const Scene& scene, const Control& control, double* fraction, const Make& make,
+                         const Solve& solve) {
   const Clock clock;
   std::optional<Status> stopped;
   ThreadTeam team(scene.specimen.grid.n_nodes() < nodes_worth_threads ? 1 : std::max(1, control.threads));
@@ -49,9 +51,10 @@ Answer relaxed_in_blocks(const Scene& scene, const Control& control, double* fra
                          }};
   Answer answer;
   answer.method = "coupled";
-  CorotatedRelaxation relaxation(task);
+  const auto at_rest = make(task);
+  CorotatedRelaxation relaxation(task, at_rest);
   answer.seconds.setup = clock.seconds();
-  const bool is_converged = solve(relaxation, answer);
+  const bool is_converged = solve(relaxation, *at_rest, answer);
   answer.algorithm =
       fmt::format("lattice elasticity in a frame for every cell, quasi-Newton around multigrid, "
                   "{} increment{}",
@@ -67,9 +70,10 @@ Answer relaxed_in_blocks(const Scene& scene, const Control& control, double* fra
 
 /// The least energy, whatever limits say.
 Answer elastic_in_blocks(const Scene& scene, const Control& control, double* fraction = nullptr) {
-  return relaxed_in_blocks(scene, control, fraction, [](CorotatedRelaxation& relaxation, Answer& answer) {
-    return relaxation.solve(answer);
-  });
+  return relaxed_in_blocks(scene, control, fraction, make_operator,
+                           [](CorotatedRelaxation& relaxation, ElasticOperator&, Answer& answer) {
+                             return relaxation.solve(answer);
+                           });
 }
 
 double energy_in_blocks(const Scene& scene, const Displacement& u, int threads) {
@@ -153,9 +157,10 @@ WithinLimits::Brought WithinLimits::bring_within(const Scene& scene, double narr
 /// @param answer feasible; stays so, and becomes the least energy unless its status says otherwise
 void WithinLimits::minimise(const Scene& scene, Answer& answer) const {
   Answer least =
-      relaxed_in_blocks(scene, remaining(), nullptr, [&](CorotatedRelaxation& relaxation, Answer& found) {
-        return relaxation.minimise_within(limits_, answer.displacement, found);
-      });
+      relaxed_in_blocks(scene, remaining(), nullptr, make_operator_within_limits,
+                        [&](CorotatedRelaxation& relaxation, PenalizedOperator& at_rest, Answer& found) {
+                          return relaxation.minimise_within(limits_, at_rest, answer.displacement, found);
+                        });
   answer.status = least.status;
   answer.iterations += least.iterations;
   answer.algorithm += ", limits by multipliers";

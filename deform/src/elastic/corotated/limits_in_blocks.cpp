@@ -19,15 +19,6 @@ constexpr double rho = 100;
 /// Rebuild the multigrid when this share of the active links has changed since it was built.
 constexpr double enough_changes = 0.01;
 
-List<std::uint8_t> fixed_components(const Scene& scene) {
-  List<std::uint8_t> bits(static_cast<std::size_t>(scene.specimen.grid.n_nodes()), 0);
-  for (const Prescribed& p : scene.prescribed) {
-    std::uint8_t& of_node = bits[static_cast<std::size_t>(p.node)];
-    of_node = static_cast<std::uint8_t>(of_node | 1 << p.component);
-  }
-  return bits;
-}
-
 Vector3d at_rest(const Grid& grid, int axis) {
   return grid.spacing()[static_cast<std::size_t>(axis)] * Vector3d::Unit(axis);
 }
@@ -43,11 +34,11 @@ Vector3d link_vector(const Grid& grid, const Displacement& u, std::int64_t tail,
 } // namespace
 
 LimitsInBlocks::LimitsInBlocks(const Scene& scene, const LinkLimits& limits, ThreadTeam& team)
-    : scene_(scene), team_(team), moduli_(scene), is_fixed_(fixed_components(scene)) {
+    : scene_(scene), team_(team), moduli_(scene), fixed_(scene.specimen.grid, scene.prescribed) {
   const Grid& grid = scene.specimen.grid;
   for (int b = 0; b < scene.dimension(); ++b) {
     intervals_.emplace_back(scene, limits, b);
-    y_[static_cast<std::size_t>(b)].assign(is_fixed_.size(), Vec3{});
+    y_[static_cast<std::size_t>(b)].assign(fixed_.n_nodes(), Vec3{});
   }
   moments_.resize(static_cast<std::size_t>(grid.n_cells()));
 }
@@ -188,7 +179,7 @@ bool LimitsInBlocks::are_penalties_out_of_date() const {
 }
 
 const List<PenaltyLink>& LimitsInBlocks::penalties() {
-  has_penalty_.assign(is_fixed_.size(), 0);
+  has_penalty_.assign(fixed_.n_nodes(), 0);
   penalties_.clear();
   for (const Pull& pull : pulls_)
     for (std::size_t b = 0; b < d(); ++b) {
@@ -197,7 +188,7 @@ const List<PenaltyLink>& LimitsInBlocks::penalties() {
       const auto tail = static_cast<std::size_t>(pull.tail),
                  head = tail + static_cast<std::size_t>(scene_.specimen.grid.stride(pull.axis));
       has_penalty_[tail] = static_cast<std::uint16_t>(has_penalty_[tail] | bit(pull.axis, b));
-      if (((is_fixed_[tail] & is_fixed_[head]) >> b & 1) == 0)
+      if (!fixed_(b, tail) || !fixed_(b, head))
         penalties_.push_back({static_cast<int>(b), pull.axis, pull.tail, rho * pull.weight[b]});
     }
   return penalties_;
@@ -226,11 +217,11 @@ private:
   const Scene& scene_;
   double narrowed_;
   List<BlockLink> links_;
-  List<std::uint8_t> fixed_; ///< per node, bit b for component b
+  FixedMask fixed_;
 };
 
 BlockProjection::BlockProjection(const Scene& scene, const LinkLimits& limits, double narrowed)
-    : scene_(scene), narrowed_(narrowed), fixed_(fixed_components(scene)) {
+    : scene_(scene), narrowed_(narrowed), fixed_(scene.specimen.grid, scene.prescribed) {
   const Grid& grid = scene.specimen.grid;
   for (std::int64_t node = 0; node < grid.n_nodes(); ++node)
     for (int axis = 0; axis < scene.dimension(); ++axis) {
@@ -270,7 +261,7 @@ void BlockProjection::bring_within(const BlockLink& link, Displacement& u) const
     return;
   const Vector3d move = link.frame * missing;
   for (std::size_t b = 0; b < u.n_components(); ++b) {
-    const bool is_tail_free = (fixed_[tail] >> b & 1) == 0, is_head_free = (fixed_[head] >> b & 1) == 0;
+    const bool is_tail_free = !fixed_(b, tail), is_head_free = !fixed_(b, head);
     const double step = move[static_cast<Eigen::Index>(b)] * (is_tail_free && is_head_free ? 0.5 : 1);
     u(b, tail) -= is_tail_free ? step : 0;
     u(b, head) += is_head_free ? step : 0;

@@ -2,9 +2,10 @@
 /// Limits where every cell has a frame: each link is measured in the mean frame of the cells that it borders.
 
 #include "elastic/corotated/corotated_elasticity.hpp"
+#include "elastic/krylov/elastic_operator.hpp"
 #include "elastic/links/interval_field.hpp"
-#include "elastic/links/penalty_rows.hpp"
 #include "elastic/model/cell_moduli.hpp"
+#include "elastic/model/fixed_mask.hpp"
 
 #include "maille/scene/arena.hpp"
 
@@ -71,7 +72,7 @@ private:
   ThreadTeam& team_;
   CellModuli moduli_;
   std::vector<IntervalField> intervals_; ///< by component
-  List<std::uint8_t> is_fixed_;          ///< by node: bit b for component b
+  FixedMask fixed_;
   Multipliers y_;
   List<Pull> pulls_;
   List<Eigen::Vector3d> moments_; ///< by cell [N m]

@@ -1,5 +1,6 @@
 #include "elastic/direct/direct_system.hpp"
 
+#include "elastic/krylov/flexible_gradients.hpp"
 #include "maille/scene/scene.hpp"
 
 #include <algorithm>
@@ -30,10 +31,10 @@ double cells_across(const Specimen& body) {
 DirectSystem::DirectSystem(const CoupledTask& task) : BodySystem(task) {
   const Specimen& body = task.scene.specimen;
   nodes_ = nodes_of_matter(body);
-  const std::vector<std::vector<bool>> is_fixed = fixed_components(task);
+  const FixedMask fixed(body.grid, task.prescribed);
   for (const std::int64_t node : nodes_)
-    for (const std::vector<bool>& component : is_fixed)
-      is_fixed_.push_back(component[static_cast<std::size_t>(node)] ? 1 : 0);
+    for (int component = 0; component < 3; ++component)
+      is_fixed_.push_back(fixed(component, node) ? 1 : 0);
   for (std::size_t i = 0; i < is_fixed_.size(); ++i)
     if (is_fixed_[i] == 0)
       unknowns_.push_back({static_cast<int>(i % 3), nodes_[i / 3]});
@@ -70,12 +71,6 @@ void DirectSystem::set_penalties(const List<PenaltyLink>& links) {
     blocks.add_spring(link.node, link.axis, link.component, link.stiffness);
   lower_ = blocks.lower(is_fixed_);
   factor();
-}
-
-int DirectSystem::find_direction(const Displacement& residual, int, double, const std::function<bool()>&,
-                                 Displacement& direction) {
-  precondition(residual, direction);
-  return 1;
 }
 
 std::int64_t DirectSystem::iterations_worth_it() const {
@@ -133,7 +128,7 @@ std::optional<bool> solve_coupled_by_factor(const CoupledTask& task, std::unique
   if (answer.iterations == 0)
     answer.seconds.setup = task.clock.seconds();
   answer.displacement = task.initial_state();
-  return flexible_gradients(task).finish(*system, *system, answer);
+  return FlexibleGradients(task).finish(*system, answer);
 }
 
 } // namespace maille::deform

@@ -49,10 +49,7 @@ public:
 
   /// correction = K^-1 residual, within rounding. @pre factor() brought true, as for what follows
   void precondition(const Displacement& residual, Displacement& correction) override;
-  bool finds_directions() const override { return true; }
   void set_penalties(const List<PenaltyLink>& links) override;
-  int find_direction(const Displacement& residual, int most, double reduction,
-                     const std::function<bool()>& must_stop, Displacement& direction) override;
 
 private:
   using Sparse = Eigen::SparseMatrix<double>;

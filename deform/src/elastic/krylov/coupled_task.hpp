@@ -1,28 +1,36 @@
 #pragma once
-/// What every solver of `coupled` is asked, and the elastic state it works on.
+/// What every solver of `coupled` is asked.
 ///
 /// A task is one question: the scene, values to prescribe, limits that bind or none, a start, and a cache of
-/// earlier questions. Each solver fills a CoupledSystem for its kind of body, finds the elastic state, and
-/// calls limit_step, which enforces limits on that state.
+/// earlier questions. A solver finds the elastic state, and then calls limit_step, which enforces limits on
+/// that state.
 
 #include "control/method.hpp"
 #include "elastic/krylov/coupled_error.hpp"
 #include "maille/scene/answer.hpp"
 #include "parallel/thread_team.hpp"
 
+#include <array>
 #include <cmath>
 #include <functional>
 #include <vector>
 
 namespace maille::deform {
 
-class CoupledSystem;
+/// Nodal forces of a scene's loads, dense, per component; empty: none along it [N].
+using Loads = std::array<List<double>, 3>;
+inline Loads loads_of(const Scene& scene) {
+  Loads loads;
+  for (int c = 0; c < scene.dimension() && scene.has_loads(); ++c)
+    loads[static_cast<std::size_t>(c)] = nodal_forces(scene, c);
+  return loads;
+}
+
 class KeptBody;
 struct CoupledTask;
 
-/// The last step of every way of `coupled` where limits bind: see obey_limits() of elastic/limits.
-using LimitStep = bool(const CoupledTask& task, CoupledSystem& system, bool is_converged, Displacement& u,
-                       Answer& answer);
+/// Enforces limits on an elastic state: obey_limits() of elastic/limits.
+using LimitStep = bool(const CoupledTask& task, bool is_converged, Displacement& u, Answer& answer);
 
 struct CoupledTask {
   const Scene& scene;
@@ -46,10 +54,6 @@ struct CoupledTask {
       u(p.component, p.node) = p.value;
     return u;
   }
-  /// Ends a way. @return whether the answer is what was asked for
-  bool end(CoupledSystem& system, bool is_converged, Displacement& u, Answer& answer) const {
-    return limit_step != nullptr ? limit_step(*this, system, is_converged, u, answer) : is_converged;
-  }
 };
 
 /// How a round of conjugate gradients ended. finished: within tolerance, or at rounding level; used_up: the
@@ -65,15 +69,7 @@ using CoupledAlgorithm = bool(const CoupledTask& task, Answer& answer);
 /// Any body in 1D, 2D and 3D: conjugate gradients around the componentwise model's multigrid. In 3D the
 /// tests' oracle.
 CoupledAlgorithm solve_coupled_body;
-/// A box of one material in 3D: conjugate gradients around the operator's own multigrid.
-/// @pre is_uniform_box(scene)
-CoupledAlgorithm solve_coupled_box;
-
-/// Any body in 3D: conjugate gradients around the operator's own multigrid, on which loosely joined pieces
-/// stay apart.
-CoupledAlgorithm solve_coupled_masked;
-
-/// The quickest of them that can take the scene.
+/// The one for the scene: solve_on_ladder, or that of bodies that slide.
 CoupledAlgorithm& coupled_algorithm(const Scene& scene);
 /// Number of threads worth using for a scene, of those that the caller allows.
 int coupled_threads(const Scene& scene, const Control& control);
@@ -82,11 +78,6 @@ std::string reason_to_refuse_coupled(const Scene& scene);
 
 /// True if every cell of a 3D grid holds the same matter, turned the same way, and it is not thin.
 bool is_uniform_box(const Scene& scene);
-/// True if the body is so slender, or so thin, beside its cells that rounding in float32 would move it by
-/// more than its tolerance: measured on rods and plates, 1e-8 of its displacement over the operator's
-/// smallest eigenvalue, as a cantilever's first mode has it, over its largest. @pre is_uniform_box(scene)
-bool needs_float64(const Scene& scene);
-
 constexpr int most_coupled_iterations = 5000;
 
 } // namespace maille::deform

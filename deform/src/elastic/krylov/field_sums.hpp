@@ -1,8 +1,7 @@
 #pragma once
 /// Sums over the entries of displacement fields.
 
-#include "maille/scene/answer.hpp"
-#include "parallel/thread_team.hpp"
+#include "elastic/krylov/coupled_task.hpp"
 
 #include <algorithm>
 #include <vector>
@@ -16,6 +15,13 @@ public:
   FieldSums(const Grid& grid, ThreadTeam& team, std::int64_t nodes_per_part = 4096)
       : team_(team), n_(static_cast<std::size_t>(grid.n_nodes())),
         per_part_(static_cast<std::size_t>(nodes_per_part)), n_parts_((n_ + per_part_ - 1) / per_part_) {}
+
+  /// Parts are planes across the last axis.
+  explicit FieldSums(const CoupledTask& task)
+      : FieldSums(
+            task.scene.specimen.grid, task.team,
+            task.scene.specimen.grid.n_nodes() /
+                task.scene.specimen.grid.nodes()[static_cast<std::size_t>(task.scene.dimension()) - 1]) {}
 
   /// The sum of what visit(first node, end) returns for each part.
   template<class Visit>
@@ -37,12 +43,12 @@ public:
       return of_part;
     });
   }
-  /// y = factor x + keep y, in the components of y from `begin` on.
-  void add(double factor, const Displacement& x, double keep, Displacement& y, std::size_t begin = 0) {
+  /// y = factor x + keep y.
+  void add(double factor, const Displacement& x, double keep, Displacement& y) {
     for_each_part([&](std::size_t, std::size_t first, std::size_t end) {
       for (std::size_t c = 0; c < x.n_components(); ++c)
         for (std::size_t i = first; i < end; ++i)
-          y(begin + c, i) = factor * x(c, i) + keep * y(begin + c, i);
+          y(c, i) = factor * x(c, i) + keep * y(c, i);
     });
   }
 

@@ -24,24 +24,12 @@ constexpr double share_of_tolerance = 1.0 / 3;
 
 } // namespace
 
-std::vector<std::vector<bool>> fixed_components(const CoupledTask& task) {
-  const Specimen& body = task.scene.specimen;
-  std::vector<bool> is_void(static_cast<std::size_t>(body.grid.n_nodes()));
-  for (std::size_t node = 0; node < is_void.size(); ++node)
-    is_void[node] = !body.is_node(body.grid.node_at(static_cast<std::int64_t>(node)));
-  std::vector<std::vector<bool>> is_fixed(3, is_void);
-  for (const Prescribed& p : task.prescribed)
-    is_fixed[static_cast<std::size_t>(p.component)][static_cast<std::size_t>(p.node)] = true;
-  return is_fixed;
-}
+FlexibleGradients::FlexibleGradients(const CoupledTask& task)
+    : FlexibleGradients(task, loads_of(task.scene), FixedMask(task.scene.specimen, task.prescribed)) {}
 
-FlexibleGradients::FlexibleGradients(const CoupledTask& task, std::vector<List<double>> forces,
-                                     std::vector<std::vector<bool>> is_fixed)
-    : task_(task), forces_(std::move(forces)), is_fixed_(std::move(is_fixed)),
-      residual_(task.scene.specimen.grid), correction_(residual_), direction_(residual_), image_(residual_),
-      sums_(task.scene.specimen.grid, task.team,
-            task.scene.specimen.grid.n_nodes() /
-                task.scene.specimen.grid.nodes()[static_cast<std::size_t>(task.scene.dimension()) - 1]) {}
+FlexibleGradients::FlexibleGradients(const CoupledTask& task, Loads forces, FixedMask fixed)
+    : FieldGradients(static_cast<std::size_t>(task.scene.dimension()), std::move(fixed), FieldSums(task)),
+      task_(task), forces_(std::move(forces)) {}
 
 /// residual = f - K u where nodes are free, 0 elsewhere; the energy and the length of u too.
 void FlexibleGradients::find_residual() {
@@ -52,33 +40,21 @@ void FlexibleGradients::find_residual() {
   sums_.sum([&](std::size_t first, std::size_t end) {
     for (std::size_t b = 0; b < residual_.n_components(); ++b)
       for (std::size_t i = first; i < end; ++i)
-        residual_(b, i) = is_fixed_[b][i] ? 0 : (forces_[b].empty() ? 0 : forces_[b][i]) - image_(b, i);
+        residual_(b, i) = fixed_(b, i) ? 0 : (forces_[b].empty() ? 0 : forces_[b][i]) - image_(b, i);
     return 0.0;
   });
 }
 
-/// u and the residual after a step along the direction; of the new residual what Polak and Ribiere's rule
-/// needs.
+/// Keeps energy and lengths up to date too.
 void FlexibleGradients::take_step(double step) {
-  Displacement& u = *u_;
   double with_forces = 0;
   for (std::size_t b = 0; b < forces_.size(); ++b)
     for (std::size_t i = 0; i < forces_[b].size(); ++i)
       with_forces += forces_[b][i] * direction_(b, i);
   energy_ += 2 * step * with_forces;
-  overlap_ = sums_.sum([&](std::size_t first, std::size_t end) {
-    double overlap = 0;
-    for (std::size_t b = 0; b < residual_.n_components(); ++b)
-      for (std::size_t i = first; i < end; ++i) {
-        u(b, i) += step * direction_(b, i);
-        if (!is_fixed_[b][i])
-          residual_(b, i) -= step * image_(b, i);
-        overlap += residual_(b, i) * correction_(b, i);
-      }
-    return overlap;
-  });
+  FieldGradients::take_step(step);
   moved_ = step * step * sums_.dot(direction_, direction_);
-  length_ = sums_.dot(u, u);
+  length_ = sums_.dot(*u_, *u_);
 }
 
 /// The larger of the error in the energy norm and that of the displacement, if steps go on shrinking as the
@@ -100,7 +76,7 @@ double FlexibleGradients::left_by_rounding() {
       for (std::size_t i = first; i < end; ++i) {
         const std::uint64_t mixed = (3 * i + b + 1) * 0x9e3779b97f4a7c15u;
         const double size = std::numeric_limits<double>::epsilon() * diagonal(b, i) * std::abs(u(b, i));
-        image_(b, i) = is_fixed_[b][i] ? 0 : (mixed >> 40) % 2 == 0 ? size : -size;
+        image_(b, i) = fixed_(b, i) ? 0 : (mixed >> 40) % 2 == 0 ? size : -size;
       }
     return 0.0;
   });
@@ -148,11 +124,6 @@ bool FlexibleGradients::goes_on() {
   return true;
 }
 
-double FlexibleGradients::precondition() {
-  K_->precondition(residual_, correction_);
-  return sums_.dot(residual_, correction_);
-}
-
 bool FlexibleGradients::goes_on_from(double product) {
   if (!std::isfinite(product) || !std::isfinite(energy_)) {
     problem_ = "conjugate gradients diverged: the residual is not finite";
@@ -183,13 +154,10 @@ bool FlexibleGradients::goes_on_from(double product) {
 }
 
 std::optional<double> FlexibleGradients::find_step(double beta, double product) {
-  sums_.add(1, correction_, beta, direction_);
-  K_->apply(direction_, image_);
-  curvature_ = sums_.dot(direction_, image_);
-  if (curvature_ > 0)
-    return sums_.dot(residual_, direction_) / curvature_;
-  stall(product);
-  return std::nullopt;
+  const std::optional<double> step = FieldGradients::find_step(beta, product);
+  if (!step)
+    stall(product);
+  return step;
 }
 
 bool FlexibleGradients::goes_on_after(double step, double product) {
@@ -203,9 +171,8 @@ bool FlexibleGradients::goes_on_after(double step, double product) {
   return true;
 }
 
-CoupledRound FlexibleGradients::solve(FlexibleOperator& K, Displacement& u, Answer& answer) {
-  K_ = &K;
-  u_ = &u;
+CoupledRound FlexibleGradients::solve(ElasticOperator& K, Displacement& u, Answer& answer) {
+  begin(K, u);
   answer_ = &answer;
   is_to_check_ = false;
   find_residual();
@@ -214,8 +181,7 @@ CoupledRound FlexibleGradients::solve(FlexibleOperator& K, Displacement& u, Answ
   return end_;
 }
 
-void FlexibleGradients::find_energy_and_reactions(FlexibleOperator& K, const Displacement& u,
-                                                  Answer& answer) {
+void FlexibleGradients::find_energy_and_reactions(ElasticOperator& K, const Displacement& u, Answer& answer) {
   K.apply(u, image_);
   answer.strain_energy = 0.5 * sums_.dot(u, image_) - energy_of_springs(nodal_springs(task_.scene), u);
   answer.reaction.clear();
@@ -225,7 +191,7 @@ void FlexibleGradients::find_energy_and_reactions(FlexibleOperator& K, const Dis
   }
 }
 
-bool FlexibleGradients::finish(FlexibleOperator& K, CoupledSystem& system, Answer& answer) {
+bool FlexibleGradients::finish(ElasticOperator& K, Answer& answer) {
   const CoupledRound end = solve(K, answer.displacement, answer);
   if (end == CoupledRound::stalled) {
     answer.status = Status::failed;
@@ -237,14 +203,7 @@ bool FlexibleGradients::finish(FlexibleOperator& K, CoupledSystem& system, Answe
   find_energy_and_reactions(K, answer.displacement, answer);
   if (!is_converged)
     answer.reaction.clear();
-  return task_.end(system, is_converged, answer.displacement, answer);
-}
-
-FlexibleGradients flexible_gradients(const CoupledTask& task) {
-  std::vector<List<double>> forces;
-  for (int component = 0; component < task.scene.dimension(); ++component)
-    forces.push_back(nodal_forces(task.scene, component));
-  return FlexibleGradients(task, std::move(forces), fixed_components(task));
+  return is_converged;
 }
 
 } // namespace maille::deform

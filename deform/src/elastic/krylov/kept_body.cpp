@@ -44,26 +44,6 @@ double ratio_between(const Matrix6& a, const Matrix6& b) {
   return least > 0 ? std::max(most, 1 / least) : std::numeric_limits<double>::infinity();
 }
 
-} // namespace
-
-std::vector<FixedComponent> fixed_components(const std::vector<Prescribed>& prescribed) {
-  std::vector<FixedComponent> fixed;
-  fixed.reserve(prescribed.size());
-  for (const Prescribed& p : prescribed)
-    fixed.push_back({p.node, p.component});
-  std::ranges::sort(fixed);
-  return fixed;
-}
-
-namespace {
-
-std::array<List<double>, 3> loads_of(const Scene& scene) {
-  std::array<List<double>, 3> loads;
-  for (int c = 0; c < scene.dimension() && scene.has_loads(); ++c)
-    loads[static_cast<std::size_t>(c)] = nodal_forces(scene, c);
-  return loads;
-}
-
 double product(const List<double>& a, const List<double>& b) {
   double sum = 0;
   for (std::size_t i = 0; i < a.size() && i < b.size(); ++i)

@@ -20,15 +20,6 @@ public:
   virtual bool take_materials(double ratio) = 0;
 };
 
-/// A component of a node that may not move.
-struct FixedComponent {
-  std::int64_t node = 0;
-  int component = 0;
-  friend auto operator<=>(const FixedComponent&, const FixedComponent&) = default;
-};
-/// Sorted.
-std::vector<FixedComponent> fixed_components(const std::vector<Prescribed>& prescribed);
-
 /// Answers to questions about one body, of which the start of the next is made. A linear body's answer is
 /// linear in what is prescribed and in loads: the mean of earlier answers, weighted by least squares, whose
 /// prescribed values and loads come nearest to the new ones. Moves that go on as they went begin where they

@@ -1,5 +1,7 @@
 #include "elastic/krylov/mixed_gradients.hpp"
 
+#include "elastic/krylov/kept_body.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -35,7 +37,7 @@ bool MixedGradients::goes_on() {
     round_ = CoupledRound::stopped;
     return false;
   }
-  if (state_->gives_up(answer_->iterations)) {
+  if (solver_->should_fall_back && solver_->should_fall_back(answer_->iterations)) {
     round_ = CoupledRound::stalled;
     return false;
   }
@@ -75,7 +77,7 @@ bool MixedGradients::goes_on_from(double product) {
 bool MixedGradients::goes_on_after(double step, double product) {
   const double gain = step * product * scale_ * scale_;
   // u . K u after a step, from p . K p = p . f - p . r
-  energy_ += (has_loads_ ? 2 * step * scale_ * state_->work_of_loads() : 0) - gain;
+  energy_ += (has_loads_ ? 2 * step * scale_ * solver_->work_of_loads() : 0) - gain;
   last_ = product;
   ++answer_->iterations;
   error_.add(step, product, scale_);
@@ -91,20 +93,20 @@ CoupledRound MixedGradients::correct(Displacement& u) {
   if (!is_whole_) {
     if (!(scale_ > 0))
       scale_ = 1;
-    MixedState::Residual residual = state_->begin_round(u, scale_);
+    MixedSolver::Residual residual = solver_->begin_round(u, scale_);
     if (residual.largest > 0 &&
         (residual.largest < smallest_residual || residual.largest > largest_residual)) {
       scale_ *= residual.largest;
-      residual = state_->begin_round(u, scale_);
+      residual = solver_->begin_round(u, scale_);
     }
     energy_ = residual.energy;
   }
   next_scale_ = scale_;
   first_ = last_ = 0;
   error_.restart();
-  if (conjugate_gradients(*space_, *this) != GradientsEnd::told)
+  if (conjugate_gradients(solver_->space(), *this) != GradientsEnd::told)
     round_ = CoupledRound::used_up;
-  state_->finish_round(u, round_ != CoupledRound::used_up);
+  solver_->finish_round(u, round_);
   if (is_whole_ && round_ == CoupledRound::used_up) {
     round_began_ = 0; // float64 residuals resolve what float32 ones cannot
     is_whole_ = false;
@@ -113,9 +115,8 @@ CoupledRound MixedGradients::correct(Displacement& u) {
   return round_;
 }
 
-CoupledRound MixedGradients::solve(GradientSpace& space, MixedState& state, Displacement& u, Answer& answer) {
-  space_ = &space;
-  state_ = &state;
+CoupledRound MixedGradients::solve(MixedSolver& solver, Displacement& u, Answer& answer) {
+  solver_ = &solver;
   answer_ = &answer;
   answer.residual = 1;
   while (correct(u) == CoupledRound::used_up) {
@@ -123,6 +124,22 @@ CoupledRound MixedGradients::solve(GradientSpace& space, MixedState& state, Disp
   if (round_ == CoupledRound::finished && error_.is_empty() && answer.residual == 1)
     answer.residual = 0; // nothing was left to begin with
   return round_;
+}
+
+void MixedSolver::begin(double unit, int expected, double& smallest) {
+  gradients_ = std::make_unique<MixedGradients>(task_, loads_, unit, expected);
+  smallest_ = &smallest;
+  if (smallest > 0 && task_.kept != nullptr && !task_.kept->begins_anew)
+    gradients_->begin_with(smallest);
+}
+
+CoupledRound MixedSolver::solve(Displacement& u, Answer& answer) {
+  constexpr std::int64_t enough_to_know = 3; ///< iterations that tell the smallest eigenvalue
+  const std::int64_t before = answer.iterations;
+  const CoupledRound end = gradients_->solve(*this, u, answer);
+  if (end == CoupledRound::finished && (*smallest_ > 0 || answer.iterations >= before + enough_to_know))
+    *smallest_ = gradients_->smallest_eigenvalue();
+  return end;
 }
 
 } // namespace maille::deform

@@ -4,37 +4,14 @@
 #include "elastic/krylov/conjugate_gradients.hpp"
 #include "elastic/krylov/coupled_error.hpp"
 #include "elastic/krylov/coupled_task.hpp"
+#include "elastic/krylov/elastic_operator.hpp"
 
-#include <array>
+#include <functional>
+#include <memory>
 
 namespace maille::deform {
 
-/// Forces of loads, dense, per component; empty: none [N].
-using Loads = std::array<List<double>, 3>;
-
-/// Connects the float32 fields of a solver with the float64 state. Residuals are stored in units of `scale`
-/// times the
-/// body's unit of force.
-class MixedState {
-public:
-  virtual ~MixedState() = default;
-  struct Residual {
-    double largest = 0; ///< entry, in the unit
-    double energy = 0;  ///< u . K u in the body's unit [m^2]
-  };
-  /// r = loads - K u where components are free, found in float64; the state is to become no change of u.
-  /// @param u may be empty until the last round is finished, if the state knows where it begins
-  virtual Residual begin_round(const Displacement& u, double scale) = 0;
-  /// Work of the loads along the direction, in the unit; called only if there are loads.
-  virtual double work_of_loads() = 0;
-  /// Takes over into u what the round has found. @param is_last u is the answer
-  virtual void finish_round(Displacement& u, bool is_last) = 0;
-  /// True if the solver should hand over to its fallback.
-  virtual bool gives_up(std::int64_t iterations) {
-    (void)iterations;
-    return false;
-  }
-};
+class MixedSolver;
 
 /// Iterative refinement in rounds. A round scales the float64 residual r = f - K u to float32 and runs
 /// conjugate gradients on K du = r until r . B r has fallen by five digits; u += du, and r is recomputed in
@@ -65,7 +42,7 @@ public:
   }
   double smallest_eigenvalue() const { return error_.smallest_eigenvalue(); }
   /// Solves for u, unless stopped or stalled.
-  CoupledRound solve(GradientSpace& space, MixedState& state, Displacement& u, Answer& answer);
+  CoupledRound solve(MixedSolver& solver, Displacement& u, Answer& answer);
 
 private:
   CoupledRound correct(Displacement& u);
@@ -77,8 +54,7 @@ private:
   const CoupledTask& task_;
   bool has_loads_;
   int expected_;
-  GradientSpace* space_ = nullptr;
-  MixedState* state_ = nullptr;
+  MixedSolver* solver_ = nullptr;
   Answer* answer_ = nullptr;
   bool is_whole_ = false, knows_spectrum_ = false;
   double scale_ = 1;
@@ -89,6 +65,54 @@ private:
   double first_began_ = 0;      ///< of the first
   CoupledRound round_ = CoupledRound::used_up;
   CoupledError error_;
+};
+
+/// One kind of body in mixed precision: its operator, and the float32 fields that rounds correct.
+///
+/// The ladder (elastic/ladder) calls solve(), and on failure goes on with system() in float64. Derived are
+/// BoxSolver and MaskedSolver; they define how a round begins and ends.
+class MixedSolver {
+public:
+  virtual ~MixedSolver() = default;
+  /// For reports.
+  virtual const char* algorithm() const = 0;
+  virtual ElasticOperator& system() = 0;
+  /// The same, with K applied so that rounding in float64 does not hide the bending of slender bodies.
+  virtual ElasticOperator& system_of_slender() { return system(); }
+  /// Solves for u, unless stopped or stalled. An empty u starts at rest with the prescribed values.
+  virtual CoupledRound solve(Displacement& u, Answer& answer);
+  /// Energy, and reactions of the scene's prescribed components.
+  virtual void find_energy_and_reactions(const Displacement& u, Answer& answer) = 0;
+  /// Asked before every iteration: true if the ladder's next rung has become cheaper. None: never.
+  std::function<bool(std::int64_t iterations)> should_fall_back;
+
+protected:
+  explicit MixedSolver(const CoupledTask& task) : task_(task), loads_(loads_of(task.scene)) {}
+  /// @param unit, expected as MixedGradients has them @param smallest eigenvalue of the preconditioned
+  /// operator that an earlier answer of this body has found; 0: none. Must outlive this
+  void begin(double unit, int expected, double& smallest);
+
+  friend class MixedGradients;
+  struct Residual {
+    double largest = 0; ///< entry, in the unit
+    double energy = 0;  ///< u . K u in the body's unit [m^2]
+  };
+  virtual GradientSpace& space() = 0;
+  /// r = loads - K u where components are free, found in float64 and stored in units of `scale` times the
+  /// body's unit of force; the state is to become no change of u.
+  /// @param u may be empty until the last round is finished, if the state knows where it begins
+  virtual Residual begin_round(const Displacement& u, double scale) = 0;
+  /// Work of the loads along the direction, in the unit; called only if there are loads.
+  virtual double work_of_loads() = 0;
+  /// Adds to u what the round has found. @param end used_up: more rounds follow
+  virtual void finish_round(Displacement& u, CoupledRound end) = 0;
+
+  const CoupledTask& task_;
+  Loads loads_;
+  std::unique_ptr<MixedGradients> gradients_;
+
+private:
+  double* smallest_ = nullptr;
 };
 
 } // namespace maille::deform

@@ -7,9 +7,9 @@
 namespace maille::deform {
 
 ActiveLinks::ActiveLinks(const Scene& scene, const CellModuli& moduli, const LinkLimits& limits,
-                         int component, const std::vector<bool>& is_fixed, double rho)
-    : scene_(scene), moduli_(moduli), is_fixed_(is_fixed), component_(component), rho_(rho),
-      ranges_(scene, limits, component), is_known_(is_fixed.size(), 0) {}
+                         int component, const FixedMask& fixed, std::size_t place, double rho)
+    : scene_(scene), moduli_(moduli), fixed_(fixed), place_(place), component_(component), rho_(rho),
+      ranges_(scene, limits, component), is_known_(fixed.n_nodes(), 0) {}
 
 ActiveLinks::Link ActiveLinks::link_at(int axis, std::size_t node) const {
   const Grid& grid = scene_.specimen.grid;
@@ -41,7 +41,7 @@ void ActiveLinks::find_in_plane(int z, const double* u, double rounding, List<Li
       for (std::size_t node = first; node < first + n; ++node) {
         const double d = u[node + step] - u[node];
         if (std::max(ranges_.low(axis, node) - d, d - ranges_.high(axis, node)) > rounding &&
-            (is_known_[node] >> axis & 1) == 0 && !(is_fixed_[node] && is_fixed_[node + step]))
+            (is_known_[node] >> axis & 1) == 0 && !(is_fixed(node) && is_fixed(node + step)))
           found.push_back(link_at(axis, node));
       }
     }
@@ -92,7 +92,7 @@ void ActiveLinks::spread(const Link& coarse, const Grid& coarse_grid, std::vecto
 }
 
 void ActiveLinks::take_over(const ActiveLinks& coarse) {
-  std::vector<double> y(is_fixed_.size());
+  std::vector<double> y(fixed_.n_nodes());
   std::vector<std::size_t> reached;
   for (int axis = 0; axis < scene_.dimension(); ++axis) {
     for (const Link& link : coarse.links_)
@@ -102,7 +102,7 @@ void ActiveLinks::take_over(const ActiveLinks& coarse) {
     for (const std::size_t node : reached) {
       const double found = std::exchange(y[node], 0.0); // a node that was reached twice was back at 0 between
       Link link = link_at(axis, node);
-      if (found == 0 || link.weight == 0 || (is_fixed_[link.near] && is_fixed_[link.far]))
+      if (found == 0 || link.weight == 0 || (is_fixed(link.near) && is_fixed(link.far)))
         continue;
       link.y = found * (coarse.rho_ / rho_);
       is_known_[node] = static_cast<std::uint8_t>(is_known_[node] | 1 << axis);
@@ -117,7 +117,7 @@ void ActiveLinks::begin_with(const List<KeptMultiplier>& multipliers) {
     if (kept.component != component_)
       continue;
     Link link = link_at(kept.axis, static_cast<std::size_t>(kept.node));
-    if (link.weight == 0 || (is_fixed_[link.near] && is_fixed_[link.far]))
+    if (link.weight == 0 || (is_fixed(link.near) && is_fixed(link.far)))
       continue;
     link.y = kept.pull / rho_;
     is_known_[link.near] = static_cast<std::uint8_t>(is_known_[link.near] | 1 << kept.axis);
@@ -146,9 +146,9 @@ void ActiveLinks::update_forces(std::span<const double> u, std::span<double> res
     link.v = u[link.far] - u[link.near] + link.y;
     const double force = rho_ * link.weight * link.excess(link.v), more = force - link.force;
     link.force = force;
-    if (!is_fixed_[link.near])
+    if (!is_fixed(link.near))
       residual[link.near] += more;
-    if (!is_fixed_[link.far])
+    if (!is_fixed(link.far))
       residual[link.far] -= more;
   }
 }
@@ -156,14 +156,6 @@ void ActiveLinks::update_forces(std::span<const double> u, std::span<double> res
 void ActiveLinks::update_multipliers() {
   for (Link& link : links_)
     link.y = link.excess(link.v);
-}
-
-void ActiveLinks::set_penalty(double rho) {
-  for (Link& link : links_) {
-    link.y *= rho_ / rho;
-    link.force = 0;
-  }
-  rho_ = rho;
 }
 
 void ActiveLinks::set_penalties(List<PenaltyLink>& penalties) {

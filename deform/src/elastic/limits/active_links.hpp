@@ -6,10 +6,11 @@
 /// range. The set only grows during a solve; a link inside its range with y = 0 exerts no force. `gap`
 /// measures the violation, `descent` the distance from the minimum for the present multipliers.
 
+#include "elastic/krylov/elastic_operator.hpp"
 #include "elastic/krylov/kept_body.hpp"
 #include "elastic/links/interval_field.hpp"
-#include "elastic/links/penalty_rows.hpp"
 #include "elastic/model/cell_moduli.hpp"
+#include "elastic/model/fixed_mask.hpp"
 #include "maille/scene/answer.hpp"
 #include "parallel/thread_team.hpp"
 
@@ -51,9 +52,10 @@ struct Nearness {
 /// Same results for any number of threads.
 class ActiveLinks {
 public:
-  /// All must outlive this. @param is_fixed per node: the component is prescribed there, or outside the body
+  /// All must outlive this. @param fixed nodes without matter too @param place of the component among those
+  /// of `fixed`
   ActiveLinks(const Scene& scene, const CellModuli& moduli, const LinkLimits& limits, int component,
-              const std::vector<bool>& is_fixed, double rho);
+              const FixedMask& fixed, std::size_t place, double rho);
 
   /// Takes up links that are outside their ranges by more than `rounding` [m].
   void take_up(std::span<const double> u, double rounding, ThreadTeam& team);
@@ -72,10 +74,9 @@ public:
     double first = 0, second = 0;
   };
   /// @param along (node): of a direction, where the component may move
-  template<class Along>
-  void set_direction(const Along& along) {
+  void set_direction(std::span<const double> along) {
     for (Link& link : links_)
-      link.change = along(link.far) - along(link.near);
+      link.change = along[link.far] - along[link.near];
   }
   Slope slope_at(double step) const;
 
@@ -83,9 +84,6 @@ public:
   void update_forces(std::span<const double> u, std::span<double> residual);
   /// y = v - z. Forces have to be updated after it.
   void update_multipliers();
-
-  /// Another rho, with multipliers that pull as much. Forces on nodes are forgotten.
-  void set_penalty(double rho);
 
   /// Adds rho w of the links outside their ranges to a list.
   void set_penalties(List<PenaltyLink>& penalties);
@@ -111,12 +109,14 @@ private:
   };
   void spread(const Link& coarse, const Grid& coarse_grid, std::vector<double>& y,
               std::vector<std::size_t>& reached) const;
+  bool is_fixed(std::size_t node) const { return fixed_(place_, node); }
   Link link_at(int axis, std::size_t node) const;
   void find_in_plane(int z, const double* u, double rounding, List<Link>& found) const;
 
   const Scene& scene_;
   const CellModuli& moduli_;
-  const std::vector<bool>& is_fixed_;
+  const FixedMask& fixed_;
+  std::size_t place_;
   int component_;
   double rho_;
   IntervalField ranges_;

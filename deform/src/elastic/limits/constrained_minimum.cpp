@@ -9,112 +9,77 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
-#include <span>
 
 namespace maille::deform {
 
 namespace {
-/// Penalty of conjugate gradients, over the links' own stiffness. The cycle includes penalties, so a high one
-/// is cheap and gives good multipliers; on bodies other than boxes it includes them less accurately.
-constexpr double penalty_of_boxes = 100, penalty_of_bodies = 30;
-/// Rebuild the multigrid when this share of the active links has changed since it was built.
+
+/// Penalty over the links' own stiffness [1]: a higher one gives better multipliers, and costs iterations.
+/// Measured on boxes and a calf: 10 and 200 take up to twice as long.
+constexpr double rho = 50;
+/// Share of the active links that may change before the preconditioner is told.
 constexpr double enough_changes = 0.01;
 constexpr int most_evaluations = 12; ///< of the slope along a direction
 constexpr double flat_enough = 0.05; ///< beside the slope at the start
 
-std::int64_t nodes_per_plane(const Grid& grid) {
-  return grid.n_nodes() / grid.nodes()[static_cast<std::size_t>(grid.dimension()) - 1];
-}
-
 } // namespace
 
-ConstrainedMinimum::ConstrainedMinimum(const CoupledTask& task, CoupledSystem& system,
+ConstrainedMinimum::ConstrainedMinimum(const CoupledTask& task, PenalizedOperator& system,
                                        const CellModuli& moduli, const std::vector<int>& components)
-    : task_(task), system_(system), components_(components),
-      penalty_(task.scene.specimen.n_matter_cells() < task.scene.specimen.grid.n_cells() ? penalty_of_bodies
-                                                                                         : penalty_of_boxes),
-      is_fixed_(components.size()), loads_(is_fixed_.size()),
-      preconditioner_(task.scene, moduli, components, task.prescribed, task.team),
-      sums_(task.scene.specimen.grid, task.team, nodes_per_plane(task.scene.specimen.grid)) {
-  const Specimen& body = task.scene.specimen;
-  const Grid& grid = body.grid;
-  has_voids_ = body.n_matter_cells() < grid.n_cells();
+    : FieldGradients(components.size(), FixedMask(task.scene.specimen, task.prescribed).of(components),
+                     FieldSums(task)),
+      task_(task), system_(system) {
   links_.reserve(components.size());
   for (std::size_t k = 0; k < components.size(); ++k) {
-    is_fixed_[k].assign(static_cast<std::size_t>(grid.n_nodes()), false);
-    for (std::size_t node = 0; node < is_fixed_[k].size() && has_voids_; ++node)
-      is_fixed_[k][node] = !body.is_node(grid.node_at(static_cast<std::int64_t>(node)));
-    loads_[k] = nodal_forces(task.scene, components[k]);
+    loads_.push_back(nodal_forces(task.scene, components[k]));
+    links_.emplace_back(task.scene, moduli, *task.limits, components[k], fixed_, k, rho);
   }
-  for_each_prescribed([&](std::size_t k, std::size_t node) { is_fixed_[k][node] = true; });
-  for (std::size_t k = 0; k < components.size(); ++k)
-    links_.emplace_back(task.scene, moduli, *task.limits, components[k], is_fixed_[k], penalty_);
-  residual_ = field();
-}
-
-template<class Visit>
-void ConstrainedMinimum::for_each_prescribed(const Visit& visit) const {
-  for (const Prescribed& p : task_.prescribed)
-    if (const auto place = std::ranges::find(components_, p.component); place != components_.end())
-      visit(static_cast<std::size_t>(place - components_.begin()), static_cast<std::size_t>(p.node));
-}
-
-Displacement ConstrainedMinimum::field() const {
-  return Displacement(components_.size(), is_fixed_.front().size());
-}
-
-void ConstrainedMinimum::make_room() {
-  if (!direction_.empty())
-    return;
-  direction_ = field();
-  image_ = field();
 }
 
 /// residual = f - K u where nodes are free, 0 elsewhere, and what the limits add.
-void ConstrainedMinimum::begin(const Displacement& u) {
+void ConstrainedMinimum::find_residual() {
+  const Displacement& u = *u_;
   rounding_ = rounding_tolerance(task_.scene.specimen.grid, largest_entry(u));
   system_.apply(u, residual_);
   energy_ = sums_.sum([&](std::size_t first, std::size_t end) {
     double energy = 0;
-    for (std::size_t k = 0; k < components_.size(); ++k) {
+    for (std::size_t k = 0; k < links_.size(); ++k)
       for (std::size_t i = first; i < end; ++i) {
         double& residual = residual_(k, i);
-        energy += u(components_[k], i) * residual;
-        residual = (loads_[k].empty() ? 0 : loads_[k][i]) - residual;
+        energy += u(k, i) * residual;
+        residual = fixed_(k, i) ? 0 : (loads_[k].empty() ? 0 : loads_[k][i]) - residual;
       }
-      for (std::size_t i = first; i < end && has_voids_; ++i)
-        if (is_fixed_[k][i])
-          residual_(k, i) = 0;
-    }
     return energy;
   });
-  for_each_prescribed([&](std::size_t k, std::size_t node) { residual_(k, node) = 0; });
-  update_forces(u);
+  update_forces();
 }
 
-void ConstrainedMinimum::update_forces(const Displacement& u) {
-  for (std::size_t i = 0; i < links_.size(); ++i)
-    links_[i].take_up(u.component(components_[i]), rounding_, task_.team);
-  update_forces_of_known(u);
+void ConstrainedMinimum::update_forces() {
+  for (std::size_t k = 0; k < links_.size(); ++k)
+    links_[k].take_up(u_->component(k), rounding_, task_.team);
+  update_forces_of_known();
 }
 
-void ConstrainedMinimum::update_forces_of_known(const Displacement& u) {
-  task_.team.run(static_cast<int>(links_.size()), [&](int i, int) {
-    const auto k = static_cast<std::size_t>(i);
-    links_[k].update_forces(u.component(components_[k]), residual_.component(k));
+void ConstrainedMinimum::update_forces_of_known() {
+  task_.team.run(static_cast<int>(links_.size()), [&](int k, int) {
+    links_[static_cast<std::size_t>(k)].update_forces(u_->component(k), residual_.component(k));
   });
 }
 
-void ConstrainedMinimum::improve_multipliers(const Displacement& u) {
+void ConstrainedMinimum::improve_multipliers() {
   for (ActiveLinks& links : links_)
     links.update_multipliers();
-  update_forces_of_known(u);
+  update_forces_of_known();
 }
 
-void ConstrainedMinimum::set_penalty(double rho) {
+void ConstrainedMinimum::update_penalties() {
+  if (!are_penalties_out_of_date())
+    return;
+  penalties_.clear();
   for (ActiveLinks& links : links_)
-    links.set_penalty(rho);
-  has_penalties_ = false;
+    links.set_penalties(penalties_);
+  system_.set_penalties(penalties_);
+  has_penalties_ = true;
 }
 
 bool ConstrainedMinimum::are_penalties_out_of_date() const {
@@ -180,33 +145,6 @@ double ConstrainedMinimum::best_step(double slope, double curvature) const {
   return step;
 }
 
-/// Slope of the energy along the direction of the links, without the forces of the limits.
-/// @param descent residual_ . direction
-double ConstrainedMinimum::slope_of_energy(double descent) const {
-  // The residual has the limits' forces in it: their slope at 0 is taken off again.
-  double slope = -descent;
-  for (const ActiveLinks& links : links_)
-    slope -= links.slope_at(0).first;
-  return slope;
-}
-
-/// image_ = K direction_ where components are free, 0 elsewhere; the links know the direction.
-void ConstrainedMinimum::find_image() {
-  system_.apply(direction_, image_);
-  for_each_prescribed([&](std::size_t k, std::size_t node) { image_(k, node) = 0; });
-  task_.team.run(static_cast<int>(links_.size()), [&](int i, int) {
-    const std::span<const double> along = direction_.component(i);
-    links_[static_cast<std::size_t>(i)].set_direction([&](std::size_t node) { return along[node]; });
-  });
-}
-
-void ConstrainedMinimum::move(Displacement& u, double step) {
-  energy_ += step * (2 * (slope_ + work_of_loads()) + step * curvature_);
-  sums_.add(step, direction_, 1, u, static_cast<std::size_t>(components_.front()));
-  sums_.add(-step, image_, 1, residual_);
-  update_forces(u);
-}
-
 void ConstrainedMinimum::add_forces_of_limits(Displacement& forces) const {
   for (std::size_t i = 0; i < links_.size(); ++i)
     links_[i].add_forces(forces.component(i));
@@ -217,11 +155,6 @@ std::size_t ConstrainedMinimum::n_active() const {
   for (const ActiveLinks& links : links_)
     sum += links.size();
   return sum;
-}
-
-double ConstrainedMinimum::precondition() {
-  preconditioner_.precondition(residual_, correction_);
-  return sums_.dot(residual_, correction_);
 }
 
 bool ConstrainedMinimum::goes_on() {
@@ -237,49 +170,49 @@ bool ConstrainedMinimum::goes_on_from(double product) {
     is_found_ = true;
   else if (!(product > 0)) { // at the minimum for these multipliers, but for rounding
     ++answer_->iterations;
-    improve_multipliers(*state_);
+    improve_multipliers();
     return false;
   }
   return !is_found_;
 }
 
-std::optional<double> ConstrainedMinimum::find_step(double beta, double) {
-  sums_.add(1, correction_, beta, direction_);
-  find_image();
-  curvature_ = sums_.dot(direction_, image_);
-  if (!(curvature_ > 0)) { // the residual is at rounding level
+std::optional<double> ConstrainedMinimum::find_step(double beta, double product) {
+  const std::optional<double> step = FieldGradients::find_step(beta, product);
+  if (!step) { // the residual is at rounding level
     is_found_ = true;
-    return std::nullopt;
+    return step;
   }
-  slope_ = slope_of_energy(sums_.dot(residual_, direction_));
+  for (std::size_t k = 0; k < links_.size(); ++k)
+    links_[k].set_direction(direction_.component(k));
+  // The residual has the limits' forces in it: their slope at 0 is taken off again.
+  slope_ = -*step * curvature_;
+  for (const ActiveLinks& links : links_)
+    slope_ -= links.slope_at(0).first;
   return best_step(slope_, curvature_);
 }
 
 void ConstrainedMinimum::take_step(double step) {
-  move(*state_, step);
-  overlap_ = sums_.dot(residual_, correction_);
+  energy_ += step * (2 * (slope_ + work_of_loads()) + step * curvature_);
+  FieldGradients::take_step(step);
+  update_forces();
+  overlap_ = sums_.dot(residual_, correction_); // with the limits' new forces
 }
 
 bool ConstrainedMinimum::goes_on_after(double, double product) {
   ++answer_->iterations;
   if (!Nearness{product, gap_}.asks_for_multipliers())
     return !are_penalties_out_of_date();
-  improve_multipliers(*state_);
+  improve_multipliers();
   return false;
 }
 
-/// Each time anew where multipliers or the preconditioner are others.
-bool ConstrainedMinimum::go_on_by_gradients(Displacement& u, Answer& answer) {
-  make_room();
-  set_penalty(penalty_);
-  begin(u);
-  if (correction_.empty())
-    correction_ = field();
-  state_ = &u;
+bool ConstrainedMinimum::solve(Displacement& u, Answer& answer) {
+  begin(system_, u);
   answer_ = &answer;
+  find_residual();
   is_found_.reset();
   while (!is_found_) {
-    set_penalties(preconditioner_);
+    update_penalties();
     conjugate_gradients(*this, *this);
   }
   return *is_found_;

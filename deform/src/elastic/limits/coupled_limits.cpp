@@ -1,10 +1,8 @@
 #include "elastic/limits/constrained_minimum.hpp"
 
-#include "elastic/box/box_solver.hpp"
-#include "elastic/box/box_system.hpp"
 #include "elastic/componentwise/componentwise_preconditioner.hpp"
+#include "elastic/ladder/ladder.hpp"
 #include "elastic/links/interval_field.hpp"
-#include "elastic/masked/masked_solver.hpp"
 #include "elastic/resample/coarser_scene.hpp"
 #include "feasible/bounds/clipping.hpp"
 #include "feasible/feasible_set.hpp"
@@ -14,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numeric>
 #include <optional>
 #include <span>
@@ -27,23 +26,6 @@ namespace {
 /// Half a spacing is about a hundredth of an answer: more accuracy would be lost on the way to the finer
 /// body.
 constexpr double tolerance = 1e-2;
-
-/// Calls visit(system), which finds directions if it is to and can.
-template<class Visit>
-void with_system(const CoupledTask& task, bool finds_directions, const Visit& visit) {
-  if (finds_directions && is_uniform_box(task.scene)) {
-    BoxSolver solver(task);
-    BoxSystem system(solver.multigrid(), solver.unit());
-    visit(system);
-  } else if (finds_directions && task.scene.dimension() == 3) {
-    MaskedSolver solver(task);
-    MaskedSystem system(task.scene.specimen.grid, solver.elasticity(), solver.multigrid(), task.team);
-    visit(system);
-  } else {
-    BodySystem system(task);
-    visit(system);
-  }
-}
 
 } // namespace
 
@@ -60,13 +42,12 @@ bool start_from_coarser(const CoupledTask& task, ConstrainedMinimum& minimum, Di
   for (const Prescribed& p : clipping.prescribed)
     v(p.component, p.node) = p.value;
   const CellModuli moduli(*scene);
-  with_system(coarse, minimum.finds_directions(), [&](CoupledSystem& system) {
-    ConstrainedMinimum coarse_minimum(coarse, system, moduli, all_components(*scene));
-    start_from_coarser(coarse, coarse_minimum, v);
-    Answer unused;
-    coarse_minimum.solve(v, unused);
-    minimum.take_over(coarse_minimum);
-  });
+  const std::shared_ptr<PenalizedOperator> system = make_operator_within_limits(coarse);
+  ConstrainedMinimum coarse_minimum(coarse, *system, moduli, all_components(*scene));
+  start_from_coarser(coarse, coarse_minimum, v);
+  Answer unused;
+  coarse_minimum.solve(v, unused);
+  minimum.take_over(coarse_minimum);
   if (task.must_stop()) // half a coarse answer is worse than the finer elastic one
     return false;
   interpolate(scene->specimen, v.values(), task.scene.specimen, u.values(), task.team);
@@ -78,14 +59,12 @@ bool start_from_coarser(const CoupledTask& task, ConstrainedMinimum& minimum, Di
 namespace {
 
 /// Finds the reactions of all prescribed components, where the forces of the limits are part of the balance.
-void find_reactions(const CoupledTask& task, CoupledSystem& system, const ConstrainedMinimum& minimum,
+void find_reactions(const CoupledTask& task, PenalizedOperator& system, const ConstrainedMinimum& minimum,
                     const Displacement& u, Displacement& forces, Answer& answer) {
-  system.apply_at(task.scene.prescribed, u, forces);
+  system.apply(u, forces);
   minimum.add_forces_of_limits(forces);
   answer.reaction.clear();
-  std::vector<List<double>> loads;
-  for (int component = 0; component < task.scene.dimension(); ++component)
-    loads.push_back(nodal_forces(task.scene, component));
+  const Loads loads = loads_of(task.scene);
   for (const Prescribed& p : task.scene.prescribed) {
     const auto& load = loads[static_cast<std::size_t>(p.component)];
     answer.reaction.push_back(forces(p.component, p.node) -
@@ -93,7 +72,7 @@ void find_reactions(const CoupledTask& task, CoupledSystem& system, const Constr
   }
 }
 
-double energy_of(CoupledSystem& system, const Displacement& u, Displacement& forces) {
+double energy_of(PenalizedOperator& system, const Displacement& u, Displacement& forces) {
   system.apply(u, forces);
   const std::span<const double> values = u.values();
   return 0.5 * std::inner_product(values.begin(), values.end(), forces.values().begin(), 0.0);
@@ -112,8 +91,8 @@ double relative_change(const Displacement& from, const Displacement& to) {
 /// From the multipliers of the answer before, or, where there are none or they lead to no end, from coarser
 /// bodies. Then the multipliers are those of this answer.
 /// @return whether it was found
-bool find_least_energy(const CoupledTask& task, CoupledSystem& system, Displacement& u, Displacement& spare,
-                       Answer& answer) {
+bool find_least_energy(const CoupledTask& task, PenalizedOperator& system, Displacement& u,
+                       Displacement& spare, Answer& answer) {
   const CellModuli moduli(task.scene);
   const bool has_multipliers = begins_within_limits(task);
   for (const bool goes_on : {true, false}) {
@@ -150,12 +129,8 @@ bool find_least_energy(const CoupledTask& task, CoupledSystem& system, Displacem
 
 } // namespace
 
-bool obey_limits(const CoupledTask& task, CoupledSystem& system, bool is_converged, Displacement& u,
+bool obey_limits(const CoupledTask& task, PenalizedOperator& system, bool is_converged, Displacement& u,
                  Answer& answer) {
-  if (task.limits == nullptr)
-    return is_converged;
-  if (!begins_within_limits(task) && !breaks_limits(task.scene, *task.limits, task.team, u, 0))
-    return is_converged;
   answer.reaction.clear();
   Displacement spare; // forces, then the state before the projection
   answer.message =
@@ -167,6 +142,12 @@ bool obey_limits(const CoupledTask& task, CoupledSystem& system, bool is_converg
   answer.residual = std::min(1.0, std::max(answer.residual, relative_change(spare, u)));
   answer.strain_energy = energy_of(system, u, spare) - energy_of_springs(nodal_springs(task.scene), u);
   return is_converged;
+}
+
+bool obey_limits(const CoupledTask& task, bool is_converged, Displacement& u, Answer& answer) {
+  if (!begins_within_limits(task) && !breaks_limits(task.scene, *task.limits, task.team, u, 0))
+    return is_converged;
+  return obey_limits(task, *make_operator_within_limits(task), is_converged, u, answer);
 }
 
 } // namespace maille::deform

@@ -254,44 +254,15 @@ CoarsestSolve::Unknowns BlockLevel::unknowns() const {
 void BlockLevel::for_each_entry(const CoarsestSolve::Unknowns& unknowns,
                                 const CoarsestSolve::Visit& visit) const {
   const List<std::int32_t> number = unknowns.numbers(u.size());
-  const auto visit_blocks = [&](const BlockMatrix& A) {
-    for (std::size_t row = 0; row + 1 < A.first.size(); ++row)
-      for (auto k = static_cast<std::size_t>(A.first[row]); k < static_cast<std::size_t>(A.first[row + 1]);
-           ++k)
-        for (std::size_t e = 0; e < 9; ++e) {
-          const std::int32_t i = number[block_stride * row + e % 3],
-                             j = number[block_stride * static_cast<std::size_t>(A.column[k]) + e / 3];
-          if (i >= 0 && j >= 0)
-            visit(static_cast<std::size_t>(i), static_cast<std::size_t>(j), double{A.blocks[9 * k + e]});
-        }
-  };
-  visit_blocks(A_.blocks());
-  visit_blocks(A_.added());
-}
-
-void BlockLevel::set_penalties(BlockMatrix S) {
-  // The last change first, where there are two of one number.
-  for (auto change = changed_inverse_.rbegin(); change != changed_inverse_.rend(); ++change)
-    inverse_[change->first] = change->second;
-  changed_inverse_.clear();
-  for (std::size_t row = 0; row + 1 < S.first.size(); ++row) {
-    double sum[3] = {0, 0, 0}, diagonal[3] = {0, 0, 0};
-    for (auto j = static_cast<std::size_t>(S.first[row]); j < static_cast<std::size_t>(S.first[row + 1]); ++j)
-      for (std::size_t c = 0; c < 3; ++c) { // links join equal components
-        const double value{S.blocks[9 * j + 4 * c]};
-        sum[c] += std::abs(value);
-        diagonal[c] += static_cast<std::size_t>(S.column[j]) == row ? value : 0;
+  const BlockMatrix& A = A_.blocks();
+  for (std::size_t row = 0; row + 1 < A.first.size(); ++row)
+    for (auto k = static_cast<std::size_t>(A.first[row]); k < static_cast<std::size_t>(A.first[row + 1]); ++k)
+      for (std::size_t e = 0; e < 9; ++e) {
+        const std::int32_t i = number[block_stride * row + e % 3],
+                           j = number[block_stride * static_cast<std::size_t>(A.column[k]) + e / 3];
+        if (i >= 0 && j >= 0)
+          visit(static_cast<std::size_t>(i), static_cast<std::size_t>(j), double{A.blocks[9 * k + e]});
       }
-    for (std::size_t c = 0; c < 3; ++c) {
-      const std::size_t place = block_stride * row + c;
-      if (!(sum[c] > 0) || !(inverse_[place] > 0))
-        continue;
-      changed_inverse_.emplace_back(place, inverse_[place]);
-      inverse_[place] =
-          static_cast<float>(1 / (1 / double{inverse_[place]} + std::max(diagonal[c], sum[c] / largest_)));
-    }
-  }
-  A_.set_added(std::move(S));
 }
 
 } // namespace maille::deform

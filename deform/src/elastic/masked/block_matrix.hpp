@@ -51,8 +51,6 @@ inline constexpr int block_stride = 4;
 void apply_blocks(const BlockMatrix& A, std::int32_t first, std::int32_t end, const float* u, float* out);
 void apply_blocks(const RoundedBlockMatrix& A, std::int32_t first, std::int32_t end, const float* u,
                   float* out);
-/// out += A u
-void add_blocks(const BlockMatrix& A, std::int32_t first, std::int32_t end, const float* u, float* out);
 /// out = f - A u
 void find_block_residual(const BlockMatrix& A, std::int32_t first, std::int32_t end, const float* f,
                          const float* u, float* out);

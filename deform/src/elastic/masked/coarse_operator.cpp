@@ -69,8 +69,6 @@ void CoarseOperator::copy_diagonal(AlignedArray<float>& to, ThreadTeam& team) co
 void CoarseOperator::apply(const float* u, float* out, ThreadTeam& team) const {
   for_rows(n_rows(), team, [&](std::int32_t first, std::int32_t end) {
     with_blocks([&](const auto& blocks) { apply_blocks(blocks, first, end, u, out); });
-    if (!added_.column.empty())
-      add_blocks(added_, first, end, u, out);
   });
   for_slabs_of_pieces(team,
                       [&](std::size_t first, std::size_t end) { add_pieces(pieces_, first, end, u, out); });

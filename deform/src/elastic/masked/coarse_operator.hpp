@@ -69,7 +69,7 @@ struct PatternedPieces {
 /// apply_blocks().
 void add_pieces(const PatternedPieces& all, std::size_t first, std::size_t end, const float* u, float* out);
 
-/// The sum of a matrix of blocks, of what pieces of known patterns are, and of what is added for a while.
+/// The sum of a matrix of blocks, and of what pieces of known patterns are.
 /// Same bits for any number of threads.
 ///
 /// Cost  a piece of a known pattern has 36 bytes, and a vertex of it some 800 as blocks, 500 of them rounded
@@ -81,7 +81,7 @@ public:
   std::int32_t n_rows() const { return is_rounded_ ? rounded_.n_rows() : blocks_.n_rows(); }
   bool has_pieces() const { return pieces_.matrices.size() > 0; }
   /// Whether products are those of the blocks alone.
-  bool is_of_blocks() const { return !has_pieces() && added_.column.empty(); }
+  bool is_of_blocks() const { return !has_pieces(); }
   /// Blocks of the pieces without a pattern. @pre they were not rounded
   const BlockMatrix& blocks() const { return blocks_; }
   BlockMatrix& blocks() { return blocks_; }
@@ -90,15 +90,12 @@ public:
   void round(ThreadTeam& team);
   void undo_rounding();
   void forget_exact() { blocks_.blocks = {}; }
-  /// Puts that into the place of what was added before. @param S none or as many rows
-  void set_added(BlockMatrix S) { added_ = std::move(S); }
-  const BlockMatrix& added() const { return added_; }
   /// Calls visit(blocks), as they are stored.
   template<class Visit>
   void with_blocks(const Visit& visit) const {
     is_rounded_ ? visit(rounded_) : visit(blocks_);
   }
-  /// Without what was added; block_stride numbers a row. @pre blocks were not rounded
+  /// block_stride numbers a row. @pre blocks were not rounded
   void copy_diagonal(AlignedArray<float>& to, ThreadTeam& team) const;
   /// out = A u
   void apply(const float* u, float* out, ThreadTeam& team) const;
@@ -107,7 +104,7 @@ private:
   template<class Work>
   void for_slabs_of_pieces(ThreadTeam& team, const Work& work) const;
 
-  BlockMatrix blocks_, added_;
+  BlockMatrix blocks_;
   bool is_rounded_ = false;
   RoundedBlockMatrix rounded_; ///< blocks_, if so
   PatternedPieces pieces_;

@@ -263,32 +263,6 @@ BlockMatrix MaskedLevel::springs_as_matrix() const {
   return matrix;
 }
 
-void MaskedLevel::set_penalties(const List<SlotLink>& links, double largest) {
-  for (const auto& [at, before] : changed_)
-    inverse_[at] = before;
-  changed_.clear();
-  List<PenaltyRows::End> ends;
-  ends.reserve(2 * links.size());
-  for (const SlotLink& link : links) {
-    const std::int64_t first = link.component * component_stride(), near = first + link.near,
-                       far = first + link.far;
-    const auto stiffness = static_cast<float>(link.stiffness);
-    if (inverse_[static_cast<std::size_t>(near)] > 0)
-      ends.push_back({near, far, stiffness});
-    if (inverse_[static_cast<std::size_t>(far)] > 0)
-      ends.push_back({far, near, stiffness});
-  }
-  const auto parts = static_cast<int>((component_stride() + slots_per_part - 1) / slots_per_part);
-  penalties_ = PenaltyRows(ends, slots_per_part, component_stride(), parts);
-  // The links alone have eigenvalues of at most 2 over their own diagonal.
-  const double more = std::max(1.0, 2 / largest);
-  for (const PenaltyRows::Row& row : penalties_.rows()) {
-    float& inverse = inverse_[static_cast<std::size_t>(row.at)];
-    changed_.emplace_back(static_cast<std::size_t>(row.at), inverse);
-    inverse = static_cast<float>(1 / (1 / double{inverse} + more * double{row.diagonal}));
-  }
-}
-
 CellComplex MaskedLevel::complex(ThreadTeam& team) const {
   const int begin = rows_.layers().first, layers = rows_.layers().end - begin;
   std::vector<std::size_t> first(static_cast<std::size_t>(layers) + 1, 0); // of layers

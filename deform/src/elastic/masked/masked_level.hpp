@@ -7,10 +7,9 @@
 /// inverse() is the inverse of the diagonal and doubles as the mask: 0 where a component is fixed.
 ///
 /// The operator applies cell by cell from a few coefficients per cell (MaskedOperator), shared by all cells
-/// of a kind. It equals LatticeElasticity within float32 rounding. Links with penalties and springs are added
+/// of a kind. It equals LatticeElasticity within float32 rounding. Springs are added
 /// as sparse rows.
 
-#include "elastic/links/penalty_rows.hpp"
 #include "elastic/masked/block_matrix.hpp"
 #include "elastic/masked/cell_complex.hpp"
 #include "elastic/masked/coarse_operator.hpp"
@@ -40,13 +39,6 @@ CellMatrix cell_matrix(const CellCoefficients& c);
 using CellDiagonal = std::array<double, 24>;
 CellDiagonal cell_diagonal(const CellCoefficients& c, bool bends); ///< of the same
 
-/// A link that is stiffer than the matter about it, between slots of MaskedRows.
-struct SlotLink {
-  int component = 0;
-  std::int32_t near = 0, far = 0;
-  double stiffness = 0;
-};
-
 /// Fields are float32, component after component, each with a number for every slot of MaskedRows:
 /// displacements times scale() of their axis, forces over it and over unit().
 class MaskedLevel {
@@ -56,7 +48,7 @@ public:
               const std::vector<Prescribed>& prescribed, ThreadTeam& team);
   /// A rank's part: what is said of a field below is so in its own planes; in the others it is nothing to
   /// rely on, but what fields are to have in the planes next to them is asked of exchange_borders().
-  /// @param elasticity of slabs.layers() @pre no springs, nor later penalties, where slabs are shared
+  /// @param elasticity of slabs.layers() @pre no springs where slabs are shared
   MaskedLevel(const Scene& scene, const LatticeElasticity& elasticity,
               const std::vector<Prescribed>& prescribed, ThreadTeam& team, const Slabs& slabs);
 
@@ -79,16 +71,12 @@ public:
   }
   /// Inverse of the diagonal; 0 where a component is fixed, or outside the body.
   const float* inverse() const { return inverse_.data(); }
-  /// Other components than before do not move from now on. @pre no penalties are set
+  /// Other components than before do not move from now on.
   void set_fixed(const std::vector<Prescribed>& prescribed);
   /// The constants of matter are those that `elasticity` has by now; kinds of matter and where they are, what
-  /// is fixed, and the unit stay. @pre no penalties are set
+  /// is fixed, and the unit stay.
   void renew_matter(ThreadTeam& team);
-  /// Links are stiffer by that from now on, and no others; in the units of fields, by slots, no link twice.
-  /// @param largest eigenvalue of inverse diagonal times operator that relaxation was made for: it stays one
-  void set_penalties(const List<SlotLink>& links, double largest);
-  /// forces = A displacement, of fixed components too, with penalized links where components may move. Same
-  /// bits for any number of threads.
+  /// forces = A displacement, of fixed components too. Same bits for any number of threads.
   void apply(const float* displacement, float* forces, ThreadTeam& team) const;
   // The same, and what is done with the forces of a plane of nodes while they are in the cache.
   /// Ap = A p where components may move, 0 elsewhere. @return p . Ap
@@ -183,10 +171,9 @@ private:
   AlignedArray<float> coefficients_;
   AlignedArray<std::uint8_t> kind_, block_kind_;
   AlignedArray<float> inverse_;
-  PenaltyRows penalties_;
   std::vector<double> sums_; ///< of its own planes of nodes
-  /// Entries of inverse_ before penalties were set, and before components were fixed.
-  std::vector<std::pair<std::size_t, float>> changed_, fixed_;
+  /// Entries of inverse_ before components were fixed.
+  std::vector<std::pair<std::size_t, float>> fixed_;
 };
 
 /// The operator of the next coarser grid, as blocks. @param fine what A's grid was `coarsened` of

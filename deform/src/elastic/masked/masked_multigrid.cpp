@@ -33,46 +33,6 @@ std::int64_t used_vertices(const Coarsened& coarsened, std::int32_t first, std::
   return n;
 }
 
-/// One number of a matrix of links.
-struct Entry {
-  std::int32_t row = 0, column = 0;
-  int component = 0;
-  double value = 0;
-};
-
-/// Matrix of the links alone, where components are free. Rows and columns are slots.
-BlockMatrix matrix_of(const List<SlotLink>& links, const MaskedLevel& level) {
-  std::vector<Entry> entries;
-  entries.reserve(4 * links.size());
-  for (const SlotLink& link : links) {
-    const float* const inverse = level.inverse() + link.component * level.component_stride();
-    for (const std::int32_t row : {link.near, link.far})
-      for (const std::int32_t column : {link.near, link.far})
-        if (inverse[row] > 0 && inverse[column] > 0)
-          entries.push_back({row, column, link.component, row == column ? link.stiffness : -link.stiffness});
-  }
-  std::ranges::sort(entries, {}, [](const Entry& e) { return std::tuple(e.row, e.column, e.component); });
-  BlockMatrix matrix;
-  std::size_t n_blocks = 0;
-  for (std::size_t i = 0; i < entries.size(); ++i)
-    n_blocks += i == 0 || entries[i].row != entries[i - 1].row || entries[i].column != entries[i - 1].column;
-  matrix.blocks = AlignedArray<float>(9 * n_blocks + 16);
-  matrix.first.assign(static_cast<std::size_t>(level.rows().n_slots()) + 1, 0);
-  matrix.column.reserve(n_blocks);
-  for (std::size_t i = 0; i < entries.size(); ++i) {
-    const Entry& entry = entries[i];
-    if (i == 0 || entry.row != entries[i - 1].row || entry.column != entries[i - 1].column) {
-      matrix.column.push_back(entry.column);
-      ++matrix.first[static_cast<std::size_t>(entry.row) + 1];
-    }
-    matrix.blocks[9 * (matrix.column.size() - 1) + 4 * static_cast<std::size_t>(entry.component)] +=
-        static_cast<float>(entry.value);
-  }
-  for (std::size_t row = 1; row < matrix.first.size(); ++row)
-    matrix.first[row] += matrix.first[row - 1];
-  return matrix;
-}
-
 } // namespace
 
 MaskedMultigrid::MaskedMultigrid(std::unique_ptr<MaskedLevel> finest, int steps, ThreadTeam& team)
@@ -224,12 +184,10 @@ double MaskedMultigrid::largest_eigenvalue() {
 }
 
 void MaskedMultigrid::set_fixed(const std::vector<Prescribed>& prescribed) {
-  set_penalties({});
   finest_->set_fixed(prescribed);
 }
 
 void MaskedMultigrid::renew_matter() {
-  set_penalties({});
   finest_->renew_matter(team());
   largest_ = largest_eigenvalue();
   weights_ = chebyshev_weights(largest_, static_cast<int>(weights_.size()));
@@ -239,24 +197,6 @@ void MaskedMultigrid::release() {
   levels_.clear();
   to_finest_ = {};
   finest_->release_fields();
-}
-
-void MaskedMultigrid::set_penalties(const List<SlotLink>& links) {
-  if (links.empty() && !has_penalties_)
-    return;
-  has_penalties_ = !links.empty();
-  const BlockMatrix of_links = matrix_of(links, *finest_);
-  const BlockMatrix* finer = &of_links;
-  finest_->set_penalties(links, largest_);
-  for (const auto& level : levels_) {
-    if (finer == &of_links) {
-      const Weights P = to_finest_.rows_of(of_links, level->A().pieces().pieces);
-      level->set_penalties(galerkin_product(of_links, P, P.transposed(level->n()), team()));
-    } else
-      level->set_penalties(galerkin_product(*finer, level->from_here(), level->to_here(), team()));
-    finer = &level->A().added();
-  }
-  factor_coarsest();
 }
 
 /// level(i).u = about the solution of A u = level(i).f; changes that f.

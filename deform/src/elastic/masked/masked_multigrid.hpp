@@ -37,10 +37,6 @@ public:
   void relax_in(int steps);
   /// A is kept in numbers of 16 bits where that changes the energy of u by a small part at most.
   void round_operator(ThreadTeam& team);
-  /// A and the diagonal as they were, and then A += S. A row's diagonal rises by as much of the absolute sum
-  /// of its row of S as keeps S's eigenvalues over that part below the largest that relaxation was made for
-  /// (Gershgorin), so those of all are below it too.
-  void set_penalties(BlockMatrix S);
 
   AlignedArray<float> u, f, r; ///< block_stride numbers a vertex
   /// The fields are not needed while coarser grids are built; at first they do not exist.
@@ -113,7 +109,6 @@ private:
   List<std::int64_t> parts_;
   AlignedArray<float> of_all_; ///< a field of all ranks, where it is shared, on the first
   std::vector<double> sums_;   ///< of parts of a field
-  std::vector<std::pair<std::size_t, float>> changed_inverse_; ///< what was there before penalties were set
 };
 
 /// Coarser grids on which parts of the body that are not joined through faces stay apart (see coarsen:
@@ -137,9 +132,6 @@ public:
   MaskedMultigrid(std::unique_ptr<MaskedLevel> finest, int steps, ThreadTeam& team);
 
   MaskedLevel& finest() { return *finest_; }
-  /// Stiffens links of the body, and its coarser levels by what their functions make of it (Galerkin). Those
-  /// of before are so no longer.
-  void set_penalties(const List<SlotLink>& links);
   /// Other components are fixed at the finest level, or its matter has other constants, while coarser levels
   /// stay what they were: for those that are near, as good a preconditioner.
   void set_fixed(const std::vector<Prescribed>& prescribed);
@@ -166,7 +158,6 @@ private:
   std::optional<SharedPieces> shared_; ///< of the first coarser grid, where ranks share the finest
   std::vector<float> weights_;         ///< of the finest level's relaxation steps
   double largest_ = 0;                 ///< eigenvalue of the finest level, as of the others
-  bool has_penalties_ = false;
 };
 
 /// Residual, correction and image are the fields f, u and r of the multigrid.

@@ -31,7 +31,7 @@ void MaskedLevel::apply_by_planes(const float* displacement, float* forces, Thre
                                   const Finish& finish) const {
   const auto [begin, layers] = slabs_.layers_of_own(); // and their end
   const int first_slab = begin / layers_per_slab, slabs = (layers + layers_per_slab - 1) / layers_per_slab;
-  const bool is_matter_alone = penalties_.is_empty() && springs_.empty();
+  const bool is_matter_alone = springs_.empty();
   const auto clear = [&](int plane) {
     for_components(plane, [&](std::int64_t at, std::int64_t n) { std::fill_n(forces + at, n, 0.0F); });
   };
@@ -57,7 +57,6 @@ void MaskedLevel::apply_by_planes(const float* displacement, float* forces, Thre
   });
   if (is_matter_alone)
     return;
-  team.run(penalties_.planes(), [&](int part, int) { penalties_.add(part, displacement, forces); });
   const std::int64_t stride = component_stride();
   for (const SlotSpring& spring : springs_)
     for (std::int64_t a = 0; a < 3; ++a) {

@@ -34,20 +34,7 @@ void for_each_row(const MaskedLevel& level, const Grid& grid, ThreadTeam& team, 
 
 } // namespace
 
-void MaskedSystem::set_penalties(const List<PenaltyLink>& links) {
-  const MaskedLevel& level = multigrid_.finest();
-  List<SlotLink> of_slots;
-  of_slots.reserve(links.size());
-  for (const PenaltyLink& link : links) {
-    const double scale = level.scale()[static_cast<std::size_t>(link.component)];
-    of_slots.push_back({link.component, level.rows().slot(grid_.node_at(link.node)),
-                        level.rows().slot(grid_.node_at(link.node + grid_.stride(link.axis))),
-                        link.stiffness / (level.unit() * scale * scale)});
-  }
-  multigrid_.set_penalties(of_slots);
-}
-
-void MaskedSystem::take_in(const Displacement& residual) {
+void MaskedSystem::load_residual(const Displacement& residual) {
   const MaskedLevel& level = multigrid_.finest();
   scale_ = largest_entry(residual) / level.unit();
   if (!(scale_ > 0))
@@ -61,7 +48,7 @@ void MaskedSystem::take_in(const Displacement& residual) {
   });
 }
 
-void MaskedSystem::take_over(const float* found, Displacement& direction) {
+void MaskedSystem::store_correction(const float* found, Displacement& direction) {
   const MaskedLevel& level = multigrid_.finest();
   for_each_row(level, grid_, team_, [&](std::size_t c, std::int64_t at, std::size_t node, int n) {
     const double factor = scale_ / level.scale()[c];
@@ -72,31 +59,27 @@ void MaskedSystem::take_over(const float* found, Displacement& direction) {
 }
 
 int MaskedSystem::find_direction(const Displacement& residual, int most, double reduction,
-                                 const std::function<bool()>& must_stop, Displacement& direction) {
-  if (most == 1) {
-    precondition(residual, direction);
-    return 1;
-  }
-  take_in(residual);
+                                 Displacement& direction) {
+  load_residual(residual);
   if (!gradients_)
     gradients_.emplace(multigrid_, team_);
   gradients_->restart();
-  ReductionWatch watch(most, reduction, must_stop);
+  ReductionWatch watch(most, reduction, [] { return false; });
   conjugate_gradients(*gradients_, watch);
-  take_over(gradients_->state(), direction);
+  store_correction(gradients_->state(), direction);
   return watch.iterations();
 }
 
 void MaskedSystem::precondition(const Displacement& residual, Displacement& correction) {
-  take_in(residual);
+  load_residual(residual);
   multigrid_.precondition();
-  take_over(multigrid_.finest().u.data(), correction);
+  store_correction(multigrid_.finest().u.data(), correction);
 }
 
 namespace {
 
 /// Components that may be fixed otherwise than where a hierarchy was made, besides a tenth of those there.
-constexpr std::size_t few_fixed = 300;
+constexpr std::int64_t few_fixed = 300;
 /// A material that became stiffer or softer by this factor costs its root in iterations; a larger change is
 /// worth a new hierarchy.
 constexpr double largest_ratio = 2;
@@ -119,11 +102,15 @@ MaskedBody::MaskedBody(const Scene& scene, const std::vector<Prescribed>& prescr
     : elasticity(scene, team, slabs.layers()),
       multigrid(std::make_unique<MaskedLevel>(scene, elasticity, prescribed, team, slabs),
                 relaxation_steps(largest_contrast(scene)), team),
-      fields(multigrid, team), made_for_(fixed_components(prescribed)), fixed_(made_for_) {}
+      fields(multigrid, team) {}
+
+void MaskedBody::remember_fixed(const std::vector<Prescribed>& prescribed) {
+  made_for_ = fixed_ = FixedMask(elasticity.grid(), prescribed);
+}
 
 void MaskedBody::set_fixed(const std::vector<Prescribed>& prescribed) {
   multigrid.set_fixed(prescribed);
-  fixed_ = fixed_components(prescribed);
+  fixed_ = FixedMask(elasticity.grid(), prescribed);
   smallest_eigenvalue = 0;
 }
 
@@ -133,18 +120,16 @@ void MaskedBody::release() {
 }
 
 bool MaskedBody::is_made_for(const std::vector<Prescribed>& prescribed) {
-  return fixed_components(prescribed) == made_for_;
+  return FixedMask(elasticity.grid(), prescribed) == made_for_;
 }
 
 bool MaskedBody::take_fixed(const std::vector<Prescribed>& prescribed) {
-  const std::vector<FixedComponent> wanted = fixed_components(prescribed);
+  const FixedMask wanted(elasticity.grid(), prescribed);
   if (wanted == fixed_) {
-    multigrid.set_penalties({});
     return true;
   }
-  std::vector<FixedComponent> other;
-  std::ranges::set_symmetric_difference(wanted, made_for_, std::back_inserter(other));
-  if (other.size() > few_fixed && 10 * other.size() > made_for_.size())
+  const std::int64_t n_other = wanted.n_differences(made_for_);
+  if (n_other > few_fixed && 10 * n_other > made_for_.n_fixed())
     return false;
   set_fixed(prescribed);
   return true;
@@ -173,22 +158,20 @@ MaskedBody& MaskedSolver::body_of(const CoupledTask& task, std::unique_ptr<Maske
   if (body == nullptr || !(kept.begins_anew ? body->is_made_for(wanted) : body->take_fixed(wanted))) {
     kept.hierarchy.reset(); // before there are two
     auto made = std::make_unique<MaskedBody>(kept.scene(), wanted, kept.team());
+    made->remember_fixed(wanted);
     body = made.get();
     kept.hierarchy = std::move(made);
   }
   if (kept.begins_anew)
-    body->set_fixed(task.prescribed); // with no penalties either
+    body->set_fixed(task.prescribed);
   return *body;
 }
 
-MaskedSolver::MaskedSolver(const CoupledTask& task) : task_(task), body_(body_of(task, own_)) {
-  for (std::size_t c = 0; c < 3; ++c)
-    loads_[c] = nodal_forces(task.scene, static_cast<int>(c));
+MaskedSolver::MaskedSolver(const CoupledTask& task)
+    : MixedSolver(task), body_(body_of(task, own_)),
+      system_(task.scene.specimen.grid, body_.elasticity, body_.multigrid, task.team) {
   constexpr int expected_iterations = 30;
-  gradients_ =
-      std::make_unique<MixedGradients>(task, loads_, body_.multigrid.finest().unit(), expected_iterations);
-  if (body_.smallest_eigenvalue > 0 && !task.kept->begins_anew)
-    gradients_->begin_with(body_.smallest_eigenvalue);
+  begin(body_.multigrid.finest().unit(), expected_iterations, body_.smallest_eigenvalue);
   by_node_.resize(task.prescribed.size());
   std::iota(by_node_.begin(), by_node_.end(), 0);
   std::ranges::stable_sort(by_node_, {},
@@ -276,7 +259,7 @@ bool MaskedSolver::put_planes(int first_plane, int end_plane, const std::array<d
   return is_moved || !earlier_.empty();
 }
 
-MixedState::Residual MaskedSolver::begin_round(const Displacement& u, double scale) {
+MixedSolver::Residual MaskedSolver::begin_round(const Displacement& u, double scale) {
   MaskedLevel& level = body_.multigrid.finest();
   Residual residual;
   find_forces(u, [&](std::size_t c, std::int64_t at, std::size_t node, int n, const double* forces) {
@@ -327,13 +310,13 @@ void MaskedSolver::add_earlier_rounds(std::int64_t at, std::size_t component, in
     add(round.scale, round.state.data() + at, component, n, to);
 }
 
-void MaskedSolver::finish_round(Displacement& u, bool is_last) {
-  if (u.empty() && !is_last) {
+void MaskedSolver::finish_round(Displacement& u, CoupledRound end) {
+  if (u.empty() && end == CoupledRound::used_up) {
     earlier_.push_back({gradients_->scale(), body_.fields.take_state()});
     return;
   }
   if (u.empty()) {
-    if (own_ && task_.limits == nullptr)
+    if (own_ && task_.limits == nullptr && end != CoupledRound::stalled)
       own_->release();
     u = slabs().are_shared() ? initial_part() : task_.initial_state();
   }
@@ -356,28 +339,10 @@ Displacement MaskedSolver::initial_part() const {
   return u;
 }
 
-/// A factor's cost is asked for when most bodies are solved.
-bool MaskedSolver::gives_up(std::int64_t iterations) {
-  constexpr std::int64_t first_doubt = 64;
-  if (iterations < first_doubt || slabs().are_shared())
-    return false;
-  if (!direct_)
-    direct_ = make_direct_system(task_);
-  return *direct_ != nullptr && iterations >= (*direct_)->iterations_worth_it();
-}
-
-std::unique_ptr<DirectSystem> MaskedSolver::take_direct() {
-  return direct_ ? std::move(*direct_) : make_direct_system(task_);
-}
-
 CoupledRound MaskedSolver::solve(Displacement& u, Answer& answer) {
   const std::int64_t before = answer.iterations;
-  const CoupledRound end = gradients_->solve(body_.fields, *this, u, answer);
+  const CoupledRound end = MixedSolver::solve(u, answer);
   are_forces_of_state_ = answer.iterations == before;
-  constexpr std::int64_t enough_to_know = 3;
-  if (end == CoupledRound::finished &&
-      (body_.smallest_eigenvalue > 0 || answer.iterations >= before + enough_to_know))
-    body_.smallest_eigenvalue = gradients_->smallest_eigenvalue();
   return end;
 }
 
@@ -396,79 +361,6 @@ void MaskedSolver::find_energy_and_reactions(const Displacement& u, Answer& answ
     const auto& loads = loads_[static_cast<std::size_t>(p.component)];
     answer.reaction.push_back(held_[i] - (loads.empty() ? 0 : loads[static_cast<std::size_t>(p.node)]));
   }
-}
-
-namespace {
-
-/// The whole state stands on the first rank alone, when the hierarchy is gone.
-bool solve_by_ranks(const CoupledTask& task, Answer& answer) {
-  auto solver = std::make_unique<MaskedSolver>(task);
-  answer.seconds.setup = task.clock.seconds();
-  Displacement part; // its planes, in the end
-  const CoupledRound end = solver->solve(part, answer);
-  if (end != CoupledRound::stalled)
-    solver->find_energy_and_reactions(part, answer);
-  const Slabs slabs = solver->slabs();
-  solver.reset();
-  if (end == CoupledRound::stalled) { // whole, on every rank
-    const auto is_converged = solve_coupled_by_factor(task, make_direct_system(task), answer);
-    return is_converged ? *is_converged : solve_coupled_body(task, answer);
-  }
-  const Grid& grid = task.scene.specimen.grid;
-  if (slabs.is_first())
-    answer.displacement = Displacement(grid);
-  const auto node = [&](int plane) { return grid.node({0, 0, plane}); };
-  const PlaneRange own = slabs.own();
-  for (std::size_t c = 0; c < 3; ++c)
-    slabs.gather_planes(
-        part.component(c).subspan(static_cast<std::size_t>(node(own.first) - node(slabs.layers().first)),
-                                  static_cast<std::size_t>(node(own.end) - node(own.first))),
-        slabs.is_first() ? answer.displacement.component(c) : std::span<double>());
-  if (end != CoupledRound::finished)
-    answer.reaction.clear();
-  return end == CoupledRound::finished;
-}
-
-/// Float64 resolves low-energy bending; converges in the energy and the displacement norm.
-bool solve_in_float64(const CoupledTask& task, MaskedSolver& solver, Answer& answer) {
-  answer.algorithm += ", in float64";
-  MaskedSystem system(task.scene.specimen.grid, solver.elasticity(), solver.multigrid(), task.team);
-  answer.displacement = task.initial_state();
-  return flexible_gradients(task).finish(system, system, answer);
-}
-
-} // namespace
-
-bool solve_coupled_masked(const CoupledTask& task, Answer& answer) {
-  answer.algorithm = "lattice elasticity, conjugate gradients around multigrid of the body's pieces";
-  if (task.control.communicator != nullptr)
-    return solve_by_ranks(task, answer);
-  const bool is_slender = is_very_slender(task.scene.specimen);
-  if (const auto is_converged =
-          is_slender ? solve_coupled_by_factor(task, make_direct_system(task), answer) : std::nullopt)
-    return *is_converged;
-  MaskedSolver solver(task);
-  answer.seconds.setup = task.clock.seconds();
-  bool is_converged = true;
-  if (task.start != nullptr || begins_within_limits(task))
-    answer.displacement = task.initial_state();
-  if (is_slender && !begins_within_limits(task))
-    return solve_in_float64(task, solver, answer);
-  if (!begins_within_limits(task)) {
-    const CoupledRound end = solver.solve(answer.displacement, answer);
-    if (end == CoupledRound::stalled) {
-      const auto by_factor = solve_coupled_by_factor(task, solver.take_direct(), answer);
-      return by_factor ? *by_factor : solve_coupled_body(task, answer);
-    }
-    is_converged = end == CoupledRound::finished;
-    solver.find_energy_and_reactions(answer.displacement, answer);
-    if (!is_converged)
-      answer.reaction.clear();
-    if (task.limits == nullptr)
-      return is_converged;
-  }
-  MaskedSystem system(task.scene.specimen.grid, solver.elasticity(), solver.multigrid(), task.team);
-  return task.end(system, is_converged, answer.displacement, answer);
 }
 
 } // namespace maille::deform

@@ -14,13 +14,11 @@
 /// MaskedBody holds operator and hierarchy and can be cached for the next question: it accepts a few other
 /// fixed components, and materials that changed by at most a factor of 2.
 ///
-/// Exact: residual, energy and reactions, within float64 rounding. Heuristic: when a stalling solve hands
-/// over to a Cholesky factor (gives_up, take_direct), and the reuse of the smallest eigenvalue.
+/// Exact: residual, energy and reactions, within float64 rounding. Heuristic: the reuse of the smallest
+/// eigenvalue.
 /// Ranks share a body by slabs of planes (Slabs); a rank's fields are valid in its own planes.
 
-#include "elastic/direct/direct_system.hpp"
-#include "elastic/krylov/coupled_system.hpp"
-#include "elastic/krylov/flexible_gradients.hpp"
+#include "elastic/krylov/elastic_operator.hpp"
 #include "elastic/krylov/kept_body.hpp"
 #include "elastic/krylov/mixed_gradients.hpp"
 #include "elastic/masked/masked_multigrid.hpp"
@@ -33,7 +31,7 @@
 namespace maille::deform {
 
 /// State and residuals in float64, directions in float32.
-class MaskedSystem : public CoupledSystem, public FlexibleOperator {
+class MaskedSystem : public ElasticOperator {
 public:
   /// All must outlive this.
   MaskedSystem(const Grid& grid, const LatticeElasticity& elasticity, MaskedMultigrid& multigrid,
@@ -41,18 +39,15 @@ public:
       : grid_(grid), elasticity_(elasticity), multigrid_(multigrid), team_(team) {}
 
   void apply(const Displacement& u, Displacement& forces) override { elasticity_.apply(u, forces, team_); }
-  bool finds_directions() const override { return true; }
-  void set_penalties(const List<PenaltyLink>& links) override;
-  /// correction = one cycle for (K + penalties) correction = residual, at nodes of matter; beside them it
-  /// stays what it is. @pre as find_direction
   void precondition(const Displacement& residual, Displacement& correction) override;
   Displacement diagonal() const override { return elasticity_.diagonal(); }
-  int find_direction(const Displacement& residual, int most, double reduction,
-                     const std::function<bool()>& must_stop, Displacement& direction) override;
+  /// direction = about K^-1 residual, by conjugate gradients in float32, until the residual in the cycle's
+  /// norm is `reduction` of the first. @return iterations, `most` of them @pre as precondition()
+  int find_direction(const Displacement& residual, int most, double reduction, Displacement& direction);
 
 private:
-  void take_in(const Displacement& residual);
-  void take_over(const float* found, Displacement& direction);
+  void load_residual(const Displacement& residual);
+  void store_correction(const float* found, Displacement& direction);
 
   const Grid& grid_;
   const LatticeElasticity& elasticity_;
@@ -74,6 +69,8 @@ public:
   MaskedBody(const Scene& scene, const std::vector<Prescribed>& prescribed, ThreadTeam& team,
              Communicator* all = nullptr);
 
+  /// To be called if the body is cached: what follows compares with these fixed components.
+  void remember_fixed(const std::vector<Prescribed>& prescribed);
   /// Adapts to other fixed components.
   /// @return false if a new hierarchy is better, because too many fixed components differ
   bool take_fixed(const std::vector<Prescribed>& prescribed);
@@ -96,36 +93,33 @@ public:
   double smallest_eigenvalue = 0; ///< of the preconditioned operator, as it was met; 0: not yet
 
 private:
-  std::vector<FixedComponent> made_for_, fixed_;
+  FixedMask made_for_, fixed_; ///< see remember_fixed()
 };
 
 /// MixedGradients around one multigrid cycle. If nothing is cached, the displacement is built after the
 /// hierarchy is freed, so that a large body never holds both.
 ///
 /// Same bits for any number of threads.
-class MaskedSolver : private MixedState {
+class MaskedSolver : public MixedSolver {
 public:
   /// @param task of a scene in 3D
   explicit MaskedSolver(const CoupledTask& task);
 
-  /// Solves for u, whose prescribed components are set, unless stopped or stalled. An empty u starts at rest
-  /// with the prescribed values.
-  CoupledRound solve(Displacement& u, Answer& answer);
-  /// Fallback solver after solve() has stalled; null if a factor cannot be made.
-  std::unique_ptr<DirectSystem> take_direct();
-  /// Energy, and what holds every prescribed component of the scene there.
-  void find_energy_and_reactions(const Displacement& u, Answer& answer);
-  MaskedMultigrid& multigrid() { return body_.multigrid; }
+  const char* algorithm() const override {
+    return "lattice elasticity, conjugate gradients around multigrid of the body's pieces";
+  }
+  MaskedSystem& system() override { return system_; }
+  CoupledRound solve(Displacement& u, Answer& answer) override;
+  void find_energy_and_reactions(const Displacement& u, Answer& answer) override;
   const Slabs& slabs() const { return body_.multigrid.finest().slabs(); }
-  /// Start for the planes that a rank stores.
-  Displacement initial_part() const;
-  const LatticeElasticity& elasticity() const { return body_.elasticity; }
 
 private:
+  /// Start for the planes that a rank stores.
+  Displacement initial_part() const;
+  GradientSpace& space() override { return body_.fields; }
   Residual begin_round(const Displacement& u, double scale) override;
   double work_of_loads() override;
-  void finish_round(Displacement& u, bool is_last) override;
-  bool gives_up(std::int64_t iterations) override;
+  void finish_round(Displacement& u, CoupledRound end) override;
   /// Correction of one round.
   struct Round {
     double scale = 0;
@@ -144,18 +138,15 @@ private:
   }
   static MaskedBody& body_of(const CoupledTask& task, std::unique_ptr<MaskedBody>& own);
 
-  const CoupledTask& task_;
   std::unique_ptr<MaskedBody> own_; ///< where nothing is kept
   MaskedBody& body_;
-  Loads loads_;
-  std::unique_ptr<MixedGradients> gradients_;
+  MaskedSystem system_;
   std::vector<std::int32_t> by_node_; ///< what is prescribed, in the order of nodes
   std::vector<Round> earlier_;        ///< where there is no displacement yet
   std::vector<double> energies_;      ///< of planes of nodes
   double energy_ = 0;                 ///< u . K u when forces were found the last time [J]
   List<double> held_;                 ///< what pulled at the scene's prescribed components then [N]
   bool are_forces_of_state_ = false;  ///< no step was taken since they were found
-  std::optional<std::unique_ptr<DirectSystem>> direct_; ///< null: may not be made; nothing: not asked yet
 };
 
 } // namespace maille::deform

@@ -51,6 +51,7 @@ public:
   /// layers.
   LatticeElasticity(const Scene& scene, ThreadTeam& team, LayerRange layers);
 
+  const Grid& grid() const { return grid_; }
   /// The scene's materials have other constants now; what cells are of is the same.
   void renew();
 

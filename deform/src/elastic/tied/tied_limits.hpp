@@ -7,8 +7,7 @@
 /// `tolerance`. rho is adapted to balance them in the first half of the rounds. Ties are eliminated from u,
 /// so they hold exactly.
 
-#include "elastic/krylov/conjugate_gradients.hpp"
-#include "elastic/krylov/field_sums.hpp"
+#include "elastic/krylov/elastic_operator.hpp"
 #include "elastic/tied/tied_links.hpp"
 #include "elastic/tied/tied_model.hpp"
 #include "maille/scene/arena.hpp"
@@ -26,12 +25,11 @@ namespace maille::deform {
 /// Source  Boyd et al. 2011, Distributed Optimization and Statistical Learning via the Alternating Direction
 ///         Method of Multipliers, sections 3.3 and 3.4 (residuals, penalties that balance them, steps beyond)
 /// Checked by  tests/deform/elastic/tied/tied_limits_test.cpp
-class LeastWithinLimits : private GradientSpace {
+class LeastWithinLimits : private FieldGradients, private ElasticOperator {
 public:
   /// All must outlive it. @param links with limits; @param loads [component][node], empty: none [N];
   /// @param penalty of the links beside K at first [1]
-  LeastWithinLimits(TiedModel& model, TiedLinks& links, const std::vector<List<double>>& loads,
-                    double penalty);
+  LeastWithinLimits(TiedModel& model, TiedLinks& links, const Loads& loads, double penalty);
 
   /// Changes u, in which tied nodes are together and what is prescribed has its values.
   /// @return whether links miss their limits by no more than `tolerance` [m], and go on to
@@ -45,24 +43,34 @@ public:
   bool balance_forces(Displacement u, double tolerance, Displacement& forces, Answer& answer);
 
 private:
-  void apply(const Displacement& u, Displacement& forces);
+  /// K and the links.
+  void apply(const Displacement& u, Displacement& forces) override;
+  void precondition(const Displacement& residual, Displacement& correction) override {
+    model_.precondition(residual, correction);
+  }
+  Displacement diagonal() const override;
   /// Loads and pulls of limits less what the body resists with.
   void find_residual(const Displacement& u, Displacement& residual);
   void take_state(Displacement& u, Answer& answer);
   void balance(const TiedLinks::Round& round);
 
-  double precondition() override;
-  std::optional<double> find_step(double beta, double product) override;
-  void take_step(double step) override;
-  double overlap() const override { return overlap_; }
-
   TiedModel& model_;
   TiedLinks& links_;
-  const std::vector<List<double>>& loads_;
-  double penalty_, missed_ = 0, overlap_ = 0;
-  Displacement residual_, correction_, direction_, image_;
-  FieldSums sums_;
-  Displacement* u_ = nullptr;
+  const Loads& loads_;
+  double penalty_, missed_ = 0;
 };
+
+/// Changes u, in which tied nodes are together, to the least energy within limits (see LeastWithinLimits) and
+/// then to the nearest state that keeps them to the last bit, in which ties may be open by as much as the
+/// answer's residual says. Adds to iterations, and says in the answer's message where borders stay open.
+/// @param links    whose weights are those of penalties; takes the limits of the model's task
+/// @param loads    [component][node], empty: none [N]; @param penalty at first, beside the operator [1]
+/// @param knows_forces  reactions are wanted: those of the least energy
+/// @return  whether every tie is closed to the scene's tolerance of the largest displacement
+bool keep_within_limits(TiedModel& model, TiedLinks& links, const Loads& loads, double penalty,
+                        bool knows_forces, Displacement& u, Answer& answer);
+
+/// What holds every prescribed component. @param forces K u - loads, and what limits pull with; changed
+std::vector<double> reactions_of_tied(const TiedModel& model, Displacement& forces);
 
 } // namespace maille::deform

@@ -2,8 +2,9 @@
 
 #include "control/method.hpp"
 #include "elastic/componentwise/componentwise_preconditioner.hpp"
+#include "elastic/krylov/flexible_gradients.hpp"
 #include "elastic/links/interval_field.hpp"
-#include "elastic/tied/within_limits.hpp"
+#include "elastic/tied/tied_limits.hpp"
 #include "feasible/feasible_set.hpp"
 #include "maille/scene/plausibility.hpp"
 
@@ -97,7 +98,7 @@ private:
   void precondition_bodies(const Displacement& residual, Displacement& correction) override {
     for (std::size_t b = 0; b < 3; ++b)
       for (std::size_t i = 0; i < residual.n_nodes(); ++i)
-        correction(b, i) = is_fixed()[b][i] ? 0 : residual(b, i) / (1 + penalty_ * of_links_(b, i));
+        correction(b, i) = fixed()(b, i) ? 0 : residual(b, i) / (1 + penalty_ * of_links_(b, i));
   }
 
   Displacement of_links_;
@@ -166,14 +167,12 @@ Answer TiedQuestion::relaxed() {
   const CellModuli moduli(scene_, CellModuli::Weights::of_relaxed);
   TiedLinks links = links_of_matter(scene_, moduli);
   RelaxedModel model(task, moduli, links);
-  std::vector<List<double>> loads;
-  for (int b = 0; b < 3; ++b)
-    loads.push_back(nodal_forces(scene_, b));
+  const Loads loads = loads_of(scene_);
   Displacement& u = answer_.displacement = task.initial_state();
   model.ties().bring_together(u);
   answer_.algorithm = "elastic, multigrid a component in conjugate gradients on bodies that slide";
   answer_.seconds.setup = clock_.seconds();
-  FlexibleGradients gradients(task, loads, model.is_fixed());
+  FlexibleGradients gradients(task, loads, model.fixed());
   const CoupledRound end = gradients.solve(model, u, answer_);
   if (end == CoupledRound::stalled) {
     Answer failed = refusal(answer_.method, gradients.problem());
@@ -215,8 +214,7 @@ Answer TiedQuestion::least_movement() {
   const Index3& n = scene_.specimen.grid.cells();
   const double longest = std::max({n[0], n[1], scene_.tied.planes});
   const double penalty = longest / (std::numbers::pi * std::sqrt(12.0));
-  const bool is_converged =
-      keep_within_limits(model, links, std::vector<List<double>>(3), penalty, false, u, answer_);
+  const bool is_converged = keep_within_limits(model, links, Loads{}, penalty, false, u, answer_);
   return ended(is_converged);
 }
 

@@ -2,7 +2,7 @@
 /// What conjugate gradients among displacements in which tied nodes move together go around.
 
 #include "elastic/krylov/coupled_task.hpp"
-#include "elastic/krylov/flexible_gradients.hpp"
+#include "elastic/krylov/elastic_operator.hpp"
 #include "elastic/tied/tied_nodes.hpp"
 
 #include <algorithm>
@@ -13,12 +13,12 @@ namespace maille::deform {
 
 /// Preconditioned by single bodies, each held softly where it is tied, and their answers brought together:
 /// what a Neumann-Neumann method does with its coarse space in the springs.
-class TiedModel : public FlexibleOperator {
+class TiedModel : public ElasticOperator {
 public:
   /// @param task outlives it; @param diagonal of the operator [N/m]
   TiedModel(const CoupledTask& task, Displacement diagonal)
-      : task_(task), is_fixed_(fixed_components(task)), diagonal_(std::move(diagonal)),
-        ties_(task.scene.tied, is_fixed_, diagonal_), shared_(task.scene.specimen.grid) {}
+      : task_(task), fixed_(task.scene.specimen, task.prescribed), diagonal_(std::move(diagonal)),
+        ties_(task.scene.tied, fixed_, diagonal_), shared_(task.scene.specimen.grid) {}
 
   void precondition(const Displacement& residual, Displacement& correction) final {
     shared_ = residual;
@@ -34,7 +34,7 @@ public:
 
   const CoupledTask& task() const { return task_; }
   const TiedNodes& ties() const { return ties_; }
-  const std::vector<std::vector<bool>>& is_fixed() const { return is_fixed_; }
+  const FixedMask& fixed() const { return fixed_; }
 
 protected:
   /// Preconditions the bodies without ties. @param correction 0 at first
@@ -42,7 +42,7 @@ protected:
 
 private:
   const CoupledTask& task_;
-  std::vector<std::vector<bool>> is_fixed_;
+  FixedMask fixed_;
   Displacement diagonal_;
   TiedNodes ties_;
   Displacement shared_;

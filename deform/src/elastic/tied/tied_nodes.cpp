@@ -41,8 +41,7 @@ std::vector<Vec3> directions_of(const NodeTie& tie) {
 
 } // namespace
 
-TiedNodes::TiedNodes(const NodeTies& ties, const std::vector<std::vector<bool>>& is_fixed,
-                     const Displacement& diagonal) {
+TiedNodes::TiedNodes(const NodeTies& ties, const FixedMask& fixed_components, const Displacement& diagonal) {
   const auto cluster_of = clusters_of(ties.ties);
   std::size_t n = 0;
   for (const auto& entry : cluster_of)
@@ -71,7 +70,7 @@ TiedNodes::TiedNodes(const NodeTies& ties, const std::vector<std::vector<bool>>&
     for (Eigen::Index i = 0; i < size; ++i) {
       const std::int64_t node = nodes[c][static_cast<std::size_t>(i / 3)];
       const int b = static_cast<int>(i % 3);
-      const bool is_held = is_fixed[static_cast<std::size_t>(b)][static_cast<std::size_t>(node)];
+      const bool is_held = fixed_components(b, node);
       (is_held ? fixed : free).push_back(i);
       (is_held ? cluster.fixed : cluster.free).push_back({node, b});
     }

@@ -1,6 +1,7 @@
 #pragma once
 /// Displacements in which tied nodes move together: the projection onto them, and forces of ties.
 
+#include "elastic/model/fixed_mask.hpp"
 #include "maille/scene/answer.hpp"
 
 #include <Eigen/Core>
@@ -12,10 +13,9 @@ namespace maille::deform {
 /// Ties hang together in clusters, the copies of one node of a body; each is solved by itself.
 class TiedNodes {
 public:
-  /// @param is_fixed [component][node], which no projection changes
+  /// @param fixed_components which no projection changes
   /// @param diagonal of the operator [N/m]: the stiffer of two nodes moves less
-  TiedNodes(const NodeTies& ties, const std::vector<std::vector<bool>>& is_fixed,
-            const Displacement& diagonal);
+  TiedNodes(const NodeTies& ties, const FixedMask& fixed_components, const Displacement& diagonal);
 
   /// u += the least change in the diagonal's norm that makes tied nodes move together, as far as components
   /// may move.

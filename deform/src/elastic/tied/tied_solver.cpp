@@ -5,7 +5,7 @@
 #include "elastic/links/interval_field.hpp"
 #include "elastic/masked/masked_solver.hpp"
 #include "elastic/multigrid/chebyshev.hpp"
-#include "elastic/tied/within_limits.hpp"
+#include "elastic/tied/tied_limits.hpp"
 #include "maille/scene/mechanics/friction.hpp"
 
 #include <algorithm>
@@ -38,7 +38,7 @@ public:
   }
   /// @param pulls  by tie, of springs between its nodes
   FlexibleGradients gradients(const std::vector<Vec3>& pulls) const {
-    return FlexibleGradients(task(), forces_of_loads(pulls), is_fixed());
+    return FlexibleGradients(task(), forces_of_loads(pulls), fixed());
   }
   /// What ties bring to nodes, or what holds them where they are prescribed.
   Displacement beyond_loads(const Displacement& u, const std::vector<Vec3>& pulls);
@@ -47,7 +47,7 @@ public:
   /// Without that of springs to the ground [J].
   double energy(const Displacement& u) const;
   /// @param pulls  empty: none
-  std::vector<List<double>> forces_of_loads(const std::vector<Vec3>& pulls) const;
+  Loads forces_of_loads(const std::vector<Vec3>& pulls) const;
 
 private:
   TiedSystem(const CoupledTask& task, LatticeElasticity elasticity)
@@ -68,12 +68,11 @@ private:
   std::unique_ptr<MaskedSystem> of_single_bodies_;
 };
 
-std::vector<List<double>> TiedSystem::forces_of_loads(const std::vector<Vec3>& pulls) const {
+Loads TiedSystem::forces_of_loads(const std::vector<Vec3>& pulls) const {
   const NodeTies& tied = task().scene.tied;
-  std::vector<List<double>> forces;
+  Loads forces = loads_of(task().scene);
   for (int b = 0; b < 3; ++b) {
-    forces.push_back(nodal_forces(task().scene, b));
-    List<double>& along = forces.back();
+    List<double>& along = forces[static_cast<std::size_t>(b)];
     for (std::size_t t = 0; t < pulls.size(); ++t) {
       const double pull = pulls[t][static_cast<std::size_t>(b)];
       if (pull == 0)

@@ -285,9 +285,7 @@ Eigen::VectorXd MultigridStiffness::solve(const Eigen::VectorXd& forces, double 
   double left = residual.norm();
   for (int round = 0; round < most_rounds && left > enough; ++round) {
     spread(residual, field);
-    system_.find_direction(
-        field, most_iterations, std::max(reduction, safely * enough / left), [] { return false; },
-        correction);
+    system_.find_direction(field, most_iterations, std::max(reduction, safely * enough / left), correction);
     answer += gathered(correction);
     spread(answer, field);
     elasticity_.apply(field, correction, team_);

@@ -169,41 +169,6 @@ TEST(CoarseOperatorContract, BitsAreTheSameForAnyNumberOfThreads) {
   EXPECT_TRUE(std::ranges::equal(product(of_one.B, v, one).all(), product(of_four.B, v, four).all()));
 }
 
-TEST(CoarseOperatorOracle, WhatIsAddedIsAddedAndForgotten) {
-  const Scene scene = porous_body(1, 13);
-  ThreadTeam team(1);
-  Grids of(scene, team);
-  ASSERT_TRUE(of.A.has_pieces());
-  const std::int32_t n = of.A.n_rows();
-  const Values u = random_values(n, 7);
-  const AlignedArray<float> before = product(of.A, u, team);
-  BlockMatrix S, nothing; // every fifth vertex to itself and to the next one
-  S.first.push_back(0);
-  nothing.first.assign(std::size_t(n) + 1, 0);
-  for (std::int32_t row = 0; row < n; ++row) {
-    for (const std::int32_t column : {row, row + 1})
-      if (row % 5 == 0 && column < n)
-        S.column.push_back(column);
-    S.first.push_back(static_cast<std::int32_t>(S.column.size()));
-  }
-  S.blocks = AlignedArray<float>(9 * S.column.size() + 16);
-  for (std::size_t i = 0; i < 9 * S.column.size(); ++i)
-    S.blocks[i] = std::sin(float(i));
-  Values expected(u.size());
-  for (std::size_t row = 0; row < std::size_t(n); ++row)
-    for (std::size_t c = 0; c < 3; ++c) {
-      expected[3 * row + c] = double{before[block_stride * row + c]};
-      for (auto i = std::size_t(S.first[row]); i < std::size_t(S.first[row + 1]); ++i)
-        for (std::size_t b = 0; b < 3; ++b)
-          expected[3 * row + c] += double{S.blocks[9 * i + 3 * b + c]} * u[3 * std::size_t(S.column[i]) + b];
-    }
-  of.A.set_added(std::move(nothing));
-  of.A.set_added(std::move(S));
-  expect_values(product(of.A, u, team), expected, 2e-6);
-  of.A.set_added({});
-  EXPECT_TRUE(std::ranges::equal(product(of.A, u, team).all(), before.all()));
-}
-
 /// Hinges, nodes within pieces and at their corners, and slots without matter.
 TEST(SlotInterpolationOracle, IsThatOfWeights) {
   const Scene scene = porous_body(1, 14, 3);

@@ -275,7 +275,7 @@ TEST(SlenderBodiesAnalytic, ColumnsAndRibbonsOnAFootBendAsBeamsDo) {
   }
 }
 
-// Truth: a full box of the same cells, whose solver is another. Its limits bind along half of its length.
+// Truth: a full box of the same cells, without void beside them. Its limits bind along half of its length.
 TEST(SlenderBodiesConsistent, WithinLimitsAColumnIsWhatTheBoxIs) {
   constexpr int length = 150;
   const auto bent = [&](Scene scene) {
@@ -292,7 +292,6 @@ TEST(SlenderBodiesConsistent, WithinLimitsAColumnIsWhatTheBoxIs) {
   const Answer box = bent(test::box_scene(3, {1, 1, length})), column = bent(body_of({2, 2, length}, cells));
   ASSERT_EQ(box.status, Status::done) << box.message;
   ASSERT_EQ(column.status, Status::done) << column.message;
-  EXPECT_NE(column.algorithm, box.algorithm);
   EXPECT_NE(column.message.find("limits are active"), std::string::npos) << column.message;
   const Grid& grid = Grid(3, {2, 2, length}, {1e-3, 1e-3, 1e-3});
   double difference = 0, size = 0;

@@ -253,14 +253,6 @@ void apply_rounded(const RoundedBlockMatrix& A, std::int32_t first, std::int32_t
   apply_all(A, first, end, u, out);
 }
 
-void add(const BlockMatrix& A, std::int32_t first, std::int32_t end, const float* u, float* out) {
-  for_vectors(first, end, [&](std::int32_t row, int part) HWY_ATTR {
-    float* const at = out + place(row, part);
-    if (A.first.data()[row] < A.first.data()[row + 1])
-      hn::StoreU(hn::Add(hn::LoadU(F(), at), row_of(A, row, part, u)), F(), at);
-  });
-}
-
 template<class Matrix>
 HWY_INLINE void find_residual(const Matrix& A, std::int32_t first, std::int32_t end, const float* f,
                               const float* u, float* out) {
@@ -324,7 +316,6 @@ namespace maille::deform {
 
 HWY_EXPORT(apply);
 HWY_EXPORT(apply_rounded);
-HWY_EXPORT(add);
 HWY_EXPORT(residual);
 HWY_EXPORT(residual_rounded);
 HWY_EXPORT(relax);
@@ -338,9 +329,6 @@ void apply_blocks(const BlockMatrix& A, std::int32_t first, std::int32_t end, co
 void apply_blocks(const RoundedBlockMatrix& A, std::int32_t first, std::int32_t end, const float* u,
                   float* out) {
   HWY_DYNAMIC_DISPATCH(apply_rounded)(A, first, end, u, out);
-}
-void add_blocks(const BlockMatrix& A, std::int32_t first, std::int32_t end, const float* u, float* out) {
-  HWY_DYNAMIC_DISPATCH(add)(A, first, end, u, out);
 }
 void round_blocks(const float* blocks, std::int32_t n, float unit, std::uint16_t* eight,
                   std::uint16_t* last) {

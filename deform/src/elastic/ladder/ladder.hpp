@@ -1,0 +1,37 @@
+#pragma once
+/// One way to the elastic answer for bodies of every kind: rungs that cost more and resolve more.
+///
+/// Rungs, in the order in which they are tried:
+///   1. a sparse Cholesky factor in float64, where the body is very slender and the factor is small;
+///   2. mixed precision: rounds in float32 around the body's multigrid (MixedSolver);
+///   3. the factor, if rung 2 stalls, or costs more iterations than the factor (`should_fall_back`);
+///   4. float64 around the same multigrid, if rung 2 stalls, and first where float32 is known to fail;
+///   5. float64 around the componentwise multigrid. Bodies in 1D and 2D begin here.
+///
+/// Every rung ends by energy and reactions; limits follow (CoupledTask::limit_step). make_mixed_solver() and
+/// make_operator() are the only places that know which kinds of bodies there are.
+
+#include "elastic/krylov/coupled_task.hpp"
+#include "elastic/krylov/mixed_gradients.hpp"
+
+#include <memory>
+
+namespace maille::deform {
+
+/// @pre dimension 3
+std::unique_ptr<MixedSolver> make_mixed_solver(const CoupledTask& task);
+/// Operator of the task's body with its quickest preconditioner. @param task must outlive it
+std::shared_ptr<ElasticOperator> make_operator(const CoupledTask& task);
+/// The same with the preconditioner that knows penalties best: a factor for slender bodies, else the
+/// componentwise multigrid, whose coarse links carry penalties exactly. A body's own multigrid carries them
+/// inaccurately and takes up to eight times the iterations.
+std::shared_ptr<PenalizedOperator> make_operator_within_limits(const CoupledTask& task);
+
+/// The elastic answer of a body without ties. @pre 1D, 2D or 3D
+CoupledAlgorithm solve_on_ladder;
+
+/// True if float32 cannot tell the body's bending from rigid motion: rung 1 or 4 comes first. @pre dimension
+/// 3
+bool needs_float64(const Scene& scene);
+
+} // namespace maille::deform
