@@ -5,7 +5,6 @@
 #include <Eigen/LU>
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <vector>

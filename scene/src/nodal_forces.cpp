@@ -1,7 +1,6 @@
 #include "maille/scene/scene.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 
 namespace maille {

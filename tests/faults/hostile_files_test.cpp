@@ -7,7 +7,6 @@
 
 #include <array>
 #include <bit>
-#include <chrono>
 #include <cstdint>
 #include <fcntl.h>
 #include <filesystem>

@@ -5,7 +5,6 @@
 #include <Eigen/Dense>
 #include <Eigen/LU>
 #include <Eigen/SVD>
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <gtest/gtest.h>
@@ -251,34 +250,33 @@ OffAxis pull(const ElasticConstants& constants, double degrees) {
   return {degrees, 1 / S(0, 0), S(0, 5) / S(0, 0), -S(0, 1) / S(0, 0)};
 }
 
-TEST(OffAxisTensionAnalytic, VastusLateralisTable) {
-  // Truth: closed form of off-axis tension (Lekhnitskii), tabulated for E 41.8, 7.38, G 5.77 kPa, nu 0.5; the
-  // last digit is rounded.
-  const ElasticConstants constants = ElasticConstants::transversely_isotropic(41.8, 7.38, 5.77, 0.5, 0.5);
-  for (const OffAxis& expected :
-       {OffAxis{0, 41.80, 0, 0.500}, OffAxis{15, 32.50, -0.836, 0.368}, OffAxis{30, 20.03, -0.924, 0.202},
-        OffAxis{45, 12.95, -0.723, 0.122}, OffAxis{60, 9.46, -0.478, 0.095}, OffAxis{75, 7.85, -0.236, 0.089},
-        OffAxis{90, 7.38, 0, 0.088}}) {
-    const OffAxis found = pull(constants, expected.degrees);
-    EXPECT_NEAR(found.E_x, expected.E_x, 0.00501) << expected.degrees;
-    EXPECT_NEAR(found.eta, expected.eta, 0.000501) << expected.degrees;
-    EXPECT_NEAR(found.nu_xy, expected.nu_xy, 0.000501) << expected.degrees;
-  }
-}
-
-TEST(OffAxisTensionAnalytic, TableOfAMuscleSoftestBetweenItsAxes) {
-  // Truth: the same for E 447, 22.4, G 3.87 kPa, nu 0.47: softest near 45 degrees. nu_cross has no part in
-  // it.
-  const ElasticConstants constants = ElasticConstants::transversely_isotropic(447, 22.4, 3.87, 0.47, 0.5);
-  for (const OffAxis& expected :
-       {OffAxis{0, 447, 0, 0.470}, OffAxis{15, 55.05, -3.079, 0.778}, OffAxis{30, 19.19, -1.223, 0.774},
-        OffAxis{45, 13.19, -0.280, 0.705}, OffAxis{60, 13.64, 0.368, 0.550}, OffAxis{75, 18.22, 0.633, 0.258},
-        OffAxis{90, 22.40, 0, 0.024}}) {
-    const OffAxis found = pull(constants, expected.degrees);
-    EXPECT_NEAR(found.E_x, expected.E_x, 0.00501) << expected.degrees;
-    EXPECT_NEAR(found.eta, expected.eta, 0.000501) << expected.degrees;
-    EXPECT_NEAR(found.nu_xy, expected.nu_xy, 0.000501) << expected.degrees;
-  }
+// Truth: closed form of off-axis tension (Lekhnitskii), tabulated; the last digit is rounded.
+TEST(OffAxisTensionAnalytic, TablesOfTwoMuscles) {
+  const auto expect_table = [](const ElasticConstants& constants, const std::vector<OffAxis>& table) {
+    for (const OffAxis& expected : table) {
+      const OffAxis found = pull(constants, expected.degrees);
+      EXPECT_NEAR(found.E_x, expected.E_x, 0.00501) << expected.degrees;
+      EXPECT_NEAR(found.eta, expected.eta, 0.000501) << expected.degrees;
+      EXPECT_NEAR(found.nu_xy, expected.nu_xy, 0.000501) << expected.degrees;
+    }
+  };
+  expect_table(ElasticConstants::transversely_isotropic(41.8, 7.38, 5.77, 0.5, 0.5), // vastus lateralis
+               {{0, 41.80, 0, 0.500},
+                {15, 32.50, -0.836, 0.368},
+                {30, 20.03, -0.924, 0.202},
+                {45, 12.95, -0.723, 0.122},
+                {60, 9.46, -0.478, 0.095},
+                {75, 7.85, -0.236, 0.089},
+                {90, 7.38, 0, 0.088}});
+  // Softest near 45 degrees. nu_cross has no part in it.
+  expect_table(ElasticConstants::transversely_isotropic(447, 22.4, 3.87, 0.47, 0.5),
+               {{0, 447, 0, 0.470},
+                {15, 55.05, -3.079, 0.778},
+                {30, 19.19, -1.223, 0.774},
+                {45, 13.19, -0.280, 0.705},
+                {60, 13.64, 0.368, 0.550},
+                {75, 18.22, 0.633, 0.258},
+                {90, 22.40, 0, 0.024}});
 }
 
 TEST(OffAxisTensionAnalytic, ClosedFormAtAnyAngle) {

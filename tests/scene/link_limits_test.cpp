@@ -178,8 +178,7 @@ TEST(TautScaleOracle, BoxesThatAreHeldAndPoked) {
     for (const int component : {0, 2})
       scene.prescribed.push_back(
           {scene.specimen.grid.node({cells[0], 0, cells[2]}), component, -2e-4, false});
-    std::ranges::sort(scene.prescribed, {},
-                      [](const Prescribed& p) { return std::pair(p.component, p.node); });
+    test::sort_prescribed(scene);
     expect_the_same(scene);
     prescribe_at_random(scene, 7);
     expect_the_same(scene);
@@ -205,7 +204,7 @@ TEST(TautScaleOracle, PiecesThatAreNotJoined) {
   // The lowest value stands alone on its piece's end; the others differ on theirs.
   const std::int64_t near = scene.specimen.grid.node({4, 0, 0});
   scene.prescribed.push_back({near, 0, -0.8e-3, false});
-  std::ranges::sort(scene.prescribed, {}, [](const Prescribed& p) { return std::pair(p.component, p.node); });
+  test::sort_prescribed(scene);
   for (Prescribed& p : scene.prescribed)
     if (p.held && p.component == 0)
       p.value = -2e-3;

@@ -8,7 +8,6 @@
 #include "support/same_scene.hpp"
 
 #include <gtest/gtest.h>
-#include <numeric>
 #include <random>
 
 namespace maille {

@@ -7,8 +7,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
 
 namespace maille::lab {
 namespace {
@@ -29,9 +27,7 @@ Scene poked_cube(int n, double cells) {
     for (int x = 2 * n / 5; x <= 3 * n / 5; ++x)
       for (int b = 0; b < 3; ++b)
         scene.prescribed.push_back({grid.node({x, y, n}), b, b == 2 ? cells * 1e-3 : 0.0, false});
-  std::ranges::sort(scene.prescribed, [](const Prescribed& p, const Prescribed& q) {
-    return std::pair(p.component, p.node) < std::pair(q.component, q.node);
-  });
+  test::sort_prescribed(scene);
   return scene;
 }
 

@@ -10,7 +10,6 @@
 #include <vtkNew.h>
 #include <vtkPNGReader.h>
 
-#include <set>
 #include <tuple>
 
 namespace maille::studies {

@@ -3,7 +3,6 @@
 #include "lattice/binned_boxes.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>

@@ -26,12 +26,6 @@ const std::map<std::string, EventKind, std::less<>>& kinds() {
   return kinds;
 }
 
-std::string trimmed(const std::string& text) {
-  const auto first = text.find_first_not_of(" \t\r");
-  return first == std::string::npos ? std::string()
-                                    : text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-}
-
 constexpr std::array<const char*, 7> columns{"time [s]", "event", "x", "y", "button", "name", "value"};
 
 std::string column_names() {
@@ -48,7 +42,7 @@ public:
       : cells_(cells), line_(line), faults_(faults) {}
 
   std::string text(std::size_t column) const {
-    return column < cells_.size() ? trimmed(cells_[column]) : std::string();
+    return std::string(column < cells_.size() ? trimmed(cells_[column]) : std::string_view());
   }
   /// Number in a cell; 0 where it is empty.
   double number(std::size_t column) const {
@@ -122,14 +116,15 @@ std::vector<ScriptedEvent> parse_script(std::string_view text, const std::string
   std::vector<ScriptedEvent> script;
   bool has_header = false;
   for (CsvRecords records(text, CsvComments::lines); records.next();) {
-    const std::string first = trimmed(records.cells().front());
+    const std::string_view first = trimmed(records.cells().front());
     if ((first.empty() && records.cells().size() == 1) || first.starts_with('#'))
       continue;
     if (!has_header) {
       has_header = true;
-      const bool is_right = records.cells().size() == columns.size() &&
-                            std::ranges::equal(records.cells(), columns, {}, trimmed,
-                                               [](const char* name) { return std::string(name); });
+      const bool is_right =
+          records.cells().size() == columns.size() &&
+          std::ranges::equal(records.cells(), columns,
+                             [](const std::string& cell, const char* name) { return trimmed(cell) == name; });
       if (!is_right) {
         faults.add(records.line(), "", "a first row " + column_names(), "another");
         break;
@@ -138,7 +133,7 @@ std::vector<ScriptedEvent> parse_script(std::string_view text, const std::string
     }
     script.push_back(read_row(Row(records.cells(), records.line(), faults)));
     if (script.size() > 1 && script.back().at < script[script.size() - 2].at)
-      faults.add(records.line(), "time [s]", "times that do not fall", "\"" + first + "\"");
+      faults.add(records.line(), "time [s]", "times that do not fall", "\"" + std::string(first) + "\"");
   }
   if (!has_header)
     faults.add(0, "", "a first row " + column_names(), "an empty file");

@@ -26,6 +26,12 @@ namespace {
 constexpr std::int64_t period = 1'000'000; // [ns]
 constexpr double period_seconds = 1e-3;
 
+Eigen::Vector3d half_size(const deform::RigidShape& tool) {
+  const Index3& size = tool.size();
+  return 0.5 * Eigen::Vector3d(size[0], size[1], size[2])
+                   .cwiseProduct(Eigen::Map<const Eigen::Vector3d>(tool.spacing().data()));
+}
+
 std::int64_t now() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(
              std::chrono::steady_clock::now().time_since_epoch())
@@ -197,11 +203,7 @@ void HandLoop::take_surroundings() {
       const bool is_clear = proxy_ && around_->matter->n_inside(*around_->tool, proxy_->pose()) == 0;
       if (!is_clear) { // matter came to where the proxy was: back to the tool of the physics
         deform::Pose middle = around_->lattice;
-        Eigen::Vector3d half;
-        for (int a = 0; a < 3; ++a)
-          half[a] = 0.5 * around_->tool->size()[static_cast<std::size_t>(a)] *
-                    around_->tool->spacing()[static_cast<std::size_t>(a)];
-        middle.position += middle.rotation * half;
+        middle.position += middle.rotation * half_size(*around_->tool);
         proxy_.emplace(*around_->tool, middle);
       }
     }
@@ -238,10 +240,7 @@ void HandLoop::move_proxy() {
   const std::int64_t began = now();
   // The tool's middle where the frame is at the goal.
   const deform::Pose lattice = then(then(around_->lattice, inverse(around_->frame)), goal_.pose);
-  Eigen::Vector3d half;
-  for (int a = 0; a < 3; ++a)
-    half[a] = 0.5 * around_->tool->size()[static_cast<std::size_t>(a)] *
-              around_->tool->spacing()[static_cast<std::size_t>(a)];
+  const Eigen::Vector3d half = half_size(*around_->tool);
   const deform::Pose goal{lattice.rotation, lattice.position + lattice.rotation * half};
   proxy_->follow(*around_->matter, towards(goal, proxy_->pose(), half, around_->matter->cell_size()));
   proxy_time_ = goal_.event_time;

@@ -1,7 +1,6 @@
 #include "session/physics.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <memory>

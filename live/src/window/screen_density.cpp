@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 #ifdef MAILLE_X11
 #include <X11/Xlib.h>

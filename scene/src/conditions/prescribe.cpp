@@ -5,6 +5,7 @@
 #include "geometry/border_normals.hpp"
 #include "geometry/pieces.hpp"
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,7 +13,6 @@
 #include <cmath>
 #include <cstdint>
 #include <iterator>
-#include <limits>
 #include <map>
 #include <string>
 #include <string_view>
@@ -156,16 +156,11 @@ constexpr std::string_view axis_names = "xyz";
 
 /// The middle of the box that holds nodes at rest.
 Vec3 middle(const Specimen& body, const std::vector<std::int64_t>& nodes) {
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  Vec3 low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
-  for (const std::int64_t node : nodes) {
-    const Vec3 x = body.position(body.grid.node_at(node));
-    for (std::size_t a = 0; a < 3; ++a) {
-      low[a] = std::min(low[a], x[a]);
-      high[a] = std::max(high[a], x[a]);
-    }
-  }
-  return {(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2};
+  Eigen::AlignedBox3d box;
+  for (const std::int64_t node : nodes)
+    box.extend(Eigen::Map<const Eigen::Vector3d>(body.position(body.grid.node_at(node)).data()));
+  const Eigen::Vector3d at = (box.min() + box.max()) / 2;
+  return {at[0], at[1], at[2]};
 }
 
 /// A condition whose turn, if it has one, knows where and what it turns.

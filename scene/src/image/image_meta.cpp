@@ -9,6 +9,7 @@
 // world is ITK's, whatever TransformMatrix is.
 
 #include "image/image_formats.hpp"
+#include "maille/materials/text_file.hpp"
 
 #include <fmt/format.h>
 
@@ -20,19 +21,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::string_view blanks = " \t\r";
 constexpr std::size_t largest_header = 1 << 16;
 
 struct TextHeader {
   std::map<std::string, std::string> fields;
   std::int64_t bytes = 0; ///< up to the data, if that is in the same file
 };
-
-std::string trimmed(std::string_view text) {
-  const std::size_t start = text.find_first_not_of(" \t\r");
-  return start == std::string_view::npos
-             ? std::string()
-             : std::string(text.substr(start, text.find_last_not_of(" \t\r") - start + 1));
-}
 
 /// Reads `Key = Value` lines; ElementDataFile is the last one, and the data may follow it directly.
 TextHeader read_text_header(const fs::path& file, Faults& faults) {
@@ -43,13 +38,13 @@ TextHeader read_text_header(const fs::path& file, Faults& faults) {
     const std::size_t end = std::min(text.find('\n', at), text.size());
     const std::string_view line = std::string_view(text).substr(at, end - at);
     at = std::min(end + 1, text.size());
-    if (trimmed(line).empty())
+    if (trimmed(line, blanks).empty())
       continue;
     const std::size_t equals = line.find('=');
     if (equals == std::string_view::npos)
       faults.fail("", "a MetaImage header: `Key = Value` lines up to ElementDataFile", in_quotes(line));
-    const std::string key = trimmed(line.substr(0, equals));
-    const std::string value = trimmed(line.substr(equals + 1));
+    const std::string key(trimmed(line.substr(0, equals), blanks));
+    const std::string value(trimmed(line.substr(equals + 1), blanks));
     const auto [place, is_new] = header.fields.emplace(key, value);
     if (!is_new && place->second != value)
       faults.add(key, "one value", in_quotes(place->second) + " and " + in_quotes(value));

@@ -7,6 +7,7 @@
 // components is the first or the last one.
 
 #include "image/image_formats.hpp"
+#include "maille/materials/text_file.hpp"
 #include "maille/scene/named_segments.hpp"
 
 #include <fmt/format.h>
@@ -30,15 +31,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::string_view blanks = " \t\r";
 constexpr std::size_t largest_header = 1 << 18; // a segmentation's keys name every segment
 constexpr std::size_t most_axes = 16;
-
-std::string trimmed(std::string_view text) {
-  const std::size_t start = text.find_first_not_of(" \t\r");
-  return start == std::string_view::npos
-             ? std::string()
-             : std::string(text.substr(start, text.find_last_not_of(" \t\r") - start + 1));
-}
 
 std::string lower(std::string text) {
   std::ranges::transform(text, text.begin(),
@@ -67,15 +62,15 @@ TextHeader read_text_header(const fs::path& file, Faults& faults) {
     header.bytes = static_cast<std::int64_t>(at);
     if (std::exchange(is_first, false) || line.starts_with('#'))
       continue;
-    if (trimmed(line).empty())
+    if (trimmed(line, blanks).empty())
       return header;
     const std::size_t colon = line.find(':');
     const bool is_key = colon != std::string_view::npos && line.substr(colon).starts_with(":=");
     if (colon == std::string_view::npos)
       faults.fail("", "a NRRD header: `field: value` and `key:=value` lines up to an empty one",
                   in_quotes(line));
-    const std::string name = trimmed(line.substr(0, colon));
-    const std::string value = trimmed(line.substr(colon + (is_key ? 2 : 1)));
+    const std::string name(trimmed(line.substr(0, colon), blanks));
+    const std::string value(trimmed(line.substr(colon + (is_key ? 2 : 1)), blanks));
     auto& list = is_key ? header.keys : header.fields;
     const auto [place, is_new] = list.emplace(is_key ? name : lower(name), value);
     if (!is_new && place->second != value)
@@ -295,7 +290,7 @@ private:
     // Two axes may stand in a space of three.
     const std::size_t n_world = field("space") ? 3 : n_space;
     if (const auto origin = field("space origin")) {
-      const auto values = parse_vector(trimmed(*origin), n_world);
+      const auto values = parse_vector(std::string(trimmed(*origin, blanks)), n_world);
       if (!values)
         faults_.add("space origin", fmt::format("({} numbers)", n_world), in_quotes(*origin));
       else

@@ -1,7 +1,6 @@
 #include "maille/scene/look.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 #include <limits>
 #include <stdexcept>

@@ -10,7 +10,6 @@
 #include "text.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace maille::studies {
 

@@ -7,7 +7,6 @@
 #include <vtkNew.h>
 #include <vtkPoints.h>
 
-#include <algorithm>
 
 namespace maille::studies {
 namespace {

@@ -23,7 +23,6 @@
 #include <regex>
 #include <string>
 #include <system_error>
-#include <utility>
 
 #include <fcntl.h>
 #include <sys/stat.h>

@@ -28,26 +28,13 @@ bool is_at_end(const FitParameters& parameters, const std::vector<double>& best,
   return best[i] - parameters.low()[i] < near || parameters.high()[i] - best[i] < near;
 }
 
-/// Puts numbers that no answer depends on back to where the search began: what the scenes do not say is left
-/// as it was.
-std::vector<double> without_idle_numbers(FitSearch& search, const FitParameters& parameters,
-                                         std::vector<double> best, double value) {
+/// Changes each number that no answer depends on, by `changed(number, its place)`.
+template<class Changed>
+std::vector<double> with_idle_numbers(FitSearch& search, std::vector<double> best, double value,
+                                      Changed changed) {
   for (std::size_t i = 0; i < best.size(); ++i) {
     std::vector<double> x = best;
-    x[i] = parameters.start()[i];
-    if (std::abs(search.evaluate(x) - value) <= same_error * value)
-      best = x;
-  }
-  return best;
-}
-
-/// Opens limits that no answer depends on: a link that nothing asks about must not bind where another scene
-/// pulls at it.
-std::vector<double> with_idle_limits_open(FitSearch& search, std::vector<double> best, double value) {
-  constexpr double open = 0; // the logarithm of a slack as long as the link, see limits_out_of_the_way
-  for (std::size_t i = 0; i < best.size(); ++i) {
-    std::vector<double> x = best;
-    x[i] = std::max(x[i], open);
+    x[i] = changed(x[i], i);
     if (std::abs(search.evaluate(x) - value) <= same_error * value)
       best = x;
   }
@@ -81,11 +68,16 @@ Fit fit(std::span<const FitCase> cases, const FitSettings& settings, const Contr
     result.status = Status::clamped;
   result.evaluations = search.evaluations();
   const double value = search.best_value();
-  std::vector<double> best = result.status == Status::interrupted
-                                 ? search.best()
-                                 : without_idle_numbers(search, parameters, search.best(), value);
+  std::vector<double> best = search.best();
+  if (result.status != Status::interrupted) // what the scenes do not say is left as it was
+    best =
+        with_idle_numbers(search, best, value, [&](double, std::size_t i) { return parameters.start()[i]; });
+  // A link that nothing asks about must not bind where another scene pulls at it.
   if (settings.method == "limits" && result.status != Status::interrupted)
-    best = with_idle_limits_open(search, best, value);
+    best = with_idle_numbers(search, best, value, [](double x, std::size_t) {
+      constexpr double open = 0; // the logarithm of a slack as long as the link, see limits_out_of_the_way
+      return std::max(x, open);
+    });
   result.materials = parameters.materials(best);
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const bool is_determined =

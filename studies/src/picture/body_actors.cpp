@@ -83,11 +83,6 @@ vtkSmartPointer<vtkActor> coloured(vtkAlgorithmOutput* shape, const BodyStyle& s
   return actor;
 }
 
-/// Moves an actor towards the viewer (or away, < 0): under a parallel view that changes only what hides what.
-void bring_forward(vtkActor& actor, const View& view, double distance) {
-  actor.SetPosition(distance * view.toward[0], distance * view.toward[1], distance * view.toward[2]);
-}
-
 vtkSmartPointer<vtkActor> lines(vtkAlgorithmOutput* shape, double opacity, const BodyStyle& style,
                                 const View& view) {
   const auto actor = actor_of(shape);

@@ -88,8 +88,6 @@ vtkSmartPointer<vtkRenderer> panel_renderer(const Scene& scene, const PicturePan
                                             const BodyStyle& style, const View& view, const Page& page,
                                             const Box& box) {
   auto renderer = vtkSmartPointer<vtkRenderer>::New();
-  renderer->SetViewport(box.left / page.width, box.bottom / page.height, (box.left + box.width) / page.width,
-                        (box.bottom + box.height) / page.height);
   renderer->SetLayer(1); // over the page
   for (const auto& actor : body_actors(scene, *panel.displacement, shown_by_colour(panel), style, view))
     renderer->AddViewProp(actor);
@@ -151,8 +149,6 @@ std::optional<std::string> render_comparison(const Scene& scene, const std::vect
   const BodyStyle style{warp, unit.metres, colours, page.scale, std::max(1.0, page.width / 1600.0)};
 
   vtkRenderWindow& window = offscreen->window();
-  window.SetMultiSamples(8);
-  window.SetNumberOfLayers(2);
   vtkNew<vtkRenderer> background;
   background->SetBackground(1, 1, 1);
   add_labels(*background, page, panels, settings.title);
@@ -164,9 +160,7 @@ std::optional<std::string> render_comparison(const Scene& scene, const std::vect
         *background, page, *colours, scale,
         legend_text(settings.quantity, unit, warp, std::any_of(panels.begin(), panels.end(), is_nonfinite)));
   const double em = page.text_size;
-  add_triad(*background, view, scene.specimen.placement, scene.dimension(), settings.is_anatomical,
-            page.legend.left + 4 * em, page.legend.bottom + 2.2 * em,
-            (settings.is_anatomical ? 1.3 : 1.8) * em, em);
+  add_triad(*background, view, scene, settings.is_anatomical, page, em);
   window.AddRenderer(background);
   for (std::size_t i = 0; i < panels.size(); ++i)
     if (settings.draw_body)

@@ -82,13 +82,15 @@ void add_text(vtkRenderer& renderer, const std::string& text, double x, double y
   renderer.AddActor2D(actor);
 }
 
-void add_triad(vtkRenderer& renderer, const View& view, const Placement& placement, int dimension,
-               bool is_anatomical, double x, double y, double length, double text_size) {
+void add_triad(vtkRenderer& renderer, const View& view, const Scene& scene, bool is_anatomical,
+               const Page& page, double em) {
+  const double x = page.legend.left + 4 * em, y = page.legend.bottom + 2.2 * em;
+  const double length = (is_anatomical ? 1.3 : 1.8) * em;
   constexpr std::array<const char*, 3> names{"x", "y", "z"};
   constexpr std::array<std::array<const char*, 2>, 3> ends{{{"R", "L"}, {"A", "P"}, {"S", "I"}}};
   constexpr std::array<Vec3, 3> colours{{{0.75, 0.15, 0.15}, {0.10, 0.50, 0.20}, {0.15, 0.30, 0.75}}};
-  const auto axes = world_axes(view, placement);
-  for (std::size_t axis = 0; axis < static_cast<std::size_t>(dimension); ++axis)
+  const auto axes = world_axes(view, scene.specimen.placement);
+  for (std::size_t axis = 0; axis < static_cast<std::size_t>(scene.dimension()); ++axis)
     for (const int sign : {1, -1}) {
       if (sign < 0 && !is_anatomical)
         continue;
@@ -110,13 +112,19 @@ void add_triad(vtkRenderer& renderer, const View& view, const Placement& placeme
       actor->GetProperty()->SetColor(colours[axis].data());
       actor->GetProperty()->SetLineWidth(sign > 0 ? 3 : 1);
       renderer.AddActor2D(actor);
-      const double away = 1 + 0.8 * text_size / std::max(std::hypot(dx, dy), 0.5 * text_size);
+      const double away = 1 + 0.8 * em / std::max(std::hypot(dx, dy), 0.5 * em);
       add_text(renderer, is_anatomical ? ends[axis][sign > 0 ? 0 : 1] : names[axis], x + away * dx,
-               y + away * dy + 0.5 * text_size, 0.8 * text_size, colours[axis], sign > 0);
+               y + away * dy + 0.5 * em, 0.8 * em, colours[axis], sign > 0);
     }
 }
 
+void bring_forward(vtkActor& actor, const View& view, double distance) {
+  actor.SetPosition(distance * view.toward[0], distance * view.toward[1], distance * view.toward[2]);
+}
+
 void aim(vtkRenderer& renderer, const View& view, const Page& page, const Box& box) {
+  renderer.SetViewport(box.left / page.width, box.bottom / page.height, (box.left + box.width) / page.width,
+                       (box.bottom + box.height) / page.height);
   vtkCamera& camera = *renderer.GetActiveCamera();
   const double away = 10 * (view.width + view.height);
   camera.ParallelProjectionOn();

@@ -21,11 +21,14 @@ inline constexpr Vec3 quiet_ink{0.38, 0.40, 0.45};
 void add_text(vtkRenderer& renderer, const std::string& text, double x, double y, double size,
               const Vec3& colour, bool is_bold);
 
-/// The world's axes, as a triad.
-/// @param x, @param y, @param length  of its middle and its arms [pixels] @param is_anatomical  letters R L,
-/// A P, S I at the ends in place of x, y, z at the positive ones
-void add_triad(vtkRenderer& renderer, const View& view, const Placement& placement, int dimension,
-               bool is_anatomical, double x, double y, double length, double text_size);
+/// The world's axes, as a triad in the page's legend.
+/// @param is_anatomical  letters R L, A P, S I at the ends in place of x, y, z at the positive ones
+/// @param em  size of the text [pixels]
+void add_triad(vtkRenderer& renderer, const View& view, const Scene& scene, bool is_anatomical,
+               const Page& page, double em);
+
+/// Moves an actor towards the viewer (or away, < 0): under a parallel view that changes only what hides what.
+void bring_forward(vtkActor& actor, const View& view, double distance);
 
 /// A bar of the colours from 0 to the scale's end with its numbers, and a line of text above it.
 void add_legend(vtkRenderer& renderer, const Page& page, vtkColorTransferFunction& colours,

@@ -173,8 +173,11 @@ std::unique_ptr<OffscreenWindow> OffscreenWindow::open(int width, int height, st
   std::unique_ptr<OffscreenWindow> offscreen(new OffscreenWindow);
   std::string why_not_egl, why_not_x;
   if (offscreen->open_with_egl(width, height, why_not_egl) ||
-      offscreen->open_with_x(width, height, why_not_x))
+      offscreen->open_with_x(width, height, why_not_x)) {
+    offscreen->window().SetMultiSamples(8);
+    offscreen->window().SetNumberOfLayers(2);
     return offscreen;
+  }
   why_not = "no picture: " + why_not_egl + "; " + why_not_x;
   return nullptr;
 }

@@ -1,5 +1,6 @@
 #include "question_actors.hpp"
 
+#include "drawing.hpp"
 #include "export/body_grid.hpp"
 
 #include <vtkActor.h>
@@ -32,11 +33,6 @@ vtkSmartPointer<vtkActor> flat_actor(vtkPolyData* shape, const Vec3& colour, dou
   actor->GetProperty()->SetOpacity(opacity);
   actor->GetProperty()->LightingOff();
   return actor;
-}
-
-/// In front of everything: under a parallel view that changes only what hides what.
-void bring_forward(vtkActor& actor, const View& view, double distance) {
-  actor.SetPosition(distance * view.toward[0], distance * view.toward[1], distance * view.toward[2]);
 }
 
 /// Polygons that face the viewer.

@@ -16,7 +16,6 @@
 #include <vtkRenderer.h>
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <numeric>
 
@@ -169,9 +168,7 @@ std::optional<std::string> render_question(const Scene& scene, const std::filesy
   const std::vector<Arrow> arrows = arrows_of(scene, 0.14 * longest_side(scene));
   View view = choose_view(scene, {}, 1, matter_only(scene.specimen).nodes);
   include(view, arrows);
-  PictureSettings size;
-  size.width = settings.width;
-  size.largest_height = settings.largest_height;
+  const PictureSettings size{.width = settings.width, .largest_height = settings.largest_height};
   const double em = settings.width / 62.0;
   const Legend legend(legend_of(scene, parts, arrows), settings.width - 10 * em, em);
   PageParts heights;
@@ -183,19 +180,13 @@ std::optional<std::string> render_question(const Scene& scene, const std::filesy
   if (offscreen == nullptr)
     return why_not;
   vtkRenderWindow& window = offscreen->window();
-  window.SetMultiSamples(8);
-  window.SetNumberOfLayers(2);
   vtkNew<vtkRenderer> background;
   background->SetBackground(1, 1, 1);
   legend.draw(*background, page.width / 2.0 + 4 * em, page.legend.bottom + page.legend.height - 0.3 * em);
-  add_triad(*background, view, scene.specimen.placement, scene.dimension(), settings.is_anatomical,
-            page.legend.left + 4 * em, page.legend.bottom + 2.2 * em,
-            (settings.is_anatomical ? 1.3 : 1.8) * em, em);
+  add_triad(*background, view, scene, settings.is_anatomical, page, em);
   window.AddRenderer(background);
   const Box& box = page.drawings.front();
   vtkNew<vtkRenderer> drawing;
-  drawing->SetViewport(box.left / page.width, box.bottom / page.height, (box.left + box.width) / page.width,
-                       (box.bottom + box.height) / page.height);
   drawing->SetLayer(1);
   for (const Props& props :
        {part_actors(scene, parts, view, page.scale), fibre_actors(scene, view, page.scale),

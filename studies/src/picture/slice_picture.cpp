@@ -223,9 +223,7 @@ std::optional<std::string> render_slice(const Scene& scene, const std::vector<Sl
   View view = scene.dimension() == 3 ? view_across(scene, static_cast<std::size_t>(slice.axis)) : View{};
   const LayerSide side(scene, cells, slice, view);
   frame(view, side, cells, panels, warp);
-  PictureSettings size;
-  size.width = settings.width;
-  size.largest_height = settings.largest_height;
+  const PictureSettings size{.width = settings.width, .largest_height = settings.largest_height};
   PageParts heights;
   heights.label = 2.2;
   const Page page = choose_page(view, panels.size(), size, heights);
@@ -236,16 +234,12 @@ std::optional<std::string> render_slice(const Scene& scene, const std::vector<Sl
   const Scale scale = round_scale(most_shown(panels, cells) / unit);
   const auto colours = viridis(scale.end);
   vtkRenderWindow& window = offscreen->window();
-  window.SetMultiSamples(8);
-  window.SetNumberOfLayers(2);
   vtkNew<vtkRenderer> background;
   background->SetBackground(1, 1, 1);
   std::string text = quantity + (warp != 1 ? fmt::format(",  shape drawn × {:g}", warp) : "");
   add_legend(*background, page, *colours, scale, text + ",  grey: at rest");
   const double em = page.text_size;
-  add_triad(*background, view, scene.specimen.placement, scene.dimension(), settings.is_anatomical,
-            page.legend.left + 4 * em, page.legend.bottom + 2.2 * em,
-            (settings.is_anatomical ? 1.3 : 1.8) * em, em);
+  add_triad(*background, view, scene, settings.is_anatomical, page, em);
   window.AddRenderer(background);
   const Vec3& spacing = scene.specimen.grid.spacing();
   const bool has_edges =
@@ -256,8 +250,6 @@ std::optional<std::string> render_slice(const Scene& scene, const std::vector<Sl
              true);
     const Box& box = page.drawings[i];
     vtkNew<vtkRenderer> drawing;
-    drawing->SetViewport(box.left / page.width, box.bottom / page.height, (box.left + box.width) / page.width,
-                         (box.bottom + box.height) / page.height);
     drawing->SetLayer(1);
     vtkNew<vtkPolyDataMapper> mapper;
     mapper->SetInputData(side.shape(nullptr, 1));
@@ -265,8 +257,7 @@ std::optional<std::string> render_slice(const Scene& scene, const std::vector<Sl
     rest->SetMapper(mapper);
     rest->GetProperty()->SetColor(0.88, 0.89, 0.91);
     rest->GetProperty()->LightingOff();
-    const double behind = -(view.width + view.height + view.depth);
-    rest->SetPosition(behind * view.toward[0], behind * view.toward[1], behind * view.toward[2]);
+    bring_forward(*rest, view, -(view.width + view.height + view.depth));
     drawing->AddViewProp(rest);
     drawing->AddViewProp(layer_actor(side, panels[i], cells, warp, unit, colours, has_edges));
     aim(*drawing, view, page, box);

@@ -95,8 +95,6 @@ vtkSmartPointer<vtkProp> outline_of(const WorldScene& world, double pixels_per_m
 vtkSmartPointer<vtkRenderer> renderer_of(const WorldScene& world, const WorldMoment& moment, const View& view,
                                          const Page& page, const Box& box) {
   auto renderer = vtkSmartPointer<vtkRenderer>::New();
-  renderer->SetViewport(box.left / page.width, box.bottom / page.height, (box.left + box.width) / page.width,
-                        (box.bottom + box.height) / page.height);
   renderer->SetBackground(0.965, 0.968, 0.975);
   for (std::size_t i = 0; i < world.objects.size(); ++i)
     for (const auto& actor : object_actors(world, i, *moment.objects[i], view, page.scale))
@@ -115,10 +113,8 @@ std::optional<std::string> render_world(const WorldScene& world, const std::vect
                                         const std::filesystem::path& png,
                                         const WorldPictureSettings& settings) {
   const View view = view_of(world);
-  PictureSettings page_settings;
-  page_settings.title = settings.title;
-  page_settings.width = settings.width;
-  page_settings.largest_height = settings.largest_height;
+  const PictureSettings page_settings{
+      .title = settings.title, .width = settings.width, .largest_height = settings.largest_height};
   Page page = choose_page(view, panels.size(), page_settings, {.label = 1.8, .legend = 1.2});
   page.width += page.width % 2;
   page.height += page.height % 2;
@@ -127,8 +123,6 @@ std::optional<std::string> render_world(const WorldScene& world, const std::vect
   if (offscreen == nullptr)
     return why_not;
   vtkRenderWindow& window = offscreen->window();
-  window.SetMultiSamples(8);
-  window.SetNumberOfLayers(2);
   vtkNew<vtkRenderer> background;
   background->SetBackground(1, 1, 1);
   add_legend(*background, world, page);

@@ -18,12 +18,12 @@ namespace {
 /// More points in a plot cannot be told apart, and make the page heavy.
 constexpr std::size_t most_points = 4000;
 
-/// Names of the parameters, in the order of the first row that has them.
-std::vector<std::string> parameters_of(const std::vector<PageData>& rows) {
-  std::vector<std::string> names;
+/// Names below a key, in the order of the first row that has them, behind some.
+std::vector<std::string> names_below(const char* key, const std::vector<PageData>& rows,
+                                     std::vector<std::string> names = {}) {
   for (const PageData& row : rows) {
-    const PageData parameters = at(row, "parameters");
-    for (const auto& [name, value] : parameters.items())
+    const PageData below = at(row, key);
+    for (const auto& [name, value] : below.items())
       if (std::ranges::find(names, name) == names.end())
         names.push_back(name);
   }
@@ -45,13 +45,7 @@ std::vector<std::string> measured_columns(const std::vector<PageData>& rows) {
   for (const char* name : {"force", "strain_energy"})
     if (std::ranges::any_of(rows, [&](const PageData& row) { return at(row, name).is_number(); }))
       names.emplace_back(name);
-  for (const PageData& row : rows) {
-    const PageData measures = at(row, "measures");
-    for (const auto& [name, value] : measures.items())
-      if (std::ranges::find(names, name) == names.end())
-        names.push_back(name);
-  }
-  return names;
+  return names_below("measures", rows, std::move(names));
 }
 
 PageData measured_cell(const PageData& row, const std::string& name) {
@@ -265,7 +259,7 @@ std::string question_of_study(const std::vector<PageData>& rows, const std::vect
 void add_study_section(const std::vector<PageData>& rows, const std::filesystem::path& table_file,
                        const PageData& about, PageDraft& draft) {
   const std::string name = table_file.stem().string();
-  const std::vector<std::string> parameters = parameters_of(rows);
+  const std::vector<std::string> parameters = names_below("parameters", rows);
   std::set<std::int64_t> cases;
   std::size_t unsettled = 0;
   for (const PageData& row : rows) {

@@ -177,21 +177,23 @@ TEST(EstimatedErrorAnalytic, AUniformStretchHasNoErrorAndABumpOnItIsAllOfTheErro
               0.05 * found.estimate->norms.relative_l2);
 }
 
+/// A bar that is stretched and turned as a whole.
+Scene turned_by(double angle) {
+  Scene scene = test::box_scene(3, {8, 6, 6});
+  for (const bool upper : {false, true})
+    test::move_face(scene, 0, upper, {});
+  const double c = std::cos(angle), s = std::sin(angle);
+  for (Prescribed& p : scene.prescribed) {
+    const Vec3 x = scene.specimen.position(scene.specimen.grid.node_at(p.node));
+    const Vec3 turned{c * 1.05 * x[0] - s * x[1], s * 1.05 * x[0] + c * x[1], x[2]};
+    const auto b = std::size_t(p.component);
+    p.value = turned[b] - x[b];
+    p.condition = x[0] > 0.5e-3; // two ends, whose forces cancel in sum
+  }
+  return scene;
+}
+
 TEST(EstimatedErrorAnalytic, TheEstimateTurnsWithTheBody) {
-  const auto turned_by = [](double angle) {
-    Scene scene = test::box_scene(3, {8, 6, 6});
-    for (const bool upper : {false, true})
-      test::move_face(scene, 0, upper, {});
-    const double c = std::cos(angle), s = std::sin(angle);
-    for (Prescribed& p : scene.prescribed) {
-      Vec3 x = scene.specimen.position(scene.specimen.grid.node_at(p.node)), y = x;
-      y[0] = 1.05 * x[0];
-      const Vec3 z{c * y[0] - s * y[1], s * y[0] + c * y[1], y[2]};
-      const auto b = std::size_t(p.component);
-      p.value = z[b] - x[b];
-    }
-    return scene;
-  };
   const Scene straight = turned_by(0), turned = turned_by(0.5);
   ASSERT_TRUE(object_frame(turned).is_turned);
   const ErrorEstimation a = estimate_error(straight, solve(straight, "limits").displacement),
@@ -336,20 +338,6 @@ TEST(EstimatedMechanicsConsistent, AreNearTheErrorsAgainstFinerLattices) {
 
 // Analytic: a body that is turned as a whole has the same forces, in its own frame.
 TEST(EstimatedMechanicsAnalytic, TurnWithTheBody) {
-  const auto turned_by = [](double angle) {
-    Scene scene = test::box_scene(3, {8, 6, 6});
-    for (const bool upper : {false, true})
-      test::move_face(scene, 0, upper, {});
-    const double c = std::cos(angle), s = std::sin(angle);
-    for (Prescribed& p : scene.prescribed) {
-      const Vec3 x = scene.specimen.position(scene.specimen.grid.node_at(p.node));
-      const Vec3 turned{c * 1.05 * x[0] - s * x[1], s * 1.05 * x[0] + c * x[1], x[2]};
-      const auto b = std::size_t(p.component);
-      p.value = turned[b] - x[b];
-      p.condition = x[0] > 0.5e-3; // two ends, whose forces cancel in sum
-    }
-    return scene;
-  };
   const Scene straight = turned_by(0), turned = turned_by(0.5);
   ASSERT_TRUE(object_frame(turned).is_turned);
   const MechanicsErrors a = estimated(straight, solve(straight, "relaxed")),

@@ -25,9 +25,7 @@ Scene free_block(const Index3& cells) {
   scene.prescribed.push_back({grid.node({0, 0, 0}), 0, 0, true});
   scene.prescribed.push_back({grid.node({0, 0, 0}), 1, 0, true});
   scene.prescribed.push_back({grid.node({0, cells[1], 0}), 0, 0, true}); // against turning
-  std::ranges::sort(scene.prescribed, [](const Prescribed& a, const Prescribed& b) {
-    return std::pair(a.component, a.node) < std::pair(b.component, b.node);
-  });
+  test::sort_prescribed(scene);
   scene.relaxation.tolerance = 1e-8;
   return scene;
 }

@@ -121,9 +121,7 @@ struct Block {
     scene.prescribed.push_back({grid.node({0, 0, 0}), 0, 0, true});
     scene.prescribed.push_back({grid.node({0, 0, 0}), 1, 0, true});
     scene.prescribed.push_back({grid.node({0, 4, 0}), 0, 0, true});
-    std::ranges::sort(scene.prescribed, [](const Prescribed& a, const Prescribed& b) {
-      return std::pair(a.component, a.node) < std::pair(b.component, b.node);
-    });
+    test::sort_prescribed(scene);
     scene.relaxation.tolerance = 1e-8;
     surface = std::make_shared<BodySurface>(scene, Displacement(), Pose());
     solver.emplace(scene, surface, 10e-3);

@@ -9,7 +9,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 
 namespace maille::deform {
 namespace {
@@ -74,9 +73,7 @@ Scene capped_column() {
   put({0, 1, 0}, {4.6e-4, -4.0e-4, 3.8e-5}, false);
   put({0, 1, 1}, {0, 0, 0}, true);
   put({0, 0, 2}, {1.1e-4, -3.7e-4, -3.4e-4}, false);
-  std::ranges::sort(scene.prescribed, [](const Prescribed& p, const Prescribed& q) {
-    return std::pair(p.component, p.node) < std::pair(q.component, q.node);
-  });
+  test::sort_prescribed(scene);
   return scene;
 }
 

@@ -6,7 +6,6 @@
 #include "scene/image/vti_writer.hpp"
 #include "support/texts.hpp"
 
-#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <random>

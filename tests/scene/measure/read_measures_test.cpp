@@ -10,7 +10,6 @@
 #include "support/texts.hpp"
 
 #include <array>
-#include <cmath>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

@@ -11,7 +11,6 @@
 #include "support/texts.hpp"
 
 #include <gtest/gtest.h>
-#include <set>
 
 namespace maille {
 namespace {

@@ -11,7 +11,6 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
-#include <numeric>
 #include <random>
 
 namespace maille::studies {

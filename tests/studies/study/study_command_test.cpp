@@ -5,12 +5,10 @@
 #include "study/plan/study_table.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 namespace maille::studies {
 namespace {

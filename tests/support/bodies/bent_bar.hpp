@@ -20,9 +20,7 @@ inline void turn_face(Scene& scene, bool upper, Turn turn) {
     for (int b = 0; b < scene.dimension(); ++b)
       scene.prescribed.push_back(
           {node, b, turn.displacement(scene.specimen.position(grid.node_at(node)))[std::size_t(b)], false});
-  std::ranges::sort(scene.prescribed, [](const Prescribed& p, const Prescribed& q) {
-    return std::pair(p.component, p.node) < std::pair(q.component, q.node);
-  });
+  test::sort_prescribed(scene);
   scene.turns.push_back(std::move(turn));
 }
 

@@ -6,6 +6,7 @@
 #include "support/bodies/scenes.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -26,6 +27,22 @@ inline SceneBuilder layers(const Index3& cells, double spacing, const ElasticCon
       .material(2, material_of(above))
       .hold("z-", "xyz");
   return builder;
+}
+
+/// A bar on a rough bed, drawn at one end. The friction is low, so that its moment, at the foot of the bar,
+/// hardly shifts the pressure; stiff in shear, so that sections stay plane; no Poisson effect.
+/// @return where its end goes, q h^2 m (m + 1) / (2 E A), and T^2 / (2 E A q), for T = q h (m + 1/2)
+inline std::array<double, 2> draw_on_rough_bed(double h, double E, Scene& scene) {
+  constexpr int n = 16, m = 8;
+  constexpr double little = 0.02, shift = -1e-5;
+  const double p = -shift * E / h, q = little * p * h, pull = q * h * (m + 0.5);
+  scene = layers({n, 1, 2}, h, ElasticConstants::isotropic(1e4 * E, 0),
+                 {{E, E, E}, 0, 0, 0, 50 * E, 50 * E, 50 * E})
+              .move("z+", {0, 0, shift}, "z")
+              .build();
+  scene.tractions.push_back({scene.specimen.grid.cell({n - 1, 0, 1}), 0, true, {pull / (h * h), 0, 0}});
+  scene.sliding = {{1, 2, little}};
+  return {q * m * (m + 1) / (2 * E), pull * pull / (2 * E * h * h * q)};
 }
 
 /// Sum of the forces of all moves [N], along one component or, below 0, along all.

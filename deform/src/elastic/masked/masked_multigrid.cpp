@@ -3,7 +3,6 @@
 #include "elastic/multigrid/chebyshev.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <tuple>

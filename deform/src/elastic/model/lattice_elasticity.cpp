@@ -5,7 +5,6 @@
 #include <Eigen/LU>
 
 #include <bit>
-#include <cmath>
 #include <limits>
 #include <optional>
 #include <unordered_map>

@@ -1,7 +1,6 @@
 #include "world/occupancy/posed_lattice.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace maille::deform {
 

@@ -4,7 +4,6 @@
 #include "world/occupancy/posed_lattice.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 
 namespace maille::deform {

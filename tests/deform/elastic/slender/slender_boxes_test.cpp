@@ -8,7 +8,6 @@
 #include "support/fields.hpp"
 #include "support/sanitized.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <random>
