@@ -1,8 +1,35 @@
 #include "maille/scene/csv.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 
 namespace maille {
+
+namespace {
+
+/// Whether a spreadsheet would take a cell for a formula, apostrophes aside. A signed number is no formula.
+bool is_formula(const std::string& text) {
+  const std::string bare = text.substr(std::min(text.find_first_not_of('\''), text.size()));
+  char* end = nullptr;
+  std::strtod(bare.c_str(), &end);
+  return bare.find_first_of("=@+-\t\r") == 0 && bare != "-" && (bare[0] != '-' || *end != '\0');
+}
+
+} // namespace
+
+std::string csv_text(const std::string& text) {
+  const std::string guarded = (is_formula(text) ? "'" : "") + text;
+  if (guarded.find_first_of(",\"\n\r") == std::string::npos)
+    return guarded;
+  std::string quoted = "\"";
+  for (const char c : guarded)
+    quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + "\"";
+}
+
+std::string without_guard(std::string cell) {
+  return cell.starts_with('\'') && is_formula(cell) ? cell.substr(1) : cell;
+}
 
 CsvRecords::CsvRecords(std::string_view text, CsvComments comments) : text_(text), comments_(comments) {
   constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";

@@ -5,9 +5,7 @@
 
 #include <fmt/format.h>
 
-#include <cctype>
 #include <cmath>
-#include <cstdlib>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -47,26 +45,6 @@ inline std::string in_pascals(double pascals) {
   if (size >= 1e6)
     return fmt::format("{:.3g} MPa", pascals / 1e6);
   return size >= 1e3 ? fmt::format("{:.3g} kPa", pascals / 1e3) : fmt::format("{:.3g} Pa", pascals);
-}
-
-/// Whether a spreadsheet would take a cell for a formula. A signed number is no formula.
-inline bool is_formula(const std::string& text) {
-  char* end = nullptr;
-  std::strtod(text.c_str(), &end);
-  return text.find_first_of("=@+-\t\r") == 0 && text != "-" && (text[0] != '-' || *end != '\0');
-}
-
-/// A cell of CSV (RFC 4180) that holds a text; quoted where it must be, and behind an apostrophe where it
-/// would be a formula.
-inline std::string csv_text(const std::string& text) {
-  if (is_formula(text))
-    return csv_text("'" + text);
-  if (text.find_first_of(",\"\n\r") == std::string::npos)
-    return text;
-  std::string quoted = "\"";
-  for (const char c : text)
-    quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + "\"";
 }
 
 /// A number; empty without a value.

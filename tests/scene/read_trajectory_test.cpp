@@ -194,7 +194,8 @@ WorldScene some_world() {
 
 // Random spans, numbers of all sizes: what is read is what was written, to the bit.
 TEST(TrajectoryRowsContract, SpansAreReadBackToTheBit) {
-  const WorldScene world = some_world();
+  WorldScene world = some_world();
+  world.objects[1].name = "=tool, \"drawn\"";
   std::mt19937_64 random(4);
   std::normal_distribution<double> number;
   const auto any = [&] { return number(random) * std::pow(10, static_cast<double>(random() % 9) - 6); };
@@ -225,6 +226,7 @@ TEST(TrajectoryRowsContract, SpansAreReadBackToTheBit) {
     text += trajectory_row(span, world);
   }
   text += trajectory_row(std::int64_t{207});
+  EXPECT_NE(text.find(",\"'=tool"), std::string::npos) << "a formula of spreadsheets";
   const Trajectory read = parse_trajectory(text, "hand.csv", world);
   ASSERT_EQ(read.spans.size(), written.size());
   EXPECT_EQ(read.n_frames, 207);

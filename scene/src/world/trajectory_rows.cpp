@@ -1,5 +1,6 @@
 #include "world/trajectory_rows.hpp"
 
+#include "maille/materials/text_file.hpp"
 #include "maille/scene/csv.hpp"
 #include "read/reader.hpp"
 #include "world/world_settings.hpp"
@@ -43,12 +44,6 @@ constexpr std::array<Column, 18> columns{{{"frame", {}},
                                           {"axis_x", Dimension::dimensionless},
                                           {"axis_y", Dimension::dimensionless},
                                           {"axis_z", Dimension::dimensionless}}};
-
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t\r\"");
-  return first == std::string_view::npos ? std::string_view{}
-                                         : text.substr(first, text.find_last_not_of(" \t\r\"") - first + 1);
-}
 
 /// What the first row says: where each column is, and the unit of its numbers.
 struct Header {
@@ -112,6 +107,8 @@ public:
     return place == header_.place.end() || place->second >= cells_.size() ? std::string_view{}
                                                                           : trimmed(cells_[place->second]);
   }
+  /// What csv_text has written there.
+  std::string plain(std::string_view name) const { return without_guard(std::string(text(name))); }
   double quantity(std::string_view name) {
     const std::string_view cell = text(name);
     if (cell.empty())
@@ -207,7 +204,7 @@ void read_release(Row& row, DriveSpan& span) {
 
 /// A row that changes a constant.
 std::optional<WorldSetting> read_setting(Row& row, const WorldScene& world) {
-  WorldSetting setting{std::nullopt, std::string(row.text("set")), std::string(row.text("value"))};
+  WorldSetting setting{std::nullopt, std::string(row.text("set")), row.plain("value")};
   if (row.text("frame") != "0")
     row.fault("frame", "0: constants are those of all frames", "\"" + std::string(row.text("frame")) + "\"");
   const auto checked = [&](WorldSetting& read) -> std::optional<WorldSetting> {
@@ -218,9 +215,9 @@ std::optional<WorldSetting> read_setting(Row& row, const WorldScene& world) {
   };
   if (row.text("object").empty())
     return checked(setting);
-  setting.object = object_named(std::string(row.text("object")), world);
+  setting.object = object_named(row.plain("object"), world);
   if (!setting.object) {
-    row.fault("object", "an object of the world", "\"" + std::string(row.text("object")) + "\"");
+    row.fault("object", "an object of the world", "\"" + row.plain("object") + "\"");
     return std::nullopt;
   }
   return checked(setting);
@@ -278,7 +275,7 @@ std::optional<DriveSpan> read_row(Row& row, const WorldScene& world, Regions& re
   if (!frame)
     return std::nullopt;
   span.first_frame = *frame;
-  const std::string name(row.text("object"));
+  const std::string name = row.plain("object");
   const auto object = object_named(name, world);
   if (!object || world.objects[*object].kind == ObjectKind::fixed) {
     row.fault("object", movable_names(world), "\"" + name + "\"");

@@ -2,6 +2,7 @@
 
 #include "maille/materials/quantity.hpp"
 #include "maille/materials/toml_reader.hpp"
+#include "maille/scene/csv.hpp"
 
 #include <fmt/format.h>
 
@@ -192,13 +193,6 @@ std::string list_of(const std::vector<std::int64_t>& nodes) {
   return text;
 }
 
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text)
-    out += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return out + "\"";
-}
-
 /// Cells of three numbers, or empty ones.
 std::string three(const std::optional<Vec3>& v) {
   return v ? fmt::format("{},{},{}", (*v)[0], (*v)[1], (*v)[2]) : ",,";
@@ -208,7 +202,7 @@ std::string three(const std::optional<Vec3>& v) {
 
 std::string trajectory_row(const DriveSpan& span, const WorldScene& world) {
   const WorldObject& object = world.objects[span.object];
-  const std::string begin = fmt::format("{},{},", span.first_frame, quoted(object.name));
+  const std::string begin = fmt::format("{},{},", span.first_frame, csv_text(object.name));
   if (span.release)
     return begin + ",,,,,,,,,,,,true,,\n";
   const bool is_turned = span.angle != 0;
@@ -224,8 +218,8 @@ std::string trajectory_row(std::int64_t frame) {
 
 std::string trajectory_row(const WorldSetting& setting, const WorldScene& world) {
   return fmt::format("0,{},,,,,,,,,,,,,,{},{}\n",
-                     setting.object ? quoted(world.objects[*setting.object].name) : std::string(),
-                     setting.name, quoted(setting.value));
+                     setting.object ? csv_text(world.objects[*setting.object].name) : std::string(),
+                     setting.name, csv_text(setting.value));
 }
 
 WorldScene world_of_body(const Scene& scene, std::string method, std::vector<std::string>& left_out) {

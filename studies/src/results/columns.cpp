@@ -1,5 +1,6 @@
 #include "results/columns.hpp"
 
+#include "maille/scene/csv.hpp"
 #include "text.hpp"
 
 #include <fmt/format.h>
@@ -42,13 +43,6 @@ void move_last_behind(std::vector<std::size_t>& order, const IsIt& is_it) {
   const auto behind = std::ranges::find_if(order, is_it);
   if (behind != order.end())
     std::rotate(behind + 1, order.end() - 1, order.end());
-}
-
-/// What csv_text has made a text of, as it was.
-std::string without_guard(std::string cell) {
-  if (cell.starts_with('\'') && is_formula(cell.substr(1)))
-    cell.erase(0, 1);
-  return cell;
 }
 
 using CellOf = std::function<std::string(std::size_t column)>;

@@ -2,6 +2,7 @@
 
 #include "compare/comparison_columns.hpp"
 #include "maille/materials/fault.hpp"
+#include "maille/scene/csv.hpp"
 #include "studies/commands/command_scenes.hpp"
 #include "studies/study/study_scenes.hpp"
 #include "study/measures.hpp"
@@ -97,7 +98,7 @@ TEST(CsvTextContract, NoTextIsAFormula) {
   for (const char* text : {"-1.5e-3", "-.5", "-inf", "a=b", "'quoted'", "-"})
     EXPECT_EQ(csv_text(text), text);
   StudyRow odd = row(1, "limits");
-  odd.scene = "=HYPERLINK(A1)";
+  odd.scene = "'=HYPERLINK(A1)";
   odd.parameters.front().first = "@label";
   const StudyTable read = parse_study_csv(csv({odd}), "t.csv");
   EXPECT_EQ(read.rows.at(0).scene, odd.scene);

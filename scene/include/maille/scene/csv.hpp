@@ -1,5 +1,5 @@
 #pragma once
-/// Records of CSV (RFC 4180): the one tokeniser of every reader of such files.
+/// Records of CSV (RFC 4180): the one tokeniser of every reader, and the one writer of texts.
 
 #include <string>
 #include <string_view>
@@ -43,5 +43,11 @@ private:
   bool has_line_end_ = true, is_open_ = false;
   std::vector<std::string> cells_;
 };
+
+/// A cell that holds a text; quoted where it must be, and behind an apostrophe where a spreadsheet would take
+/// it for a formula.
+std::string csv_text(const std::string& text);
+/// A text that csv_text has written, from the cell that CsvRecords reads.
+std::string without_guard(std::string cell);
 
 } // namespace maille
