@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <dlfcn.h>
 #include <filesystem>
+#include <fstream>
 #include <link.h>
 #include <memory>
 #include <stdexcept>
@@ -26,8 +27,24 @@ void* own_handle() {
   return dlopen(*name == '\0' ? nullptr : name, RTLD_LAZY | RTLD_NOLOAD);
 }
 
-[[noreturn]] void refuse(const char* file, const char* what, const std::string& why) {
-  throw std::runtime_error(fmt::format("{} need {}, {}", what, file, why));
+[[noreturn]] void refuse(const char* file, const std::string& needs, const std::string& why) {
+  throw std::runtime_error(fmt::format("{} {}, {}", needs, file, why));
+}
+
+/// Whether all sections and segments end within the file.
+bool is_whole(const std::string& file) {
+  std::ifstream stream(file, std::ios::binary);
+  ElfW(Ehdr) head{};
+  stream.read(reinterpret_cast<char*>(&head), sizeof head);
+  std::vector<ElfW(Phdr)> segments(head.e_phnum);
+  stream.seekg(static_cast<std::streamoff>(head.e_phoff));
+  stream.read(reinterpret_cast<char*>(segments.data()),
+              static_cast<std::streamsize>(segments.size() * sizeof segments[0]));
+  std::error_code none;
+  const std::uint64_t size = std::filesystem::file_size(file, none);
+  return stream && head.e_shoff + std::uint64_t{head.e_shentsize} * head.e_shnum <= size &&
+         std::ranges::all_of(segments,
+                             [&](const ElfW(Phdr) & one) { return one.p_offset + one.p_filesz <= size; });
 }
 
 } // namespace
@@ -53,22 +70,30 @@ std::vector<std::string> plugin_folders() {
   return folders;
 }
 
-const void* open_plugin(const char* file, const char* what, std::size_t layout, const void* host) {
-  // Found by ourselves: a sanitizer that stands before dlopen would have it look where its own libraries are.
+std::string find_plugin(const char* file, const std::string& needs, const char* advice) {
   const std::vector<std::string> folders = plugin_folders();
   std::error_code none;
   const auto folder = std::ranges::find_if(
       folders, [&](const std::string& at) { return std::filesystem::exists(at + "/" + file, none); });
   if (folder == folders.end())
-    refuse(file, what, fmt::format("which is in none of {}", fmt::join(folders, ", ")));
+    refuse(file, needs, fmt::format("which is in none of {}{}", fmt::join(folders, ", "), advice));
+  std::string path = *folder + "/" + file;
+  if (!is_whole(path))
+    refuse(file, needs, fmt::format("and {} is cut short: install it again", path));
+  return path;
+}
+
+const void* open_plugin(const char* file, const char* what, std::size_t layout, const void* host) {
+  // Found by ourselves: a sanitizer that stands before dlopen would have it look where its own libraries are.
+  const std::string needs = std::string(what) + " need", path = find_plugin(file, needs);
   // What its libraries define must be seen by those that they open in turn: MPI's components, OpenGL's.
-  void* const opened = dlopen((*folder + "/" + file).c_str(), RTLD_LAZY | RTLD_GLOBAL);
+  void* const opened = dlopen(path.c_str(), RTLD_LAZY | RTLD_GLOBAL);
   if (opened == nullptr)
-    refuse(file, what, fmt::format("which cannot be opened: {}", dlerror()));
+    refuse(file, needs, fmt::format("which cannot be opened: {}", dlerror()));
   const auto entry = reinterpret_cast<Entry>(dlsym(opened, "maille_plugin"));
   const void* const functions = entry == nullptr ? nullptr : entry(layout, host);
   if (functions == nullptr)
-    refuse(file, what, fmt::format("and {}/{} is of another build of Maille", *folder, file));
+    refuse(file, needs, fmt::format("and {} is of another build of Maille", path));
   return functions;
 }
 

@@ -351,6 +351,22 @@ TEST(BlasMemoryContract, AFactorThatTakesAllThereIsEnds) {
   EXPECT_GT(n_done, 0) << "no limit was high enough";
 }
 
+// An interrupted copy: the system would end the process at the first page that is not there.
+TEST(PluginContract, OneThatIsCutShortIsRefused) {
+  const CommandFolder folder;
+  const auto plugins = std::filesystem::path(MAILLE_COMMAND).parent_path() / "plugins";
+  for (const auto& [name, arguments] :
+       {std::pair("maille-fem.so", "run IN/box.toml --methods fem_q1"), {"maille-studies", "trade --help"}}) {
+    const std::string whole = test::text_of(plugins / name);
+    for (const std::size_t left : {std::size_t{0}, std::size_t{64}, whole.size() / 2, whole.size() - 1}) {
+      folder.folder().write(name, whole.substr(0, left));
+      const Outcome run = folder.run(arguments, "env LD_LIBRARY_PATH=" + folder.folder().path().string());
+      EXPECT_EQ(run.code, 1) << name << " of " << left << " bytes";
+      EXPECT_TRUE(test::has(run.err, "is cut short: install it again")) << left;
+    }
+  }
+}
+
 // Every command that writes, and the two kinds of finite elements, under a ladder of each limit.
 TEST(ResourceLimitsContract, NoCommandHangsOrEndsByASignal) {
 #ifdef MAILLE_CHECKS_ACCESS
@@ -369,7 +385,7 @@ TEST(ResourceLimitsContract, NoCommandHangsOrEndsByASignal) {
   constexpr int is_endless = 124, not_loaded = 127, first_signal = 129, stopped_by_timeout = 137;
   int n_hangs = 0, n_signals = 0, n_runs = 0;
   for (const auto& [limit, values] : {std::pair<std::string, std::vector<int>>{"-d", {30, 64, 150}},
-                                      {"-v", {150, 900}},
+                                      {"-v", {16, 150, 900}},
                                       {"-s", {64, 1024}},
                                       {"-n", {4, 7}}})
     for (const int value : values) {

@@ -22,6 +22,7 @@
 #include <cstring>
 #include <filesystem>
 #include <stdexcept>
+#include <sys/resource.h>
 #include <unistd.h>
 
 namespace maille::studies {
@@ -62,19 +63,17 @@ bool is_of_this_program(const Command& command, const std::vector<std::string>& 
 }
 
 void become_program_of(const Command& command, char** argv) {
-  const std::vector<std::string> folders = plugin_folders();
+  const std::string file = find_plugin(whole_program, command.name + " needs the program",
+                                       "; of the sources, scripts/build --target maille_programs makes it");
   std::error_code none;
-  const auto folder = std::ranges::find_if(folders, [&](const std::string& at) {
-    return std::filesystem::exists(std::filesystem::path(at) / whole_program, none);
-  });
-  if (folder == folders.end())
-    throw std::runtime_error(fmt::format("{} needs the program {}, which is in none of {}; of the sources, "
-                                         "scripts/build --target maille_programs makes it",
-                                         command.name, whole_program, fmt::join(folders, ", ")));
-  const std::string file = *folder + "/" + whole_program;
   if (std::filesystem::equivalent(file, "/proc/self/exe", none))
     throw std::runtime_error(fmt::format("{} is in no program of this build", command.name));
-  execv(file.c_str(), argv);
+  // Under a smaller limit than the program's size the system ends this process by a signal.
+  rlimit most{};
+  if (getrlimit(RLIMIT_AS, &most) != 0 || most.rlim_cur > 2 * std::filesystem::file_size(file))
+    execv(file.c_str(), argv);
+  else
+    errno = ENOMEM;
   throw std::runtime_error(fmt::format("{} needs the program {}, which cannot be started: {}", command.name,
                                        file, std::strerror(errno)));
 }
