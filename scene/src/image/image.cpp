@@ -2,6 +2,7 @@
 
 #include "maille/scene/image.hpp"
 #include "maille/scene/memory.hpp"
+#include "maille/scene/write_image.hpp"
 
 #include "image/image_formats.hpp"
 #include "image/layers.hpp"
@@ -14,7 +15,6 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <mutex>
 #include <string>
 #include <string_view>
@@ -403,6 +403,12 @@ std::vector<std::string> file_warnings(bool only_new) {
 ImageInfo read_image_info(const std::filesystem::path& file) {
   image_formats::Faults faults(file.string());
   return image_formats::open_image(file, image_formats::largest_bytes({}), faults).info;
+}
+
+StoredAs stored_form(const std::filesystem::path& file) {
+  image_formats::Faults faults(file.string());
+  const auto layout = image_formats::open_image(file, image_formats::largest_bytes({}), faults).layout;
+  return layout.is_lower_triangle ? StoredAs::tensors : StoredAs::float32;
 }
 
 Image read_image(const std::filesystem::path& file, const ImageLimits& limits) {

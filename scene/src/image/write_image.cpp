@@ -24,7 +24,7 @@ namespace maille {
 namespace image_formats {
 
 StoredType stored_type(std::span<const float> values, StoredAs stored_as) {
-  if (stored_as == StoredAs::float32)
+  if (stored_as != StoredAs::labels)
     return StoredType::float32;
   float least = 0, most = 0;
   for (const float value : values) {

@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
@@ -39,7 +38,7 @@ private:
   std::string bytes_ = std::string(header_bytes, '\0');
 };
 
-Header header_of(const ImageInfo& info, StoredType type) {
+Header header_of(const ImageInfo& info, StoredType type, StoredAs stored_as) {
   constexpr std::int16_t displacement = 1006, vector = 1007, symmetric_matrix = 1005, scanner = 1;
   constexpr std::array<Vec3, 3> same{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   constexpr double millimetres = 1e3;
@@ -56,7 +55,7 @@ Header header_of(const ImageInfo& info, StoredType type) {
   header.put(54, std::int16_t{1});
   if (info.components == 3)
     header.put(68, info.vectors_to_world == same && info.world == WorldAxes::ras ? displacement : vector);
-  if (info.components == 6) {
+  if (stored_as == StoredAs::tensors) {
     header.put(56, 3.0F); // intent_p1: of a 3 x 3 matrix
     header.put(68, symmetric_matrix);
   }
@@ -108,10 +107,11 @@ void write_nifti(const Image& image, const std::filesystem::path& file, StoredAs
   const auto n = static_cast<std::size_t>(image.info.n_voxels());
   if (*std::ranges::max_element(image.info.size) > longest_axis)
     throw std::invalid_argument(fmt::format("NIfTI-1 holds at most {} voxels along an axis", longest_axis));
-  if (image.values.size() != n * static_cast<std::size_t>(image.info.components))
+  if (image.values.size() != n * static_cast<std::size_t>(image.info.components) ||
+      (stored_as == StoredAs::tensors && image.info.components != 6))
     throw std::invalid_argument("an image whose values do not fit its grid");
   const StoredType type = stored_type(image.values, stored_as);
-  const Header header = header_of(image.info, type);
+  const Header header = header_of(image.info, type, stored_as);
   using Packing = WrittenFile::Packing;
   WrittenFile output(file, file.extension() != ".gz"   ? Packing::none
                            : image.info.components > 1 ? Packing::gzip_fast
@@ -119,9 +119,10 @@ void write_nifti(const Image& image, const std::filesystem::path& file, StoredAs
   output.write(header.bytes().data(), header_bytes);
   constexpr std::array<std::size_t, 6> lower_triangle{0, 3, 1, 4, 5, 2};
   for (std::size_t c = 0; c < static_cast<std::size_t>(image.info.components); ++c)
-    write_values(output,
-                 std::span(image.values).subspan(n * (image.info.components == 6 ? lower_triangle[c] : c), n),
-                 type);
+    write_values(
+        output,
+        std::span(image.values).subspan(n * (stored_as == StoredAs::tensors ? lower_triangle[c] : c), n),
+        type);
   output.close();
 }
 

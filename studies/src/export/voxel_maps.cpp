@@ -94,7 +94,9 @@ std::vector<fs::path> write_voxel_maps(const Scene& scene, const Answer& answer,
                                " are no longer those that the body was read from");
     fs::path file = stem;
     file += fmt::format("_{}.nii.gz", name);
-    write_whole(file, [&](const fs::path& unfinished) { write_nifti(*image, unfinished); });
+    write_whole(file, [&](const fs::path& unfinished) {
+      write_nifti(*image, unfinished, image->info.components == 6 ? StoredAs::tensors : StoredAs::float32);
+    });
     files.push_back(file);
   };
   const auto write = [&](const char* name, int components, const auto& values) {

@@ -7,7 +7,6 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -170,7 +169,7 @@ WarpedFiles write_warp(const Scene& scene, const Answer& answer, const WarpReque
   if (request.image) {
     const Image image = read_image(*request.image);
     pull = pull_on(image.info, *request.image, bodies);
-    in_all_formats(warped(*pull, image, request.background), "warped", StoredAs::float32);
+    in_all_formats(warped(*pull, image, request.background), "warped", stored_form(*request.image));
   }
   const ImageInfo of_image = pull ? pull->grid : ImageInfo{};
   if (const auto file = labels_of(scene, request)) {

@@ -10,7 +10,6 @@
 #include <cmath>
 #include <fstream>
 #include <random>
-#include <sstream>
 
 namespace maille {
 namespace {
@@ -104,7 +103,7 @@ TEST(VoxelMapContract, TensorsAndFramesAreThoseOfTheFormat) {
   image.info.world = WorldAxes::lps;
   image.values = {11, 22, 33, 12, 13, 23};
   image_tests::TemporaryFolder folder;
-  write_nifti(image, folder.path() / "tensor.nii");
+  write_nifti(image, folder.path() / "tensor.nii", StoredAs::tensors);
   const Image read = read_image(folder.path() / "tensor.nii");
   EXPECT_EQ(read.values, image.values);
   std::array<float, 6> stored{};
@@ -112,6 +111,9 @@ TEST(VoxelMapContract, TensorsAndFramesAreThoseOfTheFormat) {
       .seekg(352)
       .read(reinterpret_cast<char*>(stored.data()), sizeof stored);
   EXPECT_EQ(stored, (std::array<float, 6>{11, 12, 22, 13, 23, 33}));
+  EXPECT_EQ(stored_form(folder.path() / "tensor.nii"), StoredAs::tensors);
+  write_nifti(image, folder.path() / "six.nii"); // moments of a series: no matrix
+  EXPECT_EQ(stored_form(folder.path() / "six.nii"), StoredAs::float32);
   std::mt19937 random(41);
   for (int n = 0; n < 40; ++n) {
     Image any = image;

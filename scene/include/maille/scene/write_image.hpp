@@ -13,7 +13,8 @@ namespace maille {
 /// How values stand in a file.
 enum class StoredAs {
   float32,
-  labels, ///< whole numbers, in the smallest of uint8, int16 and int32 that holds them all
+  labels,  ///< whole numbers, in the smallest of uint8, int16 and int32 that holds them all
+  tensors, ///< float32, six components a voxel of a symmetric matrix, xx yy zz xy xz yz
 };
 
 struct ImageFileOptions {
@@ -33,14 +34,17 @@ struct ImageFileOptions {
 ///         that do not fit the grid, labels that are no whole numbers, or more than NIfTI-1 holds
 void write_image(const Image& image, const std::filesystem::path& file, const ImageFileOptions& options = {});
 
+/// Values as a file has them: tensors where its header states them, else float32.
+StoredAs stored_form(const std::filesystem::path& file);
+
 /// Whether write_image knows the ending.
 bool is_writable_image_name(const std::filesystem::path& file);
 
 /// @brief Writes NIfTI-1, gzipped where the name ends in .gz, with sform and qform in millimetres.
 ///
 /// The world is a patient's, right, anterior, superior: of an image whose world is that of ITK (lps) x and y
-/// are turned round. Three components are a vector (intent 1007), six a symmetric matrix (intent 1005) in the
-/// order that NIfTI has, xx xy yy xz yz zz, from that of images, xx yy zz xy xz yz; others are plain.
+/// are turned round. Three components are a vector (intent 1007), tensors a symmetric matrix (intent 1005) in
+/// the order that NIfTI has, xx xy yy xz yz zz; others are plain.
 ///
 /// @throws std::runtime_error  the file cannot be written; std::invalid_argument  more than 32767 voxels
 ///         along an axis, or values that do not fit the grid
