@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace maille {
 
@@ -37,13 +38,19 @@ double diagonal_of(const Grid& grid) {
 
 ForceCheck balance_of(const Scene& scene, const Answer& answer, const Mechanics& found) {
   // Below these parts of the largest force, and of that force times the body's size, it is the solver's
-  // error; moments below the last, and forces below
-  // it of those on all nodes, are rounding.
+  // error; moments below the last, and forces below it of those on all nodes, are rounding.
   const double tolerance = std::max(1e-3, 10 * scene.relaxation.tolerance), rounding = 1e-9;
   double largest = 0;
   for (const auto* list : {&found.holds, &found.moves, &found.loads})
     for (const Resultant& one : *list)
       largest = std::max(largest, of(one.force).norm());
+  const Grid& grid = scene.specimen.grid;
+  double contraction = 0; // which may be in balance with itself: on the body's mean cross-section
+  for (const double stress : scene.active_stress)
+    contraction += std::abs(stress) / diagonal_of(grid);
+  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+    contraction *= grid.spacing()[a];
+  largest = std::max(largest, contraction);
   const auto& middles = found.holds.empty() ? found.moves : found.holds;
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const Resultant& one : middles)
@@ -53,7 +60,7 @@ ForceCheck balance_of(const Scene& scene, const Answer& answer, const Mechanics&
   given.add(found.moves, middle);
   given.add(found.loads, middle);
   const Eigen::Vector3d force = -(held.force + given.force), moment = -(held.moment + given.moment);
-  const double of_size = largest * diagonal_of(scene.specimen.grid);
+  const double of_size = largest * diagonal_of(grid);
   ForceCheck check;
   check.missing = {"missing",
                    "",

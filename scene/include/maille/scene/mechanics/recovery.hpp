@@ -64,7 +64,7 @@ struct ForceCheck {
   /// What holds, moves and loads together lack: a force, and a moment about the middle of what is held,
   /// of what is moved where nothing is.
   Resultant missing;
-  double force_share = 0;  ///< of the largest of their forces [1]
+  double force_share = 0;  ///< of the largest of their forces, and of a contraction's [1]
   double moment_share = 0; ///< of the moment of holds, or of that of moves and loads, about that middle [1]
   std::vector<std::string> caveats; ///< a sentence each; empty where nothing is wrong
 };
