@@ -425,6 +425,7 @@ TEST(RegionIndependent, ResultantsOfRandomRegions) {
   test::Dice dice{random};
   const Vec3 h{1 / 1024.0, 1 / 512.0, 3 / 2048.0}; // as float32 has them
   double resultant_error = 0;
+  int n_patches = 0;
   for (int n = 0; n < 300; ++n) {
     const bool is_partial = n % 3 == 2;
     const LabelArray body = random_body(dice, is_partial);
@@ -435,6 +436,9 @@ TEST(RegionIndependent, ResultantsOfRandomRegions) {
       low[a] = dice.below(body.size[a]);
       high[a] = low[a] + 1 + dice.below(body.size[a] - low[a]);
     }
+    const int form = is_partial ? 7 * dice.below(2) : dice.below(7);
+    if (form == 6)
+      high[2] = low[2]; // a rectangle, of triangles that overlap
     const std::string box =
         fmt::format("{{ box = [[{}, {}, {}], [{}, {}, {}]] }}", low[0] * h[0], low[1] * h[1], low[2] * h[2],
                     high[0] * h[0], high[1] * h[1], high[2] * h[2]);
@@ -443,10 +447,10 @@ TEST(RegionIndependent, ResultantsOfRandomRegions) {
                                          "{ not = " + box + " }",
                                          "{ label = 5 }",
                                          "{ all = [" + side + ", { label = 17 }] }",
-                                         "{ any = [" + side + ", " + box + "] }"};
-    const int form = is_partial ? 6 * dice.below(2) : dice.below(6);
+                                         "{ any = [" + side + ", " + box + "] }",
+                                         "{ surface = \"patch.stl\", within = 1e-4 }"};
     const std::string where =
-        form == 6 ? "{ any = [" + box + ", { not = " + box + " }] }" : forms[std::size_t(form)];
+        form == 7 ? "{ any = [" + box + ", { not = " + box + " }] }" : forms[std::size_t(form)];
     const auto is_corner_in = [&](const Index3& x) {
       bool is_in = true;
       for (std::size_t a = 0; a < 3; ++a)
@@ -470,12 +474,13 @@ TEST(RegionIndependent, ResultantsOfRandomRegions) {
               is_in_box = is_in_box && ((c >> a & 1) != s % 2 ||
                                         is_corner_in({i + (c & 1), j + (c >> 1 & 1), k + (c >> 2)}));
             const bool is_side = is_outer && s == 2 * axis + upper;
-            const std::array<bool, 7> is_in{is_side,
+            const std::array<bool, 8> is_in{is_side,
                                             is_in_box,
                                             !is_in_box,
                                             body.at({i, j, k}) == 5,
                                             is_side && body.at({i, j, k}) == 17,
                                             is_side || is_in_box,
+                                            is_in_box,
                                             true};
             const double area = h[0] * h[1] * h[2] / h[a];
             total += area;
@@ -484,6 +489,12 @@ TEST(RegionIndependent, ResultantsOfRandomRegions) {
           }
     image_tests::TemporaryFolder folder;
     folder.write("labels.nii", test::nifti_of(body));
+    const auto corner = [&](int i, int j) { // LPS, from the middle of voxel 0
+      return Vector3d((0.5 - i) * h[0], (0.5 - j) * h[1], (low[2] - 0.5) * h[2]);
+    };
+    const Vector3d a = corner(low[0], low[1]), b = corner(high[0], low[1]), c = corner(high[0], high[1]),
+                   d = corner(low[0], high[1]);
+    folder.write("patch.stl", stl_of(a, b, c, "p; SPACE=LPS") + stl_of(a, c, d, "q") + stl_of(a, b, d, "r"));
     const auto file = folder.write(
         "scene.toml",
         "units = \"m\"\n[specimen]\nshape = \"image\"\nimage = \"labels.nii\"\nlabels = { 17 = { "
@@ -499,11 +510,13 @@ TEST(RegionIndependent, ResultantsOfRandomRegions) {
         force += cell[0] * cell[1] * cell[2] / cell[std::size_t(face.axis)] *
                  Vector3d(face.traction[0], face.traction[1], face.traction[2]);
       resultant_error = std::max(resultant_error, (force - expected).norm() / (pressure * total));
+      n_patches += form == 6 && total > 0 && force.norm() > 0;
       EXPECT_LT((force - expected).norm(), 1e-9 * pressure * total) << read_text_file(file, "a scene");
     } catch (const InputError& error) {
       EXPECT_EQ(error.faults().front().key, "load[1].where") << "no whole face is in it";
     }
   }
+  EXPECT_GT(n_patches, 0);
   std::cout << "resultant_error " << resultant_error << '\n';
 }
 

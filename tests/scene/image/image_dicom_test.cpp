@@ -38,6 +38,7 @@ struct Written {
   std::function<Vec3(int)> shift = [](int) { return Vec3{}; }; // of a slice, mm
   std::function<bool(int)> is_left_out = [](int) { return false; };
   unsigned order = 1; // of the files' names
+  std::string frames; // NumberOfFrames, if any
 };
 
 /// Oblique: turned about z and tipped about its own row.
@@ -132,6 +133,8 @@ std::vector<std::string> write_series(const fs::path& folder, const Written& wha
                 {of_row[0], of_row[1], of_row[2], of_column[0], of_column[1], of_column[2]});
     put_numbers(header, 0x0028, 0x0030, {what.row_spacing, what.column_spacing});
     put_numbers(header, 0x0018, 0x0050, {1.0}); // thinner than their distance: there are gaps
+    if (!what.frames.empty())
+      put_text(header, 0x0028, 0x0008, gdcm::VR::IS, what.frames);
     put_numbers(header, 0x0028, 0x1052, {what.intercept(k)});
     put_numbers(header, 0x0028, 0x1053, {what.slope(k)});
     gdcm::Writer again;
@@ -308,6 +311,16 @@ TEST(DicomContract, AFileThatIsCutShortIsAFault) {
       const std::string faults = faults_of(folder.path());
       EXPECT_TRUE(test::has(faults, names[1])) << left << " of " << size << ": ";
     }
+  }
+}
+
+TEST(DicomContract, NumbersBeyondIntAreRefused) {
+  for (const char* frames : {"99999999999", "-1"}) {
+    const test::TemporaryFolder folder;
+    Written what;
+    what.frames = frames;
+    const auto names = write_series(folder.path(), what);
+    EXPECT_TRUE(test::has(faults_of(folder.path()), "NumberOfFrames")) << frames;
   }
 }
 
