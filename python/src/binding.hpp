@@ -16,6 +16,7 @@
 #include <atomic>
 #include <chrono>
 #include <exception>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -67,6 +68,22 @@ private:
   std::thread::id caller_ = std::this_thread::get_id();
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now(), last_told_{};
 };
+
+/// Work that Ctrl-C has left behind still runs when the interpreter ends, and would use what destructors of
+/// static objects take away. @param is_at_work once true here, asked again at the end
+void skip_destructors_while(bool (*is_at_work)());
+
+/// Works in a thread of its own: Ctrl-C raises KeyboardInterrupt at once, and the work ends unseen. To be
+/// called with the lock. @param kept what the work reads
+void do_apart(std::function<void()> work, py::object kept = {});
+
+/// What `make` returns, made apart.
+template<class Make>
+auto made_apart(Make make, py::object kept = {}) {
+  const auto made = std::make_shared<std::optional<decltype(make())>>();
+  do_apart([made, make = std::move(make)] { made->emplace(make()); }, std::move(kept));
+  return std::move(**made);
+}
 
 /// Guards an object whose methods release the interpreter's lock: a second thread is refused while it lives.
 class SoleUse {

@@ -4,29 +4,9 @@
 #include "maille/fem_ref/abandoned.hpp"
 #include "maille/fem_ref/solve.hpp"
 
-#include <cstdio>
-#include <cstdlib>
-#include <mutex>
-
 namespace maille::python {
 
 namespace {
-
-/// Work that Ctrl-C has left behind still runs when the interpreter ends, and would use what destructors of
-/// static objects take away. They are skipped then: Python itself has ended by the time this is called.
-void leave_work_behind_as_it_is(int exit_code, void*) {
-  if (fem_ref::works_left_behind() == 0)
-    return;
-  std::fflush(nullptr);
-  std::_Exit(exit_code);
-}
-
-/// To be called once deal.II is loaded: what is registered last is called first.
-void be_ready_to_leave() {
-  static std::once_flag once;
-  if (fem_ref::works_left_behind() > 0)
-    std::call_once(once, [] { on_exit(leave_work_behind_as_it_is, nullptr); });
-}
 
 AnswerHandle run(const SceneHandle& handle, const std::string& method, int threads,
                  std::optional<double> seconds, py::object progress) {
@@ -40,7 +20,9 @@ AnswerHandle run(const SceneHandle& handle, const std::string& method, int threa
     options.degree = method == "fem_q1" ? 1 : 2;
     made.answer = fem_ref::Solver(std::move(options)).solve(made.scene(), steering.control()).answer;
   }
-  be_ready_to_leave();
+  // Once deal.II is loaded: what is registered last is called first.
+  if (fem_ref::works_left_behind() > 0)
+    skip_destructors_while([] { return fem_ref::works_left_behind() > 0; });
   steering.finish();
   return made;
 }

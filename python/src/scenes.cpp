@@ -23,15 +23,13 @@ SceneHandle handle_of(SceneAndMeasures asked) {
   return {std::make_shared<const SceneAndMeasures>(std::move(asked))};
 }
 
-Affine affine_from(const std::array<std::array<double, 4>, 4>& rows) {
-  return rows;
-}
+using AddLabels = std::function<void(SceneBuilder&)>;
 
-/// Any strides, of whichever type of label: nothing is copied on the way to the builder.
+/// Labels with any strides, copied when the builder is given; nothing where the array has another type.
 template<class Label>
-bool add_labels(SceneBuilder& builder, const py::array& array, const Affine& affine) {
+AddLabels labels_of(const py::array& array, const Affine& affine) {
   if (!py::isinstance<py::array_t<Label>>(array))
-    return false;
+    return {};
   ArrayLayout layout;
   std::int64_t least = 0, most = 0;
   for (std::size_t a = 0; a < 3; ++a) {
@@ -42,42 +40,46 @@ bool add_labels(SceneBuilder& builder, const py::array& array, const Affine& aff
   }
   layout.first = -least;
   const auto* const first = static_cast<const Label*>(array.data()) + least;
-  builder.labels(std::span(first, static_cast<std::size_t>(most - least + 1)), layout, affine);
-  return true;
+  return [=, n = static_cast<std::size_t>(most - least + 1)](SceneBuilder& builder) {
+    builder.labels(std::span(first, n), layout, affine);
+  };
 }
 
 /// @param array of three axes i, j, k, in this machine's byte order, its strides whole elements
 SceneHandle build(const std::string& name, const py::array& array,
                   const std::array<std::array<double, 4>, 4>& affine, bool is_ras, const std::string& keys,
                   const std::string& folder) {
-  SceneBuilder builder(name);
-  const Affine to_world = affine_from(affine);
-  if (array.ndim() != 3 || !(add_labels<std::uint8_t>(builder, array, to_world) ||
-                             add_labels<std::uint16_t>(builder, array, to_world) ||
-                             add_labels<std::int16_t>(builder, array, to_world) ||
-                             add_labels<std::int32_t>(builder, array, to_world) ||
-                             add_labels<std::int64_t>(builder, array, to_world)))
+  AddLabels add_labels;
+  for (const auto of_type : {labels_of<std::uint8_t>, labels_of<std::uint16_t>, labels_of<std::int16_t>,
+                             labels_of<std::int32_t>, labels_of<std::int64_t>})
+    if (!add_labels && array.ndim() == 3)
+      add_labels = of_type(array, affine);
+  if (!add_labels)
     throw py::type_error("expected labels in three axes of uint8, uint16, int16, int32 or int64");
   for (const auto& row : affine)
     for (const double value : row)
       require_finite("affine", value);
-  if (is_ras)
-    builder.world(WorldAxes::ras);
-  builder.keys(keys, folder);
-  const py::gil_scoped_release unlocked;
-  return handle_of(builder.build_with_measures());
+  return handle_of(made_apart(
+      [=] {
+        SceneBuilder builder(name);
+        add_labels(builder);
+        if (is_ras)
+          builder.world(WorldAxes::ras);
+        builder.keys(keys, folder);
+        return builder.build_with_measures();
+      },
+      array));
 }
 
-/// Rows of the matrix from indices (i, j, k, 1) of nodes to the world [m].
-std::array<std::array<double, 4>, 4> node_affine(const Scene& scene) {
-  const Specimen& body = scene.specimen;
-  const Vec3 first = point_in_world(body.placement, body.origin);
+/// Rows of the matrix from indices (i, j, k, 1) to the world [m]. @param first where (0, 0, 0) is
+std::array<std::array<double, 4>, 4> affine_rows(const Vec3& first, const std::array<Vec3, 3>& direction,
+                                                 const Vec3& spacing) {
   std::array<std::array<double, 4>, 4> rows{};
   rows[3][3] = 1;
   for (std::size_t r = 0; r < 3; ++r) {
     rows[r][3] = first[r];
     for (std::size_t a = 0; a < 3; ++a)
-      rows[r][a] = body.placement.direction[r][a] * body.grid.spacing()[a];
+      rows[r][a] = direction[r][a] * spacing[a];
   }
   return rows;
 }
@@ -190,31 +192,19 @@ void bind_scenes(py::module_& module) {
   module.def("methods",
              [] { return std::vector<std::string>(deform::methods().begin(), deform::methods().end()); });
   module.def("read_scene", [](const std::string& file) {
-    const py::gil_scoped_release unlocked;
-    return handle_of(read_scene_and_measures(file));
+    return handle_of(made_apart([=] { return read_scene_and_measures(file); }));
   });
   module.def("parse_scene", [](const std::string& text, const std::string& file) {
-    const py::gil_scoped_release unlocked;
-    return handle_of(parse_scene_and_measures(text, file));
+    return handle_of(made_apart([=] { return parse_scene_and_measures(text, file); }));
   });
   module.def("build_scene", &build);
   module.def("image_grid", [](const std::string& file) {
     const ImageInfo info = read_image_info(file);
-    std::array<std::array<double, 4>, 4> rows{};
-    rows[3][3] = 1;
-    for (std::size_t r = 0; r < 3; ++r) {
-      rows[r][3] = info.origin[r];
-      for (std::size_t a = 0; a < 3; ++a)
-        rows[r][a] = info.direction[r][a] * info.spacing[a];
-    }
-    return py::make_tuple(info.size, rows, info.world == WorldAxes::lps ? "lps" : "ras");
+    return py::make_tuple(info.size, affine_rows(info.origin, info.direction, info.spacing),
+                          info.world == WorldAxes::lps ? "lps" : "ras");
   });
   module.def("read_voxels", [](const std::string& file) {
-    Image image;
-    {
-      const py::gil_scoped_release unlocked;
-      image = read_image(file);
-    }
+    const Image image = made_apart([=] { return read_image(file); });
     py::array_t<float> voxels({image.info.size[2], image.info.size[1], image.info.size[0]});
     if (image.info.components != 1)
       throw py::value_error("expected an image of one value a voxel: " + file);
@@ -251,7 +241,12 @@ void bind_scenes(py::module_& module) {
                                const WorldAxes world = s.scene().specimen.placement.world;
                                return world == WorldAxes::ras ? "ras" : world == WorldAxes::lps ? "lps" : "";
                              })
-      .def_property_readonly("node_affine", [](const SceneHandle& s) { return node_affine(s.scene()); })
+      .def_property_readonly("node_affine",
+                             [](const SceneHandle& s) {
+                               const Specimen& body = s.scene().specimen;
+                               return affine_rows(point_in_world(body.placement, body.origin),
+                                                  body.placement.direction, body.grid.spacing());
+                             })
       .def_property_readonly("direction",
                              [](const SceneHandle& s) { return s.scene().specimen.placement.direction; })
       .def_property_readonly(

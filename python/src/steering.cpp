@@ -2,13 +2,32 @@
 
 #include "binding.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <future>
+#include <utility>
 
 namespace maille::python {
 
 namespace {
 
 constexpr std::chrono::milliseconds between_looks{50};
+
+/// Work whose caller Ctrl-C has taken away, and what it reads.
+auto& work_left_behind() {
+  static auto* const all = new std::vector<std::pair<py::object, std::future<void>>>;
+  return *all;
+}
+
+bool is_done(const std::future<void>& work, std::chrono::milliseconds within) {
+  return work.wait_for(within) == std::future_status::ready;
+}
+
+bool is_any_at_work() {
+  return !std::ranges::all_of(work_left_behind(), [](const auto& one) { return is_done(one.second, {}); });
+}
 
 } // namespace
 
@@ -27,6 +46,35 @@ Steering::Steering(int threads, std::optional<double> seconds, std::optional<std
   control_.stop_requested = [this] { return should_stop(); };
   if (!progress_.is_none())
     control_.progress = [this](double fraction, std::string_view what) { tell(fraction, what); };
+}
+
+void skip_destructors_while(bool (*is_at_work)()) {
+  static bool (*const asked)() = is_at_work; // a module has one kind of work
+  [[maybe_unused]] static const int once = on_exit(
+      [](int exit_code, void*) {
+        if (!asked())
+          return;
+        std::fflush(nullptr);
+        std::_Exit(exit_code);
+      },
+      nullptr);
+}
+
+void do_apart(std::function<void()> work, py::object kept) {
+  auto& behind = work_left_behind();
+  std::erase_if(behind, [](const auto& one) { return is_done(one.second, {}); });
+  std::future<void> running = std::async(std::launch::async, std::move(work));
+  const auto waited = [&] {
+    const py::gil_scoped_release unlocked;
+    return is_done(running, between_looks);
+  };
+  while (!waited())
+    if (PyErr_CheckSignals() != 0) {
+      skip_destructors_while(is_any_at_work);
+      behind.emplace_back(std::move(kept), std::move(running));
+      throw py::error_already_set();
+    }
+  running.get();
 }
 
 void require_finite(const char* what, double value) {

@@ -1,7 +1,10 @@
 """What tests of the Python module share: the suites are named as those of C++, by the truth of their numbers."""
 
 import os
+import signal
+import subprocess
 import sys
+import threading
 
 import numpy as np
 import pytest
@@ -21,6 +24,15 @@ where = "x-"
 where = "x+"
 by = ["0.4 mm", 0, 0]
 """
+
+
+def ended(program, **environment):
+    return subprocess.run([sys.executable, "-c", program], capture_output=True, text=True,
+                          env={**os.environ, "PYTHONPATH": os.environ["MAILLE_PYTHON_PATH"], **environment})
+
+
+def press_ctrl_c(after):
+    threading.Timer(after, os.kill, (os.getpid(), signal.SIGINT)).start()
 
 
 @pytest.fixture

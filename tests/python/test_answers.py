@@ -2,9 +2,7 @@
 
 import json
 import os
-import signal
 import subprocess
-import sys
 import threading
 import time
 
@@ -12,7 +10,7 @@ import numpy as np
 import pytest
 
 import maille
-from conftest import AFFINE, STRIP, label_scene, two_labels
+from conftest import AFFINE, STRIP, ended, label_scene, press_ctrl_c, two_labels
 
 
 def resident():
@@ -98,9 +96,7 @@ def test_imports_contract_load_neither_deal_ii_nor_vtk():
                "maps = open('/proc/self/maps').read()\n"
                "assert not any(word in maps for word in ('deal_II', 'libvtk', 'libmpi', 'rilinos')), maps\n"
                "print(t)")
-    environment = {**os.environ, "PYTHONPATH": os.environ["MAILLE_PYTHON_PATH"]}
-    seconds = sorted(float(subprocess.run([sys.executable, "-c", program], env=environment, check=True,
-                                          capture_output=True, text=True).stdout) for _ in range(5))
+    seconds = sorted(float(ended(program).stdout) for _ in range(5))
     check("import_s", seconds[2], 0.3)
 
 
@@ -129,8 +125,7 @@ def test_threads_contract_python_goes_on_while_a_method_runs():
 
 
 def test_stops_contract_ctrl_c_and_what_progress_raises_end_a_run():
-    timer = threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT))
-    timer.start()
+    press_ctrl_c(0.5)
     begin = time.perf_counter()
     with pytest.raises(KeyboardInterrupt):
         big_scene().run("coupled", threads=1, tolerance=1e-12)
@@ -145,6 +140,19 @@ def test_stops_contract_ctrl_c_and_what_progress_raises_end_a_run():
     with pytest.raises(ArithmeticError, match="enough"):
         big_scene().run("coupled", threads=1, tolerance=1e-12, progress=progress)
     assert len(told) == 1 and 0 <= told[0][0] <= 1 and isinstance(told[0][1], str)
+
+
+def test_stops_contract_ctrl_c_ends_the_building_of_a_scene_and_python():
+    run = ended("import maille, numpy, os, signal, sys, threading, time\n"
+                "image = maille.Image(numpy.ones((400, 400, 400), numpy.uint8), material='fat/subcutaneous')\n"
+                "threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()\n"
+                "begin = time.monotonic()\n"
+                "try:\n    maille.Scene(image, holds=[maille.hold('x-')]).cells\n"
+                "except KeyboardInterrupt:\n    print(begin, time.monotonic())\n    sys.exit(3)")
+    end = time.monotonic()
+    assert run.returncode == 3, run.stderr
+    begun, stopped = (float(moment) for moment in run.stdout.split())
+    assert stopped - begun < 1.3 and end - stopped < 1
 
 
 def test_answers_contract_say_what_they_are(strip):

@@ -1,10 +1,6 @@
 """Finite elements from Python: optional, and loaded only when they are asked."""
 
-import os
 import signal
-import subprocess
-import sys
-import threading
 import time
 
 import numpy as np
@@ -12,14 +8,9 @@ import pytest
 
 import maille
 import maille.fem
-from conftest import STRIP, label_scene, two_labels
+from conftest import STRIP, ended, label_scene, press_ctrl_c, two_labels
 
 needs_fem = pytest.mark.skipif(not maille.fem.is_available(), reason="the target _fem was not built")
-
-
-def ended(program, **environment):
-    return subprocess.run([sys.executable, "-c", program], capture_output=True, text=True,
-                          env={**os.environ, "PYTHONPATH": os.environ["MAILLE_PYTHON_PATH"], **environment})
 
 
 def test_fem_contract_is_loaded_when_it_is_first_asked():
@@ -67,8 +58,7 @@ def test_fem_contract_measures_the_other_methods():
 def test_fem_contract_ctrl_c_and_progress_end_a_run():
     scene = maille.Scene(maille.box((40, 40, 40), "1 mm", {"youngs_modulus": "10 kPa", "poisson_ratio": 0.3}),
                          holds=[maille.hold("x-")], moves=[maille.move("x+", by=(0, "1 mm", 0))])
-    timer = threading.Timer(0.2, lambda: os.kill(os.getpid(), signal.SIGINT))
-    timer.start()
+    press_ctrl_c(0.2)
     begin = time.perf_counter()
     with pytest.raises(KeyboardInterrupt):
         scene.run("fem_q1", threads=1)
