@@ -40,7 +40,8 @@ private:
 
 Header header_of(const ImageInfo& info, StoredType type, StoredAs stored_as) {
   constexpr std::int16_t displacement = 1006, vector = 1007, symmetric_matrix = 1005, scanner = 1;
-  constexpr std::array<Vec3, 3> same{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  constexpr std::array<Vec3, 3> ras{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}},
+      lps{{{-1, 0, 0}, {0, -1, 0}, {0, 0, 1}}};
   constexpr double millimetres = 1e3;
   constexpr char unit_is_millimetre = 2;
   Header header;
@@ -53,8 +54,9 @@ Header header_of(const ImageInfo& info, StoredType type, StoredAs stored_as) {
   header.put(50, static_cast<std::int16_t>(info.components));
   header.put(52, std::int16_t{1});
   header.put(54, std::int16_t{1});
-  if (info.components == 3)
-    header.put(68, info.vectors_to_world == same && info.world == WorldAxes::ras ? displacement : vector);
+  const auto along = in_world(info, WorldAxes::ras).vectors_to_world;
+  if (info.components == 3 && (along == ras || along == lps))
+    header.put(68, along == ras ? displacement : vector);
   if (stored_as == StoredAs::tensors) {
     header.put(56, 3.0F); // intent_p1: of a 3 x 3 matrix
     header.put(68, symmetric_matrix);

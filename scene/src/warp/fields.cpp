@@ -27,6 +27,8 @@ public:
       : n_(static_cast<std::size_t>(grid.n_voxels())), row_(static_cast<std::size_t>(grid.size[0])) {
     image_.info = grid;
     image_.info.components = 3;
+    const double x = grid.world == WorldAxes::lps ? 1 : -1;
+    image_.info.vectors_to_world = {{{x, 0, 0}, {0, x, 0}, {0, 0, 1}}};
     image_.values.resize(3 * n_);
     to_world_ = millimetres * voxels_to_world(grid).linear;
     if (grid.world != WorldAxes::lps)

@@ -65,8 +65,8 @@ PageData at(const PageData& object, const std::string& first, const std::string&
   return second.empty() ? object.at(first) : at(object.at(first), second);
 }
 
-PageData picture(const std::string& png, std::string alt, std::string caption) {
-  return {{"source", data_uri("image/png", png)},
+PageData picture(const std::string& bytes, std::string alt, std::string caption, const char* type) {
+  return {{"source", data_uri(type, bytes)},
           {"look", "picture"},
           {"alt", std::move(alt)},
           {"caption", std::move(caption)}};

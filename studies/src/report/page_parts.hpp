@@ -61,7 +61,8 @@ PageData column(std::string name, bool is_number, std::string why = {});
 PageData at(const PageData& object, const std::string& first, const std::string& second = {});
 
 /// @param alt what a picture shows, for those who do not see it
-PageData picture(const std::string& png, std::string alt, std::string caption);
+PageData picture(const std::string& bytes, std::string alt, std::string caption,
+                 const char* type = "image/png");
 /// Nothing where it cannot be drawn, which the draft then notes.
 std::optional<PageData> plot(const Chart& chart, std::string alt, std::string caption, PageDraft& draft);
 /// Points of each method, in the order in which methods first appear.

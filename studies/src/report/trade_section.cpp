@@ -43,11 +43,8 @@ PageData table_of(const PageData& trade, const std::string& id) {
 } // namespace
 
 PageData picture_of_file(const std::filesystem::path& file, std::string alt, std::string caption) {
-  return {
-      {"source", data_uri(file.extension() == ".svg" ? "image/svg+xml" : "image/png", bytes_of_file(file))},
-      {"look", "picture"},
-      {"alt", std::move(alt)},
-      {"caption", std::move(caption)}};
+  return picture(bytes_of_file(file), std::move(alt), std::move(caption),
+                 file.extension() == ".svg" ? "image/svg+xml" : "image/png");
 }
 
 void add_what_was_asked(const PageData& asked, PageData& run) {

@@ -6,10 +6,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <string>
-#include <vector>
 
 namespace maille::deform {
 namespace {

@@ -114,6 +114,10 @@ TEST(VoxelMapContract, TensorsAndFramesAreThoseOfTheFormat) {
   EXPECT_EQ(stored_form(folder.path() / "tensor.nii"), StoredAs::tensors);
   write_nifti(image, folder.path() / "six.nii"); // moments of a series: no matrix
   EXPECT_EQ(stored_form(folder.path() / "six.nii"), StoredAs::float32);
+  Image three{image.info, {1, 2, 3}};
+  three.info.components = 3;
+  write_nifti(three, folder.path() / "three.nii"); // along no stated axes: no vector
+  EXPECT_FALSE(read_image_info(folder.path() / "three.nii").vectors_to_world);
   std::mt19937 random(41);
   for (int n = 0; n < 40; ++n) {
     Image any = image;

@@ -11,7 +11,6 @@
 #include <Eigen/SparseCholesky>
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>

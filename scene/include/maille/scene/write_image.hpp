@@ -28,7 +28,7 @@ struct ImageFileOptions {
 /// The world is a patient's. NIfTI states it as RAS, MetaImage and NRRD as LPS, so that all three show the
 /// same voxels in the same place; where an image does not say (WorldAxes::unknown) it is taken as RAS. Values
 /// are as they are: vectors that are to stand along LPS must be so before. Three components are a vector
-/// (NIfTI's intent 1007; interleaved in the other two).
+/// (NIfTI: where info says along what; interleaved in the other two).
 ///
 /// @throws std::runtime_error  the file cannot be written; std::invalid_argument  another ending, values
 ///         that do not fit the grid, labels that are no whole numbers, or more than NIfTI-1 holds
@@ -43,8 +43,8 @@ bool is_writable_image_name(const std::filesystem::path& file);
 /// @brief Writes NIfTI-1, gzipped where the name ends in .gz, with sform and qform in millimetres.
 ///
 /// The world is a patient's, right, anterior, superior: of an image whose world is that of ITK (lps) x and y
-/// are turned round. Three components are a vector (intent 1007), tensors a symmetric matrix (intent 1005) in
-/// the order that NIfTI has, xx xy yy xz yz zz; others are plain.
+/// are turned round. Three components along RAS or LPS are a vector (intent 1006, 1007), tensors a symmetric
+/// matrix (intent 1005) in the order that NIfTI has, xx xy yy xz yz zz; others are plain.
 ///
 /// @throws std::runtime_error  the file cannot be written; std::invalid_argument  more than 32767 voxels
 ///         along an axis, or values that do not fit the grid
