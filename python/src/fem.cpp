@@ -1,7 +1,7 @@
 // The module `maille._fem`: finite elements for scenes of `maille._core`, whose types it shares.
 
 #include "binding.hpp"
-#include "maille/fem_ref/abandoned.hpp"
+#include "maille/fem_ref/ranks.hpp"
 #include "maille/fem_ref/solve.hpp"
 
 namespace maille::python {

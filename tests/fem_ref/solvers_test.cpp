@@ -2,7 +2,7 @@
 
 #include "bodies.hpp"
 #include "fem_ref/bodies.hpp"
-#include "maille/fem_ref/abandoned.hpp"
+#include "maille/fem_ref/ranks.hpp"
 
 #include <atomic>
 #include <chrono>

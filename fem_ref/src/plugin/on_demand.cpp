@@ -1,7 +1,6 @@
 /// fem_ref's public functions for programs that start without deal.II: the plugin is opened by the first one
 /// that needs it, and where none has, no work can have been left behind and there is one rank.
 
-#include "maille/fem_ref/abandoned.hpp"
 #include "maille/fem_ref/ranks.hpp"
 #include "plugin/functions.hpp"
 

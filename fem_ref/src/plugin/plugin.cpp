@@ -1,6 +1,6 @@
 /// The way into the shared object maille-fem.so, which holds fem_ref and loads deal.II.
 
-#include "maille/fem_ref/abandoned.hpp"
+#include "maille/fem_ref/ranks.hpp"
 #include "plugin/functions.hpp"
 
 namespace {

@@ -2,7 +2,7 @@
 
 #include "process/abandonable.hpp"
 
-#include "maille/fem_ref/abandoned.hpp"
+#include "maille/fem_ref/ranks.hpp"
 
 #include <atomic>
 #include <condition_variable>

@@ -1,10 +1,11 @@
 #include "solvers/linear_solvers.hpp"
 
+#include "maille/plugins/sparse_cholesky.hpp"
+
 #include "discretization/cell_operator.hpp"
 #include "solvers/cg_run.hpp"
 #include "solvers/multigrid_mesh.hpp"
 
-#include <Eigen/CholmodSupport>
 #include <algorithm>
 #include <cmath>
 #include <deal.II/base/mg_level_object.h>
@@ -97,19 +98,22 @@ public:
     const auto n = static_cast<Eigen::Index>(level.n_unknowns);
     Eigen::SparseMatrix<double> matrix(n, n);
     matrix.setFromTriplets(entries.begin(), entries.end());
-    factor_.cholmod().print = 0;
-    factor_.compute(matrix);
-    return factor_.info() == Eigen::Success;
+    std::vector<std::int32_t> node(level.n_unknowns);
+    for (std::size_t i = 0; i < node.size(); ++i)
+      node[i] = static_cast<std::int32_t>(i / dim);
+    matrix = matrix.triangularView<Eigen::Lower>();
+    factor_ = sparse_cholesky(matrix, node, false);
+    return factor_->factor(matrix) > 0;
   }
   void operator()(unsigned, Float& u, const Float& f) const override {
     Eigen::VectorXd load(static_cast<Eigen::Index>(f.size()));
     std::copy(f.begin(), f.end(), load.begin());
-    const Eigen::VectorXd answer = factor_.solve(load);
+    const Eigen::VectorXd answer = factor_->solve(load);
     std::copy(answer.begin(), answer.end(), u.begin());
   }
 
 private:
-  Eigen::CholmodDecomposition<Eigen::SparseMatrix<double>> factor_;
+  std::unique_ptr<SparseCholesky> factor_;
 };
 
 template<int dim>

@@ -1,7 +1,6 @@
 #include "cli/commands.hpp"
 
 #include "export/whole_file.hpp"
-#include "maille/fem_ref/abandoned.hpp"
 #include "maille/fem_ref/ranks.hpp"
 #include "program.hpp"
 

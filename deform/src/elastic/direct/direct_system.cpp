@@ -1,6 +1,7 @@
 #include "elastic/direct/direct_system.hpp"
 
 #include "elastic/krylov/flexible_gradients.hpp"
+#include "maille/plugins/sparse_cholesky.hpp"
 #include "maille/scene/scene.hpp"
 
 #include <algorithm>
@@ -40,25 +41,22 @@ DirectSystem::DirectSystem(const CoupledTask& task) : BodySystem(task) {
       unknowns_.push_back({static_cast<int>(i % 3), nodes_[i / 3]});
   lower_ = StiffnessBlocks(body, elasticity(), nodes_).lower(is_fixed_);
   of_matrix_ = Charge(static_cast<std::size_t>(lower_.nonZeros() * per_number));
-  factor_.analyzePattern(lower_);
-  for (const int below : factor_.numbers_below()) {
-    numbers_ += 1.0 + below;
-    operations_ += (1.0 + below) * (1.0 + below);
-  }
+  factor_ = simplicial_cholesky(lower_);
 }
+
+DirectSystem::~DirectSystem() = default;
 
 bool DirectSystem::factor() {
   of_factor_ = {};
-  of_factor_ = Charge(static_cast<std::size_t>(numbers_ * double{per_number}));
-  factor_.factorize(lower_);
-  return factor_.info() == Eigen::Success;
+  of_factor_ = Charge(static_cast<std::size_t>(factor_->bytes()));
+  return factor_->factor(lower_) > 0;
 }
 
 void DirectSystem::precondition(const Displacement& residual, Displacement& correction) {
   Eigen::VectorXd values(n_components());
   for (std::size_t i = 0; i < unknowns_.size(); ++i)
     values[static_cast<Eigen::Index>(i)] = residual(unknowns_[i].component, unknowns_[i].node);
-  values = factor_.solve(values).eval();
+  values = factor_->solve(values);
   std::ranges::fill(correction.values(), 0.0);
   for (std::size_t i = 0; i < unknowns_.size(); ++i)
     correction(unknowns_[i].component, unknowns_[i].node) = values[static_cast<Eigen::Index>(i)];
@@ -75,11 +73,11 @@ void DirectSystem::set_penalties(const List<PenaltyLink>& links) {
 
 std::int64_t DirectSystem::iterations_worth_it() const {
   return static_cast<std::int64_t>(
-      std::ceil(operations_ / (operations_per_iteration * static_cast<double>(n_components()))));
+      std::ceil(factor_->n_operations() / (operations_per_iteration * static_cast<double>(n_components()))));
 }
 
 std::int64_t DirectSystem::bytes() const {
-  return lower_.nonZeros() * per_number + static_cast<std::int64_t>(numbers_ * double{per_number}) +
+  return lower_.nonZeros() * per_number + factor_->bytes() +
          task().scene.specimen.grid.n_nodes() * FlexibleGradients::bytes_per_grid_node;
 }
 

@@ -6,9 +6,8 @@
 /// preconditioner of FlexibleGradients, which removes its rounding errors: near the end of float64's range (a
 /// rod a thousand times as long as thick) one solve is not accurate enough.
 ///
-/// Set-up in steps: the constructor orders the unknowns and knows the size of the factor;
-/// iterations_worth_it() and bytes() say whether it pays; factor() computes it. Penalties of limits are added
-/// to K and factored anew.
+/// The constructor analyses (see SparseCholesky); iterations_worth_it() and bytes() say whether a factor
+/// pays; factor() computes it. Penalties of limits are added to K and factored anew.
 ///
 /// Heuristic: which bodies are slender enough (is_very_slender, bytes_for_factor), and the cost model.
 
@@ -17,27 +16,28 @@
 
 #include "maille/scene/arena.hpp"
 
-#include <Eigen/SparseCholesky>
-
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
 
+namespace maille {
+class SparseCholesky;
+}
+
 namespace maille::deform {
 
-/// In float64, on a body of any shape in three dimensions. Set up in steps, as the first says what the next
-/// one costs.
+/// In float64, on a body of any shape in three dimensions.
 ///
 /// Same bits for any number of threads: the factor is made by one.
 ///
-/// Source  Amestoy, Davis and Duff 1996 (the order of the unknowns)
 /// Checked by  tests/deform/elastic/slender/slender_boxes_test.cpp
 class DirectSystem : public BodySystem {
 public:
   /// Orders the unknowns, and knows the size of the factor then. @param task must outlive this
   explicit DirectSystem(const CoupledTask& task);
+  ~DirectSystem() override;
 
   std::int64_t n_components() const { return lower_.rows(); } ///< that are not fixed
   /// After how many iterations of multigrid a factor has cost less than they have.
@@ -52,11 +52,6 @@ public:
   void set_penalties(const List<PenaltyLink>& links) override;
 
 private:
-  using Sparse = Eigen::SparseMatrix<double>;
-  class Factor : public Eigen::SimplicialLLT<Sparse> {
-  public:
-    const Eigen::VectorXi& numbers_below() const { return m_nonZerosPerCol; } ///< the diagonal, by column
-  };
   /// Where a component of a node has its place among the unknowns.
   struct Unknown {
     int component = 0;
@@ -66,9 +61,8 @@ private:
   std::vector<std::int64_t> nodes_;
   std::vector<char> is_fixed_; ///< by 3 * place + component
   std::vector<Unknown> unknowns_;
-  Sparse lower_;
-  Factor factor_;
-  double numbers_ = 0, operations_ = 0;
+  Eigen::SparseMatrix<double> lower_;
+  std::unique_ptr<SparseCholesky> factor_;
   Charge of_matrix_, of_factor_;
 };
 

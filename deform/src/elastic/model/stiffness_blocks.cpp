@@ -34,23 +34,26 @@ StiffnessBlocks::StiffnessBlocks(const Specimen& body, const LatticeElasticity& 
     : grid_(body.grid), place_(static_cast<std::size_t>(grid_.n_nodes()), -1), rows_(nodes.size()) {
   for (std::size_t i = 0; i < nodes.size(); ++i)
     place_[static_cast<std::size_t>(nodes[i])] = static_cast<std::int32_t>(i);
+  const int d = grid_.dimension();
   std::map<std::int32_t, Eigen::MatrixXd> by_kind;
   for (std::int64_t cell = 0; cell < grid_.n_cells(); ++cell) {
     if (!body.is_matter(cell))
       continue;
     auto [entry, is_new] = by_kind.try_emplace(elasticity.kind_number(cell));
     if (is_new)
-      entry->second = cell_stiffness<3>(elasticity, cell) / elasticity.weight(cell);
+      entry->second = (d == 2 ? cell_stiffness<2>(elasticity, cell) : cell_stiffness<3>(elasticity, cell)) /
+                      elasticity.weight(cell);
     const Index3 index = grid_.cell_at(cell);
-    for (int near = 0; near < 8; ++near)
-      for (int far = 0; far < 8; ++far) {
+    for (int near = 0; near < grid_.corners_per_cell(); ++near)
+      for (int far = 0; far < grid_.corners_per_cell(); ++far) {
         const auto along = [&](int axis) { return ((far >> axis) & 1) - ((near >> axis) & 1); };
         const int after = along(0) + 3 * along(1) + 9 * along(2);
         if (after < 0)
           continue;
         Block& of_both = block(grid_.corner(index, near), after);
         of_both.node = place_[static_cast<std::size_t>(grid_.corner(index, far))];
-        of_both.values += elasticity.weight(cell) * entry->second.block<3, 3>(3 * far, 3 * near);
+        of_both.values.topLeftCorner(d, d) +=
+            elasticity.weight(cell) * entry->second.block(d * far, d * near, d, d);
       }
   }
   for (const NodalSpring& spring : elasticity.springs())
@@ -72,11 +75,12 @@ void StiffnessBlocks::add_spring(std::int64_t node, int axis, int component, dou
 
 Eigen::SparseMatrix<double> StiffnessBlocks::lower(const std::vector<char>& is_fixed,
                                                    std::vector<std::int32_t>* group) const {
+  const auto d = static_cast<std::size_t>(grid_.dimension());
   std::vector<int> free(is_fixed.size(), -1);
   int n_free = 0, n_groups = 0;
   for (std::size_t node = 0; node < rows_.size(); ++node) {
     const int before = n_free;
-    for (std::size_t i = 3 * node; i < 3 * node + 3; ++i)
+    for (std::size_t i = d * node; i < d * node + d; ++i)
       if (is_fixed[i] == 0) {
         free[i] = n_free++;
         if (group != nullptr)
@@ -90,12 +94,12 @@ Eigen::SparseMatrix<double> StiffnessBlocks::lower(const std::vector<char>& is_f
     if (free[column] < 0)
       continue;
     matrix.startVec(free[column]);
-    for (const Block& block : rows_[column / 3])
-      for (std::size_t b = 0; b < 3 && block.node >= 0; ++b) {
-        const std::size_t row = 3 * static_cast<std::size_t>(block.node) + b;
+    for (const Block& block : rows_[column / d])
+      for (std::size_t b = 0; b < d && block.node >= 0; ++b) {
+        const std::size_t row = d * static_cast<std::size_t>(block.node) + b;
         if (free[row] >= free[column])
           matrix.insertBack(free[row], free[column]) =
-              block.values(static_cast<Eigen::Index>(b), static_cast<Eigen::Index>(column % 3));
+              block.values(static_cast<Eigen::Index>(b), static_cast<Eigen::Index>(column % d));
       }
   }
   matrix.finalize();

@@ -1,5 +1,5 @@
 #pragma once
-/// The stiffness of a body in three dimensions as a sparse matrix.
+/// The stiffness of a body in two or three dimensions as a sparse matrix.
 
 #include "elastic/model/lattice_elasticity.hpp"
 
@@ -20,7 +20,7 @@ Eigen::MatrixXd cell_stiffness(const LatticeElasticity& elasticity, std::int64_t
 /// Nodes of matter, in the order of the grid.
 std::vector<std::int64_t> nodes_of_matter(const Specimen& body);
 
-/// Block by block: of a node with itself and with the 13 that come after it in the grid.
+/// Block by block: of a node with itself and with the 13 that come after it in the grid (4 in a plane).
 ///
 /// Cost  O(cells), a cell's matrix once a kind of matter; 1.1 KB a node
 class StiffnessBlocks {
@@ -31,7 +31,7 @@ public:
                   const std::vector<std::int64_t>& nodes);
   /// A spring between a component of a node of matter and that of the next node along an axis, of one cell.
   void add_spring(std::int64_t node, int axis, int component, double stiffness);
-  /// The lower triangle, of components 3 * place + component that are not fixed, which keep their order.
+  /// The lower triangle, of components dimension * place + component that are not fixed, in this order.
   /// @param group if not null, becomes the node of each that has some, from 0 on
   Eigen::SparseMatrix<double> lower(const std::vector<char>& is_fixed,
                                     std::vector<std::int32_t>* group = nullptr) const;

@@ -4,11 +4,10 @@
 #include "elastic/model/lattice_elasticity.hpp"
 #include "elastic/model/stiffness_blocks.hpp"
 #include "elastic/multigrid/chebyshev.hpp"
-#include "world/surface/supernodal_factor.hpp"
+#include "maille/plugins/sparse_cholesky.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/QR>
-#include <Eigen/SparseCholesky>
 
 #include <algorithm>
 #include <cstddef>
@@ -66,18 +65,38 @@ constexpr std::ptrdiff_t most_summed = 500;
 /// Columns that are found together.
 constexpr std::size_t columns_at_once = 48;
 
-/// CHOLMOD's part, opened once. @throws std::runtime_error where it is not there
-const CholmodFunctions& cholmod() {
-  static const auto* const opened = static_cast<const CholmodFunctions*>(
-      open_plugin("maille-cholmod.so", "factors of large bodies (CHOLMOD)", cholmod_layout));
-  return *opened;
-}
+/// A factor of the stiffness of what is not held.
+class FactorOfFree {
+public:
+  explicit FactorOfFree(const std::vector<char>& is_fixed) {
+    for (std::size_t i = 0; i < is_fixed.size(); ++i)
+      if (is_fixed[i] == 0)
+        free_.push_back(static_cast<Eigen::Index>(i));
+  }
+  /// False where `factor` can't be made of the lower triangle.
+  bool make(std::unique_ptr<SparseCholesky> factor, const Eigen::SparseMatrix<double>& lower) {
+    if (factor->factor(lower) > 0)
+      factor_ = std::move(factor);
+    return is_made();
+  }
+  bool is_made() const { return factor_ != nullptr; }
+  Eigen::MatrixXd solve(const Eigen::MatrixXd& forces) const {
+    Eigen::MatrixXd answer = Eigen::MatrixXd::Zero(forces.rows(), forces.cols());
+    answer(free_, Eigen::all) = factor_->solve(forces(free_, Eigen::all));
+    return answer;
+  }
+  std::span<const Eigen::Index> free() const { return free_; }
+
+private:
+  std::vector<Eigen::Index> free_;
+  std::unique_ptr<SparseCholesky> factor_;
+};
 
 class FactoredStiffness : public BodyStiffness {
 public:
   FactoredStiffness(const Scene& scene, const std::vector<std::int64_t>& nodes,
                     const std::vector<char>& is_fixed, const Eigen::VectorXd& inertia);
-  Eigen::VectorXd solve(const Eigen::VectorXd& forces, double accuracy) override;
+  Eigen::VectorXd solve(const Eigen::VectorXd& forces, double) override { return factor_.solve(forces); }
   Eigen::VectorXd forces(const Eigen::VectorXd& displacement) const override {
     return stiffness_ * displacement;
   }
@@ -86,76 +105,20 @@ public:
   }
 
 private:
-  using Sparse = Eigen::SparseMatrix<double>;
-
-  std::vector<std::int64_t> free_; ///< among the free components; -1: fixed
-  std::int64_t n_free_ = 0;
-  Sparse stiffness_;
-  Eigen::SimplicialLLT<Sparse> factor_;
+  Eigen::SparseMatrix<double> stiffness_;
+  FactorOfFree factor_;
 };
 
 FactoredStiffness::FactoredStiffness(const Scene& scene, const std::vector<std::int64_t>& nodes,
-                                     const std::vector<char>& is_fixed, const Eigen::VectorXd& inertia) {
-  const Specimen& body = scene.specimen;
-  const Grid& grid = body.grid;
-  const int d = grid.dimension(), corners = grid.corners_per_cell();
-  std::vector<std::int64_t> number(static_cast<std::size_t>(grid.n_nodes()), -1);
-  for (std::size_t i = 0; i < nodes.size(); ++i)
-    number[static_cast<std::size_t>(nodes[i])] = static_cast<std::int64_t>(i);
-  const LatticeElasticity elasticity(scene);
-  std::map<std::int32_t, Eigen::MatrixXd> by_kind;
-  std::vector<Eigen::Triplet<double>> entries;
-  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
-    if (!body.is_matter(cell))
-      continue;
-    auto [entry, is_new] = by_kind.try_emplace(elasticity.kind_number(cell));
-    if (is_new)
-      entry->second = (d == 2 ? cell_stiffness<2>(elasticity, cell) : cell_stiffness<3>(elasticity, cell)) /
-                      elasticity.weight(cell);
-    const Eigen::MatrixXd matrix = elasticity.weight(cell) * entry->second;
-    const auto component = [&](int i) {
-      return d * number[static_cast<std::size_t>(grid.corner(grid.cell_at(cell), i / d))] + i % d;
-    };
-    for (int column = 0; column < d * corners; ++column)
-      for (int row = 0; row < d * corners; ++row)
-        if (matrix(row, column) != 0)
-          entries.emplace_back(static_cast<int>(component(row)), static_cast<int>(component(column)),
-                               matrix(row, column));
-  }
-  const std::int64_t n = d * static_cast<std::int64_t>(nodes.size());
-  stiffness_.resize(n, n);
-  stiffness_.setFromTriplets(entries.begin(), entries.end());
-  free_.assign(static_cast<std::size_t>(n), -1);
-  for (std::size_t i = 0; i < free_.size(); ++i)
-    if (is_fixed[i] == 0)
-      free_[i] = n_free_++;
-  std::vector<Eigen::Triplet<double>> of_free;
-  for (int column = 0; column < stiffness_.outerSize(); ++column)
-    for (Sparse::InnerIterator entry(stiffness_, column); entry; ++entry)
-      if (const std::int64_t row = free_[static_cast<std::size_t>(entry.row())],
-          place = free_[static_cast<std::size_t>(column)];
-          row >= 0 && place >= 0)
-        of_free.emplace_back(static_cast<int>(row), static_cast<int>(place), entry.value());
-  for (Eigen::Index component = 0; component < inertia.size(); ++component)
-    if (const std::int64_t place = free_[static_cast<std::size_t>(component)]; place >= 0)
-      of_free.emplace_back(static_cast<int>(place), static_cast<int>(place), inertia[component]);
-  Sparse matrix(n_free_, n_free_);
-  matrix.setFromTriplets(of_free.begin(), of_free.end());
-  factor_.compute(matrix);
-  if (factor_.info() != Eigen::Success)
+                                     const std::vector<char>& is_fixed, const Eigen::VectorXd& inertia)
+    : factor_(is_fixed) {
+  const StiffnessBlocks blocks(scene.specimen, LatticeElasticity(scene), nodes);
+  stiffness_ = blocks.lower(std::vector<char>(is_fixed.size(), 0)).selfadjointView<Eigen::Lower>();
+  Eigen::SparseMatrix<double> lower = blocks.lower(is_fixed);
+  for (Eigen::Index column = 0; column < lower.cols() && inertia.size() > 0; ++column)
+    lower.coeffRef(column, column) += inertia[factor_.free()[static_cast<std::size_t>(column)]];
+  if (!factor_.make(simplicial_cholesky(lower), lower))
     throw std::invalid_argument("Flexibility: a body that is held so that no rigid motion is left");
-}
-
-Eigen::VectorXd FactoredStiffness::solve(const Eigen::VectorXd& forces, double) {
-  Eigen::VectorXd right(n_free_), whole = Eigen::VectorXd::Zero(forces.size());
-  for (std::size_t i = 0; i < free_.size(); ++i)
-    if (free_[i] >= 0)
-      right[free_[i]] = forces[static_cast<Eigen::Index>(i)];
-  const Eigen::VectorXd solution = factor_.solve(right);
-  for (std::size_t i = 0; i < free_.size(); ++i)
-    if (free_[i] >= 0)
-      whole[static_cast<Eigen::Index>(i)] = solution[free_[i]];
-  return whole;
 }
 
 /// By refinement: residuals in float64, corrections by conjugate gradients around multigrid in float32. Where
@@ -191,7 +154,7 @@ private:
   MaskedMultigrid multigrid_;
   MaskedSystem system_;
   bool may_factor_ = false;
-  std::unique_ptr<SupernodalFactor> factor_;
+  FactorOfFree factor_;
 };
 
 MultigridStiffness::MultigridStiffness(const Scene& scene, std::vector<std::int64_t> nodes,
@@ -201,7 +164,7 @@ MultigridStiffness::MultigridStiffness(const Scene& scene, std::vector<std::int6
       elasticity_(with_inertia(scene, nodes_, inertia, team_)),
       multigrid_(std::make_unique<MaskedLevel>(scene, elasticity_, prescribed(nodes_, is_fixed), team_),
                  relaxation_steps(largest_contrast(scene)), team_),
-      system_(body_.grid, elasticity_, multigrid_, team_) {}
+      system_(body_.grid, elasticity_, multigrid_, team_), factor_(is_fixed) {}
 
 LatticeElasticity MultigridStiffness::with_inertia(const Scene& scene, const std::vector<std::int64_t>& nodes,
                                                    const Eigen::VectorXd& inertia, ThreadTeam& team) {
@@ -248,8 +211,8 @@ bool MultigridStiffness::make_factor() {
   std::vector<std::int32_t> group;
   const Eigen::SparseMatrix<double> lower =
       StiffnessBlocks(body_, elasticity_, nodes_).lower(is_fixed_, &group);
-  factor_ = cholmod().factor(lower, group, most_factor_numbers);
-  return factor_ != nullptr;
+  auto factor = supernodal_cholesky(lower, group, true);
+  return factor->n_numbers() <= most_factor_numbers && factor_.make(std::move(factor), lower);
 }
 
 void MultigridStiffness::prepare() {
@@ -263,20 +226,12 @@ void MultigridStiffness::prepare() {
 
 Eigen::MatrixXd MultigridStiffness::solve_all(const Eigen::MatrixXd& forces, double accuracy) {
   prepare();
-  if (!factor_)
-    return BodyStiffness::solve_all(forces, accuracy);
-  std::vector<Eigen::Index> free;
-  for (std::size_t i = 0; i < is_fixed_.size(); ++i)
-    if (is_fixed_[i] == 0)
-      free.push_back(static_cast<Eigen::Index>(i));
-  Eigen::MatrixXd answer = Eigen::MatrixXd::Zero(forces.rows(), forces.cols());
-  answer(free, Eigen::all) = factor_->solve(forces(free, Eigen::all));
-  return answer;
+  return factor_.is_made() ? factor_.solve(forces) : BodyStiffness::solve_all(forces, accuracy);
 }
 
 Eigen::VectorXd MultigridStiffness::solve(const Eigen::VectorXd& forces, double accuracy) {
-  if (factor_)
-    return solve_all(forces, accuracy);
+  if (factor_.is_made())
+    return factor_.solve(forces);
   Eigen::VectorXd residual = forces, answer = Eigen::VectorXd::Zero(forces.size());
   hold(residual);
   Displacement field(body_.grid), correction(body_.grid);

@@ -1,5 +1,5 @@
 #pragma once
-/// Several processes that answer one scene together, as `mpirun -n N` starts them.
+/// Several processes that answer one scene together, as `mpirun -n N` starts them, and threads left behind.
 
 #include "maille/scene/parallel/communicator.hpp"
 
@@ -33,5 +33,11 @@ std::vector<std::vector<std::byte>> exchange(std::vector<std::vector<std::byte>>
 Communicator* communicator();
 /// Ends all ranks at once where there are several: for an error that only this one has met.
 void abort_ranks(int exit_code);
+
+/// Threads that are still at work that was left behind because its caller asked to stop and a library would
+/// not: a factorisation, an analysis, a hierarchy of meshes. They end by themselves as soon as the library
+/// gives way, and touch nothing that a caller owns. A program that ends while there are any has to leave by
+/// std::_Exit, after its output is flushed: the objects that its libraries would destroy are in use.
+int works_left_behind();
 
 } // namespace maille::fem_ref

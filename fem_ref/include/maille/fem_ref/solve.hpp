@@ -65,7 +65,7 @@ struct Result {
 ///         answers have `reaction` K u - f (degree 2: at corners) and `strain_energy` u K u / 2
 /// Threads     Control::threads for deal.II's sums and for BLAS, numbers of the whole process: one solve at a
 ///             time. The last bits depend on them. Where Control can stop it, a thread of its own solves: see
-///             abandoned.hpp
+///             ranks.hpp
 /// Ranks       where start_ranks() found several, all of them must ask the same: docs/cluster.md
 /// Process     the first CG starts MPI unless the program has; it ends with the process. Nothing is printed
 /// Source      full Gauss integration of B^T C B, nothing against locking; docs/developers/finite_elements.md

@@ -1,0 +1,64 @@
+#pragma once
+/// Sparse Cholesky factors, K = L L^T, of symmetric positive definite matrices in float64.
+///
+/// Two implementations. Eigen orders by approximate minimum degree and works column by column: right for
+/// chains and small matrices, which have little fill. CHOLMOD orders by nested dissection (METIS) and works
+/// on dense blocks of columns (supernodes): right for all that fills. It lies with its BLAS in
+/// maille-cholmod.so, which is opened for the first such factor.
+///
+/// In steps: the analysis orders the rows and knows the price, factor() pays it.
+///
+/// Source  Amestoy, Davis and Duff 1996 (minimum degree); Karypis and Kumar 1998 (nested dissection); Chen,
+///         Davis, Hager and Rajamanickam 2008 (CHOLMOD)
+
+#include "maille/plugins/open_plugin.hpp"
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+namespace maille {
+
+/// A factor, analysed when it is made.
+class SparseCholesky {
+public:
+  virtual ~SparseCholesky() = default;
+  /// "CHOLMOD supernodal"
+  virtual const char* name() const = 0;
+  double n_numbers() const { return n_numbers_; }       ///< of the factor
+  double n_operations() const { return n_operations_; } ///< sum of the squared numbers of its columns
+  std::int64_t bytes() const { return bytes_; }         ///< of the factor, with what its making needs
+  /// @param lower triangle, of the pattern that was analysed
+  /// @return smallest over largest pivot; 0 where the matrix is not positive definite
+  /// @throws std::bad_alloc, and std::runtime_error where CHOLMOD fails otherwise
+  virtual double factor(const Eigen::SparseMatrix<double>& lower) = 0;
+  /// K^-1 right, within rounding, for each column; thirty together take CHOLMOD three times as long as one.
+  /// @pre factor() gave more than 0
+  virtual Eigen::MatrixXd solve(const Eigen::MatrixXd& right) const = 0;
+
+protected:
+  double n_numbers_ = 0, n_operations_ = 0;
+  std::int64_t bytes_ = 0;
+};
+
+/// By Eigen. @param lower triangle of the matrix
+std::unique_ptr<SparseCholesky> simplicial_cholesky(const Eigen::SparseMatrix<double>& lower);
+/// By CHOLMOD.
+/// @param group of each row, from 0 on without gaps, in rising order: its rows are ordered together
+/// @param blas_is_serial  one thread for its BLAS: OpenBLAS has other bits for every number of threads
+/// @throws std::bad_alloc, and std::runtime_error where maille-cholmod.so is not there
+std::unique_ptr<SparseCholesky> supernodal_cholesky(const Eigen::SparseMatrix<double>& lower,
+                                                    std::span<const std::int32_t> group, bool blas_is_serial);
+/// By CHOLMOD where it is there, else by Eigen.
+std::unique_ptr<SparseCholesky> sparse_cholesky(const Eigen::SparseMatrix<double>& lower,
+                                                std::span<const std::int32_t> group, bool blas_is_serial);
+
+/// What maille-cholmod.so answers open_plugin with: its supernodal_cholesky.
+using SupernodalCholesky = decltype(supernodal_cholesky)*;
+inline constexpr std::size_t cholmod_layout =
+    layout_of<SupernodalCholesky, SparseCholesky, Eigen::SparseMatrix<double>, Eigen::MatrixXd>();
+
+} // namespace maille
