@@ -8,6 +8,7 @@
 #include "maille/deform/plan.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/frame.hpp"
+#include "maille/scene/memory.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "oracle/literal.hpp"
 #include "oracle/sweep.hpp"
@@ -87,6 +88,13 @@ void turn_forces(const Frame& frame, int dimension, std::vector<double>& reactio
     for (int b = 0; b < dimension; ++b)
       reaction[static_cast<std::size_t>(b) * n + i] = force[b];
   }
+}
+
+/// With a budget: the arena of the method ends it where its arrays would pass what there is.
+Control within_memory(Control control) {
+  if (!control.bytes_budget)
+    control.bytes_budget = available_memory();
+  return control;
 }
 
 /// What a copy of the scene holds.
@@ -191,7 +199,7 @@ bool is_for_all_ranks(const Scene& scene, std::string_view method, int n_ranks) 
 }
 
 Answer solve(const Scene& scene, std::string_view method, const Control& asked) {
-  Control control = asked;
+  Control control = within_memory(asked);
   if (asked.communicator != nullptr && !is_for_all_ranks(scene, method, asked.communicator->size()))
     control.communicator = nullptr;
   for (const Way& way : ways)
@@ -217,7 +225,7 @@ ElasticBody& ElasticBody::operator=(ElasticBody&&) noexcept = default;
 ElasticBody::~ElasticBody() = default;
 
 Answer ElasticBody::answer(const Scene& scene, const Control& asked) {
-  Control control = asked;
+  Control control = within_memory(asked);
   control.communicator = nullptr; // what is kept is of one process
   if (!scene.sliding.empty())
     return solve(scene, Method::coupled, control);

@@ -26,23 +26,18 @@ TEST(HeapMeterContract, SeesFieldsWhateverTheirPages) {
   if (!test::heap_is_counted())
     GTEST_SKIP() << "allocations cannot be counted here";
   constexpr std::int64_t mib = 1 << 20;
-  struct Way {
-    void* (*allocate)(std::size_t, Charge&);
-    void (*release)(void*, std::size_t) noexcept;
-  };
-  for (const Way& way : {Way{allocate_field, release_field}, Way{allocate_zeroed, release_zeroed}})
-    for (const std::int64_t size : {mib / 4, mib, 2 * mib, 9 * mib}) {
-      const test::HeapMeter heap;
-      Charge charge;
-      const auto bytes = static_cast<std::size_t>(size);
-      void* const field = way.allocate(bytes, charge);
-      EXPECT_GE(heap.live(), size); // so an upper bound below that would fail
-      EXPECT_GE(heap.allocations(), 1);
-      EXPECT_LE(heap.peak(), size + 3 * mib); // of a large page that fields share, or are aligned to
-      way.release(field, bytes);
-      EXPECT_GE(heap.peak(), size);
-      EXPECT_LE(heap.live(), 4096); // a list of shared pages stays
-    }
+  for (const std::int64_t size : {mib / 4, mib, 2 * mib, 9 * mib}) {
+    const test::HeapMeter heap;
+    Charge charge;
+    const auto bytes = static_cast<std::size_t>(size);
+    void* const field = allocate_zeroed(bytes, charge);
+    EXPECT_GE(heap.live(), size); // so an upper bound below that would fail
+    EXPECT_GE(heap.allocations(), 1);
+    EXPECT_LE(heap.peak(), size + 3 * mib); // of a large page that fields are aligned to
+    release_zeroed(field, bytes);
+    EXPECT_GE(heap.peak(), size);
+    EXPECT_LE(heap.live(), 4096);
+  }
 }
 
 // Truth: the arrays' sizes.

@@ -336,8 +336,8 @@ TEST(MaskedSolverContract, MemoryOfBlocksThatAreAlikeIsForeseen) {
   }
 }
 
-/// Columns that touch at edges alone, but for the layers that join them: hinges take most memory.
-TEST(MaskedSolverContract, MemoryOfHingesIsForeseen) {
+/// Columns that touch at edges alone, but for the layers that join them: hinges take more than is foreseen.
+TEST(MaskedSolverContract, HingesBeyondTheForecastAreRefusedWhileTheyRun) {
   for (const int width : {2, 3, 4}) {
     Scene scene = test::box_scene(3, {32, 32, 40});
     for (std::int64_t cell = 0; cell < scene.specimen.grid.n_cells(); ++cell) {
@@ -346,7 +346,12 @@ TEST(MaskedSolverContract, MemoryOfHingesIsForeseen) {
       scene.specimen.material_id.push_back(is_void ? no_material : std::uint8_t{0});
     }
     test::hold_and_move_ends(scene);
-    EXPECT_LE(solve(scene, "coupled").bytes, bytes_needed(scene, "coupled")) << width;
+    Control control;
+    control.bytes_budget = bytes_needed(scene, "coupled");
+    const Answer refused = solve(scene, "coupled", control);
+    EXPECT_EQ(refused.message.find("coupled needs more memory than the "), 0U) << refused.message;
+    control.bytes_budget = 4 * *control.bytes_budget;
+    EXPECT_EQ(solve(scene, "coupled", control).status, Status::done) << width;
   }
 }
 

@@ -180,7 +180,7 @@ private:
 
   const GridPair& grids_;
   std::vector<bool> is_fixed_, is_coarse_fixed_;
-  FieldOf<double> sum_;
+  AlignedArray<double> sum_;
 };
 
 } // namespace
@@ -206,7 +206,7 @@ List<FixedNode> coarse_fixed(const GridPair& grids) {
   };
   const ComponentwiseLevel& fine = grids.fine();
   std::vector<Around> around; // few, as a rule
-  FieldOf<std::int32_t> place(fine.fixed().empty() ? 0 : static_cast<std::size_t>(grids.n_coarse()));
+  AlignedArray<std::int32_t> place(fine.fixed().empty() ? 0 : static_cast<std::size_t>(grids.n_coarse()));
   const auto at_node = [&](std::int64_t node) -> Around& {
     std::int32_t& number = place[static_cast<std::size_t>(node)];
     if (number == 0) {

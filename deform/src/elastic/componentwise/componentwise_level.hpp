@@ -42,7 +42,7 @@ public:
   std::size_t size() const { return size_; }
 
 private:
-  FieldOf<float> array_;
+  AlignedArray<float> array_;
   std::size_t size_ = 0;
 };
 
