@@ -164,7 +164,8 @@ Answer solve_by(const Way& way, const Scene& scene, const Control& control, std:
 
 /// Solves a scene whose labels slide on each other: runs the method on the body cut along their borders.
 Answer solve_split(const Way& way, const Scene& scene, const Control& control) {
-  if (std::string reason = reason_not_to_begin(way, scene, control, 0); !reason.empty())
+  const std::int64_t of_cut = way.bytes(scene); // solve_by() compares what the cut body needs with the budget
+  if (std::string reason = reason_not_to_begin(way, scene, control, of_cut); !reason.empty())
     return refusal(std::string(way.name()), std::move(reason));
   const auto of_split = [&](const Scene& split) { return solve_by(way, split, control, 0, way.solve); };
   if (way.method == Method::coupled)

@@ -461,6 +461,7 @@ TEST(TiedLimitsAnalytic, ForcesBalance) {
         EXPECT_FALSE(answer.message.empty()) << n << method;
         continue;
       }
+      EXPECT_LE(answer.bytes, bytes_needed(scene, method)) << n << method;
       const auto check = check_forces(scene, answer);
       ASSERT_TRUE(check.has_value()) << n << method;
       // A flat border along an axis needs no ties, and ends by its displacement.
