@@ -129,8 +129,8 @@ std::string reason_not_to_begin(const Way& way, const Scene& scene, const Contro
   std::string reason = unusable_number(scene);
   if (reason.empty() && !way.knows_forces)
     reason = reason_to_refuse(scene, way.name());
-  // The forecast of `coupled` looks at every cell, which is not worth it where memory is plenty: more than a
-  // row for everything that one can ask of it.
+  // The forecast of `coupled` looks at every cell, which is not worth it where there is more memory than any
+  // scene asks for.
   const std::int64_t most = (scene.specimen.grid.n_nodes() << 14) + (256 << 20);
   if (reason.empty() &&
       (way.method != Method::coupled || !reason_of_memory(way.name(), most, control).empty()))

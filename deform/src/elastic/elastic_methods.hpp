@@ -52,7 +52,7 @@ Answer solve_carried(const Scene& scene, const Control& control, KeptBody& kept)
 /// True if `n_ranks` ranks answer a scene together, each with a slab of a body of any shape; see Slabs.
 bool is_shared_by_ranks(const Scene& scene, int n_ranks);
 
-/// Upper bounds of the peak [bytes].
+/// Forecasts of the peak, with headroom [bytes].
 std::int64_t bytes_for_relaxed(const Scene& scene);
 std::int64_t bytes_for_coupled(const Scene& scene);
 /// Peak on the first of `n_ranks` ranks, which holds the coarser grids.
