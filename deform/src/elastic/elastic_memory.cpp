@@ -3,7 +3,7 @@
 /// Memory of `relaxed` and `coupled` at the peak, by bytes a node and a cell.
 ///
 /// Measured on boxes, sheets, columns, carved and porous bodies, with fibres, limits, ties and blocks;
-/// checked against the heap by footprint_test.cpp. A forecast is 1 to 2.2 times the peak, up to 10 times
+/// checked against the heap by footprint_test.cpp. A forecast is 1 to 3 times the peak, up to 7 times
 /// where limits might bind and do not, and half of it where pieces meet in many hinges. It refuses what is
 /// far too large before it begins; the arena's limit ends the rest.
 
