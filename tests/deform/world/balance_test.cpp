@@ -135,7 +135,7 @@ TEST(NearFacesOracle, NothingThatIsNearIsMissed) {
     for (Eigen::Vector3d& x : of_ball)
       x += way + 0.02 * Eigen::Vector3d(any(random), any(random), any(random));
     kept.update(ball, of_ball, plate, of_plate, reach, 0.5);
-    const PlacedSkin placed(plate, of_plate, reach);
+    const PlacedSkin placed(plate, of_plate, of_plate, reach);
     std::vector<std::int32_t> all(plate.faces().size());
     std::iota(all.begin(), all.end(), 0);
     std::size_t next = 0;
@@ -202,7 +202,7 @@ TEST(NearFacesOracle, OfASkinAndItselfWhatIsFarInTheBodyCounts) {
   }
   NearFaces near;
   near.update(of_body, places, of_body, places, 1.01, 0);
-  const PlacedSkin placed(of_body, places, 1.01);
+  const PlacedSkin placed(of_body, places, places, 1.01);
   int n_near = 0;
   for (const NearFaces::OfNode& one : near.nodes()) {
     const Index3 at = body.grid.node_at(of_body.node(one.node));
@@ -247,13 +247,14 @@ struct BentPlate {
   static constexpr int n = 12;
   static constexpr double radius = 6, angle = 10 * std::numbers::pi / 180; ///< of a face
   Skin of{elastic_object("plate", {n, 2, 1}, {}).scene.specimen};
-  std::vector<Eigen::Vector3d> places;
+  std::vector<Eigen::Vector3d> rest, places;
 
   BentPlate() {
     const Grid grid = elastic_object("plate", {n, 2, 1}, {}).scene.specimen.grid;
     for (std::int32_t node = 0; node < of.n_nodes(); ++node) {
       const Index3 at = grid.node_at(of.node(node));
       const double turn = (at[0] - 0.5 * n) * angle, from_axis = at[2] == 1 ? radius : radius - 1;
+      rest.emplace_back(at[0], at[1], at[2]);
       places.emplace_back(from_axis * std::sin(turn), at[1], from_axis * std::cos(turn));
     }
   }
@@ -263,7 +264,7 @@ struct BentPlate {
 // over into one another. Contract: at the ends of the plate its edges stay edges.
 TEST(PlacedSkinAnalytic, NormalsGoOverFromFaceToFace) {
   const BentPlate plate;
-  const PlacedSkin placed(plate.of, plate.places, 0.5);
+  const PlacedSkin placed(plate.of, plate.places, plate.rest, 0.5);
   std::vector<std::int32_t> all(plate.of.faces().size());
   std::iota(all.begin(), all.end(), 0);
   double worst = 0, before = 0;
@@ -287,6 +288,26 @@ TEST(PlacedSkinAnalytic, NormalsGoOverFromFaceToFace) {
   const Eigen::Vector3d end = plate.places[std::size_t(plate.of.faces()[0].node[0])];
   for (const auto& near : placed.near(end + Eigen::Vector3d(0, -0.2, 0), all))
     EXPECT_NEAR(near.normal[1], -1, 1e-9); // beside the plate, before its flat side
+}
+
+// Analytic: at a fold that rounds make, normals go from the mean of two faces to that of one, however deep it is.
+TEST(PlacedSkinAnalytic, AFoldIsNoEdge) {
+  const BentPlate plate;
+  std::vector<std::int32_t> all(plate.of.faces().size());
+  std::iota(all.begin(), all.end(), 0);
+  for (double slope = -0.9; slope < 0.9; slope += 0.05) { // of the right half
+    std::vector<Eigen::Vector3d> folded = plate.rest;
+    const Eigen::Vector3d along(std::cos(slope), 0, -std::sin(slope)), normal(std::sin(slope), 0, along[0]);
+    for (Eigen::Vector3d& x : folded)
+      if (x[0] > 6)
+        x = Eigen::Vector3d(6, x[1], 1) + (x[0] - 6) * along + (x[2] - 1) * normal;
+    const PlacedSkin placed(plate.of, folded, plate.rest, 0.5);
+    const auto near = placed.near(Eigen::Vector3d(6, 1, 1) + 0.25 * along + 0.05 * normal, all);
+    ASSERT_EQ(near.size(), 1) << slope;
+    const Eigen::Vector3d at_fold = (normal + Eigen::Vector3d::UnitZ()).normalized();
+    EXPECT_LT((near[0].normal - (0.75 * at_fold + 0.25 * normal).normalized()).norm(), 1e-9) << slope;
+    EXPECT_NEAR(near[0].gap, 0.05, 1e-9);
+  }
 }
 
 // Analytic: a free bar (nu = 0) of 1,573 nodes, which multigrid carries, between two plates: E A strain, and

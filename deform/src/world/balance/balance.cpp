@@ -130,7 +130,7 @@ BalancedObject::BalancedObject(const WorldParts& parts, int object)
     std::ranges::copy_if(by_cell, std::back_inserter(voxel), [](std::int32_t i) { return i >= 0; });
     if (parts.scene.objects[static_cast<std::size_t>(object)].is_smooth)
       make_smooth(specimen, rest);
-    const PlacedSkin placed(skin, rest, 0);
+    const PlacedSkin placed(skin, rest, rest, 0);
     for (std::int32_t node = 0; node < skin.n_nodes(); ++node)
       is_flat.push_back(std::ranges::all_of(skin.faces_at(node), [&](std::int32_t face) {
         return placed.normal_of(face).dot(placed.normal_of(skin.faces_at(node).front())) > flat_cosine;

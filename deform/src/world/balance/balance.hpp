@@ -94,6 +94,7 @@ struct BalancedObject {
   /// The same for rigid motion (rotation times radius), before resting objects are pinned.
   Eigen::Matrix<double, 6, 1> way_as_a_whole = Eigen::Matrix<double, 6, 1>::Zero(),
                               asked_as_a_whole = Eigen::Matrix<double, 6, 1>::Zero();
+  Eigen::Matrix<double, 6, 1> came = Eigen::Matrix<double, 6, 1>::Zero(); ///< shifts and turns of rounds
   Eigen::VectorXd pull; ///< with which they are kept, along the axes of the frame that it had at first [N]
 
   bool is_body() const { return kind == ObjectKind::deformable; }
@@ -243,8 +244,10 @@ private:
   static void go(BalancedObject& one, const Answered& answered, double part);
   /// Largest motion that a round asks for [m].
   double furthest(const std::vector<Answered>& answers) const;
-  void remember(double furthest, double part);
+  void remember(double furthest, double not_done);
   double onwards(const std::vector<Answered>& answers);
+  /// Mixes them with those of earlier rounds. @return what these leave, where they do [m]
+  std::optional<double> mix(std::vector<Answered>& answers, double furthest);
   void share_forces(double part);
   /// Error of a pulled component at its prescribed value [m].
   double missed(int object, std::int64_t component) const;
@@ -270,6 +273,10 @@ private:
   double not_done_ = 0;           ///< part of that
   std::vector<Eigen::Vector3d> forces_; ///< of contacts on objects, as the last round asked [N]
   double force_change_ = 0;             ///< of any of them by the last round [N]
+  /// Ways of rounds with the same contacts and what they asked for, shifts and turns from the first on.
+  std::vector<std::pair<Eigen::VectorXd, std::vector<Answered>>> past_;
+  bool has_stalled_ = false; ///< mixing them does not get nearer
+  std::vector<Key> pressed_; ///< contacts that pressed in the last round
   std::map<Key, Grip> grips_;
   double seconds_to_hand_back_ = 0;
 };

@@ -16,11 +16,15 @@
 
 #include "world/balance/balance.hpp"
 
+#include <Eigen/QR>
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
+#include <map>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -43,10 +47,15 @@ constexpr double nearer = 0.8;
 /// If a round would move free objects further than `too_far`, their drag rises by `drag_step`: an unstable
 /// state is left in small steps; large ones would amplify rounding.
 constexpr double too_far = 2, drag_step = 10, most_drag = 1e6;
+/// Rounds that are mixed at most.
+constexpr std::size_t most_mixed = 6;
+/// Mixing ends where its rounds leave this part of what the first of them wanted, and begins anew where one
+/// wants this much less than the next.
+constexpr double stalled = 0.5;
 /// Share of the largest force below which a force is left out of the mean of rounds.
 constexpr double forgotten = 1e-12;
 /// By which rounds come to their end: where there were too few to tell, and at most.
-constexpr double unknown_ratio = 0.7, most_ratio = 0.97;
+constexpr double unknown_ratio = 0.2, most_ratio = 0.97;
 /// Drag on a free object, in units of its contacts' forces over a cell.
 constexpr double drag_of_forces = 1e-3;
 /// A free object is in balance if the resultant of its forces and moments is at most `in_balance` of the sum
@@ -95,13 +104,34 @@ void Balance::share_forces(double part) {
     touch.force *= 1 - part;
     touch.rubbing *= 1 - part;
   }
-  for (const Touch& touch : touches_) {
+  const std::size_t n_before = pressing_.size();
+  std::size_t known = 0;
+  std::vector<Touch> added;
+  for (const Touch& touch : touches_) { // both in the same order
     if (touch.force == 0)
       continue;
-    Touch& share = pressing_.emplace_back(touch);
+    while (known < n_before && key_of(pressing_[known]) < key_of(touch))
+      ++known;
+    Touch share = touch;
     share.force *= part;
     share.rubbing *= part;
+    bool is_known = false;
+    for (std::size_t i = known; i < n_before && key_of(pressing_[i]) == key_of(touch) && !is_known; ++i) {
+      Touch& old = pressing_[i];
+      is_known = part < 1 && old.normal.dot(touch.normal) > 0;
+      if (is_known) {
+        const Eigen::Vector3d sum = old.force * old.normal + share.force * share.normal;
+        share.rubbing += old.rubbing;
+        share.force = sum.norm();
+        share.normal = sum / share.force;
+        old = share;
+      }
+    }
+    if (!is_known)
+      added.push_back(share);
   }
+  pressing_.insert(pressing_.end(), added.begin(), added.end());
+  std::ranges::stable_sort(pressing_, {}, key_of);
   double largest = 0;
   for (const Touch& touch : pressing_)
     largest = std::max(largest, std::abs(touch.force));
@@ -116,6 +146,8 @@ void Balance::begin() {
   length_ = drag_ = 1;
   rounds_ = 0;
   asked_ = {};
+  past_.clear();
+  has_stalled_ = false;
 }
 
 /// Finds by what free objects are kept where a round begins: by ever so little, but by a part of the forces
@@ -187,6 +219,72 @@ void Balance::go(BalancedObject& one, const Answered& answered, double part) {
   });
 }
 
+/// Where contacts stay, a round is a smooth map of the state, and nearly linear: the mean of the last rounds
+/// whose ways cancel is near its fixed point.
+/// Source  Anderson 1965 (J. ACM 12)
+std::optional<double> Balance::mix(std::vector<Answered>& answers, double furthest) {
+  std::vector<Key> keys;
+  for (const Touch& touch : touches_)
+    if (touch.force > 0)
+      keys.push_back(key_of(touch));
+  std::vector<double> all;
+  for (const BalancedObject& one : objects_) {
+    if (one.is_body())
+      all.insert(all.end(), one.way.begin(), one.way.end());
+    if (one.moves)
+      for (const double x : one.way_as_a_whole)
+        all.push_back(std::sqrt(static_cast<double>(one.at.size())) * x);
+  }
+  const Eigen::VectorXd way = Eigen::VectorXd::Map(all.data(), std::ssize(all));
+  const bool is_as_before = !past_.empty() && keys == pressed_ && past_.back().first.size() == way.size();
+  has_stalled_ =
+      is_as_before &&
+      (has_stalled_ || (past_.size() == most_mixed && way.norm() > stalled * past_.front().first.norm()));
+  pressed_ = std::move(keys);
+  if (!is_as_before || has_stalled_ || way.norm() > past_.back().first.norm() / stalled)
+    past_.clear();
+  if (!is_local() || furthest > step_over_cell * cell_)
+    return std::nullopt;
+  if (past_.size() == most_mixed)
+    past_.erase(past_.begin());
+  past_.emplace_back(way, answers);
+  for (std::size_t i = 0; i < objects_.size(); ++i) { // from where rounds began
+    past_.back().second[i].shift += objects_[i].came.head<3>();
+    past_.back().second[i].turn += objects_[i].came.tail<3>();
+  }
+  const Eigen::Index m = std::ssize(past_) - 1;
+  if (m == 0 || has_stalled_)
+    return std::nullopt;
+  Eigen::MatrixXd change(way.size(), m);
+  Eigen::VectorXd share = Eigen::VectorXd::Unit(m + 1, m);
+  for (Eigen::Index k = 0; k < m; ++k)
+    change.col(k) = past_[static_cast<std::size_t>(k) + 1].first - past_[static_cast<std::size_t>(k)].first;
+  const Eigen::VectorXd less = change.colPivHouseholderQr().solve(way);
+  share.tail(m) -= less;
+  share.head(m) += less;
+  std::vector<Answered> mixed(answers.size());
+  for (std::size_t i = 0; i < mixed.size(); ++i) {
+    Answered& sum = mixed[i];
+    std::map<std::int64_t, double> forces;
+    sum.displacement = Eigen::VectorXd::Zero(answers[i].displacement.size());
+    sum.shift = -objects_[i].came.head<3>();
+    sum.turn = -objects_[i].came.tail<3>();
+    for (Eigen::Index k = 0; k <= m; ++k) {
+      const Answered& of = past_[static_cast<std::size_t>(k)].second[i];
+      sum.displacement += share[k] * of.displacement;
+      sum.shift += share[k] * of.shift;
+      sum.turn += share[k] * of.turn;
+      for (const auto& [component, force] : of.forces)
+        forces[component] += share[k] * force;
+    }
+    sum.forces.assign(forces.begin(), forces.end());
+  }
+  if (this->furthest(mixed) > step_over_cell * cell_)
+    return std::nullopt;
+  answers = std::move(mixed);
+  return furthest * (way - change * less).norm() / way.norm();
+}
+
 void Balance::catch_up() {
   has_looked_ = false;
   if (!is_local())
@@ -200,10 +298,10 @@ void Balance::catch_up() {
   }
 }
 
-void Balance::remember(double furthest, double part) {
+void Balance::remember(double furthest, double not_done) {
   std::ranges::rotate(asked_, asked_.end() - 1);
   asked_.front() = furthest;
-  not_done_ = 1 - part;
+  not_done_ = not_done;
   std::vector<Eigen::Vector3d> forces(objects_.size(), Eigen::Vector3d::Zero());
   for (const Touch& touch : touches_) {
     const Eigen::Vector3d force = touch.force * touch.normal + touch.rubbing;
@@ -252,21 +350,25 @@ double Balance::round() {
         grips_.try_emplace(key_of(touch), grip_at(touch));
   const bool goes_back = onwards(answers) < 0 && furthest > nearer * wanted_;
   wanted_ = furthest;
+  const std::optional<double> missed = mix(answers, furthest);
   const bool jumps = !goes_back && furthest > step_over_cell * cell_; // out of a state that could not last
   if (!jumps && ++rounds_ > long_patience && length_ < 1)
     length_ *= goes_back ? shorter : always_shorter;
   else if (rounds_ > patience)
     length_ = goes_back ? shorter * length_ : std::min(1.0, longer * length_);
-  const double part = std::min(length_, step_over_cell * cell_ / std::max(furthest, 1e-300));
-  remember(furthest, part);
+  const double part = missed ? 1 : std::min(length_, step_over_cell * cell_ / std::max(furthest, 1e-300));
+  remember(missed.value_or(furthest), missed ? 1 : 1 - part);
   share_forces(part);
   for (int i = 0; i < parts_.n_objects(); ++i) {
     BalancedObject& one = object(i);
     const Answered& answered = answers[static_cast<std::size_t>(i)];
     if (one.is_body())
       go(one, answered, part);
-    if (one.moves)
+    if (one.moves) {
       one.turn_and_shift(part * answered.shift, part * answered.turn);
+      one.came.head<3>() += part * answered.shift;
+      one.came.tail<3>() += part * answered.turn;
+    }
     if (one.is_body() && is_local())
       one.place_watched();
     else if (one.kind != ObjectKind::fixed)

@@ -146,7 +146,7 @@ void Balance::add_touches(int object, int other) {
                        &two = objects_[static_cast<std::size_t>(other)];
   const double reach = reach_over_cell * cell_;
   const NearFaces& near_faces = near_faces_[{object, other}];
-  const PlacedSkin own(one.skin, one.at, reach), skin(two.skin, two.at, reach);
+  const PlacedSkin own(one.skin, one.at, one.rest, reach), skin(two.skin, two.at, two.rest, reach);
   for (const NearFaces::OfNode& of_node : near_faces.nodes()) {
     if (!one.is_body() && one.is_flat[static_cast<std::size_t>(of_node.node)] != 0)
       continue;

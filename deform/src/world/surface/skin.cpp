@@ -279,7 +279,7 @@ std::optional<PlacedSkin::Near> PlacedSkin::faced(const Eigen::Vector3d& point,
     if (gap > near || (off - gap * normal).norm() > near)
       continue;
     is_sharp = is_sharp || std::ranges::any_of(found, [&](const Closest& other) {
-                 return other.distance <= near && normal.dot(normal_of(other.face)) <= least_smooth_cosine;
+                 return other.distance <= near && is_edge(one.face, other.face);
                });
     if (std::ranges::none_of(own.skin_.faces_at(node), [&](std::int32_t face) {
           return own.normal_of(face).dot(normal) < -least_smooth_cosine;
@@ -293,13 +293,25 @@ std::optional<PlacedSkin::Near> PlacedSkin::faced(const Eigen::Vector3d& point,
   return is_sharp && is_alone ? best : std::nullopt;
 }
 
-Eigen::Vector3d PlacedSkin::normal_of(std::int32_t number) const {
-  const Skin::Face& face = skin_.face(number);
-  if (skin_.dimension() == 2) {
-    const Eigen::Vector3d along = at(face.node[1]) - at(face.node[0]);
+namespace {
+
+Eigen::Vector3d normal_at(const Skin& skin, std::int32_t number, std::span<const Eigen::Vector3d> places) {
+  const auto at = [&](std::size_t i) { return places[static_cast<std::size_t>(skin.face(number).node[i])]; };
+  if (skin.dimension() == 2) {
+    const Eigen::Vector3d along = at(1) - at(0);
     return Eigen::Vector3d(along[1], -along[0], 0).normalized();
   }
-  return (at(face.node[2]) - at(face.node[0])).cross(at(face.node[3]) - at(face.node[1])).normalized();
+  return (at(2) - at(0)).cross(at(3) - at(1)).normalized();
+}
+
+} // namespace
+
+Eigen::Vector3d PlacedSkin::normal_of(std::int32_t face) const {
+  return normal_at(skin_, face, places_);
+}
+
+bool PlacedSkin::is_edge(std::int32_t face, std::int32_t other) const {
+  return normal_at(skin_, face, rest_).dot(normal_at(skin_, other, rest_)) <= least_smooth_cosine;
 }
 
 PlacedSkin::Closest PlacedSkin::closest(std::int32_t number, const Eigen::Vector3d& point) const {
@@ -342,7 +354,6 @@ PlacedSkin::Closest PlacedSkin::closest(std::int32_t number, const Eigen::Vector
 
 /// At a place of a face, from those at its corners.
 Eigen::Vector3d PlacedSkin::smooth_normal(const Closest& one) const {
-  const Eigen::Vector3d own = normal_of(one.face);
   const auto& nodes = skin_.face(one.face).node;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -350,8 +361,8 @@ Eigen::Vector3d PlacedSkin::smooth_normal(const Closest& one) const {
       continue;
     Eigen::Vector3d at_corner = Eigen::Vector3d::Zero();
     for (const std::int32_t face : skin_.faces_at(nodes[i]))
-      if (const Eigen::Vector3d normal = normal_of(face); normal.dot(own) > least_smooth_cosine)
-        at_corner += normal;
+      if (!is_edge(one.face, face))
+        at_corner += normal_of(face);
     sum += one.weight[i] * at_corner.normalized();
   }
   return sum.normalized();
@@ -405,15 +416,12 @@ std::vector<PlacedSkin::Near> PlacedSkin::nearest(const Eigen::Vector3d& point,
     near.gap = is_inside ? -one.distance : one.distance;
     near.normal = one.distance > same ? Eigen::Vector3d(off / near.gap) : outwards(one).normalized();
     const bool is_sharp = !one.is_within && std::ranges::any_of(found, [&](const Closest& other) {
-      return is_of_face(one, other.face) &&
-             normal_of(other.face).dot(normal_of(one.face)) <= least_smooth_cosine;
+      return is_of_face(one, other.face) && is_edge(one.face, other.face);
     });
     if (!is_sharp)
       if (const Eigen::Vector3d smooth = smooth_normal(one);
-          one.distance <= same || std::abs(smooth.dot(off)) > least_part * one.distance) {
+          one.distance <= same || std::abs(smooth.dot(off)) > least_part * one.distance)
         near.normal = smooth;
-        near.gap = smooth.dot(off);
-      }
     list.push_back(near);
   }
   return list;

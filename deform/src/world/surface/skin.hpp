@@ -56,16 +56,19 @@ private:
 
 /// A skin with its nodes at places in the world [m].
 ///
-/// Normals go over from one face to the next where these are at less than 40 degrees to one another: a face's
-/// normal at a corner is the mean of those about it, and between corners it is interpolated. So a point that
-/// slides over creases of a surface that is bent meets no edge, and an edge of a box stays one.
+/// Normals go over from one face to the next where these are at less than 40 degrees to one another in the
+/// shape at rest: a face's normal at a corner is the mean of those about it, and between corners it is
+/// interpolated. So a point that slides over creases of a surface that is bent meets no edge, an edge of a box
+/// stays one, and no edge comes or goes while rounds bend a body.
 ///
 /// Source  Phong 1975 (Comm. ACM 18), for shading; Puso and Laursen 2004 (Comput. Methods Appl. Mech.
 ///         Eng. 193), for contact
 class PlacedSkin {
 public:
-  PlacedSkin(const Skin& skin, std::span<const Eigen::Vector3d> places, double reach)
-      : skin_(skin), places_(places), reach_(reach) {}
+  /// @param rest  places in the shape at rest
+  PlacedSkin(const Skin& skin, std::span<const Eigen::Vector3d> places, std::span<const Eigen::Vector3d> rest,
+             double reach)
+      : skin_(skin), places_(places), rest_(rest), reach_(reach) {}
 
   /// A place of the skin near a point.
   struct Near {
@@ -94,6 +97,7 @@ private:
     bool is_within; ///< the face, not on its border
   };
   const Eigen::Vector3d& at(std::int32_t node) const { return places_[static_cast<std::size_t>(node)]; }
+  bool is_edge(std::int32_t face, std::int32_t other) const;
   Closest closest(std::int32_t face, const Eigen::Vector3d& point) const;
   Eigen::Vector3d smooth_normal(const Closest& one) const;
   std::vector<Near> nearest(const Eigen::Vector3d& point, std::vector<Closest>& found) const;
@@ -101,7 +105,7 @@ private:
                             const PlacedSkin& own, std::int32_t node) const;
 
   const Skin& skin_;
-  std::span<const Eigen::Vector3d> places_;
+  std::span<const Eigen::Vector3d> places_, rest_;
   double reach_;
 };
 
