@@ -236,7 +236,7 @@ Balance::Balance(WorldParts& parts) : parts_(parts) {
       if (object(i).box.min()[a] < -little || object(i).box.max()[a] > end + little)
         fail_to_place(parts_.scene, i, -1);
     }
-  for (const auto& [i, j] : near_pairs_) // a hand would feel it when they touch
+  for (const auto& [i, j, nodes] : near_pairs_) // a hand would feel it when they touch
     for (const int number : {i, j})
       if (object(number).flexibility)
         object(number).flexibility->prepare();
@@ -288,9 +288,9 @@ void Balance::hold_body(int number) {
   }
   if (kept != one.kept) {
     one.kept = kept;
-    one.is_held = holds(body.scene(), lattice, kept);
+    one.is_kept = holds(body.scene(), lattice, kept);
   }
-  const bool floats = !one.is_held || one.pose.rotation != lattice.pose().rotation ||
+  const bool floats = !one.is_kept || one.pose.rotation != lattice.pose().rotation ||
                       one.pose.position != lattice.pose().position;
   one.moves = floats;
   one.stiffness = stiffness_ * free_drag;

@@ -29,6 +29,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -77,7 +78,7 @@ struct BalancedObject {
   std::unique_ptr<Flexibility> flexibility;
   std::vector<std::int64_t> fixed;           ///< components that the flexibility has held, sorted
   std::vector<std::int64_t> kept;            ///< components that holds and handles have, sorted
-  bool is_held = false;                      ///< these leave it no rigid motion
+  bool is_kept = false;                      ///< these leave it no rigid motion
   std::vector<std::int64_t> first_component; ///< of the skin's nodes
   std::vector<std::int64_t> pulled;          ///< components that holds and handles keep of a body that floats
   Eigen::VectorXd displacement, unloaded;    ///< as it is, and without contacts; in its frame [m]
@@ -100,6 +101,11 @@ struct BalancedObject {
   bool is_body() const { return kind == ObjectKind::deformable; }
   /// True if a node can never move along a direction of the world.
   bool is_held_along(std::int32_t node, const Eigen::Vector3d& direction) const;
+  /// True if a node can never move.
+  bool is_held(std::int32_t node) const {
+    return kind == ObjectKind::fixed ||
+           (is_body() && !moves && held[static_cast<std::size_t>(node)] == (1 << dimension) - 1);
+  }
   /// Neither a hand nor inertia says where it is to be.
   bool is_free() const { return moves && !target && !inertia_as_a_whole; }
   /// Puts the skin where pose and displacement say.
@@ -213,7 +219,7 @@ private:
   void watch();
   bool is_local() const { return behind_ == 0; }
   void measure_touches();
-  void add_touches(int object, int other);
+  void add_touches(int object, int other, std::span<const NearFaces::OfNode> nodes);
   std::vector<ConvexCell> cells_near(int object, int other);
   void add_border(const NearBorder& border);
   /// Place where friction holds a contact on the other's skin, or in the world.
@@ -232,6 +238,7 @@ private:
   Program part_of(const Program& whole, const std::vector<char>& is_chosen);
   Eigen::VectorXd gaps_after(const Program& program, const std::vector<Answered>& answers) const;
   void add_friction(Program& program, std::vector<double>& gap) const;
+  static bool is_along(const BalancedObject& one, const Push& push, int axis);
   void add_compliance_of_body(int object, Program& program);
   void add_compliance_as_a_whole(int object, Program& program) const;
   Answered answer(int object, const Program& program, const Eigen::VectorXd& force);
@@ -259,7 +266,8 @@ private:
   double stiffness_ = 1; ///< of a cell of the stiffest body [N/m]
   std::vector<Touch> touches_, pressing_;
   std::map<std::pair<int, int>, NearFaces> near_faces_; ///< of objects whose boxes have met
-  std::vector<std::pair<int, int>> near_pairs_;         ///< of those that are near now
+  /// Two objects that are near now, and nodes of the one that are near the other where either can move.
+  std::vector<std::tuple<int, int, std::vector<NearFaces::OfNode>>> near_pairs_;
   std::vector<NearBorder> near_borders_;
   bool has_looked_ = false; ///< near_pairs_ and near_borders_ are what is near
   double gone_ = 0;         ///< since then, at most [m]

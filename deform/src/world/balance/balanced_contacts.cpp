@@ -192,6 +192,11 @@ void Balance::add_friction(Program& program, std::vector<double>& gap) const {
   }
 }
 
+/// True if a push has a part along an axis of the body's frame.
+bool Balance::is_along(const BalancedObject& one, const Push& push, int axis) {
+  return std::abs(one.pose.rotation.col(axis).dot(push.force)) > 1e-12;
+}
+
 void Balance::add_compliance_of_body(int number, Program& program) {
   BalancedObject& one = object(number);
   const auto& pushes = program.pushes[static_cast<std::size_t>(number)];
@@ -201,7 +206,8 @@ void Balance::add_compliance_of_body(int number, Program& program) {
   for (const Push& push : pushes) {
     rows.push_back(push.row);
     for (int b = 0; b < d; ++b)
-      components.push_back(push.first_component + b);
+      if (is_along(one, push, b))
+        components.push_back(push.first_component + b);
   }
   sort_uniquely(rows);
   sort_uniquely(components);
@@ -211,6 +217,8 @@ void Balance::add_compliance_of_body(int number, Program& program) {
     const Eigen::Vector3d force = one.pose.rotation.transpose() * push.force;
     const auto row = std::ranges::lower_bound(rows, Eigen::Index{push.row}) - rows.begin();
     for (int b = 0; b < d; ++b) {
+      if (!is_along(one, push, b))
+        continue;
       const auto place = std::ranges::lower_bound(components, push.first_component + b);
       entries.emplace_back(static_cast<int>(row), static_cast<int>(place - components.begin()), force[b]);
     }
@@ -292,15 +300,26 @@ Balance::Answered Balance::answer(int number, const Program& program, const Eige
     std::map<std::int64_t, double> forces;
     for (const Push& push : pushes)
       for (int b = 0; b < one.dimension && force[push.row] != 0; ++b)
-        forces[push.first_component + b] += force[push.row] * one.pose.rotation.col(b).dot(push.force);
+        if (is_along(one, push, b))
+          forces[push.first_component + b] += force[push.row] * one.pose.rotation.col(b).dot(push.force);
     answered.forces.assign(forces.begin(), forces.end());
     const int d = one.dimension;
-    answered.displacement.resize(d * std::ssize(one.moved));
-    for (std::size_t k = 0; k < one.moved.size(); ++k)
-      answered.displacement.segment(d * static_cast<Eigen::Index>(k), d) =
-          one.unloaded.segment(std::int64_t{d} * one.moved[k], d);
-    for (const auto& [component, of_contacts] : answered.forces)
-      answered.displacement += of_contacts * one.flexibility->watched_column(component);
+    if (one.flexibility->watches_all()) {
+      Eigen::VectorXd of_all = Eigen::VectorXd::Zero(one.displacement.size());
+      std::vector<std::int64_t> components;
+      for (const auto& [component, of_contacts] : answered.forces) {
+        of_all[component] = of_contacts;
+        components.push_back(component);
+      }
+      answered.displacement = one.unloaded + one.flexibility->moved_by(of_all, components);
+    } else {
+      answered.displacement.resize(d * std::ssize(one.moved));
+      for (std::size_t k = 0; k < one.moved.size(); ++k)
+        answered.displacement.segment(d * static_cast<Eigen::Index>(k), d) =
+            one.unloaded.segment(std::int64_t{d} * one.moved[k], d);
+      for (const auto& [component, of_contacts] : answered.forces)
+        answered.displacement += of_contacts * one.flexibility->watched_column(component);
+    }
   }
   if (one.moves) {
     Eigen::Matrix<double, 6, 1> sum = Eigen::Matrix<double, 6, 1>::Zero();

@@ -71,7 +71,7 @@ std::optional<std::pair<int, int>> Balance::crossing() {
     behind_ = behind;
     has_looked_ = false;
   }
-  for (const auto& [i, j] : near_pairs_)
+  for (const auto& [i, j, nodes] : near_pairs_)
     if (i < j && are_in_one_another(cells_near(i, j), cells_near(j, i), deep_over_cell * cell_))
       return std::pair(i, j);
   return std::nullopt;

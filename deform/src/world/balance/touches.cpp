@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <iterator>
+#include <span>
 #include <tuple>
 #include <vector>
 
@@ -42,7 +44,7 @@ void Balance::look_around() {
                                                   within)
                  : (one.kind != ObjectKind::fixed || other.kind != ObjectKind::fixed) &&
                        box.intersects(other.box))
-        near_pairs_.emplace_back(i, j);
+        near_pairs_.push_back({static_cast<int>(i), static_cast<int>(j), {}});
     }
     for (int axis = 0; axis < one.dimension && one.kind != ObjectKind::fixed; ++axis) {
       const auto a = static_cast<std::size_t>(axis);
@@ -56,10 +58,16 @@ void Balance::look_around() {
         near_borders_.push_back(std::move(border));
     }
   }
-  for (const auto& [i, j] : near_pairs_) {
+  for (auto& [i, j, nodes] : near_pairs_) {
     const BalancedObject &one = object(i), &two = object(j);
-    near_faces_[{i, j}].update(one.skin, one.at, two.skin, two.at, reach_over_cell * cell_,
-                               margin_over_cell * cell_);
+    NearFaces& near = near_faces_[{i, j}];
+    near.update(one.skin, one.at, two.skin, two.at, reach_over_cell * cell_, margin_over_cell * cell_);
+    std::ranges::copy_if(near.nodes(), std::back_inserter(nodes), [&](const NearFaces::OfNode& of_node) {
+      return !one.is_held(of_node.node) || std::ranges::any_of(near.faces(of_node), [&](std::int32_t face) {
+        return std::ranges::any_of(two.skin.face(face).node,
+                                   [&](std::int32_t node) { return node >= 0 && !two.is_held(node); });
+      });
+    });
   }
   has_looked_ = true;
   gone_ = 0;
@@ -85,9 +93,9 @@ void Balance::watch() {
             if (corner >= 0)
               mark(object, corner);
   };
-  for (const auto& [i, j] : near_pairs_) {
+  for (const auto& [i, j, nodes] : near_pairs_) {
     const NearFaces& near = near_faces_[{i, j}];
-    for (const NearFaces::OfNode& of_node : near.nodes()) {
+    for (const NearFaces::OfNode& of_node : nodes) {
       mark(i, of_node.node);
       if (object(j).is_body())
         for (const std::int32_t face : near.faces(of_node))
@@ -128,8 +136,8 @@ void Balance::measure_touches() {
     look_around();
   std::vector<Touch> before;
   before.swap(touches_);
-  for (const auto& [i, j] : near_pairs_)
-    add_touches(i, j);
+  for (const auto& [i, j, nodes] : near_pairs_)
+    add_touches(i, j, nodes);
   for (const NearBorder& border : near_borders_)
     add_border(border);
   const auto key = [](const Touch& touch) { return std::tuple(touch.object, touch.other, touch.node); };
@@ -141,13 +149,13 @@ void Balance::measure_touches() {
   }
 }
 
-void Balance::add_touches(int object, int other) {
+void Balance::add_touches(int object, int other, std::span<const NearFaces::OfNode> nodes) {
   const BalancedObject &one = objects_[static_cast<std::size_t>(object)],
                        &two = objects_[static_cast<std::size_t>(other)];
   const double reach = reach_over_cell * cell_;
   const NearFaces& near_faces = near_faces_[{object, other}];
   const PlacedSkin own(one.skin, one.at, one.rest, reach), skin(two.skin, two.at, two.rest, reach);
-  for (const NearFaces::OfNode& of_node : near_faces.nodes()) {
+  for (const NearFaces::OfNode& of_node : nodes) {
     if (!one.is_body() && one.is_flat[static_cast<std::size_t>(of_node.node)] != 0)
       continue;
     for (const PlacedSkin::Near& near :
