@@ -290,7 +290,7 @@ TEST(PlacedSkinAnalytic, NormalsGoOverFromFaceToFace) {
     EXPECT_NEAR(near.normal[1], -1, 1e-9); // beside the plate, before its flat side
 }
 
-// Analytic: at a fold that rounds make, normals go from the mean of two faces to that of one, however deep it is.
+// Analytic: at a fold, however deep, normals go over from the mean of its two faces to that of one.
 TEST(PlacedSkinAnalytic, AFoldIsNoEdge) {
   const BentPlate plate;
   std::vector<std::int32_t> all(plate.of.faces().size());

@@ -65,11 +65,9 @@ std::vector<ConvexCell> Balance::cells_near(int number, int other) {
 }
 
 std::optional<std::pair<int, int>> Balance::crossing() {
-  if (!has_looked_) { // searches one cell around; the margin of the rounds stays
-    const double behind = std::exchange(behind_, cell_);
-    find_touches();
-    behind_ = behind;
-    has_looked_ = false;
+  if (!has_looked_) {
+    look_around();
+    has_looked_ = false; // rounds have watched nothing of it
   }
   for (const auto& [i, j, nodes] : near_pairs_)
     if (i < j && are_in_one_another(cells_near(i, j), cells_near(j, i), deep_over_cell * cell_))

@@ -71,8 +71,6 @@ void Balance::look_around() {
   }
   has_looked_ = true;
   gone_ = 0;
-  if (is_local())
-    watch();
 }
 
 /// Rounds move what is near something, with what its normals depend on.
@@ -132,8 +130,11 @@ void Balance::watch() {
 }
 
 void Balance::measure_touches() {
-  if (!has_looked_)
+  if (!has_looked_) {
     look_around();
+    if (is_local())
+      watch();
+  }
   std::vector<Touch> before;
   before.swap(touches_);
   for (const auto& [i, j, nodes] : near_pairs_)

@@ -55,18 +55,21 @@ void Dynamics::put(const State& state) {
 
 double Dynamics::look() {
   parts_.balance->find_touches();
+  return least_gap();
+}
+
+double Dynamics::least_gap() const {
   double least = std::numeric_limits<double>::infinity();
   for (const Touch& touch : parts_.balance->touches())
     if (moving_[static_cast<std::size_t>(touch.object)].has_mass ||
         (touch.other >= 0 && moving_[static_cast<std::size_t>(touch.other)].has_mass) ||
         parts_.member(touch.object).is_driven || (touch.other >= 0 && parts_.member(touch.other).is_driven))
       least = std::min(least, touch.gap);
-  gap_ = least;
   return least;
 }
 
 void Dynamics::hold(std::span<LedObject> led, double seconds) {
-  gap_.reset();
+  look();
   for (int object = 0; object < parts_.n_objects(); ++object) {
     MovingObject& one = moving_[static_cast<std::size_t>(object)];
     one.has_mass = parts_.member(object).kind == ObjectKind::rigid && !parts_.member(object).is_driven;
@@ -81,7 +84,6 @@ void Dynamics::hold(std::span<LedObject> led, double seconds) {
 }
 
 void Dynamics::stop(int object) {
-  gap_.reset();
   MovingObject& one = moving_[static_cast<std::size_t>(object)];
   one.velocity = one.spin = Eigen::Vector3d::Zero();
 }
@@ -189,7 +191,7 @@ void Dynamics::part_overlaps() {
 }
 
 double Dynamics::step(std::span<LedObject> led, double most, double seconds) {
-  double gap = gap_ ? *gap_ : look();
+  double gap = least_gap();
   std::vector<ImpactPoint> touching = points(skin());
   resolve(touching, moving_, restitution_, led);
   const double longest = longest_step(most);

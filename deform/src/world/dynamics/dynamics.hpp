@@ -13,7 +13,6 @@
 
 #include <cstdint>
 #include <map>
-#include <optional>
 #include <span>
 #include <tuple>
 #include <utility>
@@ -66,6 +65,7 @@ private:
   void put(const State& state);
   /// Looks at what touches. @return the least gap [m]
   double look();
+  double least_gap() const; ///< that the last look found [m]
   std::vector<ImpactPoint> points(double within) const;
   void resolve(std::span<ImpactPoint> points, std::vector<MovingObject>& moving, double restitution,
                std::span<LedObject> led);
@@ -81,7 +81,6 @@ private:
   double restitution_;
   std::vector<MovingObject> moving_; ///< one an object
   Impulses impulses_;
-  std::optional<double> gap_; ///< that the last look found, of the same objects where they are now [m]
 };
 
 } // namespace maille::deform

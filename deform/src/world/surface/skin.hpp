@@ -56,10 +56,10 @@ private:
 
 /// A skin with its nodes at places in the world [m].
 ///
-/// Normals go over from one face to the next where these are at less than 40 degrees to one another in the
-/// shape at rest: a face's normal at a corner is the mean of those about it, and between corners it is
-/// interpolated. So a point that slides over creases of a surface that is bent meets no edge, an edge of a box
-/// stays one, and no edge comes or goes while rounds bend a body.
+/// Normals go over from one face to the next where these are at less than 40 degrees to one another at rest:
+/// a face's normal at a corner is the mean of those about it, and between corners it is interpolated. So a
+/// point that slides over creases of a surface that is bent meets no edge, an edge of a box stays one, and
+/// none comes or goes while rounds bend a body.
 ///
 /// Source  Phong 1975 (Comm. ACM 18), for shading; Puso and Laursen 2004 (Comput. Methods Appl. Mech.
 ///         Eng. 193), for contact
