@@ -140,12 +140,10 @@ BalancedObject::BalancedObject(const WorldParts& parts, int object)
 }
 
 bool BalancedObject::is_held_along(std::int32_t node, const Eigen::Vector3d& direction) const {
-  constexpr double across = 1e-12;
   if (kind != ObjectKind::deformable)
     return kind == ObjectKind::fixed;
   for (int a = 0; a < dimension; ++a)
-    if (std::abs(pose.rotation.col(a).dot(direction)) > across &&
-        (held[static_cast<std::size_t>(node)] >> a & 1) == 0)
+    if (is_along(a, direction) && (held[static_cast<std::size_t>(node)] >> a & 1) == 0)
       return false;
   return !moves;
 }

@@ -8,7 +8,7 @@
 /// A round linearises: touches are found, each with its gap and normal; the compliance W of all touches is
 /// assembled from columns of each body's Flexibility and from the rigid motions; the contact program solves g
 /// + W f >= 0, f >= 0, f g = 0 (with friction: friction_program); everything moves towards that solution, at
-/// most a fifth of a cell. Rounds repeat until nothing moves.
+/// most a fifth of a cell. Rounds repeat until nothing moves; those with the same contacts are mixed.
 ///
 /// Who writes what: balance.cpp sets up objects, drives and compliance; touches.cpp finds touches;
 /// balanced_contacts.cpp solves the contact program; rounds.cpp moves; balanced_frame.cpp runs the rounds of
@@ -25,6 +25,7 @@
 #include <Eigen/Core>
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -99,12 +100,15 @@ struct BalancedObject {
   Eigen::VectorXd pull; ///< with which they are kept, along the axes of the frame that it had at first [N]
 
   bool is_body() const { return kind == ObjectKind::deformable; }
+  /// True if a direction of the world has a part along an axis of its frame.
+  bool is_along(int axis, const Eigen::Vector3d& direction) const {
+    return std::abs(pose.rotation.col(axis).dot(direction)) > 1e-12;
+  }
   /// True if a node can never move along a direction of the world.
   bool is_held_along(std::int32_t node, const Eigen::Vector3d& direction) const;
   /// True if a node can never move.
   bool is_held(std::int32_t node) const {
-    return kind == ObjectKind::fixed ||
-           (is_body() && !moves && held[static_cast<std::size_t>(node)] == (1 << dimension) - 1);
+    return kind == ObjectKind::fixed || (is_body() && !moves && held.begin()[node] == (1 << dimension) - 1);
   }
   /// Neither a hand nor inertia says where it is to be.
   bool is_free() const { return moves && !target && !inertia_as_a_whole; }
@@ -130,15 +134,6 @@ struct Touch {
 };
 
 /// All objects of a world with `contact = "surfaces"`.
-///
-/// **The state** is one of least energy: deformable objects as `coupled` has them (linear, in the object's
-/// frame; bodies that nothing holds carry their frame along), rigid ones as a whole, under the condition
-/// that no node of a skin is inside another skin. A round finds what is near (Touch), measures its gap and
-/// normal there, and finds the forces of all contacts of all objects at once (contact_forces) from how
-/// objects give way: bodies by columns of their compliance at the touched nodes, rigid motions by what
-/// keeps them. Then everything moves there, at most a fifth of a cell; rounds are repeated until nothing
-/// moves. An object that is free is kept where the round began, by a little; when nothing moves any more,
-/// nothing is left of that, and the forces on it are in balance.
 ///
 /// **Local**: where bodies are what contacts make of them (none is on its way to where handles want it),
 /// rounds move only what is near something. The rest, on which nothing depends meanwhile, comes after: when
@@ -238,7 +233,6 @@ private:
   Program part_of(const Program& whole, const std::vector<char>& is_chosen);
   Eigen::VectorXd gaps_after(const Program& program, const std::vector<Answered>& answers) const;
   void add_friction(Program& program, std::vector<double>& gap) const;
-  static bool is_along(const BalancedObject& one, const Push& push, int axis);
   void add_compliance_of_body(int object, Program& program);
   void add_compliance_as_a_whole(int object, Program& program) const;
   Answered answer(int object, const Program& program, const Eigen::VectorXd& force);
@@ -275,7 +269,6 @@ private:
   double behind_ = 0;
   double length_ = 1;             ///< of steps, over what rounds ask for
   double drag_ = 1;               ///< by how much more than usual free objects are held where a round begins
-  double wanted_ = 0;             ///< how far anything wanted to go in the last round [m]
   int rounds_ = 0;                ///< since a step of the hand began
   std::array<double, 4> asked_{}; ///< how far anything was to go, the last round first [m]
   double not_done_ = 0;           ///< part of that

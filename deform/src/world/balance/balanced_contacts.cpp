@@ -192,11 +192,6 @@ void Balance::add_friction(Program& program, std::vector<double>& gap) const {
   }
 }
 
-/// True if a push has a part along an axis of the body's frame.
-bool Balance::is_along(const BalancedObject& one, const Push& push, int axis) {
-  return std::abs(one.pose.rotation.col(axis).dot(push.force)) > 1e-12;
-}
-
 void Balance::add_compliance_of_body(int number, Program& program) {
   BalancedObject& one = object(number);
   const auto& pushes = program.pushes[static_cast<std::size_t>(number)];
@@ -206,7 +201,7 @@ void Balance::add_compliance_of_body(int number, Program& program) {
   for (const Push& push : pushes) {
     rows.push_back(push.row);
     for (int b = 0; b < d; ++b)
-      if (is_along(one, push, b))
+      if (one.is_along(b, push.force))
         components.push_back(push.first_component + b);
   }
   sort_uniquely(rows);
@@ -217,7 +212,7 @@ void Balance::add_compliance_of_body(int number, Program& program) {
     const Eigen::Vector3d force = one.pose.rotation.transpose() * push.force;
     const auto row = std::ranges::lower_bound(rows, Eigen::Index{push.row}) - rows.begin();
     for (int b = 0; b < d; ++b) {
-      if (!is_along(one, push, b))
+      if (!one.is_along(b, push.force))
         continue;
       const auto place = std::ranges::lower_bound(components, push.first_component + b);
       entries.emplace_back(static_cast<int>(row), static_cast<int>(place - components.begin()), force[b]);
@@ -300,7 +295,7 @@ Balance::Answered Balance::answer(int number, const Program& program, const Eige
     std::map<std::int64_t, double> forces;
     for (const Push& push : pushes)
       for (int b = 0; b < one.dimension && force[push.row] != 0; ++b)
-        if (is_along(one, push, b))
+        if (one.is_along(b, push.force))
           forces[push.first_component + b] += force[push.row] * one.pose.rotation.col(b).dot(push.force);
     answered.forces.assign(forces.begin(), forces.end());
     const int d = one.dimension;

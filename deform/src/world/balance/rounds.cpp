@@ -1,11 +1,11 @@
 /// Rounds of a balance: how far everything moves towards the solution of the contact program.
 ///
-/// The full step would be right if gaps and normals did not change on the way. They do: a node on the edge
-/// between two faces sees one normal or the other, and full steps alternate. So a round takes a part
-/// `length_` of the step. onwards() compares the step with the one before: if they point against each other
-/// the length shrinks, otherwise it grows again; after `long_patience` rounds it only shrinks, as in
-/// subgradient methods. Forces are averaged with the same part, so an edge gets shares of the forces of both
-/// normals.
+/// The full step would be right if gaps and normals did not change on the way. They do. Where the same
+/// contacts press from round to round they change smoothly, and mix() finds the fixed point. A node on the
+/// edge between two faces sees one normal or the other, and full steps alternate: there a round takes a part
+/// `length_` of the step, which shrinks where steps point against each other (onwards()) and grows elsewhere;
+/// after `long_patience` rounds it only shrinks, as in subgradient methods. Forces are averaged with the same
+/// part, so an edge gets shares of the forces of both normals.
 ///
 /// Free objects have no stiffness of their own. A drag (kept_by times drag_) holds them at the start of a
 /// round; it rises if the step is too long, and let_rest() ends drifts of zero energy. left() extrapolates
@@ -43,7 +43,6 @@ constexpr double may_go_over_cell = 0.25;
 /// Lags of a body below this count as zero [cells].
 constexpr double nothing_over_cell = 1e-9;
 /// Rounds that go back and forth, but each by less than this part of the one before, come to their end.
-constexpr double nearer = 0.8;
 /// If a round would move free objects further than `too_far`, their drag rises by `drag_step`: an unstable
 /// state is left in small steps; large ones would amplify rounding.
 constexpr double too_far = 2, drag_step = 10, most_drag = 1e6;
@@ -256,12 +255,12 @@ std::optional<double> Balance::mix(std::vector<Answered>& answers, double furthe
   if (m == 0 || has_stalled_)
     return std::nullopt;
   Eigen::MatrixXd change(way.size(), m);
-  Eigen::VectorXd share = Eigen::VectorXd::Unit(m + 1, m);
-  for (Eigen::Index k = 0; k < m; ++k)
-    change.col(k) = past_[static_cast<std::size_t>(k) + 1].first - past_[static_cast<std::size_t>(k)].first;
+  for (Eigen::Index k = 0; const auto& [then, asked] : past_)
+    if (k < m)
+      change.col(k++) = way - then;
   const Eigen::VectorXd less = change.colPivHouseholderQr().solve(way);
-  share.tail(m) -= less;
-  share.head(m) += less;
+  Eigen::VectorXd share(m + 1);
+  share << less, 1 - less.sum();
   std::vector<Answered> mixed(answers.size());
   for (std::size_t i = 0; i < mixed.size(); ++i) {
     Answered& sum = mixed[i];
@@ -269,13 +268,13 @@ std::optional<double> Balance::mix(std::vector<Answered>& answers, double furthe
     sum.displacement = Eigen::VectorXd::Zero(answers[i].displacement.size());
     sum.shift = -objects_[i].came.head<3>();
     sum.turn = -objects_[i].came.tail<3>();
-    for (Eigen::Index k = 0; k <= m; ++k) {
-      const Answered& of = past_[static_cast<std::size_t>(k)].second[i];
-      sum.displacement += share[k] * of.displacement;
-      sum.shift += share[k] * of.shift;
-      sum.turn += share[k] * of.turn;
-      for (const auto& [component, force] : of.forces)
-        forces[component] += share[k] * force;
+    for (Eigen::Index k = 0; const auto& [then, asked] : past_) {
+      const double part = share[k++];
+      sum.displacement += part * asked[i].displacement;
+      sum.shift += part * asked[i].shift;
+      sum.turn += part * asked[i].turn;
+      for (const auto& [component, force] : asked[i].forces)
+        forces[component] += part * force;
     }
     sum.forces.assign(forces.begin(), forces.end());
   }
@@ -348,8 +347,7 @@ double Balance::round() {
     for (const Touch& touch : touches_)
       if (touch.force > 0)
         grips_.try_emplace(key_of(touch), grip_at(touch));
-  const bool goes_back = onwards(answers) < 0 && furthest > nearer * wanted_;
-  wanted_ = furthest;
+  const bool goes_back = onwards(answers) < 0;
   const std::optional<double> missed = mix(answers, furthest);
   const bool jumps = !goes_back && furthest > step_over_cell * cell_; // out of a state that could not last
   if (!jumps && ++rounds_ > long_patience && length_ < 1)

@@ -296,7 +296,7 @@ std::optional<PlacedSkin::Near> PlacedSkin::faced(const Eigen::Vector3d& point,
 namespace {
 
 Eigen::Vector3d normal_at(const Skin& skin, std::int32_t number, std::span<const Eigen::Vector3d> places) {
-  const auto at = [&](std::size_t i) { return places[static_cast<std::size_t>(skin.face(number).node[i])]; };
+  const auto at = [&](std::size_t i) { return places.begin()[skin.face(number).node[i]]; };
   if (skin.dimension() == 2) {
     const Eigen::Vector3d along = at(1) - at(0);
     return Eigen::Vector3d(along[1], -along[0], 0).normalized();
