@@ -56,8 +56,8 @@ double bytes_of_box(const Scene& scene) {
   const Index3& n = scene.specimen.grid.nodes();
   return static_cast<double>(box_coarsest_bytes(scene.object_stiffness(0), scene.specimen.grid)) +
          bytes_of_fields(scene, 96) + bytes_of_components(scene, scene.has_loads() ? 13 : 1) +
-         bytes_of_components(scene, needs_float64(scene) ? 41 : 0) + 300.0 * n[1] * n[2] +
-         192.0 * n[0] * n[1];
+         bytes_of_components(scene, needs_float64(scene) ? 41 : 0) +
+         static_cast<double>(bytes_for_factor(scene.specimen)) + 300.0 * n[1] * n[2] + 192.0 * n[0] * n[1];
 }
 
 double bytes_of_plane(const Scene& scene) {
@@ -108,12 +108,13 @@ std::int64_t bytes_for_coupled(const Scene& scene) {
   const double body = is_box      ? bytes_of_box(scene)
                       : is_masked ? bytes_of_masked(scene)
                                   : bytes_of_plane(scene);
-  const double of_limits = (1 << 20) + bytes_of_components(scene, is_masked ? 320 : 210),
-               of_nested = bytes_of_components(scene, 16),
+  const double of_limits =
+                   (1 << 20) + bytes_of_components(scene, is_box ? 150 : 210), // after the hierarchy is freed
+      of_nested = bytes_of_components(scene, 16),
                of_blocks = // six pairs of fields that the descent remembers, and frames
                bytes_of_components(scene, 190) + 103 * static_cast<double>(scene.specimen.grid.n_cells());
   return with_answer(scene, binds,
-                     body + (binds ? of_limits : 0) + (in_blocks(scene) ? of_blocks : 0) +
+                     (binds ? std::max(body, of_limits) : body) + (in_blocks(scene) ? of_blocks : 0) +
                          (scene.relaxation.extrapolation == Extrapolation::none ? 0 : of_nested) +
                          bytes_of_ties(scene, binds, 73));
 }

@@ -19,7 +19,10 @@ public:
 
   Answer answer(const Scene& scene, const Control& control);
   Keeping keeping() const { return keeping_; }
-  void forget() { body_.reset(); }
+  void forget() {
+    body_.reset();
+    carried_ = {};
+  }
   /// [bytes]
   std::int64_t bytes() const { return body_ ? arena_.present() : 0; }
   /// The same, where the question is about the body that is kept; else 0, for then it is given back before

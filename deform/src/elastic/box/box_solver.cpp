@@ -105,6 +105,7 @@ void BoxSolver::finish_round(Displacement& u, CoupledRound) {
 
 /// Full multigrid. @param u prescribed values, and 0 elsewhere; changed if float64 goes on with it
 void BoxSolver::begin_on_coarser_grids(Displacement& u) {
+  body_.fields->restart(); // a cached body may hold steps of its last answer
   BoxLevel& level = body_.multigrid->finest();
   const Grid& grid = task_.scene.specimen.grid;
   const double scale = gradients_->scale();

@@ -50,7 +50,6 @@ public:
   }
   CoupledRound solve(Displacement& u, Answer& answer) override;
   void find_energy_and_reactions(const Displacement& u, Answer& answer) override;
-  BoxMultigrid& multigrid() { return *body_.multigrid; }
 
 private:
   void begin_on_coarser_grids(Displacement& u);

@@ -78,6 +78,7 @@ PaddedArray coarse_links_along(const GridPair& grids, std::size_t a) {
   const Index3& coarse_nodes = grids.coarse_nodes();
   const std::int64_t row_stride = padded_row(coarse_nodes[0]), slab_stride = row_stride * coarse_nodes[1];
   PaddedArray target(static_cast<std::size_t>(slab_stride * coarse_nodes[2]));
+  std::vector<float> reduced(static_cast<std::size_t>(coarse_nodes[0])); // along x, of one row
   std::vector<Parts> along_x;
   for (int x = 0; x < nodes[0]; ++x)
     along_x.push_back(parts_of_link(grids.axis(0), x, a == 0));
@@ -86,16 +87,18 @@ PaddedArray coarse_links_along(const GridPair& grids, std::size_t a) {
     for (int y = 0; y < nodes[1]; ++y) {
       const Parts in_y = parts_of_link(grids.axis(1), y, a == 1);
       const float* const row = fine.A().link[a] + fine.offset({0, y, z});
-      for (int x = 0; x < nodes[0]; ++x) {
-        if (row[x] == 0)
-          continue;
-        const Parts& in_x = along_x[static_cast<std::size_t>(x)];
-        for (std::size_t k = 0; k < in_z.n; ++k)
-          for (std::size_t j = 0; j < in_y.n; ++j)
-            for (std::size_t i = 0; i < in_x.n; ++i)
-              target.data()[in_x.place[i] + in_y.place[j] * row_stride + in_z.place[k] * slab_stride] +=
-                  in_z.weight[k] * in_y.weight[j] * in_x.weight[i] * row[x];
-      }
+      std::ranges::fill(reduced, 0.0F);
+      for (int x = 0; x < nodes[0]; ++x)
+        for (std::size_t i = 0; i < along_x[static_cast<std::size_t>(x)].n; ++i)
+          reduced[static_cast<std::size_t>(along_x[static_cast<std::size_t>(x)].place[i])] +=
+              along_x[static_cast<std::size_t>(x)].weight[i] * row[x];
+      for (std::size_t k = 0; k < in_z.n; ++k)
+        for (std::size_t j = 0; j < in_y.n; ++j) {
+          float* const to = target.data() + in_y.place[j] * row_stride + in_z.place[k] * slab_stride;
+          const float weight = in_z.weight[k] * in_y.weight[j];
+          for (std::size_t i = 0; i < reduced.size(); ++i)
+            to[i] += weight * reduced[i];
+        }
     }
   }
   return target;

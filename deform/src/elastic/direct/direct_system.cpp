@@ -68,6 +68,10 @@ void DirectSystem::set_penalties(const List<PenaltyLink>& links) {
   for (const PenaltyLink& link : links)
     blocks.add_spring(link.node, link.axis, link.component, link.stiffness);
   lower_ = blocks.lower(is_fixed_);
+  if (factor())
+    return;
+  // Penalties that float64 cannot tell from infinite: K alone stays a preconditioner.
+  lower_ = StiffnessBlocks(task().scene.specimen, elasticity(), nodes_).lower(is_fixed_);
   factor();
 }
 

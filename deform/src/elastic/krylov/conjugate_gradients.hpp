@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <optional>
+#include <utility>
 
 namespace maille::deform {
 
@@ -69,29 +70,27 @@ inline GradientsEnd conjugate_gradients(GradientSpace& space, GradientWatch& wat
 /// must_stop() says so.
 class ReductionWatch : public GradientWatch {
 public:
-  ReductionWatch(int most, double reduction, const std::function<bool()>& must_stop)
-      : most_(most), reduction_(reduction), must_stop_(must_stop) {}
-  bool goes_on() override { return iterations_ < most_ && !must_stop_(); }
+  /// @param must_stop none: never
+  ReductionWatch(int most, double reduction, std::function<bool()> must_stop = nullptr)
+      : most_(most), reduction_(reduction), must_stop_(std::move(must_stop)) {}
+  bool goes_on() override { return iterations_ < most_ && !(must_stop_ && must_stop_()); }
   bool goes_on_from(double product) override {
     if (iterations_ == 0)
       first_ = product;
     return iterations_ == 0 || product > reduction_ * reduction_ * first_;
   }
-  bool goes_on_after(double step, double product) override {
+  bool goes_on_after(double, double) override {
     ++iterations_;
-    descent_ += step * product; // directions have the same product with every residual up to their own
     return true;
   }
   int iterations() const { return iterations_; }
-  /// Twice the decrease of the energy so far: the sum of step times r . z.
-  double descent() const { return descent_; }
 
 private:
   int most_;
   double reduction_;
-  const std::function<bool()>& must_stop_;
+  std::function<bool()> must_stop_;
   int iterations_ = 0;
-  double first_ = 0, descent_ = 0;
+  double first_ = 0;
 };
 
 } // namespace maille::deform

@@ -2,8 +2,8 @@
 /// What every solver of `coupled` is asked.
 ///
 /// A task is one question: the scene, values to prescribe, limits that bind or none, a start, and a cache of
-/// earlier questions. A solver finds the elastic state, and then calls limit_step, which enforces limits on
-/// that state.
+/// earlier questions. A solver finds the elastic state; solve_on_ladder() then calls limit_step, which
+/// enforces limits on that state.
 
 #include "control/method.hpp"
 #include "elastic/krylov/coupled_error.hpp"

@@ -5,9 +5,9 @@
 /// about K^-1: one multigrid cycle or a Cholesky factor. All fields are dense, [component][node], in float64.
 ///
 /// Conjugate gradients (FlexibleGradients), limits (ConstrainedMinimum) and blocks (CorotatedRelaxation) use
-/// these interfaces alone, so a new kind of body is one class. Implemented by BoxSystem, MaskedSystem,
-/// DirectSystem, BodySystem (1D, 2D and any body) and ComponentwiseSystem; TiedModel decorates bodies by
-/// ties.
+/// these interfaces alone. A new kind of body is one class, and a case in elastic/ladder. Implemented by
+/// BoxSystem, MaskedSystem, DirectSystem, BodySystem (1D, 2D and any body) and ComponentwiseSystem; TiedModel
+/// decorates bodies by ties.
 
 #include "elastic/krylov/conjugate_gradients.hpp"
 #include "elastic/krylov/field_sums.hpp"
@@ -26,7 +26,7 @@ public:
   /// forces = K u, at fixed components too [N].
   virtual void apply(const Displacement& u, Displacement& forces) = 0;
   /// correction = B residual [m]: symmetric and positive definite on free components and 0 on fixed ones, but
-  /// for rounding to float32. Entries of nodes without matter keep their values.
+  /// for rounding to float32. At nodes without matter entries are 0 or keep their values.
   /// @pre residual is 0 at fixed components
   virtual void precondition(const Displacement& residual, Displacement& correction) = 0;
   /// Diagonal of K [N/m]; may be expensive.

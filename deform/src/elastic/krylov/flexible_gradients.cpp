@@ -117,7 +117,7 @@ bool FlexibleGradients::is_stuck(double left) {
 
 bool FlexibleGradients::goes_on() {
   end_ = CoupledRound::stopped;
-  if (answer_->iterations >= most_coupled_iterations || task_.must_stop())
+  if (answer_->iterations >= last_iteration_ || task_.must_stop())
     return false;
   if (task_.control.progress)
     task_.control.progress(std::min(0.99, static_cast<double>(answer_->iterations) / 30), "solving");
@@ -174,6 +174,7 @@ bool FlexibleGradients::goes_on_after(double step, double product) {
 CoupledRound FlexibleGradients::solve(ElasticOperator& K, Displacement& u, Answer& answer) {
   begin(K, u);
   answer_ = &answer;
+  last_iteration_ = answer.iterations + most_coupled_iterations;
   is_to_check_ = false;
   find_residual();
   answer.residual = 1;

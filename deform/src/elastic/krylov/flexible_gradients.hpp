@@ -63,6 +63,7 @@ private:
   Loads forces_;
   CoupledError error_;
   Answer* answer_ = nullptr;
+  std::int64_t last_iteration_ = 0;
   CoupledRound end_ = CoupledRound::stopped;
   bool is_to_check_ = false; ///< the estimate is within the tolerance, and the residual found anew decides
   double energy_ = 0;        ///< u . K u [N m]

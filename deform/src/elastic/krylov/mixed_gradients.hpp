@@ -69,8 +69,8 @@ private:
 
 /// One kind of body in mixed precision: its operator, and the float32 fields that rounds correct.
 ///
-/// The ladder (elastic/ladder) calls solve(), and on failure goes on with system() in float64. Derived are
-/// BoxSolver and MaskedSolver; they define how a round begins and ends.
+/// The ladder (elastic/ladder) calls solve(), and on failure goes on with system_of_slender() in float64.
+/// Derived are BoxSolver and MaskedSolver; they define how a round begins and ends.
 class MixedSolver {
 public:
   virtual ~MixedSolver() = default;
@@ -99,7 +99,7 @@ protected:
   };
   virtual GradientSpace& space() = 0;
   /// r = loads - K u where components are free, found in float64 and stored in units of `scale` times the
-  /// body's unit of force; the state is to become no change of u.
+  /// body's unit of force; the float32 correction becomes 0.
   /// @param u may be empty until the last round is finished, if the state knows where it begins
   virtual Residual begin_round(const Displacement& u, double scale) = 0;
   /// Work of the loads along the direction, in the unit; called only if there are loads.

@@ -19,10 +19,10 @@ namespace maille::deform {
 
 namespace {
 
-/// Iterations before a factor's cost is asked for; most bodies are solved by then.
+/// Estimate the cost of a factor after this many iterations; most bodies are solved by then.
 constexpr std::int64_t first_doubt = 64;
 
-/// The whole state stands on the first rank alone, when the hierarchy is gone.
+/// Gathers the state on the first rank after freeing the hierarchy.
 bool solve_by_ranks(const CoupledTask& task, Answer& answer) {
   auto solver = std::make_unique<MaskedSolver>(task);
   answer.algorithm = solver->algorithm();
@@ -101,22 +101,31 @@ std::shared_ptr<PenalizedOperator> make_operator_within_limits(const CoupledTask
 
 namespace {
 
+/// False if the rung failed: the answer is ready for the next one then.
+bool is_last_rung(Answer& answer) {
+  if (answer.status != Status::failed)
+    return true;
+  answer.status = Status::done;
+  answer.message.clear();
+  return false;
+}
+
 /// Rungs 3 to 5. @param factor null: none may be made
 bool fall_back(const CoupledTask& task, MixedSolver& solver, std::unique_ptr<DirectSystem> factor,
                Answer& answer) {
+  Displacement start = std::move(answer.displacement);
   if (const auto is_converged = solve_coupled_by_factor(task, std::move(factor), answer))
-    return *is_converged;
+    if (is_last_rung(answer))
+      return *is_converged;
   answer.algorithm = std::string(solver.algorithm()) + ", in float64";
-  answer.displacement = task.initial_state();
-  if (FlexibleGradients(task).finish(solver.system_of_slender(), answer))
-    return true;
-  if (answer.status != Status::failed)
-    return false;
+  const bool is_usable = !start.empty() && std::ranges::all_of(start.values(), [](double value) {
+    return std::isfinite(value);
+  });
+  answer.displacement = is_usable ? std::move(start) : task.initial_state();
   // On very oblong cells float32 can make the multigrid indefinite; the componentwise one stays positive, at
   // the price of more iterations.
-  answer.status = Status::done;
-  answer.message.clear();
-  return solve_coupled_body(task, answer);
+  const bool is_converged = FlexibleGradients(task).finish(solver.system_of_slender(), answer);
+  return is_last_rung(answer) ? is_converged : solve_coupled_body(task, answer);
 }
 
 /// Rungs 1 to 5.
@@ -128,7 +137,8 @@ bool find_elastic_answer(const CoupledTask& task, Answer& answer) {
   const bool is_slender = needs_float64(task.scene);
   if (is_slender)
     if (const auto is_converged = solve_coupled_by_factor(task, make_direct_system(task), answer))
-      return *is_converged;
+      if (is_last_rung(answer))
+        return *is_converged;
   const std::unique_ptr<MixedSolver> solver = make_mixed_solver(task);
   answer.algorithm = solver->algorithm();
   answer.seconds.setup = task.clock.seconds();

@@ -8,8 +8,8 @@
 ///   4. float64 around the same multigrid, if rung 2 stalls, and first where float32 is known to fail;
 ///   5. float64 around the componentwise multigrid. Bodies in 1D and 2D begin here.
 ///
-/// Every rung ends by energy and reactions; limits follow (CoupledTask::limit_step). make_mixed_solver() and
-/// make_operator() are the only places that know which kinds of bodies there are.
+/// Every rung ends by energy and reactions; limits follow (CoupledTask::limit_step). The functions below are
+/// where a kind of body is chosen.
 
 #include "elastic/krylov/coupled_task.hpp"
 #include "elastic/krylov/mixed_gradients.hpp"
@@ -30,8 +30,8 @@ std::shared_ptr<PenalizedOperator> make_operator_within_limits(const CoupledTask
 /// The elastic answer of a body without ties. @pre 1D, 2D or 3D
 CoupledAlgorithm solve_on_ladder;
 
-/// True if float32 cannot tell the body's bending from rigid motion: rung 1 or 4 comes first. @pre dimension
-/// 3
+/// True if float32 cannot tell the body's bending from rigid motion: rung 1 or 4 comes
+/// first. @pre dimension 3
 bool needs_float64(const Scene& scene);
 
 } // namespace maille::deform

@@ -73,7 +73,7 @@ public:
   struct Slope {
     double first = 0, second = 0;
   };
-  /// @param along (node): of a direction, where the component may move
+  /// @param along a direction, per node
   void set_direction(std::span<const double> along) {
     for (Link& link : links_)
       link.change = along[link.far] - along[link.near];

@@ -17,7 +17,7 @@ namespace {
 /// Penalty over the links' own stiffness [1]: a higher one gives better multipliers, and costs iterations.
 /// Measured on boxes and a calf: 10 and 200 take up to twice as long.
 constexpr double rho = 50;
-/// Share of the active links that may change before the preconditioner is told.
+/// Rebuild the preconditioner when this share of the active links has changed.
 constexpr double enough_changes = 0.01;
 constexpr int most_evaluations = 12; ///< of the slope along a direction
 constexpr double flat_enough = 0.05; ///< beside the slope at the start
@@ -158,7 +158,7 @@ std::size_t ConstrainedMinimum::n_active() const {
 }
 
 bool ConstrainedMinimum::goes_on() {
-  if (answer_->iterations >= most_coupled_iterations || task_.must_stop())
+  if (answer_->iterations >= last_iteration_ || task_.must_stop())
     is_found_ = false;
   return !is_found_;
 }
@@ -209,6 +209,7 @@ bool ConstrainedMinimum::goes_on_after(double, double product) {
 bool ConstrainedMinimum::solve(Displacement& u, Answer& answer) {
   begin(system_, u);
   answer_ = &answer;
+  last_iteration_ = answer.iterations + most_coupled_iterations;
   find_residual();
   is_found_.reset();
   while (!is_found_) {

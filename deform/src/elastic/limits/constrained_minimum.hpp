@@ -89,6 +89,7 @@ private:
   double slope_ = 0; ///< of the energy along the direction, without the forces of the limits [J]
   double gap_ = 0;   ///< before the step
   Answer* answer_ = nullptr;
+  std::int64_t last_iteration_ = 0;
   std::optional<bool> is_found_; ///< once gradients have ended
 };
 

@@ -147,7 +147,9 @@ bool obey_limits(const CoupledTask& task, PenalizedOperator& system, bool is_con
 bool obey_limits(const CoupledTask& task, bool is_converged, Displacement& u, Answer& answer) {
   if (!begins_within_limits(task) && !breaks_limits(task.scene, *task.limits, task.team, u, 0))
     return is_converged;
-  return obey_limits(task, *make_operator_within_limits(task), is_converged, u, answer);
+  const std::shared_ptr<PenalizedOperator> system =
+      is_converged ? make_operator_within_limits(task) : std::make_shared<BodySystem>(task);
+  return obey_limits(task, *system, is_converged, u, answer);
 }
 
 } // namespace maille::deform

@@ -129,7 +129,7 @@ double BlockLevel::largest_eigenvalue(ThreadTeam& team) {
 }
 
 void BlockLevel::relax(float weight, ThreadTeam& team) {
-  if (!A_.is_of_blocks()) {
+  if (A_.has_pieces()) {
     A_.apply(u.data(), r.data(), team);
     for_each_part(team, [&](std::int64_t first, std::int64_t n) {
       relax_entries(n, weight, inverse_.data() + first, f.data() + first, r.data() + first, u.data() + first);
@@ -148,7 +148,7 @@ void BlockLevel::relax(float weight, ThreadTeam& team) {
 
 /// r = f - A u
 void BlockLevel::find_residual(ThreadTeam& team) {
-  if (!A_.is_of_blocks()) {
+  if (A_.has_pieces()) {
     A_.apply(u.data(), r.data(), team);
     for_each_part(team, [&](std::int64_t first, std::int64_t n) {
       subtract_entries(n, inverse_.data() + first, f.data() + first, r.data() + first);

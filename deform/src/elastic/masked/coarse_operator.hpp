@@ -80,8 +80,6 @@ public:
 
   std::int32_t n_rows() const { return is_rounded_ ? rounded_.n_rows() : blocks_.n_rows(); }
   bool has_pieces() const { return pieces_.matrices.size() > 0; }
-  /// Whether products are those of the blocks alone.
-  bool is_of_blocks() const { return !has_pieces(); }
   /// Blocks of the pieces without a pattern. @pre they were not rounded
   const BlockMatrix& blocks() const { return blocks_; }
   BlockMatrix& blocks() { return blocks_; }

@@ -58,16 +58,15 @@ void MaskedSystem::store_correction(const float* found, Displacement& direction)
   });
 }
 
-int MaskedSystem::find_direction(const Displacement& residual, int most, double reduction,
-                                 Displacement& direction) {
+void MaskedSystem::find_direction(const Displacement& residual, int most, double reduction,
+                                  Displacement& direction) {
   load_residual(residual);
   if (!gradients_)
     gradients_.emplace(multigrid_, team_);
   gradients_->restart();
-  ReductionWatch watch(most, reduction, [] { return false; });
+  ReductionWatch watch(most, reduction);
   conjugate_gradients(*gradients_, watch);
   store_correction(gradients_->state(), direction);
-  return watch.iterations();
 }
 
 void MaskedSystem::precondition(const Displacement& residual, Displacement& correction) {
@@ -316,7 +315,7 @@ void MaskedSolver::finish_round(Displacement& u, CoupledRound end) {
     return;
   }
   if (u.empty()) {
-    if (own_ && task_.limits == nullptr && end != CoupledRound::stalled)
+    if (own_ && end != CoupledRound::stalled)
       own_->release();
     u = slabs().are_shared() ? initial_part() : task_.initial_state();
   }

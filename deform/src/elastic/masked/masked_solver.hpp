@@ -42,8 +42,8 @@ public:
   void precondition(const Displacement& residual, Displacement& correction) override;
   Displacement diagonal() const override { return elasticity_.diagonal(); }
   /// direction = about K^-1 residual, by conjugate gradients in float32, until the residual in the cycle's
-  /// norm is `reduction` of the first. @return iterations, `most` of them @pre as precondition()
-  int find_direction(const Displacement& residual, int most, double reduction, Displacement& direction);
+  /// norm is `reduction` of the first, `most` iterations at most @pre as precondition()
+  void find_direction(const Displacement& residual, int most, double reduction, Displacement& direction);
 
 private:
   void load_residual(const Displacement& residual);

@@ -63,7 +63,7 @@ public:
       n += std::popcount(bits);
     return n;
   }
-  /// Components that are fixed in one of both. @pre as many nodes
+  /// Number of components that are fixed in exactly one mask. @pre as many nodes
   std::int64_t n_differences(const FixedMask& other) const {
     std::int64_t n = 0;
     for (std::size_t node = 0; node < bits_.size(); ++node)
