@@ -72,6 +72,17 @@ const Form* detect_form(TableReader& table) {
   if (touched == 1 && present.size() == detected->keys.size()) {
     return detected;
   }
+  // A label with a fibre of its own: one cause, one line.
+  if (touched == 0 && (table.has("material") || table.has("fibre"))) {
+    table.find("material");
+    table.find("fibre");
+    table.fault(
+        table.has("fibre") ? "fibre" : "material",
+        "a material: a name of the library, or its constants; fibres of all labels are one `fibre` of "
+        "the specimen, such as { tensor_image }",
+        "a table around them");
+    return nullptr;
+  }
   // E and nu as they are called elsewhere: one cause, one line.
   if (const toml::node* E = table.has("E") ? table.find("E") : nullptr; touched == 1 && E && !E->is_array()) {
     table.fault("E",

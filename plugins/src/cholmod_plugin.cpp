@@ -94,7 +94,7 @@ LongSparse graph(const LongSparse& lower, std::span<const std::int32_t> group) {
       for (LongSparse::InnerIterator entry(lower, column); entry; ++entry)
         rows.push_back(group[static_cast<std::size_t>(entry.row())]);
     std::ranges::sort(rows);
-    rows.erase(std::ranges::unique(rows).begin(), rows.end());
+    rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
     for (const std::int32_t row : rows)
       of_groups.insertBack(row, own) = 1;
   }

@@ -483,6 +483,9 @@ TEST(ReadConstantsContract, FormsAreNotMixedAndAreWhole) {
                   "expected one of: poisson_ratio, youngs_modulus, found an unknown key (did you mean "
                   "\"poisson_ratio\"?)"))
       << misspelt[1];
+  const Messages wrapped = faults("material = \"muscle/soleus\"\nfibre = [0, 0, 1]");
+  ASSERT_EQ(wrapped.size(), 1U);
+  EXPECT_TRUE(has(wrapped[0], "one `fibre` of the specimen")) << wrapped[0];
 }
 
 TEST(ReadConstantsContract, EveryViolatedInequalityIsOneFault) {

@@ -168,8 +168,8 @@ TEST(CoupledLimitsConsistent, CoarserStartsEndNearALongRun) {
   EXPECT_NEAR(test::total_reaction(scene, answer, 2, true), -push, 0.1 * std::abs(push));
 }
 
-/// The truth is the operator cell by cell, around the componentwise multigrid and from the elastic answer on.
-void expect_the_general_way(Scene scene) {
+/// From coarser bodies and from the elastic answer.
+void expect_any_start_serves(Scene scene) {
   scene.relaxation.tolerance = 1e-5;
   const LinkLimits limits(scene);
   const Clipping clipping = clip(scene, limits);
@@ -193,14 +193,10 @@ void expect_the_general_way(Scene scene) {
   EXPECT_NEAR(*answer.strain_energy, *general.strain_energy, 1e-4 * *general.strain_energy);
 }
 
-TEST(CoupledLimitsConsistent, BoxesAgreeWithTheGeneralWay) {
-  for (const Scene& scene : {poked_block(12, 0.2), poked_block(16, 0.25)})
-    expect_the_general_way(scene);
-}
-
-TEST(CoupledLimitsConsistent, BodiesAgreeWithTheGeneralWay) {
-  for (const Scene& scene : {poked_body(12, 0.2), poked_body(test::cases(16, 12), 0.25)})
-    expect_the_general_way(scene);
+TEST(CoupledLimitsConsistent, TheStartChangesNoAnswer) {
+  for (const Scene& scene : {poked_block(12, 0.2), poked_block(16, 0.25), poked_body(12, 0.2),
+                             poked_body(test::cases(16, 12), 0.25)})
+    expect_any_start_serves(scene);
 }
 
 TEST(CoupledLimitsAnalytic, ReactionsBalanceWhereLimitsAreActive) {

@@ -150,31 +150,38 @@ void CorotatedRelaxation::carry(const Scene& from, const Scene& to) {
   to_world(to, after, state_.u);
 }
 
-/// d += what brings the residual to a hundredth, with frames as they are. @return false if stopped
-bool CorotatedRelaxation::solve_in_fixed_frames(Displacement& d, Displacement& residual, Answer& answer) {
-  Displacement correction(scene_.specimen.grid), direction(correction), image(correction);
-  double first = 0, last = 0;
-  for (int i = 0; i < most_coupled_iterations; ++i) {
-    if (task_.must_stop())
-      return false;
-    mask(residual);
-    image = residual;
-    preconditioner_.apply(image, correction);
-    const double now = sums_.dot(residual, correction);
-    first = i == 0 ? now : first;
-    if (!(now > floor_) || now <= start_tolerance * start_tolerance * first)
-      break;
-    sums_.add(1, correction, i == 0 ? 0 : now / last, direction);
-    elasticity_.apply_in_fixed_frames(direction, image, task_.team);
-    const double curvature = sums_.dot(direction, image);
-    if (!(curvature > 0))
-      break;
-    sums_.add(now / curvature, direction, 1, d);
-    sums_.add(-now / curvature, image, 1, residual);
-    last = now;
-    ++answer.iterations;
+/// The second derivative of the energy in fixed frames, around the preconditioner that turns with them.
+class CorotatedRelaxation::FixedFrames : public ElasticOperator {
+public:
+  explicit FixedFrames(CorotatedRelaxation& of) : of_(of), turned_(of.scene_.specimen.grid) {}
+  void apply(const Displacement& u, Displacement& forces) override {
+    of_.elasticity_.apply_in_fixed_frames(u, forces, of_.task_.team);
   }
-  return true;
+  void precondition(const Displacement& residual, Displacement& correction) override {
+    turned_ = residual;
+    of_.preconditioner_.apply(turned_, correction);
+  }
+  Displacement diagonal() const override { return of_.linear_.diagonal(); }
+
+private:
+  CorotatedRelaxation& of_;
+  Displacement turned_;
+};
+
+/// d += a correction that brings the residual to a hundredth, with frames as they are. @return false if
+/// stopped
+bool CorotatedRelaxation::solve_in_fixed_frames(Displacement& d, const Displacement& residual,
+                                                Answer& answer) {
+  FixedFrames K(*this);
+  FieldGradients gradients(residual.n_components(), FixedMask(scene_.specimen.grid, scene_.prescribed),
+                           FieldSums(scene_.specimen.grid, task_.team));
+  gradients.residual() = residual;
+  mask(gradients.residual());
+  gradients.begin(K, d);
+  ReductionWatch reduced(most_coupled_iterations, start_tolerance, task_.must_stop, floor_);
+  conjugate_gradients(gradients, reduced);
+  answer.iterations += reduced.iterations();
+  return !task_.must_stop();
 }
 
 /// From the last increment's state to a start for this one, with handles in place.

@@ -117,7 +117,8 @@ private:
   End go_to(double fraction, Answer& answer);
   void carry(const Scene& from, const Scene& to);
   End predict(const Scene& to, Answer& answer);
-  bool solve_in_fixed_frames(Displacement& d, Displacement& residual, Answer& answer);
+  class FixedFrames;
+  bool solve_in_fixed_frames(Displacement& d, const Displacement& residual, Answer& answer);
   End descend(double goal, Answer& answer);
   double estimated_error(double slope) const;
   bool finish(End end, Answer& answer);

@@ -164,6 +164,10 @@ bool ConstrainedMinimum::goes_on() {
 }
 
 bool ConstrainedMinimum::goes_on_from(double product) {
+  if (!std::isfinite(product)) { // diverged: no further step is defined
+    is_found_ = false;
+    return false;
+  }
   gap_ = gap();
   error_ = Nearness{product, gap_}.error(energy_);
   if (error_ <= task_.scene.relaxation.tolerance)
