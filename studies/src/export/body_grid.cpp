@@ -7,7 +7,6 @@
 #include <vtkNew.h>
 #include <vtkPoints.h>
 
-
 namespace maille::studies {
 namespace {
 
