@@ -69,19 +69,19 @@ private:
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now(), last_told_{};
 };
 
-/// Work that Ctrl-C has left behind still runs when the interpreter ends, and would use what destructors of
-/// static objects take away. @param is_at_work once true here, asked again at the end
+/// Skips destructors of static objects at the end of the interpreter, while work that Ctrl-C interrupted
+/// still uses them. @param is_at_work true now, and asked again at the end
 void skip_destructors_while(bool (*is_at_work)());
 
-/// Works in a thread of its own: Ctrl-C raises KeyboardInterrupt at once, and the work ends unseen. To be
-/// called with the lock. @param kept what the work reads
-void do_apart(std::function<void()> work, py::object kept = {});
+/// Runs `work` in a thread of its own. Ctrl-C raises KeyboardInterrupt at once; the work goes on unseen.
+/// @pre the caller holds the interpreter's lock @param kept objects that the work reads
+void run_in_thread(std::function<void()> work, py::object kept = {});
 
-/// What `make` returns, made apart.
+/// Runs `make` in a thread of its own, as above. @return its result
 template<class Make>
-auto made_apart(Make make, py::object kept = {}) {
+auto made_in_thread(Make make, py::object kept = {}) {
   const auto made = std::make_shared<std::optional<decltype(make())>>();
-  do_apart([made, make = std::move(make)] { made->emplace(make()); }, std::move(kept));
+  run_in_thread([made, make = std::move(make)] { made->emplace(make()); }, std::move(kept));
   return std::move(**made);
 }
 

@@ -59,7 +59,7 @@ SceneHandle build(const std::string& name, const py::array& array,
   for (const auto& row : affine)
     for (const double value : row)
       require_finite("affine", value);
-  return handle_of(made_apart(
+  return handle_of(made_in_thread(
       [=] {
         SceneBuilder builder(name);
         add_labels(builder);
@@ -192,10 +192,10 @@ void bind_scenes(py::module_& module) {
   module.def("methods",
              [] { return std::vector<std::string>(deform::methods().begin(), deform::methods().end()); });
   module.def("read_scene", [](const std::string& file) {
-    return handle_of(made_apart([=] { return read_scene_and_measures(file); }));
+    return handle_of(made_in_thread([=] { return read_scene_and_measures(file); }));
   });
   module.def("parse_scene", [](const std::string& text, const std::string& file) {
-    return handle_of(made_apart([=] { return parse_scene_and_measures(text, file); }));
+    return handle_of(made_in_thread([=] { return parse_scene_and_measures(text, file); }));
   });
   module.def("build_scene", &build);
   module.def("image_grid", [](const std::string& file) {
@@ -204,7 +204,7 @@ void bind_scenes(py::module_& module) {
                           info.world == WorldAxes::lps ? "lps" : "ras");
   });
   module.def("read_voxels", [](const std::string& file) {
-    const Image image = made_apart([=] { return read_image(file); });
+    const Image image = made_in_thread([=] { return read_image(file); });
     py::array_t<float> voxels({image.info.size[2], image.info.size[1], image.info.size[0]});
     if (image.info.components != 1)
       throw py::value_error("expected an image of one value a voxel: " + file);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::chrono::milliseconds between_looks{50};
 
-/// Work whose caller Ctrl-C has taken away, and what it reads.
+/// Work whose caller was interrupted, and the objects that it reads.
 auto& work_left_behind() {
   static auto* const all = new std::vector<std::pair<py::object, std::future<void>>>;
   return *all;
@@ -60,7 +60,7 @@ void skip_destructors_while(bool (*is_at_work)()) {
       nullptr);
 }
 
-void do_apart(std::function<void()> work, py::object kept) {
+void run_in_thread(std::function<void()> work, py::object kept) {
   auto& behind = work_left_behind();
   std::erase_if(behind, [](const auto& one) { return is_done(one.second, {}); });
   std::future<void> running = std::async(std::launch::async, std::move(work));

@@ -90,7 +90,7 @@ Answer CoupledSolve::run() {
                          [this] { return must_stop(); },
                          limits_ ? &*limits_ : nullptr,
                          start.empty() ? nullptr : &start,
-                         limits_ ? static_cast<LimitStep*>(obey_limits) : nullptr,
+                         limits_ ? obey_limits : nullptr,
                          kept_};
   const bool is_converged = solve_on_nested_lattices(task, coupled_algorithm(scene_), answer_);
   if (answer_.status == Status::failed)

@@ -171,7 +171,7 @@ void Relaxation::stay_within(ComponentwiseSolver& solver, const List<double>& fo
   std::ranges::copy(u.values(), all.begin());
   answer_.residual = std::max(answer_.residual, std::min(1.0, minimum.error()));
   react(component, solver, forces);
-  Displacement of_limits = minimum.give_away_field();
+  Displacement of_limits = minimum.release_residual();
   std::ranges::fill(of_limits.values(), 0.0);
   minimum.add_forces_of_limits(of_limits);
   for (std::size_t i = 0; i < scene_.prescribed.size(); ++i)

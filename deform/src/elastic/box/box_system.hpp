@@ -44,9 +44,6 @@ public:
 
   void apply(const Displacement& u, Displacement& forces) override;
   void precondition(const Displacement& residual, Displacement& correction) override;
-  Displacement diagonal() const override {
-    return by_cells_ ? by_cells_->diagonal() : LatticeElasticity(scene_, multigrid_.team()).diagonal();
-  }
 
 private:
   const Scene& scene_;

@@ -100,13 +100,6 @@ std::vector<int> all_components(const Scene& scene) {
   return components;
 }
 
-Displacement ComponentwiseSystem::diagonal() const {
-  Displacement diagonal(1, static_cast<std::size_t>(task().scene.specimen.grid.n_nodes()));
-  for (std::int64_t node = 0; node < std::ssize(diagonal.values()); ++node)
-    diagonal(0, node) = solver_.stiffness_at(node);
-  return diagonal;
-}
-
 BodySystem::BodySystem(const CoupledTask& task)
     : ComponentwisePreconditioned(task, CellModuli(task.scene), all_components(task.scene)),
       elasticity_(task.scene) {}

@@ -89,7 +89,6 @@ public:
   void apply(const Displacement& u, Displacement& forces) override {
     solver_.apply(u.component(0), forces.component(0));
   }
-  Displacement diagonal() const override;
 
 private:
   const ComponentwiseSolver& solver_;
@@ -103,7 +102,6 @@ public:
   void apply(const Displacement& u, Displacement& forces) override {
     elasticity_.apply(u, forces, task().team);
   }
-  Displacement diagonal() const override { return elasticity_.diagonal(); }
 
   /// Prescribed values, and where no start is given one from the componentwise model, which knows no more
   /// than each component by itself.

@@ -161,7 +161,6 @@ public:
     turned_ = residual;
     of_.preconditioner_.apply(turned_, correction);
   }
-  Displacement diagonal() const override { return of_.linear_.diagonal(); }
 
 private:
   CorotatedRelaxation& of_;

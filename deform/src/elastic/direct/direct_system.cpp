@@ -70,7 +70,7 @@ void DirectSystem::set_penalties(const List<PenaltyLink>& links) {
   lower_ = blocks.lower(is_fixed_);
   if (factor())
     return;
-  // Penalties that float64 cannot tell from infinite: K alone stays a preconditioner.
+  // The penalties are infinite to float64. The factor of K alone is a preconditioner still.
   lower_ = StiffnessBlocks(task().scene.specimen, elasticity(), nodes_).lower(is_fixed_);
   factor();
 }

@@ -29,8 +29,6 @@ public:
   /// for rounding to float32. At nodes without matter entries are 0 or keep their values.
   /// @pre residual is 0 at fixed components
   virtual void precondition(const Displacement& residual, Displacement& correction) = 0;
-  /// Diagonal of K [N/m]; may be expensive.
-  virtual Displacement diagonal() const = 0;
 };
 
 /// Adds stiffness / 2 (u_far - u_near)^2 of one component to the energy.

@@ -1,5 +1,7 @@
 #include "elastic/krylov/flexible_gradients.hpp"
 
+#include "elastic/model/lattice_elasticity.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -45,7 +47,7 @@ void FlexibleGradients::find_residual() {
   });
 }
 
-/// Keeps energy and lengths up to date too.
+/// Updates energy and lengths too.
 void FlexibleGradients::take_step(double step) {
   double with_forces = 0;
   for (std::size_t b = 0; b < forces_.size(); ++b)
@@ -70,12 +72,13 @@ double FlexibleGradients::estimate(double energy_of_error) const {
 /// with pseudo-random signs. Uses image_ and correction_.
 double FlexibleGradients::left_by_rounding() {
   const Displacement& u = *u_;
-  const Displacement diagonal = K_->diagonal();
+  if (diagonal_.empty())
+    diagonal_ = LatticeElasticity(task_.scene, task_.team).diagonal();
   sums_.sum([&](std::size_t first, std::size_t end) {
     for (std::size_t b = 0; b < u.n_components(); ++b)
       for (std::size_t i = first; i < end; ++i) {
         const std::uint64_t mixed = (3 * i + b + 1) * 0x9e3779b97f4a7c15u;
-        const double size = std::numeric_limits<double>::epsilon() * diagonal(b, i) * std::abs(u(b, i));
+        const double size = std::numeric_limits<double>::epsilon() * diagonal_(b, i) * std::abs(u(b, i));
         image_(b, i) = fixed_(b, i) ? 0 : (mixed >> 40) % 2 == 0 ? size : -size;
       }
     return 0.0;

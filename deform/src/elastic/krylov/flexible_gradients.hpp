@@ -64,6 +64,7 @@ private:
   CoupledError error_;
   Answer* answer_ = nullptr;
   std::int64_t last_iteration_ = 0;
+  Displacement diagonal_; ///< of K, once it is needed [N/m]
   CoupledRound end_ = CoupledRound::stopped;
   bool is_to_check_ = false; ///< the estimate is within the tolerance, and the residual found anew decides
   double energy_ = 0;        ///< u . K u [N m]

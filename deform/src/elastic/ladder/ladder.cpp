@@ -22,6 +22,16 @@ namespace {
 /// Estimate the cost of a factor after this many iterations; most bodies are solved by then.
 constexpr std::int64_t first_doubt = 64;
 
+/// If a rung failed, clears its message for the next one. @return whether it failed
+bool clear_failure(Answer& answer) {
+  const bool has_failed = answer.status == Status::failed;
+  if (has_failed) {
+    answer.status = Status::done;
+    answer.message.clear();
+  }
+  return has_failed;
+}
+
 /// Gathers the state on the first rank after freeing the hierarchy.
 bool solve_by_ranks(const CoupledTask& task, Answer& answer) {
   auto solver = std::make_unique<MaskedSolver>(task);
@@ -34,8 +44,8 @@ bool solve_by_ranks(const CoupledTask& task, Answer& answer) {
   const Slabs slabs = solver->slabs();
   solver.reset();
   if (end == CoupledRound::stalled) { // whole, on every rank
-    const auto is_converged = solve_coupled_by_factor(task, make_direct_system(task), answer);
-    return is_converged ? *is_converged : solve_coupled_body(task, answer);
+    const auto by_factor = solve_coupled_by_factor(task, make_direct_system(task), answer);
+    return by_factor && !clear_failure(answer) ? *by_factor : solve_coupled_body(task, answer);
   }
   const Grid& grid = task.scene.specimen.grid;
   if (slabs.is_first())
@@ -52,9 +62,9 @@ bool solve_by_ranks(const CoupledTask& task, Answer& answer) {
   return end == CoupledRound::finished;
 }
 
-/// Rounding in float32 would move the box by more than its tolerance: measured on rods and plates, 1e-8 of
-/// its displacement over the operator's smallest eigenvalue, as a cantilever's first mode has it, over its
-/// largest.
+/// True if rounding in float32 would move the box by more than its tolerance. Measured on rods and plates,
+/// rounding moves a body by 1e-8 of its displacement, over the ratio of the operator's smallest eigenvalue to
+/// its largest. The smallest one is that of a cantilever's first mode.
 bool is_slender_box(const Scene& scene) {
   constexpr double slender = 3, rounding = 4e-8;
   const Grid& grid = scene.specimen.grid;
@@ -78,11 +88,16 @@ bool needs_float64(const Scene& scene) {
   return is_uniform_box(scene) ? is_slender_box(scene) : is_very_slender(scene.specimen);
 }
 
+namespace {
+
+/// @pre dimension 3
 std::unique_ptr<MixedSolver> make_mixed_solver(const CoupledTask& task) {
   if (is_uniform_box(task.scene))
     return std::make_unique<BoxSolver>(task);
   return std::make_unique<MaskedSolver>(task);
 }
+
+} // namespace
 
 std::shared_ptr<ElasticOperator> make_operator(const CoupledTask& task) {
   if (task.scene.dimension() < 3)
@@ -101,49 +116,39 @@ std::shared_ptr<PenalizedOperator> make_operator_within_limits(const CoupledTask
 
 namespace {
 
-/// False if the rung failed: the answer is ready for the next one then.
-bool is_last_rung(Answer& answer) {
-  if (answer.status != Status::failed)
-    return true;
-  answer.status = Status::done;
-  answer.message.clear();
-  return false;
-}
-
-/// Rungs 3 to 5. @param factor null: none may be made
-bool fall_back(const CoupledTask& task, MixedSolver& solver, std::unique_ptr<DirectSystem> factor,
-               Answer& answer) {
+/// Rungs 2 to 4. @param solver that stalled; null: not made yet @param factor null: none may be made
+bool fall_back(const CoupledTask& task, std::unique_ptr<MixedSolver> solver,
+               std::unique_ptr<DirectSystem> factor, Answer& answer) {
   Displacement start = std::move(answer.displacement);
-  if (const auto is_converged = solve_coupled_by_factor(task, std::move(factor), answer))
-    if (is_last_rung(answer))
-      return *is_converged;
-  answer.algorithm = std::string(solver.algorithm()) + ", in float64";
+  const auto by_factor = solve_coupled_by_factor(task, std::move(factor), answer);
+  if (by_factor && !clear_failure(answer))
+    return *by_factor;
+  if (solver == nullptr)
+    solver = make_mixed_solver(task);
+  answer.algorithm = std::string(solver->algorithm()) + ", in float64";
   const bool is_usable = !start.empty() && std::ranges::all_of(start.values(), [](double value) {
     return std::isfinite(value);
   });
   answer.displacement = is_usable ? std::move(start) : task.initial_state();
-  // On very oblong cells float32 can make the multigrid indefinite; the componentwise one stays positive, at
+  if (answer.iterations == 0)
+    answer.seconds.setup = task.clock.seconds();
+  // On very oblong cells float32 can make the multigrid indefinite. The componentwise one stays positive, at
   // the price of more iterations.
-  const bool is_converged = FlexibleGradients(task).finish(solver.system_of_slender(), answer);
-  return is_last_rung(answer) ? is_converged : solve_coupled_body(task, answer);
+  const bool is_converged = FlexibleGradients(task).finish(solver->system_of_slender(), answer);
+  return clear_failure(answer) ? solve_coupled_body(task, answer) : is_converged;
 }
 
-/// Rungs 1 to 5.
+/// Rungs 1 to 4.
 bool find_elastic_answer(const CoupledTask& task, Answer& answer) {
   if (task.scene.dimension() < 3)
     return solve_coupled_body(task, answer);
   if (task.control.communicator != nullptr)
     return solve_by_ranks(task, answer);
-  const bool is_slender = needs_float64(task.scene);
-  if (is_slender)
-    if (const auto is_converged = solve_coupled_by_factor(task, make_direct_system(task), answer))
-      if (is_last_rung(answer))
-        return *is_converged;
-  const std::unique_ptr<MixedSolver> solver = make_mixed_solver(task);
+  if (needs_float64(task.scene))
+    return fall_back(task, nullptr, make_direct_system(task), answer);
+  std::unique_ptr<MixedSolver> solver = make_mixed_solver(task);
   answer.algorithm = solver->algorithm();
   answer.seconds.setup = task.clock.seconds();
-  if (is_slender)
-    return fall_back(task, *solver, nullptr, answer);
   std::optional<std::unique_ptr<DirectSystem>> factor; // ordered when it is first asked for
   solver->should_fall_back = [&](std::int64_t iterations) {
     if (iterations < first_doubt)
@@ -156,7 +161,7 @@ bool find_elastic_answer(const CoupledTask& task, Answer& answer) {
     answer.displacement = task.initial_state();
   const CoupledRound end = solver->solve(answer.displacement, answer);
   if (end == CoupledRound::stalled)
-    return fall_back(task, *solver, factor ? *std::move(factor) : make_direct_system(task), answer);
+    return fall_back(task, std::move(solver), factor ? *std::move(factor) : make_direct_system(task), answer);
   solver->find_energy_and_reactions(answer.displacement, answer);
   if (end != CoupledRound::finished)
     answer.reaction.clear();

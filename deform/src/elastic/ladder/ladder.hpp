@@ -2,11 +2,12 @@
 /// One way to the elastic answer for bodies of every kind: rungs that cost more and resolve more.
 ///
 /// Rungs, in the order in which they are tried:
-///   1. a sparse Cholesky factor in float64, where the body is very slender and the factor is small;
-///   2. mixed precision: rounds in float32 around the body's multigrid (MixedSolver);
-///   3. the factor, if rung 2 stalls, or costs more iterations than the factor (`should_fall_back`);
-///   4. float64 around the same multigrid, if rung 2 stalls, and first where float32 is known to fail;
-///   5. float64 around the componentwise multigrid. Bodies in 1D and 2D begin here.
+///   1. mixed precision: rounds in float32 around the body's multigrid (MixedSolver). Very slender bodies
+///      skip it (needs_float64);
+///   2. a sparse Cholesky factor in float64, if it is small. Rung 1 hands over to it if it stalls, or if the
+///      factor has become cheaper (`should_fall_back`);
+///   3. float64 around the multigrid of rung 1;
+///   4. float64 around the componentwise multigrid. Bodies in 1D and 2D begin here.
 ///
 /// Every rung ends by energy and reactions; limits follow (CoupledTask::limit_step). The functions below are
 /// where a kind of body is chosen.
@@ -18,8 +19,6 @@
 
 namespace maille::deform {
 
-/// @pre dimension 3
-std::unique_ptr<MixedSolver> make_mixed_solver(const CoupledTask& task);
 /// Operator of the task's body with its quickest preconditioner. @param task must outlive it
 std::shared_ptr<ElasticOperator> make_operator(const CoupledTask& task);
 /// The same with the preconditioner that knows penalties best: a factor for slender bodies, else the
@@ -30,8 +29,7 @@ std::shared_ptr<PenalizedOperator> make_operator_within_limits(const CoupledTask
 /// The elastic answer of a body without ties. @pre 1D, 2D or 3D
 CoupledAlgorithm solve_on_ladder;
 
-/// True if float32 cannot tell the body's bending from rigid motion: rung 1 or 4 comes
-/// first. @pre dimension 3
+/// True if float32 cannot tell the body's bending from rigid motion. @pre dimension 3
 bool needs_float64(const Scene& scene);
 
 } // namespace maille::deform

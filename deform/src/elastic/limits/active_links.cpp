@@ -47,7 +47,7 @@ void ActiveLinks::find_in_plane(int z, const double* u, double rounding, List<Li
     }
 }
 
-void ActiveLinks::take_up(std::span<const double> u, double rounding, ThreadTeam& team) {
+void ActiveLinks::add_violated(std::span<const double> u, double rounding, ThreadTeam& team) {
   std::vector<List<Link>> of_plane(static_cast<std::size_t>(ranges_.n_planes()));
   team.run(ranges_.n_planes(),
            [&](int z, int) { find_in_plane(z, u.data(), rounding, of_plane[static_cast<std::size_t>(z)]); });
@@ -91,7 +91,7 @@ void ActiveLinks::spread(const Link& coarse, const Grid& coarse_grid, std::vecto
       }
 }
 
-void ActiveLinks::take_over(const ActiveLinks& coarse) {
+void ActiveLinks::begin_with(const ActiveLinks& coarse) {
   std::vector<double> y(fixed_.n_nodes());
   std::vector<std::size_t> reached;
   for (int axis = 0; axis < scene_.dimension(); ++axis) {

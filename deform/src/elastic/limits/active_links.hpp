@@ -57,13 +57,13 @@ public:
   ActiveLinks(const Scene& scene, const CellModuli& moduli, const LinkLimits& limits, int component,
               const FixedMask& fixed, std::size_t place, double rho);
 
-  /// Takes up links that are outside their ranges by more than `rounding` [m].
-  void take_up(std::span<const double> u, double rounding, ThreadTeam& team);
+  /// Adds links that are outside their ranges by more than `rounding` [m].
+  void add_violated(std::span<const double> u, double rounding, ThreadTeam& team);
 
-  /// Takes up links with multipliers from those of the same body on every second node.
-  void take_over(const ActiveLinks& coarse);
+  /// Adds links with multipliers from those of the same body on every second node.
+  void begin_with(const ActiveLinks& coarse);
 
-  /// Takes up links with the multipliers of an earlier answer; those of other components are passed over.
+  /// Adds links with the multipliers of an earlier answer; those of other components are ignored.
   void begin_with(const List<KeptMultiplier>& multipliers);
   /// Adds what begin_with() of a later question takes.
   void keep_multipliers(List<KeptMultiplier>& multipliers) const;

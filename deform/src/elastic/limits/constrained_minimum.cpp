@@ -56,7 +56,7 @@ void ConstrainedMinimum::find_residual() {
 
 void ConstrainedMinimum::update_forces() {
   for (std::size_t k = 0; k < links_.size(); ++k)
-    links_[k].take_up(u_->component(k), rounding_, task_.team);
+    links_[k].add_violated(u_->component(k), rounding_, task_.team);
   update_forces_of_known();
 }
 
@@ -105,9 +105,9 @@ double ConstrainedMinimum::work_of_loads() const {
   return sum;
 }
 
-void ConstrainedMinimum::take_over(const ConstrainedMinimum& coarse) {
+void ConstrainedMinimum::begin_with(const ConstrainedMinimum& coarse) {
   for (std::size_t i = 0; i < links_.size(); ++i)
-    links_[i].take_over(coarse.links_[i]);
+    links_[i].begin_with(coarse.links_[i]);
 }
 
 void ConstrainedMinimum::begin_with(const List<KeptMultiplier>& multipliers) {

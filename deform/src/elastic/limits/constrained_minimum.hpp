@@ -46,14 +46,14 @@ public:
   /// stopped
   bool solve(Displacement& u, Answer& answer);
   /// Begins with the multipliers of the same body on every second node.
-  void take_over(const ConstrainedMinimum& coarse);
+  void begin_with(const ConstrainedMinimum& coarse);
   /// Begins with those of an earlier answer for the same body.
   void begin_with(const List<KeptMultiplier>& multipliers);
   List<KeptMultiplier> multipliers() const;
   /// Estimated, in the energy norm, over the answer's.
   double error() const { return error_; }
   /// The memory of a field, once nothing is to be solved any more.
-  Displacement give_away_field() { return std::move(residual_); }
+  Displacement release_residual() { return std::move(residual_); }
   /// Adds what the limits pull with at every node [N].
   void add_forces_of_limits(Displacement& forces) const;
   std::size_t n_active() const;
@@ -101,14 +101,11 @@ private:
 ///          or if what is held of the coarser one lets it move rigidly, or if it was stopped
 bool start_from_coarser(const CoupledTask& task, ConstrainedMinimum& minimum, Displacement& u);
 
-/// Changes an elastic answer that breaks the limits to the least energy within them (see
-/// ConstrainedMinimum), and then to the nearest feasible state, of which strain energy, residual, reactions
-/// and message of the answer speak thereafter.
+/// If an elastic answer breaks the limits, changes it to the least energy within them (see
+/// ConstrainedMinimum) and then to the nearest feasible state. Strain energy, residual, reactions and message
+/// of the answer are those of that state.
 /// @param is_converged the answer is the elastic one; if false the state only becomes feasible
 /// @return    whether the answer is what was asked for
-bool obey_limits(const CoupledTask& task, PenalizedOperator& system, bool is_converged, Displacement& u,
-                 Answer& answer);
-/// The same with the operator of make_operator_within_limits(), if the answer breaks the limits.
 bool obey_limits(const CoupledTask& task, bool is_converged, Displacement& u, Answer& answer);
 
 } // namespace maille::deform

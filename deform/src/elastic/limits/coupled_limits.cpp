@@ -47,7 +47,7 @@ bool start_from_coarser(const CoupledTask& task, ConstrainedMinimum& minimum, Di
   start_from_coarser(coarse, coarse_minimum, v);
   Answer unused;
   coarse_minimum.solve(v, unused);
-  minimum.take_over(coarse_minimum);
+  minimum.begin_with(coarse_minimum);
   if (task.must_stop()) // half a coarse answer is worse than the finer elastic one
     return false;
   interpolate(scene->specimen, v.values(), task.scene.specimen, u.values(), task.team);
@@ -111,7 +111,7 @@ bool find_least_energy(const CoupledTask& task, PenalizedOperator& system, Displ
       task.kept->multipliers = std::move(multipliers);
     if (!is_found && goes_on && !task.must_stop())
       continue;
-    spare = minimum.give_away_field();
+    spare = minimum.release_residual();
     answer.algorithm +=
         goes_on ? ", limits by multipliers from the last answer on" : ", limits by multipliers";
     if (!is_found)
@@ -127,10 +127,8 @@ bool find_least_energy(const CoupledTask& task, PenalizedOperator& system, Displ
   return false;
 }
 
-} // namespace
-
-bool obey_limits(const CoupledTask& task, PenalizedOperator& system, bool is_converged, Displacement& u,
-                 Answer& answer) {
+bool enforce_limits(const CoupledTask& task, PenalizedOperator& system, bool is_converged, Displacement& u,
+                    Answer& answer) {
   answer.reaction.clear();
   Displacement spare; // forces, then the state before the projection
   answer.message =
@@ -144,12 +142,14 @@ bool obey_limits(const CoupledTask& task, PenalizedOperator& system, bool is_con
   return is_converged;
 }
 
+} // namespace
+
 bool obey_limits(const CoupledTask& task, bool is_converged, Displacement& u, Answer& answer) {
   if (!begins_within_limits(task) && !breaks_limits(task.scene, *task.limits, task.team, u, 0))
     return is_converged;
   const std::shared_ptr<PenalizedOperator> system =
       is_converged ? make_operator_within_limits(task) : std::make_shared<BodySystem>(task);
-  return obey_limits(task, *system, is_converged, u, answer);
+  return enforce_limits(task, *system, is_converged, u, answer);
 }
 
 } // namespace maille::deform

@@ -49,7 +49,6 @@ public:
   /// Rows of some layers only; planes at their ends have the rows that these layers touch.
   MaskedRows(const Specimen& body, LayerRange layers);
 
-  std::span<const NodeRow> node_rows() const { return node_rows_; }
   std::span<const NodeRow> rows_of_planes(PlaneRange planes) const {
     const auto before = [&](int plane) {
       return std::ranges::lower_bound(node_rows_, plane, {}, [](const NodeRow& row) { return row.first[2]; });

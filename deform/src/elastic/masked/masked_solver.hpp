@@ -40,7 +40,6 @@ public:
 
   void apply(const Displacement& u, Displacement& forces) override { elasticity_.apply(u, forces, team_); }
   void precondition(const Displacement& residual, Displacement& correction) override;
-  Displacement diagonal() const override { return elasticity_.diagonal(); }
   /// direction = about K^-1 residual, by conjugate gradients in float32, until the residual in the cycle's
   /// norm is `reduction` of the first, `most` iterations at most @pre as precondition()
   void find_direction(const Displacement& residual, int most, double reduction, Displacement& direction);

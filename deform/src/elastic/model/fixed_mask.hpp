@@ -2,8 +2,8 @@
 /// Which components of which nodes may not move: a byte per node, bit c for component c.
 ///
 /// Fixed are prescribed components and, where a specimen is given, all components of nodes without matter.
-/// Every solver, preconditioner and treatment of limits reads this one representation. Values are elsewhere:
-/// a mask compares equal for questions that prescribe other values at the same components.
+/// Solvers in float64, boxes, limits, ties and blocks read it. It has no values: questions that prescribe
+/// other values at the same components have equal masks.
 
 #include "maille/scene/arena.hpp"
 #include "maille/scene/scene.hpp"

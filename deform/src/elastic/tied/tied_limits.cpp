@@ -37,14 +37,6 @@ void LeastWithinLimits::apply(const Displacement& u, Displacement& forces) {
   links_.add_forces(u, penalty_, forces, model_.task().team);
 }
 
-Displacement LeastWithinLimits::diagonal() const {
-  Displacement diagonal = model_.diagonal();
-  const Displacement of_links = links_.diagonal();
-  for (std::size_t i = 0; i < diagonal.values().size(); ++i)
-    diagonal.values()[i] += penalty_ * of_links.values()[i];
-  return diagonal;
-}
-
 void LeastWithinLimits::find_residual(const Displacement& u, Displacement& residual) {
   apply(u, image_);
   for (std::size_t b = 0; b < 3; ++b)

@@ -48,7 +48,6 @@ private:
   void precondition(const Displacement& residual, Displacement& correction) override {
     model_.precondition(residual, correction);
   }
-  Displacement diagonal() const override;
   /// Loads and pulls of limits less what the body resists with.
   void find_residual(const Displacement& u, Displacement& residual);
   void take_state(Displacement& u, Answer& answer);

@@ -27,7 +27,7 @@ public:
     precondition_bodies(shared_, correction);
     ties_.bring_together(correction);
   }
-  Displacement diagonal() const final { return diagonal_; }
+  const Displacement& diagonal() const { return diagonal_; }
 
   /// Sets the weight of the links of `penalised` beside the operator.
   virtual void set_penalty(double) {}

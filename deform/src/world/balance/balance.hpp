@@ -79,7 +79,7 @@ struct BalancedObject {
   std::unique_ptr<Flexibility> flexibility;
   std::vector<std::int64_t> fixed;           ///< components that the flexibility has held, sorted
   std::vector<std::int64_t> kept;            ///< components that holds and handles have, sorted
-  bool is_kept = false;                      ///< these leave it no rigid motion
+  bool is_kept = false;                      ///< kept components allow no rigid motion
   std::vector<std::int64_t> first_component; ///< of the skin's nodes
   std::vector<std::int64_t> pulled;          ///< components that holds and handles keep of a body that floats
   Eigen::VectorXd displacement, unloaded;    ///< as it is, and without contacts; in its frame [m]
@@ -247,7 +247,8 @@ private:
   double furthest(const std::vector<Answered>& answers) const;
   void remember(double furthest, double not_done);
   double onwards(const std::vector<Answered>& answers);
-  /// Mixes them with those of earlier rounds. @return what these leave, where they do [m]
+  /// Mixes them with those of earlier rounds. @return the motion that is missing then; nothing if they stay
+  /// as they were [m]
   std::optional<double> mix(std::vector<Answered>& answers, double furthest);
   void share_forces(double part);
   /// Error of a pulled component at its prescribed value [m].
@@ -274,9 +275,10 @@ private:
   double not_done_ = 0;           ///< part of that
   std::vector<Eigen::Vector3d> forces_; ///< of contacts on objects, as the last round asked [N]
   double force_change_ = 0;             ///< of any of them by the last round [N]
-  /// Ways of rounds with the same contacts and what they asked for, shifts and turns from the first on.
+  /// Motions of rounds with the same contacts, and the answers that these asked for; shifts and turns since
+  /// the first.
   std::vector<std::pair<Eigen::VectorXd, std::vector<Answered>>> past_;
-  bool has_stalled_ = false; ///< mixing them does not get nearer
+  bool has_stalled_ = false; ///< mixing no longer reduces the motion
   std::vector<Key> pressed_; ///< contacts that pressed in the last round
   std::map<Key, Grip> grips_;
   double seconds_to_hand_back_ = 0;

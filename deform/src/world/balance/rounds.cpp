@@ -46,10 +46,10 @@ constexpr double nothing_over_cell = 1e-9;
 /// If a round would move free objects further than `too_far`, their drag rises by `drag_step`: an unstable
 /// state is left in small steps; large ones would amplify rounding.
 constexpr double too_far = 2, drag_step = 10, most_drag = 1e6;
-/// Rounds that are mixed at most.
+/// Largest number of rounds that are mixed.
 constexpr std::size_t most_mixed = 6;
-/// Mixing ends where its rounds leave this part of what the first of them wanted, and begins anew where one
-/// wants this much less than the next.
+/// Mixing stops if the last of its rounds still asks for more than this share of the first one's motion. It
+/// starts anew if a round asks for more than the inverse of it times the motion of the round before.
 constexpr double stalled = 0.5;
 /// Share of the largest force below which a force is left out of the mean of rounds.
 constexpr double forgotten = 1e-12;
@@ -218,8 +218,8 @@ void Balance::go(BalancedObject& one, const Answered& answered, double part) {
   });
 }
 
-/// Where contacts stay, a round is a smooth map of the state, and nearly linear: the mean of the last rounds
-/// whose ways cancel is near its fixed point.
+/// If contacts stay, a round is a smooth and nearly linear map of the state. The weighted mean of the last
+/// rounds whose motions cancel is near its fixed point.
 /// Source  Anderson 1965 (J. ACM 12)
 std::optional<double> Balance::mix(std::vector<Answered>& answers, double furthest) {
   std::vector<Key> keys;

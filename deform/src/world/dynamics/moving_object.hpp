@@ -26,9 +26,6 @@ struct MovingObject {
   Eigen::Matrix3d inertia_in_world(const Pose& pose) const {
     return pose.rotation * inertia * pose.rotation.transpose();
   }
-  Eigen::Vector3d velocity_at(const Pose& pose, const Eigen::Vector3d& x) const {
-    return velocity + spin.cross(x - place(pose));
-  }
   /// Changes both by an impulse at a point [N s]; nothing without mass.
   void push(const Pose& pose, const Eigen::Vector3d& at, const Eigen::Vector3d& impulse);
   /// Kinetic energy [J].

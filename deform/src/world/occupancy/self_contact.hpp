@@ -41,8 +41,6 @@ public:
   SelfContact(const Specimen& specimen, const PosedLattice& lattice, const BodyMatter& matter,
               const LinkLimits* limits);
 
-  /// Whether the body cannot cross itself, whatever it is asked: no step is ever looked at.
-  bool is_never() const { return is_never_; }
   /// Whether parts of the body that are far from one another in it can have come nearer than `margin` [m].
   /// @param displacement component after component of node after node
   bool may_meet(std::span<const double> displacement, double margin) const;

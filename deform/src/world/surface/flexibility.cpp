@@ -65,7 +65,7 @@ constexpr std::ptrdiff_t most_summed = 500;
 /// Columns that are found together.
 constexpr std::size_t columns_at_once = 48;
 
-/// A factor of the stiffness of what is not held.
+/// Cholesky factor of the stiffness of the free components.
 class FactorOfFree {
 public:
   explicit FactorOfFree(const std::vector<char>& is_fixed) {
@@ -73,7 +73,7 @@ public:
       if (is_fixed[i] == 0)
         free_.push_back(static_cast<Eigen::Index>(i));
   }
-  /// False where `factor` can't be made of the lower triangle.
+  /// @return false if the matrix is not positive definite
   bool make(std::unique_ptr<SparseCholesky> factor, const Eigen::SparseMatrix<double>& lower) {
     if (factor->factor(lower) > 0)
       factor_ = std::move(factor);

@@ -6,7 +6,7 @@
 /// on dense blocks of columns (supernodes): right for all that fills. It lies with its BLAS in
 /// maille-cholmod.so, which is opened for the first such factor.
 ///
-/// In steps: the analysis orders the rows and knows the price, factor() pays it.
+/// The analysis orders the rows and predicts the cost; factor() computes the factor.
 ///
 /// Source  Amestoy, Davis and Duff 1996 (minimum degree); Karypis and Kumar 1998 (nested dissection); Chen,
 ///         Davis, Hager and Rajamanickam 2008 (CHOLMOD)
@@ -30,10 +30,10 @@ public:
   virtual const char* name() const = 0;
   double n_numbers() const { return n_numbers_; }       ///< of the factor
   double n_operations() const { return n_operations_; } ///< sum of the squared numbers of its columns
-  std::int64_t bytes() const { return bytes_; }         ///< of the factor, with what its making needs
+  std::int64_t bytes() const { return bytes_; }         ///< of the factor and of its computation
   /// @param lower triangle, of the pattern that was analysed
   /// @return smallest over largest pivot; 0 where the matrix is not positive definite
-  /// @throws std::bad_alloc, and std::runtime_error where CHOLMOD fails otherwise
+  /// @throws std::bad_alloc; std::runtime_error if CHOLMOD fails otherwise
   virtual double factor(const Eigen::SparseMatrix<double>& lower) = 0;
   /// K^-1 right, within rounding, for each column; thirty together take CHOLMOD three times as long as one.
   /// @pre factor() gave more than 0
