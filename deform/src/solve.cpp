@@ -53,9 +53,9 @@ Answer solve_coupled_once(const Scene& scene, const Control& control) {
 
 /// Lower bound only; plan_limits() makes the real check.
 std::int64_t bytes_for_limits(const Scene& scene) {
-  // Ties add links with limits, and the fields of rounds.
+  // Ties add a hierarchy per component, active links, and fields.
   return bytes_at_least(scene) +
-         (scene.tied.ties.empty() ? 0 : 3 * scene.specimen.grid.n_nodes() * (3 * 80 + 3 * 64 + 12 * 8));
+         (scene.tied.ties.empty() ? 0 : 3 * scene.specimen.grid.n_nodes() * (64 + 336 + 120));
 }
 
 constexpr std::array<Way, 6> ways{{{Method::limits, solve_limits_of_any, bytes_for_limits, false},

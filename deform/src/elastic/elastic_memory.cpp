@@ -47,9 +47,11 @@ bool is_tied(const Scene& scene) {
   return !scene.tied.ties.empty() || !scene.sliding.empty();
 }
 
-/// Links of ties, multipliers and fields of rounds, which the limits of ties double.
-double bytes_of_ties(const Scene& scene, bool binds, double each) {
-  return !is_tied(scene) ? 0 : bytes_of_components(scene, each + (binds ? 360 : 0));
+/// Hierarchies per component, projected fields, and multipliers of limits.
+double bytes_of_ties(const Scene& scene, bool binds, double levels, double each) {
+  return !is_tied(scene)
+             ? 0
+             : bytes_of_fields(scene, levels) + bytes_of_components(scene, each + (binds ? 336 : 0));
 }
 
 double bytes_of_box(const Scene& scene) {
@@ -97,7 +99,7 @@ std::int64_t bytes_for_relaxed(const Scene& scene) {
                        bytes_of_components(scene, is_uniform ? 0 : 16) +
                        bytes_of_components(scene, scene.has_loads() ? 8 : 0) +
                        (differs_by_cell(scene) ? 76 * static_cast<double>(body.grid.n_cells()) : 0) +
-                       bytes_of_ties(scene, binds, 313);
+                       bytes_of_ties(scene, binds, 280, 120);
   // The search for the scale of taut limits is over before the answer is made.
   return std::max(with_answer(scene, binds, bytes), binds ? bytes_at_least(scene) : 0);
 }
@@ -116,7 +118,7 @@ std::int64_t bytes_for_coupled(const Scene& scene) {
   return with_answer(scene, binds,
                      (binds ? std::max(body, of_limits) : body) + (in_blocks(scene) ? of_blocks : 0) +
                          (scene.relaxation.extrapolation == Extrapolation::none ? 0 : of_nested) +
-                         bytes_of_ties(scene, binds, 73));
+                         bytes_of_ties(scene, binds, binds ? 190 : 0, 73));
 }
 
 std::int64_t bytes_for_coupled(const Scene& scene, int n_ranks) {

@@ -162,11 +162,13 @@ void Relaxation::stay_within(ComponentwiseSolver& solver, const List<double>& fo
   const CoupledTask task{
       scene_, control_, clipping_.prescribed, team_, clock_, [this] { return must_stop(); }, &*limits_};
   ComponentwiseSystem system(task, moduli_, solver, component);
-  ConstrainedMinimum minimum(task, system, moduli_, {component});
+  Loads loads;
+  loads[static_cast<std::size_t>(component)] = forces;
+  ConstrainedMinimum minimum(task, system, moduli_, {component}, std::move(loads));
   const std::span<double> all = answer_.displacement.component(component);
   Displacement u(1, all.size());
   std::ranges::copy(all, u.values().begin());
-  if (!minimum.solve(u, answer_) && !stopped_)
+  if (!minimum.solve(u, scene_.relaxation.tolerance, answer_) && !stopped_)
     stopped_ = Status::budget_reached;
   std::ranges::copy(u.values(), all.begin());
   answer_.residual = std::max(answer_.residual, std::min(1.0, minimum.error()));

@@ -183,8 +183,8 @@ void expect_any_start_serves(Scene scene) {
   ASSERT_TRUE(solve_coupled_body(task, general));
   BodySystem body(task);
   const CellModuli moduli(scene);
-  ConstrainedMinimum minimum(task, body, moduli, all_components(scene));
-  ASSERT_TRUE(minimum.solve(general.displacement, general));
+  ConstrainedMinimum minimum(task, body, moduli, all_components(scene), loads_of(scene));
+  ASSERT_TRUE(minimum.solve(general.displacement, scene.relaxation.tolerance, general));
   Displacement forces(scene.specimen.grid);
   body.apply(general.displacement, forces);
   general.strain_energy = 0.5 * test::product(general.displacement, forces);

@@ -25,15 +25,17 @@ List<FixedNode> fixed_nodes(const std::vector<Prescribed>& prescribed, int compo
 ComponentwisePreconditioner::ComponentwisePreconditioner(const Scene& scene, const CellModuli& moduli,
                                                          const std::vector<int>& components,
                                                          const std::vector<Prescribed>& prescribed,
-                                                         ThreadTeam& team)
-    : scene_(scene), moduli_(moduli), prescribed_(prescribed), team_(team) {
+                                                         ThreadTeam& team,
+                                                         std::optional<List<NodalSpring>> springs)
+    : scene_(scene), moduli_(moduli), prescribed_(prescribed), team_(team),
+      has_own_springs_(springs.has_value()), springs_(springs ? *std::move(springs) : nodal_springs(scene)) {
   for (const int component : components)
     parts_.emplace_back().component = component;
 }
 
 void ComponentwisePreconditioner::set_up(Part& part) const {
   part.solver.reset(); // its memory first
-  if (part.penalties.empty()) {
+  if (part.penalties.empty() && !has_own_springs_) {
     part.solver = std::make_unique<ComponentwiseSolver>(scene_, moduli_, part.component,
                                                         fixed_nodes(prescribed_, part.component), team_);
     return;
@@ -42,7 +44,7 @@ void ComponentwisePreconditioner::set_up(Part& part) const {
     part.unit = largest_weight(scene_, moduli_, part.component);
     part.weights = weights_per_link(scene_, moduli_, part.component, part.unit);
     part.fixed = fixed_nodes(prescribed_, part.component);
-    part.is_loose = loose_nodes(scene_, part.fixed, springs_of(scene_, part.component, 1));
+    part.is_loose = loose_nodes(scene_, part.fixed, springs_along(springs_, part.component, 1));
   }
   const Grid& grid = scene_.specimen.grid;
   const std::int64_t row_stride = padded_row(grid.nodes()[0]);
@@ -57,7 +59,7 @@ void ComponentwisePreconditioner::set_up(Part& part) const {
   }
   part.solver =
       std::make_unique<ComponentwiseSolver>(scene_, std::move(weights), part.unit, part.fixed, part.is_loose,
-                                            springs_of(scene_, part.component, part.unit), team_);
+                                            springs_along(springs_, part.component, part.unit), team_);
 }
 
 ComponentwiseSolver& ComponentwisePreconditioner::solver_of(Part& part) const {

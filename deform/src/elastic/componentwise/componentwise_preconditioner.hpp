@@ -8,6 +8,7 @@
 #include "elastic/model/lattice_elasticity.hpp"
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace maille::deform {
@@ -17,10 +18,11 @@ namespace maille::deform {
 /// Set up when it is first used. Same bits for any number of threads.
 class ComponentwisePreconditioner {
 public:
-  /// All but `components` must outlive this.
+  /// All but `components` and `springs` must outlive this. @param springs to the ground, ascending by node;
+  /// null: the scene's
   ComponentwisePreconditioner(const Scene& scene, const CellModuli& moduli,
                               const std::vector<int>& components, const std::vector<Prescribed>& prescribed,
-                              ThreadTeam& team);
+                              ThreadTeam& team, std::optional<List<NodalSpring>> springs = {});
 
   /// These links have penalties from now on, and no others. Components for which nothing changes stay.
   void set_penalties(const List<PenaltyLink>& links);
@@ -48,6 +50,8 @@ private:
   const CellModuli& moduli_;
   const std::vector<Prescribed>& prescribed_;
   ThreadTeam& team_;
+  bool has_own_springs_;
+  List<NodalSpring> springs_;
   std::vector<Part> parts_;
 };
 

@@ -133,9 +133,9 @@ LinkWeights weights_per_link(const Scene& scene, const CellModuli& moduli, int c
   return weights;
 }
 
-Anchors springs_of(const Scene& scene, int component, double unit) {
+Anchors springs_along(const List<NodalSpring>& springs, int component, double unit) {
   Anchors anchors;
-  for (const NodalSpring& spring : nodal_springs(scene))
+  for (const NodalSpring& spring : springs)
     if (const double stiffness = spring.stiffness(component, component); stiffness > 0)
       anchors.emplace_hint(anchors.end(), spring.node, stiffness / unit);
   return anchors;

@@ -61,11 +61,11 @@ List<FixedNode> with_loose_ones(const List<FixedNode>& fixed, const std::vector<
 
 ComponentwiseSolver::ComponentwiseSolver(const Scene& scene, const CellModuli& moduli, int component,
                                          List<FixedNode> fixed, ThreadTeam& team)
-    : ComponentwiseSolver(scene,
-                          link_weights(scene, moduli, component, largest_weight(scene, moduli, component)),
-                          largest_weight(scene, moduli, component), fixed,
-                          loose_nodes(scene, fixed, springs_of(scene, component, 1)),
-                          springs_of(scene, component, largest_weight(scene, moduli, component)), team) {}
+    : ComponentwiseSolver(
+          scene, link_weights(scene, moduli, component, largest_weight(scene, moduli, component)),
+          largest_weight(scene, moduli, component), fixed,
+          loose_nodes(scene, fixed, springs_along(nodal_springs(scene), component, 1)),
+          springs_along(nodal_springs(scene), component, largest_weight(scene, moduli, component)), team) {}
 
 ComponentwiseSolver::ComponentwiseSolver(const Scene& scene, LinkWeights weights, double unit,
                                          List<FixedNode> fixed, std::vector<bool> is_loose, Anchors springs,

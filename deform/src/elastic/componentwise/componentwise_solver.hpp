@@ -114,8 +114,9 @@ LinkWeights weights_per_link(const Scene& scene, const CellModuli& moduli, int c
 /// The largest weight that a link inside any cell's matter has [N/m].
 double largest_weight(const Scene& scene, const CellModuli& moduli, int component);
 
-/// What springs to the ground do to a component at nodes, in units of `unit` [N/m].
-Anchors springs_of(const Scene& scene, int component, double unit);
+/// Stiffness of springs to the ground for one component, in units of `unit` [N/m]. @param springs ascending by
+/// node
+Anchors springs_along(const List<NodalSpring>& springs, int component, double unit);
 /// True if no spring to the ground joins components.
 bool springs_are_along_axes(const Scene& scene);
 

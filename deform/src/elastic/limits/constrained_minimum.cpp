@@ -25,14 +25,15 @@ constexpr double flat_enough = 0.05; ///< beside the slope at the start
 } // namespace
 
 ConstrainedMinimum::ConstrainedMinimum(const CoupledTask& task, PenalizedOperator& system,
-                                       const CellModuli& moduli, const std::vector<int>& components)
+                                       const CellModuli& moduli, const std::vector<int>& components,
+                                       Loads loads, double stiffer)
     : FieldGradients(components.size(), FixedMask(task.scene.specimen, task.prescribed).of(components),
                      FieldSums(task)),
       task_(task), system_(system) {
   links_.reserve(components.size());
   for (std::size_t k = 0; k < components.size(); ++k) {
-    loads_.push_back(nodal_forces(task.scene, components[k]));
-    links_.emplace_back(task.scene, moduli, *task.limits, components[k], fixed_, k, rho);
+    loads_.push_back(std::move(loads[static_cast<std::size_t>(components[k])]));
+    links_.emplace_back(task.scene, moduli, *task.limits, components[k], fixed_, k, stiffer * rho);
   }
 }
 
@@ -170,7 +171,7 @@ bool ConstrainedMinimum::goes_on_from(double product) {
   }
   gap_ = gap();
   error_ = Nearness{product, gap_}.error(energy_);
-  if (error_ <= task_.scene.relaxation.tolerance)
+  if (error_ <= tolerance_)
     is_found_ = true;
   else if (!(product > 0)) { // at the minimum for these multipliers, but for rounding
     ++answer_->iterations;
@@ -210,8 +211,9 @@ bool ConstrainedMinimum::goes_on_after(double, double product) {
   return false;
 }
 
-bool ConstrainedMinimum::solve(Displacement& u, Answer& answer) {
+bool ConstrainedMinimum::solve(Displacement& u, double tolerance, Answer& answer) {
   begin(system_, u);
+  tolerance_ = tolerance;
   answer_ = &answer;
   last_iteration_ = answer.iterations + most_coupled_iterations;
   find_residual();

@@ -37,14 +37,16 @@ namespace maille::deform {
 /// Checked by  coupled_limits_test.cpp, relaxed_test.cpp
 class ConstrainedMinimum : private FieldGradients, private GradientWatch {
 public:
-  /// All but `components` must outlive this. @param components that are solved for, one or all; fields have
-  /// no others @param moduli whose links weigh as the penalties do. @pre task.limits
+  /// All but `components` and `loads` must outlive this. @param components that are solved for, one or all;
+  /// fields have no others @param moduli whose links weigh as the penalties do @param stiffer factor on the
+  /// penalties, for a K that is not of these links. @pre task.limits
   ConstrainedMinimum(const CoupledTask& task, PenalizedOperator& system, const CellModuli& moduli,
-                     const std::vector<int>& components);
+                     const std::vector<int>& components, Loads loads, double stiffer = 1);
 
-  /// Changes `u`, which holds the prescribed values, and adds to the answer's iterations. @return false if
-  /// stopped
-  bool solve(Displacement& u, Answer& answer);
+  /// Changes `u`, which holds the prescribed values, and adds to the answer's iterations.
+  /// @param tolerance of error()
+  /// @return false if stopped
+  bool solve(Displacement& u, double tolerance, Answer& answer);
   /// Begins with the multipliers of the same body on every second node.
   void begin_with(const ConstrainedMinimum& coarse);
   /// Begins with those of an earlier answer for the same body.
@@ -80,7 +82,8 @@ private:
   const CoupledTask& task_;
   PenalizedOperator& system_;
   std::vector<List<double>> loads_; ///< per component [N]; empty: none along it
-  std::vector<ActiveLinks> links_;  ///< likewise
+  double tolerance_ = 0;
+  std::vector<ActiveLinks> links_; ///< likewise
   List<PenaltyLink> penalties_;
   bool has_penalties_ = false;
   double rounding_ = 0; ///< links outside by less are within [m]

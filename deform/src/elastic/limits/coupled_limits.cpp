@@ -43,10 +43,10 @@ bool start_from_coarser(const CoupledTask& task, ConstrainedMinimum& minimum, Di
     v(p.component, p.node) = p.value;
   const CellModuli moduli(*scene);
   const std::shared_ptr<PenalizedOperator> system = make_operator_within_limits(coarse);
-  ConstrainedMinimum coarse_minimum(coarse, *system, moduli, all_components(*scene));
+  ConstrainedMinimum coarse_minimum(coarse, *system, moduli, all_components(*scene), loads_of(*scene));
   start_from_coarser(coarse, coarse_minimum, v);
   Answer unused;
-  coarse_minimum.solve(v, unused);
+  coarse_minimum.solve(v, scene->relaxation.tolerance, unused);
   minimum.begin_with(coarse_minimum);
   if (task.must_stop()) // half a coarse answer is worse than the finer elastic one
     return false;
@@ -98,12 +98,12 @@ bool find_least_energy(const CoupledTask& task, PenalizedOperator& system, Displ
   for (const bool goes_on : {true, false}) {
     if (goes_on && !has_multipliers)
       continue;
-    ConstrainedMinimum minimum(task, system, moduli, all_components(task.scene));
+    ConstrainedMinimum minimum(task, system, moduli, all_components(task.scene), loads_of(task.scene));
     if (goes_on)
       minimum.begin_with(task.kept->multipliers);
     else if (start_from_coarser(task, minimum, u))
       answer.algorithm += ", from coarser bodies";
-    const bool is_found = minimum.solve(u, answer);
+    const bool is_found = minimum.solve(u, task.scene.relaxation.tolerance, answer);
     answer.residual = minimum.error();
     List<KeptMultiplier> multipliers = is_found ? minimum.multipliers() : List<KeptMultiplier>();
     const std::size_t n_pulling = multipliers.size();

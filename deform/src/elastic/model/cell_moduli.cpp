@@ -19,6 +19,8 @@ Vec3 weights_of(const Scene& scene, std::int64_t cell) {
 }
 
 CellModuli::Table diagonal_of(const Scene& scene, std::int64_t cell, CellModuli::Weights which) {
+  if (which == CellModuli::Weights::equal)
+    return {{{1, 1, 1}, {1, 1, 1}, {1, 1, 1}}};
   const Vec3 weights = which == CellModuli::Weights::of_relaxed ? weights_of(scene, cell) : Vec3{1, 1, 1};
   const Eigen::MatrixXd C = scene.cell_stiffness(cell);
   CellModuli::Table table{};

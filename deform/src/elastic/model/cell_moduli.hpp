@@ -14,8 +14,8 @@ class CellModuli {
 public:
   using Table = std::array<std::array<double, 3>, 3>;
 
-  /// Whether the materials' relaxed_weights count.
-  enum class Weights { none, of_relaxed };
+  /// Whether the materials' relaxed_weights count; equal: every modulus is 1 Pa.
+  enum class Weights { none, of_relaxed, equal };
   explicit CellModuli(const Scene& scene, Weights weights = Weights::none);
 
   /// True if every cell of the grid holds the same matter.

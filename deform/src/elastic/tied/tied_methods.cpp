@@ -1,7 +1,6 @@
 #include "elastic/tied/tied_methods.hpp"
 
 #include "control/method.hpp"
-#include "elastic/componentwise/componentwise_preconditioner.hpp"
 #include "elastic/krylov/flexible_gradients.hpp"
 #include "elastic/links/interval_field.hpp"
 #include "elastic/tied/tied_limits.hpp"
@@ -27,82 +26,103 @@ namespace {
 
 constexpr std::int64_t nodes_worth_threads = 8000;
 
+/// The links of the componentwise model, per component.
+using Links = std::array<std::unique_ptr<ComponentwiseLevel>, 3>;
+
 /// The componentwise model, and springs of any direction.
 class RelaxedModel : public TiedModel {
 public:
-  RelaxedModel(const CoupledTask& task, const CellModuli& moduli, const TiedLinks& links)
-      : TiedModel(task, with_springs(links.diagonal(), nodal_springs(task.scene))), links_(links),
-        springs_(nodal_springs(task.scene)) {
-    const List<NodalSpring> soft = springs_at_ties(task.scene, diagonal());
-    for (int b = 0; b < 3; ++b) {
-      const double unit = largest_weight(task.scene, moduli, b);
-      Anchors anchors;
-      for (const NodalSpring& spring : soft)
-        if (spring.stiffness(b, b) > 0)
-          anchors.emplace_hint(anchors.end(), spring.node, spring.stiffness(b, b) / unit);
-      List<FixedNode> fixed = fixed_nodes(task.prescribed, b);
-      std::vector<bool> loose = loose_nodes(task.scene, fixed, anchors);
-      bodies_[static_cast<std::size_t>(b)] = std::make_unique<ComponentwiseSolver>(
-          task.scene, weights_per_link(task.scene, moduli, b, unit), unit, std::move(fixed), std::move(loose),
-          std::move(anchors), task.team);
-    }
-  }
+  RelaxedModel(const CoupledTask& task, CellModuli moduli)
+      : RelaxedModel(task, links_of(task.scene, moduli), std::move(moduli)) {}
 
   void apply(const Displacement& u, Displacement& forces) override {
-    std::ranges::fill(forces.values(), 0.0);
-    links_.add_forces(u, 1, forces, task().team);
+    for (std::size_t b = 0; b < 3; ++b)
+      task().team.run(links_[b]->n_planes(), [&](int z, int) {
+        find_forces(*links_[b], z, u.component(b).data(), 1, forces.component(b).data());
+      });
     for (const NodalSpring& spring : springs_) {
       const Vec3 pull = pull_of(spring, u);
       for (std::size_t b = 0; b < 3; ++b)
         forces(b, spring.node) -= pull[b];
     }
   }
+  /// Of the links [J].
+  double energy(const Displacement& u) const {
+    double sum = 0;
+    for (std::size_t b = 0; b < 3; ++b)
+      for (int z = 0; z < links_[b]->n_planes(); ++z)
+        sum += energy_of_plane(*links_[b], z, u.component(b).data());
+    return sum;
+  }
 
 private:
-  static Displacement with_springs(Displacement diagonal, const List<NodalSpring>& springs) {
-    for (const NodalSpring& spring : springs)
+  RelaxedModel(const CoupledTask& task, Links&& links, CellModuli&& moduli)
+      : RelaxedModel(task, std::move(links), std::move(moduli), diagonal_of(task.scene, links)) {}
+  RelaxedModel(const CoupledTask& task, Links&& links, CellModuli&& moduli, const Displacement& diagonal)
+      : TiedModel(task, std::move(moduli), diagonal, springs_at_ties(task.scene, diagonal)),
+        links_(std::move(links)), springs_(nodal_springs(task.scene)) {}
+  static Links links_of(const Scene& scene, const CellModuli& moduli) {
+    const Index3 nodes = level_nodes(scene.specimen.grid);
+    Links links;
+    for (int b = 0; b < 3; ++b) {
+      std::array<std::vector<double>, 3> place;
+      for (std::size_t a = 0; a < 3; ++a)
+        for (int i = 0; i < nodes[a]; ++i)
+          place[a].push_back(i);
+      links[static_cast<std::size_t>(b)] = std::make_unique<ComponentwiseLevel>(
+          nodes, std::move(place), weights_per_link(scene, moduli, b, 1), List<FixedNode>());
+    }
+    return links;
+  }
+  static Displacement diagonal_of(const Scene& scene, const Links& links) {
+    Displacement diagonal(scene.specimen.grid);
+    for (std::size_t b = 0; b < 3; ++b)
+      for (std::size_t i = 0; i < diagonal.n_nodes(); ++i)
+        diagonal(b, i) = links[b]->diagonal(links[b]->node_at(static_cast<std::int64_t>(i)));
+    for (const NodalSpring& spring : nodal_springs(scene))
       for (int b = 0; b < 3; ++b)
         diagonal(b, spring.node) += spring.stiffness(b, b);
     return diagonal;
   }
-  void precondition_bodies(const Displacement& residual, Displacement& correction) override {
-    for (std::size_t b = 0; b < 3; ++b) {
-      ComponentwiseSolver& body = *bodies_[b];
-      body.precondition(residual.component(b), correction.component(b));
-      for (std::int64_t i = 0; body.has_loose_nodes() && i < std::ssize(residual.component(b)); ++i)
-        if (body.is_loose(i))
-          correction(b, i) = residual(b, i) / body.stiffness_at(i);
-    }
-  }
 
-  const TiedLinks& links_;
+  Links links_;
   List<NodalSpring> springs_;
-  std::array<std::unique_ptr<ComponentwiseSolver>, 3> bodies_;
 };
 
-/// Half the squares of all movements.
+/// Half the squares of all movements, in units in which the preconditioner's links weigh about as much.
 class MovementModel : public TiedModel {
 public:
-  MovementModel(const CoupledTask& task, const TiedLinks& links)
-      : TiedModel(task, ones(task.scene.specimen.grid)), of_links_(links.diagonal()) {}
-
-  void apply(const Displacement& u, Displacement& forces) override { forces = u; }
-  void set_penalty(double penalty) override { penalty_ = penalty; }
+  MovementModel(const CoupledTask& task, CellModuli moduli)
+      : MovementModel(task, std::move(moduli), movement_stiffness(task.scene)) {}
+  void apply(const Displacement& u, Displacement& forces) override {
+    for (std::size_t i = 0; i < forces.values().size(); ++i)
+      forces.values()[i] = stiffness_ * u.values()[i];
+  }
 
 private:
-  static Displacement ones(const Grid& grid) {
+  MovementModel(const CoupledTask& task, CellModuli moduli, double stiffness)
+      : TiedModel(task, std::move(moduli), everywhere(task.scene.specimen.grid, stiffness),
+                  springs_everywhere(task.scene.specimen, stiffness)),
+        stiffness_(stiffness) {}
+  /// As stiff as the shortest wave of links along every axis.
+  static double movement_stiffness(const Scene& scene) {
+    const Vec3 weight = weight_per_modulus(scene.specimen.grid);
+    return 4 * (weight[0] + weight[1] + weight[2]);
+  }
+  static Displacement everywhere(const Grid& grid, double value) {
     Displacement all(grid);
-    std::ranges::fill(all.values(), 1.0);
+    std::ranges::fill(all.values(), value);
     return all;
   }
-  void precondition_bodies(const Displacement& residual, Displacement& correction) override {
-    for (std::size_t b = 0; b < 3; ++b)
-      for (std::size_t i = 0; i < residual.n_nodes(); ++i)
-        correction(b, i) = fixed()(b, i) ? 0 : residual(b, i) / (1 + penalty_ * of_links_(b, i));
+  static List<NodalSpring> springs_everywhere(const Specimen& body, double stiffness) {
+    List<NodalSpring> springs;
+    for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node)
+      if (body.is_node(body.grid.node_at(node)))
+        springs.push_back({node, stiffness * Eigen::Matrix3d::Identity()});
+    return springs;
   }
 
-  Displacement of_links_;
-  double penalty_ = 0;
+  double stiffness_;
 };
 
 /// One question: its limits, what they permit of it, and when to stop.
@@ -164,9 +184,7 @@ Answer TiedQuestion::ended(bool is_converged) {
 
 Answer TiedQuestion::relaxed() {
   const CoupledTask task = this->task();
-  const CellModuli moduli(scene_, CellModuli::Weights::of_relaxed);
-  TiedLinks links = links_of_matter(scene_, moduli);
-  RelaxedModel model(task, moduli, links);
+  RelaxedModel model(task, CellModuli(scene_, CellModuli::Weights::of_relaxed));
   const Loads loads = loads_of(scene_);
   Displacement& u = answer_.displacement = task.initial_state();
   model.ties().bring_together(u);
@@ -181,41 +199,32 @@ Answer TiedQuestion::relaxed() {
   }
   bool is_converged = end == CoupledRound::finished;
   if (limits_ && breaks_limits(scene_, *limits_, team_, u, 0)) {
-    answer_.algorithm += ", limits by alternating directions";
-    is_converged = keep_within_limits(model, links, loads, 1, true, u, answer_) && is_converged;
+    answer_.algorithm += ", limits by multipliers";
+    is_converged = keep_within_limits(model, loads, 1, true, u, answer_) && is_converged;
   } else {
     Displacement forces(scene_.specimen.grid);
     model.apply(u, forces);
-    for (std::size_t b = 0; b < 3; ++b)
-      for (std::size_t i = 0; i < loads[b].size(); ++i)
-        forces(b, i) -= loads[b][i];
+    subtract_loads(loads, forces);
     answer_.reaction = reactions_of_tied(model, forces);
   }
-  Displacement forces(scene_.specimen.grid);
-  links.add_forces(u, 1, forces, team_);
-  double twice = 0;
-  for (std::size_t i = 0; i < u.values().size(); ++i)
-    twice += u.values()[i] * forces.values()[i];
-  answer_.strain_energy = 0.5 * twice;
+  answer_.strain_energy = model.energy(u);
   return ended(is_converged);
 }
 
 Answer TiedQuestion::least_movement() {
   const CoupledTask task = this->task();
-  TiedLinks links(scene_, [](const Index3&, int, int) { return 1.0; });
-  MovementModel model(task, links);
+  MovementModel model(task, CellModuli(scene_, CellModuli::Weights::equal));
   Displacement& u = answer_.displacement = task.initial_state();
   model.ties().bring_together(u);
-  answer_.algorithm = "least movement by alternating directions on bodies that slide";
+  answer_.algorithm = "least movement by multipliers on bodies that slide";
   answer_.seconds.setup = clock_.seconds();
   if (largest_entry(u) == 0)
     return ended(true);
-  // What balances the slowest wave along the body and the quickest, 12: see Boyd et al., section 3.
+  // Limits of links act on waves as long as the body, whose stretches are that much smaller than movements.
   const Index3& n = scene_.specimen.grid.cells();
-  const double longest = std::max({n[0], n[1], scene_.tied.planes});
-  const double penalty = longest / (std::numbers::pi * std::sqrt(12.0));
-  const bool is_converged = keep_within_limits(model, links, Loads{}, penalty, false, u, answer_);
-  return ended(is_converged);
+  const double longest = std::max({n[0], n[1], scene_.tied.planes}) / std::numbers::pi;
+  const double stiffer = 12 * longest * longest;
+  return ended(keep_within_limits(model, Loads{}, stiffer, false, u, answer_));
 }
 
 } // namespace

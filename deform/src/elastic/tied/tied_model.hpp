@@ -1,24 +1,31 @@
 #pragma once
-/// What conjugate gradients among displacements in which tied nodes move together go around.
+/// The operator of bodies whose nodes are tied: conjugate gradients and limits go around it.
+///
+/// K is that of the bodies; ties are constraints, eliminated by TiedNodes. The preconditioner treats single
+/// bodies, each held by springs where it is tied, and brings their answers together: a Neumann-Neumann method
+/// whose coarse space is in the springs. Single bodies are preconditioned by the componentwise model, which
+/// knows the penalties of limits; a kind of K may have a better way as long as there are none.
 
-#include "elastic/krylov/coupled_task.hpp"
-#include "elastic/krylov/elastic_operator.hpp"
+#include "elastic/componentwise/componentwise_preconditioner.hpp"
 #include "elastic/tied/tied_nodes.hpp"
 
 #include <algorithm>
 #include <utility>
-#include <vector>
 
 namespace maille::deform {
 
-/// Preconditioned by single bodies, each held softly where it is tied, and their answers brought together:
-/// what a Neumann-Neumann method does with its coarse space in the springs.
-class TiedModel : public ElasticOperator {
+class TiedModel : public PenalizedOperator {
 public:
-  /// @param task outlives it; @param diagonal of the operator [N/m]
-  TiedModel(const CoupledTask& task, Displacement diagonal)
-      : task_(task), fixed_(task.scene.specimen, task.prescribed), diagonal_(std::move(diagonal)),
-        ties_(task.scene.tied, fixed_, diagonal_), shared_(task.scene.specimen.grid) {}
+  /// @param task outlives it
+  /// @param moduli of the links that precondition, and that limits penalise
+  /// @param diagonal of K [N/m]
+  /// @param springs to the ground that hold single bodies, ascending by node
+  TiedModel(const CoupledTask& task, CellModuli moduli, const Displacement& diagonal,
+            List<NodalSpring> springs)
+      : task_(task), fixed_(task.scene.specimen, task.prescribed), moduli_(std::move(moduli)),
+        ties_(task.scene.tied, fixed_, diagonal), shared_(task.scene.specimen.grid),
+        bodies_(task.scene, moduli_, all_components(task.scene), task.prescribed, task.team,
+                std::move(springs)) {}
 
   void precondition(const Displacement& residual, Displacement& correction) final {
     shared_ = residual;
@@ -27,25 +34,26 @@ public:
     precondition_bodies(shared_, correction);
     ties_.bring_together(correction);
   }
-  const Displacement& diagonal() const { return diagonal_; }
-
-  /// Sets the weight of the links of `penalised` beside the operator.
-  virtual void set_penalty(double) {}
+  void set_penalties(const List<PenaltyLink>& links) override { bodies_.set_penalties(links); }
 
   const CoupledTask& task() const { return task_; }
   const TiedNodes& ties() const { return ties_; }
   const FixedMask& fixed() const { return fixed_; }
+  const CellModuli& moduli() const { return moduli_; }
 
 protected:
   /// Preconditions the bodies without ties. @param correction 0 at first
-  virtual void precondition_bodies(const Displacement& residual, Displacement& correction) = 0;
+  virtual void precondition_bodies(const Displacement& residual, Displacement& correction) {
+    bodies_.precondition(residual, correction);
+  }
 
 private:
   const CoupledTask& task_;
   FixedMask fixed_;
-  Displacement diagonal_;
+  CellModuli moduli_;
   TiedNodes ties_;
   Displacement shared_;
+  ComponentwisePreconditioner bodies_;
 };
 
 } // namespace maille::deform

@@ -21,20 +21,19 @@ namespace {
 /// Full elasticity, and what rubs.
 class TiedSystem : public TiedModel {
 public:
-  explicit TiedSystem(const CoupledTask& task) : TiedSystem(task, LatticeElasticity(task.scene, task.team)) {
-    held_softly_.set_springs(springs_at_ties(task.scene, diagonal()));
-    multigrid_ = std::make_unique<MaskedMultigrid>(
-        std::make_unique<MaskedLevel>(task.scene, held_softly_, task.prescribed, task.team),
-        relaxation_steps(largest_contrast(task.scene)), task.team);
-    of_single_bodies_ =
-        std::make_unique<MaskedSystem>(task.scene.specimen.grid, held_softly_, *multigrid_, task.team);
-  }
+  explicit TiedSystem(const CoupledTask& task) : TiedSystem(task, LatticeElasticity(task.scene, task.team)) {}
 
   void apply(const Displacement& u, Displacement& forces) override {
     elasticity_.apply(u, forces, task().team);
     for (const NodeTie& tie : task().scene.tied.ties)
       if (tie.spring > 0)
         add_rub(tie, rub_of(tie, u), forces, -1);
+  }
+  /// From here on the componentwise model preconditions, which knows penalties.
+  void set_penalties(const List<PenaltyLink>& links) override {
+    of_single_bodies_.reset();
+    multigrid_.reset();
+    TiedModel::set_penalties(links);
   }
   /// @param pulls  by tie, of springs between its nodes
   FlexibleGradients gradients(const std::vector<Vec3>& pulls) const {
@@ -50,11 +49,23 @@ public:
   Loads forces_of_loads(const std::vector<Vec3>& pulls) const;
 
 private:
-  TiedSystem(const CoupledTask& task, LatticeElasticity elasticity)
-      : TiedModel(task, elasticity.diagonal()), elasticity_(std::move(elasticity)), held_softly_(task.scene) {
+  TiedSystem(const CoupledTask& task, LatticeElasticity&& elasticity)
+      : TiedSystem(task, std::move(elasticity), elasticity.diagonal()) {}
+  TiedSystem(const CoupledTask& task, LatticeElasticity&& elasticity, const Displacement& diagonal)
+      : TiedModel(task, CellModuli(task.scene), diagonal, springs_at_ties(task.scene, diagonal)),
+        elasticity_(std::move(elasticity)), held_softly_(task.scene) {
+    held_softly_.set_springs(springs_at_ties(task.scene, diagonal));
+    multigrid_ = std::make_unique<MaskedMultigrid>(
+        std::make_unique<MaskedLevel>(task.scene, held_softly_, task.prescribed, task.team),
+        relaxation_steps(largest_contrast(task.scene)), task.team);
+    of_single_bodies_ =
+        std::make_unique<MaskedSystem>(task.scene.specimen.grid, held_softly_, *multigrid_, task.team);
   }
   void precondition_bodies(const Displacement& residual, Displacement& correction) override {
-    of_single_bodies_->precondition(residual, correction);
+    if (of_single_bodies_)
+      of_single_bodies_->precondition(residual, correction);
+    else
+      TiedModel::precondition_bodies(residual, correction);
   }
   static void add_rub(const NodeTie& tie, const Vec3& rub, Displacement& forces, double factor) {
     for (std::size_t b = 0; b < 3; ++b) {
@@ -65,7 +76,7 @@ private:
 
   LatticeElasticity elasticity_, held_softly_;
   std::unique_ptr<MaskedMultigrid> multigrid_;
-  std::unique_ptr<MaskedSystem> of_single_bodies_;
+  std::unique_ptr<MaskedSystem> of_single_bodies_; ///< null within limits
 };
 
 Loads TiedSystem::forces_of_loads(const std::vector<Vec3>& pulls) const {
@@ -89,10 +100,7 @@ Loads TiedSystem::forces_of_loads(const std::vector<Vec3>& pulls) const {
 Displacement TiedSystem::beyond_loads(const Displacement& u, const std::vector<Vec3>& pulls) {
   Displacement forces(task().scene.specimen.grid);
   apply(u, forces);
-  const auto loads = forces_of_loads(pulls);
-  for (std::size_t b = 0; b < 3; ++b)
-    for (std::size_t i = 0; i < loads[b].size(); ++i)
-      forces(b, i) -= loads[b][i];
+  subtract_loads(forces_of_loads(pulls), forces);
   return forces;
 }
 
@@ -114,12 +122,9 @@ double TiedSystem::energy(const Displacement& u) const {
 
 /// Corrects an elastic state that breaks limits. @return as keep_within_limits()
 bool obey_limits(TiedSystem& system, Answer& answer) {
-  const Scene& scene = system.task().scene;
-  const CellModuli moduli(scene);
-  TiedLinks links = links_of_matter(scene, moduli);
-  answer.algorithm += ", limits by alternating directions";
+  answer.algorithm += ", limits by multipliers";
   const bool is_found =
-      keep_within_limits(system, links, system.forces_of_loads({}), 1, true, answer.displacement, answer);
+      keep_within_limits(system, system.forces_of_loads({}), 1, true, answer.displacement, answer);
   answer.strain_energy = system.energy(answer.displacement);
   return is_found;
 }
