@@ -1,8 +1,7 @@
 #include "elastic/elastic_methods.hpp"
 
-#include "control/method.hpp"
 #include "elastic/corotated/coupled_blocks.hpp"
-#include "elastic/krylov/coupled_task.hpp"
+#include "elastic/elastic_run.hpp"
 #include "elastic/krylov/kept_body.hpp"
 #include "elastic/ladder/ladder.hpp"
 #include "elastic/limits/constrained_minimum.hpp"
@@ -10,7 +9,6 @@
 #include "elastic/masked/slabs.hpp"
 #include "elastic/nested/nested_lattices.hpp"
 #include "elastic/tied/tied_solver.hpp"
-#include "feasible/feasible_set.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/mechanics/friction.hpp"
 #include "maille/scene/plausibility.hpp"
@@ -26,97 +24,44 @@ namespace maille::deform {
 
 namespace {
 
-constexpr std::int64_t nodes_worth_threads = 30000, nodes_worth_threads_in_3d = 8000;
-
-class CoupledSolve {
+class CoupledRun : private ElasticRun {
 public:
   /// @param kept  null: nothing
-  CoupledSolve(const Scene& scene, const Control& control, KeptBody* kept);
+  CoupledRun(const Scene& scene, const Control& control, KeptBody* kept)
+      : ElasticRun(scene, control, "coupled", scene.limits_bind_coupled(),
+                   kept != nullptr ? &kept->team() : nullptr),
+        kept_(kept) {}
   Answer run();
 
 private:
-  bool must_stop();
   bool keeps_answers() const {
     return kept_ != nullptr && !kept_->begins_anew && scene_.relaxation.extrapolation == Extrapolation::none;
   }
 
-  const Scene& scene_;
-  const Control& control_;
-  Clock clock_;
   KeptBody* kept_;
-  std::optional<ThreadTeam> own_team_; ///< where nothing is kept
-  ThreadTeam& team_;
-  std::optional<LinkLimits> limits_; ///< where they bind
-  Clipping clipping_;
-  Charge of_clipping_;
-  Answer answer_;
-  std::optional<Status> stopped_;
 };
 
-CoupledSolve::CoupledSolve(const Scene& scene, const Control& control, KeptBody* kept)
-    : scene_(scene), control_(control), kept_(kept),
-      team_(kept != nullptr ? kept->team() : own_team_.emplace(coupled_threads(scene, control))),
-      of_clipping_(charge_of_clipping(scene)) {
-  answer_.method = "coupled";
-  clipping_.prescribed = scene.prescribed;
-  if (scene.limits_bind_coupled()) {
-    limits_.emplace(scene);
-    if (!permit_all_that_is_prescribed(*limits_, scene))
-      clipping_ = FeasibleSet(scene, *limits_, control.threads).clip();
-  }
-}
-
-bool CoupledSolve::must_stop() {
-  if (stopped_)
-    return true;
-  stopped_ = reason_to_stop(control_, clock_);
-  if (control_.communicator != nullptr) { // the first says it for all
-    int why = stopped_ ? static_cast<int>(*stopped_) : -1;
-    share_from_first(*control_.communicator, std::span(&why, 1));
-    stopped_ = why < 0 ? std::nullopt : std::optional(static_cast<Status>(why));
-  }
-  return stopped_.has_value();
-}
-
-Answer CoupledSolve::run() {
+Answer CoupledRun::run() {
   Displacement start;
   if (keeps_answers())
     kept_->answers.find_start(scene_, clipping_.prescribed, start);
-  const CoupledTask task{scene_,
-                         control_,
-                         clipping_.prescribed,
-                         team_,
-                         clock_,
-                         [this] { return must_stop(); },
-                         limits_ ? &*limits_ : nullptr,
-                         start.empty() ? nullptr : &start,
-                         limits_ ? obey_limits : nullptr,
-                         kept_};
+  CoupledTask task = this->task();
+  task.start = start.empty() ? nullptr : &start;
+  task.limit_step = limits_ ? obey_limits : nullptr;
+  task.kept = kept_;
   const bool is_converged = solve_on_nested_lattices(task, coupled_algorithm(scene_), answer_);
   if (answer_.status == Status::failed)
     return std::move(answer_);
-  if (!is_converged && !stopped_)
-    stopped_ = Status::budget_reached;
   // The next run continues from an answer that a budget cut short.
   if (keeps_answers() && (is_converged || control_.seconds_budget))
     kept_->answers.add(scene_, answer_.displacement);
-  if (const std::string cut = describe(scene_, clipping_); !cut.empty())
-    answer_.message = answer_.message.empty() ? cut : cut + "; " + answer_.message;
-  answer_.n_cut = clipping_.n_cut;
-  answer_.status = stopped_ ? *stopped_ : clipping_.n_cut > 0 ? Status::clamped : Status::done;
-  answer_.seconds.solve = clock_.seconds() - answer_.seconds.setup;
-  return std::move(answer_);
+  return ended(is_converged);
 }
 
 } // namespace
 
 CoupledAlgorithm& coupled_algorithm(const Scene& scene) {
   return scene.tied.ties.empty() ? solve_on_ladder : solve_coupled_tied;
-}
-
-int coupled_threads(const Scene& scene, const Control& control) {
-  const auto worth = scene.dimension() == 3 ? nodes_worth_threads_in_3d : nodes_worth_threads;
-  return scene.specimen.grid.n_nodes() < worth ? 1 : std::max(1, control.threads);
 }
 
 std::string reason_to_refuse_coupled(const Scene& scene) {
@@ -149,12 +94,12 @@ Answer solve_coupled(const Scene& scene, const Control& control, KeptBody* kept)
     return refusal("coupled", std::move(reason));
   return in_arena("coupled", control, [&] {
     return in_blocks(scene) ? solve_coupled_in_blocks(scene, control)
-                            : CoupledSolve(scene, control, kept).run();
+                            : CoupledRun(scene, control, kept).run();
   });
 }
 
 Answer solve_carried(const Scene& scene, const Control& control, KeptBody& kept) {
-  return in_arena("coupled", control, [&] { return CoupledSolve(scene, control, &kept).run(); });
+  return in_arena("coupled", control, [&] { return CoupledRun(scene, control, &kept).run(); });
 }
 
 } // namespace maille::deform

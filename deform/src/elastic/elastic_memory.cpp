@@ -99,7 +99,7 @@ std::int64_t bytes_for_relaxed(const Scene& scene) {
                        bytes_of_components(scene, is_uniform ? 0 : 16) +
                        bytes_of_components(scene, scene.has_loads() ? 8 : 0) +
                        (differs_by_cell(scene) ? 76 * static_cast<double>(body.grid.n_cells()) : 0) +
-                       bytes_of_ties(scene, binds, 280, 120);
+                       bytes_of_ties(scene, binds, 380, 120);
   // The search for the scale of taut limits is over before the answer is made.
   return std::max(with_answer(scene, binds, bytes), binds ? bytes_at_least(scene) : 0);
 }

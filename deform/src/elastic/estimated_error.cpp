@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -25,7 +26,7 @@ namespace {
 constexpr double small_step = 0.05;
 constexpr int fewest_cycles = 2, most_cycles = 60, most_cycles_to_the_end = 600;
 /// 2 to the power of 1.5, see estimate_error.
-constexpr double halving_gains = 2.8284271247461903;
+constexpr double halving_gains = std::numbers::sqrt2 * 2;
 /// An error over its part that half the spacing takes away: 2 of order 1, 4/3 of order 2; here of an order in
 /// between, 1.3, as measured (docs/developers/relaxation.md). Where forces act along lines or at points, less
 /// goes with every halving.
@@ -64,7 +65,7 @@ private:
 };
 
 std::optional<Answer> Corrector::correct(const Scene& scene, const Displacement& start, bool to_the_end) {
-  ThreadTeam team(coupled_threads(scene, control_));
+  ThreadTeam team(elastic_threads(scene, control_));
   Answer answer;
   Displacement last = start;
   int calls = 0;

@@ -20,7 +20,7 @@ Answer KeptAnswers::answer(const Scene& scene, const Control& control) {
     return solve_coupled(scene, control);
   carried_ = std::move(fixed);
   const Arena::Open open(arena_);
-  const int threads = coupled_threads(scene, control);
+  const int threads = elastic_threads(scene, control);
   if (threads != threads_ || !is_of_body)
     body_.reset();
   if (!body_) {

@@ -1,7 +1,7 @@
 #include "elastic/elastic_methods.hpp"
 
-#include "control/method.hpp"
 #include "elastic/componentwise/componentwise_preconditioner.hpp"
+#include "elastic/elastic_run.hpp"
 #include "elastic/limits/constrained_minimum.hpp"
 #include "elastic/links/interval_field.hpp"
 #include "elastic/tied/tied_methods.hpp"
@@ -26,11 +26,8 @@ namespace maille::deform {
 
 namespace {
 
-/// Below this number of nodes a second thread costs more than it saves.
-constexpr std::int64_t nodes_worth_threads = 30000;
-
 /// One relaxation, component after component.
-class Relaxation {
+class Relaxation : private ElasticRun {
 public:
   Relaxation(const Scene& scene, const Control& control);
   Answer run();
@@ -47,48 +44,23 @@ private:
   void keep_energy(ComponentwiseSolver& solver, int component);
   void finish();
   Answer failure() const;
-  bool must_stop();
   double scale_of(std::span<const double> u) const;
 
-  const Scene& scene_;
-  const Control& control_;
-  Clock clock_;
-  std::optional<LinkLimits> limits_; ///< where the question asks for some
   CellModuli moduli_;
-  ThreadTeam team_;
-  Clipping clipping_;
-  Charge of_clipping_;
-  Answer answer_;
   std::array<double, 3> energy_{};
   std::array<bool, 3> is_feasible_{true, true, true};
   bool used_multipliers_ = false;
   double scale_ = 0; ///< largest displacement that is really prescribed [m]
-  double setup_ = 0; ///< seconds
-  std::optional<Status> stopped_;
 };
 
 Relaxation::Relaxation(const Scene& scene, const Control& control)
-    : scene_(scene), control_(control), moduli_(scene, CellModuli::Weights::of_relaxed),
-      team_(scene.specimen.grid.n_nodes() < nodes_worth_threads ? 1 : std::max(1, control.threads)),
-      of_clipping_(charge_of_clipping(scene)) {
-  clipping_.prescribed = scene.prescribed;
-  if (scene.limits_bind_relaxed()) {
-    limits_.emplace(scene);
-    if (!permit_all_that_is_prescribed(*limits_, scene))
-      clipping_ = FeasibleSet(scene, *limits_, control.threads).clip();
-  }
-  answer_.method = "relaxed";
+    : ElasticRun(scene, control, "relaxed", scene.limits_bind_relaxed()),
+      moduli_(scene, CellModuli::Weights::of_relaxed) {
   answer_.displacement = Displacement(scene.specimen.grid);
   answer_.reaction.assign(scene.prescribed.size(), 0);
   for (const Prescribed& p : clipping_.prescribed)
     scale_ = std::max(scale_, std::abs(p.value));
-  setup_ = clock_.seconds();
-}
-
-bool Relaxation::must_stop() {
-  if (!stopped_)
-    stopped_ = reason_to_stop(control_, clock_);
-  return stopped_.has_value();
+  answer_.seconds.setup = clock_.seconds();
 }
 
 double Relaxation::scale_of(std::span<const double> u) const {
@@ -120,7 +92,7 @@ void Relaxation::relax(int component) {
     return;
   const double before = clock_.seconds();
   ComponentwiseSolver solver(scene_, moduli_, component, std::move(fixed), team_);
-  setup_ += clock_.seconds() - before;
+  answer_.seconds.setup += clock_.seconds() - before;
   if (solver.has_loose_nodes())
     for (std::size_t node = 0; node < forces.size(); ++node)
       if (forces[node] != 0 && solver.is_loose(static_cast<std::int64_t>(node))) {
@@ -159,8 +131,7 @@ void Relaxation::stay_within(ComponentwiseSolver& solver, const List<double>& fo
   if (stopped_)
     return;
   used_multipliers_ = true;
-  const CoupledTask task{
-      scene_, control_, clipping_.prescribed, team_, clock_, [this] { return must_stop(); }, &*limits_};
+  const CoupledTask task = this->task();
   ComponentwiseSystem system(task, moduli_, solver, component);
   Loads loads;
   loads[static_cast<std::size_t>(component)] = forces;
@@ -212,8 +183,6 @@ void Relaxation::finish() {
         keep_energy(weights, component);
       }
   }
-  if (was_cut_short)
-    answer_.reaction.clear();
   answer_.strain_energy = energy_[0] + energy_[1] + energy_[2];
 }
 
@@ -229,12 +198,7 @@ Answer Relaxation::run() {
   answer_.algorithm = fmt::format("elastic, {}, multigrid in conjugate gradients{}",
                                   moduli_.is_homogeneous_box() ? "homogeneous box" : "weights per link",
                                   used_multipliers_ ? ", limits by multipliers" : "");
-  answer_.status = stopped_ ? *stopped_ : clipping_.n_cut > 0 ? Status::clamped : Status::done;
-  answer_.n_cut = clipping_.n_cut;
-  answer_.message = describe(scene_, clipping_);
-  answer_.seconds.setup = setup_;
-  answer_.seconds.solve = clock_.seconds() - setup_;
-  return std::move(answer_);
+  return ended(true);
 }
 
 Answer Relaxation::failure() const {

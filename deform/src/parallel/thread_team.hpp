@@ -69,6 +69,12 @@ private:
   std::vector<std::thread> others_;
 };
 
+/// On fewer nodes a second thread costs more than it saves, where one pass takes some 10 ns a node.
+inline constexpr std::int64_t nodes_worth_threads = 4000;
+
+/// Rows that a thread takes at a time: fewer cost more for handing out, more leave threads idle at the end.
+inline constexpr int rows_per_item = 64;
+
 /// What for_parts() does in one go, a multiple of what vectors hold.
 inline constexpr std::size_t entries_of_part = 4096;
 constexpr std::size_t n_parts_of(std::size_t n) {

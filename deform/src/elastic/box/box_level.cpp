@@ -59,8 +59,7 @@ Index3 cells_between(const std::array<std::vector<double>, 3>& place) {
 /// The largest eigenvalue of the operator over its diagonal on a small box of regular cells, a little rounded
 /// up. That of a larger box is no larger: it is a sum of such.
 double largest_eigenvalue_of_block(const BoxCoefficients& coefficients, const Index3& cells) {
-  constexpr int steps = 60;       // of the power method; it comes from below
-  constexpr double margin = 1.05; // for what is left then
+  constexpr int steps = 60; // of the power method; it comes from below
   BoxOperator A;
   A.coefficients = coefficients;
   std::array<AlignedArray<double>, 3> axis;
@@ -100,7 +99,7 @@ double largest_eigenvalue_of_block(const BoxCoefficients& coefficients, const In
     for (double& value : u)
       value *= scale;
   }
-  return margin * largest;
+  return safety_of_eigenvalue * largest;
 }
 
 } // namespace
@@ -246,7 +245,6 @@ void BoxLevel::invert_diagonal() {
 }
 
 std::array<bool, 3> axes_to_coarsen(const Index3& nodes, const BoxCoefficients& coefficients) {
-  constexpr double enough = 0.35; // of the strongest: semicoarsening below
   double strength[3] = {0, 0, 0}, strongest = 0;
   for (int a = 0; a < 3; ++a)
     if (nodes[of(a)] > 2) {
@@ -254,9 +252,9 @@ std::array<bool, 3> axes_to_coarsen(const Index3& nodes, const BoxCoefficients& 
         strength[a] += coefficients.strain[i][a][i][a];
       strongest = std::max(strongest, strength[a]);
     }
-  return {strength[0] > 0 && strength[0] >= enough * strongest,
-          strength[1] > 0 && strength[1] >= enough * strongest,
-          strength[2] > 0 && strength[2] >= enough * strongest};
+  return {strength[0] > 0 && strength[0] >= share_of_strongest * strongest,
+          strength[1] > 0 && strength[1] >= share_of_strongest * strongest,
+          strength[2] > 0 && strength[2] >= share_of_strongest * strongest};
 }
 
 std::uint8_t BoxLevel::coarse_fixed_at(int x, int y, int z) const {

@@ -27,7 +27,7 @@ std::int64_t box_coarsest_bytes(const Eigen::Matrix<double, 6, 6>& C, const Grid
 
 class BoxLevel {
 public:
-  static constexpr std::int64_t nodes_worth_threads = 4000;
+  static constexpr std::int64_t nodes_worth_threads = deform::nodes_worth_threads;
   using Stiffness = Eigen::Matrix<double, 6, 6>;
 
   /// @param place of the nodes along each axis [m], all intervals but the last equally long

@@ -59,8 +59,7 @@ BoxBody& BoxSolver::body_of(const CoupledTask& task, std::unique_ptr<BoxBody>& o
 
 BoxSolver::BoxSolver(const CoupledTask& task)
     : MixedSolver(task), body_(body_of(task, own_)), system_(task.scene, *body_.multigrid, body_.unit) {
-  constexpr int expected_iterations = 15;
-  begin(body_.unit, expected_iterations, body_.smallest_eigenvalue);
+  begin(body_.unit, body_.smallest_eigenvalue);
 }
 
 double BoxSolver::work_of_loads() {

@@ -222,7 +222,6 @@ double ComponentwiseLevel::strength(int axis) const {
 }
 
 std::vector<bool> ComponentwiseLevel::axes_to_coarsen() const {
-  constexpr double share_of_strongest = 0.35; // docs/theory.md, section 2
   double strongest = 0;
   std::array<double, 3> strengths{};
   for (int axis = 0; axis < 3; ++axis) {

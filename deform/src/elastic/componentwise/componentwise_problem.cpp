@@ -142,10 +142,10 @@ Anchors springs_along(const List<NodalSpring>& springs, int component, double un
 }
 
 bool springs_are_along_axes(const Scene& scene) {
-  constexpr double rounding = 1e-9;
   return std::ranges::all_of(nodal_springs(scene), [&](const NodalSpring& spring) {
     const Eigen::Matrix3d& k = spring.stiffness;
-    return std::max({std::abs(k(0, 1)), std::abs(k(0, 2)), std::abs(k(1, 2))}) <= rounding * k.trace();
+    return std::max({std::abs(k(0, 1)), std::abs(k(0, 2)), std::abs(k(1, 2))}) <=
+           rounding_of_data * k.trace();
   });
 }
 

@@ -230,13 +230,13 @@ void ComponentwiseSolver::apply(std::span<const double> u, std::span<double> for
 
 /// Whether sums of fixed values and forces stay far from the ends of float32.
 bool ComponentwiseSolver::fits_float32() const {
-  constexpr double large = 1e30, small = 1e-30;
+  constexpr double large = 1e30;
   double largest = 0;
   for (const FixedNode& fixed : multigrid_->finest().fixed())
     largest = std::max(largest, std::abs(fixed.value));
   for (const double force : forces_)
     largest = std::max(largest, std::abs(force));
-  return largest == 0 || (largest > small && largest < large);
+  return largest == 0 || (largest > 1 / large && largest < large);
 }
 
 /// Without forces no displacement is beyond the fixed ones. Float32 may say otherwise where weights differ so

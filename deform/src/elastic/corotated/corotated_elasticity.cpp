@@ -47,7 +47,7 @@ Vector3d turn_by_moment(const Matrix3d& U, const Vector3d& m) {
 /// are zero.
 template<int dimension>
 struct CorotatedElasticity::Cell {
-  static constexpr int corners = 1 << dimension;
+  static constexpr int corners = corners_of_cell<dimension>;
   using Corners = Eigen::Matrix<double, 3, corners>;
 
   Corners u, force;

@@ -16,7 +16,6 @@ namespace maille::deform {
 
 namespace {
 
-constexpr std::int64_t nodes_worth_threads = 3000;
 /// Bisections for the share of moves and loads that limits grant: to 3 %.
 constexpr int halvings = 5;
 
@@ -43,7 +42,7 @@ Answer relaxed_in_blocks(const Scene& scene, const Control& control, double* fra
                          const Solve& solve) {
   const Clock clock;
   std::optional<Status> stopped;
-  ThreadTeam team(scene.specimen.grid.n_nodes() < nodes_worth_threads ? 1 : std::max(1, control.threads));
+  ThreadTeam team(elastic_threads(scene, control));
   const CoupledTask task{scene, control, scene.prescribed, team, clock, [&] {
                            if (!stopped)
                              stopped = reason_to_stop(control, clock);

@@ -1,6 +1,7 @@
 #include "elastic/corotated/limits_in_blocks.hpp"
 
 #include "elastic/componentwise/componentwise_solver.hpp"
+#include "elastic/limits/active_links.hpp"
 #include "maille/scene/block_frames.hpp"
 
 #include <algorithm>
@@ -13,11 +14,6 @@ using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
 namespace {
-
-/// Over the links' own stiffness: the cycle knows penalties, so that much costs little.
-constexpr double rho = 100;
-/// Rebuild the multigrid when this share of the active links has changed since it was built.
-constexpr double enough_changes = 0.01;
 
 Vector3d at_rest(const Grid& grid, int axis) {
   return grid.spacing()[static_cast<std::size_t>(axis)] * Vector3d::Unit(axis);
@@ -95,8 +91,8 @@ double LimitsInBlocks::pull(const Pull& pull, const Displacement& u, const Corot
   Vector3d force = Vector3d::Zero();
   double energy = 0;
   for (std::size_t b = 0; b < d(); ++b) {
-    force[static_cast<Eigen::Index>(b)] = rho * pull.weight[b] * pull.excess[b];
-    energy += 0.5 * rho * pull.weight[b] * pull.excess[b] * pull.excess[b];
+    force[static_cast<Eigen::Index>(b)] = penalty_factor * pull.weight[b] * pull.excess[b];
+    energy += 0.5 * penalty_factor * pull.weight[b] * pull.excess[b] * pull.excess[b];
   }
   force = link.frame * force;
   for (int b = 0; b < scene_.dimension(); ++b) {
@@ -189,7 +185,7 @@ const List<PenaltyLink>& LimitsInBlocks::penalties() {
                  head = tail + static_cast<std::size_t>(scene_.specimen.grid.stride(pull.axis));
       has_penalty_[tail] = static_cast<std::uint16_t>(has_penalty_[tail] | bit(pull.axis, b));
       if (!fixed_(b, tail) || !fixed_(b, head))
-        penalties_.push_back({static_cast<int>(b), pull.axis, pull.tail, rho * pull.weight[b]});
+        penalties_.push_back({static_cast<int>(b), pull.axis, pull.tail, penalty_factor * pull.weight[b]});
     }
   return penalties_;
 }

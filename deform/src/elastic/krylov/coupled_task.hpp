@@ -72,7 +72,7 @@ CoupledAlgorithm solve_coupled_body;
 /// The one for the scene: solve_on_ladder, or that of bodies that slide.
 CoupledAlgorithm& coupled_algorithm(const Scene& scene);
 /// Number of threads worth using for a scene, of those that the caller allows.
-int coupled_threads(const Scene& scene, const Control& control);
+int elastic_threads(const Scene& scene, const Control& control);
 /// Why full elasticity has no answer to the scene; empty if it has.
 std::string reason_to_refuse_coupled(const Scene& scene);
 

@@ -13,10 +13,10 @@ namespace maille::deform {
 
 namespace {
 
-/// Iterations in which the best residual must be improved on, or nothing falls any more.
+/// Give up after this many iterations without a better residual.
 constexpr std::int64_t patience = 1000;
-/// Iterations without a better residual after which it is asked, and asked again, whether what is left is
-/// rounding.
+/// Compare the residual with its rounding after this many iterations without a better one, and again after
+/// as many.
 constexpr std::int64_t steps_between_doubts = 10;
 /// Residuals that are carried along drift away from the true ones by rounding.
 constexpr int steps_between_residuals = 50;

@@ -11,14 +11,15 @@ namespace {
 
 /// Float32 carries the correction for so much of a reduction of r . z; then the residual is found anew.
 constexpr double reduction_per_round = 1e-10;
-/// Residuals of other sizes are counted in other units, for the range of float32.
-constexpr double smallest_residual = 1e-8, largest_residual = 1e8;
+/// Residuals above it, or below its inverse, are counted in other units, for the range of float32.
+constexpr double largest_residual = 1e8;
+constexpr int usual_iterations = 30; ///< for the progress bar
 
 } // namespace
 
-MixedGradients::MixedGradients(const CoupledTask& task, const Loads& loads, double unit, int expected)
+MixedGradients::MixedGradients(const CoupledTask& task, const Loads& loads, double unit)
     : task_(task), has_loads_(std::ranges::any_of(loads, [](const auto& l) { return !l.empty(); })),
-      expected_(expected), scale_(task.scene.largest_prescribed()) {
+      scale_(task.scene.largest_prescribed()) {
   if (!(scale_ > 0)) // loads alone
     for (const auto& along : loads)
       for (const double load : along)
@@ -42,7 +43,8 @@ bool MixedGradients::goes_on() {
     return false;
   }
   if (task_.control.progress)
-    task_.control.progress(std::min(0.99, static_cast<double>(answer_->iterations) / expected_), "solving");
+    task_.control.progress(std::min(0.99, static_cast<double>(answer_->iterations) / usual_iterations),
+                           "solving");
   return true;
 }
 
@@ -95,7 +97,7 @@ CoupledRound MixedGradients::correct(Displacement& u) {
       scale_ = 1;
     MixedSolver::Residual residual = solver_->begin_round(u, scale_);
     if (residual.largest > 0 &&
-        (residual.largest < smallest_residual || residual.largest > largest_residual)) {
+        (residual.largest < 1 / largest_residual || residual.largest > largest_residual)) {
       scale_ *= residual.largest;
       residual = solver_->begin_round(u, scale_);
     }
@@ -126,8 +128,8 @@ CoupledRound MixedGradients::solve(MixedSolver& solver, Displacement& u, Answer&
   return round_;
 }
 
-void MixedSolver::begin(double unit, int expected, double& smallest) {
-  gradients_ = std::make_unique<MixedGradients>(task_, loads_, unit, expected);
+void MixedSolver::begin(double unit, double& smallest) {
+  gradients_ = std::make_unique<MixedGradients>(task_, loads_, unit);
   smallest_ = &smallest;
   if (smallest > 0 && task_.kept != nullptr && !task_.kept->begins_anew)
     gradients_->begin_with(smallest);

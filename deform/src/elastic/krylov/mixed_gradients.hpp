@@ -20,8 +20,8 @@ class MixedSolver;
 /// level, or stalled.
 class MixedGradients : private GradientWatch {
 public:
-  /// @param unit of the body's forces per displacement [N/m] @param expected iterations, for the progress
-  MixedGradients(const CoupledTask& task, const Loads& loads, double unit, int expected);
+  /// @param unit of the body's forces per displacement [N/m]
+  MixedGradients(const CoupledTask& task, const Loads& loads, double unit);
 
   /// Unit of residuals, over the body's unit [m].
   double scale() const { return scale_; }
@@ -53,7 +53,6 @@ private:
 
   const CoupledTask& task_;
   bool has_loads_;
-  int expected_;
   MixedSolver* solver_ = nullptr;
   Answer* answer_ = nullptr;
   bool is_whole_ = false, knows_spectrum_ = false;
@@ -88,9 +87,9 @@ public:
 
 protected:
   explicit MixedSolver(const CoupledTask& task) : task_(task), loads_(loads_of(task.scene)) {}
-  /// @param unit, expected as MixedGradients has them @param smallest eigenvalue of the preconditioned
+  /// @param unit as MixedGradients has it @param smallest eigenvalue of the preconditioned
   /// operator that an earlier answer of this body has found; 0: none. Must outlive this
-  void begin(double unit, int expected, double& smallest);
+  void begin(double unit, double& smallest);
 
   friend class MixedGradients;
   struct Residual {

@@ -14,11 +14,6 @@ namespace maille::deform {
 
 namespace {
 
-/// Penalty over the links' own stiffness [1]: a higher one gives better multipliers, and costs iterations.
-/// Measured on boxes and a calf: 10 and 200 take up to twice as long.
-constexpr double rho = 50;
-/// Rebuild the preconditioner when this share of the active links has changed.
-constexpr double enough_changes = 0.01;
 constexpr int most_evaluations = 12; ///< of the slope along a direction
 constexpr double flat_enough = 0.05; ///< beside the slope at the start
 
@@ -33,7 +28,7 @@ ConstrainedMinimum::ConstrainedMinimum(const CoupledTask& task, PenalizedOperato
   links_.reserve(components.size());
   for (std::size_t k = 0; k < components.size(); ++k) {
     loads_.push_back(std::move(loads[static_cast<std::size_t>(components[k])]));
-    links_.emplace_back(task.scene, moduli, *task.limits, components[k], fixed_, k, stiffer * rho);
+    links_.emplace_back(task.scene, moduli, *task.limits, components[k], fixed_, k, stiffer * penalty_factor);
   }
 }
 

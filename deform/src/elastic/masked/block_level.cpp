@@ -1,3 +1,4 @@
+#include "elastic/componentwise/componentwise_level.hpp"
 #include "elastic/masked/masked_multigrid.hpp"
 #include "elastic/multigrid/chebyshev.hpp"
 
@@ -12,10 +13,9 @@ namespace maille::deform {
 
 namespace {
 
-/// Entries of n vertices, rounded up to a multiple of `whole` for the loops.
+/// Entries of n vertices, rounded up to whole lines for the loops.
 std::size_t entries_of(std::int32_t n) {
-  constexpr std::size_t whole = 16;
-  return (block_stride * static_cast<std::size_t>(n) + whole - 1) / whole * whole;
+  return static_cast<std::size_t>(padded_row(block_stride * n));
 }
 
 List<std::int64_t> usual_parts(std::size_t size) {

@@ -10,8 +10,6 @@ namespace maille::deform {
 
 namespace {
 
-constexpr std::int32_t rows_per_item = 64;
-
 /// Rows of the product, gathered block by block.
 struct ProductRows {
   List<std::int32_t> length, column;

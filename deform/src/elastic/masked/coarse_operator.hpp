@@ -16,9 +16,7 @@ namespace maille::deform {
 /// Calls work(first row, end) for parts of n rows.
 template<class Work>
 void for_rows(std::int32_t n, ThreadTeam& team, Work&& work) {
-  constexpr std::int32_t rows_worth_threads = 256, few = 2048;
-  const std::int32_t rows_per_item = n < few ? 32 : 64;
-  if (n < rows_worth_threads)
+  if (n < 4 * rows_per_item)
     work(0, n);
   else
     team.run((n + rows_per_item - 1) / rows_per_item,

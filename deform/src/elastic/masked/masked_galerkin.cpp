@@ -332,9 +332,7 @@ CoarseOperator MaskedLevel::galerkin_product(const CellComplex& fine, const Coar
     return numbers;
   };
   const auto slabs_for_threads = [&](const List<ComplexCell>& of, std::size_t first, std::size_t end) {
-    constexpr int slabs_worth_threads = 12, thickest = 4;
-    const int planes = (scene_.specimen.grid.cells()[2] + 1) / 2;
-    return slabs_of(numbered(first, end), of, std::clamp(planes / slabs_worth_threads, 1, thickest));
+    return slabs_of(numbered(first, end), of, PieceAssembly::planes_per_slab);
   };
   // The pieces that its own rows are made of.
   const std::size_t first_known = shared == nullptr ? 0 : shared->first_known(),

@@ -121,16 +121,15 @@ public:
   /// Calls work(first entry, how many, part) for parts of the entries of a field.
   template<class Work>
   void for_each_part(ThreadTeam& team, Work&& work) const {
-    team.run(n_parts(), [&](int part, int) {
-      const std::int64_t first = part * entries_per_part;
-      work(first, std::min(entries_per_part, field_size() - first), part);
-    });
+    for_parts(static_cast<std::size_t>(field_size()), team,
+              [&](std::size_t first, std::size_t end, std::size_t part) {
+                work(static_cast<std::int64_t>(first), static_cast<std::int64_t>(end - first),
+                     static_cast<int>(part));
+              });
   }
-  int n_parts() const { return static_cast<int>((field_size() + entries_per_part - 1) / entries_per_part); }
+  int n_parts() const { return static_cast<int>(n_parts_of(static_cast<std::size_t>(field_size()))); }
 
 private:
-  static constexpr std::int64_t entries_per_part = 8192;
-
   double sum_over_planes() { return slabs_.total(sums_); }
   template<class Finish>
   void apply_by_planes(const float* displacement, float* forces, ThreadTeam& team,

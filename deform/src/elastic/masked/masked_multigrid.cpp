@@ -243,7 +243,7 @@ void MaskedMultigrid::go_down_from_finest() {
 /// What vertices of the first coarser grid take part in, slot after slot: so nothing but the interpolation
 /// need be kept. Planes of nodes in slabs, of which those of every second one have no vertex in common.
 void MaskedMultigrid::add_up_residuals() {
-  constexpr int planes_per_slab = 4;
+  constexpr int planes_per_slab = Slabs::planes_per_unit;
   BlockLevel& coarse = level(0);
   std::ranges::fill(coarse.f.all(), 0.0F);
   const auto& pieces = coarse.A().pieces().pieces;

@@ -20,12 +20,11 @@ namespace {
 /// planes and of those next to them.
 template<class Visit>
 void for_each_row(const MaskedLevel& level, const Grid& grid, ThreadTeam& team, const Visit& visit) {
-  constexpr std::size_t rows_per_item = 64;
   const PlaneRange own = level.slabs().own();
   const auto rows = level.rows().rows_of_planes({own.first - 1, own.end + 1});
-  team.run(static_cast<int>((rows.size() + rows_per_item - 1) / rows_per_item), [&](int item, int) {
-    const std::size_t first = static_cast<std::size_t>(item) * rows_per_item;
-    for (const NodeRow& row : rows.subspan(first, std::min(rows_per_item, rows.size() - first)))
+  team.run((static_cast<int>(rows.size()) + rows_per_item - 1) / rows_per_item, [&](int item, int) {
+    const auto first = static_cast<std::size_t>(item * rows_per_item);
+    for (const NodeRow& row : rows.subspan(first, std::min<std::size_t>(rows_per_item, rows.size() - first)))
       for (std::size_t c = 0; c < 3; ++c)
         visit(c, static_cast<std::int64_t>(c) * level.component_stride() + row.slot,
               static_cast<std::size_t>(grid.node(row.first)), row.nodes);
@@ -169,8 +168,7 @@ MaskedBody& MaskedSolver::body_of(const CoupledTask& task, std::unique_ptr<Maske
 MaskedSolver::MaskedSolver(const CoupledTask& task)
     : MixedSolver(task), body_(body_of(task, own_)),
       system_(task.scene.specimen.grid, body_.elasticity, body_.multigrid, task.team) {
-  constexpr int expected_iterations = 30;
-  begin(body_.multigrid.finest().unit(), expected_iterations, body_.smallest_eigenvalue);
+  begin(body_.multigrid.finest().unit(), body_.smallest_eigenvalue);
   by_node_.resize(task.prescribed.size());
   std::iota(by_node_.begin(), by_node_.end(), 0);
   std::ranges::stable_sort(by_node_, {},
@@ -190,7 +188,6 @@ void MaskedSolver::find_forces(const Displacement& u, const Visit& visit) {
   const Grid& grid = task_.scene.specimen.grid;
   const PlaneRange own = level.slabs().own();
   const auto& prescribed = task_.scene.prescribed;
-  constexpr std::size_t rows_per_item = 16;
   struct Part {
     int plane;
     std::span<const NodeRow> rows;
@@ -205,7 +202,7 @@ void MaskedSolver::find_forces(const Displacement& u, const Visit& visit) {
     for (int plane = first_plane; plane < window.end_plane; ++plane)
       for (auto rows = level.rows().rows_of_planes({plane, plane + 1}); !rows.empty();
            rows = rows.subspan(parts.back().rows.size()))
-        parts.push_back({plane, rows.first(std::min(rows.size(), rows_per_item)), 0});
+        parts.push_back({plane, rows.first(std::min<std::size_t>(rows.size(), rows_per_item)), 0});
     task_.team.run(static_cast<int>(parts.size()), [&](int item, int) {
       Part& part = parts[static_cast<std::size_t>(item)];
       for (const NodeRow& row : part.rows)

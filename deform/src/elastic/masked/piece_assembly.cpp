@@ -122,7 +122,6 @@ struct ColumnsOfRows {
 
 BlockMatrix matrix_for(const List<Piece>& pieces, std::int32_t n_vertices, BlockMatrix others,
                        ThreadTeam& team) {
-  constexpr std::int32_t rows_per_item = 256;
   const auto n = static_cast<std::size_t>(n_vertices);
   const PiecesOfVertices of_vertices(pieces, n);
   std::vector<ColumnsOfRows> parts((n + rows_per_item - 1) / rows_per_item);

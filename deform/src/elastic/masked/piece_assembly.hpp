@@ -4,6 +4,7 @@
 #include "elastic/masked/block_matrix.hpp"
 #include "elastic/masked/cell_complex.hpp"
 #include "elastic/masked/coarse_operator.hpp"
+#include "elastic/masked/masked_rows.hpp"
 #include "parallel/thread_team.hpp"
 
 #include <Eigen/Core>
@@ -38,7 +39,7 @@ class PieceAssembly {
 public:
   /// Planes of pieces that are added up in one go: those of every second slab share no row, not even at
   /// hinges.
-  static constexpr int planes_per_slab = 3;
+  static constexpr int planes_per_slab = MaskedRows::planes_per_slab;
 
   /// Both must outlive this.
   PieceAssembly(const CellComplex& fine, const Coarsened& coarsened);

@@ -129,7 +129,7 @@ bool LatticeElasticity::number_kinds(std::int64_t begin, std::int64_t end, std::
                                      List<FirstOfKind>& first) {
   const Specimen& body = scene_.specimen;
   std::unordered_map<Matter, std::int32_t, HashOfMatter> known;
-  constexpr std::size_t n_thin = 8; // sets of axes
+  constexpr std::size_t n_thin = corners_of_cell<3>; // as many sets of axes
   std::vector<std::int32_t> known_without_direction(n_thin * scene_.materials.size(), -1);
   std::vector<bool> has_direction;
   for (const Material& material : scene_.materials)
@@ -173,10 +173,10 @@ void LatticeElasticity::find_kinds(ThreadTeam& team) {
     number_kinds(first_cell_, end_cell_, static_cast<std::size_t>(grid_.n_cells()), first);
   const Stiffnesses stiffnesses(*this);
   kinds_.resize(first.size());
-  constexpr std::size_t kinds_per_item = 32;
-  team.run(static_cast<int>((kinds_.size() + kinds_per_item - 1) / kinds_per_item), [&](int item, int) {
-    const std::size_t begin = static_cast<std::size_t>(item) * kinds_per_item;
-    for (std::size_t i = begin; i < std::min(begin + kinds_per_item, kinds_.size()); ++i)
+  const int n_kinds = static_cast<int>(kinds_.size());
+  team.run((n_kinds + rows_per_item - 1) / rows_per_item, [&](int item, int) {
+    const int end = std::min((item + 1) * rows_per_item, n_kinds);
+    for (auto i = static_cast<std::size_t>(item * rows_per_item); i < static_cast<std::size_t>(end); ++i)
       kinds_[i] = stiffnesses.kind_of(first[i].cell, first[i].thin);
   });
   if (kinds_.size() == 1)
@@ -245,7 +245,8 @@ LatticeElasticity::Kind LatticeElasticity::kind_for(const Stiffness& C, const Ma
 /// by bits x y z; u and force hold component after component.
 template<int dimension>
 void LatticeElasticity::add_cell(const Kind& kind, const double* u, double* force) const {
-  constexpr int corners = 1 << dimension, edges = corners / 2, n_strains = dimension * (dimension + 1) / 2;
+  constexpr int corners = corners_of_cell<dimension>, edges = corners / 2,
+                n_strains = dimension * (dimension + 1) / 2;
   const Vec3& h = grid_.spacing();
   double difference[dimension][dimension][edges]; // [axis][component][edge], over h
   double gradient[dimension][dimension];          // [axis][component], mean
@@ -329,7 +330,7 @@ LatticeElasticity::Nodes<const double> LatticeElasticity::all_of(const Displacem
 template<int dimension>
 void LatticeElasticity::apply_to_layer(const Nodes<const double>& u, const Nodes<double>& forces,
                                        int layer) const {
-  constexpr int corners = 1 << dimension;
+  constexpr int corners = corners_of_cell<dimension>;
   const Index3& cells = grid_.cells();
   const std::int64_t in_layer = grid_.n_cells() / cells[dimension - 1], first = layer * in_layer;
   std::int64_t offset[corners]; // of the corners from the first one, in the grid's numbers
@@ -433,7 +434,7 @@ template<class Planes>
 void LatticeElasticity::visit_windows(const Planes& planes_of, ThreadTeam& team, PlaneRange asked,
                                       const std::function<void(const Window&)>& visit) const {
   // The layer below a window is of an even number, which apply() takes before the one above it.
-  constexpr int planes_of_first = 3;
+  constexpr int planes_of_first = planes_per_window - 1;
   const int planes = grid_.nodes()[2];
   const std::int64_t in_plane = grid_.n_nodes() / planes;
   // Layers of cells reach one plane beyond the window, which is the next one's first.
@@ -502,7 +503,7 @@ void LatticeElasticity::for_each_window(const PutPlanes& put, ThreadTeam& team, 
 template<int dimension>
 Eigen::Matrix<double, 3, 1 << dimension>
 LatticeElasticity::cell_forces(std::int64_t cell, const Eigen::Matrix<double, 3, 1 << dimension>& u) const {
-  constexpr int corners = 1 << dimension;
+  constexpr int corners = corners_of_cell<dimension>;
   double of_u[dimension * corners], of_force[dimension * corners] = {};
   for (int b = 0; b < dimension; ++b)
     for (int corner = 0; corner < corners; ++corner)

@@ -16,6 +16,9 @@
 
 namespace maille::deform {
 
+template<int dimension>
+inline constexpr int corners_of_cell = 1 << dimension;
+
 /// The energy of a cell of volume V is
 ///
 ///   V / 2 eps : (C - alpha diag(E_a)) : eps  +  alpha / 2 sum over its edges of (V / n) E_a (d_a u_a)^2

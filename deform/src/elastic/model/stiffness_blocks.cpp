@@ -6,7 +6,7 @@ namespace maille::deform {
 
 template<int dimension>
 Eigen::MatrixXd cell_stiffness(const LatticeElasticity& elasticity, std::int64_t cell) {
-  constexpr int corners = 1 << dimension, n = dimension * corners;
+  constexpr int corners = corners_of_cell<dimension>, n = dimension * corners;
   Eigen::MatrixXd matrix(n, n);
   for (int column = 0; column < n; ++column) {
     Eigen::Matrix<double, 3, corners> u = Eigen::Matrix<double, 3, corners>::Zero();

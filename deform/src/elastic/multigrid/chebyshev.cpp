@@ -15,7 +15,6 @@ namespace {
 constexpr double damped_range_times_steps = 0.13;
 
 constexpr std::size_t steps_for_eigenvalue = 10;
-constexpr double safety_of_eigenvalue = 1.05;
 
 /// The steps of conjugate gradients.
 class Steps : public GradientWatch {

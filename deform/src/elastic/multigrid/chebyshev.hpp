@@ -9,6 +9,9 @@
 
 namespace maille::deform {
 
+/// On a largest eigenvalue that was found by iteration, which comes from below.
+inline constexpr double safety_of_eigenvalue = 1.05;
+
 /// Jacobi's weights whose product is Chebyshev's polynomial on the upper part of the spectrum.
 /// @param largest eigenvalue of inverse diagonal times operator, or a little more: beyond it the polynomial
 ///        grows fast

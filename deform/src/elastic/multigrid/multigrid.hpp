@@ -13,6 +13,10 @@
 
 namespace maille::deform {
 
+/// Axes whose links have at least this share of the strongest ones' stiffness are coarsened: relaxation
+/// smooths along those only (docs/theory.md, section 2).
+inline constexpr double share_of_strongest = 0.35;
+
 /// Where the relaxation of a level begins.
 struct CycleStart {
   bool from_coarser = false; ///< at what the next coarser level holds; else at nothing

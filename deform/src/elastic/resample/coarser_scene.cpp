@@ -1,7 +1,6 @@
-
-
 #include "elastic/resample/coarser_scene.hpp"
 
+#include "elastic/model/cell_moduli.hpp"
 #include "maille/scene/plausibility.hpp"
 
 #include <algorithm>
@@ -16,7 +15,6 @@ namespace {
 
 /// A body with fewer cells along an axis is not worth coarsening.
 constexpr int fewest_cells = 4;
-constexpr double rounding = 1e-9; // of the largest value
 
 /// What most of the cells of a coarse cell hold, and the fibres of the first of them.
 void coarsen_matter(const Specimen& fine, Specimen& coarse) {
@@ -173,7 +171,7 @@ bool is_same_prescribed(const Scene& coarse, const Scene& fine, const std::vecto
       if (p.component != component)
         continue;
       const double mean = mean_around(coarse.specimen.grid, value, fine.specimen.grid.node_at(p.node));
-      if (!(std::abs(mean - p.value) <= rounding * largest))
+      if (!(std::abs(mean - p.value) <= rounding_of_data * largest))
         return false;
       ++n;
     }
@@ -222,7 +220,7 @@ bool is_same_traction(const Scene& coarse, const Scene& fine) {
     double difference = 0;
     for (std::size_t i = 0; i < 3; ++i)
       difference = std::max(difference, std::abs(p.second[i] - q.second[i]));
-    return p.first == q.first && difference <= rounding * largest;
+    return p.first == q.first && difference <= rounding_of_data * largest;
   });
 }
 

@@ -1,10 +1,9 @@
 #include "elastic/tied/tied_methods.hpp"
 
-#include "control/method.hpp"
+#include "elastic/elastic_run.hpp"
 #include "elastic/krylov/flexible_gradients.hpp"
 #include "elastic/links/interval_field.hpp"
 #include "elastic/tied/tied_limits.hpp"
-#include "feasible/feasible_set.hpp"
 #include "maille/scene/plausibility.hpp"
 
 #include <fmt/format.h>
@@ -23,8 +22,6 @@
 namespace maille::deform {
 
 namespace {
-
-constexpr std::int64_t nodes_worth_threads = 8000;
 
 /// The links of the componentwise model, per component.
 using Links = std::array<std::unique_ptr<ComponentwiseLevel>, 3>;
@@ -125,64 +122,14 @@ private:
   double stiffness_;
 };
 
-/// One question: its limits, what they permit of it, and when to stop.
-class TiedQuestion {
+class TiedRun : public ElasticRun {
 public:
-  TiedQuestion(const Scene& scene, const Control& control, bool limits_bind, std::string method)
-      : scene_(scene), control_(control),
-        team_(scene.specimen.grid.n_nodes() < nodes_worth_threads ? 1 : std::max(1, control.threads)) {
-    answer_.method = std::move(method);
-    clipping_.prescribed = scene.prescribed;
-    if (!limits_bind)
-      return;
-    limits_.emplace(scene);
-    if (!permit_all_that_is_prescribed(*limits_, scene))
-      clipping_ = FeasibleSet(scene, *limits_, control.threads).clip();
-  }
+  using ElasticRun::ElasticRun;
   Answer relaxed();
   Answer least_movement();
-
-private:
-  CoupledTask task() {
-    return {scene_,
-            control_,
-            clipping_.prescribed,
-            team_,
-            clock_,
-            [this] { return must_stop(); },
-            limits_ ? &*limits_ : nullptr};
-  }
-  bool must_stop() {
-    if (!stopped_)
-      stopped_ = reason_to_stop(control_, clock_);
-    return stopped_.has_value();
-  }
-  Answer ended(bool is_converged);
-
-  const Scene& scene_;
-  const Control& control_;
-  Clock clock_;
-  ThreadTeam team_;
-  std::optional<LinkLimits> limits_;
-  Clipping clipping_;
-  Answer answer_;
-  std::optional<Status> stopped_;
 };
 
-Answer TiedQuestion::ended(bool is_converged) {
-  if (!is_converged && !stopped_)
-    stopped_ = Status::budget_reached;
-  if (stopped_)
-    answer_.reaction.clear();
-  if (const std::string cut = describe(scene_, clipping_); !cut.empty())
-    answer_.message = answer_.message.empty() ? cut : cut + "; " + answer_.message;
-  answer_.n_cut = clipping_.n_cut;
-  answer_.status = stopped_ ? *stopped_ : clipping_.n_cut > 0 ? Status::clamped : Status::done;
-  answer_.seconds.solve = clock_.seconds() - answer_.seconds.setup;
-  return std::move(answer_);
-}
-
-Answer TiedQuestion::relaxed() {
+Answer TiedRun::relaxed() {
   const CoupledTask task = this->task();
   RelaxedModel model(task, CellModuli(scene_, CellModuli::Weights::of_relaxed));
   const Loads loads = loads_of(scene_);
@@ -211,7 +158,7 @@ Answer TiedQuestion::relaxed() {
   return ended(is_converged);
 }
 
-Answer TiedQuestion::least_movement() {
+Answer TiedRun::least_movement() {
   const CoupledTask task = this->task();
   MovementModel model(task, CellModuli(scene_, CellModuli::Weights::equal));
   Displacement& u = answer_.displacement = task.initial_state();
@@ -232,12 +179,12 @@ Answer TiedQuestion::least_movement() {
 Answer solve_relaxed_tied(const Scene& scene, const Control& control) {
   if (const std::string motion = remaining_rigid_motion(scene); !motion.empty())
     return refusal("relaxed", motion + ": hold or move more of it");
-  return TiedQuestion(scene, control, scene.limits_bind_relaxed(), "relaxed").relaxed();
+  return TiedRun(scene, control, "relaxed", scene.limits_bind_relaxed()).relaxed();
 }
 
 Answer solve_limits_tied(const Scene& scene, const Control& control) {
   return in_arena("limits", control,
-                  [&] { return TiedQuestion(scene, control, true, "limits").least_movement(); });
+                  [&] { return TiedRun(scene, control, "limits", true).least_movement(); });
 }
 
 } // namespace maille::deform
