@@ -8,7 +8,7 @@
 #include "elastic/links/interval_field.hpp"
 #include "elastic/masked/slabs.hpp"
 #include "elastic/nested/nested_lattices.hpp"
-#include "elastic/tied/tied_solver.hpp"
+#include "elastic/tied/tied_methods.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/mechanics/friction.hpp"
 #include "maille/scene/plausibility.hpp"

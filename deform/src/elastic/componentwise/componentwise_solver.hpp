@@ -114,8 +114,8 @@ LinkWeights weights_per_link(const Scene& scene, const CellModuli& moduli, int c
 /// The largest weight that a link inside any cell's matter has [N/m].
 double largest_weight(const Scene& scene, const CellModuli& moduli, int component);
 
-/// Stiffness of springs to the ground for one component, in units of `unit` [N/m]. @param springs ascending by
-/// node
+/// Stiffness of springs to the ground for one component, in units of `unit` [N/m].
+/// @param springs ascending by node
 Anchors springs_along(const List<NodalSpring>& springs, int component, double unit);
 /// True if no spring to the ground joins components.
 bool springs_are_along_axes(const Scene& scene);

@@ -1,4 +1,4 @@
-#include "elastic/tied/tied_limits.hpp"
+#include "elastic/tied/tied_model.hpp"
 
 #include "control/method.hpp"
 #include "elastic/limits/constrained_minimum.hpp"

@@ -3,7 +3,7 @@
 #include "elastic/elastic_run.hpp"
 #include "elastic/krylov/flexible_gradients.hpp"
 #include "elastic/links/interval_field.hpp"
-#include "elastic/tied/tied_limits.hpp"
+#include "elastic/tied/tied_model.hpp"
 #include "maille/scene/plausibility.hpp"
 
 #include <fmt/format.h>
@@ -43,7 +43,7 @@ public:
         forces(b, spring.node) -= pull[b];
     }
   }
-  /// Of the links [J].
+  /// Energy of the links [J].
   double energy(const Displacement& u) const {
     double sum = 0;
     for (std::size_t b = 0; b < 3; ++b)

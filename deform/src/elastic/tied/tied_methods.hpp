@@ -1,7 +1,8 @@
 #pragma once
-/// `relaxed` and `limits` of bodies whose nodes are tied along any direction, where components feel each
-/// other by the ties alone.
+/// `coupled`, `relaxed` and `limits` of bodies whose nodes are tied in pairs, along any direction: labels
+/// that slide on each other. In `relaxed` and `limits` components feel each other by the ties alone.
 
+#include "elastic/krylov/coupled_task.hpp"
 #include "maille/scene/answer.hpp"
 
 namespace maille::deform {
@@ -24,5 +25,14 @@ Answer solve_relaxed_tied(const Scene& scene, const Control& control);
 /// @pre scene in 3D with ties and limits
 /// @return as solve_relaxed_tied
 Answer solve_limits_tied(const Scene& scene, const Control& control);
+
+/// Conjugate gradients in float64 among displacements in which tied nodes move together, around the multigrid
+/// of the bodies by themselves, each held softly where it is tied, and their answers brought together: what a
+/// Neumann-Neumann method does with its coarse space in the springs. With friction in rounds, see Friction.
+///
+/// @pre scene in 3D, with ties, no limits bind and no blocks
+/// Source  Mandel 1993 (Commun. Numer. Methods Eng. 9), balancing by weights of the diagonal
+/// Checked by  tests/deform/elastic/anatomy_conditions_test.cpp
+CoupledAlgorithm solve_coupled_tied;
 
 } // namespace maille::deform

@@ -1,11 +1,11 @@
-#include "elastic/tied/tied_solver.hpp"
+#include "elastic/tied/tied_methods.hpp"
 
 #include "control/method.hpp"
 #include "elastic/krylov/flexible_gradients.hpp"
 #include "elastic/links/interval_field.hpp"
 #include "elastic/masked/masked_solver.hpp"
 #include "elastic/multigrid/chebyshev.hpp"
-#include "elastic/tied/tied_limits.hpp"
+#include "elastic/tied/tied_model.hpp"
 #include "maille/scene/mechanics/friction.hpp"
 
 #include <algorithm>
