@@ -1,7 +1,7 @@
 #include "elastic/elastic_methods.hpp"
 
 #include "elastic/corotated/coupled_blocks.hpp"
-#include "elastic/elastic_run.hpp"
+#include "elastic/krylov/elastic_run.hpp"
 #include "elastic/krylov/kept_body.hpp"
 #include "elastic/ladder/ladder.hpp"
 #include "elastic/limits/constrained_minimum.hpp"

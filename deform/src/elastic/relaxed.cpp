@@ -1,7 +1,7 @@
 #include "elastic/elastic_methods.hpp"
 
 #include "elastic/componentwise/componentwise_preconditioner.hpp"
-#include "elastic/elastic_run.hpp"
+#include "elastic/krylov/elastic_run.hpp"
 #include "elastic/limits/constrained_minimum.hpp"
 #include "elastic/links/interval_field.hpp"
 #include "elastic/tied/tied_methods.hpp"

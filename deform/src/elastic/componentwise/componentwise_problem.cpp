@@ -1,5 +1,7 @@
 #include "elastic/componentwise/componentwise_solver.hpp"
 
+#include "control/method.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>

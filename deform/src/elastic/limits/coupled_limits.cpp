@@ -101,8 +101,12 @@ bool find_least_energy(const CoupledTask& task, PenalizedOperator& system, Displ
     ConstrainedMinimum minimum(task, system, moduli, all_components(task.scene), loads_of(task.scene));
     if (goes_on)
       minimum.begin_with(task.kept->multipliers);
-    else if (start_from_coarser(task, minimum, u))
-      answer.algorithm += ", from coarser bodies";
+    else {
+      if (has_multipliers) // the search from them may have diverged
+        u = task.initial_state();
+      if (start_from_coarser(task, minimum, u))
+        answer.algorithm += ", from coarser bodies";
+    }
     const bool is_found = minimum.solve(u, task.scene.relaxation.tolerance, answer);
     answer.residual = minimum.error();
     List<KeptMultiplier> multipliers = is_found ? minimum.multipliers() : List<KeptMultiplier>();

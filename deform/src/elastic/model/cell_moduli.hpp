@@ -8,9 +8,6 @@
 
 namespace maille::deform {
 
-/// Relative differences in a scene's data that count as none.
-inline constexpr double rounding_of_data = 1e-9;
-
 /// modulus[a][b] of a cell [Pa]: C_bb for b = a, the shear modulus C_(ab)(ab) otherwise, of the stiffness in
 /// the object's frame, reduced to the scene's dimension. The model ignores couplings between strains.
 class CellModuli {

@@ -1,6 +1,6 @@
 #include "elastic/resample/coarser_scene.hpp"
 
-#include "elastic/model/cell_moduli.hpp"
+#include "control/method.hpp"
 #include "maille/scene/plausibility.hpp"
 
 #include <algorithm>

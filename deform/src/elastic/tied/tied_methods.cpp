@@ -1,6 +1,6 @@
 #include "elastic/tied/tied_methods.hpp"
 
-#include "elastic/elastic_run.hpp"
+#include "elastic/krylov/elastic_run.hpp"
 #include "elastic/krylov/flexible_gradients.hpp"
 #include "elastic/links/interval_field.hpp"
 #include "elastic/tied/tied_model.hpp"

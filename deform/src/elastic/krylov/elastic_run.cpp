@@ -1,7 +1,7 @@
-#include "elastic/elastic_run.hpp"
+#include "elastic/krylov/elastic_run.hpp"
 
 #include "elastic/links/interval_field.hpp"
-#include "elastic/masked/slabs.hpp"
+#include "maille/scene/parallel/communicator.hpp"
 
 #include <algorithm>
 #include <cstdint>
