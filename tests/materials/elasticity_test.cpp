@@ -1,14 +1,10 @@
 #include "maille/materials/elasticity.hpp"
-#include "materials/random_materials.hpp"
-#include "materials/read_helpers.hpp"
+#include "materials/constants_and_faults.hpp"
+#include "support/kit.hpp"
 
 #include <Eigen/Dense>
 #include <Eigen/LU>
 #include <Eigen/SVD>
-#include <array>
-#include <cmath>
-#include <gtest/gtest.h>
-#include <numbers>
 
 namespace maille {
 namespace {
@@ -164,9 +160,8 @@ TEST(ElasticityAnalytic, AxesFromFibreAreTheSmallestTurn) {
   std::vector<Eigen::Vector3d> fibres{
       Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(), -Eigen::Vector3d::UnitZ(), {-1, 1e-9, 2e-9},
       {-1, 1e-200, 0},          {-1, 1e-5, -1e-5},        {1e-160, 2e-160, 0},       {3e150, 0, 4e150}};
-  for (int i = 0; i < draws; ++i) {
+  for (int i = 0; i < draws; ++i)
     fibres.push_back(random.between(0.1, 10) * random.direction());
-  }
   for (const Eigen::Vector3d& fibre : fibres) {
     const Eigen::Vector3d unit = fibre.stableNormalized();
     const Eigen::Matrix3d axes = axes_from_fibre(fibre);
@@ -188,9 +183,8 @@ TEST(PositiveEnergyOracle, InequalitiesAgreeWithEigenvalues) {
   int valid = 0, invalid = 0;
   for (int i = 0; i < 5000; ++i) {
     ElasticConstants constants = random.constants();
-    if (i % 10 == 0) {
+    if (i % 10 == 0)
       constants.G13 = -constants.G13;
-    }
     // Truth: the compliance scaled to a unit diagonal has only positive eigenvalues.
     Matrix6 S = compliance(constants);
     const Eigen::Matrix<double, 6, 1> scale = S.diagonal().cwiseAbs().cwiseSqrt().cwiseInverse();

@@ -1,4 +1,3 @@
-#include "maille/materials/fault.hpp"
 #include "maille/scene/answer.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/cell_fields.hpp"
@@ -6,12 +5,10 @@
 #include "maille/scene/read_scene.hpp"
 #include "support/bodies/bent_bar.hpp"
 #include "support/bodies/lattice_scenes.hpp"
+#include "support/kit.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
-#include <gtest/gtest.h>
-#include <numbers>
-#include <random>
 
 namespace maille {
 namespace {

@@ -4,13 +4,8 @@
 #include "maille/scene/memory.hpp"
 #include "support/bodies/carved.hpp"
 #include "support/bodies/scenes.hpp"
-#include "support/sanitized.hpp"
-#include "support/temporary_folder.hpp"
+#include "support/kit.hpp"
 
-#include <cmath>
-#include <gtest/gtest.h>
-#include <limits>
-#include <random>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -215,38 +210,29 @@ TEST(TautScaleOracle, PiecesThatAreNotJoined) {
 /// What memory limits leave, read from folders that look like the kernel's. The numbers are those written
 /// into them.
 
-/// A root folder of a test's own, with whatever folders its files need.
-class Root : public test::TemporaryFolder {
-public:
-  void write(const std::string& name, std::string_view content) const {
-    std::filesystem::create_directories((path() / name).parent_path());
-    test::TemporaryFolder::write(name, content);
-  }
-};
-
+using Root = test::TemporaryFolder;
 constexpr std::int64_t nothing_limits = std::numeric_limits<std::int64_t>::max();
 
 TEST(ControlGroupsContract, TheLeastOfAllGroupsAroundTheProcessCounts) {
   const Root root;
   EXPECT_EQ(left_in_control_groups(root.path()), nothing_limits) << "no control groups at all";
   root.write("proc/self/cgroup", "0::/system.slice/slurm/job_7/step_0\n");
-  const std::string groups = "sys/fs/cgroup/";
-  root.write(groups + "system.slice/slurm/job_7/step_0/memory.max", "max\n");
-  root.write(groups + "system.slice/slurm/job_7/step_0/memory.current", "100\n");
+  const auto write = [&](const std::string& group, const char* max, const char* current) {
+    root.write("sys/fs/cgroup/system.slice/" + group + "memory.max", max);
+    root.write("sys/fs/cgroup/system.slice/" + group + "memory.current", current);
+  };
+  write("slurm/job_7/step_0/", "max\n", "100\n");
   EXPECT_EQ(left_in_control_groups(root.path()), nothing_limits) << "max is no limit";
-  root.write(groups + "system.slice/memory.max", "9000\n");
-  root.write(groups + "system.slice/memory.current", "1000\n");
+  write("", "9000\n", "1000\n");
   EXPECT_EQ(left_in_control_groups(root.path()), 8000) << "of a group far above";
-  root.write(groups + "system.slice/slurm/job_7/memory.max", "700\n");
-  root.write(groups + "system.slice/slurm/job_7/memory.current", "300\n");
+  write("slurm/job_7/", "700\n", "300\n");
   EXPECT_EQ(left_in_control_groups(root.path()), 400) << "of the job";
-  root.write(groups + "system.slice/slurm/job_7/memory.stat", "anon 120\ninactive_file 150\nslab 3\n");
+  root.write("sys/fs/cgroup/system.slice/slurm/job_7/memory.stat", "anon 120\ninactive_file 150\nslab 3\n");
   EXPECT_EQ(left_in_control_groups(root.path()), 550) << "files that are only cached are given up";
-  root.write(groups + "system.slice/slurm/job_7/memory.current", "5000\n");
-  EXPECT_EQ(left_in_control_groups(root.path()), 0) << "more in use than is allowed";
-  root.write(groups + "system.slice/other/memory.max", "1\n");
-  root.write(groups + "system.slice/slurm/job_7/memory.current", "300\n");
+  write("other/", "1\n", "5000\n");
   EXPECT_EQ(left_in_control_groups(root.path()), 550) << "another's group";
+  write("slurm/job_7/", "700\n", "5000\n");
+  EXPECT_EQ(left_in_control_groups(root.path()), 0) << "more in use than is allowed";
 }
 
 TEST(ControlGroupsContract, ContainersThatShowTheirOwnGroupAsTheRoot) {

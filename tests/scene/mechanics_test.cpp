@@ -4,13 +4,9 @@
 #include "maille/scene/mechanics/recovery.hpp"
 #include "support/bodies/scenes.hpp"
 #include "support/dice.hpp"
+#include "support/kit.hpp"
 
 #include <Eigen/Geometry>
-#include <cmath>
-#include <functional>
-#include <gtest/gtest.h>
-#include <limits>
-#include <map>
 
 namespace maille {
 namespace {

@@ -1,13 +1,7 @@
 // Pieces from runs of cells, against a flood that goes from cell to cell.
 
 #include "geometry/pieces.hpp"
-
-#include <gtest/gtest.h>
-
-#include <cstdint>
-#include <random>
-#include <set>
-#include <vector>
+#include "support/kit.hpp"
 
 namespace {
 

@@ -1,18 +1,11 @@
 // What a question asks for, in proportion to its body.
 
-#include "maille/materials/fault.hpp"
 #include "maille/scene/look.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/scene_builder.hpp"
 #include "maille/scene/world/world_scene.hpp"
-#include "support/temporary_folder.hpp"
-
-#include <filesystem>
-#include <fstream>
-#include <gtest/gtest.h>
-#include <iostream>
-#include <limits>
+#include "support/kit.hpp"
 
 namespace maille {
 namespace {
@@ -186,7 +179,7 @@ TEST(PlausibilityOracle, FibresAndGravityPointInThePatient) {
     return in_words(scene, plausibility(scene));
   };
   const auto has = [](const std::string& text, const std::string& part) {
-    EXPECT_NE(text.find(part), std::string::npos) << part << "\nin\n" << text;
+    EXPECT_TRUE(test::has(text, part));
   };
   const std::string plain = words("fibre = [1, 0, 0]", "gravity = [9.81, 0, 0]", WorldAxes::ras);
   has(plain, "\nfibres along x of the grid: inferior-superior");
@@ -250,11 +243,9 @@ TEST(PlausibilityContract, AnswersThatSmallStrainsDoNotAllowAreSaid) {
 class LooksContract : public testing::Test {
 protected:
   LooksContract() {
-    std::ofstream image(folder_.path() / "grey.mha", std::ios::binary);
-    image << "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n"
-             "ElementSpacing = 1 1 2\nDimSize = 4 4 4\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n";
-    for (int v = 0; v < 64; ++v)
-      image.put(static_cast<char>(v));
+    std::string values(64, '\0');
+    std::iota(values.begin(), values.end(), '\0');
+    folder_.write("grey.mha", test::meta_image({4, 4, 4}, values, "ElementSpacing = 1 1 2\n"));
   }
   std::filesystem::path scene(const std::string& look) {
     const auto file = folder_.path() / "scene.toml";
@@ -265,12 +256,7 @@ protected:
     return file;
   }
   std::vector<Fault> faults_of(const std::string& look) {
-    try {
-      read_looks(scene(look));
-    } catch (const InputError& error) {
-      return error.faults();
-    }
-    return {};
+    return test::faults_found_by([&] { read_looks(scene(look)); });
   }
 
   test::TemporaryFolder folder_;
@@ -308,20 +294,16 @@ TEST_F(LooksContract, ColourMapsOfParaView) {
   EXPECT_NEAR(looks.at(0)->look.opacity_at(40), 0.5, 1e-12);
   // ParaView's own go from 0 to 1: on the values of an image they say nothing without a window.
   std::ofstream(folder_.path() / "own.json") << R"([{"RGBPoints": [0, 0, 0, 1, 1, 1, 0, 0]}])";
-  const auto faults = faults_of("look = { colours = \"own.json\" }");
-  ASSERT_EQ(faults.size(), 1u);
-  EXPECT_EQ(faults[0].key, "specimen.look.window");
+  EXPECT_TRUE(
+      test::says_only(faults_of("look = { colours = \"own.json\" }"), {.key = "specimen.look.window"}));
   EXPECT_EQ(faults_of("look = { colours = \"own.json\", window = [0, 63] }").size(), 0u);
 }
 
 TEST_F(LooksContract, AnImageIsPutOnTheMiddleOfTheBodysOwn) {
-  std::ofstream image(folder_.path() / "fine.mha", std::ios::binary);
-  image << "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n"
-           "Offset = 100 200 -300\nElementSpacing = 0.5 0.5 2\nDimSize = 8 8 2\nElementType = MET_UCHAR\n"
-           "ElementDataFile = LOCAL\n";
-  for (int v = 0; v < 128; ++v)
-    image.put(static_cast<char>(v));
-  image.close();
+  std::string values(128, '\0');
+  std::iota(values.begin(), values.end(), '\0');
+  folder_.write("fine.mha",
+                test::meta_image({8, 8, 2}, values, "Offset = 100 200 -300\nElementSpacing = 0.5 0.5 2\n"));
   const std::string look = "look = { image = \"fine.mha\", preset = \"grey\", window = [0, 99], "
                            "opacity = [[0, 1], [99, 1]]";
   const Seen by_header = *read_looks(scene(look + " }")).at(0);
@@ -340,50 +322,36 @@ TEST_F(LooksContract, TheQuestionIsTheSameWithAndWithoutALook) {
 }
 
 TEST_F(LooksContract, FaultsAreToldWithTheirKeys) {
-  const auto only_fault = [&](const std::string& look) {
-    const auto faults = faults_of(look);
-    EXPECT_EQ(faults.size(), 1u) << look;
-    return faults.empty() ? Fault{} : faults.front();
-  };
-  EXPECT_EQ(only_fault("look = { colours = [[5, \"#ffffff\"], [1, \"#000000\"]] }").key,
-            "specimen.look.colours");
-  EXPECT_EQ(only_fault("look = { colours = [[nan, \"#ffffff\"]] }").key, "specimen.look.colours");
-  EXPECT_EQ(only_fault("look = { colours = [[5, \"white\"]] }").key, "specimen.look.colours");
-  EXPECT_EQ(only_fault("look = { preset = \"grey\", window = [0, 9], opacity = [[1, 0], [0, 1]] }").key,
-            "specimen.look.opacity");
-  EXPECT_EQ(only_fault("look = { preset = \"grey\" }").key, "specimen.look.window");
-  EXPECT_EQ(only_fault("look = { preset = \"grey\", window = [5, 5] }").key, "specimen.look.window");
-  EXPECT_EQ(only_fault("look = { preset = \"gray\", window = [0, 9] }").key, "specimen.look.preset");
-  EXPECT_EQ(only_fault("look = { preset = \"grey\", window = [0, 9], gloss = 2 }").key,
-            "specimen.look.gloss");
-  EXPECT_EQ(only_fault("look = { preset = \"grey\", window = [0, 9], shininess = -2 }").key,
-            "specimen.look.shininess");
-  // Values that the image does not have.
-  const Fault absent = only_fault("look = { preset = \"ct_bone\" }");
-  EXPECT_NE(absent.expected.find("0 to 63"), std::string::npos) << absent.expected;
-  EXPECT_EQ(
-      only_fault("look = { preset = \"grey\", window = [0, 9], mode = \"isosurface\", isovalue = 99 }").key,
-      "specimen.look.isovalue");
-  EXPECT_EQ(only_fault("look = { image = \"absent.mha\", preset = \"grey\", window = [0, 9] }").key,
-            "specimen.look.image");
-  EXPECT_EQ(only_fault("look = { picture = \"absent.png\" }").key, "specimen.look.picture");
+  const std::string grey = "preset = \"grey\", window = [0, 9]";
+  const std::vector<std::pair<std::string, std::string>> faulty{
+      {"colours = [[5, \"#ffffff\"], [1, \"#000000\"]]", "colours"},
+      {"colours = [[nan, \"#ffffff\"]]", "colours"},
+      {"colours = [[5, \"white\"]]", "colours"},
+      {grey + ", opacity = [[1, 0], [0, 1]]", "opacity"},
+      {"preset = \"grey\"", "window"},
+      {"preset = \"grey\", window = [5, 5]", "window"},
+      {"preset = \"gray\", window = [0, 9]", "preset"},
+      {grey + ", gloss = 2", "gloss"},
+      {grey + ", shininess = -2", "shininess"},
+      {grey + ", mode = \"isosurface\", isovalue = 99", "isovalue"}, // which the image does not have
+      {"image = \"absent.mha\", " + grey, "image"},
+      {"picture = \"absent.png\"", "picture"}};
+  for (const auto& [keys, key] : faulty)
+    EXPECT_TRUE(
+        test::says_only(faults_of("look = { " + keys + " }"), {.key = "specimen.look." + std::string(key)}))
+        << keys;
+  EXPECT_TRUE(test::says_only(faults_of("look = { preset = \"ct_bone\" }"), {.expected = "0 to 63"}));
   EXPECT_THROW(read_scene(scene("look = { colour = \"red\" }")), InputError);
 }
 
 TEST_F(LooksContract, AnImageWithVoxelsThatAreNoNumbersIsAFault) {
-  std::ofstream image(folder_.path() / "odd.mha", std::ios::binary);
-  image << "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n"
-           "ElementSpacing = 1 1 2\nDimSize = 4 4 4\nElementType = MET_FLOAT\nElementDataFile = LOCAL\n";
-  for (int v = 0; v < 64; ++v) {
-    const float value = v == 6 || v == 40 ? std::numeric_limits<float>::quiet_NaN() : static_cast<float>(v);
-    image.write(reinterpret_cast<const char*>(&value), sizeof value);
-  }
-  image.close();
+  std::string values;
+  for (int v = 0; v < 64; ++v)
+    values += test::raw_bytes(v == 6 || v == 40 ? std::nanf("") : static_cast<float>(v));
+  folder_.write("odd.mha", test::meta_image({4, 4, 4}, values, "ElementSpacing = 1 1 2\n", "MET_FLOAT"));
   const auto faults = faults_of("look = { image = \"odd.mha\", preset = \"grey\", window = [0, 63] }");
-  ASSERT_EQ(faults.size(), 1u);
-  EXPECT_EQ(faults[0].key, "specimen.look.image");
-  EXPECT_NE(faults[0].found.find("2 voxels"), std::string::npos) << faults[0].found;
-  EXPECT_NE(faults[0].found.find("[2, 1, 0]"), std::string::npos) << faults[0].found;
+  EXPECT_TRUE(test::says_only(faults, {.key = "specimen.look.image", .found = "2 voxels"}));
+  EXPECT_TRUE(test::has(faults[0].found, "[2, 1, 0]"));
 }
 
 } // namespace

@@ -3,12 +3,9 @@
 
 #include "maille/scene/measure/measure.hpp"
 #include "maille/scene/scene_builder.hpp"
+#include "support/kit.hpp"
 #include "support/label_scene.hpp"
-#include "support/mistake.hpp"
 #include "support/same_scene.hpp"
-
-#include <gtest/gtest.h>
-#include <random>
 
 namespace maille {
 namespace {
@@ -179,18 +176,12 @@ TEST(SceneBuilderContract, OrderInMemoryStridesAndTypesChangeNothing) {
 TEST(SceneBuilderContract, TheLayoutsWithNamesAreTheOrdersOfTheirLanguages) {
   // Truth: C++ itself lays out array[x][y][z] with z fastest, and array[z][y][x] with x fastest.
   std::int32_t by_x[2][3][4], by_z[4][3][2];
-  for (int x = 0; x < 2; ++x)
-    for (int y = 0; y < 3; ++y)
-      for (int z = 0; z < 4; ++z)
-        by_x[x][y][z] = by_z[z][y][x] = 100 * x + 10 * y + z;
-  for (int x = 0; x < 2; ++x)
-    for (int y = 0; y < 3; ++y)
-      for (int z = 0; z < 4; ++z) {
-        EXPECT_EQ((&by_x[0][0][0])[ArrayLayout::z_fastest({2, 3, 4}).element({x, y, z})],
-                  100 * x + 10 * y + z);
-        EXPECT_EQ((&by_z[0][0][0])[ArrayLayout::x_fastest({2, 3, 4}).element({x, y, z})],
-                  100 * x + 10 * y + z);
-      }
+  for (const auto& [z, y, x] : test::all_below({4, 3, 2}))
+    by_x[x][y][z] = by_z[z][y][x] = 100 * x + 10 * y + z;
+  for (const auto& [z, y, x] : test::all_below({4, 3, 2})) {
+    EXPECT_EQ((&by_x[0][0][0])[ArrayLayout::z_fastest({2, 3, 4}).element({x, y, z})], 100 * x + 10 * y + z);
+    EXPECT_EQ((&by_z[0][0][0])[ArrayLayout::x_fastest({2, 3, 4}).element({x, y, z})], 100 * x + 10 * y + z);
+  }
 }
 
 TEST(SceneBuilderAnalytic, MatterLiesWhereTheAffinePutsIt) {

@@ -3,9 +3,8 @@
 
 #include "elastic/ladder/ladder.hpp"
 #include "support/fields.hpp"
+#include "support/kit.hpp"
 #include "support/solved.hpp"
-
-#include <gtest/gtest.h>
 
 namespace maille::test {
 

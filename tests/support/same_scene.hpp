@@ -2,8 +2,7 @@
 /// Whether two scenes ask the same, number by number.
 
 #include "maille/scene/scene.hpp"
-
-#include <gtest/gtest.h>
+#include "support/kit.hpp"
 
 namespace maille::test {
 

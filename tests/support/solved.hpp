@@ -2,12 +2,9 @@
 /// Answers of lattice methods: those that have to succeed, and those of several threads.
 
 #include "maille/deform/solve.hpp"
-
-#include <gtest/gtest.h>
+#include "support/kit.hpp"
 
 #include <initializer_list>
-#include <stdexcept>
-#include <string_view>
 
 namespace maille::test {
 

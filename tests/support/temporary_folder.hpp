@@ -17,10 +17,12 @@ class TemporaryFolder : public WorkFolder {
 public:
   TemporaryFolder() : WorkFolder("maille") {}
   bool is_empty() const { return std::filesystem::is_empty(path()); }
-  /// Writes a file into it. @return the file's path
+  /// Writes a file into it, in folders that are made. @return the file's path
   std::filesystem::path write(const std::string& name, std::string_view content) const {
-    std::ofstream(path() / name, std::ios::binary) << content;
-    return path() / name;
+    const std::filesystem::path file = path() / name;
+    std::filesystem::create_directories(file.parent_path());
+    std::ofstream(file, std::ios::binary) << content;
+    return file;
   }
 };
 

@@ -5,16 +5,9 @@
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/sliding.hpp"
 #include "maille/scene/warp/displacement_field.hpp"
-#include "support/temporary_folder.hpp"
-#include "support/texts.hpp"
+#include "support/kit.hpp"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
 #include <cstring>
-#include <functional>
-#include <limits>
 
 namespace maille {
 namespace {
@@ -23,24 +16,18 @@ constexpr int n = 12;
 
 /// A MetaImage of float32, voxels of 1 mm, its corner at the origin.
 std::string image_of(int components, const std::function<float(const Index3& at, int component)>& value) {
-  std::string text = "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n"
-                     "Offset = 0.5 0.5 0.5\nElementSpacing = 1 1 1\nDimSize = 12 12 12\n";
-  if (components > 1)
-    text += "ElementNumberOfChannels = " + std::to_string(components) + "\n";
-  text += "ElementType = MET_FLOAT\nElementDataFile = LOCAL\n";
-  for (int z = 0; z < n; ++z)
-    for (int y = 0; y < n; ++y)
-      for (int x = 0; x < n; ++x)
-        for (int c = 0; c < components; ++c) {
-          const float number = value({x, y, z}, c);
-          char bytes[4];
-          std::memcpy(bytes, &number, 4);
-          text.append(bytes, 4);
-        }
-  return text;
+  std::string values;
+  for (const Index3& at : test::all_below({n, n, n}))
+    for (int c = 0; c < components; ++c)
+      values += test::raw_bytes(value(at, c));
+  return test::meta_image(
+      {n, n, n}, values,
+      fmt::format("Offset = 0.5 0.5 0.5\nElementSpacing = 1 1 1\nElementNumberOfChannels = {}\n", components),
+      "MET_FLOAT");
 }
 
-const char* const two_blocks = R"([specimen]
+const std::string hold_below = "[[hold]]\nwhere = \"z-\"\n";
+const std::string two_blocks = R"([specimen]
 shape = "image"
 image = "blocks.mha"
 labels = { 1 = { youngs_modulus = "100 kPa", poisson_ratio = 0.3 }, 2 = { youngs_modulus = "50 kPa", poisson_ratio = 0.4 } }
@@ -60,13 +47,14 @@ public:
   /// All faults, a line each: `key: found`.
   std::string faults(const std::string& text) const {
     std::string all;
-    try {
-      read(text);
-    } catch (const InputError& error) {
-      for (const Fault& fault : error.faults())
-        all += fault.key + ": " + fault.expected + ", " + fault.found + "\n";
-    }
+    for (const Fault& fault : test::faults_found_by([&] { read(text); }))
+      all += fault.key + ": " + fault.expected + ", " + fault.found + "\n";
     return all;
+  }
+  /// The two blocks, held at z-, and what is said of them and more.
+  testing::AssertionResult say(const std::string& of_blocks, const std::string& more,
+                               std::string_view part) const {
+    return test::has(faults(two_blocks + of_blocks + hold_below + more), part);
   }
   const test::TemporaryFolder& folder() const { return folder_; }
 
@@ -77,8 +65,7 @@ private:
 TEST(ReadAnatomyContract, EveryFaultIsNamed) {
   const Anatomy files;
   const std::string of_keys =
-      files.faults(std::string(two_blocks) +
-                   R"(stiffness = { image = "ramp.mha", law = "nobody", density = ["1 g/cm^3"] }
+      files.faults(two_blocks + R"(stiffness = { image = "ramp.mha", law = "nobody", density = ["1 g/cm^3"] }
 [[hold]]
 where = "z-"
 [[load]]
@@ -92,19 +79,13 @@ course = [[0, 0], [0.5, 1], [0.4, 0.25]]
   for (const char* key : {"specimen.stiffness.law", "specimen.stiffness.density", "load[1].foundation",
                           "load[1].along", "load[2].course"})
     EXPECT_TRUE(test::has(of_keys, key)) << key << " in\n";
-  const std::string hold = "[[hold]]\nwhere = \"z-\"\n";
-  EXPECT_TRUE(test::has(
-      files.faults(std::string(two_blocks) + hold + "[[drive]]\nlabel = 7\nby = [0, 0, \"1 mm\"]\n"),
-      "drive[1].label"));
-  EXPECT_TRUE(
-      test::has(files.faults(std::string(two_blocks) + hold + "[[sliding]]\nbetween = [1, 5]\n"), "[1, 2]"));
-  EXPECT_TRUE(test::has(files.faults(std::string(two_blocks) + hold + "[[sliding]]\nbetween = \"all\"\n"),
+  EXPECT_TRUE(files.say("", "[[drive]]\nlabel = 7\nby = [0, 0, \"1 mm\"]\n", "drive[1].label"));
+  EXPECT_TRUE(files.say("", "[[sliding]]\nbetween = [1, 5]\n", "[1, 2]"));
+  EXPECT_TRUE(files.say("", "[[sliding]]\nbetween = \"all\"\n",
                         "label 2 (864 cells) can still move along x, y and turn about z"));
-  EXPECT_TRUE(test::has(
-      files.faults(std::string(two_blocks) + "stiffness = { image = \"gap.mha\", unit = \"kPa\" }\n" + hold),
-      "144 cells that are not a number"));
-  EXPECT_TRUE(
-      test::has(files.faults(std::string(two_blocks) + "partial_volume = true\n" + hold), "partial_volume"));
+  EXPECT_TRUE(files.say("stiffness = { image = \"gap.mha\", unit = \"kPa\" }\n", "",
+                        "144 cells that are not a number"));
+  EXPECT_TRUE(files.say("partial_volume = true\n", "", "partial_volume"));
 }
 
 // Truth: faults of a map, of regions in all their kinds and of measures come together, each with its key: the
@@ -142,15 +123,11 @@ frame = "world"
 
 TEST(ReadAnatomyContract, GreyValuesThatAreNoNumbersAreNamed) {
   const Anatomy files;
-  const std::string hold = "[[hold]]\nwhere = \"z-\"\n";
-  EXPECT_TRUE(test::has(files.faults(std::string(two_blocks) +
-                                     "partial_volume = { none = 0, full = 1, image = \"gap.mha\" }\n" + hold),
+  EXPECT_TRUE(files.say("partial_volume = { none = 0, full = 1, image = \"gap.mha\" }\n", "",
                         "specimen.partial_volume: a number in every voxel of the body, none in 144 of them"));
-  EXPECT_TRUE(test::has(
-      files.faults("[specimen]\nshape = \"image\"\nimage = \"gap.mha\"\nmaterial = { youngs_modulus = "
-                   "\"1 kPa\", poisson_ratio = 0.3 }\npartial_volume = { none = 0, full = 1 }\n" +
-                   hold),
-      "none in 144 of them"));
+  EXPECT_TRUE(test::has(files.faults("[specimen]\nshape = \"image\"\nimage = \"gap.mha\"\nmaterial = " +
+                                     test::soft + "\npartial_volume = { none = 0, full = 1 }\n" + hold_below),
+                        "none in 144 of them"));
 }
 
 TEST(ReadAnatomyContract, AnOpenSurfaceIsNoBody) {
@@ -193,10 +170,7 @@ TEST(ReadAnatomyAnalytic, AMoveTakesWhatAnImageHas) {
       const double voxel = std::clamp(at[std::size_t(p.component)] - 0.5, 0.0, 11.0);
       ASSERT_NEAR(p.value, 1e-5 * voxel, 1e-9);
     }
-  EXPECT_TRUE(test::has(
-      files.faults(std::string(two_blocks) +
-                   "[[hold]]\nwhere = \"z-\"\n[[move]]\nwhere = \"z+\"\nfield = { image = \"gap.mha\" }\n"),
-      "values a voxel"));
+  EXPECT_TRUE(files.say("", "[[move]]\nwhere = \"z+\"\nfield = { image = \"gap.mha\" }\n", "values a voxel"));
 }
 
 TEST(ReadAnatomyAnalytic, ADriveFollowsItsCourse) {

@@ -3,22 +3,10 @@
 #include "maille/scene/scene_builder.hpp"
 #include "support/bodies/scenes.hpp"
 #include "support/dice.hpp"
+#include "support/kit.hpp"
 #include "support/label_scene.hpp"
-#include "support/mistake.hpp"
 
 #include <Eigen/Dense>
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <cstdlib>
-#include <functional>
-#include <iostream>
-#include <map>
-#include <numbers>
-#include <random>
-#include <set>
 
 namespace maille {
 namespace {
@@ -68,19 +56,17 @@ struct Corner {
 std::vector<Corner> corners_of(const LabelArray& array) {
   const Axes axes(array);
   std::vector<Corner> corners;
-  for (int k = 0; k <= array.size[2]; ++k)
-    for (int j = 0; j <= array.size[1]; ++j)
-      for (int i = 0; i <= array.size[0]; ++i) {
-        Corner corner{axes.corner(i, j, k), {i, j, k}, {}};
-        for (int c = 0; c < 8; ++c) {
-          const Index3 voxel{i - (c & 1), j - ((c >> 1) & 1), k - ((c >> 2) & 1)};
-          if (voxel[0] >= 0 && voxel[1] >= 0 && voxel[2] >= 0 && voxel[0] < array.size[0] &&
-              voxel[1] < array.size[1] && voxel[2] < array.size[2])
-            corner.labels.insert(array.at(voxel));
-        }
-        if (corner.labels.contains(17) || corner.labels.contains(5))
-          corners.push_back(corner);
-      }
+  for (const auto& [i, j, k] : test::all_below({array.size[0] + 1, array.size[1] + 1, array.size[2] + 1})) {
+    Corner corner{axes.corner(i, j, k), {i, j, k}, {}};
+    for (const auto& [x, y, z] : test::all_below({2, 2, 2})) {
+      const Index3 voxel{i - x, j - y, k - z};
+      if (std::ranges::min(voxel) >= 0 && voxel[0] < array.size[0] && voxel[1] < array.size[1] &&
+          voxel[2] < array.size[2])
+        corner.labels.insert(array.at(voxel));
+    }
+    if (corner.labels.contains(17) || corner.labels.contains(5))
+      corners.push_back(corner);
+  }
   return corners;
 }
 
@@ -353,10 +339,8 @@ TEST(PartialVolumeConsistent, VoidAroundAnImageChangesNoBit) {
       const auto at = [&](int x, int y, int z) -> std::uint8_t& {
         return values[std::size_t(x + voids + size * (y + voids + size * (z + voids)))];
       };
-      for (int z = 0; z < n; ++z)
-        for (int y = 0; y < n; ++y)
-          for (int x = 0; x < n; ++x)
-            at(x, y, z) = std::uint8_t(random() % 3);
+      for (const auto& [x, y, z] : test::all_below({n, n, n}))
+        at(x, y, z) = std::uint8_t(random() % 3);
       at(0, 0, 0) = 1;
       at(1, 0, 0) = 2;
       const double first = -1e-3 * voids;
@@ -410,10 +394,8 @@ LabelArray random_body(test::Dice& dice, bool is_one_box) {
       affine_of({1 / 1024.0, 1 / 512.0, 3 / 2048.0}, {0, 0, 0}, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}});
   const int split = 2 + dice.below(body.size[0] - 4),
             high = is_one_box ? body.size[2] : 2 + dice.below(body.size[2] - 2);
-  for (int k = 0; k < body.size[2]; ++k)
-    for (int j = 0; j < body.size[1]; ++j)
-      for (int i = 0; i < body.size[0]; ++i)
-        body.values.push_back(i < split ? 17 : k < high ? 5 : 0);
+  for (const auto& [i, j, k] : test::all_below(body.size))
+    body.values.push_back(i < split ? 17 : k < high ? 5 : 0);
   return body;
 }
 
@@ -459,34 +441,32 @@ TEST(RegionIndependent, ResultantsOfRandomRegions) {
     };
     Vector3d expected = Vector3d::Zero();
     double total = 0;
-    for (int k = 0; k < body.size[2]; ++k)
-      for (int j = 0; j < body.size[1]; ++j)
-        for (int i = 0; i < body.size[0]; ++i)
-          for (int s = 0; s < 6; ++s) {
-            const auto a = std::size_t(s / 2);
-            Index3 beyond{i, j, k};
-            beyond[a] += s % 2 ? 1 : -1;
-            const bool is_outer = beyond[a] < 0 || beyond[a] >= body.size[a];
-            if (body.at({i, j, k}) == 0 || (!is_outer && body.at(beyond) != 0))
-              continue;
-            bool is_in_box = true;
-            for (int c = 0; c < 8; ++c)
-              is_in_box = is_in_box && ((c >> a & 1) != s % 2 ||
-                                        is_corner_in({i + (c & 1), j + (c >> 1 & 1), k + (c >> 2)}));
-            const bool is_side = is_outer && s == 2 * axis + upper;
-            const std::array<bool, 8> is_in{is_side,
-                                            is_in_box,
-                                            !is_in_box,
-                                            body.at({i, j, k}) == 5,
-                                            is_side && body.at({i, j, k}) == 17,
-                                            is_side || is_in_box,
-                                            is_in_box,
-                                            true};
-            const double area = h[0] * h[1] * h[2] / h[a];
-            total += area;
-            if (is_in[std::size_t(form)])
-              expected[s / 2] += pressure * area * (s % 2 ? -1 : 1);
-          }
+    for (const auto& [i, j, k] : test::all_below(body.size))
+      for (int s = 0; s < 6; ++s) {
+        const auto a = std::size_t(s / 2);
+        Index3 beyond{i, j, k};
+        beyond[a] += s % 2 ? 1 : -1;
+        const bool is_outer = beyond[a] < 0 || beyond[a] >= body.size[a];
+        if (body.at({i, j, k}) == 0 || (!is_outer && body.at(beyond) != 0))
+          continue;
+        bool is_in_box = true;
+        for (int c = 0; c < 8; ++c)
+          is_in_box = is_in_box &&
+                      ((c >> a & 1) != s % 2 || is_corner_in({i + (c & 1), j + (c >> 1 & 1), k + (c >> 2)}));
+        const bool is_side = is_outer && s == 2 * axis + upper;
+        const std::array<bool, 8> is_in{is_side,
+                                        is_in_box,
+                                        !is_in_box,
+                                        body.at({i, j, k}) == 5,
+                                        is_side && body.at({i, j, k}) == 17,
+                                        is_side || is_in_box,
+                                        is_in_box,
+                                        true};
+        const double area = h[0] * h[1] * h[2] / h[a];
+        total += area;
+        if (is_in[std::size_t(form)])
+          expected[s / 2] += pressure * area * (s % 2 ? -1 : 1);
+      }
     image_tests::TemporaryFolder folder;
     folder.write("labels.nii", test::nifti_of(body));
     const auto corner = [&](int i, int j) { // LPS, from the middle of voxel 0
@@ -531,15 +511,13 @@ TEST(RegionOracle, CellsOfABallAndOfWhatIsOutside) {
     return cells;
   };
   std::set<std::int64_t> inside, outside;
-  for (int k = 0; k < 2; ++k)
-    for (int j = 0; j < 3; ++j)
-      for (int i = 0; i < 4; ++i) {
-        double farthest = 0;
-        for (int c = 0; c < 8; ++c)
-          farthest = std::max(
-              farthest, std::hypot(i + (c & 1) - 1.0, j + ((c >> 1) & 1) - 1.0, k + ((c >> 2) & 1) - 1.0));
-        (farthest <= 1.8 ? inside : outside).insert(i + 4 * (j + 3 * k));
-      }
+  for (const auto& [i, j, k] : test::all_below({4, 3, 2})) {
+    double farthest = 0;
+    for (int c = 0; c < 8; ++c)
+      farthest = std::max(farthest,
+                          std::hypot(i + (c & 1) - 1.0, j + ((c >> 1) & 1) - 1.0, k + ((c >> 2) & 1) - 1.0));
+    (farthest <= 1.8 ? inside : outside).insert(i + 4 * (j + 3 * k));
+  }
   ASSERT_EQ(inside.size(), 8u);
   const std::string ball = "{ sphere = { centre = [1, 1, 1], radius = 1.8 } }";
   EXPECT_EQ(contracting(ball), inside);
@@ -617,13 +595,9 @@ TEST(RegionMistakeContract, IsReportedWithItsLineAndKey) {
 
 // Truth: an image that does not say where the patient is has no superior face, and says what would.
 TEST(RegionContract, APatientHasToBeKnown) {
-  const auto fault = test::only_fault_of([] {
-    parse_scene("units = \"mm\"\n[specimen]\nshape = \"box\"\ncells = [2, 2, 2]\nspacing = 1\nmaterial = "
-                "\"muscle/soleus\"\n[[hold]]\nwhere = \"superior\"\n",
-                "scene.toml");
-  });
-  EXPECT_EQ(fault.line, 8);
-  EXPECT_NE(fault.expected.find("NIfTI"), std::string::npos) << fault.expected;
+  const auto faults = test::faults_found_by(
+      [] { parse_scene(test::box_text("[2, 2, 2]") + test::hold_text("superior"), "scene.toml"); });
+  EXPECT_TRUE(test::says_only(faults, {.line = 7, .expected = "NIfTI"}));
 }
 
 // Truth: a calf from MRI hangs head up, so the upper end of a long muscle is where its voxels are highest.

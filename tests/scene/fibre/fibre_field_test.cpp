@@ -1,14 +1,9 @@
 #include "maille/scene/fibre/fibre_field.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "support/bodies/scenes.hpp"
+#include "support/kit.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <algorithm>
-#include <cmath>
-#include <cstdlib>
-#include <gtest/gtest.h>
-#include <numbers>
-#include <random>
 
 namespace maille {
 namespace {

@@ -1,27 +1,14 @@
 /// Series of DICOM files, written here by GDCM as a scanner writes them.
 #include "maille/scene/image.hpp"
 #include "maille/scene/read_scene.hpp"
+#include "support/kit.hpp"
 
-#include "support/temporary_folder.hpp"
-#include "support/texts.hpp"
-
-#include <fmt/format.h>
 #include <gdcmImage.h>
 #include <gdcmImageChangeTransferSyntax.h>
 #include <gdcmImageWriter.h>
 #include <gdcmReader.h>
 #include <gdcmTrace.h>
 #include <gdcmWriter.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <functional>
-#include <random>
-#include <stdexcept>
-#include <string>
-#include <vector>
 
 namespace maille {
 namespace {
@@ -148,15 +135,10 @@ std::vector<std::string> write_series(const fs::path& folder, const Written& wha
 
 /// Every fault of reading `place`, as one text.
 std::string faults_of(const fs::path& place) {
-  try {
-    read_image(place);
-  } catch (const InputError& error) {
-    std::string text;
-    for (const Fault& fault : error.faults())
-      text += fault.key + ": expected " + fault.expected + ", found " + fault.found + "\n";
-    return text;
-  }
-  return "";
+  std::string text;
+  for (const Fault& fault : test::faults_found_by([&] { read_image(place); }))
+    text += fault.key + ": expected " + fault.expected + ", found " + fault.found + "\n";
+  return text;
 }
 
 void expect_values(const Image& image, const Written& what) {
@@ -261,33 +243,24 @@ TEST(DicomContract, AFileStandsForItsSeriesAndOtherFilesAreNoMatter) {
 }
 
 TEST(DicomContract, ASliceThatIsMissingTwiceThereOrAsideIsRefused) {
-  {
+  const auto said_of = [](const Written& what,
+                          const std::function<std::string(const std::vector<std::string>&)>& words) {
     const test::TemporaryFolder folder;
-    Written what;
-    what.is_left_out = [](int k) { return k == 2 || k == 3; };
     const auto names = write_series(folder.path(), what);
-    const std::string faults = faults_of(folder.path());
-    EXPECT_TRUE(test::has(faults, "7.5 mm between " + names[1] + " and " + names[4] + ": 2 missing"));
-  }
-  {
-    const test::TemporaryFolder folder;
-    Written what;
-    what.shift = [](int k) {
-      return k == 3 ? Vec3{-2.5 * normal[0], -2.5 * normal[1], -2.5 * normal[2]} : Vec3{};
-    };
-    write_series(folder.path(), what);
-    const std::string faults = faults_of(folder.path());
-    EXPECT_TRUE(test::has(faults, "at the same"));
-  }
-  {
-    const test::TemporaryFolder folder;
-    Written what;
-    what.shift = [](int k) { return Vec3{0.4 * k * of_row[0], 0.4 * k * of_row[1], 0.4 * k * of_row[2]}; };
-    write_series(folder.path(), what);
-    const std::string faults = faults_of(folder.path());
-    EXPECT_TRUE(test::has(faults, "tilted gantry"));
-    EXPECT_TRUE(test::has(faults, "0.4 mm aside"));
-  }
+    return test::has(faults_of(folder.path()), words(names));
+  };
+  Written gap, twice, tilted;
+  gap.is_left_out = [](int k) { return k == 2 || k == 3; };
+  EXPECT_TRUE(said_of(gap, [](const auto& names) {
+    return "7.5 mm between " + names[1] + " and " + names[4] + ": 2 missing";
+  }));
+  twice.shift = [](int k) {
+    return k == 3 ? Vec3{-2.5 * normal[0], -2.5 * normal[1], -2.5 * normal[2]} : Vec3{};
+  };
+  EXPECT_TRUE(said_of(twice, [](const auto&) { return "at the same"; }));
+  tilted.shift = [](int k) { return Vec3{0.4 * k * of_row[0], 0.4 * k * of_row[1], 0.4 * k * of_row[2]}; };
+  EXPECT_TRUE(said_of(tilted, [](const auto&) { return "tilted gantry"; }));
+  EXPECT_TRUE(said_of(tilted, [](const auto&) { return "0.4 mm aside"; }));
 }
 
 /// GDCM of Debian ends the process at many of these, and makes up pixels that are missing.

@@ -4,11 +4,9 @@
 #include "maille/scene/read_scene.hpp"
 #include "scene/image/image_writers.hpp"
 #include "scene/image/vti_writer.hpp"
-#include "support/texts.hpp"
+#include "support/kit.hpp"
 
-#include <cstdlib>
 #include <cstring>
-#include <random>
 #include <sys/resource.h>
 
 namespace maille::image_tests {

@@ -3,10 +3,7 @@
 
 #include "scene/image/image_writers.hpp"
 #include "scene/image/vti_writer.hpp"
-
-#include <cmath>
-#include <fmt/format.h>
-#include <numbers>
+#include "support/kit.hpp"
 
 namespace maille::image_tests {
 namespace {

@@ -2,52 +2,16 @@
 /// Small writers of image files, so that the tests know every byte that the readers are given.
 
 #include "maille/scene/image.hpp"
+#include "support/kit.hpp"
 
-#include <gtest/gtest.h>
 #include <unistd.h>
 #include <zlib.h>
 
-#include <algorithm>
-#include <array>
 #include <bit>
-#include <cstdint>
-#include <filesystem>
-#include <fstream>
-#include <string>
-#include <string_view>
-#include <vector>
 
 namespace maille::image_tests {
 
-/// A folder of one test's own, gone with the test.
-class TemporaryFolder {
-public:
-  TemporaryFolder() {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    std::string name = std::string("maille_") + test->test_suite_name() + "_" + test->name() + "_" +
-                       std::to_string(getpid());
-    std::replace(name.begin(), name.end(), '/', '_');
-    path_ = std::filesystem::temp_directory_path() / name;
-    std::filesystem::create_directories(path_);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  std::filesystem::path write(const std::string& name, std::string_view bytes) const {
-    const std::filesystem::path file = path_ / name;
-    std::filesystem::create_directories(file.parent_path());
-    std::filesystem::remove(file); // some file systems wait for the disk when a file is overwritten
-    std::ofstream(file, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    return file;
-  }
-  const std::filesystem::path& path() const { return path_; }
-
-private:
-  std::filesystem::path path_;
-};
+using test::TemporaryFolder;
 
 template<class T>
 std::string bytes_of(T value, bool is_big_endian) {
@@ -156,16 +120,11 @@ struct NiftiFile {
 
 /// The faults of a file that must not be read.
 inline std::vector<Fault> faults_of(const std::filesystem::path& file, const ImageLimits& limits = {}) {
-  try {
-    read_image(file, limits);
-  } catch (const InputError& error) {
-    EXPECT_FALSE(error.faults().empty());
-    for (const Fault& fault : error.faults())
-      EXPECT_EQ(fault.file, file.string());
-    return error.faults();
-  }
-  ADD_FAILURE() << "was read without a complaint";
-  return {Fault{}};
+  std::vector<Fault> faults = test::faults_found_by([&] { read_image(file, limits); });
+  EXPECT_FALSE(faults.empty()) << "was read without a complaint";
+  for (const Fault& fault : faults)
+    EXPECT_EQ(fault.file, file.string());
+  return faults.empty() ? std::vector{Fault{}} : faults;
 }
 
 inline std::string keys_of(const std::vector<Fault>& faults) {

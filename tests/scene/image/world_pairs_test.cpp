@@ -5,14 +5,7 @@
 #include "maille/scene/voxel_map.hpp"
 #include "maille/scene/warp/warp.hpp"
 #include "scene/image/image_writers.hpp"
-
-#include <fmt/format.h>
-
-#include <cmath>
-#include <functional>
-#include <iostream>
-#include <map>
-#include <random>
+#include "support/kit.hpp"
 
 namespace maille {
 namespace {
@@ -64,12 +57,11 @@ Stored reordered(const Stored& from, const Order& order) {
 template<class T>
 std::string data_of(const Stored& image, bool component_fastest) {
   std::string bytes;
-  for (int c = 0; c < (component_fastest ? 1 : image.components); ++c)
-    for (int k = 0; k < image.size[2]; ++k)
-      for (int j = 0; j < image.size[1]; ++j)
-        for (int i = 0; i < image.size[0]; ++i)
-          for (int d = 0; d < (component_fastest ? image.components : 1); ++d)
-            bytes += bytes_of(static_cast<T>(image.value({i, j, k}, c + d)), false);
+  for (const auto& [j, k, c] :
+       test::all_below({image.size[1], image.size[2], (component_fastest ? 1 : image.components)}))
+    for (int i = 0; i < image.size[0]; ++i)
+      for (int d = 0; d < (component_fastest ? image.components : 1); ++d)
+        bytes += bytes_of(static_cast<T>(image.value({i, j, k}, c + d)), false);
   return bytes;
 }
 
@@ -165,11 +157,9 @@ std::string write(const image_tests::TemporaryFolder& folder, const std::string&
            data_of<float>(image, true);
   } else {
     std::string values;
-    for (int k = 0; k < image.size[2]; ++k)
-      for (int j = 0; j < image.size[1]; ++j)
-        for (int i = 0; i < image.size[0]; ++i)
-          for (int c = 0; c < image.components; ++c)
-            values += fmt::format("{:.9g} ", image.value({i, j, k}, c));
+    for (const auto& [i, j, k] : test::all_below(image.size))
+      for (int c = 0; c < image.components; ++c)
+        values += fmt::format("{:.9g} ", image.value({i, j, k}, c));
     const std::string extent =
         fmt::format("0 {} 0 {} 0 {}", image.size[0] - 1, image.size[1] - 1, image.size[2] - 1);
     std::string rows;

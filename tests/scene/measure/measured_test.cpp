@@ -5,23 +5,17 @@
 #include "maille/scene/refined.hpp"
 #include "support/bodies/scenes.hpp"
 #include "support/dice.hpp"
+#include "support/kit.hpp"
 #include "support/label_scene.hpp"
-#include "support/texts.hpp"
 
 #include <Eigen/Dense>
-#include <cmath>
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-#include <iostream>
-#include <map>
-#include <random>
-#include <string>
 
 namespace maille {
 namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+using test::measure_text;
 
 Vector3d vec(const Vec3& v) {
   return {v[0], v[1], v[2]};
@@ -40,6 +34,13 @@ where = "x-"
 where = "x+"
 by = ["1 mm", 0, 0]
 )";
+
+const std::string tip_face_and_ball =
+    measure_text("tip", R"(displacement = { at = ["3.3 mm", "4.1 mm", "0.2 mm"] })") +
+    measure_text("face", R"(displacement = { mean = { where = "x+" } })") +
+    measure_text(
+        "ball",
+        R"(displacement = { mean = { sphere = { centre = ["2.5 mm", "4 mm", "2.25 mm"], radius = "3 mm" } } })");
 
 const std::array<Vec3, 3> gradient{{{0.02, -0.01, 0.03}, {0.04, -0.03, 0.005}, {0.01, 0.02, 0.015}}};
 const Vec3 shift{1e-3, -2e-3, 5e-4};
@@ -73,32 +74,15 @@ Vector3d displaced(const Vector3d& x) {
 
 // Truth: u = G x + t at any point, mean and line; a mean is the field at the centroid.
 TEST(MeasureAnalytic, DisplacementOfAUniformStrain) {
-  const Uniform uniform(R"(
-[[measure]]
-name = "tip"
-displacement = { at = ["3.3 mm", "4.1 mm", "0.2 mm"] }
-[[measure]]
-name = "part"
-displacement = { at = ["3.3 mm", "4.1 mm", "0.2 mm"] }
-component = [0, 3, 4]
-[[measure]]
-name = "size"
-displacement = { at = ["5 mm", "8 mm", "4.5 mm"] }
-component = "magnitude"
-[[measure]]
-name = "mean"
-displacement = { mean = "body" }
-[[measure]]
-name = "face"
-displacement = { mean = { where = "x+" } }
-[[measure]]
-name = "ball"
-displacement = { mean = { sphere = { centre = ["2.5 mm", "4 mm", "2.25 mm"], radius = "3 mm" } } }
-component = "y"
-[[measure]]
-name = "along"
-displacement = { along = [[0, 0, 0], ["5 mm", "8 mm", "4.5 mm"]], points = 7 }
-)");
+  const Uniform uniform(
+      tip_face_and_ball +
+      measure_text("part", R"(displacement = { at = ["3.3 mm", "4.1 mm", "0.2 mm"] })"
+                           "\ncomponent = [0, 3, 4]") +
+      measure_text("size", R"(displacement = { at = ["5 mm", "8 mm", "4.5 mm"] })"
+                           "\ncomponent = \"magnitude\"") +
+      measure_text("mean", R"(displacement = { mean = "body" })") +
+      measure_text("along",
+                   R"(displacement = { along = [[0, 0, 0], ["5 mm", "8 mm", "4.5 mm"]], points = 7 })"));
   const Vector3d tip = displaced({3.3e-3, 4.1e-3, 0.2e-3});
   EXPECT_LT((vec(*uniform.of("tip").vector) - tip).norm(), 1e-15);
   EXPECT_NEAR(uniform.value("tip"), tip.norm(), 1e-15);
@@ -108,7 +92,7 @@ displacement = { along = [[0, 0, 0], ["5 mm", "8 mm", "4.5 mm"]], points = 7 }
   const Vector3d middle = displaced({2.5e-3, 4e-3, 2.25e-3});
   EXPECT_LT((vec(*uniform.of("mean").vector) - middle).norm(), 1e-15);
   EXPECT_LT((vec(*uniform.of("face").vector) - displaced({5e-3, 4e-3, 2.25e-3})).norm(), 1e-15);
-  EXPECT_NEAR(uniform.value("ball"), middle.y(), 1e-15);
+  EXPECT_NEAR(uniform.of("ball").vector.value()[1], middle.y(), 1e-15);
   const MeasuredValue& line = uniform.of("along");
   EXPECT_FALSE(line.value || line.vector);
   ASSERT_EQ(line.line.size(), 7u);
@@ -199,22 +183,12 @@ TEST(MeasureAnalytic, LengthAngleAndVolumeOfAUniformStrain) {
 
 // Truth: the mean of a figure over the cells that share a point, and sums over nodes, written out here.
 TEST(MeasureIndependent, ForcesAreSumsOfReactions) {
-  const SceneAndMeasures read = parse_scene_and_measures(box + R"(
-[[measure]]
-name = "pull"
-force = "move[1]"
-[[measure]]
-name = "stay"
-force = "hold[1]"
-component = "x"
-[[measure]]
-name = "edge"
-force = { where = { box = [[0, 0, 0], ["5 mm", 0, "4.5 mm"]] } }
-[[measure]]
-name = "cut"
-force = { section = { point = ["2.2 mm", 0, 0], normal = [2, 1, 0] } }
-component = "normal"
-)");
+  const SceneAndMeasures read = parse_scene_and_measures(
+      box + measure_text("pull", "force = \"move[1]\"") +
+      measure_text("stay", "force = \"hold[1]\"\ncomponent = \"x\"") +
+      measure_text("edge", R"(force = { where = { box = [[0, 0, 0], ["5 mm", 0, "4.5 mm"]] } })") +
+      measure_text("cut", R"(force = { section = { point = ["2.2 mm", 0, 0], normal = [2, 1, 0] } })"
+                          "\ncomponent = \"normal\""));
   Answer answer;
   answer.method = "coupled";
   answer.displacement = Displacement(read.scene.specimen.grid);
@@ -261,7 +235,9 @@ TEST(MeasureAnalytic, PartsByLabelAddUpToTheWhole) {
     bars.values.push_back(voxel % 6 < 4 ? 1 : 2);
   folder.write("labels.nii", test::nifti_of(bars));
   const auto read = [&](const std::string& keys) {
-    return read_scene_and_measures(folder.write("scene.toml", R"(units = "m"
+    return read_scene_and_measures(folder.write(
+        "scene.toml",
+        R"(units = "m"
 [specimen]
 shape = "image"
 image = "labels.nii"
@@ -272,21 +248,11 @@ where = "z-"
 [[move]]
 where = "z+"
 by = [0, 0, -4e-5]
-[[measure]]
-name = "one"
-force = { where = { all = ["z+", { label = 1 }] } }
-component = "z"
-[[measure]]
-name = "two"
-force = { where = { all = ["z+", { not = { label = 1 } }] } }
-component = "z"
-[[measure]]
-name = "volume_1"
-volume = { label = 1 }
-[[measure]]
-name = "volume_2"
-volume = { label = 2 }
-)"));
+)" + measure_text("one", "force = { where = { all = [\"z+\", { label = 1 }] } }\ncomponent = \"z\"") +
+            measure_text(
+                "two", "force = { where = { all = [\"z+\", { not = { label = 1 } }] } }\ncomponent = \"z\"") +
+            measure_text("volume_1", "volume = { label = 1 }") +
+            measure_text("volume_2", "volume = { label = 2 }")));
   };
   const auto values_of = [](const SceneAndMeasures& asked) {
     // Of uniaxial strain of 1 %: a cell presses its four corners with E a / 4 each.
@@ -326,10 +292,8 @@ TEST(MeasureIndependent, RandomPartsAddUpToTheWhole) {
     test::LabelArray body{{6 + 2 * dice.below(3), 8, 6 + 2 * dice.below(2)}, {}, {}};
     body.affine = affine_of({1e-3, 2e-3, 1e-3}, {0.0123, -0.02, 0.005}, {{{0, 1, 0}, {-1, 0, 0}, {0, 0, 1}}});
     const int high = 5, wide = 5; // on no plane between the boxes: an outer face there is in both
-    for (int k = 0; k < body.size[2]; ++k)
-      for (int j = 0; j < body.size[1]; ++j)
-        for (int i = 0; i < body.size[0]; ++i)
-          body.values.push_back(i < wide ? 1 : k < high ? 2 : 0);
+    for (const auto& [i, j, k] : test::all_below(body.size))
+      body.values.push_back(i < wide ? 1 : k < high ? 2 : 0);
     folder.write("labels.nii", test::nifti_of(body));
     const int axis = dice.below(3);
     const double step = (axis == 0 ? 2 : 1) * (is_partial ? 2 : 1);
@@ -476,23 +440,10 @@ TEST(MeasureAnalytic, RelativeErrors) {
 
 // Truth: halving cells changes no mean, volume or length of a uniform strain, and no set of places.
 TEST(MeasureAnalytic, OnARefinedLatticeTheyAreTheSame) {
-  const Uniform uniform(R"(
-[[measure]]
-name = "tip"
-displacement = { at = ["3.3 mm", "4.1 mm", "0.2 mm"] }
-[[measure]]
-name = "face"
-displacement = { mean = { where = "x+" } }
-[[measure]]
-name = "ball"
-displacement = { mean = { sphere = { centre = ["2.5 mm", "4 mm", "2.25 mm"], radius = "3 mm" } } }
-[[measure]]
-name = "bulk"
-volume = { where = { box = [[0, 0, 0], ["3 mm", "4 mm", "3 mm"]] } }
-[[measure]]
-name = "fibre_strain"
-strain = { mean = "body" }
-)");
+  const Uniform uniform(
+      tip_face_and_ball +
+      measure_text("bulk", R"(volume = { where = { box = [[0, 0, 0], ["3 mm", "4 mm", "3 mm"]] } })") +
+      measure_text("fibre_strain", R"(strain = { mean = "body" })"));
   const Scene fine = refined(uniform.read.scene);
   Answer answer;
   answer.method = "coupled";
@@ -510,17 +461,9 @@ strain = { mean = "body" }
 
 // Truth: units in two dimensions, per metre of thickness.
 TEST(MeasureContract, UnitsInTwoDimensions) {
-  const SceneAndMeasures read =
-      parse_scene_and_measures(test::box_text("[4, 2]") + test::hold_text() + R"([[measure]]
-name = "area"
-volume = "body"
-[[measure]]
-name = "held"
-force = "hold[1]"
-[[measure]]
-name = "stored"
-energy = "body"
-)");
+  const SceneAndMeasures read = parse_scene_and_measures(
+      test::box_text("[4, 2]") + test::hold_text() + measure_text("area", "volume = \"body\"") +
+      measure_text("held", "force = \"hold[1]\"") + measure_text("stored", "energy = \"body\""));
   EXPECT_EQ(unit_of(read.measures[0], 2), "m^2");
   EXPECT_EQ(unit_of(read.measures[1], 2), "N/m");
   EXPECT_EQ(unit_of(read.measures[2], 2), "J/m");

@@ -1,16 +1,12 @@
 /// Where voxels of a deformed image come from.
 
 #include "conditions/voxelise.hpp"
-#include "maille/materials/fault.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/warp/surface.hpp"
 #include "maille/scene/warp/warp.hpp"
 #include "scene/warp/warp_bodies.hpp"
+#include "support/kit.hpp"
 #include "support/oriented_labels.hpp"
-#include "support/temporary_folder.hpp"
-#include "support/texts.hpp"
-
-#include <gtest/gtest.h>
 
 namespace maille {
 namespace {

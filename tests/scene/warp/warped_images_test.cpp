@@ -1,18 +1,10 @@
 /// Images, labels and fields of deformed bodies.
 #include "maille/scene/warp/warp.hpp"
 #include "maille/scene/write_image.hpp"
+#include "support/kit.hpp"
 #include "warp/continuation.hpp"
 
 #include "scene/warp/warp_bodies.hpp"
-#include "support/temporary_folder.hpp"
-
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <map>
-#include <random>
 
 namespace maille {
 namespace {
@@ -32,10 +24,8 @@ TEST(WarpedAnalytic, LinearImagesAreExact) {
   Image ramp = body.labels;
   std::size_t voxel = 0;
   const auto at = [](double i, double j, double k) { return 3 + 2 * i - j + 0.5 * k; };
-  for (int k = 0; k < 10; ++k)
-    for (int j = 0; j < 11; ++j)
-      for (int i = 0; i < 12; ++i)
-        ramp.values[voxel++] = float(at(i, j, k));
+  for (const auto& [i, j, k] : test::all_below({12, 11, 10}))
+    ramp.values[voxel++] = float(at(i, j, k));
   const Pull pull = pull_of(ramp.info, body.bodies());
   const Image after = warped(pull, ramp, -100);
   const auto n = pull.source.size();

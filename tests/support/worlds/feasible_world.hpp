@@ -2,12 +2,7 @@
 /// What holds of a world of objects after every frame.
 
 #include "maille/deform/world/world.hpp"
-
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <map>
+#include "support/kit.hpp"
 
 namespace maille::test {
 

@@ -1,12 +1,17 @@
 #pragma once
-/// Random constants and directions for property tests; a test prints its seed.
+/// Random constants and directions for property tests (a test prints its seed), and faults of a piece of TOML
+/// as the lines that people see.
 
 #include "maille/materials/elasticity.hpp"
+#include "maille/materials/toml_reader.hpp"
 
 #include <Eigen/Geometry>
 
 #include <cmath>
 #include <random>
+#include <string>
+#include <string_view>
+#include <vector>
 
 namespace maille::test {
 
@@ -32,9 +37,8 @@ public:
   }
   ElasticConstants valid_constants() {
     ElasticConstants drawn = constants();
-    while (!violated_inequalities(drawn).empty()) {
+    while (!violated_inequalities(drawn).empty())
       drawn = constants();
-    }
     return drawn;
   }
   Eigen::Vector3d direction() {
@@ -46,5 +50,23 @@ public:
 private:
   std::mt19937_64 engine_;
 };
+
+/// The faults that `read(TableReader&)` finds in `text`, unknown keys among them, one message each.
+template<typename Read>
+std::vector<std::string> faults_of(std::string_view text, Read read) {
+  std::vector<std::string> messages;
+  try {
+    const toml::table document = parse_toml(text, "scene.toml");
+    FaultList faults("scene.toml");
+    TableReader table(document, "", faults);
+    read(table);
+    table.finish();
+    faults.throw_if_any();
+  } catch (const InputError& error) {
+    for (const Fault& fault : error.faults())
+      messages.push_back(to_string(fault));
+  }
+  return messages;
+}
 
 } // namespace maille::test
