@@ -1,10 +1,7 @@
 /// The truth that a ball on a block is held against.
 
 #include "bench/world/ball_on_layer.hpp"
-
-#include <gtest/gtest.h>
-
-#include <cmath>
+#include "support/kit.hpp"
 
 namespace maille::lab {
 namespace {

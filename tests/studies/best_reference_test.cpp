@@ -3,8 +3,8 @@
 #include "compare/methods.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/refined.hpp"
+#include "support/kit.hpp"
 
-#include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 namespace maille::studies {
@@ -64,7 +64,7 @@ TEST(BestReferenceContract, TheComparisonSaysHowGoodItsReferenceIs) {
   EXPECT_EQ(out["reference"], "best");
   EXPECT_GT(out["reference_error"]["relative_l2"].get<double>(), 0);
   EXPECT_LT(out["reference_error"]["relative_l2"].get<double>(), 0.02);
-  EXPECT_NE(table(scene, comparison).find("best      itself some "), std::string::npos);
+  EXPECT_TRUE(test::has(table(scene, comparison), "best      itself some "));
 }
 
 } // namespace

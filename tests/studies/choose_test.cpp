@@ -2,15 +2,11 @@
 
 #include "choose/choose.hpp"
 #include "compare/methods.hpp"
-#include "maille/materials/fault.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/refined.hpp"
-#include "support/texts.hpp"
+#include "support/kit.hpp"
 
-#include <cmath>
-#include <gtest/gtest.h>
-#include <limits>
 #include <nlohmann/json.hpp>
 
 namespace maille::studies {
@@ -144,19 +140,15 @@ TEST(TradeTableContract, IsReadByNamesOfColumns) {
 }
 
 TEST(TradeTableContract, EveryFaultIsReportedWithItsLine) {
-  try {
+  const auto faults = test::faults_found_by([] {
     (void)parse_trade_table(header + "a,9,coupled,x,0.01,done,0.5,0.1,0.2,0.25,0.01\nb,coupled\n"
                                      "a,9,coupled,0,0.01,done,soon,0.1,0.2,0.25,0.01\n",
                             "t.csv");
-    FAIL();
-  } catch (const InputError& error) {
-    ASSERT_EQ(error.faults().size(), 3u);
-    EXPECT_EQ(error.faults()[0].line, 2);
-    EXPECT_EQ(error.faults()[0].key, "halvings");
-    EXPECT_EQ(error.faults()[1].line, 3);
-    EXPECT_EQ(error.faults()[2].line, 4);
-    EXPECT_EQ(error.faults()[2].found, "\"soon\"");
-  }
+  });
+  ASSERT_EQ(faults.size(), 3u);
+  EXPECT_TRUE(test::says(faults[0], {.line = 2, .key = "halvings"}));
+  EXPECT_TRUE(test::says(faults[1], {.line = 3}));
+  EXPECT_TRUE(test::says(faults[2], {.line = 4, .found = "\"soon\""}));
   for (const std::string halvings : {"1e300", "11", "0.5", "nan"})
     EXPECT_THROW((void)parse_trade_table(
                      header + "a,9,coupled," + halvings + ",0.01,done,0.5,0.1,0.2,0.25,0.01\n", "t.csv"),
@@ -184,8 +176,9 @@ TEST(TradeTableContract, TheBuiltInOneSaysEnoughAboutEveryMethod) {
   }
 }
 
-std::string box(const std::string& cells, const std::string& by) {
-  return test::pulled_box_text(cells, by);
+std::string box(const std::string& cells, const std::string& by, const std::string& poisson_ratio = "0.3") {
+  return test::box_text(cells, "{ youngs_modulus = \"10 kPa\", poisson_ratio = " + poisson_ratio + " }") +
+         test::hold_text() + test::move_text(by);
 }
 
 // Analytic: a bar is straight on any lattice, so nothing is left of its discretisation, and nothing is known.
@@ -269,13 +262,18 @@ TEST(ChooseOracle, APlateUnderGravityIsPromisedWhatItKeeps) {
   EXPECT_LE(error, choice.chosen->error.high);
 }
 
+Choice ask_for(Lattices& lattices, const char* quantity, double error) {
+  Wish wish;
+  wish.error = error;
+  wish.seconds = 100;
+  wish.of = quantity_named(quantity).value();
+  return choose(lattices, wish, Calibration(built_in_trade_table()), {});
+}
+
 // Contract: thin matter bends as plates do on every lattice, so lattices of a plate approach each other.
 TEST(ChooseContract, LatticesOfAThinPlateApproachEachOther) {
   Lattices lattices(plate(12, "0.49"), "plate.toml");
-  Wish wish;
-  wish.error = 0.2;
-  wish.seconds = 100;
-  const Choice choice = choose(lattices, wish, Calibration(built_in_trade_table()), {});
+  const Choice choice = ask_for(lattices, "displacement", 0.2);
   EXPECT_TRUE(choice.chosen) << choice.probes.why_not;
 }
 
@@ -283,15 +281,11 @@ TEST(ChooseContract, LatticesOfAThinPlateApproachEachOther) {
 // displacement falls as 1 over distance), so answers of finer and finer lattices differ by as much as before.
 TEST(ChooseAnalytic, LatticesThatDoNotApproachEachOtherPromiseNothing) {
   Lattices lattices(
-      "[specimen]\nshape = \"box\"\ncells = [12, 12, 12]\nspacing = \"1 mm\"\nmaterial = { "
-      "youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }\n[[hold]]\nwhere = \"z-\"\n"
-      "[[move]]\nwhere = { box = [[\"5.9 mm\", \"5.9 mm\", \"11.9 mm\"], [\"6.1 mm\", \"6.1 mm\", "
-      "\"12.1 mm\"]] }\nby = [0, 0, \"-1 mm\"]\n[[load]]\ngravity = [0, 0, -1e-6]\n",
+      test::box_text("[12, 12, 12]") + test::hold_text("z-") +
+          "[[move]]\nwhere = { box = [[\"5.9 mm\", \"5.9 mm\", \"11.9 mm\"], [\"6.1 mm\", \"6.1 mm\", "
+          "\"12.1 mm\"]] }\nby = [0, 0, \"-1 mm\"]\n[[load]]\ngravity = [0, 0, -1e-6]\n",
       "point.toml");
-  Wish wish;
-  wish.error = 0.2;
-  wish.seconds = 100;
-  const Choice choice = choose(lattices, wish, Calibration(built_in_trade_table()), {});
+  const Choice choice = ask_for(lattices, "displacement", 0.2);
   EXPECT_FALSE(choice.chosen);
   EXPECT_TRUE(test::has(choice.probes.why_not, "do not approach each other"));
 }
@@ -349,19 +343,6 @@ TEST(ChooseContract, AWishWithRoomIsMetAndOneWithoutIsNot) {
 }
 
 // Promises of force, energy and stress.
-
-std::string box(const std::string& cells, const std::string& by, const std::string& poisson_ratio) {
-  return test::box_text(cells, "{ youngs_modulus = \"10 kPa\", poisson_ratio = " + poisson_ratio + " }") +
-         test::hold_text() + test::move_text(by);
-}
-
-Choice ask_for(Lattices& lattices, const char* quantity, double error) {
-  Wish wish;
-  wish.error = error;
-  wish.seconds = 100;
-  wish.of = quantity_named(quantity).value();
-  return choose(lattices, wish, Calibration(built_in_trade_table()), {});
-}
 
 // Analytic: 3, 4 from 0, 0 is 5 off; over a length of 10.
 TEST(QuantityAnalytic, DifferencesAreThoseOfLengths) {
@@ -438,9 +419,7 @@ TEST(ChooseQuantityContract, SaysOnWhatThePromiseRests) {
 }
 
 TEST(ChooseQuantityContract, AQuantityThatIsNotThereIsNamed) {
-  Lattices lattices("[specimen]\nshape = \"box\"\ncells = [16, 8, 8]\nspacing = \"1 mm\"\nmaterial = { "
-                    "youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }\n[[hold]]\nwhere = \"x-\"\n",
-                    "still.toml");
+  Lattices lattices(test::box_text("[16, 8, 8]") + test::hold_text(), "still.toml");
   Wish wish;
   wish.error = 0.1;
   wish.seconds = 100;

@@ -1,14 +1,9 @@
 /// The scenes of contact of docs/world.md, played from their files.
 
 #include "studies/prototype_scenes.hpp"
+#include "support/kit.hpp"
 
 #include <Eigen/Geometry>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <utility>
-#include <vector>
 
 namespace maille::studies {
 namespace {

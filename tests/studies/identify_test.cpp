@@ -2,15 +2,9 @@
 #include "identify/identify.hpp"
 
 #include "studies/commands/run_command.hpp"
-#include "support/mistake.hpp"
-#include "support/temporary_folder.hpp"
+#include "support/kit.hpp"
 
-#include <fmt/format.h>
-#include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-
-#include <cmath>
-#include <random>
 
 namespace maille::studies {
 namespace {
@@ -186,29 +180,32 @@ displacement = { at = [4, 4, 2] }
 component = "y"
 )";
 
-// Truth: the constants that the numbers were computed with.
-TEST(IdentifyCommandAnalytic, FindsTheConstantsOfItsOwnAnswer) {
-  const test::TemporaryFolder folder;
-  const std::string truth = folder.write("truth.toml", block).string();
-  const Outcome run = test::done("run " + truth + " --json");
+/// The measures of an answer as observations. @param scene  the file that is run
+std::string observations_of(const std::string& scene) {
   std::string csv = "measure,value\n";
-  const auto answered = nlohmann::json::parse(run.out);
-  for (const auto& measure : answered["results"][0]["measures"])
+  const auto answer = test::json_of("run " + scene + " --json");
+  for (const auto& measure : answer["results"][0]["measures"])
     if (measure["name"] == "pull")
       csv += fmt::format("pull_x,{:.17g} N\npull_z,{:.17g}\n", measure["vector"][0].get<double>(),
                          measure["vector"][2].get<double>());
     else
       csv += fmt::format("side,{:.17g}\n", measure["value"].get<double>());
-  const std::string data = folder.write("data.csv", csv).string();
+  return csv;
+}
+
+// Truth: the constants that the numbers were computed with.
+TEST(IdentifyCommandAnalytic, FindsTheConstantsOfItsOwnAnswer) {
+  const test::TemporaryFolder folder;
+  const std::string truth = folder.write("truth.toml", block).string(),
+                    data = folder.write("data.csv", observations_of(truth)).string();
   std::string text = block;
   text.replace(text.find("30 kPa"), 6, "90 kPa");
   text.replace(text.find("\"5 kPa"), 6, "\"2 kPa");
   const std::string start = folder.write("start.toml", text).string();
-  const Outcome found =
-      test::done(fmt::format("identify {} --measured {} --unknown "
-                             "specimen.material.E_fibre,specimen.material.G_fibre --json --out {}",
-                             start, data, (folder / "fitted.toml").string()));
-  const auto json = nlohmann::json::parse(found.out);
+  const auto json =
+      test::json_of(fmt::format("identify {} --measured {} --unknown "
+                                "specimen.material.E_fibre,specimen.material.G_fibre --json --out {}",
+                                start, data, (folder / "fitted.toml").string()));
   EXPECT_EQ(json["status"], "done");
   EXPECT_LE(json["solves"].get<int>(), 72);
   EXPECT_NEAR(json["unknowns"][0]["value"].get<double>(), 30, 0.3);
@@ -216,7 +213,7 @@ TEST(IdentifyCommandAnalytic, FindsTheConstantsOfItsOwnAnswer) {
   for (const auto& row : json["observations"])
     EXPECT_NEAR(row["computed"].get<double>(), row["measured"].get<double>(),
                 1e-3 * std::abs(row["measured"].get<double>()));
-  const Outcome again = test::done("run " + (folder / "fitted.toml").string() + " --json");
+  test::done("run " + (folder / "fitted.toml").string() + " --json");
 }
 
 // Truth: the constants that the numbers were computed with; the search begins with those of the library.
@@ -229,31 +226,22 @@ TEST(IdentifyCommandAnalytic, FindsConstantsByTheNameOfTheirMaterial) {
       truth.find(from), from.size(),
       R"({ E_fibre = "13 kPa", E_cross = "3.68 kPa", G_fibre = "2 kPa", nu_fibre = 0.4566, nu_cross = 0.7113 })");
   start.replace(start.find(from), from.size(), "\"muscle/soleus\"");
-  const Outcome run = test::done("run " + folder.write("truth.toml", truth).string() + " --json");
-  const auto answered = nlohmann::json::parse(run.out);
-  std::string csv = "measure,value\n";
-  for (const auto& measure : answered["results"][0]["measures"])
-    if (measure["name"] == "pull")
-      csv += fmt::format("pull_x,{:.17g} N\npull_z,{:.17g}\n", measure["vector"][0].get<double>(),
-                         measure["vector"][2].get<double>());
-  const std::string scene = folder.write("start.toml", start).string(),
-                    data = folder.write("data.csv", csv).string();
+  const std::string seen = observations_of(folder.write("truth.toml", truth).string()),
+                    scene = folder.write("start.toml", start).string(),
+                    data = folder.write("data.csv", seen.substr(0, seen.find("side"))).string();
   const std::string command = "identify " + scene + " --measured " + data;
-  const Outcome found =
-      test::done(command + " --unknown \"E_fibre, G_fibre of muscle/soleus\" --json --out " +
-                 (folder / "fitted.toml").string());
-  const auto unknowns = nlohmann::json::parse(found.out)["unknowns"];
+  const auto unknowns =
+      test::json_of(command + " --unknown \"E_fibre, G_fibre of muscle/soleus\" --json --out " +
+                    (folder / "fitted.toml").string())["unknowns"];
   EXPECT_EQ(unknowns[0]["unknown"], "E_fibre of muscle/soleus");
   EXPECT_NEAR(unknowns[0]["value"].get<double>(), 13e3, 130);
   EXPECT_NEAR(unknowns[1]["value"].get<double>(), 2e3, 20);
-  EXPECT_EQ(maille_command("check " + (folder / "fitted.toml").string()).code, 0);
-  const auto expect_fault = [&](const std::string& unknown, const std::string& words) {
-    const Outcome faulty = test::refused(command + " --unknown \"" + unknown + "\"");
-    EXPECT_TRUE(test::has(faulty.err, words));
-  };
-  expect_fault("E_fibre of muscle/masseter", "the name of a material in [specimen]");
-  expect_fault("youngs_modulus of muscle/soleus", "one of E_fibre, E_cross, G_fibre");
-  expect_fault("stiffness of muscle/soleus", "a constant that stands in its table");
+  test::done("check " + (folder / "fitted.toml").string());
+  test::expect_refused({
+      {command + " --unknown \"E_fibre of muscle/masseter\"", "the name of a material in [specimen]"},
+      {command + " --unknown \"youngs_modulus of muscle/soleus\"", "one of E_fibre, E_cross, G_fibre"},
+      {command + " --unknown \"stiffness of muscle/soleus\"", "a constant that stands in its table"},
+  });
 }
 
 TEST(IdentifyCommandContract, SaysWhatIsWrongAndWhatIsOpen) {
@@ -261,23 +249,19 @@ TEST(IdentifyCommandContract, SaysWhatIsWrongAndWhatIsOpen) {
   const std::string scene = folder.write("scene.toml", block).string();
   const std::string data =
       folder.write("data.csv", "measure,value,sigma\npull_x,0.02,0.001\nside,-0.05 mm,0.01 mm\n").string();
-  const auto code_and_words = [&](const std::string& rest) {
-    const Outcome outcome = maille_command("identify " + scene + " --measured " + rest);
-    return std::pair(outcome.code, outcome.err + outcome.out);
+  const auto identified = [&](const std::string& with, const std::string& unknown) {
+    return "identify " + scene + " --measured " + with + " --unknown " + unknown;
   };
-  const auto expect = [&](const std::string& rest, int code, const std::string& words) {
-    const auto [found, text] = code_and_words(rest);
-    EXPECT_EQ(found, code) << rest << "\n" << text;
-    EXPECT_TRUE(test::has(text, words)) << rest;
-  };
-  expect(data + " --unknown specimen.material.E", 2, "leads to");
-  expect(data + " --unknown specimen.shape", 2, "expected a number > 0");
-  expect(data + " --unknown specimen.material.E_fibre --method limits", 2, "knows forces");
-  expect(data + " --unknown specimen.material.E_fibre,specimen.material.E_cross,specimen.material.G_fibre", 2,
-         "at least as many");
-  expect(folder.write("odd.csv", "measure,value\npush,1\n").string() + " --unknown specimen.material.E_fibre",
-         2, "odd.csv:2: measure: expected a measure of the scene: pull, pull_x");
-  expect((folder / "nowhere.csv").string() + " --unknown specimen.material.E_fibre", 2, "nowhere.csv");
+  const std::string E = "specimen.material.E_fibre";
+  test::expect_refused({
+      {identified(data, "specimen.material.E"), "leads to"},
+      {identified(data, "specimen.shape"), "expected a number > 0"},
+      {identified(data, E + " --method limits"), "knows forces"},
+      {identified(data, E + ",specimen.material.E_cross,specimen.material.G_fibre"), "at least as many"},
+      {identified(folder.write("odd.csv", "measure,value\npush,1\n").string(), E),
+       "odd.csv:2: measure: expected a measure of the scene: pull, pull_x"},
+      {identified((folder / "nowhere.csv").string(), E), "nowhere.csv"},
+  });
   // Stiffness alone changes no displacement where all that is done to a body is to move it.
   const std::string side = folder.write("side.csv", "measure,value,sigma\nside,-0.05 mm,0.01 mm\n").string();
   std::string isotropic = block;

@@ -4,8 +4,7 @@
 #include "rivals/spring_lattice.hpp"
 #include "support/bodies/scenes.hpp"
 #include "support/fields.hpp"
-
-#include <gtest/gtest.h>
+#include "support/kit.hpp"
 
 namespace maille::lab {
 namespace {

@@ -3,13 +3,7 @@
 
 #include "maille/scene/world/world_scene.hpp"
 #include "play/play.hpp"
-
-#include <gtest/gtest.h>
-
-#include <filesystem>
-#include <stdexcept>
-#include <string>
-#include <vector>
+#include "support/kit.hpp"
 
 namespace maille::test {
 

@@ -2,17 +2,10 @@
 /// ones.
 
 #include "studies/prototype_scenes.hpp"
-#include "support/temporary_folder.hpp"
+#include "support/kit.hpp"
 
 #include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
-#include <cstdlib>
 #include <deque>
-#include <filesystem>
-#include <gtest/gtest.h>
-#include <random>
-#include <set>
 
 namespace maille::studies {
 namespace {

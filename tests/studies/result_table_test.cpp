@@ -1,10 +1,7 @@
 /// Tables of results: what is written reads back, and what cannot be read is a fault with its place.
 
 #include "results/result_table.hpp"
-
-#include <gtest/gtest.h>
-
-#include <cmath>
+#include "support/kit.hpp"
 
 namespace maille::studies {
 namespace {

@@ -1,10 +1,5 @@
+#include "support/kit.hpp"
 #include "verify/verification.hpp"
-
-#include "support/temporary_folder.hpp"
-
-#include <gtest/gtest.h>
-
-#include <limits>
 
 namespace maille::lab {
 namespace {

@@ -1,16 +1,11 @@
 #include "picture/world_picture.hpp"
 
 #include "maille/scene/world/world_scene.hpp"
-#include "support/temporary_folder.hpp"
-#include "support/texts.hpp"
-
-#include <gtest/gtest.h>
+#include "support/kit.hpp"
 
 #include <vtkImageData.h>
 #include <vtkNew.h>
 #include <vtkPNGReader.h>
-
-#include <tuple>
 
 namespace maille::studies {
 namespace {

@@ -1,9 +1,7 @@
 #pragma once
 /// Scenes that tests of several commands ask.
 
-#include "support/texts.hpp"
-
-#include <string>
+#include "support/kit.hpp"
 
 namespace maille::test {
 

@@ -1,15 +1,9 @@
 /// `maille fit` as outside scripts see it.
 
 #include "studies/commands/run_command.hpp"
-#include "support/sanitized.hpp"
+#include "support/kit.hpp"
 
-#include <algorithm>
-#include <cstdlib>
-#include <filesystem>
-#include <fmt/format.h>
-#include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-#include <set>
 
 namespace maille {
 namespace {
@@ -18,15 +12,12 @@ using nlohmann::json;
 using test::maille_command;
 using test::Outcome;
 
+const std::string orthotropic = R"({ E = ["20 kPa", "8 kPa", "8 kPa"], nu = [0.3, 0.3, 0.3], )"
+                                R"(G = ["4 kPa", "4 kPa", "3 kPa"] })";
+
 /// A small strip that is moved at its end.
-std::string strip(const std::string& by, const std::string& material = R"({ E = ["20 kPa", "8 kPa", "8 kPa"],
-  nu = [0.3, 0.3, 0.3], G = ["4 kPa", "4 kPa", "3 kPa"] })") {
-  // One line: an inline table of TOML has no line breaks.
-  std::string in_line = material;
-  for (char& c : in_line)
-    c = c == '\n' ? ' ' : c;
-  return "[specimen]\nshape = \"box\"\ncells = [6, 3, 3]\nspacing = \"1 mm\"\nmaterial = " + in_line +
-         "\n[[hold]]\nwhere = \"x-\"\n[[move]]\nwhere = \"x+\"\nby = " + by + "\n";
+std::string strip(const std::string& by, const std::string& material = orthotropic) {
+  return test::box_text("[6, 3, 3]", material) + test::hold_text() + test::move_text(by);
 }
 
 class FitCommandContract : public testing::Test {
@@ -49,14 +40,9 @@ std::set<std::string> names(const json& rows) {
 }
 
 TEST_F(FitCommandContract, ScenesThatAreHeldOutHaveNoSayInTheFit) {
-  const Outcome a =
-      maille_command("fit " + pulled + " " + bent + " --reference fem_q1 --json --test " + both);
-  const Outcome b =
-      maille_command("fit " + pulled + " " + bent + " --reference fem_q1 --json --test " + other);
-  ASSERT_EQ(a.code, 0) << a.err;
-  ASSERT_EQ(b.code, 0) << b.err;
-  EXPECT_EQ(names(json::parse(a.out)["fitted"]), (std::set<std::string>{"pulled", "bent"}));
-  const json first = json::parse(a.out), second = json::parse(b.out);
+  const std::string fit = "fit " + pulled + " " + bent + " --reference fem_q1 --json --test ";
+  const json first = test::json_of(fit + both), second = test::json_of(fit + other);
+  EXPECT_EQ(names(first["fitted"]), (std::set<std::string>{"pulled", "bent"}));
   EXPECT_EQ(first["numbers"], second["numbers"]) << "to the bit";
   EXPECT_EQ(first["fitted"], second["fitted"]);
   EXPECT_EQ(names(first["held_out"]), std::set<std::string>{"both"});
@@ -65,8 +51,7 @@ TEST_F(FitCommandContract, ScenesThatAreHeldOutHaveNoSayInTheFit) {
 
 TEST_F(FitCommandContract, LotsKeepThePartThatIsAskedForApart) {
   const std::string family = pulled + " " + bent + " " + both + " " + other;
-  const Outcome run = test::done("fit " + family + " --holdout 0.5 --reference fem_q1 --json");
-  const json result = json::parse(run.out);
+  const json result = test::json_of("fit " + family + " --holdout 0.5 --reference fem_q1 --json");
   std::set<std::string> all = names(result["fitted"]);
   EXPECT_EQ(all.size(), 2u);
   all.merge(names(result["held_out"]));
@@ -86,9 +71,8 @@ TEST_F(FitCommandContract, LotsKeepThePartThatIsAskedForApart) {
 void expect_same_error(const test::TemporaryFolder& folder, const json& result, const std::string& method) {
   for (const auto& [name, by] : {std::pair{"pulled", "[\"0.6 mm\", 0, 0]"}, {"bent", "[0, 0, \"0.5 mm\"]"}}) {
     const auto scene = folder.write(std::string(name) + "_fitted.toml", strip(by, "\"found.toml\""));
-    const Outcome run =
-        test::done("compare " + scene.string() + " --methods " + method + " --reference fem_q1 --json");
-    const json row = json::parse(run.out)["results"][0];
+    const json row = test::json_of("compare " + scene.string() + " --methods " + method +
+                                   " --reference fem_q1 --json")["results"][0];
     for (const char* group : {"fitted", "held_out"})
       for (const json& expected : result[group]["scenes"])
         if (expected["scene"] == name) {
@@ -101,9 +85,9 @@ void expect_same_error(const test::TemporaryFolder& folder, const json& result, 
 TEST_F(FitCommandContract, TheFileIsAMaterialThatScenesCanName) {
   const std::string file = (folder / "found.toml").string();
   for (const std::string method : {"limits", "relaxed"}) {
-    const Outcome run = test::done("fit " + pulled + " --test " + bent + " --method " + method +
-                                   " --reference fem_q1 --json --out " + file);
-    expect_same_error(folder, json::parse(run.out), method);
+    const json found = test::json_of("fit " + pulled + " --test " + bent + " --method " + method +
+                                     " --reference fem_q1 --json --out " + file);
+    expect_same_error(folder, found, method);
   }
 }
 
@@ -134,9 +118,8 @@ TEST_F(FitCommandContract, AMuscleAndItsTendonAreFittedTogether) {
     const auto again =
         folder.write("again.toml", belly(more, "belly.toml#" + muscle, "belly.toml#" + tendon) +
                                        "[limits]\nfrom = \"material\"\n");
-    const Outcome check =
-        test::done("compare " + again.string() + " --methods " + method + " --reference fem_q1 --json");
-    const json row = json::parse(check.out)["results"][0];
+    const json row = test::json_of("compare " + again.string() + " --methods " + method +
+                                   " --reference fem_q1 --json")["results"][0];
     EXPECT_EQ(row["status"], result["held_out"]["scenes"][0]["status"]);
     EXPECT_NEAR(row["error"]["relative_l2"], result["held_out"]["scenes"][0]["relative_l2"].get<double>(),
                 1e-12);
@@ -145,13 +128,13 @@ TEST_F(FitCommandContract, AMuscleAndItsTendonAreFittedTogether) {
 
 TEST_F(FitCommandContract, SaysWhyThereIsNoBetter) {
   const Outcome run = test::done("fit " + pulled + " " + bent + " --holdout 0.5 --reference fem_q1");
-  EXPECT_NE(run.out.find("not fitted to"), std::string::npos) << run.out;
-  EXPECT_NE(run.out.find("no Poisson effect"), std::string::npos) << run.out;
+  EXPECT_TRUE(test::has(run.out, "not fitted to"));
+  EXPECT_TRUE(test::has(run.out, "no Poisson effect"));
   std::string turned = strip("[\"0.6 mm\", 0, 0]");
   turned.insert(turned.find("[[hold]]"), "fibre = { angle = \"30 deg\", plane = \"xy\" }\n");
   const Outcome oblique =
       test::done("fit " + file("turned", turned) + " --test " + pulled + " --reference fem_q1 --json");
-  EXPECT_NE(oblique.out.find("fibres are turned"), std::string::npos) << oblique.out;
+  EXPECT_TRUE(test::has(oblique.out, "fibres are turned"));
 }
 
 TEST_F(FitCommandContract, AnInterruptEndsWithTheBestSoFar) {
@@ -182,27 +165,22 @@ TEST_F(FitCommandContract, WrongUseIsExitCodeTwoAndSaysWhat) {
                     soft = file("soft", strip("[0, 0, \"0.5 mm\"]", "\"muscle/soleus\"")),
                     stiffer = file("stiffer", strip("[0, 0, \"0.5 mm\"]",
                                                     "{ youngs_modulus = \"9 kPa\", poisson_ratio = 0.3 }"));
-  const std::vector<std::pair<std::string, std::string>> wrong{
-      {"fit", "SCENE"},
-      {"fit " + pulled + " --holdout 0.5", "at least two"},
-      {"fit " + pulled + " " + pulled, "twice"},
-      {"fit " + pulled + " --test " + pulled, "twice"},
-      {"fit " + pulled + " " + bent + " --holdout 0.5 --test " + both, "--holdout"},
-      {"fit " + pulled + " " + bent + " --holdout 1", "--holdout"},
-      {"fit " + pulled + " " + bent + " --method sweep", "sweep"},
-      {"fit " + pulled + " " + bent + " --reference magic", "magic"},
-      {"fit " + pulled + " " + bent + " --out result.txt", "result.txt"},
-      {"fit " + pulled + " " + bent + " --out /none/result.toml", "--out"},
-      {"fit " + pulled + " none.toml", "none.toml"},
-      {"fit " + pulled + " " + load, "load"},
-      {"fit " + pulled + " --test " + soft, "materials that scenes to fit to have"},
-      {"fit " + pulled + " --test " + stiffer, "or another name"},
-      {"fit " + still + " --test " + pulled + " --reference fem_q1", "still"},
-      {"fit " + pulled + " " + bent + " --trials 0", "--trials"}};
-  for (const auto& [arguments, text] : wrong) {
-    const Outcome run = test::refused(arguments);
-    EXPECT_NE(run.err.find(text), std::string::npos) << arguments << ": " << run.err;
-  }
+  test::expect_refused({{"fit", "SCENE"},
+                        {"fit " + pulled + " --holdout 0.5", "at least two"},
+                        {"fit " + pulled + " " + pulled, "twice"},
+                        {"fit " + pulled + " --test " + pulled, "twice"},
+                        {"fit " + pulled + " " + bent + " --holdout 0.5 --test " + both, "--holdout"},
+                        {"fit " + pulled + " " + bent + " --holdout 1", "--holdout"},
+                        {"fit " + pulled + " " + bent + " --method sweep", "sweep"},
+                        {"fit " + pulled + " " + bent + " --reference magic", "magic"},
+                        {"fit " + pulled + " " + bent + " --out result.txt", "result.txt"},
+                        {"fit " + pulled + " " + bent + " --out /none/result.toml", "--out"},
+                        {"fit " + pulled + " none.toml", "none.toml"},
+                        {"fit " + pulled + " " + load, "load"},
+                        {"fit " + pulled + " --test " + soft, "materials that scenes to fit to have"},
+                        {"fit " + pulled + " --test " + stiffer, "or another name"},
+                        {"fit " + still + " --test " + pulled + " --reference fem_q1", "still"},
+                        {"fit " + pulled + " " + bent + " --trials 0", "--trials"}});
 }
 
 /// `maille trade` and `maille choose` as outside scripts see them.
@@ -210,14 +188,10 @@ TEST_F(FitCommandContract, WrongUseIsExitCodeTwoAndSaysWhat) {
 class TradeCommandContract : public testing::Test {
 protected:
   test::TemporaryFolder folder;
-  std::string scene =
-      folder
-          .write(
-              "bent.toml",
-              "title = \"a bar that is bent\"\n[specimen]\nshape = \"box\"\ncells = [8, 4, 4]\nspacing = "
-              "\"1 mm\"\nmaterial = { youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }\n[[hold]]\nwhere = "
-              "\"x-\"\n[[move]]\nwhere = \"x+\"\nby = [0, 0, \"0.5 mm\"]\n")
-          .string();
+  std::string scene = folder
+                          .write("bent.toml", "title = \"a bar that is bent\"\n" +
+                                                  test::pulled_box_text("[8, 4, 4]", "[0, 0, \"0.5 mm\"]"))
+                          .string();
   std::string small = "trade " + scene +
                       " --methods limits,coupled,fem_q1 --spacings 4,2,1 --tolerances 0.01 "
                       "--reference-seconds 3 --repetitions 1 ";
@@ -238,8 +212,8 @@ TEST_F(TradeCommandContract, WritesTablesAndPicturesWhole) {
   if (std::system("command -v gnuplot > /dev/null 2>&1") == 0) {
     EXPECT_EQ(test::text_of(folder / "out/bent_trade.png").substr(1, 3), "PNG");
     const std::string svg = test::text_of(folder / "out/bent_trade.svg");
-    EXPECT_NE(svg.find("a bar that is bent"), std::string::npos);
-    EXPECT_NE(svg.find("</svg>"), std::string::npos);
+    EXPECT_TRUE(test::has(svg, "a bar that is bent"));
+    EXPECT_TRUE(test::has(svg, "</svg>"));
   }
   int n_files = 0;
   for (const auto& file : std::filesystem::directory_iterator(folder / "out"))
@@ -249,7 +223,7 @@ TEST_F(TradeCommandContract, WritesTablesAndPicturesWhole) {
 
 TEST_F(TradeCommandContract, ItsTableIsWhatChooseReads) {
   const std::string table = (folder / "t.csv").string();
-  ASSERT_EQ(maille_command(small + "--csv " + table).code, 0);
+  test::done(small + "--csv " + table);
   // One scene alone can promise at a level of one half and no more.
   const Outcome half =
       test::done("choose " + scene + " --error 200% --time 1min --level 50% --json --table " + table);
@@ -258,8 +232,7 @@ TEST_F(TradeCommandContract, ItsTableIsWhatChooseReads) {
 }
 
 TEST_F(TradeCommandContract, ChooseSaysWhatMeetsTheWishOrThatNoneDoes) {
-  const Outcome run = test::done("choose " + scene + " --error 30% --time 10s --memory 1GiB --json");
-  const json result = json::parse(run.out);
+  const json result = test::json_of("choose " + scene + " --error 30% --time 10s --memory 1GiB --json");
   const json& chosen = result["chosen"];
   EXPECT_LE(chosen["error"]["high"], 0.3);
   EXPECT_LE(chosen["seconds"]["high"], 10);
@@ -267,19 +240,15 @@ TEST_F(TradeCommandContract, ChooseSaysWhatMeetsTheWishOrThatNoneDoes) {
   EXPECT_EQ(result["wish"]["bytes"], 1073741824);
   const Outcome none = maille_command("choose " + scene + " --error 0.0001% --time 16ms");
   EXPECT_EQ(none.code, 1);
-  EXPECT_NE(none.out.find("none is expected to meet that"), std::string::npos) << none.out;
-  EXPECT_NE(none.out.find("the most exact in that time"), std::string::npos) << none.out;
+  EXPECT_TRUE(test::has(none.out, "none is expected to meet that"));
+  EXPECT_TRUE(test::has(none.out, "the most exact in that time"));
   const Outcome small_memory = maille_command("choose " + scene + " --error 30% --time 10s --memory 1kB");
   EXPECT_EQ(small_memory.code, 1);
 }
 
 TEST_F(TradeCommandContract, AnInterruptLeavesWhatIsThere) {
   const std::string large =
-      folder
-          .write("large.toml", "[specimen]\nshape = \"box\"\ncells = [96, 96, 96]\nspacing = \"1 mm\"\n"
-                               "material = \"muscle/soleus\"\n[[hold]]\nwhere = \"x-\"\n[[move]]\n"
-                               "where = \"x+\"\nby = [0, 0, \"1 mm\"]\n")
-          .string();
+      folder.write("large.toml", test::pulled_box_text("[96, 96, 96]", "[0, 0, \"1 mm\"]")).string();
   const Outcome run =
       test::shell("timeout --preserve-status -s INT -k 60 4 " + std::string(MAILLE_COMMAND) + " trade " +
                   large + " --methods limits,sweep --reference relaxed --repetitions 100 --json");
@@ -290,30 +259,25 @@ TEST_F(TradeCommandContract, AnInterruptLeavesWhatIsThere) {
 TEST_F(TradeCommandContract, WrongUseIsExitCodeTwoAndSaysWhat) {
   const std::string bad = folder.write("bad.csv", "a,b\n1,2\n").string(),
                     faulty = folder.write("faulty.toml", "[specimen]\nshape = 3\n").string();
-  const std::vector<std::pair<std::string, std::string>> wrong{
-      {"trade", "SCENE"},
-      {"trade none.toml", "none.toml"},
-      {"trade " + faulty, "specimen.shape"},
-      {"trade " + scene + " --methods magic", "magic"},
-      {"trade " + scene + " --reference magic", "magic"},
-      {"trade " + scene + " --spacings 3", "--spacings"},
-      {"trade " + scene + " --tolerances 2", "--tolerances"},
-      {"trade " + scene + " --repetitions 0", "--repetitions"},
-      {"trade " + scene + " --csv - --json", "--csv"},
-      {"trade " + scene + " --json /none/x.json", "--json"},
-      {"choose " + scene, "--error"},
-      {"choose " + scene + " --error 5% --time soon", "--time"},
-      {"choose " + scene + " --error much --time 16ms", "--error"},
-      {"choose " + scene + " --error -5% --time 16ms", "--error"},
-      {"choose " + scene + " --error 5% --time 16ms --memory 1stone", "--memory"},
-      {"choose " + scene + " --error 5% --time 16ms --level 100%", "--level"},
-      {"choose " + scene + " --error 5% --time 16ms --table none.csv", "none.csv"},
-      {"choose " + scene + " --error 5% --time 16ms --table " + bad, "bad.csv:1: method"},
-      {"choose none.toml --error 5% --time 16ms", "none.toml"}};
-  for (const auto& [arguments, text] : wrong) {
-    const Outcome run = test::refused(arguments);
-    EXPECT_NE(run.err.find(text), std::string::npos) << arguments << ": " << run.err;
-  }
+  test::expect_refused({{"trade", "SCENE"},
+                        {"trade none.toml", "none.toml"},
+                        {"trade " + faulty, "specimen.shape"},
+                        {"trade " + scene + " --methods magic", "magic"},
+                        {"trade " + scene + " --reference magic", "magic"},
+                        {"trade " + scene + " --spacings 3", "--spacings"},
+                        {"trade " + scene + " --tolerances 2", "--tolerances"},
+                        {"trade " + scene + " --repetitions 0", "--repetitions"},
+                        {"trade " + scene + " --csv - --json", "--csv"},
+                        {"trade " + scene + " --json /none/x.json", "--json"},
+                        {"choose " + scene, "--error"},
+                        {"choose " + scene + " --error 5% --time soon", "--time"},
+                        {"choose " + scene + " --error much --time 16ms", "--error"},
+                        {"choose " + scene + " --error -5% --time 16ms", "--error"},
+                        {"choose " + scene + " --error 5% --time 16ms --memory 1stone", "--memory"},
+                        {"choose " + scene + " --error 5% --time 16ms --level 100%", "--level"},
+                        {"choose " + scene + " --error 5% --time 16ms --table none.csv", "none.csv"},
+                        {"choose " + scene + " --error 5% --time 16ms --table " + bad, "bad.csv:1: method"},
+                        {"choose none.toml --error 5% --time 16ms", "none.toml"}});
 }
 
 } // namespace

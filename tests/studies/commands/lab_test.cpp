@@ -1,15 +1,9 @@
 /// studies/lab/run as outside scripts see it.
 
 #include "studies/commands/run_command.hpp"
+#include "support/kit.hpp"
 
-#include <fmt/format.h>
-#include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-
-#include <algorithm>
-#include <filesystem>
-#include <map>
-#include <set>
 
 namespace maille {
 namespace {
@@ -143,8 +137,8 @@ TEST(LabStabilityContract, OnePartCanBeAskedAndMakesAPage) {
   const std::string page = (folder / "page.md").string();
   const Outcome run = maille_command("stability --quick --only rotation --markdown " + page);
   EXPECT_EQ(run.code, 0) << run.err;
-  EXPECT_NE(test::text_of(page).find("| both ends of a free body by 90 deg | rotation | fem_q1 | settled |"),
-            std::string::npos);
+  EXPECT_TRUE(
+      test::has(test::text_of(page), "| both ends of a free body by 90 deg | rotation | fem_q1 | settled |"));
   const Outcome wrong = maille_command("stability --only nothing");
   EXPECT_EQ(wrong.code, 2);
   EXPECT_NE(wrong.err.find("rotation"), std::string::npos) << "names what there is";

@@ -4,18 +4,10 @@
 #include "maille/scene/mechanics/mechanics.hpp"
 #include "studies/commands/command_scenes.hpp"
 #include "studies/commands/run_command.hpp"
+#include "support/kit.hpp"
 #include "support/label_scene.hpp"
 
-#include <cmath>
-#include <cstdlib>
-#include <filesystem>
-#include <fmt/format.h>
-#include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-#include <sstream>
-#include <string>
-#include <tuple>
-#include <utility>
 
 namespace maille {
 namespace {
@@ -26,13 +18,10 @@ using test::Outcome;
 
 const std::string& bar = test::pulled_bar;
 
-struct Folder {
-  test::TemporaryFolder folder;
-  std::string path(const std::string& name) const { return (folder / name).string(); }
-  std::string with(const std::string& text) const {
-    std::ofstream(path("bar.toml")) << text;
-    return path("bar.toml");
-  }
+struct Folder : test::TemporaryFolder {
+  std::string path(const std::string& name) const { return (*this / name).string(); }
+  std::string with(const std::string& text) const { return write("bar.toml", text).string(); }
+  json read(const std::string& name) const { return json::parse(test::text_of(path(name))); }
 };
 
 std::vector<std::string> lines_of(const std::string& text) {
@@ -46,8 +35,8 @@ std::vector<std::string> lines_of(const std::string& text) {
 // Truth: Hooke's law of a bar that is pulled.
 TEST(MechanicsCommandAnalytic, ABarOfOneMaterial) {
   const Folder folder;
-  const Outcome run = test::done("run " + folder.with(bar) + " --methods coupled,fem_q1,limits --json");
-  const json results = json::parse(run.out)["results"];
+  const json results =
+      test::json_of("run " + folder.with(bar) + " --methods coupled,fem_q1,limits --json")["results"];
   ASSERT_EQ(results.size(), 3u);
   for (const json& row : results) {
     const json& found = row["mechanics"];
@@ -116,8 +105,7 @@ TEST(MechanicsCommandAnalytic, ForceOverDisplacementIsALine) {
     EXPECT_NEAR(cells[9], part * part * 0.5 * 500 * 0.05 * 16e-9, 1e-12);
   }
   EXPECT_EQ(step, 4);
-  std::ifstream list(folder.path("out/bar_run_results.json"));
-  const json results = json::parse(list);
+  const json results = folder.read("out/bar_run_results.json");
   EXPECT_NE(std::ranges::find(results["written"], "bar_coupled_force.csv"), results["written"].end());
   EXPECT_TRUE(results["results"][0]["results"][0]["mechanics"].contains("conventions"));
 }
@@ -133,10 +121,8 @@ TEST(MechanicsCommandContract, EstimatesOfForceAndStressStandBesideTheDisplaceme
   const std::string text =
       maille_command("compare" + line.substr(3) + " --csv " + folder.path("table.csv")).out;
   EXPECT_TRUE(test::has(text, "Estimated errors against elasticity"));
-  std::ifstream file(folder.path("table.csv"));
-  std::string header;
-  ASSERT_TRUE(std::getline(file, header));
-  EXPECT_TRUE(test::has(header, "estimated_force,estimated_strain_energy,estimated_strain,estimated_stress"));
+  EXPECT_TRUE(test::has(lines_of(test::text_of(folder.path("table.csv"))).at(0),
+                        "estimated_force,estimated_strain_energy,estimated_strain,estimated_stress"));
 }
 
 TEST(MechanicsCommandContract, OneTableOfPartsAndOneLineOfABody) {
@@ -156,14 +142,13 @@ TEST(MechanicsCommandContract, OneTableOfPartsAndOneLineOfABody) {
 // Truth: the voxels of the image, counted by hand; the whole is the sum of its labels.
 TEST(MechanicsCommandContract, ASegmentationHasALineALabel) {
   const Folder folder;
-  std::ofstream(folder.path("labels.nii"), std::ios::binary) << test::nifti_of(test::bent_body());
+  folder.write("labels.nii", test::nifti_of(test::bent_body()));
   const Outcome run =
       test::done("run " + folder.with(test::label_scene_text) + " --json " + folder.path("found.json"));
   EXPECT_TRUE(test::has(run.out, "\n5 firm "));
   EXPECT_TRUE(test::has(run.out, "\n17 muscle/soleus "));
   EXPECT_TRUE(test::has(run.out, "\nwhole body "));
-  std::ifstream file(folder.path("found.json"));
-  const json row = json::parse(file)["results"][0], labels = row["mechanics"]["labels"];
+  const json row = folder.read("found.json")["results"][0], labels = row["mechanics"]["labels"];
   ASSERT_EQ(labels.size(), 2u);
   EXPECT_EQ(labels[0]["label"], 5);
   EXPECT_EQ(labels[0]["cells"], 10);
@@ -183,8 +168,7 @@ TEST(MechanicsCommandContract, CompareHasErrorsOfWhatIsAsked) {
   EXPECT_FALSE(test::has(run.out, "most von Mises")) << "parts are in JSON alone";
   for (const std::string& line : lines_of(run.out))
     EXPECT_LE(line.size(), 150u) << line;
-  std::ifstream json_file(folder.path("table.json")), csv_file(folder.path("table.csv"));
-  for (const json& row : json::parse(json_file)["results"]) {
+  for (const json& row : folder.read("table.json")["results"]) {
     EXPECT_TRUE(row.contains("mechanics")) << row;
     const bool is_reference = row["method"] == "fem_q1", has_forces = row["method"] != "limits";
     ASSERT_EQ(row.contains("error"), !is_reference);
@@ -198,8 +182,7 @@ TEST(MechanicsCommandContract, CompareHasErrorsOfWhatIsAsked) {
         EXPECT_LT(row["error"][key], 1e-3) << "both are exact in a uniform pull";
     }
   }
-  std::string header;
-  std::getline(csv_file, header);
+  const std::string header = lines_of(test::text_of(folder.path("table.csv"))).at(0);
   for (const char* name : {"move_force_x_n", "hold_force_z_n", "strain_energy_j", "force_error",
                            "strain_energy_error", "strain_error", "stress_error"})
     EXPECT_TRUE(test::has(("," + header + ","), fmt::format(",{},", name))) << name;
@@ -208,31 +191,23 @@ TEST(MechanicsCommandContract, CompareHasErrorsOfWhatIsAsked) {
 TEST(MechanicsCommandContract, APictureNeedsSteps) {
   const Folder folder;
   const std::string run = "run " + folder.with(bar) + " --picture ";
-  const Outcome one_step = test::refused(run + folder.path("a.png"));
-  EXPECT_TRUE(test::has(one_step.err, "--steps 2 or more"));
-  const Outcome no_picture = test::refused(run + folder.path("a.txt") + " --steps 2");
-  EXPECT_TRUE(test::has(no_picture.err, ".png or .svg"));
-  const Outcome no_folder = test::refused(run + folder.path("nowhere/a.png") + " --steps 2");
-  const Outcome no_forces = maille_command(run + folder.path("a.png") + " --steps 2 --methods limits");
-  EXPECT_EQ(no_forces.code, 1) << no_forces.out;
+  test::expect_refused({{run + folder.path("a.png"), "--steps 2 or more"},
+                        {run + folder.path("a.txt") + " --steps 2", ".png or .svg"},
+                        {run + folder.path("nowhere/a.png") + " --steps 2", "nowhere"}});
+  const Outcome no_forces = test::done(run + folder.path("a.png") + " --steps 2 --methods limits", 1);
   EXPECT_TRUE(test::has(no_forces.err, "no picture"));
   if (std::system("gnuplot --version > /dev/null 2>&1") != 0)
     GTEST_SKIP() << "no gnuplot";
   const Outcome drawn = test::done(run + folder.path("a.svg") + " --steps 2 --methods coupled,relaxed");
-  std::ifstream picture(folder.path("a.svg"));
-  std::stringstream text;
-  text << picture.rdbuf();
   for (const char* word : {"force on moves [mN]", "strain energy [nJ]", "largest displacement", "relaxed"})
-    EXPECT_TRUE(test::has(text.str(), word)) << word;
+    EXPECT_TRUE(test::has(test::text_of(folder.path("a.svg")), word));
 }
 
 TEST(MechanicsCommandContract, AFilmHasAPictureAStepAndOneAtRest) {
   const Folder folder;
   const std::string run = "run " + folder.with(bar) + " --film ";
-  const Outcome one_step = test::refused(run + folder.path("a.mp4"));
-  EXPECT_TRUE(test::has(one_step.err, "--film: expected --steps 2 or more"));
-  const Outcome no_film = test::refused(run + folder.path("a.png") + " --steps 2");
-  EXPECT_TRUE(test::has(no_film.err, "ends in .mp4"));
+  test::expect_refused({{run + folder.path("a.mp4"), "--film: expected --steps 2 or more"},
+                        {run + folder.path("a.png") + " --steps 2", "ends in .mp4"}});
   const Outcome filmed = maille_command(run + folder.path("a.mp4") + " --steps 3");
   if (filmed.err.find("no film") != std::string::npos) // no ffmpeg, or no OpenGL
     GTEST_SKIP() << filmed.err;
@@ -276,7 +251,7 @@ TEST(VoxelMapCommandAnalytic, AStretchedBodyHasOneStrainOnItsVoxels) {
   for (const std::size_t i : {0UL, 11UL, 22UL, 45UL}) {
     const Folder folder;
     const test::LabelArray array = test::turned(block, orientations[i]);
-    folder.folder.write("labels.nii", test::nifti_of(array));
+    folder.write("labels.nii", test::nifti_of(array));
     const Outcome run = test::done(
         "run " +
         folder.with(
@@ -307,10 +282,8 @@ TEST(VoxelMapCommandAnalytic, AStretchedBodyHasOneStrainOnItsVoxels) {
 // Truth: docs/command.md: maps ask for a folder and an image.
 TEST(VoxelMapCommandContract, AsksForAFolderAndAnImage) {
   const Folder folder;
-  const Outcome no_folder = test::refused("run " + folder.with(bar) + " --maps");
-  EXPECT_TRUE(test::has(no_folder.err, "--out"));
-  const Outcome no_image = test::refused("run " + folder.with(bar) + " --maps --out " + folder.path("out"));
-  EXPECT_TRUE(test::has(no_image.err, "from an image"));
+  const std::string maps = "run " + folder.with(bar) + " --maps";
+  test::expect_refused({{maps, "--out"}, {maps + " --out " + folder.path("out"), "from an image"}});
 }
 
 /// Several processes as a user starts them: the same files as by one.
@@ -342,11 +315,9 @@ TEST(RanksContract, RanksThatDifferEndWithTheDifferenceNamed) {
   const test::TemporaryFolder folder;
   for (const auto& [name, modulus] : {std::pair{"a", "10 kPa"}, {"b", "20 kPa"}})
     folder.write(std::string(name) + ".toml",
-                 std::string("[specimen]\nshape = \"box\"\ncells = [4, 3, 3]\nspacing = \"1 mm\"\n"
-                             "material = { youngs_modulus = \"") +
-                     modulus +
-                     "\", poisson_ratio = 0.3 }\n[[hold]]\nwhere = \"x-\"\n[[move]]\nwhere = "
-                     "\"x+\"\nby = [\"0.1 mm\", 0, 0]\n");
+                 test::box_text("[4, 3, 3]",
+                                fmt::format("{{ youngs_modulus = \"{}\", poisson_ratio = 0.3 }}", modulus)) +
+                     test::hold_text() + test::move_text("[\"0.1 mm\", 0, 0]"));
   const std::string maille = "exec " + std::string(MAILLE_COMMAND), at = (folder / "").string();
   for (const auto& [first, second, word] :
        {std::tuple{" run " + at + "a.toml", " run " + at + "b.toml", "scene"},

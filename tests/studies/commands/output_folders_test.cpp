@@ -1,18 +1,9 @@
 /// What commands write, and what they must not touch.
 
 #include "studies/commands/run_command.hpp"
-#include "support/temporary_folder.hpp"
-#include "support/texts.hpp"
+#include "support/kit.hpp"
 
-#include <fmt/format.h>
-#include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-
-#include <algorithm>
-#include <array>
-#include <map>
-#include <random>
-#include <set>
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -54,19 +45,16 @@ struct Folder : test::TemporaryFolder {
 
 TEST(OutputFolderContract, ResultsOfTheSameSceneAreReplacedAsASet) {
   const Folder folder;
-  ASSERT_EQ(maille_command("run " + folder.scene + " --methods coupled --steps 4 --out " + folder.out).code,
-            0);
+  test::done("run " + folder.scene + " --methods coupled --steps 4 --out " + folder.out);
   ASSERT_EQ(folder.names().size(), 5U + 1 + 1 + 1)
       << "rest, four steps, their list, their forces, the results";
-  ASSERT_EQ(maille_command("run " + folder.scene + " --methods limits --out " + folder.out).code, 0);
+  test::done("run " + folder.scene + " --methods limits --out " + folder.out);
   EXPECT_EQ(folder.names(), (std::set<std::string>{"box_limits_0001.vti", "box_run_results.json"}));
   // Two kinds of results of one text lie side by side; of another text they would not belong together.
-  ASSERT_EQ(maille_command("compare " + folder.scene + " --methods limits,fem_q1 --out " + folder.out).code,
-            0);
+  test::done("compare " + folder.scene + " --methods limits,fem_q1 --out " + folder.out);
   EXPECT_TRUE(folder.names().contains("box_limits_0001.vti"));
   folder.write("box.toml", box_of("0.3 mm"));
-  ASSERT_EQ(maille_command("compare " + folder.scene + " --methods limits,fem_q1 --out " + folder.out).code,
-            0);
+  test::done("compare " + folder.scene + " --methods limits,fem_q1 --out " + folder.out);
   EXPECT_EQ(folder.names(),
             (std::set<std::string>{"box.vtm", "box_compare.csv", "box_compare.json",
                                    "box_compare_results.json", "box_fem_q1.vti", "box_limits.vti"}));
@@ -74,21 +62,20 @@ TEST(OutputFolderContract, ResultsOfTheSameSceneAreReplacedAsASet) {
 
 TEST(OutputFolderContract, ResultsOfOthersNeedOverwrite) {
   const Folder folder;
-  ASSERT_EQ(maille_command("run " + folder.scene + " --methods limits --out " + folder.out).code, 0);
+  test::done("run " + folder.scene + " --methods limits --out " + folder.out);
   folder.write("out/notes.txt", "mine");
   const std::set<std::string> before = folder.names();
   const Outcome refused = test::refused("compare " + folder.other + " --methods limits --out " + folder.out);
-  EXPECT_NE(refused.err.find("--overwrite"), std::string::npos) << refused.err;
+  EXPECT_TRUE(test::has(refused.err, "--overwrite"));
   EXPECT_EQ(folder.names(), before);
-  ASSERT_EQ(maille_command("run " + folder.other + " --methods limits --overwrite --out " + folder.out).code,
-            0);
+  test::done("run " + folder.other + " --methods limits --overwrite --out " + folder.out);
   EXPECT_EQ(folder.names(),
             (std::set<std::string>{"bar_limits_0001.vti", "bar_run_results.json", "notes.txt"}));
 
   auto results = nlohmann::ordered_json::parse(folder.text("out/bar_run_results.json"));
   results["maille"] = "0.0.1";
   folder.write("out/bar_run_results.json", results.dump());
-  EXPECT_EQ(maille_command("run " + folder.other + " --methods limits --out " + folder.out).code, 2);
+  test::refused("run " + folder.other + " --methods limits --out " + folder.out);
 }
 
 TEST(OutputFolderContract, WhatAListNamesElsewhereIsNotTouched) {
@@ -99,7 +86,7 @@ TEST(OutputFolderContract, WhatAListNamesElsewhereIsNotTouched) {
                R"(","scene":"box","scene_text":"","scene_file":")" +
                    folder.scene +
                    R"(","written":["../victim.vti","/etc/hostname"],"files":[{"file":"../victim.vti"}]})");
-  ASSERT_EQ(maille_command("run " + folder.scene + " --methods limits --out " + folder.out).code, 0);
+  test::done("run " + folder.scene + " --methods limits --out " + folder.out);
   EXPECT_EQ(folder.text("victim.vti"), "precious");
 }
 
@@ -205,7 +192,7 @@ TEST(OutputFolderContract, OneProcessAtATimeHasAFolder) {
     EXPECT_EQ(tree_of(folder.path()), before) << line;
   }
   close(lock);
-  EXPECT_EQ(maille_command("study " + study + " --out " + folder.out).code, 0);
+  test::done("study " + study + " --out " + folder.out);
   EXPECT_FALSE(folder.names().contains(".maille.lock"));
 }
 
@@ -221,7 +208,7 @@ TEST(OutputFolderContract, UnfinishedFilesOfDeadProcessesGoAndLinksAreNotFollowe
   folder.write("out/" + alive, "half");
   folder.write("victim.txt", "precious");
   fs::create_symlink("../victim.txt", fs::path(folder.out) / ".maille-write-test");
-  ASSERT_EQ(maille_command("run " + folder.scene + " --methods limits --out " + folder.out).code, 0);
+  test::done("run " + folder.scene + " --methods limits --out " + folder.out);
   EXPECT_FALSE(folder.names().contains(dead));
   EXPECT_TRUE(folder.names().contains(alive));
   EXPECT_EQ(folder.text("victim.txt"), "precious");
@@ -255,7 +242,7 @@ TEST(OutputFileContract, NoOptionPutsAResultInThePlaceOfWhatIsRead) {
 TEST(OutputFileContract, AnEmptyNameIsNoFolder) {
   const Folder folder;
   for (const std::string command : {"run", "compare", "trade"})
-    EXPECT_EQ(maille_command(command + " " + folder.scene + " --methods limits --out ''").code, 2) << command;
+    test::refused(command + " " + folder.scene + " --methods limits --out ''");
 }
 
 // A name of Latin-1, as old shares have them.
@@ -272,7 +259,7 @@ TEST(OutputFileContract, ANameThatIsNoUtf8CostsNoResult) {
 TEST(OutputFileContract, ATableMayNotNameAFileElsewhere) {
   const Folder folder;
   const std::string study = folder.study();
-  ASSERT_EQ(maille_command("study " + study + " --out " + folder.out).code, 0);
+  test::done("study " + study + " --out " + folder.out);
   folder.write("victim.csv", "precious");
   std::string rows = folder.text("out/study.jsonl");
   const std::string name = "\"study\":\"study\"";
@@ -291,16 +278,16 @@ TEST(OutputFileContract, StudiesMayBeReplaced) {
   const Folder folder;
   const std::string study = folder.study();
   const std::string line = "study " + study + " --out " + folder.out;
-  ASSERT_EQ(maille_command(line).code, 0);
-  EXPECT_EQ(maille_command(line).code, 2);
-  EXPECT_EQ(maille_command(line + " --overwrite").code, 0);
+  test::done(line);
+  test::refused(line);
+  test::done(line + " --overwrite");
   EXPECT_TRUE(folder.names().contains("study.jsonl"));
   EXPECT_FALSE(folder.names().contains("study_older.jsonl"));
   folder.write("out/study.csv", "name,phone\nmine,1\n");
-  EXPECT_EQ(maille_command(line + " --overwrite").code, 2);
+  test::refused(line + " --overwrite");
   EXPECT_EQ(folder.text("out/study.csv"), "name,phone\nmine,1\n");
-  EXPECT_EQ(maille_command("run " + folder.scene + " --methods limits --out " + folder.out).code, 0);
-  EXPECT_EQ(maille_command("report " + folder.out + " --out " + folder.scene).code, 2);
+  test::done("run " + folder.scene + " --methods limits --out " + folder.out);
+  test::refused("report " + folder.out + " --out " + folder.scene);
   EXPECT_EQ(folder.text("box.toml"), box_of("0.1 mm"));
 }
 

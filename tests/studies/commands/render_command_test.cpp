@@ -1,15 +1,9 @@
 /// `maille render` and `maille play --render volume` as outside scripts see them.
 
 #include "studies/commands/run_command.hpp"
-#include "support/temporary_folder.hpp"
-#include "support/texts.hpp"
+#include "support/kit.hpp"
 
-#include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-
-#include <cstdint>
-#include <filesystem>
-#include <string>
 
 namespace maille {
 namespace {
@@ -56,12 +50,8 @@ TEST_F(RenderCommandContract, SameBytesBySeveralProcesses) {
 
 TEST_F(RenderCommandContract, StereoPairsAndARingOfViews) {
   const std::string size = " --width 40 --height 30 ";
-  EXPECT_EQ(
-      maille_command("render " + scene + size + "--out " + path("pair.png") + " --stereo side_by_side").code,
-      0);
-  EXPECT_EQ(
-      maille_command("render " + scene + size + "--out " + path("glasses.png") + " --stereo anaglyph").code,
-      0);
+  test::done("render " + scene + size + "--out " + path("pair.png") + " --stereo side_by_side");
+  test::done("render " + scene + size + "--out " + path("glasses.png") + " --stereo anaglyph");
   const std::string pair = bytes("pair.png"), glasses = bytes("glasses.png");
   const auto width_of = [](const std::string& png) { return int(static_cast<unsigned char>(png.at(19))); };
   EXPECT_EQ(width_of(pair), 80);
@@ -122,12 +112,10 @@ TEST_F(RenderCommandContract, ImagesLargerThanMemoryAreRefusedWithTheNumber) {
 
 // One half of a bar has values that are drawn red, the other blue.
 TEST_F(RenderCommandContract, ComparisonsAndReportsShowGreyValues) {
-  std::string image = "ObjectType = Image\nNDims = 3\nBinaryData = True\nDimSize = 6 4 4\n"
-                      "ElementSpacing = 1 1 1\nOffset = 0 0 0\nElementType = MET_UCHAR\n"
-                      "ElementDataFile = LOCAL\n";
+  std::string values;
   for (int voxel = 0; voxel < 6 * 4 * 4; ++voxel)
-    image += char(voxel % 6 < 3 ? 50 : 100);
-  folder.write("grey.mha", image);
+    values += char(voxel % 6 < 3 ? 50 : 100);
+  folder.write("grey.mha", test::meta_image({6, 4, 4}, values));
   const std::string bar = R"(title = "a bar"
 [specimen]
 shape = "image"

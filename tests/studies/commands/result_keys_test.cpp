@@ -2,13 +2,9 @@
 
 #include "studies/commands/command_scenes.hpp"
 #include "studies/commands/run_command.hpp"
-#include "support/texts.hpp"
+#include "support/kit.hpp"
 
-#include <fmt/format.h>
-#include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-
-#include <algorithm>
 
 namespace maille {
 namespace {

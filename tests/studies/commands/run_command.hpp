@@ -1,12 +1,10 @@
 #pragma once
 /// Runs the `maille` command as outside scripts do.
 
-#include "support/temporary_folder.hpp"
-#include "support/texts.hpp"
+#include "support/kit.hpp"
 
-#include <array>
 #include <cstdio>
-#include <string>
+#include <nlohmann/json.hpp>
 
 #include <sys/wait.h>
 
@@ -42,8 +40,18 @@ inline Outcome done(const std::string& arguments, int code = 0) {
   EXPECT_EQ(run.code, code) << arguments << '\n' << run.err;
   return run;
 }
+/// What a command that has to succeed prints.
+inline nlohmann::json json_of(const std::string& arguments) {
+  return nlohmann::json::parse(done(arguments).out);
+}
 inline Outcome refused(const std::string& arguments) {
   return done(arguments, 2);
+}
+
+/// Uses that are refused, each with a part of what is said.
+inline void expect_refused(const std::vector<std::pair<std::string, std::string>>& uses) {
+  for (const auto& [arguments, part] : uses)
+    EXPECT_TRUE(has(refused(arguments).err, part)) << arguments;
 }
 
 } // namespace maille::test

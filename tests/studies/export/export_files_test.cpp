@@ -1,20 +1,13 @@
 #include "export/answer_fields.hpp"
 #include "export/vtk_files.hpp"
 #include "export/whole_file.hpp"
-#include "maille/materials/fault.hpp"
 #include "program.hpp"
 #include "studies/export/export_reading.hpp"
 #include "studies/export/export_scenes.hpp"
-#include "support/temporary_folder.hpp"
+#include "support/kit.hpp"
 
-#include <algorithm>
-#include <cstdlib>
-#include <fstream>
 #include <future>
-#include <gtest/gtest.h>
-#include <map>
 #include <pugixml.hpp>
-#include <random>
 #include <sys/stat.h>
 #include <vtkCell.h>
 #include <vtkCellData.h>
@@ -41,6 +34,7 @@ using test::FullDisk;
 using test::read_back;
 using test::TemporaryFolder;
 using test::text_of;
+using test::tuple3;
 using test::wave;
 
 TEST(ExportContract, RefusesFieldsOfAnotherGrid) {
@@ -279,8 +273,6 @@ TEST(AnswerFieldsContract, DamagedFilesAreFaults) {
   EXPECT_GT(n_refused, 100);
 }
 
-using test::tuple3;
-
 // Truth: VTK file formats, figure of the linear cell types: a hexahedron's points run round the bottom, then
 // round the top; a quad's run round.
 TEST(ExportAnalytic, CornersRunRoundTheCell) {
@@ -357,8 +349,6 @@ TEST(ExportAnalytic, KeepsTheDirectionMatrix) {
     }
   }
 }
-
-namespace fs = std::filesystem;
 
 TEST(WholeFileContract, ReplacesWhatALinkLeadsToAndKeepsTheLink) {
   const test::TemporaryFolder folder;

@@ -7,14 +7,10 @@
 #include "scene/image/image_writers.hpp"
 #include "studies/export/export_reading.hpp"
 #include "studies/export/export_scenes.hpp"
+#include "support/kit.hpp"
 #include "support/oriented_labels.hpp"
-#include "support/temporary_folder.hpp"
 
 #include <Eigen/Geometry>
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-#include <map>
-#include <random>
 #include <vtkCell.h>
 #include <vtkCellData.h>
 #include <vtkFieldData.h>
@@ -72,15 +68,13 @@ std::string image_of(const Storage& storage) {
       file.srow[std::size_t(4 * row + a)] = columns(row, a) * file.pixdim[std::size_t(a) + 1];
     file.srow[std::size_t(4 * row + 3)] = first[row];
   }
-  for (int k = 0; k < n[2]; ++k)
-    for (int j = 0; j < n[1]; ++j)
-      for (int i = 0; i < n[0]; ++i) {
-        std::array<int, 3> at{};
-        const std::array<int, 3> stored{i, j, k};
-        for (std::size_t a = 0; a < 3; ++a)
-          at[storage.file.axis[a]] = storage.file.flipped[a] ? n[a] - 1 - stored[a] : stored[a];
-        file.data += char(label_at(at[0], at[1], at[2]));
-      }
+  for (const auto& [i, j, k] : test::all_below(n)) {
+    std::array<int, 3> at{};
+    const std::array<int, 3> stored{i, j, k};
+    for (std::size_t a = 0; a < 3; ++a)
+      at[storage.file.axis[a]] = storage.file.flipped[a] ? n[a] - 1 - stored[a] : stored[a];
+    file.data += char(label_at(at[0], at[1], at[2]));
+  }
   return file.bytes();
 }
 
@@ -253,12 +247,10 @@ TEST(OrientationAnalytic, LabelsAndNamesOfMaterialsReachTheFile) {
   vtkDataArray* const label = data->GetCellData()->GetArray("Label");
   ASSERT_NE(label, nullptr);
   vtkIdType cell = 0;
-  for (int z = 0; z < size[2]; ++z)
-    for (int y = 0; y < size[1]; ++y)
-      for (int x = 0; x < size[0]; ++x)
-        if (label_at(x, y, z) != 0) {
-          EXPECT_EQ(label->GetTuple1(cell++), label_at(x, y, z));
-        }
+  for (const auto& [x, y, z] : test::all_below(size))
+    if (label_at(x, y, z) != 0) {
+      EXPECT_EQ(label->GetTuple1(cell++), label_at(x, y, z));
+    }
   vtkFieldData& field = *data->GetFieldData();
   vtkDataArray* const numbers = field.GetArray("LabelNumbers");
   ASSERT_NE(numbers, nullptr);

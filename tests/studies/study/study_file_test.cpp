@@ -1,14 +1,11 @@
 /// What a study file may say, and what it is told when it says something else.
 
-#include "maille/materials/fault.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "studies/study/study_scenes.hpp"
 #include "study/plan/sampling.hpp"
 #include "study/plan/study.hpp"
+#include "support/kit.hpp"
 
-#include <cmath>
-#include <gtest/gtest.h>
-#include <set>
 #include <sys/stat.h>
 
 namespace maille::studies {
@@ -21,17 +18,13 @@ protected:
   StudyFile parse(const std::string& text) const { return parse_study(text, folder / "study.toml"); }
   /// The faults of a text, each as `line key expected found`.
   std::string faults(const std::string& text) const {
-    try {
-      parse(text);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "none";
+    const auto found = test::faults_found_by([&] { parse(text); });
+    return found.empty() ? "none" : InputError(found).what();
   }
   void expect_fault(const std::string& text, const std::string& at, const std::string& words) const {
     const std::string found = faults(text);
-    EXPECT_NE(found.find(at), std::string::npos) << found;
-    EXPECT_NE(found.find(words), std::string::npos) << found;
+    EXPECT_TRUE(test::has(found, at));
+    EXPECT_TRUE(test::has(found, words));
   }
   const test::StudyFolder folder;
   const std::string head = test::small_head;
@@ -136,8 +129,8 @@ TEST_F(StudyFileContract, LabelsAreColumnsOfTheirOwn) {
 TEST_F(StudyFileContract, NamesOfScenesAreLookedAtBeforeTheScenes) {
   folder.write("faulty.toml", "[specimen]\nshape = \"box\"\n");
   const std::string found = faults("scene = [\"faulty.toml\", \"faulty.toml\"]\nmethods = [\"limits\"]\n");
-  EXPECT_NE(found.find("faulty twice"), std::string::npos) << found;
-  EXPECT_EQ(found.find("cells"), std::string::npos) << "the scene is not read: " << found;
+  EXPECT_TRUE(test::has(found, "faulty twice"));
+  EXPECT_FALSE(test::has(found, "cells")) << "the scene is not read: " << found;
   std::string many = "methods = [\"limits\"]\nscene = [\"strip.toml\"";
   for (int i = 0; i < 20'000; ++i)
     many += ", \"strip.toml\"";
@@ -170,9 +163,9 @@ TEST_F(StudyFileContract, ValuesStandInTheSceneWhereTheKeysSay) {
   ASSERT_EQ(all.size(), 2u);
   EXPECT_EQ(std::get<double>(all[1].values[1].shown), 0.2);
   const std::string text = resolved_scene(study, all[1]);
-  EXPECT_NE(text.find("nu_fibre = 0.2"), std::string::npos) << text;
-  EXPECT_NE(text.find("nu_cross = 0.2"), std::string::npos) << text;
-  EXPECT_NE(text.find("2 mm"), std::string::npos) << text;
+  EXPECT_TRUE(test::has(text, "nu_fibre = 0.2"));
+  EXPECT_TRUE(test::has(text, "nu_cross = 0.2"));
+  EXPECT_TRUE(test::has(text, "2 mm"));
 }
 
 TEST_F(StudyFileContract, HashesTellScenesMethodsAndFilesApart) {

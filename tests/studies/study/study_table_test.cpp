@@ -1,7 +1,6 @@
 /// Tables as files: written, torn, read, put together.
 
 #include "compare/comparison_columns.hpp"
-#include "maille/materials/fault.hpp"
 #include "maille/scene/csv.hpp"
 #include "studies/commands/command_scenes.hpp"
 #include "studies/study/study_scenes.hpp"
@@ -9,13 +8,9 @@
 #include "study/plan/study_table.hpp"
 #include "study/study_run.hpp"
 #include "study/table_files.hpp"
-#include "support/mistake.hpp"
-#include "support/temporary_folder.hpp"
+#include "support/kit.hpp"
 #include "text.hpp"
 #include "trade/measure.hpp"
-
-#include <gtest/gtest.h>
-#include <limits>
 
 namespace maille::studies {
 namespace {
@@ -121,12 +116,11 @@ TEST(StudyTableContract, ATornLastLineIsLeftOut) {
 }
 
 TEST(StudyTableContract, AFaultyLineInTheMiddleIsAFaultWithItsLine) {
-  try {
+  const auto faults = test::faults_found_by([] {
     parse_study_table(json_line(row(1, "limits")) + "\n{}\n" + lines({row(2, "limits")}), "t.jsonl");
-    FAIL() << "no fault";
-  } catch (const InputError& error) {
-    EXPECT_EQ(error.faults().front().line, 2);
-  }
+  });
+  ASSERT_FALSE(faults.empty());
+  EXPECT_EQ(faults.front().line, 2);
   EXPECT_THROW(parse_study_csv("a,b\n1,2\n", "t.csv"), InputError);
 }
 
@@ -184,20 +178,16 @@ TEST(StudyTableContract, FilesForParaViewStandInOneCollection) {
       write_study_table({row(1, "limits"), row(1, "relaxed"), row(3, "relaxed")}, folder / "s");
   ASSERT_EQ(files.size(), 3u);
   const std::string text = test::text_of(files[2]);
-  EXPECT_NE(text.find("timestep=\"3\" part=\"1\" file=\"s_0001_limits.vti\""), std::string::npos) << text;
+  EXPECT_TRUE(test::has(text, "timestep=\"3\" part=\"1\" file=\"s_0001_limits.vti\""));
 }
 
 /// Measures of scenes as columns of studies.
 
 /// A bar that may contract sideways.
-const std::string bar = test::pulled_bar + R"([[measure]]
-name = "pull"
-force = "move[1]"
-[[measure]]
-name = "longer"
-length = [[0, "1 mm", "1 mm"], ["4 mm", "1 mm", "1 mm"]]
-kind = "change"
-)";
+const std::string bar =
+    test::pulled_bar + test::measure_text("pull", "force = \"move[1]\"") +
+    test::measure_text("longer", "length = [[0, \"1 mm\", \"1 mm\"], [\"4 mm\", \"1 mm\", \"1 mm\"]]\n"
+                                 "kind = \"change\"");
 
 constexpr const char* study = R"(
 scene = "bar.toml"
@@ -277,7 +267,7 @@ TEST(StudyMeasuresContract, AreReadBackToTheBit) {
   ASSERT_EQ(table.rows.size(), 1u);
   expect_same_measures(row, table.rows[0], false);
   const StudyRow plain = row_with({});
-  EXPECT_EQ(json_line(plain).find("measure"), std::string::npos);
+  EXPECT_FALSE(test::has(json_line(plain), "measure"));
   EXPECT_TRUE(row_from_json(json_line(plain)).measures.empty());
 }
 
@@ -301,18 +291,17 @@ TEST(StudyMeasuresContract, AParameterOfTheSameNameIsAFault) {
     folder.read(bar, "scene = \"bar.toml\"\nmethods = [\"coupled\"]\n[[parameter]]\nkey = "
                      "\"specimen.material.poisson_ratio\"\nvalues = [0.2, 0.3]\nlabel = \"pull_x\"\n");
   });
-  ASSERT_EQ(faults.size(), 1u);
-  EXPECT_NE(faults[0].found.find("pull_x"), std::string::npos);
+  EXPECT_TRUE(test::says_only(faults, {.found = "pull_x"}));
 }
 
 TEST(StudyMeasuresContract, TheSummaryHasThem) {
   const std::string text =
       measures_in_words({row_with({{"pull", "N", 1.0}, {"pull_x", "N", 1.0}, {"pull_error", "", 0.5}}),
                          row_with({{"pull", "N", 3.0}, {"pull_x", "N", 3.0}, {"pull_error", "", 0.25}})});
-  EXPECT_NE(text.find("1 N"), std::string::npos) << text;
-  EXPECT_NE(text.find("3 N"), std::string::npos) << text;
-  EXPECT_NE(text.find("50 %"), std::string::npos) << text;
-  EXPECT_EQ(text.find("pull_x"), std::string::npos) << text;
+  EXPECT_TRUE(test::has(text, "1 N"));
+  EXPECT_TRUE(test::has(text, "3 N"));
+  EXPECT_TRUE(test::has(text, "50 %"));
+  EXPECT_FALSE(test::has(text, "pull_x")) << text;
   EXPECT_EQ(measures_in_words({row_with({})}), "");
 }
 

@@ -2,18 +2,12 @@
 
 #include "picture/read_picture.hpp"
 #include "studies/prototype_scenes.hpp"
-#include "support/temporary_folder.hpp"
+#include "support/kit.hpp"
 #include "view/seen_scene.hpp"
 
-#include "maille/materials/fault.hpp"
 #include "maille/scene/read_scene.hpp"
 
-#include <gtest/gtest.h>
 #include <zlib.h>
-
-#include <algorithm>
-#include <cmath>
-#include <random>
 
 namespace maille::studies {
 namespace {
@@ -88,15 +82,18 @@ TEST(PuzzleOfAPictureAnalytic, SeamsAreClosed) {
   }
 }
 
+/// A bar of 8 x 4 x 4 voxels, its halves along x of two values.
+std::string image_of_halves(int left, int right) {
+  std::string values;
+  for (int voxel = 0; voxel < 8 * 4 * 4; ++voxel)
+    values += char(voxel % 8 < 4 ? left : right);
+  return test::meta_image({8, 4, 4}, values);
+}
+
 // A bar of two labels, one of which has a colour: the other keeps the look's, up to the surface.
 TEST(LabelPaintAnalytic, WhatHasNoColourOfItsOwnKeepsTheLooks) {
   const test::TemporaryFolder temporary;
-  std::string image = "ObjectType = Image\nNDims = 3\nBinaryData = True\nDimSize = 8 4 4\n"
-                      "ElementSpacing = 1 1 1\nOffset = 0 0 0\nElementType = MET_UCHAR\n"
-                      "ElementDataFile = LOCAL\n";
-  for (int voxel = 0; voxel < 8 * 4 * 4; ++voxel)
-    image += char(voxel % 8 < 4 ? 1 : 2);
-  temporary.write("labels.mha", image);
+  temporary.write("labels.mha", image_of_halves(1, 2));
   const auto file = temporary.write("bar.toml", R"(title = "a bar"
 [specimen]
 shape = "image"
@@ -152,16 +149,11 @@ TEST(PuzzleOfAPictureContract, UndercutTabsHoldInThePlane) {
 class PicturesContract : public testing::Test {
 protected:
   std::string fault_of(const std::string& look) {
-    const auto file = folder_.write("world.toml", "[world]\ncells = [9, 9]\nspacing = \"1 mm\"\n[[object]]\n"
-                                                  "name = \"a\"\nkind = \"rigid\"\nshape = \"box\"\n"
-                                                  "cells = [4, 3]\nlook = { " +
-                                                      look + " }\n");
-    try {
-      seen_world(read_world_scene(file), file);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
+    const auto file = folder_.write(
+        "world.toml",
+        test::world_text("[9, 9]") + test::object_text("a", "rigid", "[4, 3]", "look = { " + look + " }\n"));
+    const auto faults = test::faults_found_by([&] { seen_world(read_world_scene(file), file); });
+    return faults.empty() ? "" : InputError(faults).what();
   }
   void write_picture(const char* name, int width, int height) const {
     write_png(std::vector<std::uint8_t>(std::size_t(3 * width * height), 200), width, height,
@@ -172,26 +164,27 @@ protected:
 
 TEST_F(PicturesContract, WhatIsNoPictureIsTold) {
   folder_.write("words.png", "no picture at all");
-  EXPECT_NE(fault_of("picture = \"words.png\"").find("a file that is none"), std::string::npos);
   write_picture("whole.png", 40, 40);
   const std::string whole = test::text_of(folder_.path() / "whole.png");
   folder_.write("broken.png", whole.substr(0, whole.size() / 2));
-  EXPECT_NE(fault_of("picture = \"broken.png\"").find("breaks off"), std::string::npos);
   std::string damaged = whole;
   damaged[whole.size() / 2] ^= 1;
   folder_.write("damaged.png", damaged);
-  EXPECT_NE(fault_of("picture = \"damaged.png\"").find("is damaged"), std::string::npos);
-  EXPECT_NE(fault_of("picture = \"absent.png\""), "");
-  EXPECT_NE(fault_of("picture = \"words.bmp\"").find(".png, .jpg or .jpeg"), std::string::npos);
+  for (const auto& [name, part] : {std::pair{"words.png", "a file that is none"},
+                                   {"broken.png", "breaks off"},
+                                   {"damaged.png", "is damaged"},
+                                   {"absent.png", "absent.png"},
+                                   {"words.bmp", ".png, .jpg or .jpeg"}})
+    EXPECT_TRUE(test::has(fault_of(fmt::format("picture = \"{}\"", name)), part));
 }
 
 TEST_F(PicturesContract, APictureReachesOverAllOfTheBody) {
   write_picture("small.png", 3, 3);
-  EXPECT_NE(fault_of("picture = \"small.png\"").find("3 x 3 pixels"), std::string::npos);
+  EXPECT_TRUE(test::has(fault_of("picture = \"small.png\""), "3 x 3 pixels"));
   EXPECT_EQ(fault_of("picture = \"small.png\", pixel = \"2 mm\""), "");
-  EXPECT_NE(fault_of("picture = \"small.png\", pixel = \"-2 mm\"").find("pixel"), std::string::npos);
-  EXPECT_NE(fault_of("colour = \"#ff0000\", picture = \"small.png\"").find("one of"), std::string::npos);
-  EXPECT_NE(fault_of("colour = \"#ff0000\", pixel = \"1 mm\"").find("without `picture`"), std::string::npos);
+  EXPECT_TRUE(test::has(fault_of("picture = \"small.png\", pixel = \"-2 mm\""), "pixel"));
+  EXPECT_TRUE(test::has(fault_of("colour = \"#ff0000\", picture = \"small.png\""), "one of"));
+  EXPECT_TRUE(test::has(fault_of("colour = \"#ff0000\", pixel = \"1 mm\""), "without `picture`"));
 }
 
 TEST(FieldPaintAnalytic, LabelsAndFibresColourTheirCells) {
@@ -213,12 +206,7 @@ TEST(FieldPaintAnalytic, LabelsAndFibresColourTheirCells) {
 // of its colours is then at 8 mm of 16, and where it is drawn half as far at 6 mm of 12.
 TEST(GreyPanelsAnalytic, CarryTheImageWithTheBody) {
   const test::TemporaryFolder temporary;
-  std::string image = "ObjectType = Image\nNDims = 3\nBinaryData = True\nDimSize = 8 4 4\n"
-                      "ElementSpacing = 1 1 1\nOffset = 0 0 0\nElementType = MET_UCHAR\n"
-                      "ElementDataFile = LOCAL\n";
-  for (int voxel = 0; voxel < 8 * 4 * 4; ++voxel)
-    image += char(voxel % 8 < 4 ? 50 : 100);
-  temporary.write("grey.mha", image);
+  temporary.write("grey.mha", image_of_halves(50, 100));
   const auto file = temporary.write("bar.toml", R"(title = "a bar"
 [specimen]
 shape = "image"
