@@ -1,13 +1,7 @@
 /// The window's whole way, from events to pictures, without a screen.
 
 #include "live/by_hand.hpp"
-#include "maille/materials/fault.hpp"
-#include "support/temporary_folder.hpp"
-
-#include <algorithm>
-#include <fstream>
-#include <gtest/gtest.h>
-#include <random>
+#include "support/kit.hpp"
 
 namespace maille::live {
 namespace {
@@ -24,47 +18,41 @@ std::vector<std::array<double, 2>> in_metres(std::vector<std::array<double, 2>> 
   return places;
 }
 
-/// Where the frame of an object is at the end of a recorded trajectory.
-deform::Pose end_of(const std::string& trajectory, WorldScene scene, std::size_t object) {
-  const Trajectory read = parse_trajectory(trajectory, "hand.csv", scene);
-  deform::World world(scene);
-  deform::TrajectoryDrives drives(world);
-  for (std::int64_t frame = 1; frame <= read.n_frames; ++frame) {
-    std::vector<DriveSpan> spans;
-    for (const DriveSpan& span : read.spans)
-      if (span.first_frame == frame)
-        spans.push_back(span);
-    world.advance(drives.begin_frame(world, spans, frame));
+/// What a recorded file gives when it is read and played, without any of our timeline.
+struct Replayed {
+  Replayed(const std::string& text, WorldScene scene) {
+    const Trajectory read = parse_trajectory(text, "hand.csv", scene);
+    apply_settings(read.settings, scene);
+    world.emplace(scene);
+    drives.emplace(*world);
+    for (std::int64_t frame = 1; frame <= read.n_frames; ++frame) {
+      std::vector<DriveSpan> spans;
+      for (const DriveSpan& span : read.spans)
+        if (span.first_frame == frame)
+          spans.push_back(span);
+      world->advance(drives->begin_frame(*world, spans, frame));
+    }
   }
-  return drives.frame_now(world, object);
+  std::optional<deform::World> world;
+  std::optional<deform::TrajectoryDrives> drives;
+};
+
+/// Where the frame of an object is at the end of a recorded trajectory.
+deform::Pose end_of(const std::string& trajectory, const WorldScene& scene, std::size_t object) {
+  Replayed replayed(trajectory, scene);
+  return replayed.drives->frame_now(*replayed.world, object);
 }
 
 TEST(LiveAppContract, TheMazeIsWalkedByThePointer) {
   const WorldScene scene = read_world_scene(world_folder / "maze.toml");
   HeadlessWindow window(640, 480);
+  using Places = std::vector<std::array<double, 2>>;
+  const Places way{{2, 28.5},  {20.5, 26}, {18, 15.5}, {7.5, 18},  {10, 7.5},  {20.5, 10},
+                   {18, -0.5}, {44.5, 2},  {42, 12.5}, {23.5, 10}, {26, 20.5}, {60.5, 18},
+                   {58, 28.5}, {47.5, 26}, {50, 36.5}, {39.5, 34}, {42, 44.5}, {60.5, 42}};
   // The piece begins at (2, 2); it is taken in a cell of its own, the lower left one of its middle row.
-  const LiveReport report = played(world_folder / "maze.toml",
-                                   dragged(scene, {4.5 * mm, 4.5 * mm},
-                                           in_metres({{2, 28.5},
-                                                      {20.5, 26},
-                                                      {18, 15.5},
-                                                      {7.5, 18},
-                                                      {10, 7.5},
-                                                      {20.5, 10},
-                                                      {18, -0.5},
-                                                      {44.5, 2},
-                                                      {42, 12.5},
-                                                      {23.5, 10},
-                                                      {26, 20.5},
-                                                      {60.5, 18},
-                                                      {58, 28.5},
-                                                      {47.5, 26},
-                                                      {50, 36.5},
-                                                      {39.5, 34},
-                                                      {42, 44.5},
-                                                      {60.5, 42}},
-                                                     2, 2)),
-                                   window);
+  const LiveReport report =
+      played(world_folder / "maze.toml", dragged(scene, {4.5 * mm, 4.5 * mm}, in_metres(way, 2, 2)), window);
   const Eigen::Vector3d end = end_of(report.trajectory, scene, 1).position / mm;
   EXPECT_GT(end[0], 56); // the room in the upper right corner
   EXPECT_GT(end[1], 40);
@@ -105,15 +93,9 @@ TEST(LiveAppContract, WithoutASceneThereIsAMenu) {
   HeadlessWindow window(320, 240);
   LiveSettings settings;
   settings.menu = standard_menu(MAILLE_SCENES);
-  settings.in_step = true;
-  Event choose;
-  choose.kind = EventKind::widget;
-  choose.name = "open maze";
-  Event back = choose;
-  back.name = "menu";
-  settings.script = {{0, choose}, {0, back}};
-  const LiveTools tools = test::tools();
-  const LiveReport report = run_live(window, settings, tools);
+  const LiveReport report =
+      played({}, {test::event(EventKind::widget, "open maze"), test::event(EventKind::widget, "menu")},
+             window, settings);
   EXPECT_GT(report.pictures, 0);
   EXPECT_NE(window.widget("open puzzle"), nullptr); // the menu again
   for (const Prototype& each : settings.menu)
@@ -126,64 +108,43 @@ TEST(LiveAppContract, AFileSaysWhatToDoAndF1ListsTheKeys) {
       return widget.label.find(what) != std::string::npos;
     });
   };
-  Event key;
-  key.kind = EventKind::key_down;
-  key.name = "F1";
+  const ScriptedEvent key = test::key("F1");
   for (const char* file : {"eight.toml", "chain.toml", "puzzle.toml"}) {
     HeadlessWindow window(320, 240);
     (void)played(world_folder / file, {{0, Event()}}, window);
     EXPECT_TRUE(says(window, "Drag")) << file;
     EXPECT_FALSE(says(window, "Ctrl+Q"));
-    (void)played(world_folder / file, {{0, key}}, window);
+    (void)played(world_folder / file, {key}, window);
     EXPECT_TRUE(says(window, "Ctrl+Q")) << file;
-    (void)played(world_folder / file, {{0, key}, {0, key}}, window);
+    (void)played(world_folder / file, {key, key}, window);
     EXPECT_FALSE(says(window, "Ctrl+Q")) << file;
   }
 }
 
 TEST(LiveAppContract, FaultsOfASceneAreShownAllOfThem) {
-  const auto file = std::filesystem::path(testing::TempDir()) / "live_faulty.toml";
-  std::ofstream(file)
-      << "[world]\ncells = [8, 8]\nspacing = \"-1 mm\"\n[[object]]\nname = \"a\"\nkind = \"soft\"\n";
+  const maille::test::TemporaryFolder folder;
+  const auto file = folder.write(
+      "faulty.toml",
+      "[world]\ncells = [8, 8]\nspacing = \"-1 mm\"\n[[object]]\nname = \"a\"\nkind = \"soft\"\n");
   HeadlessWindow window(320, 240);
-  Event nothing;
-  const LiveReport report = played(file, {{0, nothing}}, window);
+  const LiveReport report = played(file, {{0, Event()}}, window);
   EXPECT_GE(report.messages.size(), 2u);
   std::size_t shown = 0;
   for (const Widget& widget : window.shown().panel)
     shown += widget.emphasis;
   EXPECT_EQ(shown, report.messages.size());
-  std::filesystem::remove(file);
 }
 
 TEST(LiveAppContract, MethodsAreSwitchedAndToldApart) {
   HeadlessWindow window(160, 120);
-  LiveSettings settings;
-  settings.scene = std::filesystem::path(MAILLE_SCENES) / "poke_given_limits.toml";
-  settings.in_step = true;
-  const auto key = [](const char* name) {
-    Event event;
-    event.kind = EventKind::key_down;
-    event.name = name;
-    return ScriptedEvent{0, event};
-  };
-  Event down, move, up;
-  down.kind = EventKind::pointer_down;
-  down.button = 1;
-  down.x = 80;
-  down.y = 60;
-  move.kind = EventKind::pointer_move;
-  move.x = 84;
-  move.y = 50;
-  up = move;
-  up.kind = EventKind::pointer_up;
-  up.button = 1;
-  up.shift = true; // pinned
-  settings.script = {{0, down}, {0, move}, {0, up}, key("2"), key("3"), key("1"), key("3")};
-  const LiveTools tools = test::tools();
-  const LiveReport report = run_live(window, settings, tools);
+  const LiveReport report =
+      played(std::filesystem::path(MAILLE_SCENES) / "poke_given_limits.toml",
+             {test::pointer(EventKind::pointer_down, 80, 60), test::pointer(EventKind::pointer_move, 84, 50),
+              test::pointer(EventKind::pointer_up, 84, 50, true), // pinned
+              test::key("2"), test::key("3"), test::key("1"), test::key("3")},
+             window);
   EXPECT_TRUE(report.messages.empty()) << report.messages.front();
-  EXPECT_NE(report.trajectory.find("method"), std::string::npos);
+  EXPECT_TRUE(test::has(report.trajectory, "method"));
   EXPECT_NE(report.trajectory.find("body"), std::string::npos) << "nothing was taken: " << report.trajectory;
   bool says_coupled = false;
   for (const OverlayText& text : window.shown().texts)
@@ -196,17 +157,9 @@ TEST(LiveAppContract, ASizeOfNothingIsNoCrash) {
   std::vector<ScriptedEvent> script;
   for (const auto& [width, height] :
        std::vector<std::pair<double, double>>{{0, 0}, {1, 1}, {3, 400}, {400, 2}, {320, 240}}) {
-    Event resize;
-    resize.kind = EventKind::resize;
-    resize.x = width;
-    resize.y = height;
-    script.push_back({0, resize});
-    Event click;
-    click.kind = EventKind::pointer_down;
-    click.button = 1;
-    script.push_back({0, click});
-    click.kind = EventKind::pointer_up;
-    script.push_back({0, click});
+    script.push_back(test::pointer(EventKind::resize, width, height));
+    script.push_back(test::pointer(EventKind::pointer_down, 0, 0));
+    script.push_back(test::pointer(EventKind::pointer_up, 0, 0));
   }
   const LiveReport report = played(world_folder / "maze.toml", script, window);
   EXPECT_EQ(report.events, 15);
@@ -214,21 +167,16 @@ TEST(LiveAppContract, ASizeOfNothingIsNoCrash) {
 
 TEST(LiveAppContract, ClosedInMidDragNothingIsLost) {
   const WorldScene scene = read_world_scene(world_folder / "maze.toml");
-  const auto file = std::filesystem::path(testing::TempDir()) / "live_mid_drag.csv";
+  const maille::test::TemporaryFolder folder;
   HeadlessWindow window(640, 480);
   LiveSettings settings;
-  settings.scene = world_folder / "maze.toml";
-  settings.record = file;
-  settings.in_step = true;
-  settings.script = dragged(scene, {4.5 * mm, 4.5 * mm}, {{0, 20 * mm}});
-  settings.script.back().event = {};
-  settings.script.back().event.kind = EventKind::close; // in place of letting go
-  const LiveTools tools = test::tools();
-  const LiveReport report = run_live(window, settings, tools);
-  const std::string text = maille::test::text_of(file);
+  settings.record = folder / "mid_drag.csv";
+  auto script = dragged(scene, {4.5 * mm, 4.5 * mm}, {{0, 20 * mm}});
+  script.back() = test::event(EventKind::close); // in place of letting go
+  const LiveReport report = played(world_folder / "maze.toml", script, window, settings);
+  const std::string text = maille::test::text_of(folder / "mid_drag.csv");
   EXPECT_EQ(text, report.trajectory);
   EXPECT_NEAR(end_of(text, scene, 1).position[1], 22 * mm, 1e-3 * mm);
-  std::filesystem::remove(file);
 }
 
 /// Frames that can be gone back to, and the file of them.
@@ -243,21 +191,8 @@ DriveSpan pulled(const WorldScene& world, const Vec3& by) {
   return span;
 }
 
-/// What the same file gives when it is read and played, without any of our timeline.
-Displacement replayed(const std::string& text, WorldScene scene) {
-  const Trajectory trajectory = parse_trajectory(text, "hand.csv", scene);
-  apply_settings(trajectory.settings, scene);
-  deform::World world(scene);
-  deform::TrajectoryDrives drives(world);
-  for (std::int64_t frame = 1; frame <= trajectory.n_frames; ++frame) {
-    std::vector<DriveSpan> spans;
-    for (const DriveSpan& span : trajectory.spans)
-      if (span.first_frame == frame)
-        spans.push_back(span);
-    const auto asked = drives.begin_frame(world, spans, frame);
-    world.advance(asked);
-  }
-  return world.displacement(0);
+Displacement replayed(const std::string& text, const WorldScene& scene) {
+  return Replayed(text, scene).world->displacement(0);
 }
 
 class LiveTimelineContract : public testing::TestWithParam<const char*> {};
@@ -293,30 +228,27 @@ TEST_P(LiveTimelineContract, WhatIsUndoneIsAsIfItHadNeverBeen) {
 
 TEST_P(LiveTimelineContract, TheFileIsTheWayToThePresentStateToTheBit) {
   const WorldScene scene = block_world(GetParam());
-  const std::filesystem::path file =
-      std::filesystem::path(testing::TempDir()) / (std::string("live_timeline_") + GetParam() + ".csv");
-  {
-    Timeline timeline(scene, {}, file);
-    std::mt19937 random(7);
-    std::normal_distribution<double> step(0, 0.3 * mm);
-    for (int i = 0; i < 12; ++i) {
-      if (i % 4 == 0)
-        timeline.begin_gesture();
-      timeline.add_frame({pulled(scene, {step(random), step(random), step(random)})});
-      EXPECT_EQ(maille::test::text_of(file), timeline.text()) << "the file is behind after frame " << i;
-    }
-    timeline.undo();
-    EXPECT_EQ(maille::test::text_of(file), timeline.text());
-    EXPECT_EQ(replayed(maille::test::text_of(file), scene), timeline.world().displacement(0));
-    timeline.begin_gesture();
-    DriveSpan release;
-    release.release = true;
-    timeline.add_frame({release, pulled(scene, {0.1 * mm, 0, 0})});
-    timeline.change({0, "stiffness", "2"});
-    timeline.change({0, "limits", "1.5 0.5 0.4"});
-    EXPECT_EQ(replayed(maille::test::text_of(file), scene), timeline.world().displacement(0));
+  const maille::test::TemporaryFolder folder;
+  const auto recorded = [&] { return maille::test::text_of(folder / "timeline.csv"); };
+  Timeline timeline(scene, {}, folder / "timeline.csv");
+  std::mt19937 random(7);
+  std::normal_distribution<double> step(0, 0.3 * mm);
+  for (int i = 0; i < 12; ++i) {
+    if (i % 4 == 0)
+      timeline.begin_gesture();
+    timeline.add_frame({pulled(scene, {step(random), step(random), step(random)})});
+    EXPECT_EQ(recorded(), timeline.text()) << "the file is behind after frame " << i;
   }
-  std::filesystem::remove(file);
+  timeline.undo();
+  EXPECT_EQ(recorded(), timeline.text());
+  EXPECT_EQ(replayed(recorded(), scene), timeline.world().displacement(0));
+  timeline.begin_gesture();
+  DriveSpan release;
+  release.release = true;
+  timeline.add_frame({release, pulled(scene, {0.1 * mm, 0, 0})});
+  timeline.change({0, "stiffness", "2"});
+  timeline.change({0, "limits", "1.5 0.5 0.4"});
+  EXPECT_EQ(replayed(recorded(), scene), timeline.world().displacement(0));
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, LiveTimelineContract, testing::Values("limits", "relaxed", "coupled"),
@@ -388,21 +320,15 @@ TEST(LiveScriptContract, EventsAreReadAsTheyStand) {
 }
 
 TEST(LiveScriptContract, EveryFaultIsNamedAtOnce) {
-  try {
-    parse_script("time [s],event,x,y,button,name,value\n"
-                 "-1,down,10,20,,,\n"
-                 "0,dance,1,2,,,\n"
-                 "1,move,here,2,,,\n"
-                 "0.5,up,1,2,,,\n",
+  const auto faults = maille::test::faults_found_by([] {
+    parse_script("time [s],event,x,y,button,name,value\n-1,down,10,20,,,\n0,dance,1,2,,,\n"
+                 "1,move,here,2,,,\n0.5,up,1,2,,,\n",
                  "script.csv");
-    FAIL() << "nothing was wrong";
-  } catch (const InputError& error) {
-    ASSERT_EQ(error.faults().size(), 4u) << error.what();
-    EXPECT_EQ(error.faults()[0].line, 2);
-    EXPECT_EQ(error.faults()[1].key, "event");
-    EXPECT_EQ(error.faults()[2].key, "x");
-    EXPECT_EQ(error.faults()[3].line, 5);
-  }
+  });
+  ASSERT_EQ(faults.size(), 4u);
+  const std::array<const char*, 4> keys{"", "event", "x", ""};
+  for (int i = 0; i < 4; ++i)
+    EXPECT_TRUE(maille::test::says(faults[std::size_t(i)], {.line = 2 + i, .key = keys[std::size_t(i)]}));
   EXPECT_THROW(parse_script("", "script.csv"), InputError);
   EXPECT_THROW(parse_script("time,event\n", "script.csv"), InputError);
 }

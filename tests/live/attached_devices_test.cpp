@@ -2,20 +2,15 @@
 /// packets. Each is lost in mid-drag.
 
 #include "live/by_hand.hpp"
-#include "support/temporary_folder.hpp"
-
-#include <gtest/gtest.h>
+#include "support/kit.hpp"
 
 #ifdef MAILLE_HAS_SDL
 #include <SDL.h>
 #endif
 
 #include <arpa/inet.h>
-#include <array>
 #include <atomic>
 #include <chrono>
-#include <cstdlib>
-#include <functional>
 #include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
@@ -209,7 +204,7 @@ TEST(LiveAttachedContract, AGameControllerMovesThePieceAndIsPulledOutInMidDrag) 
   EXPECT_TRUE(said_lost) << device->status();
   EXPECT_GT(report.last_state->frames[1].position[1], 2 * mm + 5 * mm); // it began at 2 mm
   EXPECT_EQ(report.penetrations, 0);
-  EXPECT_NE(report.trajectory.find("piece"), std::string::npos);
+  EXPECT_TRUE(test::has(report.trajectory, "piece"));
 }
 #endif
 

@@ -4,24 +4,19 @@
 #include "maille/live/live.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/world/world_scene.hpp"
-
-#include <filesystem>
-#include <fstream>
-#include <string>
-#include <vector>
+#include "support/kit.hpp"
 
 namespace maille::live::test {
+
+using maille::test::has;
 
 inline const std::filesystem::path world_folder = std::filesystem::path(MAILLE_SCENES) / "world";
 inline constexpr double mm = 1e-3;
 
 /// A block of 9 x 9 x 9 nodes, held at the bottom, with limits of its own.
 inline Scene block(int cells = 8) {
-  return parse_scene("[specimen]\nshape = \"box\"\ncells = [" + std::to_string(cells) + ", " +
-                         std::to_string(cells) + ", " + std::to_string(cells) +
-                         "]\nspacing = \"1 mm\"\n"
-                         "material = { youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }\n"
-                         "[[hold]]\nwhere = \"z-\"\n"
+  return parse_scene(maille::test::box_text(fmt::format("[{0}, {0}, {0}]", cells)) +
+                         maille::test::hold_text("z-") +
                          "[limits]\nfrom = \"given\"\nstretch = 1.25\ncompress = 0.75\nshear = 0.25\n",
                      "block.toml");
 }
@@ -47,17 +42,37 @@ inline LiveTools tools() {
   return tools;
 }
 
+/// At once. @param name  of a key or a widget
+inline ScriptedEvent event(EventKind kind, const std::string& name = "", double value = 0) {
+  Event event;
+  event.kind = kind;
+  event.name = name;
+  event.value = value;
+  return {0, event};
+}
+
+inline ScriptedEvent key(const std::string& name, bool control = false) {
+  ScriptedEvent pressed = event(EventKind::key_down, name);
+  pressed.event.control = control;
+  return pressed;
+}
+
+/// Of the first button. @param x, y  [pixels]
+inline ScriptedEvent pointer(EventKind kind, double x, double y, bool shift = false) {
+  ScriptedEvent moved = event(kind);
+  moved.event.button = 1;
+  moved.event.x = x;
+  moved.event.y = y;
+  moved.event.shift = shift;
+  return moved;
+}
+
 /// Where a place of a 2D world is in a window without a panel.
 inline Event at(EventKind kind, const WorldScene& scene, double x, double y, int width = 640,
                 int height = 480) {
   const Looking looking = first_looking(scene, width, height);
   const auto place = flat_place(looking, static_cast<double>(width) / height, {x, y, 0});
-  Event event;
-  event.kind = kind;
-  event.x = place[0] * width;
-  event.y = place[1] * height;
-  event.button = 1;
-  return event;
+  return pointer(kind, place[0] * width, place[1] * height).event;
 }
 
 /// A drag of what lies at a place through others, in steps of at most two millimetres.
@@ -77,12 +92,11 @@ inline std::vector<ScriptedEvent> dragged(const WorldScene& scene, std::array<do
 }
 
 inline LiveReport played(const std::filesystem::path& scene, std::vector<ScriptedEvent> script,
-                         HeadlessWindow& window) {
-  LiveSettings settings;
+                         HeadlessWindow& window, LiveSettings settings = {},
+                         const LiveTools& with = tools()) {
   settings.scene = scene;
   settings.script = std::move(script);
   settings.in_step = true;
-  const LiveTools with = tools();
   return run_live(window, settings, with);
 }
 

@@ -1,8 +1,7 @@
 /// Hands of six degrees of freedom: packets, devices that vanish.
 
 #include "live/by_hand.hpp"
-
-#include <gtest/gtest.h>
+#include "support/kit.hpp"
 
 #include <Eigen/Geometry>
 
@@ -10,7 +9,6 @@
 #include <chrono>
 #include <cstring>
 #include <netinet/in.h>
-#include <random>
 #include <sys/socket.h>
 #include <thread>
 #include <unistd.h>
@@ -102,7 +100,7 @@ TEST(LiveDevicesContract, AUdpDeviceIsReadAnsweredAndLost) {
   const DeviceState state = device->read();
   ASSERT_TRUE(state.is_there);
   EXPECT_EQ(state.pose->position, some_packet().pose.position);
-  EXPECT_NE(device->status().find("1 malformed"), std::string::npos) << device->status();
+  EXPECT_TRUE(test::has(device->status(), "1 malformed"));
   device->write({{1, 2, 3}, {0, 0, 0}});
   std::array<std::byte, 128> answer{};
   ASSERT_EQ(sender.receive(answer), static_cast<long>(force_packet_size));
@@ -112,7 +110,7 @@ TEST(LiveDevicesContract, AUdpDeviceIsReadAnsweredAndLost) {
   EXPECT_EQ(force, 2);
   std::this_thread::sleep_for(std::chrono::milliseconds(600));
   EXPECT_FALSE(device->read().is_there);
-  EXPECT_NE(device->status().find("lost"), std::string::npos);
+  EXPECT_TRUE(test::has(device->status(), "lost"));
 }
 
 // A device moves what is held, and what it has held stays where it is when the device is gone.

@@ -4,44 +4,24 @@
 #include "maille/deform/solve.hpp"
 #include "maille/materials/text_file.hpp"
 #include "maille/scene/write_image.hpp"
-#include "support/temporary_folder.hpp"
+#include "support/kit.hpp"
 
-#include <algorithm>
 #include <atomic>
-#include <cmath>
-#include <fstream>
-#include <gtest/gtest.h>
 #include <sys/stat.h>
 
 namespace maille::live {
 namespace {
 
+using test::key;
+using test::played;
+using test::pointer;
 using test::world_folder;
 
-ScriptedEvent key(const char* name, bool control = false) {
-  Event event;
-  event.kind = EventKind::key_down;
-  event.name = name;
-  event.control = control;
-  return {0, event};
-}
-
-ScriptedEvent widget(const char* name, double value = 0) {
-  Event event;
-  event.kind = EventKind::widget;
-  event.name = name;
-  event.value = value;
-  return {0, event};
-}
-
-ScriptedEvent pointer(EventKind kind, double x, double y, bool shift = false) {
-  Event event;
-  event.kind = kind;
-  event.button = 1;
-  event.x = x;
-  event.y = y;
-  event.shift = shift;
-  return {0, event};
+/// A picture under a name, in the folder of shots.
+ScriptedEvent shot(const std::string& name) {
+  ScriptedEvent shot = test::event(EventKind::shot);
+  shot.event.text = name;
+  return shot;
 }
 
 /// Width and height that a PNG says it has.
@@ -58,26 +38,20 @@ TEST(LiveKeepingContract, ScreenshotsAndFilmsAreFilesOfTheWindowsSize) {
   const maille::test::TemporaryFolder folder;
   HeadlessWindow window(200, 150);
   LiveSettings settings;
-  settings.scene = world_folder / "maze.toml";
-  settings.in_step = true;
   settings.shots = folder.path();
-  Event shot;
-  shot.kind = EventKind::shot;
-  shot.text = "asked.png"; // in the folder of shots
-  settings.script = {key("F12"), {0, shot}, widget("film"), key("Home"), key("Home"), widget("film")};
+  const ScriptedEvent film = test::event(EventKind::widget, "film");
   LiveTools tools = test::tools();
   std::int64_t n_of_film = 0;
   tools.make_film = [&](const std::filesystem::path& stem, std::int64_t n, double seconds) {
-    for (std::int64_t i = 0; i < n; ++i) {
-      std::string number = std::to_string(i);
-      number.insert(0, 4 - number.size(), '0');
-      EXPECT_EQ(size_of_png(stem.string() + "_" + number + ".png"), (std::array{200, 150}));
-    }
+    for (std::int64_t i = 0; i < n; ++i)
+      EXPECT_EQ(size_of_png(fmt::format("{}_{:04}.png", stem.string(), i)), (std::array{200, 150}));
     EXPECT_GT(seconds, 0);
     n_of_film = n;
     return std::optional<std::string>{};
   };
-  const LiveReport report = run_live(window, settings, tools);
+  const LiveReport report =
+      played(world_folder / "maze.toml",
+             {key("F12"), shot("asked.png"), film, key("Home"), key("Home"), film}, window, settings, tools);
   EXPECT_TRUE(report.messages.empty());
   EXPECT_EQ(size_of_png(folder.path() / "asked.png"), (std::array{200, 150}));
   EXPECT_EQ(size_of_png(folder.path() / "maille_001.png"), (std::array{200, 150}));
@@ -87,42 +61,29 @@ TEST(LiveKeepingContract, ScreenshotsAndFilmsAreFilesOfTheWindowsSize) {
 TEST(LiveKeepingContract, AFolderThatIsNotThereIsSaid) {
   HeadlessWindow window(200, 150);
   LiveSettings settings;
-  settings.scene = world_folder / "maze.toml";
-  settings.in_step = true;
   settings.shots = "/nobody/made/this";
-  settings.script = {key("F12")};
-  const LiveTools tools = test::tools();
-  const LiveReport report = run_live(window, settings, tools);
+  const LiveReport report = played(world_folder / "maze.toml", {key("F12")}, window, settings);
   ASSERT_EQ(report.messages.size(), 1u);
-  EXPECT_NE(report.messages[0].find("/nobody/made/this"), std::string::npos);
+  EXPECT_TRUE(test::has(report.messages[0], "/nobody/made/this"));
   EXPECT_TRUE(report.has_lost);
 }
 
 TEST(LiveKeepingContract, ScreenshotsStayInTheirFolderAndFollowNoLink) {
   const maille::test::TemporaryFolder folder;
-  const auto precious = folder.path() / "precious.png", shots = folder.path() / "shots";
+  const auto precious = folder.write("precious.png", "precious"), shots = folder / "shots";
   std::filesystem::create_directory(shots);
-  std::ofstream(precious) << "precious";
   std::filesystem::create_symlink(precious, shots / "link.png");
   std::filesystem::create_directory(shots / "folder.png");
   ASSERT_EQ(mkfifo((shots / "pipe.png").c_str(), 0600), 0);
   for (const std::string name : {"../precious.png", "link.png", "folder.png", "pipe.png", "notes.txt"}) {
     HeadlessWindow window(200, 150);
     LiveSettings settings;
-    settings.scene = world_folder / "maze.toml";
-    settings.in_step = true;
     settings.shots = shots;
-    Event shot;
-    shot.kind = EventKind::shot;
-    shot.text = name;
-    settings.script = {{0, shot}};
-    const LiveReport report = run_live(window, settings, test::tools());
+    const LiveReport report = played(world_folder / "maze.toml", {shot(name)}, window, settings);
     EXPECT_TRUE(report.has_lost) << name;
     EXPECT_EQ(report.messages.size(), 1U) << name;
   }
-  std::string text;
-  std::ifstream(precious) >> text;
-  EXPECT_EQ(text, "precious");
+  EXPECT_EQ(maille::test::text_of(precious), "precious");
   EXPECT_TRUE(std::filesystem::is_symlink(shots / "link.png") &&
               std::filesystem::is_fifo(shots / "pipe.png"));
   EXPECT_THROW(parse_script("time [s],event,x,y,button,name,value\n0,shot,,,,,../w.png\n", "e.csv"),
@@ -132,12 +93,10 @@ TEST(LiveKeepingContract, ScreenshotsStayInTheirFolderAndFollowNoLink) {
 /// A node of the block is pulled by limits and pinned; F asks for the truth, here `coupled` without limits.
 LiveReport asked_for_truth(HeadlessWindow& window, std::vector<ScriptedEvent> then,
                            std::atomic<int>& n_asked) {
-  LiveSettings settings;
-  settings.scene = std::filesystem::path(MAILLE_SCENES) / "poke_given_limits.toml";
-  settings.in_step = true;
-  settings.script = {pointer(EventKind::pointer_down, 80, 60), pointer(EventKind::pointer_move, 84, 40),
-                     pointer(EventKind::pointer_up, 84, 40, true), key("F")};
-  settings.script.insert(settings.script.end(), then.begin(), then.end());
+  std::vector<ScriptedEvent> script{pointer(EventKind::pointer_down, 80, 60),
+                                    pointer(EventKind::pointer_move, 84, 40),
+                                    pointer(EventKind::pointer_up, 84, 40, true), key("F")};
+  script.insert(script.end(), then.begin(), then.end());
   LiveTools tools = test::tools();
   tools.finite_elements = [&](const Scene& question, const Control& control) {
     ++n_asked;
@@ -145,7 +104,7 @@ LiveReport asked_for_truth(HeadlessWindow& window, std::vector<ScriptedEvent> th
     asked.limits = {};
     return deform::solve(asked, "coupled", control);
   };
-  return run_live(window, settings, tools);
+  return played(std::filesystem::path(MAILLE_SCENES) / "poke_given_limits.toml", script, window, {}, tools);
 }
 
 bool says(const HeadlessWindow& window, const std::string& what) {

@@ -2,8 +2,7 @@
 
 #include "live/by_hand.hpp"
 #include "play/play.hpp"
-
-#include <gtest/gtest.h>
+#include "support/kit.hpp"
 
 namespace maille::live {
 namespace {

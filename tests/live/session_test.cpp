@@ -1,14 +1,11 @@
 /// The loops: hands that pull, push and turn; none waits for another.
 
 #include "live/by_hand.hpp"
+#include "support/kit.hpp"
 
 #include <Eigen/Geometry>
 #include <atomic>
 #include <chrono>
-#include <cstdlib>
-#include <gtest/gtest.h>
-#include <numbers>
-#include <random>
 
 namespace maille::live {
 namespace {
@@ -53,13 +50,18 @@ TEST(LiveSessionContract, AHeldNodeGoesWhereTheHandIs) {
   }
 }
 
+/// Takes hold of something and leads it. @param by  [mm]
+void lead(Session& session, const Grip& what, const Eigen::Vector3d& by) {
+  session.grip(what, 1);
+  deform::Pose goal = session.goal();
+  goal.position += by * mm;
+  session.reach(goal, 2);
+}
+
 TEST(LiveSessionContract, WhatIsPinnedStays) {
   const WorldScene scene = block_world("coupled");
   Session session(scene, unhurried());
-  session.grip({0, {top_middle(scene)}}, 1);
-  deform::Pose goal = session.goal();
-  goal.position[2] += 0.5 * mm;
-  session.reach(goal, 2);
+  lead(session, {0, {top_middle(scene)}}, {0, 0, 0.5});
   session.let_go(true, 3);
   ASSERT_TRUE(session.wait_idle(patience));
   EXPECT_NEAR(session.state()->displacements[0]->at(top_middle(scene))[2], 0.5 * mm, 1e-9);
@@ -74,10 +76,7 @@ TEST(LiveSessionContract, WhatIsPinnedStays) {
 TEST(LiveSessionContract, LimitsHoldHoweverFarTheHandPulls) {
   const WorldScene scene = block_world("limits");
   Session session(scene, {});
-  session.grip({0, {top_middle(scene)}}, 1);
-  deform::Pose goal = session.goal();
-  goal.position += Eigen::Vector3d(40, 3, 25) * mm;
-  session.reach(goal, 2);
+  lead(session, {0, {top_middle(scene)}}, {40, 3, 25});
   ASSERT_TRUE(session.wait_idle(patience));
   EXPECT_EQ(session.state()->status, Status::clamped);
   EXPECT_NEAR(session.state()->displacements[0]->at(top_middle(scene))[2], 8 * 0.25 * mm, 1e-6 * mm);
@@ -177,10 +176,7 @@ TEST(LiveSessionContract, AToolComesIntoTheWorldOfABodyAndPokesIt) {
   const auto with_tool = session.scene();
   ASSERT_EQ(with_tool->objects.size(), 2u);
   EXPECT_FALSE(with_tool->is_open);
-  session.grip({1, {}}, 1);
-  deform::Pose goal = session.goal();
-  goal.position[2] -= 3 * mm;
-  session.reach(goal, 2);
+  lead(session, {1, {}}, {0, 0, -3});
   ASSERT_TRUE(session.wait_idle(patience));
   const std::int64_t top = top_middle(*with_tool);
   EXPECT_LT(session.state()->displacements[0]->at(top)[2], -0.2 * mm);
@@ -198,10 +194,7 @@ TEST(LiveSessionContract, AFrameThatIsCutShortSaysWhatIsLeft) {
     n_cut += has_left && state->status == Status::budget_reached ? 1 : 0;
     n_whole += has_left && state->status == Status::done ? 1 : 0;
   });
-  session.grip({0, {}}, 1);
-  deform::Pose goal = session.goal();
-  goal.position[0] += 12 * mm; // through a row of soft discs
-  session.reach(goal, 2);
+  lead(session, {0, {}}, {12, 0, 0}); // through a row of soft discs
   ASSERT_TRUE(session.wait_idle(patience));
   EXPECT_GT(n_cut, 0);
   EXPECT_EQ(n_whole, 0);
@@ -301,21 +294,16 @@ TEST_P(LiveRandomContract, EventsOfAllKindsNeverCrashNorPenetrate) {
   std::mt19937 random(seed);
   HeadlessWindow window(200, 150);
   LiveSettings settings;
-  settings.scene = std::filesystem::path(MAILLE_SCENES) / GetParam().scene;
-  settings.in_step = true;
   settings.method = GetParam().method;
   if (GetParam().budget > 0)
     settings.frame_budget = GetParam().budget;
   settings.device = std::make_shared<GamePad>(0.01);
+  std::vector<ScriptedEvent> script;
   for (int i = 0; i < n; ++i)
-    settings.script.push_back({0, any_event(random, 200, 150)});
-  Event size;
-  size.kind = EventKind::resize;
-  size.x = 200;
-  size.y = 150;
-  settings.script.push_back({0, size});
-  const LiveTools tools = test::tools();
-  const LiveReport report = run_live(window, settings, tools);
+    script.push_back({0, any_event(random, 200, 150)});
+  script.push_back(test::pointer(EventKind::resize, 200, 150));
+  const LiveReport report =
+      test::played(std::filesystem::path(MAILLE_SCENES) / GetParam().scene, script, window, settings);
   EXPECT_EQ(report.penetrations, 0);
   EXPECT_EQ(report.events, n + 1);
 }
