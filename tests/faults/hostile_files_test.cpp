@@ -1,16 +1,8 @@
 /// Small files that claim much: the memory of a command follows the size of the file.
 
-#include "support/temporary_folder.hpp"
+#include "support/kit.hpp"
 
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-
-#include <array>
-#include <bit>
-#include <cstdint>
 #include <fcntl.h>
-#include <filesystem>
-#include <functional>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -62,26 +54,21 @@ std::string shells(int n) {
                                                       {1, 3, 7},
                                                       {1, 7, 5}}};
   std::string stl(80, ' ');
-  const auto add = [&](auto value) {
-    const auto bytes = std::bit_cast<std::array<char, sizeof(value)>>(value);
-    stl.append(bytes.begin(), bytes.end());
-  };
-  add(std::uint32_t(12 * n));
+  stl += test::raw_bytes(std::uint32_t(12 * n));
   for (int shell = 0; shell < n; ++shell)
     for (const auto& face : faces) {
       stl.append(12, '\0');
       for (const int corner : face)
         for (const float x :
              {corner & 1 ? 2.0F : 0.0F, corner & 2 ? 1000.0F : 0.0F, corner & 4 ? 1000.0F : 0.0F})
-          add(x);
+          stl += test::raw_bytes(x);
       stl.append(2, '\0');
     }
   return stl;
 }
 
-const std::string box = "[specimen]\nshape = \"box\"\ncells = [4, 4, 4]\nspacing = \"1 mm\"\n"
-                        "material = { youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }\n"
-                        "[[hold]]\nwhere = \"z-\"\n[[move]]\nwhere = \"z+\"\nby = [0, 0, \"0.2 mm\"]\n";
+const std::string box =
+    test::box_text("[4, 4, 4]") + test::hold_text("z-") + test::move_text("[0, 0, \"0.2 mm\"]", "z+");
 
 class HostileFilesContract : public testing::Test {
 protected:
@@ -108,11 +95,11 @@ TEST_F(HostileFilesContract, MemoryFollowsTheFile) {
                 "shape = \"surface\"\nsurface = \"m.stl\"\nspacing = \"1 mm\"\n");
   folder_.write("shells.toml", scene);
   expect_bounded("shells.toml", "m.stl");
-  folder_.write("world.toml",
-                "[world]\ncells = [20, 16, 16]\nspacing = \"1 mm\"\n[[object]]\nname = \"soft\"\n"
-                "kind = \"deformable\"\nshape = \"box\"\ncells = [10, 10, 10]\n"
-                "material = { youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }\n"
-                "hold = [{ where = \"x-\" }]\nposition = [\"2 mm\", \"3 mm\", \"3 mm\"]\n");
+  folder_.write("world.toml", test::world_text("[20, 16, 16]") +
+                                  test::object_text("soft", "deformable", "[10, 10, 10]",
+                                                    "material = " + test::soft +
+                                                        "\nhold = [{ where = \"x-\" }]\n"
+                                                        "position = [\"2 mm\", \"3 mm\", \"3 mm\"]\n"));
   folder_.write("rows.csv",
                 "frame,object,nodes,dx [mm]\n" + repeated(200'000, [](int) { return "1,soft,0-1330,0\n"; }));
   expect_bounded("world.toml rows.csv", "rows.csv");
@@ -122,10 +109,9 @@ TEST_F(HostileFilesContract, MemoryFollowsTheFile) {
   expect_bounded("world.toml drives.toml", "drives.toml");
   folder_.write("measures.toml",
                 box + repeated(20'000, [](int i) {
-                  return fmt::format(
-                      "[[measure]]\nname = \"m{}\"\ndisplacement = {{ along = [[0, 0, 0], [0.001, "
-                      "0, 0]], points = 1000 }}\n",
-                      i);
+                  return test::measure_text(
+                      fmt::format("m{}", i),
+                      "displacement = { along = [[0, 0, 0], [0.001, 0, 0]], points = 1000 }");
                 }));
   expect_bounded("measures.toml", "measures.toml");
   folder_.write("keys.toml", box + repeated(100'000, [](int i) { return fmt::format("k{} = 1\n", i); }));

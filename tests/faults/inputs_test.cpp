@@ -2,19 +2,9 @@
 /// (MAILLE_OPENED of support/faulty_files.cpp), not a list.
 
 #include "studies/commands/run_command.hpp"
-#include "support/temporary_folder.hpp"
+#include "support/kit.hpp"
 
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-
-#include <array>
-#include <cstdint>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <set>
-#include <string>
-#include <vector>
 
 namespace maille {
 namespace {
@@ -128,6 +118,14 @@ fs::path scene_of(const test::TemporaryFolder& folder, const std::string& labels
                           where + "] }\nby = [\"0.1 mm\", 0, 0]\n");
 }
 
+/// A line in which paths stand for words.
+std::string filled(std::string line, const std::vector<std::pair<std::string, std::string>>& paths) {
+  for (const auto& [word, path] : paths)
+    for (std::size_t at = 0; (at = line.find(word, at)) != std::string::npos; at += path.size())
+      line.replace(at, word.size(), path);
+  return line;
+}
+
 TEST(OpenedInputsContract, NoOptionWritesOverWhatACommandOpens) {
   const std::vector<std::string> options{
       "check IN --json FILE",
@@ -188,12 +186,9 @@ TEST(OpenedInputsContract, NoOptionWritesOverWhatACommandOpens) {
           fs::remove(folder / "link.png");
           if (i == 1)
             fs::create_hard_link(file, name);
-          std::string line = options[option % options.size()];
-          for (const auto& [word, path] : {std::pair{std::string("IN"), scene},
-                                           {std::string("FILE"), name},
-                                           {std::string("OUT"), (folder / "out").string()}})
-            for (std::size_t at = 0; (at = line.find(word, at)) != std::string::npos; at += path.size())
-              line.replace(at, word.size(), path);
+          const std::string line =
+              filled(options[option % options.size()],
+                     {{"IN", scene}, {"FILE", name}, {"OUT", (folder / "out").string()}});
           const std::string before = test::text_of(file);
           const test::Outcome run = test::maille_command(line);
           ++n_tried;
@@ -212,22 +207,9 @@ TEST(OpenedInputsContract, NoOptionWritesOverWhatACommandOpens) {
   EXPECT_GE(n_tried, 300);
 }
 
-constexpr const char* world = R"([world]
-cells = [12, 8]
-spacing = "1 mm"
-[[object]]
-name = "wall"
-kind = "fixed"
-shape = "box"
-cells = [1, 8]
-position = ["9 mm", 0]
-[[object]]
-name = "a box"
-kind = "rigid"
-shape = "box"
-cells = [2, 2]
-position = ["2 mm", "3 mm"]
-)";
+const std::string world = test::world_text("[12, 8]") +
+                          test::object_text("wall", "fixed", "[1, 8]", "position = [\"9 mm\", 0]\n") +
+                          test::object_text("a box", "rigid", "[2, 2]", "position = [\"2 mm\", \"3 mm\"]\n");
 constexpr const char* pushed =
     "frame_time = \"100 ms\"\n[[drive]]\nobject = \"a box\"\nby = [\"3 mm\", 0]\nframes = 2\n";
 
@@ -246,21 +228,16 @@ TEST(ForeignResultsContract, NoCommandReplacesThem) {
       "a,b\n1,2\n",
       "of maille\n# maille\nComment = maille\n{\"a\": {\"maille\": \"1\"}}\n" + std::string(99, '.')};
   int n_tried = 0, n_lost = 0;
-  for (std::string line : commands) {
+  for (const std::string& command : commands) {
     const test::TemporaryFolder folder;
     const fs::path out = folder / "out", kept = folder / "kept";
     const std::string played =
         folder.write("world.toml", world).string() + " " + folder.write("pushed.toml", pushed).string();
-    for (const auto& [word, path] :
-         {std::pair{std::string("IN"), scene_of(folder, "labels.mha", "mask.nhdr").string()},
-          {"WORLD", played},
-          {"OUT", out.string()}})
-      if (const std::size_t at = line.find(word); at != std::string::npos)
-        line.replace(at, word.size(), path);
-    const test::Outcome first = test::maille_command(line);
-    ASSERT_EQ(first.code, 0) << line << first.err;
-    const test::Outcome again = test::maille_command(line);
-    ASSERT_EQ(again.code, 0) << "replaces its own files: " << line << again.err;
+    const std::string line = filled(command, {{"IN", scene_of(folder, "labels.mha", "mask.nhdr").string()},
+                                              {"WORLD", played},
+                                              {"OUT", out.string()}});
+    test::done(line);
+    test::done(line); // replaces its own files
     fs::copy(out, kept);
     for (const auto& entry : fs::directory_iterator(kept))
       for (const bool is_link : {false, true}) {
@@ -271,9 +248,7 @@ TEST(ForeignResultsContract, NoCommandReplacesThem) {
         const fs::path file = out / entry.path().filename();
         fs::remove(file);
         is_link ? fs::create_symlink(mine, file) : fs::copy(mine, file);
-        const test::Outcome run = test::maille_command(line);
-        EXPECT_EQ(run.code, 2) << line << file << run.err;
-        EXPECT_NE(run.err.find(file.filename().string()), std::string::npos) << line << run.err;
+        EXPECT_TRUE(test::has(test::refused(line).err, file.filename().string())) << line << file;
         n_lost +=
             test::text_of(mine) != text || test::text_of(file) != text || fs::is_symlink(file) != is_link;
         ++n_tried;
@@ -290,15 +265,11 @@ TEST(ForeignResultsContract, NamesOfNoneThatIsAskedForAreLeftAlone) {
   const std::vector<std::string> names{
       "scene_relaxed_0001.vti",  "scene_relaxed.vti", "scene_limits_0007.vti", "scene_fem_q1_0000.vtu",
       "scene_play_results.json", "scene.pvd",         "scene_trade.json",      "scene_fem_q1_labels.nii.gz"};
-  fs::create_directory(folder / "out");
   for (const std::string& name : names)
     folder.write("out/" + name, "mine");
-  for (const char* line :
-       {"run {} --methods limits --out {}", "compare {} --methods limits --reference limits --out {}"}) {
-    const test::Outcome run =
-        test::maille_command(fmt::format(fmt::runtime(line), scene, (folder / "out").string()));
-    EXPECT_EQ(run.code, 0) << run.err;
-  }
+  const std::string asked = " " + scene + " --methods limits --out " + (folder / "out").string();
+  test::done("run" + asked);
+  test::done("compare" + asked + " --reference limits");
   for (const std::string& name : names)
     EXPECT_EQ(test::text_of(folder / ("out/" + name)), "mine") << name;
 }
@@ -306,19 +277,16 @@ TEST(ForeignResultsContract, NamesOfNoneThatIsAskedForAreLeftAlone) {
 TEST(OpenedInputsContract, AChangedSliceIsAnotherScene) {
   const test::TemporaryFolder folder;
   scene_of(folder, "series", "patch.stl");
-  const std::string line = "study " +
-                           folder
-                               .write("study.toml", "scene = \"scene.toml\"\nmethods = [\"limits\"]\n"
-                                                    "reference = \"none\"\n[[parameter]]\nkey = "
-                                                    "\"move.0.by.0\"\nvalues = [\"0.1 mm\"]\n")
-                               .string() +
-                           " --out " + (folder / "out").string() + " --resume";
-  ASSERT_EQ(test::maille_command(line).code, 0);
-  EXPECT_NE(test::maille_command(line).out.find("1 rows were there"), std::string::npos);
+  const fs::path study =
+      folder.write("study.toml", "scene = \"scene.toml\"\nmethods = [\"limits\"]\nreference = \"none\"\n"
+                                 "[[parameter]]\nkey = \"move.0.by.0\"\nvalues = [\"0.1 mm\"]\n");
+  const std::string line = "study " + study.string() + " --out " + (folder / "out").string() + " --resume";
+  test::done(line);
+  EXPECT_TRUE(test::has(test::done(line).out, "1 rows were there"));
   std::string slice = test::text_of(folder / "series/s1.dcm");
   slice[slice.size() - 2] = 0; // a pixel
   folder.write("series/s1.dcm", slice);
-  EXPECT_EQ(test::maille_command(line).out.find("rows were there"), std::string::npos);
+  EXPECT_FALSE(test::has(test::done(line).out, "rows were there"));
 }
 
 } // namespace

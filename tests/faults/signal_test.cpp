@@ -1,17 +1,15 @@
 /// Ctrl-C (SIGINT), SIGTERM and SIGHUP in the middle of the work, also sent before the work has begun: the
 /// exit code says so, what is complete is there, and what is there is whole.
 
+#include "support/kit.hpp"
 #include "writing_commands.hpp"
 
 #include <chrono>
 #include <csignal>
 #include <ctime>
-#include <random>
-#include <sstream>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <thread>
-#include <tuple>
 #include <unistd.h>
 
 namespace maille {
@@ -31,12 +29,11 @@ const std::string slow_end =
 
 TEST_P(InterruptContract, EndsSoonWithWholeFilesAndItsExitCode) {
   const CommandFolder folder;
-  folder.folder().write("in/slow.toml", CommandFolder::box("[\"2 mm\", 0, 0]", "[60, 60, 60]") + slow_end);
-  folder.folder().write("in/slower.toml", CommandFolder::box("[\"1 mm\", 0, 0]", "[60, 60, 60]") + slow_end);
-  folder.folder().write("in/slow_study.toml",
-                        "scene = \"slow.toml\"\nmethods = [\"sweep\"]\nreference = \"none\"\n");
+  folder.write("in/slow.toml", CommandFolder::box("[\"2 mm\", 0, 0]", "[60, 60, 60]") + slow_end);
+  folder.write("in/slower.toml", CommandFolder::box("[\"1 mm\", 0, 0]", "[60, 60, 60]") + slow_end);
+  folder.write("in/slow_study.toml", "scene = \"slow.toml\"\nmethods = [\"sweep\"]\nreference = \"none\"\n");
   const Files before{{"earlier.json", "{}"}};
-  folder.folder().write("out/earlier.json", "{}");
+  folder.write("out/earlier.json", "{}");
   // While libraries are loaded; during the work, also under load.
   for (const auto& [signal, number, seconds] :
        {std::tuple{"INT", 2, "0.05"}, std::tuple{"INT", 2, "4"}, std::tuple{"TERM", 15, "4"}}) {
@@ -73,7 +70,7 @@ class FactorContract : public testing::TestWithParam<std::string> {};
 // it was cut.
 TEST_P(FactorContract, IsLeftWithinASecondAndWhatIsCompleteIsKept) {
   const CommandFolder folder;
-  folder.folder().write("in/large.toml", CommandFolder::box("[\"1 mm\", 0, 0]", far_too_many) + wide_limits);
+  folder.write("in/large.toml", CommandFolder::box("[\"1 mm\", 0, 0]", far_too_many) + wide_limits);
   const double before_the_signal = 9;
   const auto start = std::chrono::steady_clock::now();
   const Outcome run = folder.run(
@@ -88,7 +85,7 @@ TEST_P(FactorContract, IsLeftWithinASecondAndWhatIsCompleteIsKept) {
   EXPECT_EQ(results[0]["status"], "done");
   EXPECT_EQ(results[1]["method"], "fem_q1");
   EXPECT_EQ(results[1]["status"], "interrupted");
-  EXPECT_NE(run.out.find("interrupted"), std::string::npos) << run.out;
+  EXPECT_TRUE(test::has(run.out, "interrupted"));
   EXPECT_TRUE(files_in(folder.out(), true).empty());
 }
 
@@ -99,8 +96,7 @@ INSTANTIATE_TEST_SUITE_P(Signals, FactorContract, testing::Values("INT", "TERM",
 TEST(InterruptedReferenceContract, LeavesNoFileAndTheTextSaysSo) {
   const CommandFolder folder;
   // Small enough for its file to be written within the second, while its reference takes much longer.
-  folder.folder().write("in/large.toml",
-                        CommandFolder::box("[\"1 mm\", 0, 0]", "[28, 28, 28]") + wide_limits);
+  folder.write("in/large.toml", CommandFolder::box("[\"1 mm\", 0, 0]", "[28, 28, 28]") + wide_limits);
   const Outcome run =
       folder.run("compare IN/large.toml --methods coupled --fem-solver cholmod --reference best "
                  "--reference-seconds 1000 --threads 1 --out OUT",
@@ -108,22 +104,22 @@ TEST(InterruptedReferenceContract, LeavesNoFileAndTheTextSaysSo) {
   EXPECT_EQ(run.code, 1) << run.err;
   EXPECT_TRUE(std::filesystem::exists(folder.out() / "large_coupled.vti")) << run.out;
   EXPECT_FALSE(std::filesystem::exists(folder.out() / "large_best.vti")) << run.out;
-  EXPECT_EQ(run.out.find("could be afforded"), std::string::npos) << run.out;
-  EXPECT_NE(run.out.find("it ended interrupted"), std::string::npos) << run.out;
+  EXPECT_FALSE(test::has(run.out, "could be afforded")) << run.out;
+  EXPECT_TRUE(test::has(run.out, "it ended interrupted"));
 }
 
 // A table of nothing is worth less than that of an earlier run.
 TEST(InterruptedReferenceContract, WithoutAnAnswerEarlierFilesStay) {
   const CommandFolder folder;
-  folder.folder().write("in/large.toml", CommandFolder::box("[\"1 mm\", 0, 0]", far_too_many) + wide_limits);
+  folder.write("in/large.toml", CommandFolder::box("[\"1 mm\", 0, 0]", far_too_many) + wide_limits);
   const Files earlier{{"c.csv", "precious"}, {"r.json", "{}"}};
   for (const auto& [name, text] : earlier)
-    folder.folder().write("out/" + name, text);
+    folder.write("out/" + name, text);
   const Outcome run = folder.run("compare IN/large.toml --methods fem_q1 --fem-solver cholmod --threads 1 "
                                  "--json OUT/r.json --csv OUT/c.csv",
                                  "timeout --preserve-status -s INT -k 60 4");
   EXPECT_EQ(run.code, 1) << run.err;
-  EXPECT_NE(run.err.find("earlier files stay"), std::string::npos) << run.err;
+  EXPECT_TRUE(test::has(run.err, "earlier files stay"));
   EXPECT_EQ(files_in(folder.out()), earlier);
 }
 
@@ -182,7 +178,7 @@ Stopped stop_after(const std::string& line, double after, int signal) {
 TEST(StopTimeContract, EveryPhaseEndsWithinASecondOfProcessor) {
   const CommandFolder folder;
   const auto scene = [&](const char* name, const std::string& cells) {
-    folder.folder().write(std::string("in/") + name, CommandFolder::box("[\"0.5 mm\", 0, 0]", cells));
+    folder.write(std::string("in/") + name, CommandFolder::box("[\"0.5 mm\", 0, 0]", cells));
     return (folder.in() / name).string();
   };
   const std::string large = scene("large.toml", "[90, 60, 60]"), small = scene("small.toml", "[30, 20, 20]"),

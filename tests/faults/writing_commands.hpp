@@ -3,20 +3,9 @@
 /// afterwards.
 
 #include "studies/commands/run_command.hpp"
-#include "support/temporary_folder.hpp"
-#include "support/texts.hpp"
+#include "support/kit.hpp"
 
-#include <fmt/format.h>
-#include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-
-#include <algorithm>
-#include <filesystem>
-#include <map>
-#include <set>
-#include <sstream>
-#include <string>
-#include <vector>
 
 namespace maille::test {
 
@@ -95,20 +84,17 @@ inline bool is_whole(const std::string& name, const std::string& text, const std
 }
 
 /// Scenes, a study, its table and results to make a page of, and a folder for output.
-class CommandFolder {
+class CommandFolder : public TemporaryFolder {
 public:
   CommandFolder() {
-    std::filesystem::create_directories(in());
     std::filesystem::create_directories(out());
-    folder_.write("in/box.toml", box("[\"0.6 mm\", 0, 0]"));
-    folder_.write("in/bent.toml", box("[0, 0, \"0.5 mm\"]"));
-    folder_.write("in/study.toml",
-                  "scene = \"box.toml\"\nmethods = [\"limits\", \"relaxed\"]\nreference = \"none\"\n"
-                  "[[parameter]]\nkey = \"move.0.by.0\"\nvalues = [\"0.1 mm\", \"0.2 mm\"]\n");
+    write("in/box.toml", box("[\"0.6 mm\", 0, 0]"));
+    write("in/bent.toml", box("[0, 0, \"0.5 mm\"]"));
+    write("in/study.toml", "scene = \"box.toml\"\nmethods = [\"limits\", \"relaxed\"]\nreference = \"none\"\n"
+                           "[[parameter]]\nkey = \"move.0.by.0\"\nvalues = [\"0.1 mm\", \"0.2 mm\"]\n");
   }
-  std::filesystem::path in() const { return folder_ / "in"; }
-  std::filesystem::path out() const { return folder_ / "out"; }
-  const TemporaryFolder& folder() const { return folder_; }
+  std::filesystem::path in() const { return path() / "in"; }
+  std::filesystem::path out() const { return path() / "out"; }
 
   static std::string box(const std::string& by, const std::string& cells = "[6, 3, 3]") {
     return pulled_box_text(cells, by);
@@ -140,20 +126,17 @@ public:
     return run(arguments,
                fmt::format("ASAN_OPTIONS=verify_asan_link_order=0 MAILLE_FAULT={} MAILLE_FAULT_UNDER={} "
                            "MAILLE_FAULT_COUNT={} LD_PRELOAD={}",
-                           fault, under.string(), (folder_ / "count").string(), MAILLE_FAULTY_FILES));
+                           fault, under.string(), (path() / "count").string(), MAILLE_FAULTY_FILES));
   }
   /// How many calls of a kind there were in the last run with a fault.
   long n_calls(const std::string& call) const {
-    std::istringstream lines(test::text_of(folder_ / "count"));
+    std::istringstream lines(test::text_of(path() / "count"));
     std::string name;
     for (long n = 0; lines >> name >> n;)
       if (name == call)
         return n;
     return 0;
   }
-
-private:
-  TemporaryFolder folder_;
 };
 
 /// The first call, one in the middle and the last: of 1 ... n.
