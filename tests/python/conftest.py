@@ -35,6 +35,30 @@ def press_ctrl_c(after):
     threading.Timer(after, os.kill, (os.getpid(), signal.SIGINT)).start()
 
 
+def faults_of_four_threads(once, times, until_first=False):
+    """Calls once(thread, time) from four threads side by side. Any error but RuntimeError fails. @return what those say"""
+    faults, others = [], []
+
+    def repeat(thread):
+        for time in range(times):
+            if until_first and faults:
+                return
+            try:
+                once(thread, time)
+            except RuntimeError as error:
+                faults.append(str(error))
+            except Exception as error:
+                others.append(error)
+
+    threads = [threading.Thread(target=repeat, args=(thread,)) for thread in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not others
+    return faults
+
+
 @pytest.fixture
 def strip(tmp_path):
     """A scene file of a bar that is pulled."""

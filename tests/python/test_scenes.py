@@ -1,17 +1,13 @@
 """Scenes from arrays, files and mappings, and what is wrong with them."""
 
 import copy
-import os
 import pickle
-import subprocess
-import sys
-import threading
 
 import numpy as np
 import pytest
 
 import maille
-from conftest import AFFINE, STRIP, label_scene, two_labels
+from conftest import AFFINE, STRIP, ended, faults_of_four_threads, label_scene, two_labels
 
 
 def test_arrays_oracle_any_strides_types_and_byte_orders_are_the_same_scene():
@@ -188,8 +184,7 @@ def test_imports_contract_a_numpy_that_the_module_does_not_know_is_said(tmp_path
     if maille._core.knows_numpy_2:
         pytest.skip("built with a pybind11 that knows numpy 2")
     program = "import numpy; numpy.__version__ = '2.1.0'; import maille"
-    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True,
-                         env={**os.environ, "PYTHONPATH": os.environ["MAILLE_PYTHON_PATH"]})
+    run = ended(program)
     assert run.returncode != 0 and "numpy 2.1.0 is installed" in run.stderr
 
 
@@ -212,25 +207,13 @@ def test_scenes_oracle_copies_and_pickles_are_the_scene():
 def test_drags_contract_one_thread_at_a_time():
     drag = label_scene(two_labels()).drag()
     nodes = drag._scene.nodes_in("z+")
-    errors, others = [], []
 
-    def pull(step):
-        for n in range(60):
-            try:
-                drag.move(nodes, by=(0.0, 0.0, step * n))
-                drag.displacement
-                drag.residue
-            except RuntimeError as error:
-                errors.append(str(error))
-            except Exception as error:  # any other is a failure
-                others.append(error)
+    def pull(thread, time):
+        drag.move(nodes, by=(0.0, 0.0, 1e-5 * (thread + 1) * time))
+        drag.displacement
+        drag.residue
 
-    threads = [threading.Thread(target=pull, args=(1e-5 * (k + 1),)) for k in range(4)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert not others and all("one thread at a time" in text for text in errors)
+    assert all("one thread at a time" in text for text in faults_of_four_threads(pull, 60))
     assert np.isfinite(drag.displacement).all()
 
 

@@ -1,11 +1,10 @@
 """Worlds, frame by frame."""
 
-import threading
-
 import numpy as np
 import pytest
 
 import maille
+from conftest import faults_of_four_threads
 
 WORLD = """
 [world]
@@ -86,26 +85,12 @@ def test_worlds_contract_faults_are_those_of_files(tmp_path, world):
 
 def test_worlds_contract_one_thread_at_a_time(world):
     """A second thread is refused or waits for its turn at the interpreter's lock; neither ends the process."""
-    errors, others = [], []
 
-    def play():
-        for n in range(200):
-            if errors:
-                break
-            try:
-                world.advance([maille.drive("finger", by=(0, 0, "-0.5 mm" if n % 8 < 4 else "0.5 mm"))], threads=1)
-                world.pose("finger")
-            except RuntimeError as error:
-                errors.append(str(error))
-            except Exception as error:  # any other is a failure
-                others.append(error)
+    def play(_, n):
+        world.advance([maille.drive("finger", by=(0, 0, "-0.5 mm" if n % 8 < 4 else "0.5 mm"))], threads=1)
+        world.pose("finger")
 
-    threads = [threading.Thread(target=play) for _ in range(4)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert not others
+    errors = faults_of_four_threads(play, 200, until_first=True)
     assert errors and all("one thread at a time" in text for text in errors)
     assert np.isfinite(world.displacement("pad")).all()
 
