@@ -57,7 +57,7 @@ inline ScriptedEvent key(const std::string& name, bool control = false) {
   return pressed;
 }
 
-/// Of the first button. @param x, y  [pixels]
+/// The first button. @param x, y  [pixels]
 inline ScriptedEvent pointer(EventKind kind, double x, double y, bool shift = false) {
   ScriptedEvent moved = event(kind);
   moved.event.button = 1;

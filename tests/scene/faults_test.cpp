@@ -117,7 +117,7 @@ namespace fs = std::filesystem;
 
 const std::string soft = "youngs_modulus = \"10 kPa\"\npoisson_ratio = 0.3\n";
 
-/// Of a material in a file of its own.
+/// A scene whose material stands in its own file.
 std::string scene_of(const std::string& material) {
   return test::box_text("[4]", "\"" + material + "\"") + test::hold_text();
 }
