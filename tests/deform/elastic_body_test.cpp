@@ -4,11 +4,7 @@
 #include "maille/deform/solve.hpp"
 #include "support/bodies/carved.hpp"
 #include "support/coupled_algorithms.hpp"
-
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <functional>
+#include "support/kit.hpp"
 
 namespace maille::deform {
 namespace {

@@ -4,12 +4,9 @@
 
 #include "maille/deform/solve.hpp"
 #include "maille/scene/read_scene.hpp"
-
-#include <gtest/gtest.h>
+#include "support/kit.hpp"
 
 #include <cstring>
-#include <fstream>
-#include <sstream>
 
 namespace maille {
 namespace {

@@ -9,9 +9,7 @@
 #include "support/bodies/lattice_scenes.hpp"
 #include "support/bodies/named_bodies.hpp"
 #include "support/heap_meter.hpp"
-#include "support/sanitized.hpp"
-
-#include <gtest/gtest.h>
+#include "support/kit.hpp"
 
 namespace maille::deform {
 namespace {

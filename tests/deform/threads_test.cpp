@@ -7,8 +7,7 @@
 #include "maille/scene/link_limits.hpp"
 #include "support/bodies/carved.hpp"
 #include "support/bodies/lattice_scenes.hpp"
-
-#include <gtest/gtest.h>
+#include "support/kit.hpp"
 
 namespace maille::deform {
 namespace {

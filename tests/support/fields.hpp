@@ -18,10 +18,12 @@ inline double largest(const Displacement& u) {
   return most;
 }
 
+/// NaN where one of them is.
 inline double largest_difference(std::span<const double> u, std::span<const double> v) {
   double most = 0;
-  for (std::size_t i = 0; i < u.size(); ++i)
-    most = std::max(most, std::abs(u[i] - v[i]));
+  for (std::size_t i = 0; i < u.size() && !std::isnan(most); ++i)
+    if (const double difference = std::abs(u[i] - v[i]); !(difference <= most))
+      most = difference;
   return most;
 }
 

@@ -1,9 +1,9 @@
 #pragma once
-/// What a tiled body holds, as tests compare it.
+/// Tiled bodies, and what they hold as tests compare it.
 
 #include "feasible/wavefront/wavefront.hpp"
 #include "maille/scene/answer.hpp"
-#include "maille/scene/scene.hpp"
+#include "support/bodies/holed_bodies.hpp"
 
 #include <algorithm>
 
@@ -14,6 +14,19 @@ inline Displacement state_of(const Scene& scene, const deform::TiledBody& body) 
   body.copy_to(u);
   return u;
 }
+
+/// A random body with holes.
+struct HoledTiles {
+  explicit HoledTiles(unsigned seed)
+      : random(seed), scene(holed_body(random)), limits(scene), body(scene, limits) {}
+  HoledTiles(const HoledTiles&) = delete; // limits and body look at the scene
+  HoledTiles& operator=(const HoledTiles&) = delete;
+
+  std::mt19937 random;
+  Scene scene;
+  LinkLimits limits;
+  deform::TiledBody body;
+};
 
 /// The coarsest step among the components [m].
 inline double largest_quantum(const Scene& scene, const deform::TiledBody& body) {

@@ -8,18 +8,8 @@
 #include "maille/scene/scene_builder.hpp"
 #include "maille/scene/sliding.hpp"
 #include "support/bodies/layers.hpp"
+#include "support/kit.hpp"
 #include "support/solved.hpp"
-
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdint>
-#include <numbers>
-#include <span>
-#include <string>
-#include <vector>
 
 namespace maille::deform {
 namespace {

@@ -7,10 +7,9 @@
 #include "support/bodies/bent_bar.hpp"
 #include "support/bodies/lattice_scenes.hpp"
 #include "support/fields.hpp"
+#include "support/kit.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <gtest/gtest.h>
-#include <random>
 
 namespace maille::deform {
 namespace {

@@ -7,11 +7,8 @@
 #include "elastic/multigrid/chebyshev.hpp"
 #include "support/bodies/scenes.hpp"
 #include "support/fields.hpp"
+#include "support/kit.hpp"
 #include "support/vector_targets.hpp"
-
-#include <cmath>
-#include <gtest/gtest.h>
-#include <random>
 
 namespace maille::deform {
 namespace {

@@ -5,17 +5,11 @@
 #include "maille/scene/arena.hpp"
 #include "support/bodies/holed_bodies.hpp"
 #include "support/componentwise_oracle.hpp"
-#include "support/sanitized.hpp"
+#include "support/kit.hpp"
 #include "support/vector_targets.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <cstdint>
 #include <cstring>
-#include <gtest/gtest.h>
-#include <iterator>
-#include <numeric>
-#include <random>
-#include <vector>
 
 namespace maille::deform {
 namespace {

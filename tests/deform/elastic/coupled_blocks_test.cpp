@@ -4,9 +4,8 @@
 #include "maille/scene/block_frames.hpp"
 #include "support/bodies/bent_bar.hpp"
 #include "support/fields.hpp"
+#include "support/kit.hpp"
 #include "support/solved.hpp"
-
-#include <gtest/gtest.h>
 
 namespace maille::deform {
 namespace {

@@ -9,11 +9,8 @@
 #include "support/bodies/scenes.hpp"
 #include "support/dense_program.hpp"
 #include "support/fields.hpp"
-#include "support/sanitized.hpp"
+#include "support/kit.hpp"
 #include "support/solved.hpp"
-
-#include <cmath>
-#include <gtest/gtest.h>
 
 namespace maille::deform {
 namespace {

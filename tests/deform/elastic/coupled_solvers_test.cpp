@@ -5,10 +5,8 @@
 #include "support/bodies/carved.hpp"
 #include "support/bodies/scenes.hpp"
 #include "support/coupled_algorithms.hpp"
+#include "support/kit.hpp"
 #include "support/vector_targets.hpp"
-
-#include <cmath>
-#include <gtest/gtest.h>
 
 namespace maille::deform {
 namespace {

@@ -4,7 +4,6 @@
 #include "elastic/resample/coarser_scene.hpp"
 #include "maille/deform/estimated_error.hpp"
 #include "maille/deform/solve.hpp"
-#include "maille/materials/fault.hpp"
 #include "maille/scene/answer.hpp"
 #include "maille/scene/cell_fields.hpp"
 #include "maille/scene/frame.hpp"
@@ -13,12 +12,7 @@
 #include "support/bodies/lattice_scenes.hpp"
 #include "support/bodies/scenes.hpp"
 #include "support/fields.hpp"
-#include "support/sanitized.hpp"
-#include "support/texts.hpp"
-
-#include <cmath>
-#include <gtest/gtest.h>
-#include <numbers>
+#include "support/kit.hpp"
 
 namespace maille::deform {
 namespace {

@@ -4,15 +4,8 @@
 #include "maille/scene/plausibility.hpp"
 #include "maille/scene/scene_builder.hpp"
 #include "support/bodies/layers.hpp"
+#include "support/kit.hpp"
 #include "support/solved.hpp"
-
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <string>
-#include <utility>
 
 namespace maille::deform {
 namespace {

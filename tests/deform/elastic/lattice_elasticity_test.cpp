@@ -5,15 +5,11 @@
 #include "maille/scene/scene_builder.hpp"
 #include "support/bodies/scenes.hpp"
 #include "support/fields.hpp"
+#include "support/kit.hpp"
 #include "support/oriented_labels.hpp"
 #include "support/solved.hpp"
 
 #include <Eigen/Dense>
-#include <cmath>
-#include <gtest/gtest.h>
-#include <numbers>
-#include <numeric>
-#include <random>
 
 namespace maille::deform {
 namespace {

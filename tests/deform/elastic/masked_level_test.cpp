@@ -4,15 +4,9 @@
 #include "maille/deform/solve.hpp"
 #include "support/bodies/carved.hpp"
 #include "support/bodies/scenes.hpp"
-
-#include <gtest/gtest.h>
+#include "support/kit.hpp"
 
 #include <Eigen/Core>
-
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 
 namespace maille::deform {
 namespace {

@@ -8,10 +8,8 @@
 #include "support/bodies/holed_bodies.hpp"
 #include "support/componentwise_oracle.hpp"
 #include "support/fields.hpp"
-#include "support/sanitized.hpp"
+#include "support/kit.hpp"
 #include "support/solved.hpp"
-
-#include <gtest/gtest.h>
 
 namespace maille::deform {
 namespace {

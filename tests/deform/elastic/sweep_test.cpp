@@ -2,10 +2,9 @@
 
 #include "feasible/limits.hpp"
 #include "support/bodies/lattice_scenes.hpp"
+#include "support/kit.hpp"
 
 #include <Eigen/Dense>
-#include <cmath>
-#include <gtest/gtest.h>
 
 namespace maille::deform {
 

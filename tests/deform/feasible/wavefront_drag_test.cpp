@@ -2,10 +2,10 @@
 
 #include "support/bodies/holed_bodies.hpp"
 #include "support/bodies/named_bodies.hpp"
+#include "support/kit.hpp"
 #include "support/quanta.hpp"
 #include "support/tiled_state.hpp"
 
-#include <gtest/gtest.h>
 #include <hwy/targets.h>
 
 namespace maille::deform {
@@ -27,10 +27,7 @@ Displacement dragged(const Scene& scene, const LinkLimits& limits, int steps) {
 TEST(WavefrontDragConsistent, AMonotoneDragEndsTheSameInAnyNumberOfSteps) {
   int n_compared = 0;
   for (unsigned seed = 1; seed <= 200; ++seed) {
-    std::mt19937 random(seed);
-    const Scene scene = test::holed_body(random);
-    const LinkLimits limits(scene);
-    TiledBody body(scene, limits);
+    auto [random, scene, limits, body] = test::HoledTiles(seed);
     const std::vector<Prescribed> clipped = body.move(scene.prescribed);
     if (!std::ranges::equal(clipped, scene.prescribed, {}, &Prescribed::value, &Prescribed::value))
       continue; // a request that is cut may turn back on its way
@@ -58,11 +55,8 @@ TEST(WavefrontDragContract, ALocalDragVisitsTheTilesItChangesAndNoOthers) {
 
 TEST(WavefrontDragConsistent, CopiesOfWhatHasChangedAddUpToTheState) {
   for (unsigned seed = 1; seed <= 60; ++seed) {
-    std::mt19937 random(seed);
+    auto [random, scene, limits, body] = test::HoledTiles(seed);
     Dice dice{random};
-    Scene scene = test::holed_body(random);
-    const LinkLimits limits(scene);
-    TiledBody body(scene, limits);
     Displacement followed(scene.specimen.grid);
     for (int drag = 0; drag < 6; ++drag) {
       if (drag == 4)
@@ -79,10 +73,8 @@ TEST(WavefrontDragConsistent, CopiesOfWhatHasChangedAddUpToTheState) {
 TEST(WavefrontDragConsistent, RaisingAndLoweringOneByOneIsAMove) {
   int n_compared = 0;
   for (unsigned seed = 1; seed <= 60; ++seed) {
-    std::mt19937 random(seed);
-    const Scene scene = test::holed_body(random);
-    const LinkLimits limits(scene);
-    TiledBody body(scene, limits), by_hand(scene, limits);
+    auto [random, scene, limits, body] = test::HoledTiles(seed);
+    TiledBody by_hand(scene, limits);
     const std::vector<Prescribed> clipped = body.move(scene.prescribed);
     for (const bool up : {true, false})
       for (const Prescribed& p : clipped) {
@@ -106,10 +98,7 @@ TEST(WavefrontDragConsistent, RaisingAndLoweringOneByOneIsAMove) {
 
 TEST(WavefrontBitsConsistent, AnyNumberOfThreadsGivesTheSameBits) {
   for (unsigned seed = 1; seed <= 60; ++seed) {
-    std::mt19937 random(seed);
-    const Scene scene = test::holed_body(random);
-    const LinkLimits limits(scene);
-    TiledBody body(scene, limits);
+    auto [random, scene, limits, body] = test::HoledTiles(seed);
     body.move(scene.prescribed);
     const Displacement expected = state_of(scene, body);
     for (const int threads : {2, 3, 7}) {
@@ -150,10 +139,7 @@ TEST(WavefrontBitsConsistent, AnyVectorInstructionsGiveTheSameBits) {
 
 TEST(WavefrontBitsConsistent, TheOrderOfHandlesChangesNoBit) {
   for (unsigned seed = 1; seed <= 60; ++seed) {
-    std::mt19937 random(seed);
-    Scene scene = test::holed_body(random);
-    const LinkLimits limits(scene);
-    TiledBody body(scene, limits);
+    auto [random, scene, limits, body] = test::HoledTiles(seed);
     body.move(scene.prescribed);
     const Displacement expected = state_of(scene, body);
     for (int i = 0; i < 3; ++i) {

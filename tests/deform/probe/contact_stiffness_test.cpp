@@ -2,32 +2,17 @@
 #include "maille/deform/probe/probe.hpp"
 #include "maille/deform/probe/servo_loop.hpp"
 #include "support/dice.hpp"
+#include "support/kit.hpp"
 
 #include <chrono>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <gtest/gtest.h>
-#include <set>
 
 namespace maille::deform {
 namespace {
 
+using test::free_block;
+
 std::shared_ptr<const BodySurface> surface_of(const Scene& scene, const Pose& pose = {}) {
   return std::make_shared<BodySurface>(scene, Displacement(), pose);
-}
-
-/// A block that stands on a table without friction: nothing hinders it from growing wide.
-Scene free_block(const Index3& cells) {
-  Scene scene = test::box_scene(3, cells);
-  test::prescribe_face(scene, 2, false, 2, 0, true);
-  const Grid& grid = scene.specimen.grid;
-  scene.prescribed.push_back({grid.node({0, 0, 0}), 0, 0, true});
-  scene.prescribed.push_back({grid.node({0, 0, 0}), 1, 0, true});
-  scene.prescribed.push_back({grid.node({0, cells[1], 0}), 0, 0, true}); // against turning
-  test::sort_prescribed(scene);
-  scene.relaxation.tolerance = 1e-8;
-  return scene;
 }
 
 /// Face of the body on top of a column of cells.

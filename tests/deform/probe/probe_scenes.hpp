@@ -27,6 +27,19 @@ inline Scene carved_body(const Index3& cells, const Vec3& spacing) {
   return scene;
 }
 
+/// A block that stands on a table without friction: nothing hinders it from growing wide.
+inline Scene free_block(const Index3& cells) {
+  Scene scene = box_scene(3, cells);
+  prescribe_face(scene, 2, false, 2, 0, true);
+  const Grid& grid = scene.specimen.grid;
+  scene.prescribed.push_back({grid.node({0, 0, 0}), 0, 0, true});
+  scene.prescribed.push_back({grid.node({0, 0, 0}), 1, 0, true});
+  scene.prescribed.push_back({grid.node({0, cells[1], 0}), 0, 0, true}); // against turning
+  sort_prescribed(scene);
+  scene.relaxation.tolerance = 1e-8;
+  return scene;
+}
+
 /// A smooth bend and swelling, by about a cell.
 inline Displacement bent(const Scene& scene, double amount) {
   Displacement displacement(scene.specimen.grid);

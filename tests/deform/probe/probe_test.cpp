@@ -2,15 +2,10 @@
 #include "maille/deform/probe/device.hpp"
 #include "maille/deform/probe/probe.hpp"
 #include "maille/deform/probe/servo_loop.hpp"
+#include "support/kit.hpp"
 
-#include <algorithm>
 #include <chrono>
-#include <cmath>
-#include <cstdint>
-#include <gtest/gtest.h>
 #include <memory>
-#include <random>
-#include <vector>
 
 namespace maille::deform {
 namespace {
@@ -115,14 +110,7 @@ TEST(ProbeAnalytic, AStepIsFeltOverATime) {
 /// A block on a table without friction, pressed by a plate: a bar of stiffness E A / L = 30 N/m.
 struct Block {
   Block() {
-    scene = test::box_scene(3, {6, 4, 8});
-    test::prescribe_face(scene, 2, false, 2, 0, true);
-    const Grid& grid = scene.specimen.grid;
-    scene.prescribed.push_back({grid.node({0, 0, 0}), 0, 0, true});
-    scene.prescribed.push_back({grid.node({0, 0, 0}), 1, 0, true});
-    scene.prescribed.push_back({grid.node({0, 4, 0}), 0, 0, true});
-    test::sort_prescribed(scene);
-    scene.relaxation.tolerance = 1e-8;
+    scene = test::free_block({6, 4, 8});
     surface = std::make_shared<BodySurface>(scene, Displacement(), Pose());
     solver.emplace(scene, surface, 10e-3);
     newest = solver->estimate();

@@ -2,13 +2,9 @@
 #include "maille/deform/probe/touch.hpp"
 #include "probe/allowed_twist.hpp"
 #include "support/dice.hpp"
+#include "support/kit.hpp"
 
 #include <Eigen/Geometry>
-#include <algorithm>
-#include <cstddef>
-#include <gtest/gtest.h>
-#include <random>
-#include <vector>
 
 namespace maille::deform {
 namespace {
@@ -217,11 +213,8 @@ TEST(ProxyAnalytic, APointStopsOnATurnedBlock) {
 TEST(ProxyOracle, AClosedRoomIsNeverLeft) {
   RigidWorld world({30, 30, 30}, {1, 1, 1});
   std::vector<std::uint8_t> shell(20 * 20 * 20, 0);
-  for (int z = 0; z < 20; ++z)
-    for (int y = 0; y < 20; ++y)
-      for (int x = 0; x < 20; ++x)
-        shell[std::size_t(x + 20 * (y + 20 * z))] =
-            x == 0 || y == 0 || z == 0 || x == 19 || y == 19 || z == 19;
+  for (const auto& [x, y, z] : test::all_below({20, 20, 20}))
+    shell[std::size_t(x + 20 * (y + 20 * z))] = x == 0 || y == 0 || z == 0 || x == 19 || y == 19 || z == 19;
   world.add(RigidShape({20, 20, 20}, {1, 1, 1}, shell), at({5, 5, 5}));
   const Scene scene = test::box_scene(3, {3, 3, 3}, {1, 1, 1});
   const auto body = std::make_shared<BodySurface>(scene, Displacement(), at({12, 12, 12}));

@@ -1,18 +1,10 @@
 #include "maille/deform/probe/device.hpp"
 #include "maille/deform/probe/probe.hpp"
 #include "maille/deform/probe/servo_loop.hpp"
-#include "maille/materials/fault.hpp"
-#include "support/mistake.hpp"
-#include "support/temporary_folder.hpp"
+#include "support/kit.hpp"
 
 #include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
-#include <gtest/gtest.h>
-#include <numbers>
-#include <random>
 #include <thread>
-#include <vector>
 
 namespace maille::deform {
 namespace {
@@ -36,17 +28,14 @@ TEST(RecordedMotionAnalytic, PlacesAndTurnsLieEvenlyBetweenSamples) {
 }
 
 TEST(RecordedMotionContract, EveryFaultIsReportedWithItsLine) {
-  try {
+  const auto faults = test::faults_found_by([] {
     parse_recorded_motion("time,x,y,z\n0,1,2,3\n0,1,2\n-1,0,0,0\n1,nan,0,0\n2,0,0,0,5\n3,0,0,0\n",
                           "hand.csv");
-    FAIL() << "no fault";
-  } catch (const InputError& error) {
-    ASSERT_EQ(error.faults().size(), 4u) << error.what();
-    const int lines[] = {3, 4, 5, 6};
-    for (std::size_t i = 0; i < 4; ++i) {
-      EXPECT_EQ(error.faults()[i].line, lines[i]);
-      EXPECT_EQ(error.faults()[i].file, "hand.csv");
-    }
+  });
+  ASSERT_EQ(faults.size(), 4u);
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_EQ(faults[std::size_t(i)].line, 3 + i);
+    EXPECT_EQ(faults[std::size_t(i)].file, "hand.csv");
   }
   for (const char* text : {"", "time,x,y,z\n", "t,x,y\n0,0,0\n"})
     EXPECT_THROW(parse_recorded_motion(text), InputError) << text;

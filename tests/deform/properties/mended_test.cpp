@@ -5,9 +5,8 @@
 #include "support/bodies/carved.hpp"
 #include "support/bodies/lattice_scenes.hpp"
 #include "support/dense_program.hpp"
+#include "support/kit.hpp"
 #include "support/solved.hpp"
-
-#include <gtest/gtest.h>
 
 namespace maille::deform {
 namespace {

@@ -5,13 +5,7 @@
 #include "maille/deform/solve.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"
 #include "maille/scene/scene_builder.hpp"
-
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <cstdlib>
-#include <iostream>
+#include "support/kit.hpp"
 
 namespace maille::lab {
 namespace {
@@ -73,10 +67,8 @@ public:
       }
     }
     std::vector<std::int32_t> stored;
-    for (int k = 0; k < size[2]; ++k)
-      for (int j = 0; j < size[1]; ++j)
-        for (int i = 0; i < size[0]; ++i)
-          stored.push_back(label({i, j, k}));
+    for (const auto& [i, j, k] : test::all_below(size))
+      stored.push_back(label({i, j, k}));
     return SceneBuilder("told")
         .labels(stored, ArrayLayout::x_fastest(size), affine)
         .world(WorldAxes::ras)
@@ -169,13 +161,11 @@ void Question::draw() {
   angle_ = choices_.is_one_in(3) ? 0.4 : 0;
   const int form = choices_.below(3);
   const bool has_labels = takes();
-  for (int k = 0; k < n_[2]; ++k)
-    for (int j = 0; j < n_[1]; ++j)
-      for (int i = 0; i < n_[0]; ++i) {
-        const bool is_hole =
-            form == 1 ? i == n_[0] / 2 && j == n_[1] / 2 && k > 0 : form == 2 && choices_.is_one_in(10);
-        label_.push_back(is_hole ? 0 : has_labels && 2 * i > n_[0] ? 3 : (i + j) % 3 == 0 ? 2 : 1);
-      }
+  for (const auto& [i, j, k] : test::all_below(n_)) {
+    const bool is_hole =
+        form == 1 ? i == n_[0] / 2 && j == n_[1] / 2 && k > 0 : form == 2 && choices_.is_one_in(10);
+    label_.push_back(is_hole ? 0 : has_labels && 2 * i > n_[0] ? 3 : (i + j) % 3 == 0 ? 2 : 1);
+  }
   label_[0] = 1;
   label_[1] = 2;
   const std::array materials{

@@ -8,14 +8,8 @@
 #include "support/componentwise_oracle.hpp"
 #include "support/dense_program.hpp"
 #include "support/fields.hpp"
-#include "support/sanitized.hpp"
+#include "support/kit.hpp"
 #include "support/worlds/worlds.hpp"
-
-#include <cmath>
-#include <cstdlib>
-#include <gtest/gtest.h>
-#include <map>
-#include <numeric>
 
 namespace maille::lab {
 namespace {
@@ -97,9 +91,7 @@ TEST(BrokenPromiseContract, IsFoundWhereThereIsOne) {
 /// play that breaks a promise; MAILLE_SEED=N begins at another seed.
 
 TEST(RandomPlaysContract, KeepEveryPromise) {
-  const char* const given = std::getenv("MAILLE_SEED");
-  const std::uint64_t first = given != nullptr ? std::strtoull(given, nullptr, 10) : 1;
-  const std::uint64_t n = test::cases(60, 12);
+  const std::uint64_t first = first_seed(), n = test::cases(60, 12);
   for (std::uint64_t seed = first; seed < first + n; ++seed)
     if (const std::string broken = broken_promise_of_world_seed(seed); !broken.empty())
       ADD_FAILURE() << broken;

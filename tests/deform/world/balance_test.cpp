@@ -2,21 +2,11 @@
 
 #include "elastic/elastic_methods.hpp"
 #include "maille/deform/world/world.hpp"
+#include "support/kit.hpp"
 #include "support/worlds/worlds.hpp"
 #include "world/surface/contact_program.hpp"
 #include "world/surface/flexibility.hpp"
 #include "world/surface/skin.hpp"
-
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <numbers>
-#include <numeric>
-#include <random>
-#include <string>
-#include <tuple>
-#include <vector>
 
 namespace maille::deform {
 namespace {

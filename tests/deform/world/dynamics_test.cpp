@@ -1,13 +1,9 @@
 /// Worlds in which time passes: falls, impacts, momentum and energy.
 
 #include "maille/deform/world/world.hpp"
+#include "support/kit.hpp"
 
 #include <Eigen/Geometry>
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <string>
 
 namespace maille::deform {
 namespace {

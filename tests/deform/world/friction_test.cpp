@@ -1,14 +1,9 @@
 /// Coulomb friction between surfaces: what sticks, what slides, and with which force.
 
 #include "maille/deform/world/world.hpp"
+#include "support/kit.hpp"
 #include "support/worlds/worlds.hpp"
 #include "world/surface/friction_program.hpp"
-
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <random>
-#include <vector>
 
 namespace maille::deform {
 namespace {

@@ -1,14 +1,9 @@
 #include "maille/deform/world/rigid_world.hpp"
 
 #include "support/bodies/rigid_bodies.hpp"
+#include "support/kit.hpp"
 
 #include <Eigen/Geometry>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <numbers>
-#include <random>
 
 namespace maille::deform {
 namespace {

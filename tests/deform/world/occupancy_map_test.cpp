@@ -1,17 +1,12 @@
 #include "maille/deform/world/occupancy_map.hpp"
 #include "maille/deform/world/world.hpp"
 #include "support/bodies/rigid_bodies.hpp"
+#include "support/kit.hpp"
 #include "support/vector_targets.hpp"
 #include "support/worlds/worlds.hpp"
 #include "world/first_contact.hpp"
 #include "world/occupancy/cell_walk.hpp"
 #include "world/occupancy/posed_shape.hpp"
-
-#include <cmath>
-#include <gtest/gtest.h>
-#include <map>
-#include <numbers>
-#include <random>
 
 namespace maille::deform {
 namespace {

@@ -7,11 +7,8 @@
 #include "maille/deform/world/world.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "parallel/thread_team.hpp"
+#include "support/kit.hpp"
 #include "support/worlds/worlds.hpp"
-
-#include <algorithm>
-#include <cstdint>
-#include <gtest/gtest.h>
 
 namespace maille::deform {
 namespace {

@@ -1,12 +1,7 @@
 /// Many random pushes of several bodies: what no frame may do.
 
-#include "support/sanitized.hpp"
+#include "support/kit.hpp"
 #include "support/worlds/random_worlds.hpp"
-
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
 
 namespace maille::deform {
 namespace {

@@ -3,24 +3,13 @@
 #include "maille/scene/image.hpp"
 #include "maille/scene/world/world_scene.hpp"
 #include "support/bodies/rigid_bodies.hpp"
+#include "support/kit.hpp"
 #include "support/vector_targets.hpp"
 #include "world/occupancy/posed_shape.hpp"
 #include "world/surface/skin.hpp"
 #include "world/surface/smooth_surface.hpp"
 
 #include <Eigen/Geometry>
-#include <cmath>
-#include <cstdint>
-#include <cstdlib>
-#include <filesystem>
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-#include <numbers>
-#include <optional>
-#include <random>
-#include <set>
-#include <string>
-#include <vector>
 
 namespace maille::deform {
 namespace {

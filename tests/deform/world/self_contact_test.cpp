@@ -2,14 +2,8 @@
 /// object between its stretched nodes.
 
 #include "maille/deform/world/world.hpp"
+#include "support/kit.hpp"
 #include "support/worlds/worlds.hpp"
-
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-
-#include <array>
-#include <random>
-#include <string>
 
 namespace maille::deform {
 namespace {

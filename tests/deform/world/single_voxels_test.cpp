@@ -1,17 +1,9 @@
 /// Worlds whose voxels hand on what they cannot move, one after another.
 
 #include "maille/deform/world/world.hpp"
+#include "support/kit.hpp"
 #include "support/worlds/random_worlds.hpp"
 #include "support/worlds/worlds.hpp"
-
-#include <algorithm>
-#include <cmath>
-#include <gtest/gtest.h>
-#include <numbers>
-#include <set>
-#include <stdexcept>
-#include <string>
-#include <vector>
 
 namespace maille::deform {
 namespace {

@@ -2,14 +2,9 @@
 
 #include "maille/deform/world/world.hpp"
 #include "maille/scene/answer.hpp"
+#include "support/kit.hpp"
 
 #include <Eigen/Core>
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <string>
 
 namespace maille::deform {
 namespace {

@@ -1,18 +1,11 @@
 /// Solid stays solid: needles, stacks and bodies that keep their volume, by both laws.
 
 #include "maille/deform/world/world.hpp"
-#include "support/sanitized.hpp"
+#include "support/kit.hpp"
 #include "world/cell_overlap.hpp"
 #include "world/dynamics/impacts.hpp"
 
 #include <Eigen/Geometry>
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-
-#include <cstdlib>
-#include <random>
-#include <string>
-#include <vector>
 
 namespace maille::deform {
 namespace {

@@ -1,17 +1,11 @@
 /// Fixed, rigid and deformable objects in one map.
 
 #include "maille/deform/world/world.hpp"
+#include "support/kit.hpp"
 #include "support/worlds/feasible_world.hpp"
 #include "support/worlds/worlds.hpp"
 #include "world/occupancy/posed_lattice.hpp"
 #include "world/voxels/hand_on.hpp"
-
-#include <algorithm>
-#include <cmath>
-#include <gtest/gtest.h>
-#include <optional>
-#include <random>
-#include <set>
 
 namespace maille::deform {
 namespace {

@@ -76,6 +76,15 @@ inline Scene pulled_chain(const std::vector<std::uint8_t>& materials, const Neig
   return scene;
 }
 
+/// A sheet of 9 x 9 cells with a slot from the top down to its third row: the ways around it turn back.
+inline Scene slotted_sheet() {
+  Scene scene = lattice_box({9, 9}, even_limits(1.125, 0.875, 0.125));
+  scene.specimen.material_id.assign(81, 0);
+  for (int y = 2; y < 9; ++y)
+    scene.specimen.material_id[std::size_t(4 + 9 * y)] = no_material;
+  return scene;
+}
+
 /// The nodes of the body on the lower or upper face of the grid along `axis`.
 inline std::vector<Index3> face(const Scene& scene, int axis, bool upper) {
   const Grid& grid = scene.specimen.grid;

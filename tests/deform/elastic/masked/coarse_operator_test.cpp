@@ -5,16 +5,8 @@
 #include "elastic/masked/slot_interpolation.hpp"
 #include "support/bodies/carved.hpp"
 #include "support/bodies/scenes.hpp"
+#include "support/kit.hpp"
 #include "support/vector_targets.hpp"
-
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <random>
-#include <utility>
-#include <vector>
 
 namespace maille::deform {
 namespace {

@@ -2,15 +2,10 @@
 
 #include "maille/deform/solve.hpp"
 #include "support/bodies/carved.hpp"
+#include "support/kit.hpp"
 #include "support/thread_ranks.hpp"
 
-#include <gtest/gtest.h>
-
 #include <atomic>
-#include <cmath>
-#include <cstdint>
-#include <utility>
-#include <vector>
 
 namespace maille::deform {
 namespace {

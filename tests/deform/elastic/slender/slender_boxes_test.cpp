@@ -6,13 +6,7 @@
 #include "support/bodies/scenes.hpp"
 #include "support/direct_solution.hpp"
 #include "support/fields.hpp"
-#include "support/sanitized.hpp"
-
-#include <cmath>
-#include <gtest/gtest.h>
-#include <random>
-#include <string>
-#include <vector>
+#include "support/kit.hpp"
 
 namespace maille::deform {
 namespace {

@@ -7,21 +7,10 @@
 #include "maille/scene/scene_builder.hpp"
 #include "maille/scene/sliding.hpp"
 #include "support/bodies/scenes.hpp"
+#include "support/kit.hpp"
 #include "support/solved.hpp"
-#include "support/texts.hpp"
 
 #include <Eigen/Dense>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdint>
-#include <functional>
-#include <random>
-#include <span>
-#include <string>
-#include <vector>
 
 namespace maille::deform {
 namespace {

@@ -1,4 +1,0 @@
-#pragma once
-/// The kit, by its former name.
-
-#include "support/kit.hpp"
