@@ -4,19 +4,13 @@
 #include "compare/methods.hpp"
 #include "export/vtk_files.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "support/temporary_folder.hpp"
-
-#include <gtest/gtest.h>
+#include "support/kit.hpp"
 
 #include <vtkCellData.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkUnstructuredGrid.h>
 #include <vtkXMLUnstructuredGridReader.h>
-
-#include <algorithm>
-#include <cmath>
-#include <cstdlib>
 
 namespace maille {
 namespace {

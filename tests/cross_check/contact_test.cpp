@@ -4,12 +4,7 @@
 #include "maille/fem_ref/solve.hpp"
 #include "maille/scene/answer.hpp"
 #include "support/bodies/scenes.hpp"
-
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <set>
+#include "support/kit.hpp"
 
 namespace maille {
 namespace {

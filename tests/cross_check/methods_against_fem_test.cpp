@@ -5,10 +5,7 @@
 #include "maille/scene/mechanics/mechanics.hpp"
 #include "maille/scene/refined.hpp"
 #include "support/bodies/scenes.hpp"
-
-#include <gtest/gtest.h>
-
-#include <numeric>
+#include "support/kit.hpp"
 
 namespace maille {
 namespace {

@@ -1,16 +1,9 @@
 /// docs/promises.md: every line names a test, and every test that is named is in the sources.
 
 #include "maille/scene/mechanics/mechanics.hpp"
-#include "support/temporary_folder.hpp"
+#include "support/kit.hpp"
 
-#include <gtest/gtest.h>
-
-#include <filesystem>
 #include <regex>
-#include <set>
-#include <sstream>
-#include <string>
-#include <vector>
 
 namespace maille {
 namespace {

@@ -8,6 +8,7 @@
 
 #include <cmath>
 #include <random>
+#include <stdexcept>
 
 namespace maille::test {
 
@@ -57,6 +58,15 @@ inline fem_ref::Options options_of(int degree,
   options.solver = solver;
   options.tolerance = 1e-12;
   return options;
+}
+
+/// A result that is done: any other ends the test.
+inline fem_ref::Result solved(const Scene& scene, const fem_ref::Options& options,
+                              const Control& control = {}) {
+  fem_ref::Result result = fem_ref::solve(scene, options, control);
+  if (result.answer.status != Status::done)
+    throw std::runtime_error("the answer is not done: " + result.answer.message);
+  return result;
 }
 
 /// Largest difference from a field over the nodes of the body.

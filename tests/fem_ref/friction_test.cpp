@@ -1,14 +1,8 @@
 /// Coulomb's friction of sliding borders in finite elements, against closed forms.
 
-#include "maille/fem_ref/solve.hpp"
+#include "fem_ref/bodies.hpp"
 #include "support/bodies/layers.hpp"
-#include "support/bodies/scenes.hpp"
-
-#include <cmath>
-#include <cstdint>
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-#include <string>
+#include "support/kit.hpp"
 
 namespace maille::fem_ref {
 namespace {
@@ -27,8 +21,7 @@ TEST(FemFrictionAnalytic, ABlockThatIsDrawnFarTransmitsMuTimesWhatPressesIt) {
   Scene scene = layers({3, 3, 6}, matter, matter).move("z+", {1e-3, 0, -2e-4}, "xyz").build();
   scene.relaxation.tolerance = 1e-6;
   scene.sliding = {{1, 2, mu}};
-  const Answer answer = solve(scene, Options{}).answer;
-  ASSERT_EQ(answer.status, Status::done) << answer.message;
+  const Answer answer = test::solved(scene, {}).answer;
   const double drawn = force_of_moves(scene, answer, 0), pressed = -force_of_moves(scene, answer, 2);
   EXPECT_NEAR(pressed, E * 2e-4 / (6 * h) * 9 * h * h, 1e-6 * pressed);
   EXPECT_EQ(answer.rubbing.at(0).slipping, 1);
@@ -52,8 +45,7 @@ TEST(FemFrictionAnalytic, ForcesBelowMuTimesThePressureHoldABlock) {
     const Answer answer = solve(scene, Options{}).answer;
     if (share > 1) {
       EXPECT_EQ(answer.status, Status::failed);
-      EXPECT_NE(answer.message.find("label 2 (27 cells) can still move along x"), std::string::npos)
-          << answer.message;
+      EXPECT_TRUE(test::has(answer.message, "label 2 (27 cells) can still move along x"));
       continue;
     }
     ASSERT_EQ(answer.status, Status::done) << answer.message;
@@ -72,8 +64,7 @@ TEST(FemFrictionAnalytic, ABarOnARoughBedSlipsAsFarAsItsPullReaches) {
   Scene scene;
   const double moved = test::draw_on_rough_bed(h, E, scene)[0];
   scene.relaxation.tolerance = 1e-6;
-  const Answer answer = solve(scene, Options{}).answer;
-  ASSERT_EQ(answer.status, Status::done) << answer.message;
+  const Answer answer = test::solved(scene, {}).answer;
   const double end = answer.displacement(0, scene.specimen.grid.node({16, 0, 2}));
   EXPECT_NEAR(end, moved, 3e-3 * end);
 }
@@ -86,7 +77,7 @@ TEST(FemFrictionContract, QuadraticElementsRefuseItInWords) {
   options.degree = 2;
   const Answer answer = solve(scene, options).answer;
   EXPECT_EQ(answer.status, Status::refused);
-  EXPECT_NE(answer.message.find("friction"), std::string::npos) << answer.message;
+  EXPECT_TRUE(test::has(answer.message, "friction"));
 }
 
 /// Forces that keep a body in place, and the energy in it.
@@ -96,9 +87,7 @@ using test::total_reaction;
 Answer solved(const Scene& scene, int degree) {
   Options options;
   options.degree = degree;
-  const Answer answer = solve(scene, options).answer;
-  EXPECT_EQ(answer.status, Status::done) << answer.message;
-  return answer;
+  return test::solved(scene, options).answer;
 }
 
 /// Half of what the prescribed moves work.

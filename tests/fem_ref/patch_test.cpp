@@ -2,13 +2,10 @@
 
 #include "fem_ref/bodies.hpp"
 #include "maille/scene/cell_fields.hpp"
+#include "support/kit.hpp"
 
 #include <Eigen/LU>
 #include <Eigen/SVD>
-#include <algorithm>
-#include <cmath>
-#include <fmt/format.h>
-#include <gtest/gtest.h>
 
 namespace maille {
 namespace {
@@ -55,8 +52,7 @@ TEST(PatchTestAnalytic, LinearDisplacementOnTheBoundaryFillsTheBody) {
           fem_ref::Options options = options_of(degree);
           options.boundary_displacement = affine;
           options.exact = affine;
-          const fem_ref::Result result = fem_ref::solve(scene, options);
-          ASSERT_EQ(result.answer.status, Status::done) << result.answer.message;
+          const fem_ref::Result result = test::solved(scene, options);
           // Truth: a linear displacement has constant stress and solves the equations without load.
           const double size = test::largest(result.answer.displacement);
           EXPECT_LT(test::largest_error(scene, result.answer.displacement, affine), 1e-10 * size);
@@ -108,8 +104,7 @@ TEST(PatchTestAnalytic, UniformTractionsGiveTheStrainOfTheCompliance) {
       pin(scene, {4, 0, 0}, 1); // no turn about z
       pin(scene, {4, 0, 0}, 2); // nor about y
       pin(scene, {0, 3, 0}, 2); // nor about x
-      const fem_ref::Result result = fem_ref::solve(scene, options_of(degree));
-      ASSERT_EQ(result.answer.status, Status::done) << result.answer.message;
+      const fem_ref::Result result = test::solved(scene, options_of(degree));
 
       const Eigen::Matrix<double, 6, 1> e = scene.object_stiffness(0).inverse() * stress;
       const auto exact = [&](const Vec3& x) -> Vec3 {
@@ -195,8 +190,7 @@ TEST(CellStrainAnalytic, QuadraticElementsGiveTheirOwnMeans) {
     fem_ref::Options options = options_of(2);
     options.boundary_displacement = exact;
     options.body_force = [&](const Vec3&) { return force; };
-    const Answer answer = fem_ref::solve(scene, options).answer;
-    ASSERT_EQ(answer.status, Status::done) << answer.message;
+    const Answer answer = test::solved(scene, options).answer;
     const CellFields own = cell_fields(scene, answer);
     double largest = 0;
     const Grid& grid = scene.specimen.grid;

@@ -3,13 +3,10 @@
 #include "maille/render/shared.hpp"
 #include "maille/render/views.hpp"
 #include "shapes.hpp"
+#include "support/kit.hpp"
 #include "support/vector_targets.hpp"
 
-#include <algorithm>
-#include <gtest/gtest.h>
 #include <memory>
-#include <random>
-#include <vector>
 
 namespace maille::render::test {
 namespace {
@@ -20,14 +17,30 @@ double alpha_in_the_middle(const SceneObject& object, const View& view) {
   return picture.rgba[picture.pixel(view.width / 2, view.height / 2)][3];
 }
 
-TEST(SlabAnalytic, OpacityIsThatOfItsThicknessAtAnyStep) {
+/// One colour, unlit.
+Look plain_look(double opacity, const Rgb& colour = {1, 1, 1}) {
   Look look;
-  look.colours = {{0, {1, 0.5f, 0.25f}}};
+  look.colours = {{0, colour}};
+  look.opacity = {{0, opacity}};
   look.shading.on = false;
+  return look;
+}
+
+/// Full of matter: 32 mm between outermost centres.
+SceneObject slab_of(const Look& look) {
+  return cube(
+      33, [](const Vec3&) { return 1.0; }, look);
+}
+
+/// How far a new picture is from the oracle's.
+double error_of(const std::vector<SceneObject>& objects, const View& view, int every) {
+  Renderer renderer;
+  return difference(renderer.render(objects, view), objects, view, every);
+}
+
+TEST(SlabAnalytic, OpacityIsThatOfItsThicknessAtAnyStep) {
   for (const double opacity : {0.002, 0.02, 0.1}) {
-    look.opacity = {{0, opacity}};
-    const SceneObject slab = cube(
-        33, [](const Vec3&) { return 1.0; }, look); // 32 mm between outermost centres
+    const SceneObject slab = slab_of(plain_look(opacity, {1, 0.5f, 0.25f}));
     View view = view_from({0, 0, 0.1}, 3);
     view.camera.view_up = {0, 1, 0};
     view.camera.parallel = true;
@@ -40,12 +53,7 @@ TEST(SlabAnalytic, OpacityIsThatOfItsThicknessAtAnyStep) {
 }
 
 TEST(SlabAnalytic, ATurnedSlabIsAsOpaqueAsItsPathIsLong) {
-  Look look;
-  look.colours = {{0, {1, 1, 1}}};
-  look.opacity = {{0, 0.02}};
-  look.shading.on = false;
-  SceneObject slab = cube(
-      33, [](const Vec3&) { return 1.0; }, look);
+  SceneObject slab = slab_of(plain_look(0.02));
   slab.pose = turned({}, 0.4);
   View view = view_from({0, 0, 0.1}, 3, 8);
   view.camera.view_up = {0, 1, 0};
@@ -74,8 +82,7 @@ TEST_P(OneObjectOracle, RigidInPerspectiveAndInParallel) {
   for (const bool parallel : {false, true}) {
     view.camera.parallel = parallel;
     view.camera.parallel_scale = 0.02;
-    Renderer renderer;
-    EXPECT_LE(difference(renderer.render(std::span(&of, 1), view), {of}, view, 3), 1.0) << parallel;
+    EXPECT_LE(error_of({of}, view, 3), 1.0) << parallel;
   }
 }
 
@@ -84,8 +91,7 @@ TEST_P(OneObjectOracle, DeformedAsItIs) {
   of.deformation = bent(of, 0.8);
   of.pose = turned({1e-3, -2e-3, 0}, 0.7, 0.3);
   const View view = view_from({0.03, 0.05, 0.09}, 40);
-  Renderer renderer;
-  EXPECT_LE(difference(renderer.render(std::span(&of, 1), view), {of}, view, 5), 1.0);
+  EXPECT_LE(error_of({of}, view, 5), 1.0);
 }
 
 // Half a turn of the ring is cut away; how a cut is lit does not depend on the step.
@@ -97,8 +103,7 @@ TEST_P(OneObjectOracle, CutOpen) {
         of.deformation = bent(of, 0.8);
       View view = view_from({0.03, 0.05, 0.09}, 40, samples);
       view.clips = {{{0, 0, 0.5e-3}, {0.2, 0, -1}}};
-      Renderer renderer;
-      EXPECT_LE(difference(renderer.render(std::span(&of, 1), view), {of}, view, 5), 1.0) << samples;
+      EXPECT_LE(error_of({of}, view, 5), 1.0) << samples;
     }
 }
 
@@ -110,9 +115,7 @@ TEST_P(OneObjectOracle, ByEachKindOfVector) {
       SceneObject of = object();
       if (is_deformed)
         of.deformation = bent(of, 0.8);
-      Renderer renderer;
-      EXPECT_LE(difference(renderer.render(std::span(&of, 1), view), {of}, view, 7), 1.0)
-          << hwy::TargetName(target);
+      EXPECT_LE(error_of({of}, view, 7), 1.0) << hwy::TargetName(target);
     }
   }
 }
@@ -167,20 +170,16 @@ TEST(CutAnalytic, ItsFaceLooksTheSameAtAnyStep) {
 
 // A ray that passes a corner is inside for less than a step.
 TEST(SilhouetteOracle, WhatIsInsideForLessThanAStepIsSeen) {
-  Look look;
+  Look look = plain_look(1);
   look.mode = LookMode::isosurface;
   look.isovalue = 0.5;
-  look.opacity = {{0, 1}};
-  look.colours = {{0, {1, 1, 1}}};
-  look.shading.on = false;
   const auto box = [](const Vec3& x) {
     return std::max({std::abs(x[0]), std::abs(x[1]), std::abs(x[2])}) < 6.2e-3 ? 1.0 : 0.0;
   };
   SceneObject of = cube(20, box, look);
   of.pose = turned({}, 0.7, 0.5);
   const View view = view_from({0.03, 0.05, 0.09}, 60, 1);
-  Renderer renderer;
-  EXPECT_LE(difference(renderer.render(std::span(&of, 1), view), {of}, view), 1.0);
+  EXPECT_LE(error_of({of}, view, 1), 1.0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Modes, OneObjectOracle,
@@ -202,12 +201,7 @@ TEST(UndeformedConsistent, ALatticeAtRestShowsWhatARigidObjectShows) {
 }
 
 TEST(ClipPlanesAnalytic, HalfAThicknessIsLeft) {
-  Look look;
-  look.colours = {{0, {1, 1, 1}}};
-  look.opacity = {{0, 0.02}};
-  look.shading.on = false;
-  SceneObject slab = cube(
-      33, [](const Vec3&) { return 1.0; }, look);
+  SceneObject slab = slab_of(plain_look(0.02));
   View view = view_from({0, 0, 0.1}, 3, 4);
   view.camera.view_up = {0, 1, 0};
   view.camera.parallel = true;
@@ -221,12 +215,8 @@ TEST(ClipPlanesAnalytic, HalfAThicknessIsLeft) {
 
 // A plate whose middle layer of cells is turned inside out: the layers on either side lie over it.
 TEST(FoldedAnalytic, WhereACellIsFoldedItsNeighboursAreSeen) {
-  Look look;
-  look.colours = {{0, {1, 1, 1}}};
-  look.opacity = {{0, 0.9}};
-  look.shading.on = false;
   SceneObject of = cube(
-      28, [](const Vec3&) { return 1.0; }, look);
+      28, [](const Vec3&) { return 1.0; }, plain_look(0.9));
   auto deformation = bent(of, 0);
   const Index3 n = deformation->lattice().nodes();
   for (std::int64_t node = 0; node < deformation->lattice().n_nodes(); ++node) {
@@ -295,8 +285,7 @@ TEST(CompositeOracle, InterlockedRingsFromAllSides) {
     const auto rings = linked_rings(opacity);
     for (const Vec3& eye : {Vec3{0.02, 0.03, 0.11}, Vec3{-0.09, 0.04, 0.05}, Vec3{0.03, -0.11, 0.01}}) {
       const View view = view_from(eye, 48);
-      Renderer renderer;
-      EXPECT_LE(difference(renderer.render(rings, view), rings, view, 3), 1.0) << opacity;
+      EXPECT_LE(error_of(rings, view, 3), 1.0) << opacity;
     }
   }
 }

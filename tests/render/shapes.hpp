@@ -3,10 +3,7 @@
 
 #include "maille/render/renderer.hpp"
 #include "rivals/plain_caster.hpp"
-
-#include <algorithm>
-#include <cmath>
-#include <functional>
+#include "support/kit.hpp"
 
 namespace maille::render::test {
 
@@ -18,10 +15,8 @@ inline SceneObject cube(int n, const std::function<double(const Vec3&)>& value, 
   const double corner = -0.5e-3 * (n - 1);
   grid.origin = {corner, corner, corner};
   std::vector<float> values;
-  for (int k = 0; k < n; ++k)
-    for (int j = 0; j < n; ++j)
-      for (int i = 0; i < n; ++i)
-        values.push_back(float(value({corner + 1e-3 * i, corner + 1e-3 * j, corner + 1e-3 * k})));
+  for (const auto& [i, j, k] : maille::test::all_below({n, n, n}))
+    values.push_back(float(value({corner + 1e-3 * i, corner + 1e-3 * j, corner + 1e-3 * k})));
   SceneObject object;
   object.volume = std::make_shared<Volume>(grid, values, 0, 1);
   object.look = std::make_shared<Look>(look);
