@@ -140,7 +140,7 @@ TEST(PlausibilityContract, ObjectsAtTheBorderOfTheirWorldAreNamed) {
   };
   EXPECT_TRUE(of_world("1 mm").empty());
   ASSERT_EQ(of_world("0 mm").size(), 1U);
-  EXPECT_NE(of_world("0 mm").front().find("low: it lies at the world's border z-"), std::string::npos);
+  EXPECT_TRUE(test::has(of_world("0 mm").front(), "low: it lies at the world's border z-"));
 }
 
 // Truth: shipped scenes are examples of what to write.

@@ -209,7 +209,7 @@ TEST(TrajectoryRowsContract, SpansAreReadBackToTheBit) {
     text += trajectory_row(span, world);
   }
   text += trajectory_row(std::int64_t{207});
-  EXPECT_NE(text.find(",\"'=tool"), std::string::npos) << "a formula of spreadsheets";
+  EXPECT_TRUE(test::has(text, ",\"'=tool")) << "a formula of spreadsheets";
   const Trajectory read = parse_trajectory(text, "hand.csv", world);
   ASSERT_EQ(read.spans.size(), written.size());
   EXPECT_EQ(read.n_frames, 207);

@@ -482,7 +482,7 @@ TEST(SceneBuilderMeasuresContract, TellsEveryFaultAtOnce) {
                            "measure[1].force: expected \"hold[N]\" or \"move[N]\" of 3 holds and 1 moves",
                            "measure[2].volume.label", "measure[3]: expected keys of a [[measure]] in TOML",
                            "measure[4].name: expected a name as the first argument alone"})
-    EXPECT_NE(all.find(part), std::string::npos) << part << "\n" << all;
+    EXPECT_TRUE(test::has(all, part));
 }
 
 SceneBuilder block() {

@@ -248,7 +248,7 @@ TEST(NamedMeasuresCommandAnalytic, RunTellsThemByName) {
     EXPECT_NEAR(found[3]["line"][i]["value"], 5e-5 * static_cast<double>(i), 1e-9);
   EXPECT_TRUE(rows[1]["measures"][0]["value"].is_null());
   EXPECT_NEAR(rows[1]["measures"][2]["value"], 0.05, 1e-6);
-  EXPECT_NE(maille_command("run " + folder.scene()).out.find("pull             coupled"), std::string::npos);
+  EXPECT_TRUE(test::has(maille_command("run " + folder.scene()).out, "pull             coupled"));
 }
 
 TEST(NamedMeasuresCommandAnalytic, StepsHaveThem) {

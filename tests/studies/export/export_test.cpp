@@ -115,7 +115,7 @@ TEST_P(ExportedFileContract, HoldsUnitsProvenanceAndTime) {
     return array == nullptr ? std::string("missing") : std::string(array->GetValue(0));
   };
   EXPECT_EQ(text("Provenance"), R"({"maille":"0"})");
-  EXPECT_NE(text("Units").find("Stress: Pa"), std::string::npos) << text("Units");
+  EXPECT_TRUE(test::has(text("Units"), "Stress: Pa"));
   ASSERT_NE(fields.GetArray("TimeValue"), nullptr);
   EXPECT_EQ(fields.GetArray("TimeValue")->GetTuple1(0), 0.25);
 }
