@@ -17,37 +17,32 @@ namespace maille {
 namespace {
 
 std::string required_text(TableReader& table, std::string_view key) {
-  if (!table.require(key, "a text in quotes")) {
+  if (!table.require(key, "a text in quotes"))
     return {};
-  }
   std::optional<std::string> text = table.text(key);
-  if (text && text->empty()) {
+  if (text && text->empty())
     table.fault(key, "a text that says something", "\"\"");
-  }
   return std::move(text).value_or("");
 }
 
 bool required_truth(TableReader& table, std::string_view key) {
   const toml::node* const node = table.require(key, "true or false");
-  if (node && !node->is_boolean()) {
+  if (node && !node->is_boolean())
     table.fault(key, "true or false", describe(*node));
-  }
   return node && node->value_or(false);
 }
 
 double required_density(TableReader& table) {
   const toml::node* const node = table.require("density", describe(Dimension::density));
   const std::optional<double> density = table.quantity("density", Dimension::density);
-  if (density && !(*density > 0)) {
+  if (density && !(*density > 0))
     table.fault("density", "a density > 0", describe(*node));
-  }
   return density.value_or(0);
 }
 
 void read_elasticity(TableReader& root, Material& material) {
-  if (!root.require("elasticity", "a table of elastic constants")) {
+  if (!root.require("elasticity", "a table of elastic constants"))
     return;
-  }
   if (const toml::table* const section = root.subtable("elasticity")) {
     TableReader table(*section, "elasticity", root.faults());
     material.elasticity = read_elastic_constants(table).value_or(ElasticConstants{});
@@ -58,9 +53,8 @@ void read_elasticity(TableReader& root, Material& material) {
 void read_limits(TableReader& root, Material& material) {
   if (const toml::table* const section = root.subtable("limits")) {
     TableReader table(*section, "limits", root.faults());
-    for (const std::string_view key : {"stretch", "compress", "shear"}) {
+    for (const std::string_view key : {"stretch", "compress", "shear"})
       table.require(key, "a ratio: limits of a tissue are given whole");
-    }
     material.limits = read_neighbour_limits(table);
     table.finish();
   }
@@ -72,9 +66,8 @@ void read_damage_of(TableReader& root, Material& material) {
     TableReader table(*section, "damage", root.faults());
     for (const std::string_view key : {"of", "source"}) {
       const toml::node* const node = table.require(key, "a text in quotes");
-      if (node && node->value_or(std::string("a fault of its own")).empty()) {
+      if (node && node->value_or(std::string("a fault of its own")).empty())
         table.fault(key, "a text that says something", "\"\"");
-      }
     }
     table.require("verified", "true or false");
     material.damage = read_damage(table);
@@ -95,9 +88,8 @@ std::vector<LibraryEntry> read_library() {
       faults.insert(faults.end(), error.faults().begin(), error.faults().end());
     }
   }
-  if (!faults.empty()) {
+  if (!faults.empty())
     throw InputError(std::move(faults));
-  }
   std::sort(entries.begin(), entries.end(),
             [](const LibraryEntry& a, const LibraryEntry& b) { return a.material.name < b.material.name; });
   return entries;
@@ -167,16 +159,14 @@ std::vector<std::string> similar_material_names(std::string_view name, int count
   for (const LibraryEntry& entry : material_library()) {
     const std::string& known = entry.material.name;
     const std::size_t distance = distance_of_names(name, known);
-    if (is_slip(distance, std::max(without_group(name).size(), without_group(known).size()))) {
+    if (is_slip(distance, std::max(without_group(name).size(), without_group(known).size())))
       ranked.emplace_back(distance, known);
-    }
   }
   std::sort(ranked.begin(), ranked.end());
   std::vector<std::string> names;
   for (const auto& [distance, known] : ranked) {
-    if (names.size() < static_cast<std::size_t>(std::max(count, 0))) {
+    if (names.size() < static_cast<std::size_t>(std::max(count, 0)))
       names.push_back(known);
-    }
   }
   return names;
 }

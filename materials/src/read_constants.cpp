@@ -40,9 +40,8 @@ constexpr std::string_view incompressible_advice =
 std::vector<std::string_view> keys_present(const TableReader& table, const Form& form) {
   std::vector<std::string_view> present;
   for (const std::string_view key : form.keys) {
-    if (table.has(key)) {
+    if (table.has(key))
       present.push_back(key);
-    }
   }
   return present;
 }
@@ -64,14 +63,12 @@ const Form* detect_form(TableReader& table) {
   }
   for (const Form& form : forms()) {
     if (touched == 0 || !keys_present(table, form).empty()) {
-      for (const std::string_view key : form.keys) {
+      for (const std::string_view key : form.keys)
         table.find(key);
-      }
     }
   }
-  if (touched == 1 && present.size() == detected->keys.size()) {
+  if (touched == 1 && present.size() == detected->keys.size())
     return detected;
-  }
   // A label with a fibre of its own: one cause, one line.
   if (touched == 0 && (table.has("material") || table.has("fibre"))) {
     table.find("material");
@@ -110,9 +107,8 @@ std::optional<double> positive_pressure(TableReader& table, std::string_view key
 /// The inequalities that the form did not check in words of its own, each as one fault.
 bool is_positive_definite(TableReader& table, const ElasticConstants& constants) {
   const std::vector<BrokenRule> violated = broken_rules(constants);
-  for (const BrokenRule& inequality : violated) {
+  for (const BrokenRule& inequality : violated)
     table.fault(table.has(inequality.key) ? inequality.key : "", inequality.expected, inequality.found);
-  }
   return violated.empty();
 }
 
@@ -121,9 +117,8 @@ std::optional<ElasticConstants> read_isotropic(TableReader& table) {
   const auto nu = table.quantity("poisson_ratio", Dimension::dimensionless);
   if (nu && !(*nu > -1 && *nu < 0.5)) {
     std::string expected = "-1 < poisson_ratio < 0.5";
-    if (std::abs(*nu - 0.5) < near_limit) {
+    if (std::abs(*nu - 0.5) < near_limit)
       expected += fmt::format(incompressible_advice, "poisson_ratio", "0.49");
-    }
     table.fault("poisson_ratio", expected, describe(*table.find("poisson_ratio")));
     return std::nullopt;
   }
@@ -131,9 +126,8 @@ std::optional<ElasticConstants> read_isotropic(TableReader& table) {
 }
 
 bool cross_ratio_is_valid(TableReader& table, double nu_cross) {
-  if (std::abs(nu_cross) < 1) {
+  if (std::abs(nu_cross) < 1)
     return true;
-  }
   table.fault("nu_cross", "|nu_cross| < 1", fmt::format("{}", nu_cross));
   return false;
 }
@@ -143,9 +137,8 @@ bool fibre_ratio_is_valid(TableReader& table, double E_fibre, double E_cross, do
                           double nu_cross) {
   const double rest = 1 - nu_cross - 2 * nu_fibre * nu_fibre * E_cross / E_fibre;
   constexpr double round_off = 1e-9;
-  if (rest > round_off) {
+  if (rest > round_off)
     return true;
-  }
   std::string expected = "1 - nu_cross - 2 nu_fibre^2 E_cross / E_fibre > 0";
   if (std::abs(rest) < near_limit) {
     expected += fmt::format(incompressible_advice, "nu_fibre or nu_cross",
@@ -164,12 +157,10 @@ std::optional<ElasticConstants> read_transversely_isotropic(TableReader& table) 
   const auto nu_fibre = table.quantity("nu_fibre", Dimension::dimensionless);
   const auto nu_cross = table.quantity("nu_cross", Dimension::dimensionless);
   bool valid = !nu_cross || cross_ratio_is_valid(table, *nu_cross);
-  if (valid && E_fibre && E_cross && nu_fibre && nu_cross) {
+  if (valid && E_fibre && E_cross && nu_fibre && nu_cross)
     valid = fibre_ratio_is_valid(table, *E_fibre, *E_cross, *nu_fibre, *nu_cross);
-  }
-  if (!valid || !E_fibre || !E_cross || !G_fibre || !nu_fibre || !nu_cross) {
+  if (!valid || !E_fibre || !E_cross || !G_fibre || !nu_fibre || !nu_cross)
     return std::nullopt;
-  }
   return ElasticConstants::transversely_isotropic(*E_fibre, *E_cross, *G_fibre, *nu_fibre, *nu_cross);
 }
 
@@ -177,9 +168,8 @@ std::optional<ElasticConstants> read_orthotropic(TableReader& table) {
   const auto E = table.quantities("E", Dimension::pressure, false);
   const auto nu = table.quantities("nu", Dimension::dimensionless, false);
   const auto G = table.quantities("G", Dimension::pressure, false);
-  if (!E || !nu || !G) {
+  if (!E || !nu || !G)
     return std::nullopt;
-  }
   return ElasticConstants{*E, (*nu)[0], (*nu)[1], (*nu)[2], (*G)[0], (*G)[1], (*G)[2]};
 }
 
@@ -188,16 +178,14 @@ std::optional<ElasticConstants> read_orthotropic(TableReader& table) {
 std::optional<ElasticConstants> read_elastic_constants(TableReader& table) {
   const std::size_t before = table.faults().size();
   const Form* const form = detect_form(table);
-  if (!form) {
+  if (!form)
     return std::nullopt;
-  }
   // The keys that are there are read even where one is missing, so that their faults are told too.
   const auto constants = form == &forms()[0]   ? read_isotropic(table)
                          : form == &forms()[1] ? read_transversely_isotropic(table)
                                                : read_orthotropic(table);
-  if (!constants || !is_positive_definite(table, *constants)) {
+  if (!constants || !is_positive_definite(table, *constants))
     return std::nullopt;
-  }
   return table.faults().size() == before ? constants : std::nullopt;
 }
 

@@ -12,9 +12,8 @@ namespace maille {
 namespace {
 
 bool is_within(TableReader& table, std::string_view key, double value, const Range& range) {
-  if (value >= range.least && value <= range.most) {
+  if (value >= range.least && value <= range.most)
     return true;
-  }
   table.fault(key, std::string(range.text), fmt::format("{}", value));
   return false;
 }
@@ -22,9 +21,8 @@ bool is_within(TableReader& table, std::string_view key, double value, const Ran
 /// One ratio for all three axes, or three.
 void read_ratios(TableReader& table, std::string_view key, const Range& range, std::array<double, 3>& into) {
   const auto values = table.quantities(key, Dimension::dimensionless, true);
-  if (!values) {
+  if (!values)
     return;
-  }
   const bool one_for_all = !table.find(key)->is_array();
   for (const double value : *values) {
     if (!is_within(table, key, value, range) && one_for_all) {
@@ -41,48 +39,42 @@ void read_shear_row(TableReader& table, std::size_t axis, const toml::array& row
     if (!value || axis == b) {
       continue; // the diagonal is no shear; it is there so that the table is square
     }
-    if (*value < shear_range.least) {
+    if (*value < shear_range.least)
       table.faults().add(line_of(row[b]), path, std::string(shear_range.text), describe(row[b]));
-    }
     limits.shear[axis][b] = *value;
   }
 }
 
 bool is_three_by_three(const toml::array& rows) {
-  if (rows.size() != 3) {
+  if (rows.size() != 3)
     return false;
-  }
   for (const toml::node& row : rows) {
     const auto* const list = row.as_array();
-    if (!list || list->size() != 3) {
+    if (!list || list->size() != 3)
       return false;
-    }
   }
   return true;
 }
 
 void read_shear(TableReader& table, NeighbourLimits& limits) {
   const toml::node* const node = table.find("shear");
-  if (!node) {
+  if (!node)
     return;
-  }
   if (const auto* const rows = node->as_array()) {
     if (!is_three_by_three(*rows)) {
       table.fault("shear", "one ratio >= 0, or three rows of three ratios: [link axis][component]",
                   describe(*node));
       return;
     }
-    for (std::size_t a = 0; a < 3; ++a) {
+    for (std::size_t a = 0; a < 3; ++a)
       read_shear_row(table, a, *(*rows)[a].as_array(), limits);
-    }
     return;
   }
   const auto value = table.quantity("shear", Dimension::dimensionless);
   if (value && is_within(table, "shear", *value, shear_range)) {
     for (std::size_t a = 0; a < 3; ++a) {
-      for (std::size_t b = 0; b < 3; ++b) {
+      for (std::size_t b = 0; b < 3; ++b)
         limits.shear[a][b] = a == b ? 0 : *value;
-      }
     }
   }
 }
@@ -91,12 +83,10 @@ void read_shear(TableReader& table, NeighbourLimits& limits) {
 
 std::optional<NeighbourLimits> read_neighbour_limits(TableReader& table) {
   bool any = false;
-  for (const std::string_view key : {"stretch", "compress", "shear"}) {
+  for (const std::string_view key : {"stretch", "compress", "shear"})
     any = table.find(key) != nullptr || any;
-  }
-  if (!any) {
+  if (!any)
     return std::nullopt;
-  }
   const std::size_t before = table.faults().size();
   NeighbourLimits limits;
   read_ratios(table, "stretch", stretch_range, limits.stretch);
@@ -111,25 +101,21 @@ std::optional<Damage> read_damage(TableReader& table) {
   const toml::node* const stretch = table.require("stretch", "a ratio to the length at rest");
   if (const auto values = table.quantities("stretch", Dimension::dimensionless, true)) {
     damage.stretch = *values;
-    if (!((*values)[0] > 1 && (*values)[1] > 1 && (*values)[2] > 1)) {
+    if (!((*values)[0] > 1 && (*values)[1] > 1 && (*values)[2] > 1))
       table.fault("stretch", std::string(wanted_damage_stretch), describe(*stretch));
-    }
   }
   NeighbourLimits others;
   read_ratios(table, "compress", compress_range, others.compress);
   read_shear(table, others);
-  if (table.has("compress")) {
+  if (table.has("compress"))
     damage.compress = others.compress;
-  }
-  if (table.has("shear")) {
+  if (table.has("shear"))
     damage.shear = others.shear;
-  }
   damage.of = table.text("of").value_or("");
   damage.source = table.text("source").value_or("");
   if (const toml::node* const verified = table.find("verified")) {
-    if (!verified->is_boolean()) {
+    if (!verified->is_boolean())
       table.fault("verified", "true or false", describe(*verified));
-    }
     damage.verified = verified->value_or(false);
   }
   return table.faults().size() == before ? std::optional(std::move(damage)) : std::nullopt;

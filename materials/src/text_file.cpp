@@ -95,8 +95,9 @@ void note_opened(const fs::path& file) {
   opened().inputs.insert_or_assign(*identity, name);
   for (const auto& [option, output] : opened().outputs)
     if (identity_of(output) == identity)
-      throw InputError(
-          {{output.string(), 0, option, "a file that can be written", "one that this command reads"}});
+      throw UsageError(
+          fmt::format("{} {}: expected a file that can be written, found one that this command reads", option,
+                      output.string()));
 }
 
 void keep_opened_files() {

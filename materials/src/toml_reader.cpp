@@ -19,9 +19,8 @@ namespace {
 /// True for texts such as "2" or "1e-3": a number and no unit.
 bool has_no_unit(const toml::node& node) {
   const auto* const string = node.as_string();
-  if (!string) {
+  if (!string)
     return true;
-  }
   const std::string& text = string->get();
   const std::size_t last = text.find_last_not_of(" \t");
   return last != std::string::npos && (text[last] == '.' || (text[last] >= '0' && text[last] <= '9')) &&
@@ -33,13 +32,11 @@ bool has_no_unit(const toml::node& node) {
 std::optional<double> in_units_of_the_file(const toml::node& node, double value, const std::string& path,
                                            Dimension dimension, FaultList& faults) {
   const bool is_length = dimension == Dimension::length;
-  if ((!is_length && dimension != Dimension::angle) || value == 0 || !has_no_unit(node)) {
+  if ((!is_length && dimension != Dimension::angle) || value == 0 || !has_no_unit(node))
     return value;
-  }
   const std::optional<double>& factor = is_length ? faults.units.length : faults.units.angle;
-  if (factor) {
+  if (factor)
     return value * *factor;
-  }
   const char* const unit = is_length ? "mm" : "deg";
   const char* const si = is_length ? "m" : "rad";
   faults.add(line_of(node), path,
@@ -129,9 +126,8 @@ constexpr std::size_t most_told = 1000; ///< faults of a file; one more says tha
 
 std::string in_quotes(std::string_view text) {
   constexpr std::size_t longest = 60;
-  if (text.size() <= longest) {
+  if (text.size() <= longest)
     return fmt::format("\"{}\"", text);
-  }
   const auto goes_on = [&](std::size_t at) {
     return (static_cast<unsigned char>(text[at]) & 0xC0U) == 0x80U;
   };
@@ -189,9 +185,8 @@ void FaultList::add(int line, std::string key, std::string expected, std::string
 }
 
 void FaultList::throw_if_any() {
-  if (faults_.empty()) {
+  if (faults_.empty())
     return;
-  }
   std::stable_sort(faults_.begin(), faults_.end(),
                    [](const Fault& a, const Fault& b) { return a.line < b.line; });
   throw InputError(faults_);
@@ -207,20 +202,17 @@ const toml::node* TableReader::find(std::string_view key) {
 
 const toml::node* TableReader::require(std::string_view key, std::string_view expected) {
   const toml::node* const node = find(key);
-  if (!node) {
+  if (!node)
     fault(key, std::string(expected), "nothing");
-  }
   return node;
 }
 
 std::optional<std::string> TableReader::text(std::string_view key) {
   const toml::node* const node = find(key);
-  if (!node) {
+  if (!node)
     return std::nullopt;
-  }
-  if (const auto* const string = node->as_string()) {
+  if (const auto* const string = node->as_string())
     return string->get();
-  }
   fault(key, "a text in quotes", describe(*node));
   return std::nullopt;
 }
@@ -233,13 +225,11 @@ std::optional<double> TableReader::quantity(std::string_view key, Dimension dime
 std::optional<std::int64_t> TableReader::integer(std::string_view key, std::int64_t least,
                                                  std::int64_t most) {
   const toml::node* const node = find(key);
-  if (!node) {
+  if (!node)
     return std::nullopt;
-  }
   const auto* const number = node->as_integer();
-  if (number && number->get() >= least && number->get() <= most) {
+  if (number && number->get() >= least && number->get() <= most)
     return number->get();
-  }
   const bool has_upper_bound = most < std::numeric_limits<std::int64_t>::max();
   fault(key,
         has_upper_bound ? fmt::format("a whole number from {} to {}", least, most)
@@ -251,13 +241,11 @@ std::optional<std::int64_t> TableReader::integer(std::string_view key, std::int6
 std::optional<std::string> TableReader::choice(std::string_view key,
                                                const std::vector<std::string_view>& choices) {
   const toml::node* const node = find(key);
-  if (!node) {
+  if (!node)
     return std::nullopt;
-  }
   const auto* const string = node->as_string();
-  if (string && std::find(choices.begin(), choices.end(), string->get()) != choices.end()) {
+  if (string && std::find(choices.begin(), choices.end(), string->get()) != choices.end())
     return string->get();
-  }
   fault(key, fmt::format("one of: \"{}\"", fmt::join(choices, "\", \"")),
         describe(*node) + (string ? did_you_mean(string->get(), choices) : ""));
   return std::nullopt;
@@ -266,9 +254,8 @@ std::optional<std::string> TableReader::choice(std::string_view key,
 std::optional<std::array<double, 3>> TableReader::quantities(std::string_view key, Dimension dimension,
                                                              bool one_for_all) {
   const toml::node* const node = find(key);
-  if (!node) {
+  if (!node)
     return std::nullopt;
-  }
   const auto* const list = node->as_array();
   if (!list && one_for_all) {
     const std::optional<double> value = read_quantity(*node, path_of(key), dimension, *faults_);
@@ -294,12 +281,10 @@ std::optional<std::array<double, 3>> TableReader::quantities(std::string_view ke
 
 const toml::table* TableReader::subtable(std::string_view key) {
   const toml::node* const node = find(key);
-  if (!node) {
+  if (!node)
     return nullptr;
-  }
-  if (!node->is_table()) {
+  if (!node->is_table())
     fault(key, "a table", describe(*node));
-  }
   return node->as_table();
 }
 
@@ -308,9 +293,8 @@ void TableReader::finish() {
   const std::string expected =
       known.empty() ? "no key here" : fmt::format("one of: {}", fmt::join(known, ", "));
   for (const auto& [key, node] : *table_) {
-    if (!known_.contains(key.str()) && faults_->size() <= most_told) {
+    if (!known_.contains(key.str()) && faults_->size() <= most_told)
       fault(key.str(), expected, "an unknown key" + did_you_mean(key.str(), known));
-    }
   }
 }
 
@@ -324,9 +308,8 @@ int TableReader::line_of_key(std::string_view key) const {
 }
 
 std::string TableReader::path_of(std::string_view key) const {
-  if (key.empty() || path_.empty()) {
+  if (key.empty() || path_.empty())
     return key.empty() ? path_ : std::string(key);
-  }
   return fmt::format("{}.{}", path_, key);
 }
 
@@ -339,21 +322,16 @@ int line_of(const toml::node& node) {
 }
 
 std::string describe(const toml::node& node) {
-  if (const auto* const string = node.as_string()) {
+  if (const auto* const string = node.as_string())
     return in_quotes(string->get());
-  }
-  if (const auto* const integer = node.as_integer()) {
+  if (const auto* const integer = node.as_integer())
     return fmt::format("{}", integer->get());
-  }
-  if (const auto* const number = node.as_floating_point()) {
+  if (const auto* const number = node.as_floating_point())
     return fmt::format("{}", number->get());
-  }
-  if (const auto* const truth = node.as_boolean()) {
+  if (const auto* const truth = node.as_boolean())
     return truth->get() ? "true" : "false";
-  }
-  if (const auto* const array = node.as_array()) {
+  if (const auto* const array = node.as_array())
     return describe_array(*array);
-  }
   return node.is_table() ? "a table" : "a date or time";
 }
 
@@ -364,9 +342,8 @@ std::optional<double> read_quantity(const toml::node& node, const std::string& p
     value = parse_quantity(string->get(), dimension);
   } else {
     value = node.value<double>(); // an integer or a float; nothing for the rest
-    if (node.is_boolean() || (value && !std::isfinite(*value))) {
+    if (node.is_boolean() || (value && !std::isfinite(*value)))
       value.reset();
-    }
   }
   if (!value) {
     faults.add(line_of(node), path, describe(dimension), describe(node));
@@ -379,9 +356,8 @@ void read_units(TableReader& root) {
   constexpr const char* wanted =
       "a unit of length, of angle, or both: \"mm\", \"mm, deg\" (m, cm, mm, um, nm; rad, deg)";
   const auto text = root.text("units");
-  if (!text) {
+  if (!text)
     return;
-  }
   FileUnits units;
   for (std::size_t begin = 0; begin <= text->size();) {
     const std::size_t end = std::min(text->find(',', begin), text->size());

@@ -8,6 +8,7 @@
 #include "export/warp_files.hpp"
 #include "export/whole_file.hpp"
 #include "maille/fem_ref/solve.hpp"
+#include "maille/materials/text_file.hpp"
 #include "maille/scene/answer.hpp"
 
 #include <nlohmann/json_fwd.hpp>
@@ -21,6 +22,8 @@
 #include <vector>
 
 namespace maille::studies {
+
+using maille::UsageError;
 
 /// What --unit says, mm or m.
 inline LengthUnit length_unit(std::string_view text) {
@@ -71,11 +74,6 @@ private:
 
 /// What the process says to its caller.
 enum ExitCode : int { exit_done = 0, exit_run_failed = 1, exit_faulty_input = 2 };
-
-/// Wrong use of a command that only shows when it runs; main turns it into exit code 2.
-class UsageError : public std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
 
 /// Options that commands share.
 struct CommonOptions {

@@ -89,7 +89,7 @@ void write_whole(const fs::path& link, const std::function<void(const fs::path&)
     check_replaced(link, {});
   const fs::path file = behind_links(link);
   if (is_kept_input(file))
-    throw fs::filesystem_error("cannot write: this command reads that file", file, std::error_code());
+    throw UsageError(file.string() + ": cannot write: this command reads that file");
   if (fs::exists(file) && !fs::is_regular_file(file))
     throw fs::filesystem_error("cannot write: not a file", file, std::error_code());
   const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path{"."};

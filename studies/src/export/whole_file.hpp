@@ -22,7 +22,7 @@ namespace maille::studies {
 ///
 /// @param write  fills the path that it is given, an empty file, and throws if it cannot
 /// @throws what `write` throws; std::filesystem::filesystem_error if the folder is missing, `write` left no
-///         file, the file cannot be put in place, or is one that the run reads (keep_input)
+///         file, or the file cannot be put in place; UsageError if the run reads that file (keep_input)
 void write_whole(const std::filesystem::path& file,
                  const std::function<void(const std::filesystem::path&)>& write);
 

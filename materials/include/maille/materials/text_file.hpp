@@ -32,9 +32,14 @@ std::string read_text_file(const std::filesystem::path& file, std::string_view w
 std::string read_own_text_file(const std::filesystem::path& file, std::string_view what,
                                std::int64_t largest = largest_written_text);
 
+/// Wrong use of a command that only shows when it runs; main turns it into exit code 2.
+class UsageError : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 /// Every reader calls this for every file that it opens. Files count by device and number, so by whatever
 /// name or link; devices and pipes do not count.
-/// @throws InputError where an option names the file as its output (reserve_output)
+/// @throws UsageError where an option names the file as its output (reserve_output)
 void note_opened(const std::filesystem::path& file);
 /// From now on files that are opened are inputs, which no option can overwrite. Commands call it, once.
 void keep_opened_files();
