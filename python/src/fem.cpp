@@ -3,6 +3,7 @@
 #include "binding.hpp"
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/fem_ref/solve.hpp"
+#include "maille/scene/plausibility.hpp"
 
 namespace maille::python {
 
@@ -19,6 +20,7 @@ AnswerHandle run(const SceneHandle& handle, const std::string& method, int threa
     fem_ref::Options options;
     options.degree = method == "fem_q1" ? 1 : 2;
     made.answer = fem_ref::Solver(std::move(options)).solve(made.scene(), steering.control()).answer;
+    fail_where_inside_out(made.scene(), made.answer);
   }
   // Once deal.II is loaded: what is registered last is called first.
   if (fem_ref::works_left_behind() > 0)

@@ -120,6 +120,7 @@ AnswerHandle run(const SceneHandle& handle, const std::string& method, std::opti
       made.asked = std::move(changed);
     }
     made.answer = deform::solve(made.scene(), method, steering.control());
+    fail_where_inside_out(made.scene(), made.answer);
   }
   steering.finish();
   return made;

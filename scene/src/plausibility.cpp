@@ -1,6 +1,7 @@
 #include "maille/scene/plausibility.hpp"
 
 #include "maille/scene/block_frames.hpp"
+#include "maille/scene/cell_fields.hpp"
 #include "maille/scene/voxel_map.hpp"
 
 #include <Eigen/Eigenvalues>
@@ -215,6 +216,27 @@ std::vector<std::string> implausible_answer(const Scene& scene, const Plausibili
                                    method, length_in_words(largest_displacement),
                                    percent(largest_displacement / length)));
   return warnings;
+}
+
+void fail_where_inside_out(const Scene& scene, Answer& answer) {
+  constexpr double least = -1, most = 2, share = 0.05; // of an edge; of the body's cells
+  const Specimen& body = scene.specimen;
+  if (!is_converged(answer.status) || !has_stress(answer.method) || answer.displacement.empty())
+    return;
+  std::int64_t far = 0;
+  FieldsOfCells fields(scene, answer);
+  for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
+    if (body.is_matter(cell)) {
+      const Vec3 strain = principal_values(fields(cell).strain);
+      far += strain[2] <= least || strain[0] >= most ? 1 : 0;
+    }
+  if (static_cast<double>(far) <= share * static_cast<double>(body.n_matter_cells()))
+    return;
+  answer.status = Status::failed;
+  answer.message =
+      fmt::format("{} of {} cells are turned inside out, or stretched to over {:g} times their length: "
+                  "less load or movement, or stiffer tissue",
+                  far, body.n_matter_cells(), 1 + most);
 }
 
 std::string length_in_words(double metres) {

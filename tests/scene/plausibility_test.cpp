@@ -237,6 +237,27 @@ TEST(PlausibilityContract, AnswersThatSmallStrainsDoNotAllowAreSaid) {
   EXPECT_EQ(warnings_of(strip(pulled("3 mm") + "[relaxation]\nframe = \"blocks\"\n"), 3e-3), 0U);
 }
 
+// Truth: columns at the end of the bar of 12 x 16 cells are strained alone, each a twelfth of it.
+TEST(PlausibilityAnalytic, AnAnswerThatIsInsideOutFails) {
+  const Scene scene = parse_scene(strip(pulled("3 mm")));
+  const Grid& grid = scene.specimen.grid;
+  const auto checked = [&](const char* method, double strain, int columns) {
+    Answer answer;
+    answer.method = method;
+    answer.status = Status::done;
+    answer.displacement = Displacement(grid);
+    for (std::int64_t node = 0; node < grid.n_nodes(); ++node)
+      answer.displacement(0, node) = strain * 5e-3 * std::max(0, grid.node_at(node)[0] - (12 - columns));
+    fail_where_inside_out(scene, answer);
+    return answer;
+  };
+  EXPECT_EQ(checked("coupled", -0.99, 12).status, Status::done);
+  EXPECT_EQ(checked("fem_q2", 1.99, 12).status, Status::done);
+  EXPECT_EQ(checked("fem_q2", -1.01, 1).status, Status::failed);
+  EXPECT_TRUE(checked("coupled", 2.01, 1).message.starts_with("16 of 192 cells are turned inside out"));
+  EXPECT_EQ(checked("limits", -1.01, 12).status, Status::done) << "knows no strains";
+}
+
 // Looks of scene files: what they mean, and every fault in them.
 
 /// A scene of an image of 4 x 4 x 4 voxels with the values 0 to 63.
