@@ -170,6 +170,11 @@ WarpedFiles write_warp(const Scene& scene, const Answer& answer, const WarpReque
     const Image image = read_image(*request.image);
     pull = pull_on(image.info, *request.image, bodies);
     in_all_formats(warped(*pull, image, request.background), "warped", stored_form(*request.image));
+    if (image.info.components > 1)
+      warn_of_file(*request.image,
+                   fmt::format("each of {} values a voxel is carried by itself: vectors and tensors "
+                               "do not turn with the tissue",
+                               image.info.components));
   }
   const ImageInfo of_image = pull ? pull->grid : ImageInfo{};
   if (const auto file = labels_of(scene, request)) {

@@ -377,6 +377,9 @@ TEST_F(WarpCommandContract, WritesImagesFieldsSurfacesAndATable) {
   const Image field = read_image(folder_.path() / "out" / "pull.nii.gz");
   EXPECT_EQ(field.info.components, 3);
   EXPECT_EQ(field.info.size, (Index3{5, 4, 3}));
+  const Outcome vectors =
+      test::done("warp " + scene_ + " --image " + out("out") + "/pull.nii.gz --out " + out("vectors"));
+  EXPECT_TRUE(test::has(vectors.out + vectors.err, "vectors and tensors do not turn with the tissue"));
 }
 
 TEST_F(WarpCommandContract, RunWritesTheSameBesideItsOtherFiles) {
