@@ -10,12 +10,6 @@
 
 namespace maille::python {
 
-const CellFields& AnswerHandle::cell_fields() {
-  if (!fields)
-    fields = maille::cell_fields(scene(), answer);
-  return *fields;
-}
-
 namespace {
 
 using Tensors = std::vector<std::array<double, 6>>;
@@ -23,6 +17,21 @@ using Tensors = std::vector<std::array<double, 6>>;
 void require_displacement(const AnswerHandle& handle) {
   if (!handle.has_displacement())
     throw py::value_error("the answer has no displacement: " + handle.answer.message);
+}
+
+/// What was found before, or is found now in a thread of its own.
+template<class T, class Make>
+const T& found_once(std::optional<T>& found, const py::object& self, Make make) {
+  if (!found)
+    if (T made = made_in_thread(std::move(make), self); !found) // another thread may have been first
+      found = std::move(made);
+  return *found;
+}
+
+const CellFields& fields_of(const py::object& self) {
+  auto& handle = self.cast<AnswerHandle&>();
+  require_displacement(handle);
+  return found_once(handle.fields, self, [&handle] { return cell_fields(handle.scene(), handle.answer); });
 }
 
 /// One value a cell, or six.
@@ -40,10 +49,8 @@ py::array cells_view(py::handle owner, const Grid& grid, const double* data, py:
 }
 
 py::array tensors(const py::object& self, const Tensors CellFields::*of) {
-  auto& handle = self.cast<AnswerHandle&>();
-  require_displacement(handle);
-  const Tensors& values = handle.cell_fields().*of;
-  return cells_view(self, handle.scene().specimen.grid, values.front().data(), 6);
+  const Tensors& values = fields_of(self).*of;
+  return cells_view(self, self.cast<const AnswerHandle&>().scene().specimen.grid, values.front().data(), 6);
 }
 
 void add_spread(py::dict& record, const std::string& name, const std::optional<Spread>& spread) {
@@ -100,21 +107,16 @@ std::vector<double> energies_of_cells(const AnswerHandle& handle) {
                                           : std::vector<double>{};
 }
 
-const Mechanics& found_mechanics(AnswerHandle& handle) {
-  if (!handle.found) {
-    std::optional<Mechanics> made;
-    {
-      const py::gil_scoped_release unlocked;
-      made = mechanics_of(handle.scene(), handle.answer, energies_of_cells(handle));
-    }
-    if (!handle.found) // another thread may have been first
-      handle.found = std::move(made);
-  }
-  return *handle.found;
+const Mechanics& found_mechanics(const py::object& self) {
+  auto& handle = self.cast<AnswerHandle&>();
+  return found_once(handle.found, self, [&handle] {
+    return mechanics_of(handle.scene(), handle.answer, energies_of_cells(handle));
+  });
 }
 
 /// As the command has them: of the question, and of the answer.
-std::vector<std::string> warnings(AnswerHandle& handle) {
+std::vector<std::string> warnings(const py::object& self) {
+  const auto& handle = self.cast<const AnswerHandle&>();
   const Scene& scene = handle.scene();
   const Plausibility question = plausibility(scene);
   std::vector<std::string> found = question.warnings;
@@ -126,14 +128,14 @@ std::vector<std::string> warnings(AnswerHandle& handle) {
     largest = std::max(largest, std::hypot(u[0], u[1], u[2]));
   }
   for (std::string& warning :
-       implausible_answer(scene, question, handle.answer.method, largest, found_mechanics(handle).body))
+       implausible_answer(scene, question, handle.answer.method, largest, found_mechanics(self).body))
     found.push_back(std::move(warning));
   return found;
 }
 
-py::dict mechanics(AnswerHandle& handle) {
-  require_displacement(handle);
-  const Mechanics& found = found_mechanics(handle);
+py::dict mechanics(const py::object& self) {
+  require_displacement(self.cast<const AnswerHandle&>());
+  const Mechanics& found = found_mechanics(self);
   py::dict out;
   out["holds"] = records_of(found.holds);
   out["moves"] = records_of(found.moves);
@@ -144,13 +146,14 @@ py::dict mechanics(AnswerHandle& handle) {
   return out;
 }
 
-py::list measures(const AnswerHandle& handle) {
+py::list measures(const py::object& self) {
+  const auto& handle = self.cast<const AnswerHandle&>();
   require_displacement(handle);
-  std::vector<MeasuredValue> found;
-  {
-    const py::gil_scoped_release unlocked;
-    found = measured(handle.scene(), handle.asked->measures, handle.answer, energies_of_cells(handle));
-  }
+  const std::vector<MeasuredValue> found = made_in_thread(
+      [&handle] {
+        return measured(handle.scene(), handle.asked->measures, handle.answer, energies_of_cells(handle));
+      },
+      self);
   py::list list;
   for (const MeasuredValue& value : found) {
     py::dict record;
@@ -168,19 +171,20 @@ py::list measures(const AnswerHandle& handle) {
   return list;
 }
 
-py::dict compared(const AnswerHandle& handle, const AnswerHandle& reference) {
+py::dict compared(const py::object& self, const py::object& other) {
+  const auto &handle = self.cast<const AnswerHandle&>(), &reference = other.cast<const AnswerHandle&>();
   require_displacement(handle);
   require_displacement(reference);
   const Grid &ours = handle.scene().specimen.grid, &theirs = reference.scene().specimen.grid;
   if (ours.nodes() != theirs.nodes() || ours.spacing() != theirs.spacing())
     throw py::value_error("expected answers on the same grid");
-  ErrorNorms norms;
-  MechanicsErrors errors;
-  {
-    const py::gil_scoped_release unlocked;
-    norms = maille::compare(handle.scene(), handle.answer.displacement, reference.answer.displacement);
-    errors = compare_mechanics(handle.scene(), handle.answer, reference.answer);
-  }
+  const auto [norms, errors] = made_in_thread(
+      [&] {
+        return std::pair(
+            maille::compare(handle.scene(), handle.answer.displacement, reference.answer.displacement),
+            compare_mechanics(handle.scene(), handle.answer, reference.answer));
+      },
+      py::make_tuple(self, other));
   py::dict out;
   out["relative_l2"] = norms.relative_l2;
   out["relative_max"] = norms.relative_max;
@@ -249,10 +253,8 @@ void bind_answers(py::module_& module) {
                              [](const py::object& self) { return tensors(self, &CellFields::stress); })
       .def_property_readonly("von_mises",
                              [](const py::object& self) {
-                               auto& handle = self.cast<Handle&>();
-                               require_displacement(handle);
-                               return cells_view(self, handle.scene().specimen.grid,
-                                                 handle.cell_fields().von_mises.data(), 1);
+                               const Grid& grid = self.cast<const Handle&>().scene().specimen.grid;
+                               return cells_view(self, grid, fields_of(self).von_mises.data(), 1);
                              })
       .def_property_readonly("has_stress", [](const Handle& a) { return has_stress(a.answer.method); })
       .def("warnings", &warnings)

@@ -40,7 +40,6 @@ struct AnswerHandle {
   std::optional<Mechanics> found{};
   const Scene& scene() const { return asked->scene; }
   bool has_displacement() const { return !answer.displacement.empty(); }
-  const CellFields& cell_fields();
 };
 
 /// Control of a method that runs without the interpreter's lock: the thread that called is asked 20 times a

@@ -70,85 +70,81 @@ py::dict record_of(const WarpedLabel& label) {
 
 /// The pull of an answer on one grid; images on it go through it one after the other.
 class PullHandle {
-public:
-  PullHandle(const AnswerHandle& handle, const Index3& size, const Rows& affine, const std::string& world)
-      : answer_(&handle), grid_(grid_of(size, affine, world)) {
-    const auto bodies = bodies_of(handle);
-    const py::gil_scoped_release unlocked;
-    pull_ = pull_of(grid_, bodies);
+  using Bodies = std::vector<DeformedBody>;
+  /// make(pull, bodies), in a thread of its own.
+  template<class Make>
+  auto made(Make make) const {
+    return made_in_thread(
+        [make = std::move(make), pull = pull_, bodies = bodies_] { return make(*pull, bodies); }, answer_);
   }
+
+public:
+  PullHandle(const py::object& answer, const Index3& size, const Rows& affine, const std::string& world)
+      : answer_(answer), bodies_(bodies_of(answer.cast<const AnswerHandle&>())),
+        pull_(std::make_shared<const Pull>(made_in_thread(
+            [grid = grid_of(size, affine, world), bodies = bodies_] { return pull_of(grid, bodies); },
+            answer))) {}
 
   py::array warp(const Values& values, bool are_labels, float background) const {
     require_finite("background", background);
-    Image image = image_of(values);
-    Image after;
-    {
-      const py::gil_scoped_release unlocked;
-      after = are_labels ? warped_labels(pull_, image, background) : warped(pull_, image, background);
-    }
-    return array_of(std::move(after));
+    return array_of(made([are_labels, background, image = image_of(values)](const Pull& pull, const Bodies&) {
+      return are_labels ? warped_labels(pull, image, background) : warped(pull, image, background);
+    }));
   }
   py::list table(const Values& values) const {
-    const Image labels = image_of(values);
-    const auto bodies = bodies_of(*answer_);
-    std::vector<WarpedLabel> rows;
-    {
-      const py::gil_scoped_release unlocked;
-      rows = warped_label_table(pull_, bodies, labels, warped_labels(pull_, labels),
-                                volume_ratio(grid_, bodies));
-    }
+    const auto rows = made([labels = image_of(values)](const Pull& pull, const Bodies& bodies) {
+      return warped_label_table(pull, bodies, labels, warped_labels(pull, labels),
+                                volume_ratio(pull.grid, bodies));
+    });
     py::list list;
     for (const WarpedLabel& row : rows)
       list.append(record_of(row));
     return list;
   }
   py::array jacobian() const {
-    const auto bodies = bodies_of(*answer_);
-    Image ratio;
-    {
-      const py::gil_scoped_release unlocked;
-      ratio = volume_ratio(grid_, bodies);
-    }
-    return array_of(std::move(ratio));
+    return array_of(
+        made([](const Pull& pull, const Bodies& bodies) { return volume_ratio(pull.grid, bodies); }));
   }
   void save(const std::string& file, bool forward) const {
-    const auto bodies = bodies_of(*answer_);
+    const Image field = made([forward](const Pull& pull, const Bodies& bodies) {
+      return forward ? push_field(pull.grid, bodies) : pull_field(pull, bodies);
+    });
     const py::gil_scoped_release unlocked;
     ImageFileOptions options;
     if (forward)
       options.nrrd_keys = {{"displacement field type", "modeling"}};
-    write_image(forward ? push_field(grid_, bodies) : pull_field(pull_, bodies), file, options);
+    write_image(field, file, options);
   }
   py::dict counts() const {
     py::dict out;
-    out["voxels"] = pull_.reached;
-    out["voxels_at_rest"] = pull_.at_rest;
-    out["voxels_vacated"] = pull_.vacated;
-    out["voxels_reached_twice"] = pull_.reached_twice;
-    out["folded_cells"] = pull_.folded_cells;
+    out["voxels"] = pull_->reached;
+    out["voxels_at_rest"] = pull_->at_rest;
+    out["voxels_vacated"] = pull_->vacated;
+    out["voxels_reached_twice"] = pull_->reached_twice;
+    out["folded_cells"] = pull_->folded_cells;
     return out;
   }
 
 private:
   /// @param values (k, j, i)
   Image image_of(const Values& values) const {
-    if (values.ndim() != 3 || values.shape(2) != grid_.size[0] || values.shape(1) != grid_.size[1] ||
-        values.shape(0) != grid_.size[2])
+    const ImageInfo& grid = pull_->grid;
+    if (values.ndim() != 3 || values.shape(2) != grid.size[0] || values.shape(1) != grid.size[1] ||
+        values.shape(0) != grid.size[2])
       throw py::value_error("expected an image on the grid that is warped");
-    return {grid_, std::vector<float>(values.data(), values.data() + values.size())};
+    return {grid, std::vector<float>(values.data(), values.data() + values.size())};
   }
 
-  const AnswerHandle* answer_; ///< kept alive by the binding
-  ImageInfo grid_;
-  Pull pull_;
+  py::object answer_; ///< an AnswerHandle, which the bodies are of
+  Bodies bodies_;
+  std::shared_ptr<const Pull> pull_; ///< shared with work that Ctrl-C left behind
 };
 
 } // namespace
 
 void bind_warps(py::module_& module) {
   py::class_<PullHandle>(module, "Pull")
-      .def(py::init<const AnswerHandle&, const Index3&, const Rows&, const std::string&>(),
-           py::keep_alive<1, 2>())
+      .def(py::init<const py::object&, const Index3&, const Rows&, const std::string&>())
       .def("warp", &PullHandle::warp)
       .def("table", &PullHandle::table)
       .def("jacobian", &PullHandle::jacobian)

@@ -142,12 +142,15 @@ def test_stops_contract_ctrl_c_and_what_progress_raises_end_a_run():
     assert len(told) == 1 and 0 <= told[0][0] <= 1 and isinstance(told[0][1], str)
 
 
-def test_stops_contract_ctrl_c_ends_the_building_of_a_scene_and_python():
+@pytest.mark.parametrize("size, before, call", [
+    (400, "", "maille.Scene(image, holds=[maille.hold('x-')]).cells"),
+    *((240, "answer = maille.Scene(image, holds=[maille.hold('x-')]).run('limits')", call)
+      for call in ("answer.strain", "answer.body", "answer.warp(image)", "maille.compare(answer, reference=answer)"))])
+def test_stops_contract_ctrl_c_ends_long_calls_and_python(size, before, call):
     run = ended("import maille, numpy, os, signal, sys, threading, time\n"
-                "image = maille.Image(numpy.ones((400, 400, 400), numpy.uint8), material='fat/subcutaneous')\n"
-                "threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()\n"
-                "begin = time.monotonic()\n"
-                "try:\n    maille.Scene(image, holds=[maille.hold('x-')]).cells\n"
+                f"image = maille.Image(numpy.ones([{size}] * 3, numpy.uint8), material='fat/subcutaneous')\n"
+                f"{before}\nthreading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()\n"
+                f"begin = time.monotonic()\ntry:\n    {call}\n"
                 "except KeyboardInterrupt:\n    print(begin, time.monotonic())\n    sys.exit(3)")
     end = time.monotonic()
     assert run.returncode == 3, run.stderr
