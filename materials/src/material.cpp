@@ -49,15 +49,13 @@ double turned_shear(const NeighbourLimits& limits, const Eigen::Matrix3d& square
 using Three = std::array<double, 3>;
 
 void check(double value, const Range& range, const std::string& key, std::vector<BrokenRule>& found) {
-  if (!(std::isfinite(value) && value >= range.least && value <= range.most)) {
+  if (!(std::isfinite(value) && value >= range.least && value <= range.most))
     found.push_back({key, std::string(range.text), fmt::format("{}", value)});
-  }
 }
 
 void check(const Three& values, const Range& range, const std::string& key, std::vector<BrokenRule>& found) {
-  for (const double value : values) {
+  for (const double value : values)
     check(value, range, key, found);
-  }
 }
 
 void check_shear(const std::array<Three, 3>& shear, const std::string& key, std::vector<BrokenRule>& found) {
@@ -79,15 +77,12 @@ std::string words(const Three& values) {
 }
 
 void check_damage(const Damage& damage, std::vector<BrokenRule>& found) {
-  if (!all_above(1, damage.stretch)) {
+  if (!all_above(1, damage.stretch))
     found.push_back({"damage.stretch", std::string(wanted_damage_stretch), words(damage.stretch)});
-  }
-  if (damage.compress) {
+  if (damage.compress)
     check(*damage.compress, compress_range, "damage.compress", found);
-  }
-  if (damage.shear) {
+  if (damage.shear)
     check_shear(*damage.shear, "damage.shear", found);
-  }
 }
 
 } // namespace
@@ -123,9 +118,8 @@ LinkCompliance link_compliance(const Eigen::MatrixXd& reduced_stiffness) {
     compliance.shear[a][b] = compliance.shear[b][a] = value;
   };
   const Eigen::Index dimension = size == 6 ? 3 : (size == 3 ? 2 : 1);
-  for (Eigen::Index a = 0; a < dimension; ++a) {
+  for (Eigen::Index a = 0; a < dimension; ++a)
     compliance.axial[static_cast<std::size_t>(a)] = S(a, a);
-  }
   if (dimension == 2) {
     set_shear(0, 1, S(2, 2));
   } else if (dimension == 3) {
@@ -180,19 +174,16 @@ std::vector<BrokenRule> broken_rules(const NeighbourLimits& limits) {
 
 std::vector<BrokenRule> broken_rules(const Material& material) {
   std::vector<BrokenRule> found = broken_rules(material.elasticity);
-  if (material.limits) {
+  if (material.limits)
     std::ranges::move(broken_rules(*material.limits), std::back_inserter(found));
-  }
-  if (!(std::isfinite(material.density) && material.density > 0)) {
+  if (!(std::isfinite(material.density) && material.density > 0))
     found.push_back({"density", std::string(wanted_density), fmt::format("{}", material.density)});
-  }
   if (!all_above(0, material.relaxed_weights)) {
     found.push_back(
         {"relaxed_weights", std::string(wanted_relaxed_weights), words(material.relaxed_weights)});
   }
-  if (material.damage) {
+  if (material.damage)
     check_damage(*material.damage, found);
-  }
   return found;
 }
 

@@ -3,6 +3,7 @@
 #include "lattice/binned_boxes.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -28,6 +29,11 @@ void add_direction(const Eigen::Vector3d& way, std::vector<Eigen::Vector3d>& kno
 ConvexCell::ConvexCell(std::vector<Eigen::Vector3d> corners) : corners_(std::move(corners)) {
   for (const Eigen::Vector3d& corner : corners_)
     box_.extend(corner);
+}
+
+void ConvexCell::find_directions() const {
+  if (!normals_.empty())
+    return;
   const std::size_t n = corners_.size();
   for (std::size_t bit = 1; bit < n; bit *= 2)
     for (std::size_t i = 0; i < n; ++i)
@@ -52,6 +58,12 @@ ConvexCell::ConvexCell(std::vector<Eigen::Vector3d> corners) : corners_(std::mov
           }
 }
 
+bool may_be_in_one_another(const Eigen::AlignedBox3d& one, const Eigen::AlignedBox3d& other, int dimension,
+                           double depth) {
+  const Eigen::Vector3d along = (one.max() - other.min()).cwiseMin(other.max() - one.min());
+  return along.head(dimension).minCoeff() > depth;
+}
+
 bool ConvexCell::overlaps_along(const ConvexCell& other, const Eigen::Vector3d& axis, double depth) const {
   const auto range = [&](const std::vector<Eigen::Vector3d>& corners) {
     std::pair<double, double> ends{axis.dot(corners.front()), axis.dot(corners.front())};
@@ -68,6 +80,10 @@ bool ConvexCell::overlaps_along(const ConvexCell& other, const Eigen::Vector3d& 
 
 bool ConvexCell::is_deeper_in(const ConvexCell& other, double depth) const {
   constexpr double parallel = 1e-6;
+  if (!may_be_in_one_another(box_, other.box_, std::countr_zero(corners_.size()), depth))
+    return false;
+  find_directions();
+  other.find_directions();
   const auto overlap = [&](const Eigen::Vector3d& axis) { return overlaps_along(other, axis, depth); };
   if (!std::ranges::all_of(normals_, overlap) || !std::ranges::all_of(other.normals_, overlap))
     return false;
@@ -95,8 +111,7 @@ bool are_in_one_another(const std::vector<ConvexCell>& one, const std::vector<Co
     bool is_in = false;
     bins.visit(cell.box(), [&](std::int32_t i) {
       const ConvexCell& near = other[static_cast<std::size_t>(i)];
-      is_in = is_in || (std::exchange(before, i) != i && near.box().intersects(cell.box()) &&
-                        cell.is_deeper_in(near, depth));
+      is_in = is_in || (std::exchange(before, i) != i && cell.is_deeper_in(near, depth));
     });
     if (is_in)
       return true;

@@ -26,9 +26,16 @@ public:
 
 private:
   bool overlaps_along(const ConvexCell& other, const Eigen::Vector3d& axis, double depth) const;
-  std::vector<Eigen::Vector3d> corners_, normals_, edges_; ///< the latter two of length 1, each once
+  void find_directions() const;
+  std::vector<Eigen::Vector3d> corners_;
+  mutable std::vector<Eigen::Vector3d> normals_, edges_; ///< of length 1, each once, from when they count
   Eigen::AlignedBox3d box_;
 };
+
+/// False where boxes about matter say that none is in the other by more than `depth` [m]: along any direction
+/// it overlaps by that at least.
+bool may_be_in_one_another(const Eigen::AlignedBox3d& one, const Eigen::AlignedBox3d& other, int dimension,
+                           double depth);
 
 /// Whether a cell of one list is in one of the other by more than `depth` [m].
 bool are_in_one_another(const std::vector<ConvexCell>& one, const std::vector<ConvexCell>& other,

@@ -238,8 +238,10 @@ struct BentPlate {
   static constexpr double radius = 6, angle = 10 * std::numbers::pi / 180; ///< of a face
   Skin of{elastic_object("plate", {n, 2, 1}, {}).scene.specimen};
   std::vector<Eigen::Vector3d> rest, places;
+  std::vector<std::int32_t> all = std::vector<std::int32_t>(of.faces().size()); ///< faces
 
   BentPlate() {
+    std::iota(all.begin(), all.end(), 0);
     const Grid grid = elastic_object("plate", {n, 2, 1}, {}).scene.specimen.grid;
     for (std::int32_t node = 0; node < of.n_nodes(); ++node) {
       const Index3 at = grid.node_at(of.node(node));
@@ -255,13 +257,11 @@ struct BentPlate {
 TEST(PlacedSkinAnalytic, NormalsGoOverFromFaceToFace) {
   const BentPlate plate;
   const PlacedSkin placed(plate.of, plate.places, plate.rest, 0.5);
-  std::vector<std::int32_t> all(plate.of.faces().size());
-  std::iota(all.begin(), all.end(), 0);
   double worst = 0, before = 0;
   bool is_first = true;
   for (double turn = -0.8; turn < 0.8; turn += 0.01) { // the last face on each side knows no face beyond it
     const Eigen::Vector3d radial(std::sin(turn), 0, std::cos(turn));
-    const auto near = placed.near(Eigen::Vector3d(0, 1, 0) + (BentPlate::radius + 0.05) * radial, all);
+    const auto near = placed.near(Eigen::Vector3d(0, 1, 0) + (BentPlate::radius + 0.05) * radial, plate.all);
     ASSERT_EQ(near.size(), 1) << turn;
     worst = std::max(worst, std::acos(std::min(1.0, near[0].normal.dot(radial))));
     const double along = std::atan2(near[0].normal[0], near[0].normal[2]);
@@ -276,15 +276,13 @@ TEST(PlacedSkinAnalytic, NormalsGoOverFromFaceToFace) {
   }
   EXPECT_LT(worst, 0.01); // of 5 degrees, which are 0.087
   const Eigen::Vector3d end = plate.places[std::size_t(plate.of.faces()[0].node[0])];
-  for (const auto& near : placed.near(end + Eigen::Vector3d(0, -0.2, 0), all))
+  for (const auto& near : placed.near(end + Eigen::Vector3d(0, -0.2, 0), plate.all))
     EXPECT_NEAR(near.normal[1], -1, 1e-9); // beside the plate, before its flat side
 }
 
 // Analytic: at a fold, however deep, normals go over from the mean of its two faces to that of one.
 TEST(PlacedSkinAnalytic, AFoldIsNoEdge) {
   const BentPlate plate;
-  std::vector<std::int32_t> all(plate.of.faces().size());
-  std::iota(all.begin(), all.end(), 0);
   for (double slope = -0.9; slope < 0.9; slope += 0.05) { // of the right half
     std::vector<Eigen::Vector3d> folded = plate.rest;
     const Eigen::Vector3d along(std::cos(slope), 0, -std::sin(slope)), normal(std::sin(slope), 0, along[0]);
@@ -292,11 +290,30 @@ TEST(PlacedSkinAnalytic, AFoldIsNoEdge) {
       if (x[0] > 6)
         x = Eigen::Vector3d(6, x[1], 1) + (x[0] - 6) * along + (x[2] - 1) * normal;
     const PlacedSkin placed(plate.of, folded, plate.rest, 0.5);
-    const auto near = placed.near(Eigen::Vector3d(6, 1, 1) + 0.25 * along + 0.05 * normal, all);
+    const auto near = placed.near(Eigen::Vector3d(6, 1, 1) + 0.25 * along + 0.05 * normal, plate.all);
     ASSERT_EQ(near.size(), 1) << slope;
     const Eigen::Vector3d at_fold = (normal + Eigen::Vector3d::UnitZ()).normalized();
     EXPECT_LT((near[0].normal - (0.75 * at_fold + 0.25 * normal).normalized()).norm(), 1e-9) << slope;
     EXPECT_NEAR(near[0].gap, 0.05, 1e-9);
+  }
+}
+
+// Analytic: an edge is as wide as a thousandth of the reach. On it the point's own face decides.
+TEST(PlacedSkinAnalytic, AnEdgeHasAWidth) {
+  const BentPlate plate;
+  constexpr double reach = 0.5;
+  const PlacedSkin placed(plate.of, plate.rest, plate.rest, reach);
+  const auto below = std::ranges::find(plate.rest, Eigen::Vector3d(6, 1, 0)); // inside of the lower side
+  for (const auto& [distance, up] : {std::pair(0.6e-3, 1.0), std::pair(1.6e-3, std::sqrt(0.5))}) {
+    const Eigen::Vector3d point =
+        Eigen::Vector3d(12, 1, 1) + distance * reach * Eigen::Vector3d(1, 0, 1).normalized();
+    std::vector<Eigen::Vector3d> above = plate.rest;
+    for (Eigen::Vector3d& x : above)
+      x += point - *below;
+    const PlacedSkin own(plate.of, above, plate.rest, reach);
+    const auto near = placed.near(point, plate.all, &own, std::int32_t(below - plate.rest.begin()));
+    ASSERT_EQ(near.size(), 1) << distance;
+    EXPECT_NEAR(near[0].normal[2], up, 1e-6) << distance;
   }
 }
 

@@ -69,8 +69,14 @@ std::optional<std::pair<int, int>> Balance::crossing() {
     look_around();
     has_looked_ = false; // rounds have watched nothing of it
   }
+  const double depth = deep_over_cell * cell_;
+  const auto may_cross = [&](const BalancedObject& one, const BalancedObject& other) { // boxes of bodies lag
+    return one.is_body() || other.is_body() ||
+           may_be_in_one_another(one.box, other.box, one.dimension, depth);
+  };
   for (const auto& [i, j, nodes] : near_pairs_)
-    if (i < j && are_in_one_another(cells_near(i, j), cells_near(j, i), deep_over_cell * cell_))
+    if (i < j && may_cross(object(i), object(j)) &&
+        are_in_one_another(cells_near(i, j), cells_near(j, i), depth))
       return std::pair(i, j);
   return std::nullopt;
 }
