@@ -233,6 +233,9 @@ void fail_where_inside_out(const Scene& scene, Answer& answer) {
   if (static_cast<double>(far) <= share * static_cast<double>(body.n_matter_cells()))
     return;
   answer.status = Status::failed;
+  answer.displacement = {};
+  answer.reaction.clear();
+  answer.strain_energy.reset();
   answer.message =
       fmt::format("{} of {} cells are turned inside out, or stretched to over {:g} times their length: "
                   "less load or movement, or stiffer tissue",

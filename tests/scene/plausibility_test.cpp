@@ -253,7 +253,7 @@ TEST(PlausibilityAnalytic, AnAnswerThatIsInsideOutFails) {
   };
   EXPECT_EQ(checked("coupled", -0.99, 12).status, Status::done);
   EXPECT_EQ(checked("fem_q2", 1.99, 12).status, Status::done);
-  EXPECT_EQ(checked("fem_q2", -1.01, 1).status, Status::failed);
+  EXPECT_TRUE(checked("fem_q2", -1.01, 1).displacement.empty());
   EXPECT_TRUE(checked("coupled", 2.01, 1).message.starts_with("16 of 192 cells are turned inside out"));
   EXPECT_EQ(checked("limits", -1.01, 12).status, Status::done) << "knows no strains";
 }
