@@ -104,13 +104,11 @@ const DimensionEntry& entry_of(Dimension dimension) {
 }
 
 std::optional<double> in_si(double value, std::string_view unit_name, Dimension dimension) {
-  if (unit_name.empty()) {
+  if (unit_name.empty())
     return value;
-  }
   for (const Unit& unit : entry_of(dimension).units) {
-    if (unit.name == unit_name) {
+    if (unit.name == unit_name)
       return value * unit.times / unit.over;
-    }
   }
   return std::nullopt;
 }
@@ -121,16 +119,14 @@ std::optional<double> parse_quantity(std::string_view text, Dimension dimension)
   std::string_view number = trimmed(text);
   if (number.starts_with('+')) {
     number.remove_prefix(1); // from_chars knows no plus sign
-    if (number.starts_with('-')) {
+    if (number.starts_with('-'))
       return std::nullopt;
-    }
   }
   double value = 0;
   const char* const end = number.data() + number.size();
   const auto [rest, error] = std::from_chars(number.data(), end, value);
-  if (error != std::errc()) {
+  if (error != std::errc())
     return std::nullopt;
-  }
   const std::string_view unit = trimmed({rest, static_cast<std::size_t>(end - rest)});
   const std::optional<double> si = in_si(value, unit, dimension);
   return si && std::isfinite(*si) ? si : std::nullopt;
@@ -145,9 +141,8 @@ std::string describe(Dimension dimension) {
       units += unit.name;
     }
   }
-  if (dimension == Dimension::dimensionless) {
+  if (dimension == Dimension::dimensionless)
     return fmt::format("{} such as {} (units: none, {})", entry.noun, entry.example, units);
-  }
   return fmt::format("{} such as \"{}\" (units: {})", entry.noun, entry.example, units);
 }
 

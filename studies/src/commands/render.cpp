@@ -5,6 +5,7 @@
 #include "maille/deform/solve.hpp"
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/render/shared.hpp"
+#include "maille/scene/plausibility.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "view/seen_scene.hpp"
 
@@ -65,6 +66,7 @@ std::optional<Displacement> displacement_of(const RenderOptions& options, const 
     return std::nullopt;
   check_methods({options.method}, "--method");
   Answer answer = deform::solve(scene, options.method, control);
+  fail_where_inside_out(scene, answer);
   if (!has_displacement(answer.status))
     throw std::runtime_error(
         fmt::format("{}: {} ({})", options.method, to_string(answer.status), answer.message));

@@ -4,6 +4,7 @@
 #include "compare/methods.hpp"
 #include "export/whole_file.hpp"
 #include "maille/materials/text_file.hpp"
+#include "maille/scene/plausibility.hpp"
 #include "maille/scene/read_scene.hpp"
 
 #include <fmt/format.h>
@@ -44,7 +45,8 @@ int warp_command(const WarpCommandOptions& options) {
   nlohmann::ordered_json results = nlohmann::ordered_json::array();
   bool has_failed = false;
   for (const std::string& method : names) {
-    const Answer answer = methods.answer(scene, method, control);
+    Answer answer = methods.answer(scene, method, control);
+    fail_where_inside_out(scene, answer);
     end_progress();
     nlohmann::ordered_json row{{"method", method}, {"status", to_string(answer.status)}};
     std::string text;

@@ -4,6 +4,7 @@
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/link_limits.hpp"
+#include "maille/scene/plausibility.hpp"
 #include "maille/scene/sliding.hpp"
 
 #include <algorithm>
@@ -119,6 +120,7 @@ Comparison compare_methods(const Scene& scene, std::vector<std::string> names, c
     Control of_method = control;
     of_method.communicator = is_shared ? fem_ref::communicator() : nullptr;
     row.answer = methods.answer(feels ? limits.known(scene) : scene, method, of_method);
+    fail_where_inside_out(scene, row.answer);
     if (!fem_ref::ranks().is_first() && !method.starts_with("fem_"))
       continue; // the first has the answer
     if (has_displacement(row.answer.status) && feels)
@@ -129,6 +131,7 @@ Comparison compare_methods(const Scene& scene, std::vector<std::string> names, c
   }
   if (against_best && !fem_ref::agree(control.should_stop())) {
     BestReference best = best_reference(scene, seconds_for_reference, control, methods);
+    fail_where_inside_out(scene, best.answer);
     comparison.reference_error = best.estimated_error;
     comparison.reference_coarser = best.coarser;
     comparison.rows.push_back({std::move(best.answer), std::nullopt, std::nullopt});

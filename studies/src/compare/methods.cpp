@@ -2,7 +2,6 @@
 
 #include "export/calculix/calculix.hpp"
 #include "maille/fem_ref/ranks.hpp"
-#include "maille/scene/plausibility.hpp"
 
 namespace maille::studies {
 
@@ -24,12 +23,6 @@ bool Methods::is_for_all_ranks(const Scene& scene, std::string_view name) const 
 }
 
 Answer Methods::answer(const Scene& scene, std::string_view name, const Control& control) {
-  Answer answer = unchecked_answer(scene, name, control);
-  fail_where_inside_out(scene, answer);
-  return answer;
-}
-
-Answer Methods::unchecked_answer(const Scene& scene, std::string_view name, const Control& control) {
   const auto method = method_from_string(name);
   if (method == Method::calculix)
     return solve_by_calculix(scene, control);

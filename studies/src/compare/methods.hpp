@@ -36,7 +36,7 @@ public:
   Methods(const Methods&) = delete;
   Methods& operator=(const Methods&) = delete;
 
-  /// Failed where it is turned inside out (fail_where_inside_out). @pre is_method(name)
+  /// @pre is_method(name)
   Answer answer(const Scene& scene, std::string_view name, const Control& control = {});
   /// Whether all ranks are to ask for it together: what they share (docs/cluster.md). Else the first alone.
   bool is_for_all_ranks(const Scene& scene, std::string_view name) const;
@@ -44,8 +44,6 @@ public:
   fem_ref::LinearSolver solver() const { return solver_; }
 
 private:
-  Answer unchecked_answer(const Scene& scene, std::string_view name, const Control& control);
-
   fem_ref::LinearSolver solver_;
   deform::ElasticBody* body_ = nullptr;
   std::array<std::unique_ptr<fem_ref::Solver>, 2> of_degree_;
