@@ -2,19 +2,13 @@
 
 #include "feasible/feasible_set.hpp"
 #include "feasible/forecast.hpp"
+#include "lattice/tolerances.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 namespace maille::deform {
-
-namespace {
-
-/// Rotations that differ by less are the same: fitting rounds.
-constexpr double same_rotation = 1e-12;
-
-} // namespace
 
 struct Drag::Parts {
   const Scene& scene;
@@ -62,7 +56,7 @@ bool Drag::Parts::turn_frame() {
     within += Eigen::Map<const Eigen::Vector3d>(handle.value.data());
   }
   const Eigen::Matrix3d rotation = fit_frame(scene.dimension(), rest, places).rotation;
-  if ((rotation - frame.rotation).norm() <= same_rotation)
+  if ((rotation - frame.rotation).norm() <= rounding)
     return false;
   const auto n = static_cast<double>(handles.size());
   frame.is_turned = true;

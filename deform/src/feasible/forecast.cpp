@@ -15,8 +15,7 @@ namespace maille::deform {
 namespace {
 
 // Bytes. Checked against the heap by tests/deform/feasible/footprint_test.cpp.
-constexpr std::int64_t of_number = 8,        // float64
-    of_request = 256,                        // a prescribed value, and what clipping knows of it
+constexpr std::int64_t of_request = 256,     // a prescribed value, and what clipping knows of it
     of_fixed_size = 16384,                   // engines, lists of a few entries and the heads of arrays
     of_tile = 12 + 24, of_layer = 8,         // place and neighbours; a bit for each of 64 nodes
     of_tile_node = 4,                        // a component, in quanta
@@ -52,11 +51,11 @@ std::int64_t padded(std::int64_t nodes) {
 }
 
 std::int64_t bytes_of_slab(const Grid& grid) {
-  return (padded(grid.nodes()[0]) + nodes_per_block) * (grid.nodes()[1] + 3) * of_number;
+  return (padded(grid.nodes()[0]) + nodes_per_block) * (grid.nodes()[1] + 3) * std::int64_t{sizeof(double)};
 }
 
 std::int64_t bytes_of_rows(const Grid& grid) {
-  return grid.dimension() * padded(grid.nodes()[0]) * of_number;
+  return grid.dimension() * padded(grid.nodes()[0]) * std::int64_t{sizeof(double)};
 }
 
 Footprint forecast_of_box(const Scene& scene, const std::array<Algorithm, 3>& algorithms, int threads) {
@@ -109,7 +108,7 @@ Footprint forecast_of_limits(const Scene& scene, const LinkLimits& limits,
     arrays = forecast_of_tiles(scene, limits);
     std::ranges::move(forecast_of_moves_of_tiles(scene), std::back_inserter(arrays));
   } else if (goes(Algorithm::dijkstra)) {
-    const std::int64_t lengths = 2 * grid.n_nodes() * of_number;
+    const std::int64_t lengths = 2 * grid.n_nodes() * std::int64_t{sizeof(double)};
     arrays = {{"path lengths", lengths, "from above and from below, float64 a grid point"},
               {"path queue", bytes_of_two_envelopes(scene) - lengths, "at most: the front of the search"}};
   } else {

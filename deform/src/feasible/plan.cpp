@@ -36,7 +36,7 @@ bool has_monotone_paths(const Scene& scene) {
   std::set<std::int64_t> nodes;
   for (const Prescribed& p : scene.prescribed) {
     nodes.insert(p.node);
-    if (nodes.size() > most_handles_in_masked_bodies)
+    if (nodes.size() > most_handles_one_by_one)
       return false;
   }
   return std::ranges::all_of(

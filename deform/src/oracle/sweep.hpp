@@ -80,8 +80,8 @@ Answer relax_sweep(const Scene& scene, const LinkLimits& limits, const Displacem
 /// more is left: one window alone is fooled when a limit becomes active or the largest change changes place.
 class ErrorEstimate {
 public:
-  /// @param rounding changes of this size are noise: the iteration can do no better [m]
-  explicit ErrorEstimate(double rounding) : rounding_(rounding) {}
+  /// @param noise changes of this size are noise: the iteration can do no better [m]
+  explicit ErrorEstimate(double noise) : rounding_(noise) {}
   /// @param change the largest change of the latest sweep [m]
   void add(double change);
   /// What remains [m]; +infinity while nothing can be said.

@@ -1,5 +1,7 @@
 #include "probe/allowed_twist.hpp"
 
+#include "lattice/tolerances.hpp"
+
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
@@ -11,8 +13,8 @@ namespace maille::deform {
 namespace {
 
 constexpr std::size_t most_binding = 16; ///< six would do, were none of them nearly the same as another
-constexpr int most_rounds = 200;
-constexpr double rounding = 1e-9, regularisation = 1e-10;
+/// Share added to the diagonal, so that rows that are nearly the same have one answer.
+constexpr double regularisation = 1e-10;
 
 /// Constraints that bind, with their multipliers.
 class Binding {
@@ -107,9 +109,9 @@ Twist TwistConstraints::allowed(const Twist& wanted, double margin) const {
 /// The active set of Lawson and Hanson for the least distance: the constraint that is missed most comes in.
 Twist TwistConstraints::nearest(const Twist& wanted, const Least& least) const {
   Binding binding(std::span<const Twist>(rows_.data(), n_));
-  const double near = rounding * wanted.norm();
+  const double near = tolerance * wanted.norm();
   Twist twist = wanted;
-  for (int round = 0; round < most_rounds && !binding.is_full(); ++round) {
+  for (int round = 0; round < iteration_cap && !binding.is_full(); ++round) {
     std::size_t worst = n_;
     double missing = near;
     for (std::size_t i = 0; i < n_; ++i)

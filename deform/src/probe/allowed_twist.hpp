@@ -8,6 +8,14 @@
 
 namespace maille::deform {
 
+/// Shortest step, and arc of a turn, of a tool on its way to the hand [cells]: shorter ones are rounding, and
+/// longer ones leave the tool short of the hand.
+inline constexpr double least_step_over_cell = 1e-7;
+/// A shorter motion of a turning tool counts as none, and a middle this near to a face is at it [cells].
+inline constexpr double unnoticed_over_cell = 1e-5;
+/// Obstacles that a tool goes along in a tick; the rest of the way is gone in the next.
+inline constexpr int most_obstacles = 8;
+
 /// A shift, then a turn about the tool's middle as a vector times an arm, so that all six are lengths [m].
 using Twist = Eigen::Matrix<double, 6, 1>;
 

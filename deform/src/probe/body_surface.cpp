@@ -1,5 +1,6 @@
 #include "maille/deform/probe/touch.hpp"
 
+#include "lattice/tolerances.hpp"
 #include "world/occupancy/cell_walk.hpp"
 
 #include <Eigen/Geometry>
@@ -13,9 +14,7 @@ namespace maille::deform {
 
 namespace {
 
-constexpr double skin_over_spacing = 1e-6;
-/// Paths that pass through an edge to rounding count as through both triangles: none slips between.
-constexpr double edge_tolerance = 1e-9;
+/// Boxes that faces are sorted into: 16 MB. With fewer a path looks at more faces.
 constexpr double most_boxes = 1 << 22;
 
 bool is_within(const Index3& box, const Index3& size) {
@@ -32,7 +31,7 @@ BodySurface::BodySurface(const Scene& scene, const Displacement& displacement, c
   if (scene.dimension() != 3)
     throw std::invalid_argument("BodySurface: a body of three dimensions");
   const Vec3& spacing = scene.specimen.grid.spacing();
-  skin_ = skin_over_spacing * *std::ranges::min_element(spacing);
+  skin_ = negligible * *std::ranges::min_element(spacing);
   add_faces(scene);
   place_corners(scene, displacement);
   sort_into_boxes();
@@ -165,7 +164,7 @@ void BodySurface::ask(std::int32_t face, const Eigen::Vector3d& from, const Eige
     const Eigen::Vector3d at = from + time * path - *a;
     const double area = across.squaredNorm();
     const double v = across.dot(at.cross(ac)) / area, w = across.dot(ab.cross(at)) / area;
-    if (v < -edge_tolerance || w < -edge_tolerance || v + w > 1 + edge_tolerance)
+    if (v < -tolerance || w < -tolerance || v + w > 1 + tolerance)
       continue;
     const double length = std::sqrt(area);
     hit = Hit{time, face, across / length, distance / length, towards / length};
@@ -216,7 +215,6 @@ std::optional<BodySurface::Hit> BodySurface::first_hit_of_every_triangle(const E
 }
 
 std::optional<int> BodySurface::n_crossings(const Eigen::Vector3d& from, const Eigen::Vector3d& to) const {
-  constexpr double near = 1e-7; // of an edge, as a part of a triangle
   std::array<CoordinatePath, 3> paths;
   const Eigen::Vector3d way = to - from;
   for (std::size_t a = 0; a < 3; ++a) {
@@ -235,8 +233,8 @@ std::optional<int> BodySurface::n_crossings(const Eigen::Vector3d& from, const E
         if (!(size > 0))
           continue; // no triangle
         const Eigen::Vector3d off = from - *corners[0], turned = off.cross(ab);
-        if (std::abs(determinant) < near * size) { // along the triangle
-          if (std::abs(off.dot(ab.cross(ac))) < near * size / way.norm() * (ab.norm() + ac.norm()))
+        if (std::abs(determinant) < tolerance * size) { // along the triangle
+          if (std::abs(off.dot(ab.cross(ac))) < tolerance * size / way.norm() * (ab.norm() + ac.norm()))
             return std::nullopt;
           continue;
         }
@@ -244,9 +242,9 @@ std::optional<int> BodySurface::n_crossings(const Eigen::Vector3d& from, const E
         const double u = off.dot(across) / determinant, v = way.dot(turned) / determinant,
                      t = ac.dot(turned) / determinant;
         const double within = std::min({u, v, 1 - u - v});
-        if (within < -near || t < 0 || t > 1)
+        if (within < -tolerance || t < 0 || t > 1)
           continue;
-        if (within < near)
+        if (within < tolerance)
           return std::nullopt;
         crossed.push_back(2 * face + half);
       }

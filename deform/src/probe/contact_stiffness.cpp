@@ -1,6 +1,7 @@
 #include "maille/deform/probe/probe.hpp"
 
 #include "elastic/kept_answers.hpp"
+#include "lattice/tolerances.hpp"
 #include "maille/scene/plausibility.hpp"
 
 #include <algorithm>
@@ -21,8 +22,6 @@ namespace {
 
 /// Interval between checks for a new site: the loop must not wake a thread.
 constexpr std::chrono::microseconds nap{500};
-/// A voxel this near to the face, in units of the tool's voxel, is in front of it.
-constexpr double on_border = 1e-4;
 
 /// In the order of Scene::prescribed.
 bool is_before(const Prescribed& a, const Prescribed& b) {
@@ -144,8 +143,8 @@ std::vector<ContactSolver::Pressed> ContactSolver::before_tool(const ContactSite
       const Index3 low = tool_->index_of(voxel);
       double enters = 0, leaves = 1;
       for (int a = 0; a < 3; ++a) {
-        const double to_low = low[static_cast<std::size_t>(a)] - on_border - from[a],
-                     to_high = to_low + 1 + 2 * on_border;
+        const double to_low = low[static_cast<std::size_t>(a)] - negligible - from[a],
+                     to_high = to_low + 1 + 2 * negligible;
         if (way[a] == 0) {
           leaves = to_low <= 0 && to_high >= 0 ? leaves : -1;
           continue;

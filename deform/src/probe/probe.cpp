@@ -11,6 +11,8 @@
 
 #include "maille/deform/probe/probe.hpp"
 
+#include "lattice/tolerances.hpp"
+
 #include <Eigen/Geometry>
 
 #include <algorithm>
@@ -27,12 +29,10 @@ namespace {
 constexpr double passive_share = 0.9;
 /// A site whose depth has changed by this part is another one, where stiffness depends on it.
 constexpr double depth_change = 0.25;
-constexpr double least_depth_over_skin = 10;
 /// So far ahead a free tool looks, and so often [s]: a body's answer takes a tenth of a second.
 constexpr double time_ahead = 0.4, time_between_looks = 0.016;
-/// Depth to which a body is solved ahead of contact, in units of its skin: a quarter of a cell (a skin is a
-/// millionth of one).
-constexpr double depth_ahead_over_skin = 0.25e6;
+/// Depth to which a body is solved ahead of contact, in units of its skin.
+constexpr double depth_ahead_over_skin = step_over_cell / negligible;
 
 double in_a_row(double a, double b) {
   return std::isinf(b) ? a : a * b / (a + b);
@@ -99,7 +99,7 @@ double Probe::update(Body& body, const Constraint& constraint) {
   if (!body.link.ask)
     return std::numeric_limits<double>::infinity(); // stiffness not known yet: rigid
   const double given_way = constraint.depth * felt(body.stiffness) / body.stiffness;
-  const double least = least_depth_over_skin * surroundings_->body(constraint.obstacle.body).skin();
+  const double least = surroundings_->body(constraint.obstacle.body).skin();
   const bool is_elsewhere = constraint.obstacle.face != body.site.face;
   const bool may_depend = body.link.depends_on_depth || proxy_.tool().n_voxels() > 1; // more of it touches
   const bool is_deeper = may_depend && std::abs(given_way - body.site.depth) > depth_change * body.site.depth;

@@ -1,5 +1,7 @@
 #include "maille/deform/probe/touch.hpp"
 
+#include "probe/allowed_twist.hpp"
+
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
@@ -9,9 +11,6 @@
 namespace maille::deform {
 
 namespace {
-
-constexpr int most_passes = 8; ///< a tick; what is left of the way is gone in the next
-constexpr double least_step_over_cell = 1e-7;
 
 /// The wanted step as far as chosen normals, taken as equations, leave it: exactly at right angles to them.
 Eigen::Vector3d left_over(const Eigen::Vector3d& wanted, const std::array<Eigen::Vector3d, 3>& normals,
@@ -101,7 +100,7 @@ void Proxy::follow(const Surroundings& surroundings, const Pose& goal) {
     turn(surroundings, goal);
   const Vec3& cell = surroundings.cell_size();
   const double least_step = least_step_over_cell * *std::ranges::min_element(cell);
-  for (int pass = 0; pass < most_passes; ++pass)
+  for (int pass = 0; pass < most_obstacles; ++pass)
     if (go(surroundings, goal.position, least_step) <= least_step)
       break;
 }

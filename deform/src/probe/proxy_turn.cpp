@@ -1,5 +1,6 @@
 /// How a tool of several voxels turns and shifts at once towards where a hand has it.
 
+#include "lattice/tolerances.hpp"
 #include "maille/deform/probe/touch.hpp"
 #include "probe/allowed_twist.hpp"
 
@@ -15,15 +16,15 @@ namespace maille::deform {
 
 namespace {
 
-constexpr int most_passes = 3, most_hits = 8;
-/// In cells: length of a pass; distance at which faces are touched; motions that count as none; gap kept to
-/// touched faces; shortest arc.
-constexpr double pass_length = 1, reach = 0.05, nothing = 1e-5, margin = 1e-6, least_arc = 1e-7;
+/// Passes a tick: with one, a turn lags behind the hand; each more costs its share of the tick.
+constexpr int most_passes = 3;
+/// In cells: length of a pass, and distance at which faces are touched.
+constexpr double pass_length = 1, reach = 0.05;
 /// In cells: contacts are searched again after this motion.
 constexpr double well_off = 1e-3;
-/// In cells: a turn that lags by `bound_from` is bound; it then tries detours of `aside_by`, which count if
+/// In cells: a turn that lags by a pass is bound; it then tries detours of `aside_by`, which count if
 /// they bring the tool nearer by `nearer`.
-constexpr double bound_from = 1, aside_by = 0.5, nearer = 0.01;
+constexpr double aside_by = pass_length / 2, nearer = 0.01;
 
 Eigen::Vector3d turn_between(const Eigen::Matrix3d& from, const Eigen::Matrix3d& to) {
   const Eigen::AngleAxisd turn(to * from.transpose());
@@ -34,8 +35,8 @@ Eigen::Vector3d turn_between(const Eigen::Matrix3d& from, const Eigen::Matrix3d&
 /// face's own normal where the two disagree.
 Eigen::Vector3d smoothed(const OccupancyMap& map, const Index3& cell, const Eigen::Vector3d& at,
                          const Eigen::Vector3d& face) {
-  constexpr int width = 2;
   constexpr double radius = 2.5, least_cosine = 0.05;
+  constexpr int width = static_cast<int>(radius);
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (int z = -width; z <= width; ++z)
     for (int y = -width; y <= width; ++y)
@@ -100,16 +101,16 @@ void Proxy::turn(const Surroundings& surroundings, const Pose& goal) {
   for (int pass = 0; pass < most_passes; ++pass) {
     const Eigen::Vector3d left = turn_between(pose_.rotation, goal.rotation);
     const double arc = left.norm() * arm_;
-    if (arc <= least_arc * cell)
+    if (arc <= least_step_over_cell * cell)
       break;
     const Eigen::Vector3d part = std::min(1.0, length / arc) * left;
     double gone = move_by(surroundings, Eigen::Vector3d::Zero(), part, obstacle) * part.norm() * arm_;
     if (obstacle)
       gone += give_way(surroundings, goal, length);
-    if (gone <= well_off * cell && !(arc > bound_from * cell && free_itself(surroundings, goal)))
+    if (gone <= well_off * cell && !(arc > pass_length * cell && free_itself(surroundings, goal)))
       break;
   }
-  is_turn_blocked_ = turn_between(pose_.rotation, goal.rotation).norm() * arm_ > least_arc * cell;
+  is_turn_blocked_ = turn_between(pose_.rotation, goal.rotation).norm() * arm_ > least_step_over_cell * cell;
 }
 
 /// How far it is from a goal: shift and turn together [m].
@@ -149,24 +150,24 @@ bool Proxy::free_itself(const Surroundings& surroundings, const Pose& goal) {
 double Proxy::give_way(const Surroundings& surroundings, const Pose& goal, double length) {
   const double cell = *std::ranges::min_element(surroundings.cell_size());
   TwistConstraints touched(arm_), hit(arm_);
-  std::array<Obstacle, most_hits> hits;
+  std::array<Obstacle, most_obstacles> hits;
   std::size_t n_hits = 0;
   double gone = 0;
-  for (int i = 0; i < most_hits && length - gone > nothing * cell; ++i) {
+  for (int i = 0; i < most_obstacles && length - gone > unnoticed_over_cell * cell; ++i) {
     Twist wanted;
     wanted << goal.position - middle(), arm_ * turn_between(pose_.rotation, goal.rotation);
     wanted *= std::min(1.0, (length - gone) / wanted.norm());
     touched.clear();
     add_touched(surroundings, tool_, pose_, middle(), touched);
-    Twist twist = touched.allowed(wanted, margin * cell);
+    Twist twist = touched.allowed(wanted, negligible * cell);
     // A step of the stairs is in the way of what the smooth surface leaves, not of what the hand wants:
     // what leads along the surface leads off the step.
     hit.clear();
     for (std::size_t k = 0; k < n_hits; ++k)
       hit.add(hits[k].normal, hits[k].point - middle(), 0);
-    twist = hit.allowed(twist, margin * cell);
+    twist = hit.allowed(twist, negligible * cell);
     const double size = twist.norm();
-    if (size <= nothing * cell)
+    if (size <= unnoticed_over_cell * cell)
       break;
     std::optional<Obstacle> obstacle;
     const double way = move_by(surroundings, twist.head<3>(), twist.tail<3>() / arm_, obstacle) * size;

@@ -20,10 +20,8 @@ namespace maille::deform {
 namespace {
 
 constexpr std::string_view header = "time,x,y,z", header_with_turns = "time,x,y,z,turn_x,turn_y,turn_z";
-constexpr std::size_t most_columns = 7;
-constexpr double furthest = 1e6;    ///< of a place [m]
-constexpr double longest = 1e9;     ///< of a time [s]: what follows it tells whether it is kept
-constexpr double most_turned = 1e6; ///< [rad]
+constexpr double furthest = 1e6; ///< of a place [m], and of a turn [rad]
+constexpr double longest = 1e9;  ///< of a time [s]: what follows it tells whether it is kept
 constexpr std::int64_t largest_motion = std::int64_t{1} << 28; // half an hour of places and turns at 1 kHz
 
 /// Without blanks.
@@ -62,8 +60,8 @@ private:
 
   std::string file_;
   int line_ = 0;
-  std::size_t columns_ = 0;                    ///< 0: the header has not come yet
-  std::array<std::string, most_columns> unit_; ///< empty: that of SI
+  std::size_t columns_ = 0;         ///< 0: the header has not come yet
+  std::array<std::string, 7> unit_; ///< empty: that of SI
   std::vector<RecordedMotion::Sample> samples_;
   std::vector<Fault> faults_;
 };
@@ -75,13 +73,13 @@ void Reader::read_header(const std::vector<std::string>& cells) {
     const std::string& cell = cells[column];
     const auto bracket = cell.find('[');
     names += (column > 0 ? "," : "") + cell.substr(0, bracket);
-    if (bracket == std::string::npos || column >= most_columns)
+    if (bracket == std::string::npos || column >= unit_.size())
       continue;
     unit_[column] = " " + cell.substr(bracket + 1, cell.size() - bracket - 2);
     if (!cell.ends_with(']') || !parse_quantity("1" + unit_[column], dimension_of(column)))
       fault("a unit of " + describe(dimension_of(column)), fmt::format("\"{}\"", cell));
   }
-  columns_ = names == header_with_turns ? most_columns : 4;
+  columns_ = names == header_with_turns ? unit_.size() : 4;
   if (names != header && names != header_with_turns)
     fault(fmt::format("{} or {}, each with its unit in brackets if it is not that of SI", header,
                       header_with_turns),
@@ -100,7 +98,7 @@ double Reader::number(const std::string& cell, std::size_t column) const {
 }
 
 void Reader::read_sample(const std::vector<std::string>& cells) {
-  std::array<double, most_columns> values{};
+  std::array<double, std::tuple_size_v<decltype(unit_)>> values{};
   bool is_finite = cells.size() == columns_;
   for (std::size_t i = 0; is_finite && i < columns_; ++i)
     is_finite = std::isfinite(values[i] = number(cells[i], i));
@@ -108,7 +106,7 @@ void Reader::read_sample(const std::vector<std::string>& cells) {
     return fault(fmt::format("{} finite numbers with commas between them", columns_),
                  fmt::format("\"{}\"", fmt::join(cells, ",")));
   for (std::size_t i = 0; i < columns_; ++i) {
-    const double most = i == 0 ? longest : i < 4 ? furthest : most_turned;
+    const double most = i == 0 ? longest : furthest;
     if (!(std::abs(values[i]) <= most))
       return fault(fmt::format("at most {:g} {}", most,
                                i == 0  ? "s"

@@ -1,5 +1,7 @@
 #include "maille/deform/probe/touch.hpp"
 
+#include "lattice/tolerances.hpp"
+#include "probe/allowed_twist.hpp"
 #include "world/first_contact.hpp"
 #include "world/occupancy/posed_shape.hpp"
 
@@ -64,9 +66,6 @@ void for_each_point(const RigidShape& tool, std::int32_t voxel, const Pose& pose
   }
 }
 
-constexpr double piece_length = 0.25; ///< of a turn's arc [cells]
-constexpr double most_pieces = 256;
-
 /// The same motion, ended early.
 RigidMotion part_of(const RigidMotion& motion, double fraction) {
   RigidMotion part = motion;
@@ -104,7 +103,6 @@ std::optional<Obstacle> Surroundings::move(const RigidShape& tool, const RigidMo
 
 /// A face of a cell that a voxel's middle came to, or a face of a voxel that came to a cell's middle.
 Obstacle Surroundings::met(const Contact& contact, const RigidShape& tool, const Pose& pose) const {
-  constexpr double near = 1e-5; // [cells]
   Obstacle obstacle;
   obstacle.point = place_of(tool, contact.voxel, pose);
   obstacle.normal[contact.axis] = -contact.direction;
@@ -114,7 +112,8 @@ Obstacle Surroundings::met(const Contact& contact, const RigidShape& tool, const
     const auto i = static_cast<std::size_t>(a);
     middle[a] = (contact.cell[i] + 0.5) * cell_size_[i];
     const double off = std::abs(obstacle.point[a] / cell_size_[i] - contact.cell[i] - 0.5);
-    is_at_the_face = is_at_the_face && (a == contact.axis ? std::abs(off - 0.5) < near : off < 0.5 + near);
+    is_at_the_face = is_at_the_face && (a == contact.axis ? std::abs(off - 0.5) < unnoticed_over_cell
+                                                          : off < 0.5 + unnoticed_over_cell);
   }
   if (is_at_the_face)
     return obstacle;
@@ -166,8 +165,9 @@ std::optional<Obstacle> Surroundings::move_before_bodies(const RigidShape& tool,
     arm = std::max(arm, (from.position + from.rotation * rest - motion.about).norm());
   }
   const double length = motion.by.norm() + std::abs(motion.angle) * arm;
-  const double pieces = std::clamp(std::ceil(length / (piece_length * *std::ranges::min_element(cell_size_))),
-                                   1.0, most_pieces);
+  const double pieces =
+      std::clamp(std::ceil(length / (step_over_cell * *std::ranges::min_element(cell_size_))), 1.0,
+                 double{iteration_cap});
   for (double piece = 0; piece < pieces; ++piece) {
     const double begin = piece / pieces;
     double part = 1;

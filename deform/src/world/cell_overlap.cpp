@@ -1,6 +1,7 @@
 #include "world/cell_overlap.hpp"
 
 #include "lattice/binned_boxes.hpp"
+#include "lattice/tolerances.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -15,12 +16,12 @@ namespace maille::deform {
 namespace {
 
 void add_direction(const Eigen::Vector3d& way, std::vector<Eigen::Vector3d>& known) {
-  constexpr double alike = 1e-9;
   const double length = way.norm();
   if (!(length > 0))
     return;
   const Eigen::Vector3d unit = way / length;
-  if (std::ranges::none_of(known, [&](const Eigen::Vector3d& one) { return one.cross(unit).norm() < alike; }))
+  if (std::ranges::none_of(known,
+                           [&](const Eigen::Vector3d& one) { return one.cross(unit).norm() < tolerance; }))
     known.push_back(unit);
 }
 
@@ -79,7 +80,6 @@ bool ConvexCell::overlaps_along(const ConvexCell& other, const Eigen::Vector3d& 
 }
 
 bool ConvexCell::is_deeper_in(const ConvexCell& other, double depth) const {
-  constexpr double parallel = 1e-6;
   if (!may_be_in_one_another(box_, other.box_, std::countr_zero(corners_.size()), depth))
     return false;
   find_directions();
@@ -90,7 +90,7 @@ bool ConvexCell::is_deeper_in(const ConvexCell& other, double depth) const {
   for (const Eigen::Vector3d& edge : edges_)
     for (const Eigen::Vector3d& across : other.edges_)
       if (const Eigen::Vector3d axis = edge.cross(across);
-          axis.norm() > parallel && !overlap(axis.normalized()))
+          axis.norm() > negligible && !overlap(axis.normalized()))
         return false;
   return true;
 }

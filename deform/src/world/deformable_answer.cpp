@@ -6,6 +6,7 @@
 #include "elastic/kept_answers.hpp"
 #include "feasible/bounds/clipping.hpp"
 #include "feasible/limits.hpp"
+#include "lattice/tolerances.hpp"
 #include "oracle/sweep.hpp"
 
 #include <algorithm>
@@ -15,12 +16,6 @@
 #include <vector>
 
 namespace maille::deform {
-
-namespace {
-/// Error of an answer at prescribed values; smaller where limits bind, so that clipped values stay valid
-/// [cells].
-constexpr double missed = 1e-7, missed_within_limits = 1e-10;
-} // namespace
 
 /// A prescribed component and whose it is. Of several for one component the first in this order counts.
 struct DeformableObject::Entry {
@@ -114,8 +109,7 @@ Answer DeformableObject::answer(const Control& control) {
   for (const Entry& entry : list) {
     double& value = answer.displacement(entry.what.component, entry.what.node);
     if (std::abs(value - entry.what.value) <
-        (limits_bind_ ? missed_within_limits : missed) *
-            lattice_.cell_size()[static_cast<std::size_t>(entry.what.component)])
+        tolerance * lattice_.cell_size()[static_cast<std::size_t>(entry.what.component)])
       value = entry.what.value;
   }
   keep_forces(list, answer.reaction);

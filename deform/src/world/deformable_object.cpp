@@ -3,10 +3,12 @@
 #include "control/method.hpp"
 #include "elastic/kept_answers.hpp"
 #include "feasible/bounds/bound_source.hpp"
+#include "lattice/tolerances.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <utility>
@@ -18,10 +20,8 @@ namespace {
 
 /// A scale of taut limits that lets every link be as long as it likes: what relaxes elastically stands in for
 /// them.
-constexpr double never_taut = 1e30;
+constexpr double never_taut = std::numeric_limits<float>::max();
 
-/// Distance at which a node counts as at its pin [cells].
-constexpr double reached = 1e-6;
 /// Solver error in forces, in units of the force that would stretch a cell by the node's displacement.
 constexpr double lost_by_algebra = 1e-5;
 
@@ -108,7 +108,7 @@ void DeformableObject::keep_reached_pins() {
     for (int b = 0; b < scene_->dimension(); ++b) {
       const auto component = static_cast<std::size_t>(b);
       if ((lattice_.is_turned() || b == pin.axis) &&
-          std::abs(here[component] - pin.at[component]) > reached * lattice_.cell_size()[component])
+          std::abs(here[component] - pin.at[component]) > negligible * lattice_.cell_size()[component])
         return true;
     }
     for (std::size_t b = 0; b < 3; ++b)

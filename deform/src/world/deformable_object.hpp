@@ -41,10 +41,6 @@ struct Pin {
   std::optional<std::int32_t> self{};
 };
 
-/// How far from a face a node in contact is kept [cells]: far above the rounding of places, far below
-/// anything seen.
-inline constexpr double node_skin = 1e-9;
-
 class DeformableObject;
 class KeptAnswers;
 

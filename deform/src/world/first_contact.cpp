@@ -1,5 +1,6 @@
 #include "world/first_contact.hpp"
 
+#include "lattice/tolerances.hpp"
 #include "world/occupancy/cell_walk.hpp"
 #include "world/occupancy/posed_matter.hpp"
 #include "world/occupancy/posed_shape.hpp"
@@ -13,9 +14,6 @@
 namespace maille::deform {
 
 namespace {
-
-/// Gap at which an object stops before a wall [cells]: far above rounding, far below visibility.
-constexpr double skin = 1e-9;
 
 /// The motion of a shape's points, in cells of the world.
 class Sweep {
@@ -124,13 +122,12 @@ std::array<CoordinatePath, 3> Sweep::paths_of(const Eigen::Vector3d& rest) const
 /// Whether nothing is taken in the box of cells that a point may come to at all: a chord is no longer than
 /// its arc. Most points of a tick of a hand stay within a cell, and walks along arcs are dear.
 bool Sweep::is_clear(const std::array<CoordinatePath, 3>& paths) const {
-  constexpr double margin = 1e-6; // far above the rounding of places
   Index3 first, last;
   for (std::size_t a = 0; a < 3; ++a) {
     const CoordinatePath& path = paths[a];
     const double begin = path.offset + path.cosine,
                  reach = std::abs(path.slope) +
-                         std::abs(motion_.angle) * (std::abs(path.cosine) + std::abs(path.sine)) + margin;
+                         std::abs(motion_.angle) * (std::abs(path.cosine) + std::abs(path.sine)) + negligible;
     if (!(begin - reach >= 0) || !(begin + reach < map_.cells()[a]))
       return false; // may meet the border
     first[a] = static_cast<int>(begin - reach);
@@ -240,7 +237,7 @@ std::optional<Contact> move_until_contact(const OccupancyMap& map, const Vec3& c
     if (const auto held = first_held_cell(map, cell_size, shape, from, motion, contact ? contact->time : 1.0))
       contact = held;
   if (contact) {
-    done = std::max(0.0, contact->time - skin / sweep.largest_speed());
+    done = std::max(0.0, contact->time - tolerance / sweep.largest_speed());
     pose = motion.moved(from, done);
   }
   // A voxel that only just stays in its cell may be rounded into the next: then a little less.

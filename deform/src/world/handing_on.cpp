@@ -9,6 +9,7 @@
 ///
 /// Feasible at any time. Heuristic: the order of receivers, and the limits on pushes that end the exchange.
 
+#include "lattice/tolerances.hpp"
 #include "world/world_frame.hpp"
 
 #include <algorithm>
@@ -20,15 +21,12 @@ namespace maille::deform {
 
 namespace {
 
-/// Pushes of one body in one step: faces move a cell at a time and never back, so the exchange ends before; a
-/// safeguard against rounding.
-constexpr int most_pushes = 20;
 /// Pushes across the faces between two bodies in one step, in which driven nodes move by at most a cell.
 constexpr int most_pushes_a_step = 4;
 
 /// Where a node is that has just left a cell in a direction [cells].
 double just_behind(int cell, int direction) {
-  return cell + (direction > 0 ? 1 + node_skin : -node_skin);
+  return cell + (direction > 0 ? 1 + tolerance : -tolerance);
 }
 
 } // namespace
@@ -52,7 +50,7 @@ void WorldFrame::settle(int object) {
   DeformableObject& body = parts_.body(object);
   unsettled_.erase(object);
   in_progress_.insert(object);
-  for (int push = 0; push < most_pushes; ++push) {
+  for (int push = 0; push < iteration_cap; ++push) {
     Settling settling(parts_.map(), body, parts_.scene.friction, clock_);
     const bool is_converged = settling.run();
     if (!settling.message().empty() && result_.message.empty())
@@ -176,7 +174,7 @@ bool WorldFrame::ask(int object, const std::vector<AskedPin>& asked) {
     HandOver hand_over{by.from,  by.from_voxel,      object, body.lattice().node(pin.voxel),
                        pin.axis, by.movement * size, 0};
     hand_over.moved = body.lattice().position(pin.voxel, body.displacement())[pin.axis] - before[i];
-    has_moved |= std::abs(hand_over.moved) > node_skin * size;
+    has_moved |= std::abs(hand_over.moved) > tolerance * size;
     result_.handed_on.push_back(hand_over);
   }
   if (!body.knows_forces()) {

@@ -1,6 +1,7 @@
 #include "world/lone_body.hpp"
 
 #include "elastic/elastic_methods.hpp"
+#include "lattice/tolerances.hpp"
 #include "world/deformable_object.hpp"
 
 #include <algorithm>
@@ -21,9 +22,6 @@ namespace maille::deform {
 
 namespace {
 
-/// A drive that misses less of its way than this was done.
-constexpr double missed = 1e-6;
-
 bool is_sound(const RigidMotion& motion) {
   return motion.by.allFinite() && motion.about.allFinite() && std::abs(motion.angle) <= std::numbers::pi &&
          std::abs(motion.axis.norm() - 1) < 1e-9;
@@ -41,10 +39,10 @@ void check(const Drive& drive, const Scene& scene) {
 } // namespace
 
 void SpareStates::prepare(const Grid& grid, const std::function<bool()>& is_stopped) {
-  for (std::size_t i = 0; i < at_first && !(is_stopped && is_stopped()); ++i) {
+  for (std::size_t i = 0; i < most && !(is_stopped && is_stopped()); ++i) {
     auto state = std::make_unique<Displacement>(grid);
     const std::lock_guard lock(lock_);
-    if (spare_.size() < at_first)
+    if (spare_.size() < most)
       spare_.push_back(std::move(state));
   }
 }
@@ -225,7 +223,7 @@ void LoneBody::report(std::span<const Drive> drives, const std::vector<std::vect
     }
     result.drives[i].fraction =
         drives[i].nodes.empty() ? 1 : sum / static_cast<double>(drives[i].nodes.size());
-    if (result.drives[i].fraction < 1 - missed && result.status == Status::done)
+    if (result.drives[i].fraction < 1 - negligible && result.status == Status::done)
       result.status = Status::clamped;
   }
 }

@@ -20,7 +20,7 @@ namespace maille::deform {
 class SpareStates {
 public:
   /// As many as a picture and a hand hold at once: newest and last asked for, painted and seen.
-  static constexpr std::size_t most = 8, at_first = 5;
+  static constexpr std::size_t most = 5;
 
   /// Has some before they are asked for. @param is_stopped asked before each
   void prepare(const Grid& grid, const std::function<bool()>& is_stopped);

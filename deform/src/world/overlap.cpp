@@ -1,5 +1,6 @@
 /// Whether objects of a world are in one another, by their geometry alone.
 
+#include "lattice/tolerances.hpp"
 #include "world/cell_overlap.hpp"
 #include "world/world_parts.hpp"
 
@@ -32,11 +33,9 @@ double weight_of(std::size_t corner, const Eigen::Vector3d& place, int dimension
 /// by Newton's method. One that is turned inside out holds nothing. Shares nothing with the map's own way.
 bool does_hexahedron_hold(const std::vector<Eigen::Vector3d>& corners, const Eigen::Vector3d& point,
                           int dimension) {
-  constexpr int most_iterations = 30;
-  constexpr double close = 1e-12, rounding = 1e-9;
   Eigen::Vector3d place = Eigen::Vector3d::Zero();
   place.head(dimension).setConstant(0.5);
-  for (int iteration = 0; iteration < most_iterations; ++iteration) {
+  for (int iteration = 0; iteration < iteration_cap; ++iteration) {
     Eigen::Vector3d rest = -point;
     Eigen::Matrix3d slope = Eigen::Matrix3d::Zero();
     for (std::size_t corner = 0; corner < corners.size(); ++corner) {
@@ -57,11 +56,11 @@ bool does_hexahedron_hold(const std::vector<Eigen::Vector3d>& corners, const Eig
       return false;
     const Eigen::Vector3d step = slope.inverse() * rest;
     place = (place - step).cwiseMax(-1).cwiseMin(2); // not far out, where the map may fold
-    if (step.cwiseAbs().maxCoeff() < close)
+    if (step.cwiseAbs().maxCoeff() < rounding)
       break;
   }
   for (int a = 0; a < dimension; ++a)
-    if (place[a] < -rounding || place[a] > 1 + rounding)
+    if (place[a] < -tolerance || place[a] > 1 + tolerance)
       return false;
   return true;
 }

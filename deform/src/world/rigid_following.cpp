@@ -12,9 +12,6 @@ namespace maille::deform {
 
 namespace {
 
-/// That the hand goes between two poses that an object is led to [cells]: threads leave a turn little room.
-constexpr double between_poses = 1;
-
 Eigen::Vector3d middle_of(const RigidShape& shape) {
   Eigen::Vector3d middle;
   for (std::size_t a = 0; a < 3; ++a)
@@ -46,8 +43,7 @@ void WorldFrame::lead(std::size_t i, int step, int n) {
   const Eigen::Vector3d middle = middle_of(parts_.rigid.shape(index));
   const Eigen::Vector3d at = drive.lead->hand.position + drive.lead->hand.rotation * middle;
   const double way = motion.by.norm() + std::abs(motion.angle) * ((at - motion.about).norm() + middle.norm());
-  const double poses =
-      std::ceil(way / (between_poses * *std::ranges::min_element(parts_.scene.spacing)) + 1e-9);
+  const double poses = std::ceil(way / *std::ranges::min_element(parts_.scene.spacing) + 1e-9);
   for (double pose = std::floor(poses * step / n) + 1; pose <= std::floor(poses * (step + 1) / n); ++pose)
     if (clock_.may_go_on())
       parts_.rigid.follow(index, motion.moved(drive.lead->hand, pose / poses));

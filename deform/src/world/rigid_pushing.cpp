@@ -1,3 +1,4 @@
+#include "lattice/tolerances.hpp"
 #include "world/occupancy/posed_shape.hpp"
 #include "world/world_frame.hpp"
 
@@ -7,14 +8,6 @@
 namespace maille::deform {
 
 namespace {
-
-/// A contact met so often on one step's way: what makes room does so for good, so this is a net under
-/// rounding.
-constexpr int most_contacts = 64;
-/// Limit on the attempts to push others.
-constexpr int most_turns = 8;
-/// Remaining fractions below this are dropped.
-constexpr double nothing = 1e-9;
 
 /// Rest of a motion after a part of it.
 RigidMotion rest_of(const RigidMotion& motion, double done) {
@@ -39,14 +32,14 @@ double WorldFrame::push_rigid(int object, RigidMotion rest, bool slides) {
     return parts_.rigid.move_by_halving(index, rest).fraction;
   in_progress_.insert(object);
   double left = 1, done = 0;
-  for (int contact = 0; contact < most_contacts && clock_.may_go_on(); ++contact) {
+  for (int contact = 0; contact < iteration_cap && clock_.may_go_on(); ++contact) {
     const auto gripped = pins_on(object);
     const Pose before = parts_.rigid.pose(index);
     const MoveResult moved = parts_.rigid.move(index, rest);
     take_along(gripped, before, parts_.rigid.pose(index));
     done += left * moved.fraction;
     left *= 1 - moved.fraction;
-    if (moved.contacts.empty() || left < nothing)
+    if (moved.contacts.empty() || left < tolerance)
       break;
     rest = rest_of(rest, moved.fraction);
     if (make_way(object, rest, moved.contacts[0]))
@@ -104,7 +97,7 @@ bool WorldFrame::make_way(int object, const RigidMotion& rest, const Contact& co
     // One beside those that make way may come into a cell on the way: it is asked too, while they stay out.
     // Asked by itself at its own contact it would go, and they come back.
     PinRequests asked;
-    for (int turn = 0; turn < most_turns; ++turn)
+    for (int turn = 0; turn < iteration_cap; ++turn)
       if (!ask_bodies_in_the_way(object, rest, asked))
         break;
   } else if (is_movable(other)) {
@@ -129,7 +122,7 @@ bool WorldFrame::push_free_rigid(int object, const Shift& shift, int axis) {
   push_rigid(object, motion, false);
   const double moved = parts_.rigid.pose(index).position[axis] - before;
   result_.handed_on.push_back({shift.by.from, shift.by.from_voxel, object, 0, axis, shift.movement, moved});
-  return std::abs(moved) > nothing * std::abs(shift.movement);
+  return std::abs(moved) > tolerance * std::abs(shift.movement);
 }
 
 /// Asks all nodes that are in the way of a rigid object, up to where something stops it for good, to leave
@@ -165,7 +158,7 @@ bool WorldFrame::ask_bodies_in_the_way(int object, const RigidMotion& rest, PinR
     Index3 last = cell; // of those that will be the object's
     for (Index3 next = cell; entered.contains(next); next[a] += entry.direction)
       last = next;
-    const double to = last[a] + (entry.direction > 0 ? 1 + node_skin : -node_skin);
+    const double to = last[a] + (entry.direction > 0 ? 1 + tolerance : -tolerance);
     const DeformableObject& body = parts_.body(other);
     for (const DeformableObject::Carrier& carrier : body.carriers(parts_.map(), cell, entry.axis))
       add(asked[other], asked_pin(body, carrier, entry.axis, -entry.direction, to, last),

@@ -1,5 +1,7 @@
 #include "world/settling.hpp"
 
+#include "lattice/tolerances.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -13,18 +15,13 @@ namespace maille::deform {
 namespace {
 
 /// Releases per contact and step; afterwards the contact is kept, so the loop terminates.
-constexpr int most_changes = 3, most_self_changes = 1;
-/// Answers until an object has settled: far more than were ever seen.
-constexpr int most_turns = 500;
-/// Answers with friction, and by how much a force may miss what friction allows.
+constexpr int most_changes = 3;
+/// Answers with friction a settling: nodes that slip off edges and come back would slip without end.
 constexpr int most_slips = 8;
+/// Share by which a force may miss what friction allows.
 constexpr double slip_tolerance = 0.01;
-/// Least share by which nodes that slid freely are held again.
-constexpr double least_hold = 1e-6;
 /// Share of the largest force below which a pull is solver error.
 constexpr double least_pull = 1e-4;
-/// Nodes that are stopped within this distance of the first contact count as touching [cells].
-constexpr double near = 1e-6;
 
 bool asks_the_same(const Pin& one, const Pin& other) {
   return one.voxel == other.voxel && one.axis == other.axis && one.direction == other.direction &&
@@ -98,7 +95,7 @@ bool Settling::let_slip(int axis, int direction) {
              is_too_little = hold < 1 && force < most * (1 - slip_tolerance);
   if (!is_too_much && !is_too_little)
     return false;
-  hold = force > 0 ? std::clamp(std::max(hold, least_hold) * most / force, 0.0, 1.0) : 1.0;
+  hold = force > 0 ? std::clamp(std::max(hold, negligible) * most / force, 0.0, 1.0) : 1.0;
   for (Pin& pin : body_.pins())
     for (std::size_t b = 0; is_meant(pin) && b < 3; ++b) {
       pin.hold = hold;
@@ -110,10 +107,10 @@ bool Settling::let_slip(int axis, int direction) {
 
 bool Settling::run_without_friction() {
   for (int turns = 0; clock_.may_go_on(); ++turns) {
-    const Turn outcome = turns < most_turns ? turn() : Turn::given_up;
+    const Turn outcome = turns < iteration_cap ? turn() : Turn::given_up;
     if (outcome == Turn::again)
       continue;
-    if (turns == most_turns)
+    if (turns == iteration_cap)
       message_ = "contacts came and went without end";
     return outcome == Turn::settled;
   }
@@ -192,7 +189,7 @@ bool Settling::let_go_of_pulled() {
   const double least = std::max(least_pull * std::max(largest, largest_before_), body_.force_noise());
   largest_before_ = largest;
   return std::erase_if(body_.pins(), [&](const Pin& pin) {
-           return pin.pressure < -least && ++changes_of(pin) <= (pin.self ? most_self_changes : most_changes);
+           return pin.pressure < -least && ++changes_of(pin) <= most_changes;
          }) > 0;
 }
 
@@ -215,7 +212,7 @@ bool Settling::forget_walls_that_are_gone() {
 double Settling::meet(const std::vector<Hit>& hits, const Displacement& to) {
   double part = 1;
   for (const Hit& hit : hits)
-    part = std::min(part, hit.speed > 0 ? hit.time - node_skin / hit.speed : 0.0);
+    part = std::min(part, hit.speed > 0 ? hit.time - tolerance / hit.speed : 0.0);
   part = body_.go_towards(map_, to, std::max(0.0, part));
   // Once faces have asked for too much it is node by node: back and forth between the two would have no end.
   touches_only_ = touches_only_ || !body_.knows_forces() || !pin_at_faces(hits);
@@ -233,7 +230,7 @@ double Settling::meet_itself(const std::vector<SelfHit>& hits, const Displacemen
     goes_away.push_back(
         (lattice.position(hit.voxel, to) - lattice.position(hit.voxel, body_.displacement()))[hit.axis] *
             hit.direction <
-        -node_skin * lattice.cell_size()[static_cast<std::size_t>(hit.axis)]);
+        -tolerance * lattice.cell_size()[static_cast<std::size_t>(hit.axis)]);
   if (std::ranges::all_of(goes_away, std::identity()))
     goes_away.assign(goes_away.size(), false);
   const double part = body_.go_towards(map_, to, hits.front().time);
@@ -260,7 +257,7 @@ Pin Settling::pin_of(const Hit& hit) const {
 void Settling::add_contact(const Hit& hit, bool at_face) {
   const PosedLattice& lattice = body_.lattice();
   const auto a = static_cast<std::size_t>(hit.axis);
-  const double to = hit.wall[a] + (hit.direction < 0 ? 1 : 0) - hit.direction * node_skin;
+  const double to = hit.wall[a] + (hit.direction < 0 ? 1 : 0) - hit.direction * tolerance;
   const auto pin_node = [&](std::int32_t voxel, double place, bool is_point) {
     Pin pin = pin_of(hit);
     pin.voxel = voxel;
@@ -291,7 +288,7 @@ void Settling::pin_touching(const std::vector<Hit>& hits, double part) {
   clip_to_limits();
   const double first = std::ranges::min(hits, {}, &Hit::time).time;
   for (const Hit& hit : hits) {
-    if (hit.time > first && (hit.time - part) * hit.speed > near)
+    if (hit.time > first && (hit.time - part) * hit.speed > negligible)
       continue;
     add_contact(hit, false);
   }

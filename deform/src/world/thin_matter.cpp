@@ -1,5 +1,6 @@
 /// Matter that is thinner than the cells of its world.
 
+#include "lattice/tolerances.hpp"
 #include "maille/deform/world/world.hpp"
 
 #include <algorithm>
@@ -36,13 +37,12 @@ Mask along(const Mask& mask, const Grid& grid, int axis, int n, bool is_erosion)
 } // namespace
 
 double World::thin_part(int object) const {
-  constexpr double rounding = 1e-9;
   const Specimen& body = scene().objects[static_cast<std::size_t>(object)].scene.specimen;
   const Grid& grid = body.grid;
   const double cell = *std::max_element(cell_size().begin(), cell_size().begin() + grid.dimension());
   Index3 n{1, 1, 1};
   for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
-    n[a] = std::max(1, static_cast<int>(std::ceil(cell / grid.spacing()[a] - rounding)));
+    n[a] = std::max(1, static_cast<int>(std::ceil(cell / grid.spacing()[a] - tolerance)));
   if (n == Index3{1, 1, 1})
     return 0;
   Mask matter(static_cast<std::size_t>(grid.n_cells()));

@@ -1,5 +1,7 @@
 #include "world/world_frame.hpp"
 
+#include "lattice/tolerances.hpp"
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -16,15 +18,6 @@
 namespace maille::deform {
 
 namespace {
-
-/// Bodies that push each other to and fro, each letting go of what the other then meets, are left to the next
-/// frame.
-constexpr int most_turns_a_body = 10;
-/// A drive that misses less of its way than this was done.
-constexpr double missed = 1e-6;
-
-/// Less than this is no movement [cells], of a step that asks for one of about a cell.
-constexpr double stands_still = 1e-6;
 
 /// Share of the learned effect of pushes that a frame passes on to the next.
 constexpr double faded = 0.9;
@@ -128,7 +121,8 @@ FrameResult WorldFrame::run() {
     return run_handed_on();
   const int n = n_steps(), last = std::min(n, most_steps(parts_.scene));
   if (!clock_.rounds_left) // ten steps' worth, or four rounds a step: no frame is without a bound
-    clock_.rounds_left = std::min(n * most_rounds_a_step, std::max(10 * most_rounds_a_step, 4L * last));
+    clock_.rounds_left = std::min(std::int64_t{n} * iteration_cap,
+                                  std::max(std::int64_t{10} * iteration_cap, std::int64_t{4} * last));
   for (auto& [faces, push] : parts_.pushes)
     push.change *= faded;
   for (DeformableObject& body : parts_.bodies)
@@ -161,11 +155,11 @@ WorldFrame::Moment WorldFrame::moment() const {
 
 bool WorldFrame::is_as_it_was(const Moment& before) const {
   const Vec3& cell = parts_.scene.spacing;
-  const double least = stands_still * *std::ranges::min_element(cell);
+  const double least = negligible * *std::ranges::min_element(cell);
   const Moment now = moment();
   for (std::size_t i = 0; i < now.poses.size(); ++i)
     if ((now.poses[i].position - before.poses[i].position).norm() > least ||
-        (now.poses[i].rotation - before.poses[i].rotation).norm() > stands_still)
+        (now.poses[i].rotation - before.poses[i].rotation).norm() > negligible)
       return false;
   for (std::size_t i = 0; i < now.bodies.size(); ++i)
     for (std::size_t k = 0; k < now.bodies[i].values().size(); ++k)
@@ -232,8 +226,7 @@ void WorldFrame::drive_nodes(const Drive& drive, const RigidMotion& part) {
 
 /// Settles bodies until none wants to go on.
 void WorldFrame::come_to_rest() {
-  const int most = most_turns_a_body * static_cast<int>(parts_.bodies.size());
-  for (int turn = 0; turn < most && clock_.may_go_on(); ++turn) {
+  for (int turn = 0; turn < iteration_cap && clock_.may_go_on(); ++turn) {
     for (int object = 0; object < parts_.n_objects(); ++object)
       if (parts_.is_body(object) && parts_.body(object).knows_forces() &&
           Settling(parts_.map(), parts_.body(object), 0, clock_).has_walls_that_are_gone())
@@ -247,13 +240,13 @@ void WorldFrame::come_to_rest() {
 }
 
 std::string WorldFrame::first_cut_drive() const {
-  const auto cut = std::ranges::find_if(result_.drives,
-                                        [](const DriveResult& drive) { return drive.fraction < 1 - missed; });
+  const auto cut = std::ranges::find_if(
+      result_.drives, [](const DriveResult& drive) { return drive.fraction < 1 - negligible; });
   return cut == result_.drives.end()
              ? ""
              : fmt::format("object `{}` came {:.3g} % of its way",
                            name(drives_[static_cast<std::size_t>(cut - result_.drives.begin())].object),
-                           cut->fraction > missed ? 100 * cut->fraction : 0.0);
+                           cut->fraction > negligible ? 100 * cut->fraction : 0.0);
 }
 
 void WorldFrame::report_end(bool has_settled, const char* endless, const char* cut_short) {

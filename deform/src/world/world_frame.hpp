@@ -31,10 +31,6 @@ RigidMotion part_of(const RigidMotion& motion, double begin, double end);
 /// Image of a point under a motion.
 Eigen::Vector3d moved_point(const RigidMotion& motion, const Eigen::Vector3d& point);
 
-/// Answers a step, where the caller sets no bound: three times as many as frames that settle were ever seen
-/// to take.
-inline constexpr std::int64_t most_rounds_a_step = 300;
-
 /// The axis and direction of a contact that are nearest to its normal, which points at contact.object.
 void set_axis(WorldContact& contact, const Eigen::Vector3d& normal);
 

@@ -13,10 +13,8 @@ inline constexpr std::int64_t nodes_worth_a_thread = 1 << 15;
 inline constexpr std::int64_t nodes_worth_tiles = 2048;
 
 /// More handles than this are dragged all at once rather than one after the other: each costs a pass over
-/// what it moves, scans cost two over everything.
+/// what it moves, scans cost two over everything. Finding out whether a handle reaches all nodes of a body
+/// with holes monotonely takes a pass over the body too.
 inline constexpr std::size_t most_handles_one_by_one = 4;
-
-/// To find out whether a handle reaches all nodes of a body with holes monotonely takes a pass over the body.
-inline constexpr std::size_t most_handles_in_masked_bodies = 4;
 
 } // namespace maille::deform

@@ -7,8 +7,6 @@ namespace maille::deform {
 
 namespace {
 
-constexpr std::int32_t no_kind = 0; // kinds are counted from 1
-
 constexpr std::size_t index(int i) {
   return static_cast<std::size_t>(i);
 }
@@ -32,7 +30,7 @@ CellBox kinds_around(const Tiling& tiling, const LinkLimits& limits, const Index
   return box;
 }
 
-/// The kind of all cells of the box, if they are all matter of one kind; else no_kind. In 2D the box has no
+/// The kind of all cells of the box, if they are all matter of one kind; else 0. In 2D the box has no
 /// cells below its one layer.
 std::int32_t only_kind(const CellBox& box, int layers) {
   const std::size_t first = layers == 1 ? 1 : 0;
@@ -41,7 +39,7 @@ std::int32_t only_kind(const CellBox& box, int layers) {
     for (const CellBox::Row& row : box.kind[z])
       for (std::size_t x = 0; x < CellBox::edge; ++x)
         if (row[x] != kind)
-          return no_kind;
+          return 0;
   return kind;
 }
 
@@ -84,7 +82,7 @@ void TileIntervals::set_quantum(double quantum) {
   quantum_ = quantum;
   blocks_.clear();
   block_of_.assign(index(tiling_->n_tiles()), unknown);
-  kind_of_.assign(index(tiling_->n_tiles()), no_kind);
+  kind_of_.assign(index(tiling_->n_tiles()), 0);
   const auto axes = static_cast<std::size_t>(tiling_->specimen().grid.dimension());
   const auto b = index(component_);
   for (std::size_t a = 0; a < 3; ++a) {
@@ -104,7 +102,7 @@ void TileIntervals::set_quantum(double quantum) {
 const std::int32_t* TileIntervals::make_block(std::int32_t tile) {
   const int layers = tiling_->layers();
   const CellBox box = kinds_around(*tiling_, *limits_, tiling_->base(tile));
-  if (const std::int32_t only = only_kind(box, layers); only != no_kind) {
+  if (const std::int32_t only = only_kind(box, layers); only != 0) {
     block_of_[index(tile)] = is_even;
     kind_of_[index(tile)] = only;
     return nullptr;

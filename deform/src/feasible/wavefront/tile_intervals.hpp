@@ -48,7 +48,7 @@ public:
   std::int32_t mean_length() const { return mean_length_; }
 
 private:
-  static constexpr std::int32_t unknown = -1, is_even = -2;
+  static constexpr std::int32_t unknown = -1, is_even = unknown - 1;
 
   const std::int32_t* make_block(std::int32_t tile);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace maille::deform {
 
@@ -10,7 +11,7 @@ namespace {
 /// What a field spans. Two less than it could store, so that envelopes have a value beyond all others.
 constexpr std::int64_t widest = 2 * std::int64_t{largest_value} - 2;
 /// Values are counted exactly in doubles.
-constexpr double largest_count = 0x1p52;
+constexpr double largest_count = 1 / std::numeric_limits<double>::epsilon();
 
 std::int64_t middle(std::int64_t low, std::int64_t high) {
   return low + (high - low) / 2;

@@ -18,7 +18,7 @@ inline constexpr int tile_layer = tile_edge * tile_edge;
 /// it do not overflow.
 inline constexpr std::int32_t no_link = 1 << 30;
 /// Values of nodes lie in [-largest_value, largest_value].
-inline constexpr std::int32_t largest_value = 1 << 29;
+inline constexpr std::int32_t largest_value = no_link / 2;
 
 /// Which way the values of a tile may go.
 enum class Way { raise, lower };
@@ -67,7 +67,7 @@ VisitTile best_visit_tile();
 /// that they are whole vectors.
 struct CellBox {
   static constexpr int edge = tile_edge + 1;
-  static constexpr int padded_edge = 12;
+  static constexpr int padded_edge = tile_edge + tile_edge / 2;
   using Row = std::array<std::int32_t, padded_edge>;
   std::array<std::array<Row, edge>, edge> kind;
 };

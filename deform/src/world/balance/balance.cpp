@@ -1,6 +1,7 @@
 #include "world/balance/balance.hpp"
 
 #include "lattice/sort_uniquely.hpp"
+#include "lattice/tolerances.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "world/surface/smooth_surface.hpp"
 
@@ -22,14 +23,10 @@ namespace maille::deform {
 
 namespace {
 
-/// In stiffnesses of a cell of the stiffest body: the spring that keeps a hand's object at its goal, and a
-/// free one where a round began.
-constexpr double stiff_hand = 1e4, free_drag = 1e-4;
-/// Faces with a larger cosine between their normals lie in one plane [1].
-constexpr double flat_cosine = 1 - 1e-12;
-/// Rounding in the state of a body without contacts [cells].
-constexpr double no_change = 1e-12;
-/// A body's factor grows faster than the body.
+/// Spring that keeps a free object where a round began, in stiffnesses of a cell of the stiffest body; its
+/// inverse keeps a hand's object at its goal. A stiffer one takes more rounds, a softer one wastes digits.
+constexpr double free_drag = 1e-4;
+/// Components of a body in 2D [1]: its factor grows faster than the body, and larger ones are refused.
 constexpr std::int64_t most_components_2d = 400'000;
 
 Eigen::Vector3d vector(const Vec3& v) {
@@ -133,7 +130,7 @@ BalancedObject::BalancedObject(const WorldParts& parts, int object)
     const PlacedSkin placed(skin, rest, rest, 0);
     for (std::int32_t node = 0; node < skin.n_nodes(); ++node)
       is_flat.push_back(std::ranges::all_of(skin.faces_at(node), [&](std::int32_t face) {
-        return placed.normal_of(face).dot(placed.normal_of(skin.faces_at(node).front())) > flat_cosine;
+        return placed.normal_of(face).dot(placed.normal_of(skin.faces_at(node).front())) > 1 - rounding;
       }));
   }
   place();
@@ -224,13 +221,12 @@ Balance::Balance(WorldParts& parts) : parts_(parts) {
   hold(1);
   find_touches();
   for (const Touch& touch : touches_)
-    if (touch.gap < -overlap_over_cell * cell_)
+    if (touch.gap < -skin_over_cell * cell_)
       fail_to_place(parts_.scene, touch.object, touch.other);
   for (int i = 0; i < parts.n_objects(); ++i)
     for (int a = 0; a < parts.scene.dimension && parts.is_body(i); ++a) {
       const auto axis = static_cast<std::size_t>(a);
-      const double end = parts.scene.cells[axis] * parts.scene.spacing[axis],
-                   little = overlap_over_cell * cell_;
+      const double end = parts.scene.cells[axis] * parts.scene.spacing[axis], little = skin_over_cell * cell_;
       if (object(i).box.min()[a] < -little || object(i).box.max()[a] > end + little)
         fail_to_place(parts_.scene, i, -1);
     }
@@ -252,7 +248,7 @@ void Balance::hold(int threads) {
     }
     one.moves = one.kind == ObjectKind::rigid;
     const bool is_held = parts_.member(i).is_driven;
-    one.stiffness = stiffness_ * (is_held ? stiff_hand : free_drag);
+    one.stiffness = is_held ? stiffness_ / free_drag : stiffness_ * free_drag;
     if (!is_held)
       one.target.reset();
     else if (!one.target)
@@ -327,7 +323,7 @@ void Balance::prescribe() {
     Eigen::VectorXd unloaded = one.flexibility->moved(given);
     if (one.carried.size() > 0)
       unloaded += one.flexibility->solve(one.carried);
-    if (const double change = (unloaded - one.unloaded).cwiseAbs().maxCoeff(); change > no_change * cell_)
+    if (const double change = (unloaded - one.unloaded).cwiseAbs().maxCoeff(); change > rounding * cell_)
       behind_ += change;
     one.unloaded = std::move(unloaded);
   }

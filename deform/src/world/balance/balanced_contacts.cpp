@@ -1,6 +1,7 @@
 /// With which forces things touch, in one round of a balance.
 
 #include "lattice/sort_uniquely.hpp"
+#include "lattice/tolerances.hpp"
 #include "world/balance/balance.hpp"
 #include "world/surface/contact_program.hpp"
 
@@ -355,7 +356,7 @@ std::vector<Balance::Answered> Balance::answers() {
     for (int i = 0; i < parts_.n_objects(); ++i)
       answers.push_back(answer(i, asked, force));
     const Eigen::VectorXd gaps = gaps_after(asked, answers);
-    const double least = n > 0 ? -rounding_of_gaps * asked.gap.cwiseAbs().maxCoeff() : 0;
+    const double least = n > 0 ? -rounding * asked.gap.cwiseAbs().maxCoeff() : 0;
     is_whole = true;
     for (std::size_t row = 0; row < n_touches; ++row)
       if (is_chosen[row] == 0 && gaps[static_cast<Eigen::Index>(row)] < least) {

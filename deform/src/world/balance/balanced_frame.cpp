@@ -1,5 +1,6 @@
 /// A frame of a world whose objects meet with their surfaces.
 
+#include "lattice/tolerances.hpp"
 #include "world/balance/balance.hpp"
 #include "world/world_frame.hpp"
 
@@ -17,14 +18,9 @@ namespace maille::deform {
 
 namespace {
 
-constexpr double step_over_cell = 0.25; ///< that a hand goes between two balances at most
-constexpr double still_over_cell = 1e-6, nearly_still_over_cell = 1e-5;
-constexpr int most_rounds = 150; ///< for one balance: what settles takes 3 to 20, on edges 100
 /// Lag of an object behind its hand from which it counts as stopped by something rigid [cells]; behind soft
 /// objects the lag is 1e-4.
 constexpr double blocked_from = 0.01;
-/// Share of the largest force below which a contact does not count.
-constexpr double least_force = 1e-9;
 
 /// Distance of an object from its hand's goal [m].
 double behind(const BalancedObject& one) {
@@ -154,10 +150,10 @@ void WorldFrame::put_handles(std::size_t i, double part) {
 bool WorldFrame::settle_balanced(bool is_last) {
   Balance& balance = *parts_.balance;
   const bool is_on_the_way = !is_last && parts_.scene.friction == 0;
-  const double still = (is_on_the_way ? nearly_still_over_cell : still_over_cell) * balance.cell();
+  const double still = negligible * balance.cell();
   balance.begin();
   bool has_settled = false;
-  for (int round = 0; round < most_rounds && !has_settled && clock_.may_go_on(); ++round) {
+  for (int round = 0; round < iteration_cap && !has_settled && clock_.may_go_on(); ++round) {
     ++clock_.rounds;
     if (clock_.rounds_left)
       --*clock_.rounds_left;
@@ -223,7 +219,7 @@ void WorldFrame::report_balanced(bool has_settled) {
   for (const Touch& touch : balance.pressing())
     largest = std::max(largest, touch.force);
   for (const Touch& touch : balance.pressing()) {
-    if (!(touch.force > least_force * largest))
+    if (!(touch.force > tolerance * largest))
       continue;
     const BalancedObject& one = parts_.balance->object(touch.object);
     const auto voxel_of = [&](int object, std::int32_t node) -> std::int64_t {

@@ -1,6 +1,7 @@
 /// Matter in other matter where no corner of either is in the other, and the way back out of it.
 
 #include "lattice/sort_uniquely.hpp"
+#include "lattice/tolerances.hpp"
 #include "world/balance/balance.hpp"
 #include "world/cell_overlap.hpp"
 
@@ -10,13 +11,6 @@
 #include <vector>
 
 namespace maille::deform {
-
-namespace {
-
-/// Deeper than this cells are in one another [cells]: less is what edges between corners take.
-constexpr double deep_over_cell = 0.3;
-
-} // namespace
 
 /// Cells of an object whose faces or corners are near another, where their corners are now.
 std::vector<ConvexCell> Balance::cells_near(int number, int other) {
@@ -69,7 +63,7 @@ std::optional<std::pair<int, int>> Balance::crossing() {
     look_around();
     has_looked_ = false; // rounds have watched nothing of it
   }
-  const double depth = deep_over_cell * cell_;
+  const double depth = step_over_cell * cell_;
   const auto may_cross = [&](const BalancedObject& one, const BalancedObject& other) { // boxes of bodies lag
     return one.is_body() || other.is_body() ||
            may_be_in_one_another(one.box, other.box, one.dimension, depth);

@@ -14,6 +14,7 @@
 /// All thresholds are heuristic; they decide the number of rounds. At rest the forces balance without the
 /// drag.
 
+#include "lattice/tolerances.hpp"
 #include "world/balance/balance.hpp"
 
 #include <Eigen/QR>
@@ -32,35 +33,29 @@ namespace maille::deform {
 
 namespace {
 
-constexpr double step_over_cell = 0.2; ///< that anything goes in a round at most
-/// Factors on the step length: when rounds alternate, when they do not, and, after `long_patience` rounds, in
-/// any case. The first `patience` rounds take full steps. Between several edges the length has to go to zero,
-/// as in all subgradient methods.
+/// Factors on the step length [1]: when rounds alternate, when they do not, and after `long_patience` rounds
+/// in any case. The first `patience` rounds take full steps. Between several edges the length has to go to
+/// zero, as in all subgradient methods; too fast, and rounds end before the balance.
 constexpr double shorter = 0.6, longer = 1.1, always_shorter = 0.85;
 constexpr int patience = 8, long_patience = 30;
-/// Motion after which touches are searched again: two skins together half of the margin (touches.cpp).
-constexpr double may_go_over_cell = 0.25;
-/// Lags of a body below this count as zero [cells].
-constexpr double nothing_over_cell = 1e-9;
-/// Rounds that go back and forth, but each by less than this part of the one before, come to their end.
-/// If a round would move free objects further than `too_far`, their drag rises by `drag_step`: an unstable
-/// state is left in small steps; large ones would amplify rounding.
-constexpr double too_far = 2, drag_step = 10, most_drag = 1e6;
+/// While a round would move free objects further than `too_far` times its largest motion, their drag rises
+/// by `drag_step` [1]: an unstable state is left in small steps; large ones would amplify rounding.
+constexpr double too_far = 2, drag_step = 10;
 /// Largest number of rounds that are mixed.
 constexpr std::size_t most_mixed = 6;
 /// Mixing stops if the last of its rounds still asks for more than this share of the first one's motion. It
 /// starts anew if a round asks for more than the inverse of it times the motion of the round before.
 constexpr double stalled = 0.5;
-/// Share of the largest force below which a force is left out of the mean of rounds.
-constexpr double forgotten = 1e-12;
-/// By which rounds come to their end: where there were too few to tell, and at most.
+/// Ratio of the motions of two rounds [1], which says what a frame that is cut short still misses: where
+/// there were too few to tell, and at most.
 constexpr double unknown_ratio = 0.2, most_ratio = 0.97;
-/// Drag on a free object, in units of its contacts' forces over a cell.
+/// Drag on a free object, in units of its contacts' forces over a cell. More takes more rounds; less lets it
+/// leap off faces that lean.
 constexpr double drag_of_forces = 1e-3;
 /// A free object is in balance if the resultant of its forces and moments is at most `in_balance` of the sum
-/// of their sizes, it would move by at most `rest_over_cell` cells, and as in the round before within
-/// `steady`.
-constexpr double in_balance = 1e-5, rest_over_cell = 0.1, steady = 0.1;
+/// of their sizes, and it would move by less than a step, and as in the round before within `steady` [1].
+/// More ends rounds too early; less lets an object drift.
+constexpr double in_balance = 1e-5, steady = 0.1;
 
 /// From where the nodes are that rounds move to where they would be.
 Eigen::VectorXd way_of(const BalancedObject& one, const Eigen::VectorXd& displacement) {
@@ -134,7 +129,7 @@ void Balance::share_forces(double part) {
   double largest = 0;
   for (const Touch& touch : pressing_)
     largest = std::max(largest, std::abs(touch.force));
-  std::erase_if(pressing_, [&](const Touch& touch) { return std::abs(touch.force) <= forgotten * largest; });
+  std::erase_if(pressing_, [&](const Touch& touch) { return std::abs(touch.force) <= rounding * largest; });
 }
 
 void Balance::begin() {
@@ -173,7 +168,7 @@ void Balance::let_rest(std::vector<Answered>& answers) {
     Eigen::Matrix<double, 6, 1> way;
     way << answers[i].shift, one.radius * answers[i].turn;
     const double steadily = (way - std::exchange(one.asked_as_a_whole, way)).norm();
-    if (rounds_ > 1 && steadily < steady * way.norm() && way.norm() < rest_over_cell * cell_ &&
+    if (rounds_ > 1 && steadily < steady * way.norm() && way.norm() < round_over_cell * cell_ &&
         one.kept_by * drag_ * way.norm() < in_balance * one.felt)
       answers[i].shift = answers[i].turn = Eigen::Vector3d::Zero();
   }
@@ -211,7 +206,7 @@ void Balance::go(BalancedObject& one, const Answered& answered, double part) {
   std::ranges::set_union(one.forced, components, std::back_inserter(both));
   one.forced = std::move(both);
   std::erase_if(one.forced, [&](std::int64_t component) {
-    const bool is_none = std::abs(one.contact_forces[component]) <= forgotten * largest;
+    const bool is_none = std::abs(one.contact_forces[component]) <= rounding * largest;
     if (is_none)
       one.contact_forces[component] = 0;
     return is_none;
@@ -242,7 +237,7 @@ std::optional<double> Balance::mix(std::vector<Answered>& answers, double furthe
   pressed_ = std::move(keys);
   if (!is_as_before || has_stalled_ || way.norm() > past_.back().first.norm() / stalled)
     past_.clear();
-  if (!is_local() || furthest > step_over_cell * cell_)
+  if (!is_local() || furthest > round_over_cell * cell_)
     return std::nullopt;
   if (past_.size() == most_mixed)
     past_.erase(past_.begin());
@@ -278,7 +273,7 @@ std::optional<double> Balance::mix(std::vector<Answered>& answers, double furthe
     }
     sum.forces.assign(forces.begin(), forces.end());
   }
-  if (this->furthest(mixed) > step_over_cell * cell_)
+  if (this->furthest(mixed) > round_over_cell * cell_)
     return std::nullopt;
   answers = std::move(mixed);
   return furthest * (way - change * less).norm() / way.norm();
@@ -329,7 +324,7 @@ double Balance::round() {
       if (one.is_body())
         one.move_all();
     has_looked_ = false;
-  } else if (gone_ > may_go_over_cell * cell_) {
+  } else if (gone_ > step_over_cell * cell_) {
     catch_up();
   }
   measure_touches();
@@ -338,7 +333,7 @@ double Balance::round() {
   let_rest(answers);
   double furthest = this->furthest(answers);
   const bool has_free = std::ranges::any_of(objects_, &BalancedObject::is_free);
-  for (; has_free && furthest > too_far * step_over_cell * cell_ && drag_ < most_drag;
+  for (; has_free && furthest > too_far * round_over_cell * cell_ && drag_ < 1 / negligible;
        furthest = this->furthest(answers)) {
     drag_ *= drag_step;
     answers = this->answers();
@@ -349,12 +344,12 @@ double Balance::round() {
         grips_.try_emplace(key_of(touch), grip_at(touch));
   const bool goes_back = onwards(answers) < 0;
   const std::optional<double> missed = mix(answers, furthest);
-  const bool jumps = !goes_back && furthest > step_over_cell * cell_; // out of a state that could not last
+  const bool jumps = !goes_back && furthest > round_over_cell * cell_; // out of a state that could not last
   if (!jumps && ++rounds_ > long_patience && length_ < 1)
     length_ *= goes_back ? shorter : always_shorter;
   else if (rounds_ > patience)
     length_ = goes_back ? shorter * length_ : std::min(1.0, longer * length_);
-  const double part = missed ? 1 : std::min(length_, step_over_cell * cell_ / std::max(furthest, 1e-300));
+  const double part = missed ? 1 : std::min(length_, round_over_cell * cell_ / std::max(furthest, 1e-300));
   remember(missed.value_or(furthest), missed ? 1 : 1 - part);
   share_forces(part);
   for (int i = 0; i < parts_.n_objects(); ++i) {
@@ -374,10 +369,10 @@ double Balance::round() {
   }
   gone_ += part * furthest;
   behind_ *= 1 - part;
-  if (behind_ < nothing_over_cell * cell_)
+  if (behind_ < tolerance * cell_)
     behind_ = 0;
   const double went = part * furthest * drag_; // with no drag but the least it would go so far
-  if (furthest < step_over_cell * cell_)
+  if (furthest < round_over_cell * cell_)
     drag_ = std::max(1.0, drag_ / drag_step);
   return went;
 }

@@ -1,6 +1,7 @@
 /// What touches what in a balance.
 
 #include "lattice/sort_uniquely.hpp"
+#include "lattice/tolerances.hpp"
 #include "world/balance/balance.hpp"
 
 #include <algorithm>
@@ -14,9 +15,10 @@ namespace maille::deform {
 
 namespace {
 
-constexpr double reach_over_cell = 0.5; ///< what is nearer than this is looked at
+/// Nearer surfaces are looked at [cells]: two that go towards one another by a step each.
+constexpr double reach_over_cell = step_over_cell + step_over_cell;
 /// Skins may move by half of this between two searches for near faces, and by half in the rounds after one.
-constexpr double margin_over_cell = 1;
+constexpr double margin_over_cell = reach_over_cell + reach_over_cell;
 
 } // namespace
 

@@ -1,5 +1,6 @@
 /// A frame of a world in which time passes.
 
+#include "lattice/tolerances.hpp"
 #include "world/balance/balance.hpp"
 #include "world/dynamics/dynamics.hpp"
 #include "world/world_frame.hpp"
@@ -13,10 +14,8 @@ namespace maille::deform {
 
 namespace {
 
-/// In frames: shorter times are rounding of the sum of steps.
-constexpr double no_time = 1e-12;
-constexpr double checked_over_cell = 0.1; ///< an object is checked for crossing edges after this way [cells]
-constexpr int most_steps = 100'000;       ///< of a frame: what rattles so fast is left to the next
+/// Steps of a frame: the rest of a faster rattle is left to the next frame, and the status says so.
+constexpr int most_steps = 100'000;
 
 } // namespace
 
@@ -42,12 +41,12 @@ FrameResult WorldFrame::run_dynamic(double seconds) {
       const Pose& then = before.objects[i].pose;
       if ((one.pose.position - then.position).norm() +
               one.radius * (one.pose.rotation - then.rotation).norm() >
-          checked_over_cell * parts_.balance->cell())
+          round_over_cell * parts_.balance->cell())
         return true;
     }
     return false;
   };
-  while (left > no_time * seconds && clock_.may_go_on() && steps < most_steps) {
+  while (left > rounding * seconds && clock_.may_go_on() && steps < most_steps) {
     left -= dynamics.step(led, left, seconds);
     if (was_apart && has_moved()) {
       if (const auto crossing = goes_back(before, 0, 1)) {
@@ -88,7 +87,7 @@ FrameResult WorldFrame::run_dynamic(double seconds) {
       if (contact.object == drives_[i].object)
         result_.drives[i].force -= contact.force;
   }
-  report_end(!crossed_.empty() || !(left > no_time * seconds),
+  report_end(!crossed_.empty() || !(left > rounding * seconds),
              "contacts came and went without end: the frame ended before its time was over",
              "the frame ended before its time was over");
   return std::move(result_);

@@ -1,5 +1,6 @@
 #include "world/dynamics/dynamics.hpp"
 
+#include "lattice/tolerances.hpp"
 #include "world/balance/balance.hpp"
 
 #include <Eigen/Geometry>
@@ -13,15 +14,6 @@
 #include <vector>
 
 namespace maille::deform {
-
-namespace {
-
-constexpr double step_over_cell = 0.2; ///< that anything goes in a step at most
-constexpr int most_trials = 60;
-/// In steps: below this the search for contact in between ends.
-constexpr double no_step = 1e-9;
-
-} // namespace
 
 Dynamics::Dynamics(WorldParts& parts)
     : parts_(parts), fall_{Eigen::Vector3d::Map(parts.scene.dynamics->gravity.data()),
@@ -139,7 +131,7 @@ void Dynamics::resolve(std::span<ImpactPoint> points, std::vector<MovingObject>&
 }
 
 double Dynamics::longest_step(double most) const {
-  const double way = step_over_cell * parts_.balance->cell();
+  const double way = round_over_cell * parts_.balance->cell();
   double step = most;
   for (int object = 0; object < parts_.n_objects(); ++object) {
     const MovingObject& one = moving_[static_cast<std::size_t>(object)];
@@ -216,7 +208,7 @@ double Dynamics::step(std::span<LedObject> led, double most, double seconds) {
     // The least gap of a pair is nearly linear in time. Where others lie on one another it says nothing on
     // the side that is free: then two times at which the pair overlaps give the line.
     double later = high, deeper = beyond;
-    for (int trial = 0; trial < most_trials; ++trial) {
+    for (int trial = 0; trial < iteration_cap; ++trial) {
       time = 0.5 * (low + high);
       if (const double guess = gap > skin() ? low + (high - low) * gap / (gap - beyond)
                                             : high - beyond * (later - high) / (deeper - beyond);
@@ -234,7 +226,7 @@ double Dynamics::step(std::span<LedObject> led, double most, double seconds) {
         deeper = std::exchange(beyond, now);
       }
     }
-    if (time < no_step * longest) { // corners that turn into what they lie on
+    if (time < tolerance * longest) { // corners that turn into what they lie on
       time = longest;
       put(moved(before, lies, led, time, seconds));
       look();

@@ -1,6 +1,7 @@
 #include "world/dynamics/impacts.hpp"
 
 #include "lattice/sort_uniquely.hpp"
+#include "lattice/tolerances.hpp"
 #include "world/surface/contact_program.hpp"
 
 #include <Eigen/Geometry>
@@ -19,10 +20,6 @@ namespace maille::deform {
 
 namespace {
 
-constexpr double slow = 1e-12;    ///< of the fastest approach: rounding
-constexpr double nearly = 1e-6;   ///< likewise, of all pairs at once
-constexpr double give = 1e-11;    ///< of the largest entry: so that points that say the same share an impulse
-constexpr double rounding = 1e-9; ///< of the work of an impulse, and of the sine of an angle
 /// Pairs that press one another to and fro, as they do in a stack, are resolved together in the end.
 constexpr std::size_t most_turns_a_pair = 12;
 
@@ -86,9 +83,9 @@ public:
         }
       const double fastest = approach();
       first = std::max(first, fastest);
-      if (next == nullptr || !(fastest_with_mass > slow * first) || turn > most) {
+      if (next == nullptr || !(fastest_with_mass > rounding * first) || turn > most) {
         finish();
-        return fastest > (turn > most ? nearly : slow) * first ? fastest : 0;
+        return fastest > (turn > most ? negligible : rounding) * first ? fastest : 0;
       }
       if (turn < most) {
         press(*next, restitution);
@@ -112,7 +109,7 @@ private:
 
   void press(const std::vector<Eigen::Index>& rows, double restitution) {
     Eigen::MatrixXd answer = answer_(rows, rows);
-    answer.diagonal().array() += give * answer.diagonal().maxCoeff();
+    answer.diagonal().array() += rounding * answer.diagonal().maxCoeff();
     const Eigen::VectorXd before = opening_(rows);
     std::vector<char> active;
     for (const Eigen::Index row : rows)
@@ -124,7 +121,7 @@ private:
     Eigen::VectorXd impulse = impulses(restitution);
     // The work of an impulse is itself times the mean of the speeds before and after.
     if (restitution > 0 &&
-        impulse.dot(before + 0.5 * (answer * impulse)) > rounding * impulse.dot(before.cwiseAbs()))
+        impulse.dot(before + 0.5 * (answer * impulse)) > tolerance * impulse.dot(before.cwiseAbs()))
       impulse = impulses(0);
     opening_ += answer_(Eigen::all, rows) * impulse;
     added_(rows) += impulse;
@@ -151,9 +148,6 @@ private:
   std::vector<Object> objects_;
 };
 
-constexpr double same_normal = 1e-6; ///< of two of length 1, as faces that lie on one another have
-constexpr std::size_t few_points = 4;
-
 /// Places in the plane across a normal, with the numbers of their points.
 struct Flat {
   Eigen::Vector2d at;
@@ -172,7 +166,7 @@ std::vector<std::size_t> hull_of(std::vector<Flat> places) {
       while (hull.size() >= first + 2) {
         const Eigen::Vector2d along = hull.back().at - hull[hull.size() - 2].at,
                               on = next.at - hull[hull.size() - 2].at;
-        if (along[0] * on[1] - along[1] * on[0] > rounding * size * on.norm())
+        if (along[0] * on[1] - along[1] * on[0] > tolerance * size * on.norm())
           break;
         hull.pop_back();
       }
@@ -198,12 +192,12 @@ void add_carriers(std::span<const ImpactPoint> pair, std::vector<ImpactPoint>& c
     const Eigen::Vector3d last = normal.cross(across);
     std::vector<Flat> same;
     for (std::size_t k = i; k < pair.size(); ++k)
-      if (is_known[k] == 0 && (pair[k].normal - normal).norm() < same_normal) {
+      if (is_known[k] == 0 && (pair[k].normal - normal).norm() < negligible) {
         is_known[k] = 1;
         same.push_back({{across.dot(pair[k].at), last.dot(pair[k].at)}, k});
       }
     std::vector<std::size_t> chosen;
-    if (same.size() <= few_points) {
+    if (same.size() <= 2) {
       for (const Flat& one : same)
         chosen.push_back(one.point);
     } else {

@@ -1,7 +1,10 @@
 #include "world/occupancy/body_matter.hpp"
 
+#include "lattice/tolerances.hpp"
+
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <limits>
 
 #include <algorithm>
 #include <array>
@@ -15,9 +18,10 @@ namespace maille::deform {
 
 namespace {
 
-constexpr double closeness = 1.25, rounding = 1e-9;
 /// Nodes and points of a face that stand further apart than this get others between them [cells].
-constexpr double stretched_from = 1.25;
+constexpr double closeness = 1.25;
+/// What a face's number of parts can be: nothing is so coarse, and no body is torn so far.
+constexpr int most_parts = std::numeric_limits<std::int8_t>::max();
 
 /// Into how many parts a face is cut along each axis of the body: into more where it may stand askew.
 Index3 parts_of_faces(const Specimen& specimen, const PosedLattice& lattice) {
@@ -30,8 +34,8 @@ Index3 parts_of_faces(const Specimen& specimen, const PosedLattice& lattice) {
     const double length = lattice.is_turned() ? std::sqrt(d - 1.0) * spacing[i] /
                                                     *std::min_element(cell.begin(), cell.begin() + d)
                                               : spacing[i] / cell[i];
-    if (length > 1 + rounding)
-      parts[i] = static_cast<int>(std::ceil(closeness * length - rounding));
+    if (length > 1 + tolerance)
+      parts[i] = static_cast<int>(std::ceil(closeness * length - tolerance));
   }
   return parts;
 }
@@ -47,7 +51,7 @@ Eigen::AlignedBox3d surely_in_cell(std::span<const Eigen::Vector3d> corners, int
                                    const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
   Eigen::AlignedBox3d inner(low, high);
   for (int a = 0; a < dimension; ++a) {
-    double off = rounding;
+    double off = tolerance;
     for (std::size_t i = 0; i < corners.size(); ++i)
       off = std::max(off, (i >> a & 1U) != 0 ? high[a] - corners[i][a] : corners[i][a] - low[a]);
     inner.min()[a] += off;
@@ -59,7 +63,6 @@ Eigen::AlignedBox3d surely_in_cell(std::span<const Eigen::Vector3d> corners, int
 } // namespace
 
 bool is_in_cell(std::span<const Eigen::Vector3d> corners, const Eigen::Vector3d& point, int dimension) {
-  constexpr double rounding = 1e-12;
   std::array<int, 3> axes{0, 1, 2};
   do {
     Eigen::Matrix3d edges = Eigen::Matrix3d::Identity();
@@ -168,7 +171,6 @@ void BodyMatter::add_face(const PosedLattice& lattice, const Grid& grid, const I
   const auto a = static_cast<std::size_t>(axis);
   const std::size_t b = (a + 1) % static_cast<std::size_t>(dimension_),
                     c = (a + 2) % static_cast<std::size_t>(dimension_);
-  constexpr int most_parts = 127; // of a number of 8 bits; nothing is so coarse
   Face face{n_cells() - 1, {-1, -1, -1, -1}, {}};
   face.parts = {static_cast<std::int8_t>(std::min(parts[b], most_parts)),
                 static_cast<std::int8_t>(dimension_ == 3 ? std::min(parts[c], most_parts) : 1)};
@@ -206,10 +208,9 @@ Index3 BodyMatter::stretched_parts(const Face& face, const PlaceOf&... places) c
     }
   };
   (look_at(places), ...);
-  constexpr double most_parts = 64; // of what is torn so far it is no body any more
-  if (longest[0] > face.parts[0] * stretched_from || longest[1] > face.parts[1] * stretched_from)
+  if (longest[0] > face.parts[0] * closeness || longest[1] > face.parts[1] * closeness)
     for (std::size_t i = 0; i < 2; ++i)
-      needed[i] = static_cast<int>(std::clamp(std::ceil(closeness * longest[i]), 1.0, most_parts));
+      needed[i] = static_cast<int>(std::clamp(std::ceil(closeness * longest[i]), 1.0, double{most_parts}));
   return needed;
 }
 
@@ -289,7 +290,7 @@ void BodyMatter::put(OccupancyMap& map, VoxelId first, std::span<const InCells> 
       high = high.cwiseMax(at[i]);
     }
     // A node lies in the cell about every middle of a cell that is no longer than cells of the world.
-    if (!is_coarse_ && (dimension_ == 1 || (high - low).head(dimension_).maxCoeff() <= 1 + rounding))
+    if (!is_coarse_ && (dimension_ == 1 || (high - low).head(dimension_).maxCoeff() <= 1 + tolerance))
       continue;
     const Eigen::AlignedBox3d inner =
         surely_in_cell(std::span(at).first(nodes.size()), dimension_, low, high);

@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace maille::deform {
 
 namespace {
 
-constexpr double never = 2;
+constexpr double never = std::numeric_limits<double>::infinity();
 
 /// Times in (0, 1) at which a coordinate's rate changes sign, in order; at most four, because |angle| <= pi.
 struct Turnings {

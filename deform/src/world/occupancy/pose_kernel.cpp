@@ -1,3 +1,4 @@
+#include "world/occupancy/posed_lattice.hpp"
 #include "world/occupancy/posed_shape.hpp"
 
 #include <algorithm>
@@ -19,13 +20,11 @@ using D = hn::CappedTag<double, 8>;
 using I32 = hn::Rebind<std::int32_t, D>;
 using I16 = hn::Rebind<std::int16_t, D>;
 
-constexpr double most = 1 << 30; // cells; beyond every world, and held by int
-
 HWY_INLINE std::int32_t cell_of(const CellsFromIndices& from, std::size_t axis, double i, double j,
                                 double k) {
   const double y =
       from.offset[axis] + from.columns[0][axis] * i + from.columns[1][axis] * j + from.columns[2][axis] * k;
-  return static_cast<std::int32_t>(std::floor(std::clamp(y, -most, most)));
+  return static_cast<std::int32_t>(std::floor(std::clamp(y, -furthest_cell, furthest_cell)));
 }
 
 void cells(const CellsFromIndices& from, const std::int16_t* const* index, std::int64_t n,
@@ -41,7 +40,7 @@ void cells(const CellsFromIndices& from, const std::int16_t* const* index, std::
       auto y = hn::Add(hn::Set(d, from.offset[axis]), hn::Mul(hn::Set(d, from.columns[0][axis]), i));
       y = hn::Add(y, hn::Mul(hn::Set(d, from.columns[1][axis]), j));
       y = hn::Add(y, hn::Mul(hn::Set(d, from.columns[2][axis]), k));
-      y = hn::Min(hn::Max(y, hn::Set(d, -most)), hn::Set(d, most));
+      y = hn::Min(hn::Max(y, hn::Set(d, -furthest_cell)), hn::Set(d, furthest_cell));
       hn::StoreU(hn::DemoteTo(I32(), hn::Floor(y)), I32(), out[axis] + v);
     }
   }

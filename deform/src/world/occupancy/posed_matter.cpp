@@ -1,4 +1,5 @@
 #include "world/occupancy/posed_matter.hpp"
+#include "lattice/tolerances.hpp"
 #include "world/occupancy/posed_lattice.hpp"
 
 #include <Eigen/Geometry>
@@ -8,9 +9,6 @@
 namespace maille::deform {
 
 namespace {
-
-constexpr double rounding = 1e-12;
-constexpr double step_length = 0.25; ///< [cells]
 
 Eigen::Vector3d vector(const Vec3& v) {
   return Eigen::Vector3d::Map(v.data());
@@ -38,8 +36,8 @@ double largest_speed(const RigidShape& shape, const Pose& pose, const RigidMotio
 /// In how many steps a shape goes no further than it is looked at from one to the next.
 double steps_of(const RigidShape& shape, const Pose& pose, const RigidMotion& motion, const Vec3& cell_size,
                 double end) {
-  constexpr double most = 1 << 20;
-  return std::clamp(std::ceil(largest_speed(shape, pose, motion, cell_size) * end / step_length), 1.0, most);
+  return std::clamp(std::ceil(largest_speed(shape, pose, motion, cell_size) * end / step_over_cell), 1.0,
+                    furthest_cell);
 }
 
 bool is_taken(const OccupancyMap& map, const Index3& cell) {

@@ -3,6 +3,8 @@
 
 #include "maille/deform/world/rigid_shape.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 
 namespace maille::deform {
@@ -51,11 +53,10 @@ void for_each_box(const PosedShape& posed, Visit&& visit);
 /// returns true. @return whether it did
 template<class Visit>
 bool any_cells_of(const PosedShape& posed, std::int32_t first, std::int32_t end, Visit&& visit) {
-  constexpr std::int32_t at_once = 256;
-  std::int32_t x[at_once], y[at_once], z[at_once];
-  std::int32_t* const cells[3] = {x, y, z};
-  for (; first < end; first += at_once) {
-    const std::int32_t n = end - first < at_once ? end - first : at_once;
+  std::array<std::int32_t, 256> x, y, z;
+  std::int32_t* const cells[3] = {x.data(), y.data(), z.data()};
+  for (std::int32_t n = 0; first < end; first += n) {
+    n = std::min(end - first, static_cast<std::int32_t>(x.size()));
     posed.cells(first, n, cells);
     if (visit(first, n, cells))
       return true;

@@ -1,6 +1,7 @@
 #include "world/occupancy/self_contact.hpp"
 
 #include "lattice/binned_boxes.hpp"
+#include "lattice/tolerances.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -29,7 +30,6 @@ bool do_segments_cross(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const
 /// True if a segment crosses a triangle. Source  Moeller and Trumbore 1997.
 bool does_segment_cross(const Eigen::Vector3d& from, const Eigen::Vector3d& to, const Eigen::Vector3d& a,
                         const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
-  constexpr double rounding = 1e-9;
   const Eigen::Vector3d way = to - from, ab = b - a, ac = c - a, across = way.cross(ac);
   const double determinant = ab.dot(across);
   if (std::abs(determinant) < std::numeric_limits<double>::min())
@@ -37,13 +37,12 @@ bool does_segment_cross(const Eigen::Vector3d& from, const Eigen::Vector3d& to, 
   const Eigen::Vector3d off = from - a, turned = off.cross(ab);
   const double u = off.dot(across) / determinant, v = way.dot(turned) / determinant,
                t = ac.dot(turned) / determinant;
-  return u >= -rounding && v >= -rounding && u + v <= 1 + rounding && t >= 0 && t <= 1;
+  return u >= -tolerance && v >= -tolerance && u + v <= 1 + tolerance && t >= 0 && t <= 1;
 }
 
-constexpr int near_steps = 2; ///< from cell to cell: no further is near
-constexpr double step_over_spacing = 0.25;
-constexpr int most_steps = 4096, bisections = 8;
-constexpr int gap_looked_at = 3; ///< cells: a wider gap at rest counts as one of this width
+constexpr int bisections = 8;
+/// A wider gap at rest counts as one of this width [cells]: beyond it no cell is near another.
+constexpr int gap_looked_at = near_steps + 1;
 
 /// Whether limits keep a full box in order: the symmetric part of every cell's deformation gradient is
 /// dominated by its diagonal, so it is positive, and a way between two points of a convex body is never
@@ -115,7 +114,7 @@ SelfContact::SelfContact(const Specimen& specimen, const PosedLattice& lattice, 
   const Vec3& spacing = specimen.grid.spacing();
   const double least = *std::min_element(spacing.begin(), spacing.begin() + dimension_),
                most = *std::max_element(spacing.begin(), spacing.begin() + dimension_);
-  step_ = step_over_spacing * least;
+  step_ = step_over_cell * least;
   bin_ = 1.5 * most;
   is_never_ = dimension_ == 1 || is_compact(specimen, dimension_) ||
               (limits != nullptr && keep_a_box_in_order(specimen, *limits));
@@ -221,7 +220,7 @@ void SelfContact::find_clearance(const Specimen& specimen) {
           least = std::min(least, gap);
         }
   }
-  clearance_ = least * step_ / step_over_spacing;
+  clearance_ = least * step_ / step_over_cell;
 }
 
 /// No two nodes move further apart, or nearer to one another, than this [m].
@@ -375,7 +374,7 @@ std::vector<SelfHit> SelfContact::find(const PosedLattice& lattice, const Displa
     for (std::size_t i = 0; i < n; ++i)
       at[i] = begin[i] + time * (end[i] - begin[i]);
   };
-  const double steps = std::clamp(std::ceil(furthest / step_), 1.0, static_cast<double>(most_steps));
+  const double steps = std::clamp(std::ceil(furthest / step_), 1.0, furthest_cell);
   std::vector<Crossing> known = crossings(begin);
   std::ranges::sort(known);
   Places before = begin;

@@ -1,5 +1,7 @@
 #include "world/surface/contact_program.hpp"
 
+#include "lattice/tolerances.hpp"
+
 #include <Eigen/Cholesky>
 
 #include <algorithm>
@@ -9,10 +11,6 @@
 namespace maille::deform {
 
 namespace {
-
-constexpr int most_sets = 200, patience = 5;
-/// Share of the largest entry that counts as rounding.
-constexpr double rounding = 1e-12;
 
 Eigen::VectorXd forces_of(const Eigen::MatrixXd& compliance, const Eigen::VectorXd& gap0,
                           const std::vector<char>& active) {
@@ -37,8 +35,7 @@ Eigen::VectorXd forces_of(const Eigen::MatrixXd& compliance, const Eigen::Vector
 /// Mehrotra 1992 (SIAM J. Optim. 2)
 Eigen::VectorXd forces_by_interior_point(const Eigen::MatrixXd& compliance, const Eigen::VectorXd& gap0,
                                          const std::vector<char>& may_pull) {
-  constexpr int most_steps = 80;
-  constexpr double most_of_the_way = 0.995, closed = 1e-11;
+  constexpr double most_of_the_way = 0.995;
   const Eigen::Index n = gap0.size();
   Eigen::ArrayXd presses(n); // 1, or 0 where a force may pull
   for (Eigen::Index i = 0; i < n; ++i)
@@ -55,10 +52,10 @@ Eigen::VectorXd forces_by_interior_point(const Eigen::MatrixXd& compliance, cons
         part = std::min(part, -from[i] / way[i]);
     return part;
   };
-  for (int step = 0; step < most_steps; ++step) {
+  for (int step = 0; step < iteration_cap; ++step) {
     const Eigen::ArrayXd left = (compliance * force.matrix() + gap0).array() - gap;
     const double mean = (force * gap).sum() / n_press;
-    if (mean <= closed * size * length && left.abs().maxCoeff() <= closed * length)
+    if (mean <= rounding * size * length && left.abs().maxCoeff() <= rounding * length)
       break;
     Eigen::MatrixXd matrix = compliance;
     const Eigen::ArrayXd safe = force + (1 - presses); // not to divide by 0
@@ -102,11 +99,11 @@ Eigen::VectorXd contact_forces(const Eigen::MatrixXd& compliance, const Eigen::V
   Eigen::VectorXd force;
   std::size_t fewest = n + 1;
   int left = patience;
-  for (int sets = 0; sets < most_sets; ++sets) {
+  for (int sets = 0; sets < iteration_cap; ++sets) {
     force = forces_of(compliance, gap0, active);
     const Eigen::VectorXd gap = gap0 + compliance * force;
     const double least_force = -rounding * force.cwiseAbs().maxCoeff(),
-                 least_gap = -rounding_of_gaps * gap0.cwiseAbs().maxCoeff();
+                 least_gap = -rounding * gap0.cwiseAbs().maxCoeff();
     std::vector<std::size_t> wrong;
     for (std::size_t i = 0; i < n; ++i) {
       const auto k = static_cast<Eigen::Index>(i);

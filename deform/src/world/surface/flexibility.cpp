@@ -4,6 +4,7 @@
 #include "elastic/model/lattice_elasticity.hpp"
 #include "elastic/model/stiffness_blocks.hpp"
 #include "elastic/multigrid/chebyshev.hpp"
+#include "lattice/tolerances.hpp"
 #include "maille/plugins/sparse_cholesky.hpp"
 
 #include <Eigen/Geometry>
@@ -48,21 +49,21 @@ Eigen::MatrixXd rigid_motions(const Specimen& body, const std::vector<std::int64
 /// In 3D, above this number of components, a column by multigrid is faster than factor and solve.
 constexpr std::int64_t most_factored = 3'000;
 
-/// Residuals over forces: of columns, far below what contacts that say nearly the same differ by; and of all
-/// else, and of columns where momentum hangs on them.
-constexpr double of_columns = 1e-7, of_all = 1e-9;
-/// Reduction of the residual by one round of float32, and the ratio above which a round is at rounding level.
-constexpr double reduction = 1e-5, no_better = 0.3;
+/// Residual of columns over their force, where no momentum hangs on them: far below what contacts that say
+/// nearly the same differ by. Everything else is solved to `tolerance`.
+constexpr double of_columns = 1e-7;
+/// Reduction of the residual by one round of float32. More is lost to rounding; less takes more rounds.
+constexpr double reduction = 1e-5;
 /// The norm that conjugate gradients lower is another: so much further than is asked.
 constexpr double safely = 0.2;
 constexpr std::int64_t most_column_bytes = std::int64_t{1} << 30;
-constexpr int most_rounds = 6, most_iterations = 400;
-/// Largest supernodal factor, and the most components for which ordering is tried.
+/// Largest supernodal factor, in numbers of 8 bytes: 320 MB. Ordering more components takes seconds, and
+/// their factor is larger than that.
 constexpr double most_factor_numbers = 4e7;
 constexpr std::int64_t most_ordered = 200'000;
 /// Columns beyond which it takes less time to answer for the forces that they are of.
 constexpr std::ptrdiff_t most_summed = 500;
-/// Columns that are found together.
+/// Columns that are found together: fewer read the factor more often, more take memory.
 constexpr std::size_t columns_at_once = 48;
 
 /// Cholesky factor of the stiffness of the free components.
@@ -237,15 +238,15 @@ Eigen::VectorXd MultigridStiffness::solve(const Eigen::VectorXd& forces, double 
   Displacement field(body_.grid), correction(body_.grid);
   const double enough = accuracy * residual.norm();
   double left = residual.norm();
-  for (int round = 0; round < most_rounds && left > enough; ++round) {
+  for (int round = 0; round < iteration_cap && left > enough; ++round) {
     spread(residual, field);
-    system_.find_direction(field, most_iterations, std::max(reduction, safely * enough / left), correction);
+    system_.find_direction(field, iteration_cap, std::max(reduction, safely * enough / left), correction);
     answer += gathered(correction);
     spread(answer, field);
     elasticity_.apply(field, correction, team_);
     residual = forces - gathered(correction);
     hold(residual);
-    if (const double before = std::exchange(left, residual.norm()); !(left < no_better * before))
+    if (const double before = std::exchange(left, residual.norm()); !(left < before))
       break; // as far as rounding lets it
   }
   return answer;
@@ -290,7 +291,7 @@ Eigen::MatrixXd BodyStiffness::solve_all(const Eigen::MatrixXd& forces, double a
 
 Flexibility::Flexibility(const Scene& scene, const std::vector<std::int64_t>& fixed,
                          const Eigen::VectorXd& inertia, bool floats, int threads, StiffnessSolver solver)
-    : column_accuracy_(inertia.size() > 0 ? of_all : of_columns), dimension_(scene.dimension()) {
+    : column_accuracy_(inertia.size() > 0 ? tolerance : of_columns), dimension_(scene.dimension()) {
   std::vector<std::int64_t> nodes = nodes_of_matter(scene.specimen);
   const int d = scene.dimension();
   if (floats)
@@ -413,7 +414,7 @@ Eigen::VectorXd Flexibility::moved_by(const Eigen::VectorXd& forces,
   }
   Eigen::VectorXd balanced = forces;
   take_rigid_motions_from(balanced);
-  Eigen::VectorXd sum = stiffness_->solve(balanced, of_all);
+  Eigen::VectorXd sum = stiffness_->solve(balanced, tolerance);
   take_rigid_motions_from(sum);
   return sum;
 }
@@ -427,7 +428,7 @@ void Flexibility::forget_unused() {
 }
 
 Eigen::VectorXd Flexibility::solve(const Eigen::VectorXd& forces) const {
-  return stiffness_->solve(forces, of_all);
+  return stiffness_->solve(forces, tolerance);
 }
 
 Eigen::VectorXd Flexibility::moved(const Eigen::VectorXd& prescribed) const {

@@ -1,5 +1,6 @@
 #include "world/surface/friction_program.hpp"
 
+#include "lattice/tolerances.hpp"
 #include "world/surface/contact_program.hpp"
 
 #include <Eigen/LU>
@@ -12,10 +13,6 @@
 namespace maille::deform {
 
 namespace {
-
-constexpr int most_rounds = 120, patience = 5, most_sweeps = 200;
-constexpr double rounding = 1e-12, slack = 1e-9;
-constexpr double turned = 1e-7; ///< less is no other direction
 
 enum class State : char { open, sticks, slips };
 
@@ -103,7 +100,7 @@ private:
   bool settle(Eigen::VectorXd& force) {
     std::size_t fewest = active_.size() + contacts_.size() + 1;
     int left = patience;
-    for (int round = 0; round < most_rounds; ++round) {
+    for (int round = 0; round < iteration_cap; ++round) {
       force = forces();
       std::vector<std::size_t> wrong = wrong_in(force);
       if (wrong.empty())
@@ -160,14 +157,14 @@ private:
       }
       if (rows.n == 2 && slip.norm() > least_gap) {
         const Eigen::Vector2d against = -slip.normalized();
-        const bool has_turned = (against - along_[i]).norm() > turned;
+        const bool has_turned = (against - along_[i]).norm() > tolerance;
         along_[i] = against;
         return has_turned;
       }
       return false;
     }
     if (states_[i] == State::sticks &&
-        along.norm() > friction_ * std::max(0.0, force[rows.normal]) * (1 + slack) + 1e-300) {
+        along.norm() > friction_ * std::max(0.0, force[rows.normal]) * (1 + tolerance) + 1e-300) {
       next_[i] = State::slips;
       along_[i] = along.normalized();
       return true;
@@ -190,7 +187,7 @@ private:
       force[row] = to;
       return std::abs(change);
     };
-    for (int turn = 0; turn < most_sweeps; ++turn) {
+    for (int turn = 0; turn < iteration_cap; ++turn) {
       double largest = 0;
       for (Eigen::Index i = 0; i < force.size(); ++i) {
         if (is_tangent_[static_cast<std::size_t>(i)])

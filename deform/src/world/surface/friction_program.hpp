@@ -27,7 +27,7 @@ struct FrictionRows {
 ///        come from where it holds
 /// @param may_pull by row; 0 for normals, ignored for tangents
 /// @param contacts those that rub; other rows have no tangents
-/// @return forces [N]; what was found last where the states did not settle in 120 rounds
+/// @return forces [N]; what was found last where the states did not settle in 200 rounds
 Eigen::VectorXd frictional_forces(const Eigen::MatrixXd& compliance, const Eigen::VectorXd& gap0,
                                   const std::vector<char>& may_pull, std::vector<char>& active,
                                   std::span<const FrictionRows> contacts, double friction);

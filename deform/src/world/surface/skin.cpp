@@ -1,6 +1,7 @@
 #include "world/surface/skin.hpp"
 
 #include "lattice/binned_boxes.hpp"
+#include "lattice/tolerances.hpp"
 
 #include <algorithm>
 #include <array>
@@ -16,10 +17,6 @@ namespace maille::deform {
 
 namespace {
 
-constexpr int near_steps = 2; ///< from cell to cell: no further is near
-constexpr double on_border = 1e-9;
-/// Two places as near as this beside the reach are one.
-constexpr double same_place = 1e-7;
 /// Faces at an angle less than that of this have a common normal where they meet: 40 degrees.
 constexpr double least_smooth_cosine = 0.766;
 /// A point within this part of the reach from an edge is on the edge [1].
@@ -247,7 +244,7 @@ std::vector<PlacedSkin::Near> PlacedSkin::near(const Eigen::Vector3d& point,
                                                std::span<const std::int32_t> faces, const PlacedSkin* own,
                                                std::int32_t node) const {
   std::vector<Closest> found;
-  const double far = reach_ * (1 + on_border);
+  const double far = reach_ * (1 + tolerance);
   for (const std::int32_t face : faces) {
     Eigen::AlignedBox3d box;
     for (const std::int32_t corner : skin_.face(face).node)
@@ -324,7 +321,7 @@ PlacedSkin::Closest PlacedSkin::closest(std::int32_t number, const Eigen::Vector
     best.weight = {1 - t, t, 0, 0};
     best.place = from + t * along;
     best.distance = (point - best.place).norm();
-    best.is_within = t > on_border && t < 1 - on_border;
+    best.is_within = t > tolerance && t < 1 - tolerance;
     return best;
   }
   for (const std::array<std::size_t, 3>& corners :
@@ -346,7 +343,7 @@ PlacedSkin::Closest PlacedSkin::closest(std::int32_t number, const Eigen::Vector
     // all the weight on its border.
     best.is_within = true;
     for (std::size_t i = 0; i < 4; ++i)
-      if (best.weight[i] + best.weight[(i + 1) % 4] > 1 - on_border)
+      if (best.weight[i] + best.weight[(i + 1) % 4] > 1 - tolerance)
         best.is_within = false;
   }
   return best;
@@ -375,12 +372,12 @@ std::vector<PlacedSkin::Near> PlacedSkin::nearest(const Eigen::Vector3d& point,
   if (found.empty())
     return list;
   std::ranges::stable_sort(found, {}, &Closest::distance);
-  const double same = same_place * reach_;
+  const double same = tolerance * reach_;
   const auto is_of_face = [&](const Closest& one, std::int32_t face) {
     const auto& nodes = skin_.face(face).node;
     const auto& own = skin_.face(one.face).node;
     for (std::size_t i = 0; i < 4; ++i)
-      if (own[i] >= 0 && one.weight[i] > on_border && std::ranges::find(nodes, own[i]) == nodes.end())
+      if (own[i] >= 0 && one.weight[i] > tolerance && std::ranges::find(nodes, own[i]) == nodes.end())
         return false;
     return true;
   };

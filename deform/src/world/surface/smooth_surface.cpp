@@ -1,5 +1,7 @@
 #include "world/surface/smooth_surface.hpp"
 
+#include "lattice/tolerances.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,11 +13,8 @@ namespace maille::deform {
 
 namespace {
 
-constexpr double width = 1;    ///< of the Gaussian [cells]
-constexpr int reach = 7;       ///< of the wider one, five of its widths [cells]
-constexpr double furthest = 1; ///< that a corner goes [cells]
-constexpr int most_steps = 20;
-constexpr double near_enough = 1e-9; ///< of 1/2
+constexpr double width = 1; ///< of the Gaussian, and how far a corner goes at most [cells]
+constexpr int reach = 7;    ///< of the wider one, five of its widths [cells]
 
 /// A mean of matter, and how it changes from place to place, in cells.
 struct Mean {
@@ -84,15 +83,15 @@ Mean mean_at(const Specimen& body, const Eigen::Vector3d& place) {
 /// Where the mean is 1/2, along its gradient. @param corner in cells
 std::optional<Eigen::Vector3d> on_surface(const Specimen& body, const Eigen::Vector3d& corner) {
   Eigen::Vector3d place = corner;
-  for (int step = 0; step < most_steps; ++step) {
+  for (int step = 0; step < iteration_cap; ++step) {
     const Mean mean = mean_at(body, place);
     const double missing = 0.5 - mean.value;
-    if (std::abs(missing) < near_enough)
+    if (std::abs(missing) < tolerance)
       return place;
     Eigen::Vector3d way = missing * mean.gradient / std::max(mean.gradient.squaredNorm(), 1e-12);
-    way *= std::min(1.0, 0.5 * furthest / way.norm());
+    way *= std::min(1.0, 0.5 * width / way.norm());
     place += way;
-    if ((place - corner).norm() > furthest)
+    if ((place - corner).norm() > width)
       break;
   }
   return std::nullopt;

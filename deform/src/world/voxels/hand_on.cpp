@@ -1,5 +1,6 @@
 #include "world/voxels/hand_on.hpp"
 
+#include "lattice/tolerances.hpp"
 #include "world/occupancy/cell_walk.hpp"
 #include "world/occupancy/posed_lattice.hpp"
 
@@ -9,9 +10,6 @@
 namespace maille::deform {
 
 namespace {
-
-/// Gap at which a voxel stops before a face [cells], the same as for nodes in contact.
-constexpr double skin = 1e-9;
 
 Index3 cell_of(const FreeVoxel& voxel) {
   return cell_at({voxel.place[0], voxel.place[1], voxel.place[2]});
@@ -25,7 +23,7 @@ struct Met {
 
 /// How far along its way a voxel goes that is stopped at a time.
 Eigen::Vector3d before_face(const Eigen::Vector3d& movement, double time) {
-  return std::max(0.0, time - skin / movement.cwiseAbs().maxCoeff()) * movement;
+  return std::max(0.0, time - tolerance / movement.cwiseAbs().maxCoeff()) * movement;
 }
 
 /// Contents of a cell.

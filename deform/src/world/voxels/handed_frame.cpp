@@ -1,5 +1,6 @@
 /// A frame of a world whose voxels hand on what they cannot move.
 
+#include "lattice/tolerances.hpp"
 #include "world/voxels/single_voxels.hpp"
 #include "world/world_frame.hpp"
 
@@ -13,13 +14,10 @@ namespace maille::deform {
 
 namespace {
 
-constexpr double at_rest = 1e-6; ///< a sweep in which nothing goes further [cells]
-constexpr double nothing = 1e-9; ///< is handed on [cells]
-
 void add_hand_overs(const SingleVoxels::Handed& handed, const Vec3& cell_size,
                     std::vector<HandOver>& hand_overs) {
   for (int axis = 0; axis < 3; ++axis)
-    if (std::abs(handed.asked[axis]) > nothing) {
+    if (std::abs(handed.asked[axis]) > tolerance) {
       const double size = cell_size[static_cast<std::size_t>(axis)];
       hand_overs.push_back({handed.from.object, handed.from.voxel, handed.to.object, handed.to.voxel, axis,
                             handed.asked[axis] * size, handed.moved[axis] * size});
@@ -38,7 +36,7 @@ FrameResult WorldFrame::run_handed_on() {
   SingleVoxels voxels(parts_);
   const int n = std::min(n_steps(), 1'000'000);
   if (!clock_.rounds_left)
-    clock_.rounds_left = n * most_rounds_a_step;
+    clock_.rounds_left = std::int64_t{n} * iteration_cap;
   bool has_settled = true;
   for (int step = 0; step < n && clock_.may_go_on(); ++step) {
     result_.contacts.clear();
@@ -97,7 +95,7 @@ bool WorldFrame::sweep_to_rest(SingleVoxels& voxels) {
     std::erase_if(handed, [](const SingleVoxels::Handed& one) { return one.from.object == one.to.object; });
     for (const SingleVoxels::Handed& one : handed)
       add_hand_overs(one, parts_.scene.spacing, result_.handed_on);
-    has_settled = is_over = furthest < at_rest;
+    has_settled = is_over = furthest < negligible;
   }
   std::ranges::for_each(handed, [&](const auto& one) { report_handed(one); });
   return has_settled;

@@ -1,5 +1,6 @@
 #include "world/voxels/single_voxels.hpp"
 
+#include "lattice/tolerances.hpp"
 #include "world/occupancy/cell_walk.hpp"
 #include "world/occupancy/posed_lattice.hpp"
 
@@ -15,9 +16,6 @@ namespace maille::deform {
 
 namespace {
 
-constexpr double no_movement = 1e-12; ///< [cells]
-constexpr double same_spacing = 1e-9;
-
 Index3 cell_of(const Eigen::Vector3d& place) {
   return cell_at({place[0], place[1], place[2]});
 }
@@ -29,7 +27,7 @@ std::string why_not(const WorldParts& parts, int object) {
     return "is turned: voxels are handed on along the axes of the world";
   for (std::size_t a = 0; a < static_cast<std::size_t>(parts.scene.dimension); ++a)
     if (const double ratio = grid.spacing()[a] / parts.scene.spacing[a];
-        !parts.is_body(object) && std::abs(ratio - 1) > same_spacing)
+        !parts.is_body(object) && std::abs(ratio - 1) > tolerance)
       return "has not the spacing of the world: a voxel is a cell";
   std::vector<int> held(static_cast<std::size_t>(grid.n_nodes()), 0);
   for (const Prescribed& p : what.scene.prescribed)
@@ -41,8 +39,8 @@ std::string why_not(const WorldParts& parts, int object) {
 
 /// Well within its cell, so that no rounding on the way back puts it into another.
 Eigen::Vector3d off_faces(const Eigen::Vector3d& place) {
-  const Eigen::Vector3d low = place.array().floor() + node_skin;
-  return place.cwiseMax(low).cwiseMin(Eigen::Vector3d(low.array() + 1 - 2 * node_skin));
+  const Eigen::Vector3d low = place.array().floor() + tolerance;
+  return place.cwiseMax(low).cwiseMin(Eigen::Vector3d(low.array() + 1 - 2 * tolerance));
 }
 
 } // namespace
@@ -183,7 +181,7 @@ double SingleVoxels::move_rigid(int object, const Eigen::Vector3d& by) {
   double part = 1;
   for (VoxelId id = begin; id < end; ++id)
     if (const auto met = in_the_way(object, id, by))
-      part = std::min(part, std::max(0.0, met->time - node_skin / by.cwiseAbs().maxCoeff()));
+      part = std::min(part, std::max(0.0, met->time - tolerance / by.cwiseAbs().maxCoeff()));
   for (VoxelId id = begin; id < end; ++id)
     map_.take(cell_of(voxel(id).place));
   for (VoxelId id = begin; id < end; ++id) {
@@ -219,7 +217,7 @@ double SingleVoxels::sweep(int object) {
       const double now = u(node, b), wanted = body.is_elastic ? sum / static_cast<double>(end - begin) : now;
       by[b] = ((low > high ? 0.5 * low + 0.5 * high : std::clamp(wanted, low, high)) - now) / cell_size_[b];
     }
-    if (by.cwiseAbs().maxCoeff() > no_movement)
+    if (by.cwiseAbs().maxCoeff() > rounding)
       furthest = std::max(furthest, go(first(object) + node, by).cwiseAbs().maxCoeff());
   }
   return furthest;

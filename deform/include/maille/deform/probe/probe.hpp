@@ -48,7 +48,7 @@ public:
   const T& front() const { return places_[front_]; }
 
 private:
-  static constexpr std::uint32_t index = 3, fresh = 4;
+  static constexpr std::uint32_t index = 3, fresh = index + 1;
   static_assert(std::atomic<std::uint32_t>::is_always_lock_free);
 
   std::array<T, 3> places_{};
