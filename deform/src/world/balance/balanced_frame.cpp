@@ -144,13 +144,13 @@ void WorldFrame::put_handles(std::size_t i, double part) {
   }
 }
 
-/// @param is_last a state on the way needs no more than to be on the way of the one after it, where nothing
+/// @param is_last a state on the way need not be still to more than the gap that surfaces keep, where nothing
 ///        rubs: friction remembers
 /// @return whether nothing moves any more
 bool WorldFrame::settle_balanced(bool is_last) {
   Balance& balance = *parts_.balance;
   const bool is_on_the_way = !is_last && parts_.scene.friction == 0;
-  const double still = negligible * balance.cell();
+  const double still = (is_on_the_way ? skin_over_cell : negligible) * balance.cell();
   balance.begin();
   bool has_settled = false;
   for (int round = 0; round < iteration_cap && !has_settled && clock_.may_go_on(); ++round) {
