@@ -17,7 +17,7 @@ namespace {
 // Bytes. Checked against the heap by tests/deform/feasible/footprint_test.cpp.
 constexpr std::int64_t of_request = 256,     // a prescribed value, and what clipping knows of it
     of_fixed_size = 16384,                   // engines, lists of a few entries and the heads of arrays
-    of_tile = 12 + 24, of_layer = 8,         // place and neighbours; a bit for each of 64 nodes
+    of_tile = 12 + 24,                       // place and neighbours; a bit a node comes on top
     of_tile_node = 4,                        // a component, in quanta
     of_tile_order = 2 * 4 + 3 * 4 + 1,       // a component: what has changed, what waits, what to take back
     of_tile_links = 4 + 4, of_kind = 6 * 4,  // a component: which links a tile has, and those of even ones
@@ -76,8 +76,7 @@ Footprint forecast_of_box(const Scene& scene, const std::array<Algorithm, 3>& al
 Footprint forecast_of_tiles(const Scene& scene, const LinkLimits& limits) {
   const std::int64_t d = scene.dimension(), tiles = Tiling::n_tiles_of(scene.specimen),
                      volume = Tiling::volume_for(scene.specimen), kinds = std::ssize(limits.kinds()) + 1;
-  return {{"wavefront tiles",
-           tiles * of_tile + Tiling::n_places(scene.specimen) * 4 + tiles * volume / 64 * of_layer,
+  return {{"wavefront tiles", tiles * of_tile + Tiling::n_places(scene.specimen) * 4 + tiles * volume / 8,
            fmt::format("{} tiles of {} nodes: place, neighbours, one bit a node", tiles, volume)},
           {"displacement", d * tiles * volume * of_tile_node,
            fmt::format("{} components of 32 bits a node of a tile", d)},

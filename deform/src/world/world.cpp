@@ -133,7 +133,7 @@ void WorldParts::check_apart() const {
           std::min(*std::min_element(edges.begin(), edges.begin() + scene.dimension),
                    *std::min_element(other_edges.begin(), other_edges.begin() + scene.dimension));
       if (is_matter_in(one.scene.specimen, pose_in_world(one), other.scene.specimen, pose_in_world(other),
-                       skin_over_cell * edge))
+                       overlap_over_cell * edge))
         fail_to_place(scene, static_cast<int>(i), static_cast<int>(j));
     }
 }

@@ -221,12 +221,13 @@ Balance::Balance(WorldParts& parts) : parts_(parts) {
   hold(1);
   find_touches();
   for (const Touch& touch : touches_)
-    if (touch.gap < -skin_over_cell * cell_)
+    if (touch.gap < -overlap_over_cell * cell_)
       fail_to_place(parts_.scene, touch.object, touch.other);
   for (int i = 0; i < parts.n_objects(); ++i)
     for (int a = 0; a < parts.scene.dimension && parts.is_body(i); ++a) {
       const auto axis = static_cast<std::size_t>(a);
-      const double end = parts.scene.cells[axis] * parts.scene.spacing[axis], little = skin_over_cell * cell_;
+      const double end = parts.scene.cells[axis] * parts.scene.spacing[axis],
+                   little = overlap_over_cell * cell_;
       if (object(i).box.min()[a] < -little || object(i).box.max()[a] > end + little)
         fail_to_place(parts_.scene, i, -1);
     }

@@ -40,6 +40,8 @@ namespace maille::deform {
 /// Nearer surfaces touch, and surfaces in contact keep this distance [cells].
 inline constexpr double skin_over_cell = 1e-4;
 
+/// A deeper overlap at the beginning is refused; places written with three digits make less [cells].
+inline constexpr double overlap_over_cell = 1e-3;
 /// Largest motion of anything in a round, or in a step of time [cells]. Longer ones miss edges; shorter ones
 /// take more rounds.
 inline constexpr double round_over_cell = 0.2;

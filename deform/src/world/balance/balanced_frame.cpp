@@ -18,6 +18,9 @@ namespace maille::deform {
 
 namespace {
 
+/// Largest motion of a round that ends a balance on the way [cells]. With 1e-4 folded muscles change sides;
+/// with less, frames take more rounds.
+constexpr double nearly_still_over_cell = 1e-5;
 /// Lag of an object behind its hand from which it counts as stopped by something rigid [cells]; behind soft
 /// objects the lag is 1e-4.
 constexpr double blocked_from = 0.01;
@@ -144,13 +147,13 @@ void WorldFrame::put_handles(std::size_t i, double part) {
   }
 }
 
-/// @param is_last a state on the way need not be still to more than the gap that surfaces keep, where nothing
+/// @param is_last a state on the way needs no more than to be on the way of the one after it, where nothing
 ///        rubs: friction remembers
 /// @return whether nothing moves any more
 bool WorldFrame::settle_balanced(bool is_last) {
   Balance& balance = *parts_.balance;
   const bool is_on_the_way = !is_last && parts_.scene.friction == 0;
-  const double still = (is_on_the_way ? skin_over_cell : negligible) * balance.cell();
+  const double still = (is_on_the_way ? nearly_still_over_cell : negligible) * balance.cell();
   balance.begin();
   bool has_settled = false;
   for (int round = 0; round < iteration_cap && !has_settled && clock_.may_go_on(); ++round) {
