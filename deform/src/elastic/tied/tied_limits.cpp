@@ -38,12 +38,12 @@ std::vector<double> reactions_of_tied(const TiedModel& model, Displacement& forc
   return reaction;
 }
 
-bool keep_within_limits(TiedModel& model, const Loads& loads, double stiffer, bool knows_forces,
+bool keep_within_limits(TiedModel& model, const Loads& loads, const SearchScale& scale, bool knows_forces,
                         Displacement& u, Answer& answer) {
   const CoupledTask& task = model.task();
   const double tolerance = task.scene.relaxation.tolerance;
-  ConstrainedMinimum minimum(task, model, model.moduli(), all_components(task.scene), loads, stiffer);
-  const bool is_found = minimum.solve(u, share_of_tolerance * tolerance, answer);
+  ConstrainedMinimum minimum(task, model, model.moduli(), all_components(task.scene), loads, scale.stiffer);
+  const bool is_found = minimum.solve(u, share_of_tolerance * tolerance / scale.sharper, answer);
   answer.reaction.clear();
   if (knows_forces && is_found) {
     answer.message = fmt::format("limits are active: least energy within them, with multipliers of {} links",

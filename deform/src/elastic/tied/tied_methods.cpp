@@ -147,7 +147,7 @@ Answer TiedRun::relaxed() {
   bool is_converged = end == CoupledRound::finished;
   if (limits_ && breaks_limits(scene_, *limits_, team_, u, 0)) {
     answer_.algorithm += ", limits by multipliers";
-    is_converged = keep_within_limits(model, loads, 1, true, u, answer_) && is_converged;
+    is_converged = keep_within_limits(model, loads, {}, true, u, answer_) && is_converged;
   } else {
     Displacement forces(scene_.specimen.grid);
     model.apply(u, forces);
@@ -167,11 +167,12 @@ Answer TiedRun::least_movement() {
   answer_.seconds.setup = clock_.seconds();
   if (largest_entry(u) == 0)
     return ended(true);
-  // Limits of links act on waves as long as the body, whose stretches are that much smaller than movements.
+  // Limits act on waves as long as the body, whose stretches are that much smaller than movements. The norm is
+  // a sum over nodes, but ties are judged one by one.
   const Index3& n = scene_.specimen.grid.cells();
-  const double longest = std::max({n[0], n[1], scene_.tied.planes}) / std::numbers::pi;
-  const double stiffer = 12 * longest * longest;
-  return ended(keep_within_limits(model, Loads{}, stiffer, false, u, answer_));
+  const double stiffer = std::max({n[0], n[1], scene_.tied.planes}) / std::numbers::pi,
+               sharper = std::sqrt(static_cast<double>(scene_.specimen.grid.n_nodes()));
+  return ended(keep_within_limits(model, Loads{}, {stiffer, sharper}, false, u, answer_));
 }
 
 } // namespace

@@ -124,7 +124,7 @@ double TiedSystem::energy(const Displacement& u) const {
 bool obey_limits(TiedSystem& system, Answer& answer) {
   answer.algorithm += ", limits by multipliers";
   const bool is_found =
-      keep_within_limits(system, system.forces_of_loads({}), 1, true, answer.displacement, answer);
+      keep_within_limits(system, system.forces_of_loads({}), {}, true, answer.displacement, answer);
   answer.strain_energy = system.energy(answer.displacement);
   return is_found;
 }
