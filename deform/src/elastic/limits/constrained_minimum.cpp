@@ -206,11 +206,12 @@ bool ConstrainedMinimum::goes_on_after(double, double product) {
   return false;
 }
 
-bool ConstrainedMinimum::solve(Displacement& u, double tolerance, Answer& answer) {
+bool ConstrainedMinimum::solve(Displacement& u, double tolerance, Answer& answer,
+                               std::int64_t most_iterations) {
   begin(system_, u);
   tolerance_ = tolerance;
   answer_ = &answer;
-  last_iteration_ = answer.iterations + most_coupled_iterations;
+  last_iteration_ = answer.iterations + most_iterations;
   find_residual();
   is_found_.reset();
   while (!is_found_) {

@@ -46,7 +46,8 @@ public:
   /// Changes `u`, which holds the prescribed values, and adds to the answer's iterations.
   /// @param tolerance of error()
   /// @return false if stopped
-  bool solve(Displacement& u, double tolerance, Answer& answer);
+  bool solve(Displacement& u, double tolerance, Answer& answer,
+             std::int64_t most_iterations = most_coupled_iterations);
   /// Begins with the multipliers of the same body on every second node.
   void begin_with(const ConstrainedMinimum& coarse);
   /// Begins with those of an earlier answer for the same body.

@@ -61,6 +61,7 @@ private:
 struct SearchScale {
   double stiffer = 1; ///< factor on the penalties
   double sharper = 1; ///< of the tolerance, which is divided by it
+  std::int64_t most_iterations = most_coupled_iterations;
 };
 
 /// Changes u, in which tied nodes are together, to the least energy within limits (see ConstrainedMinimum)
