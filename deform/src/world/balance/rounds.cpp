@@ -230,7 +230,9 @@ std::optional<double> Balance::mix(std::vector<Answered>& answers, double furthe
         all.push_back(std::sqrt(static_cast<double>(one.at.size())) * x);
   }
   const Eigen::VectorXd way = Eigen::VectorXd::Map(all.data(), std::ssize(all));
-  const bool is_as_before = !past_.empty() && keys == pressed_ && past_.back().first.size() == way.size();
+  const auto size_of = [](const Answered& answer) { return answer.displacement.size(); };
+  const bool is_as_before = !past_.empty() && keys == pressed_ && past_.back().first.size() == way.size() &&
+                            std::ranges::equal(past_.back().second, answers, {}, size_of, size_of);
   has_stalled_ =
       is_as_before &&
       (has_stalled_ || (past_.size() == most_mixed && way.norm() > stalled * past_.front().first.norm()));

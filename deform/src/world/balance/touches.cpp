@@ -123,6 +123,7 @@ void Balance::watch() {
     if (moved == one.moved)
       continue;
     one.moved = std::move(moved);
+    past_.clear(); // whose displacements are of other nodes
     one.flexibility->watch(one.moved);
     one.way.resize(0);
     std::ranges::fill(one.place_of, -1);
