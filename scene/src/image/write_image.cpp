@@ -186,10 +186,6 @@ std::string writable_ending(const fs::path& file) {
 } // namespace
 } // namespace image_formats
 
-bool is_writable_image_name(const std::filesystem::path& file) {
-  return !image_formats::writable_ending(file).empty();
-}
-
 void write_image(const Image& image, const std::filesystem::path& file, const ImageFileOptions& options) {
   using namespace image_formats;
   const std::string ending = writable_ending(file);

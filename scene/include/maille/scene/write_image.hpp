@@ -37,9 +37,6 @@ void write_image(const Image& image, const std::filesystem::path& file, const Im
 /// Values as a file has them: tensors where its header states them, else float32.
 StoredAs stored_form(const std::filesystem::path& file);
 
-/// Whether write_image knows the ending.
-bool is_writable_image_name(const std::filesystem::path& file);
-
 /// @brief Writes NIfTI-1, gzipped where the name ends in .gz, with sform and qform in millimetres.
 ///
 /// The world is a patient's, right, anterior, superior: of an image whose world is that of ITK (lps) x and y
