@@ -100,6 +100,21 @@ inline std::vector<std::array<int, 3>> all_below(const std::array<int, 3>& n) {
   return places;
 }
 
+/// A MetaImage of float32, n x n x n voxels of 1 mm from `corner` [mm] on.
+inline std::string
+float_image(int n, double corner, int components,
+            const std::function<float(const std::array<int, 3>& at, int component)>& value) {
+  std::string values;
+  for (const std::array<int, 3>& at : all_below({n, n, n}))
+    for (int c = 0; c < components; ++c)
+      values += raw_bytes(value(at, c));
+  return meta_image(
+      {n, n, n}, values,
+      fmt::format("Offset = {0} {0} {0}\nElementSpacing = 1 1 1\nElementNumberOfChannels = {1}\n",
+                  corner + 0.5, components),
+      "MET_FLOAT");
+}
+
 /// Whether a text has a part: a failure shows the whole text.
 inline testing::AssertionResult has(std::string_view text, std::string_view part) {
   const bool is_there = text.find(part) != std::string_view::npos;

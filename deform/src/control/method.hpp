@@ -17,9 +17,6 @@
 
 namespace maille::deform {
 
-/// Relative differences in a scene's data that count as none.
-inline constexpr double rounding_of_data = 1e-9;
-
 class Clock {
 public:
   double seconds() const {

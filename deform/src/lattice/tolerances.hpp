@@ -1,6 +1,6 @@
 #pragma once
-/// Numbers that worlds and probes share: what counts as rounding, as touching and as standing still, how
-/// far anything moves between two looks, and when an iteration gives up.
+/// Numbers that elastic methods, worlds and probes share: what counts as rounding, as touching and as
+/// standing still, how far anything moves between two looks, and when an iteration gives up.
 ///
 /// Each small number has one task, and they are far apart, at least a hundredfold:
 ///
@@ -23,8 +23,9 @@ namespace maille::deform {
 /// A smaller share of the largest value, and a shorter way [cells], is rounding.
 inline constexpr double rounding = 1e-12;
 
-/// Gap that objects and nodes keep from faces of cells [cells]. Also the relative accuracy of solves, and how
-/// far beside an edge or a face a point may lie and be on it.
+/// Gap that objects and nodes keep from faces of cells [cells]. Also the relative accuracy of solves, the
+/// relative difference of a scene's data that counts as none, and how far beside an edge or a face a point
+/// may lie and be on it.
 inline constexpr double tolerance = 1e-9;
 
 /// A shorter motion [cells] counts as rest; a drive that misses a smaller share of its way counts as done.

@@ -167,13 +167,6 @@ double Volume::value_at(const Vec3& index) const {
              : low_;
 }
 
-Vec3 Volume::gradient_at(const Vec3& index) const {
-  Vec3 sum{};
-  around(grid_, index,
-         [&](std::int64_t voxel, double weight) { sum = plus(sum, times(weight, gradient(voxel))); });
-  return sum;
-}
-
 std::int64_t Volume::bytes() const {
   return static_cast<std::int64_t>(codes8_.size() + 2 * codes16_.size() + gradients_.size() +
                                    ranges_.size() * sizeof(Range));

@@ -14,18 +14,6 @@ namespace {
 
 constexpr int n = 12;
 
-/// A MetaImage of float32, voxels of 1 mm, its corner at the origin.
-std::string image_of(int components, const std::function<float(const Index3& at, int component)>& value) {
-  std::string values;
-  for (const Index3& at : test::all_below({n, n, n}))
-    for (int c = 0; c < components; ++c)
-      values += test::raw_bytes(value(at, c));
-  return test::meta_image(
-      {n, n, n}, values,
-      fmt::format("Offset = 0.5 0.5 0.5\nElementSpacing = 1 1 1\nElementNumberOfChannels = {}\n", components),
-      "MET_FLOAT");
-}
-
 const std::string hold_below = "[[hold]]\nwhere = \"z-\"\n";
 const std::string two_blocks = R"([specimen]
 shape = "image"
@@ -36,12 +24,17 @@ labels = { 1 = { youngs_modulus = "100 kPa", poisson_ratio = 0.3 }, 2 = { youngs
 class Anatomy {
 public:
   Anatomy() {
-    folder_.write("blocks.mha", image_of(1, [](const Index3& at, int) { return at[2] < 6 ? 1.0F : 2.0F; }));
-    folder_.write("ramp.mha", image_of(1, [](const Index3& at, int) { return 100.0F + 5 * float(at[0]); }));
-    folder_.write("gap.mha", image_of(1, [](const Index3& at, int) { return at[0] == 3 ? NAN : 1.0F; }));
-    folder_.write("gap3.mha", image_of(3, [](const Index3& at, int) { return at[0] == 3 ? NAN : 0.01F; }));
-    folder_.write("u.mha",
-                  image_of(3, [](const Index3& at, int c) { return 0.01F * float(at[std::size_t(c)]); }));
+    folder_.write("blocks.mha",
+                  test::float_image(n, 0, 1, [](const Index3& at, int) { return at[2] < 6 ? 1.0F : 2.0F; }));
+    folder_.write("ramp.mha", test::float_image(
+                                  n, 0, 1, [](const Index3& at, int) { return 100.0F + 5 * float(at[0]); }));
+    folder_.write("gap.mha",
+                  test::float_image(n, 0, 1, [](const Index3& at, int) { return at[0] == 3 ? NAN : 1.0F; }));
+    folder_.write("gap3.mha",
+                  test::float_image(n, 0, 3, [](const Index3& at, int) { return at[0] == 3 ? NAN : 0.01F; }));
+    folder_.write("u.mha", test::float_image(n, 0, 3, [](const Index3& at, int c) {
+                    return 0.01F * float(at[std::size_t(c)]);
+                  }));
   }
   Scene read(const std::string& text) const { return read_scene(folder_.write("scene.toml", text)); }
   /// All faults, a line each: `key: found`.

@@ -19,20 +19,6 @@ using nlohmann::json;
 using test::maille_command;
 using test::Outcome;
 
-/// A MetaImage of float32, n x n x n voxels of 1 mm from `corner` [mm] on.
-std::string image_of(int n, double corner, int components,
-                     const std::function<float(const std::array<int, 3>& at, int component)>& value) {
-  std::string values;
-  for (const Index3& at : test::all_below({n, n, n}))
-    for (int c = 0; c < components; ++c)
-      values += test::raw_bytes(value(at, c));
-  return test::meta_image(
-      {n, n, n}, values,
-      fmt::format("Offset = {0} {0} {0}\nElementSpacing = 1 1 1\nElementNumberOfChannels = {1}\n",
-                  corner + 0.5, components),
-      "MET_FLOAT");
-}
-
 /// Two blocks on each other, pulled and sheared; the stiffness of each in kPa.
 std::string blocks_of(int lower, int upper) {
   return fmt::format(R"(units = "mm"
@@ -68,7 +54,8 @@ struct Folder : test::TemporaryFolder {
 struct Blocks : Folder {
   /// @param axes more of the header
   explicit Blocks(const std::string& axes = "") {
-    std::string image = image_of(8, 0, 1, [](const auto& at, int) { return at[2] < 4 ? 1.0F : 2.0F; });
+    std::string image =
+        test::float_image(8, 0, 1, [](const auto& at, int) { return at[2] < 4 ? 1.0F : 2.0F; });
     write("blocks.mha", image.insert(image.find("NDims"), axes));
   }
   Outcome identify(const std::string& data) const {
@@ -145,10 +132,11 @@ TEST(IdentifyDisplacementContract, DataThatLieElsewhereOrAreNoNumbersAreNamed) {
     EXPECT_EQ(outcome.code, 2) << data << outcome.out;
     EXPECT_TRUE(test::has(outcome.err, words));
   };
-  expect(files.file("far.mha", image_of(8, 500, 3, [](const auto&, int) { return 0.1F; })),
+  expect(files.file("far.mha", test::float_image(8, 500, 3, [](const auto&, int) { return 0.1F; })),
          "none of them where there is matter");
   expect(files.file("gap.mha",
-                    image_of(8, 0, 3, [](const auto& at, int) { return at[0] == 3 ? std::nanf("") : 0.1F; })),
+                    test::float_image(8, 0, 3,
+                                      [](const auto& at, int) { return at[0] == 3 ? std::nanf("") : 0.1F; })),
          "none in 64 of them");
   expect(files.file("far.csv", "x [mm],y [mm],z [mm],ux [mm],uy [mm],uz [mm]\n90,0,0,1,0,0\n"),
          "far.csv:2: x: expected a point of the body at rest");

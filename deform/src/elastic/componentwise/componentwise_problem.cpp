@@ -1,6 +1,6 @@
 #include "elastic/componentwise/componentwise_solver.hpp"
 
-#include "control/method.hpp"
+#include "lattice/tolerances.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -146,8 +146,7 @@ Anchors springs_along(const List<NodalSpring>& springs, int component, double un
 bool springs_are_along_axes(const Scene& scene) {
   return std::ranges::all_of(nodal_springs(scene), [&](const NodalSpring& spring) {
     const Eigen::Matrix3d& k = spring.stiffness;
-    return std::max({std::abs(k(0, 1)), std::abs(k(0, 2)), std::abs(k(1, 2))}) <=
-           rounding_of_data * k.trace();
+    return std::max({std::abs(k(0, 1)), std::abs(k(0, 2)), std::abs(k(1, 2))}) <= tolerance * k.trace();
   });
 }
 

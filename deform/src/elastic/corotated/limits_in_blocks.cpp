@@ -2,6 +2,7 @@
 
 #include "elastic/componentwise/componentwise_solver.hpp"
 #include "elastic/limits/active_links.hpp"
+#include "lattice/tolerances.hpp"
 #include "maille/scene/block_frames.hpp"
 
 #include <algorithm>
@@ -267,7 +268,7 @@ void BlockProjection::bring_within(const BlockLink& link, Displacement& u) const
 ProjectionInBlocks BlockProjection::run(const LinkLimits& limits, Displacement& u) {
   ProjectionInBlocks done;
   for (int frames = 0; frames < most_frames; ++frames) {
-    done.is_feasible = largest_violation_in_blocks(scene_, limits, u) <= rounding_in_blocks;
+    done.is_feasible = largest_violation_in_blocks(scene_, limits, u) <= tolerance;
     if (done.is_feasible)
       break;
     find_frames(u);

@@ -91,7 +91,7 @@ struct ProjectionInBlocks {
 /// object's frame: links that are outside are brought within one after another, forward and backward through
 /// the body, half by either end (Jakobsen 2001), with frames found anew every few sweeps. Sweeps converge to
 /// the intervals narrowed at either end, and so end with every link within, after finitely many. Links that
-/// have no room (low = high) come to within rounding_in_blocks.
+/// have no room (low = high) come to within `tolerance` of their rest length.
 ///
 /// @param u        finite; prescribed components are in their places and stay there
 /// @param narrowed by this part of an interval at either end
@@ -101,8 +101,5 @@ struct ProjectionInBlocks {
 /// Checked by   tests/deform/elastic/blocks_limits_test.cpp
 ProjectionInBlocks project_in_blocks(const Scene& scene, const LinkLimits& limits, Displacement& u,
                                      double narrowed);
-
-/// Violation that still counts as feasible, over the link's rest length.
-constexpr double rounding_in_blocks = 1e-9;
 
 } // namespace maille::deform

@@ -1,6 +1,6 @@
 #include "elastic/resample/coarser_scene.hpp"
 
-#include "control/method.hpp"
+#include "lattice/tolerances.hpp"
 #include "maille/scene/plausibility.hpp"
 
 #include <algorithm>
@@ -171,7 +171,7 @@ bool is_same_prescribed(const Scene& coarse, const Scene& fine, const std::vecto
       if (p.component != component)
         continue;
       const double mean = mean_around(coarse.specimen.grid, value, fine.specimen.grid.node_at(p.node));
-      if (!(std::abs(mean - p.value) <= rounding_of_data * largest))
+      if (!(std::abs(mean - p.value) <= tolerance * largest))
         return false;
       ++n;
     }
@@ -220,7 +220,7 @@ bool is_same_traction(const Scene& coarse, const Scene& fine) {
     double difference = 0;
     for (std::size_t i = 0; i < 3; ++i)
       difference = std::max(difference, std::abs(p.second[i] - q.second[i]));
-    return p.first == q.first && difference <= rounding_of_data * largest;
+    return p.first == q.first && difference <= tolerance * largest;
   });
 }
 

@@ -49,7 +49,6 @@ public:
   Vec3 gradient(std::int64_t voxel) const;
   /// Trilinear, in double precision, of the kept values; `low` outside. @param index see VoxelGrid::index_of
   double value_at(const Vec3& index) const;
-  Vec3 gradient_at(const Vec3& index) const;
   std::int64_t bytes() const;
 
   // ---- for the kernels ----
