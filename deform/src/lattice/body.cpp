@@ -7,8 +7,6 @@ namespace maille::deform {
 
 namespace {
 
-constexpr int line_of_floats = 16;
-
 std::int64_t padded_row(const Grid& grid) {
   return (grid.nodes()[0] + line_of_floats - 1) / line_of_floats * line_of_floats;
 }

@@ -14,6 +14,9 @@
 
 namespace maille::deform {
 
+/// Numbers of float32 or int32 in a cache line; rows of fields are padded to whole lines.
+inline constexpr int line_of_floats = 16;
+
 /// Range of layers of cells.
 struct LayerRange {
   int first = 0, end = 0;

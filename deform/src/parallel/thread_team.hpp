@@ -72,6 +72,9 @@ private:
 /// On fewer nodes a second thread costs more than it saves, where one pass takes some 10 ns a node.
 inline constexpr std::int64_t nodes_worth_threads = 4000;
 
+/// The same, where one pass takes about 1 ns a node.
+inline constexpr std::int64_t nodes_worth_a_thread = 1 << 15;
+
 /// Rows that a thread takes at a time: fewer cost more for handing out, more leave threads idle at the end.
 inline constexpr int rows_per_item = 64;
 

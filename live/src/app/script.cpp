@@ -9,6 +9,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -35,6 +36,12 @@ std::string column_names() {
   return names;
 }
 
+std::optional<double> as_number(const std::string& text) {
+  double number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc() && end == text.data() + text.size() ? std::optional(number) : std::nullopt;
+}
+
 /// One row's cells, by their columns.
 class Row {
 public:
@@ -47,13 +54,14 @@ public:
   /// Number in a cell; 0 where it is empty.
   double number(std::size_t column) const {
     const std::string cell = text(column);
-    double value = 0;
     if (cell.empty())
       return 0;
-    const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-    if (error != std::errc() || end != cell.data() + cell.size() || !std::isfinite(value))
+    const std::optional<double> value = as_number(cell);
+    if (!value || !std::isfinite(*value)) {
       fault(column, "a number", "\"" + cell + "\"");
-    return value;
+      return 0;
+    }
+    return *value;
   }
   void fault(std::size_t column, std::string expected, std::string found) const {
     faults_.add(line_, columns[column], std::move(expected), std::move(found));
@@ -98,13 +106,10 @@ ScriptedEvent read_row(const Row& row) {
       event.alt |= held == "Alt";
       event.name = event.name.substr(plus + 1);
     }
-  } else if (!value.empty()) {
-    double number = 0;
-    const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
-    if (error == std::errc() && end == value.data() + value.size())
-      event.value = number;
-    else
-      event.text = value;
+  } else if (as_number(value)) {
+    event.value = row.number(6);
+  } else {
+    event.text = value;
   }
   return scripted;
 }

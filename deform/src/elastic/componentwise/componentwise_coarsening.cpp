@@ -1,5 +1,7 @@
 #include "elastic/componentwise/componentwise_coarsening.hpp"
 
+#include "elastic/model/fixed_mask.hpp"
+
 #include <algorithm>
 
 namespace maille::deform {
@@ -108,14 +110,9 @@ PaddedArray coarse_links_along(const GridPair& grids, std::size_t a) {
 class Anchoring {
 public:
   Anchoring(const GridPair& grids, const List<FixedNode>& coarse_fixed)
-      : grids_(grids), is_fixed_(static_cast<std::size_t>(grids.fine().n_nodes()), false),
-        is_coarse_fixed_(static_cast<std::size_t>(grids.n_coarse()), false),
-        sum_(static_cast<std::size_t>(grids.n_coarse())) {
-    for (const FixedNode& fixed : grids.fine().fixed())
-      is_fixed_[static_cast<std::size_t>(fixed.node)] = true;
-    for (const FixedNode& fixed : coarse_fixed)
-      is_coarse_fixed_[static_cast<std::size_t>(fixed.node)] = true;
-  }
+      : grids_(grids), fixed_(mask_of(grids.fine().n_nodes(), grids.fine().fixed())),
+        coarse_fixed_(mask_of(grids.n_coarse(), coarse_fixed)),
+        sum_(static_cast<std::size_t>(grids.n_coarse())) {}
 
   Anchors collect() {
     for (const FixedNode& fixed : grids_.fine().fixed())
@@ -123,7 +120,7 @@ public:
     for (double& value : sum_)
       value = std::max(value, 0.0);
     for (const auto& [node, value] : grids_.fine().anchors())
-      if (!is_fixed_[static_cast<std::size_t>(node)])
+      if (!fixed_(0, node))
         tie(grids_.fine().node_at(node), value);
     Anchors anchors;
     for (std::size_t i = 0; i < sum_.size(); ++i)
@@ -133,6 +130,14 @@ public:
   }
 
 private:
+  /// Marks nodes, for one component.
+  static FixedMask mask_of(std::int64_t n_nodes, const List<FixedNode>& nodes) {
+    FixedMask mask(static_cast<std::size_t>(n_nodes));
+    for (const FixedNode& fixed : nodes)
+      mask.fix(fixed.node, 1);
+    return mask;
+  }
+
   void visit_links_of(const Index3& fixed) {
     const ComponentwiseLevel& fine = grids_.fine();
     for (std::size_t a = 0; a < 3; ++a)
@@ -144,7 +149,7 @@ private:
         const double weight = fine.weight(near, static_cast<int>(a));
         if (weight == 0)
           continue;
-        const bool other_is_fixed = is_fixed_[static_cast<std::size_t>(fine.node(other))];
+        const bool other_is_fixed = fixed_(0, fine.node(other));
         if (!other_is_fixed)
           tie(other, weight);
         if (!other_is_fixed || side > 0) // links between fixed nodes once
@@ -156,9 +161,9 @@ private:
     const GridPair::Parents parents = grids_.parents(free);
     double of_free_ones = 0;
     for (std::size_t i = 0; i < parents.n; ++i)
-      of_free_ones += is_coarse_fixed_[static_cast<std::size_t>(parents.node[i])] ? 0 : parents.weight[i];
+      of_free_ones += coarse_fixed_(0, parents.node[i]) ? 0 : parents.weight[i];
     for (std::size_t i = 0; i < parents.n; ++i)
-      if (!is_coarse_fixed_[static_cast<std::size_t>(parents.node[i])])
+      if (!coarse_fixed_(0, parents.node[i]))
         sum_[static_cast<std::size_t>(parents.node[i])] += weight * parents.weight[i] * of_free_ones;
   }
 
@@ -176,13 +181,13 @@ private:
     for (std::size_t i = 0; i < parents.n; ++i) {
       const auto one = static_cast<std::size_t>(parents.node[i]),
                  two = one + static_cast<std::size_t>(grids_.coarse_step(a));
-      if (is_coarse_fixed_[one] != is_coarse_fixed_[two])
-        sum_[is_coarse_fixed_[one] ? two : one] -= weight * part * part * parents.weight[i];
+      if (coarse_fixed_(0, one) != coarse_fixed_(0, two))
+        sum_[coarse_fixed_(0, one) ? two : one] -= weight * part * part * parents.weight[i];
     }
   }
 
   const GridPair& grids_;
-  std::vector<bool> is_fixed_, is_coarse_fixed_;
+  FixedMask fixed_, coarse_fixed_;
   AlignedArray<double> sum_;
 };
 

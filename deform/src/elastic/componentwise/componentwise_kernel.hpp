@@ -5,11 +5,11 @@
 /// They work on one plane of one level. Rows are padded to whole lines of line_of_floats
 /// with nodes that have no links and never move.
 
+#include "lattice/field_memory.hpp"
+
 #include <cstdint>
 
 namespace maille::deform {
-
-inline constexpr int line_of_floats = 16;
 
 /// The operator of one level: A u at a node = sum over its links of weight (u_node - u_neighbour) + anchor
 /// u_node.

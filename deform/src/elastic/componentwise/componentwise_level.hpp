@@ -63,7 +63,7 @@ using Anchors = std::map<std::int64_t, double>;
 
 class ComponentwiseLevel {
 public:
-  static constexpr std::int64_t nodes_worth_threads = 30000;
+  static constexpr std::int64_t nodes_worth_threads = nodes_worth_a_thread;
   /// @param fixed ascending by node
   ComponentwiseLevel(const Index3& nodes, std::array<std::vector<double>, 3> place, LinkWeights weights,
                      List<FixedNode> fixed, Anchors anchors = {});

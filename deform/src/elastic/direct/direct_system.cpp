@@ -32,14 +32,12 @@ double cells_across(const Specimen& body) {
 DirectSystem::DirectSystem(const CoupledTask& task) : BodySystem(task) {
   const Specimen& body = task.scene.specimen;
   nodes_ = nodes_of_matter(body);
-  const FixedMask fixed(body.grid, task.prescribed);
-  for (const std::int64_t node : nodes_)
+  fixed_ = FixedMask(body.grid, task.prescribed).of_nodes(nodes_);
+  for (std::size_t place = 0; place < nodes_.size(); ++place)
     for (int component = 0; component < 3; ++component)
-      is_fixed_.push_back(fixed(component, node) ? 1 : 0);
-  for (std::size_t i = 0; i < is_fixed_.size(); ++i)
-    if (is_fixed_[i] == 0)
-      unknowns_.push_back({static_cast<int>(i % 3), nodes_[i / 3]});
-  lower_ = StiffnessBlocks(body, elasticity(), nodes_).lower(is_fixed_);
+      if (!fixed_(component, place))
+        unknowns_.push_back({component, nodes_[place]});
+  lower_ = StiffnessBlocks(body, elasticity(), nodes_).lower(fixed_);
   of_matrix_ = Charge(static_cast<std::size_t>(lower_.nonZeros() * per_number));
   factor_ = simplicial_cholesky(lower_);
 }
@@ -67,11 +65,11 @@ void DirectSystem::set_penalties(const List<PenaltyLink>& links) {
   StiffnessBlocks blocks(task().scene.specimen, elasticity(), nodes_);
   for (const PenaltyLink& link : links)
     blocks.add_spring(link.node, link.axis, link.component, link.stiffness);
-  lower_ = blocks.lower(is_fixed_);
+  lower_ = blocks.lower(fixed_);
   if (factor())
     return;
   // The penalties are infinite to float64. The factor of K alone is a preconditioner still.
-  lower_ = StiffnessBlocks(task().scene.specimen, elasticity(), nodes_).lower(is_fixed_);
+  lower_ = StiffnessBlocks(task().scene.specimen, elasticity(), nodes_).lower(fixed_);
   factor();
 }
 

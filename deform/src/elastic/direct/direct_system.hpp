@@ -59,7 +59,7 @@ private:
   };
 
   std::vector<std::int64_t> nodes_;
-  std::vector<char> is_fixed_; ///< by 3 * place + component
+  FixedMask fixed_; ///< by place in nodes_
   std::vector<Unknown> unknowns_;
   Eigen::SparseMatrix<double> lower_;
   std::unique_ptr<SparseCholesky> factor_;

@@ -6,7 +6,6 @@
 /// enforces limits on that state.
 
 #include "control/method.hpp"
-#include "elastic/krylov/coupled_error.hpp"
 #include "maille/scene/answer.hpp"
 #include "parallel/thread_team.hpp"
 

@@ -11,27 +11,12 @@
 
 namespace maille::deform {
 
-namespace {
-
-/// Give up after this many iterations without a better residual.
-constexpr std::int64_t patience = 1000;
-/// Compare the residual with its rounding after this many iterations without a better one, and again after
-/// as many.
-constexpr std::int64_t steps_between_doubts = 10;
-/// Residuals that are carried along drift away from the true ones by rounding.
-constexpr int steps_between_residuals = 50;
-/// Share of the tolerance that the estimate must reach: slender bodies converge in leaps, and the remaining
-/// error may lie along a soft direction.
-constexpr double share_of_tolerance = 1.0 / 3;
-
-} // namespace
-
 FlexibleGradients::FlexibleGradients(const CoupledTask& task)
     : FlexibleGradients(task, loads_of(task.scene), FixedMask(task.scene.specimen, task.prescribed)) {}
 
 FlexibleGradients::FlexibleGradients(const CoupledTask& task, Loads forces, FixedMask fixed)
     : FieldGradients(static_cast<std::size_t>(task.scene.dimension()), std::move(fixed), FieldSums(task)),
-      task_(task), forces_(std::move(forces)) {}
+      task_(task), forces_(std::move(forces)), convergence_(task.scene.relaxation.tolerance) {}
 
 /// residual = f - K u where nodes are free, 0 elsewhere; the energy and the length of u too.
 void FlexibleGradients::find_residual() {
@@ -59,18 +44,9 @@ void FlexibleGradients::take_step(double step) {
   length_ = sums_.dot(*u_, *u_);
 }
 
-/// The larger of the error in the energy norm and that of the displacement, if steps go on shrinking as the
-/// residual does.
-double FlexibleGradients::estimate(double energy_of_error) const {
-  const double rate = std::sqrt(error_.rate());
-  const double of_displacement =
-      rate < 1 && length_ > 0 ? std::sqrt(moved_ / length_) * rate / (1 - rate) : 1;
-  return std::min(1.0, std::max(energy_of_error, of_displacement));
-}
-
 /// r . B r of a residual that is pure rounding: each entry is that of its diagonal's product, eps |K_ii u_i|,
-/// with pseudo-random signs. Uses image_ and correction_.
-double FlexibleGradients::left_by_rounding() {
+/// with pseudo-random signs. Uses image_.
+double FlexibleGradients::product_of_rounding() {
   const Displacement& u = *u_;
   if (diagonal_.empty())
     diagonal_ = LatticeElasticity(task_.scene, task_.team).diagonal();
@@ -84,38 +60,20 @@ double FlexibleGradients::left_by_rounding() {
     return 0.0;
   });
   K_->precondition(image_, correction_);
-  return sums_.dot(image_, correction_);
+  const double product = sums_.dot(image_, correction_);
+  K_->precondition(residual_, correction_);
+  return product;
 }
 
-bool FlexibleGradients::is_at_rounding(double left) {
-  constexpr double margin =
-      100; // ten times in the energy norm: sums over a node's neighbours round more than once
-  return is_left_by_rounding(left, std::max(energy_, first_error_)) &&
-         std::abs(left) <= margin * left_by_rounding();
-}
-
-void FlexibleGradients::end_at_rounding(double left) {
-  answer_->residual = error_.of_residual(left, std::max(energy_, first_error_));
-  end_ = CoupledRound::finished;
-}
-
-/// No descent direction: the residual is at rounding level, or the solve has stagnated.
-void FlexibleGradients::stall(double left) {
-  if (left == 0 || is_at_rounding(left)) {
-    end_at_rounding(left);
-    return;
-  }
-  problem_ = "conjugate gradients came to no end: the error does not fall any more; the moduli or the sizes "
-             "of the cells differ by more than float64 can tell";
-  end_ = CoupledRound::stalled;
-}
-
-bool FlexibleGradients::is_stuck(double left) {
-  if (best_ == 0 || left < 0.9 * best_) {
-    best_ = left;
-    best_at_ = answer_->iterations;
-  }
-  return answer_->iterations - best_at_ > patience;
+void FlexibleGradients::end(Convergence::End end) {
+  answer_->residual = convergence_.residual();
+  end_ = end == Convergence::End::converged ? CoupledRound::finished : CoupledRound::stalled;
+  if (end == Convergence::End::diverged)
+    problem_ = "conjugate gradients diverged: the residual is not finite";
+  if (end == Convergence::End::stagnated)
+    problem_ =
+        "conjugate gradients came to no end: the error does not fall any more; the moduli or the sizes "
+        "of the cells differ by more than float64 can tell";
 }
 
 bool FlexibleGradients::goes_on() {
@@ -128,49 +86,27 @@ bool FlexibleGradients::goes_on() {
 }
 
 bool FlexibleGradients::goes_on_from(double product) {
-  if (!std::isfinite(product) || !std::isfinite(energy_)) {
-    problem_ = "conjugate gradients diverged: the residual is not finite";
-    end_ = CoupledRound::stalled;
-    return false;
-  }
-  first_error_ = std::max(first_error_, product);
-  if (is_to_check_) {
-    answer_->residual = estimate(error_.of_residual(product, energy_));
-    if (answer_->residual <= share_of_tolerance * task_.scene.relaxation.tolerance) {
-      end_ = CoupledRound::finished;
-      return false;
-    }
-  }
-  if (!(product > 0) || is_stuck(product)) {
-    stall(product);
-    return false;
-  }
-  const std::int64_t in_doubt = answer_->iterations - best_at_;
-  if (in_doubt > 0 && in_doubt % steps_between_doubts == 0) {
-    if (is_at_rounding(product)) {
-      end_at_rounding(product);
-      return false;
-    }
-    K_->precondition(residual_, correction_);
-  }
-  return true;
+  const auto verdict =
+      convergence_.judge(product, state(), answer_->iterations, [this] { return product_of_rounding(); });
+  if (verdict)
+    end(*verdict);
+  return !verdict;
 }
 
 std::optional<double> FlexibleGradients::find_step(double beta, double product) {
   const std::optional<double> step = FieldGradients::find_step(beta, product);
   if (!step)
-    stall(product);
+    end(convergence_.without_descent(product, energy_, [this] { return product_of_rounding(); }));
   return step;
 }
 
 bool FlexibleGradients::goes_on_after(double step, double product) {
   energy_ -= step * step * curvature_;
   ++answer_->iterations;
-  error_.add(step, product);
-  answer_->residual = estimate(error_.relative_to(energy_));
-  is_to_check_ = answer_->residual <= share_of_tolerance * task_.scene.relaxation.tolerance;
-  if (is_to_check_ || answer_->iterations % steps_between_residuals == 0)
+  convergence_.add(step, product);
+  if (convergence_.should_recompute(state(), answer_->iterations))
     find_residual();
+  answer_->residual = convergence_.residual();
   return true;
 }
 
@@ -178,7 +114,7 @@ CoupledRound FlexibleGradients::solve(ElasticOperator& K, Displacement& u, Answe
   begin(K, u);
   answer_ = &answer;
   last_iteration_ = answer.iterations + most_coupled_iterations;
-  is_to_check_ = false;
+  convergence_.begin();
   find_residual();
   answer.residual = 1;
   conjugate_gradients(*this, *this);

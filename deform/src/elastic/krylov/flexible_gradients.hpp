@@ -1,7 +1,7 @@
 #pragma once
 /// Conjugate gradients in float64 around a preconditioner that is not quite the same every time.
 
-#include "elastic/krylov/coupled_error.hpp"
+#include "elastic/krylov/convergence.hpp"
 #include "elastic/krylov/coupled_task.hpp"
 #include "elastic/krylov/elastic_operator.hpp"
 
@@ -13,13 +13,8 @@ namespace maille::deform {
 /// float64. Notation: r = f - K u the residual, B the preconditioner, z = B r, p the direction. beta is r_new
 /// . (z_new - z_old) / (r_old . z_old); the term r_new . z_old (`overlap`) vanishes if B is constant.
 ///
-/// Stops when the error is below tolerance in both the energy norm and the displacement norm (Euclidean),
-/// confirmed on a recomputed residual. Both are needed: slender bodies move far at little energy.
-/// CoupledError estimates the energy norm from the steps.
-///
-/// Without progress for `patience` iterations, or without a descent direction, the residual is compared with
-/// the rounding of K u (left_by_rounding): at that level the solve is finished, above it is stalled. The
-/// comparison is heuristic, by a factor of 100.
+/// Convergence decides when it ends: both norms of the error are within the tolerance, since slender bodies
+/// move far at little energy; or the residual is at the level of its rounding (product_of_rounding).
 ///
 /// Same bits for any number of threads, if the operator's are.
 ///
@@ -52,27 +47,20 @@ private:
 
   void find_energy_and_reactions(ElasticOperator& K, const Displacement& u, Answer& answer);
   void find_residual();
-  double estimate(double energy_of_error) const;
-  bool is_stuck(double left);
-  double left_by_rounding();
-  bool is_at_rounding(double left);
-  void end_at_rounding(double left);
-  void stall(double left);
+  double product_of_rounding();
+  void end(Convergence::End end);
+  Convergence::State state() const { return {energy_, moved_, length_}; }
 
   const CoupledTask& task_;
   Loads forces_;
-  CoupledError error_;
+  Convergence convergence_;
   Answer* answer_ = nullptr;
   std::int64_t last_iteration_ = 0;
   Displacement diagonal_; ///< of K, once it is needed [N/m]
   CoupledRound end_ = CoupledRound::stopped;
-  bool is_to_check_ = false; ///< the estimate is within the tolerance, and the residual found anew decides
-  double energy_ = 0;        ///< u . K u [N m]
-  double first_error_ = 0;   ///< r . B r at the start [N m]
-  double moved_ = 0;         ///< squared length of the last step [m^2]
-  double length_ = 0;        ///< squared, of u [m^2]
-  double best_ = 0;          ///< r . B r so far
-  std::int64_t best_at_ = 0;
+  double energy_ = 0; ///< u . K u [N m]
+  double moved_ = 0;  ///< squared length of the last step [m^2]
+  double length_ = 0; ///< squared, of u [m^2]
   std::string problem_;
 };
 

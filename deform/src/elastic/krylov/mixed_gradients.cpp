@@ -19,7 +19,7 @@ constexpr int usual_iterations = 30; ///< for the progress bar
 
 MixedGradients::MixedGradients(const CoupledTask& task, const Loads& loads, double unit)
     : task_(task), has_loads_(std::ranges::any_of(loads, [](const auto& l) { return !l.empty(); })),
-      scale_(task.scene.largest_prescribed()) {
+      scale_(task.scene.largest_prescribed()), convergence_(task.scene.relaxation.tolerance) {
   if (!(scale_ > 0)) // loads alone
     for (const auto& along : loads)
       for (const double load : along)
@@ -48,27 +48,19 @@ bool MixedGradients::goes_on() {
   return true;
 }
 
-bool MixedGradients::is_near_enough(double product) {
-  if (!knows_spectrum_ || !(product > 0))
-    return false;
-  const double residual = error_.of_residual(product * scale_ * scale_, energy_);
-  if (residual > task_.scene.relaxation.tolerance)
-    return false;
-  answer_->residual = residual;
-  round_ = CoupledRound::finished;
-  return true;
-}
-
 bool MixedGradients::goes_on_from(double product) {
-  if (is_near_enough(product))
+  const double began = product * scale_ * scale_;
+  if (convergence_.starts_within(began, energy_)) {
+    answer_->residual = convergence_.residual();
+    round_ = CoupledRound::finished;
     return false;
+  }
   if (first_ != 0)
     return true;
-  const double began = product * scale_ * scale_;
-  first_began_ = std::max(first_began_, began);
+  convergence_.starts(began);
   if (!(product > 0) || (round_began_ > 0 && began > 0.01 * round_began_)) {
-    round_ = is_left_by_rounding(began, std::max(energy_, first_began_)) ? CoupledRound::finished
-                                                                         : CoupledRound::stalled;
+    const bool is_converged = convergence_.without_descent(began, energy_) == Convergence::End::converged;
+    round_ = is_converged ? CoupledRound::finished : CoupledRound::stalled;
     return false;
   }
   round_began_ = began;
@@ -82,12 +74,12 @@ bool MixedGradients::goes_on_after(double step, double product) {
   energy_ += (has_loads_ ? 2 * step * scale_ * solver_->work_of_loads() : 0) - gain;
   last_ = product;
   ++answer_->iterations;
-  error_.add(step, product, scale_);
-  answer_->residual = error_.relative_to(energy_);
-  if (answer_->residual > task_.scene.relaxation.tolerance)
-    return true;
-  round_ = CoupledRound::finished;
-  return false;
+  convergence_.add(step, product, scale_);
+  const bool is_within = convergence_.is_within(energy_);
+  answer_->residual = convergence_.residual();
+  if (is_within)
+    round_ = CoupledRound::finished;
+  return !is_within;
 }
 
 /// One round with a residual that is carried along.
@@ -105,7 +97,7 @@ CoupledRound MixedGradients::correct(Displacement& u) {
   }
   next_scale_ = scale_;
   first_ = last_ = 0;
-  error_.restart();
+  convergence_.restart();
   if (conjugate_gradients(solver_->space(), *this) != GradientsEnd::told)
     round_ = CoupledRound::used_up;
   solver_->finish_round(u, round_);
@@ -123,7 +115,7 @@ CoupledRound MixedGradients::solve(MixedSolver& solver, Displacement& u, Answer&
   answer.residual = 1;
   while (correct(u) == CoupledRound::used_up) {
   }
-  if (round_ == CoupledRound::finished && error_.is_empty() && answer.residual == 1)
+  if (round_ == CoupledRound::finished && convergence_.is_empty() && answer.residual == 1)
     answer.residual = 0; // nothing was left to begin with
   return round_;
 }

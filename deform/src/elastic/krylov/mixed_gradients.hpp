@@ -2,7 +2,7 @@
 /// Conjugate gradients in float32 for corrections of a state in float64.
 
 #include "elastic/krylov/conjugate_gradients.hpp"
-#include "elastic/krylov/coupled_error.hpp"
+#include "elastic/krylov/convergence.hpp"
 #include "elastic/krylov/coupled_task.hpp"
 #include "elastic/krylov/elastic_operator.hpp"
 
@@ -15,7 +15,7 @@ class MixedSolver;
 
 /// Iterative refinement in rounds. A round scales the float64 residual r = f - K u to float32 and runs
 /// conjugate gradients on K du = r until r . B r has fallen by five digits; u += du, and r is recomputed in
-/// float64. So accuracy is that of float64 at the speed of float32. Stops when CoupledError is within the
+/// float64. So accuracy is that of float64 at the speed of float32. Stops when Convergence is within the
 /// tolerance. If a recomputed residual is not below a hundredth of the one before, the solve is at rounding
 /// level, or stalled.
 class MixedGradients : private GradientWatch {
@@ -33,14 +33,9 @@ public:
     is_whole_ = true;
     energy_ = energy;
   }
-  /// The smallest eigenvalue of the preconditioned operator, as it was met on the way to an earlier answer.
-  /// So a residual says from the first iteration on how far the state is, and one that is near enough needs
-  /// none.
-  void begin_with(double smallest) {
-    error_.begin_with(smallest);
-    knows_spectrum_ = true;
-  }
-  double smallest_eigenvalue() const { return error_.smallest_eigenvalue(); }
+  /// See Convergence.
+  void begin_with(double smallest) { convergence_.begin_with(smallest); }
+  double smallest_eigenvalue() const { return convergence_.smallest_eigenvalue(); }
   /// Solves for u, unless stopped or stalled.
   CoupledRound solve(MixedSolver& solver, Displacement& u, Answer& answer);
 
@@ -48,22 +43,20 @@ private:
   CoupledRound correct(Displacement& u);
   bool goes_on() override;
   bool goes_on_from(double product) override;
-  bool is_near_enough(double product);
   bool goes_on_after(double step, double product) override;
 
   const CoupledTask& task_;
   bool has_loads_;
   MixedSolver* solver_ = nullptr;
   Answer* answer_ = nullptr;
-  bool is_whole_ = false, knows_spectrum_ = false;
+  bool is_whole_ = false;
   double scale_ = 1;
   double next_scale_ = 1;       ///< of the next round
   double energy_ = 0;           ///< u . K u in the body's unit [m^2]
   double first_ = 0, last_ = 0; ///< r . z of this round
   double round_began_ = 0;      ///< r . z of the last round [m^2]
-  double first_began_ = 0;      ///< of the first
   CoupledRound round_ = CoupledRound::used_up;
-  CoupledError error_;
+  Convergence convergence_;
 };
 
 /// One kind of body in mixed precision: its operator, and the float32 fields that rounds correct.

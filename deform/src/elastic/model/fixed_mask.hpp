@@ -56,6 +56,13 @@ public:
           some.fix(node, static_cast<std::uint8_t>(1U << k));
     return some;
   }
+  /// The same for these nodes, in this order.
+  FixedMask of_nodes(const std::vector<std::int64_t>& nodes) const {
+    FixedMask some(nodes.size());
+    for (std::size_t place = 0; place < nodes.size(); ++place)
+      some.fix(place, at(nodes[place]));
+    return some;
+  }
   std::size_t n_nodes() const { return bits_.size(); }
   std::int64_t n_fixed() const {
     std::int64_t n = 0;

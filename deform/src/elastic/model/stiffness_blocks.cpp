@@ -73,16 +73,16 @@ void StiffnessBlocks::add_spring(std::int64_t node, int axis, int component, dou
   block(node, next[static_cast<std::size_t>(axis)]).values(component, component) -= stiffness;
 }
 
-Eigen::SparseMatrix<double> StiffnessBlocks::lower(const std::vector<char>& is_fixed,
+Eigen::SparseMatrix<double> StiffnessBlocks::lower(const FixedMask& fixed,
                                                    std::vector<std::int32_t>* group) const {
   const auto d = static_cast<std::size_t>(grid_.dimension());
-  std::vector<int> free(is_fixed.size(), -1);
+  std::vector<int> free(d * rows_.size(), -1);
   int n_free = 0, n_groups = 0;
   for (std::size_t node = 0; node < rows_.size(); ++node) {
     const int before = n_free;
-    for (std::size_t i = d * node; i < d * node + d; ++i)
-      if (is_fixed[i] == 0) {
-        free[i] = n_free++;
+    for (std::size_t b = 0; b < d; ++b)
+      if (!fixed(b, node)) {
+        free[d * node + b] = n_free++;
         if (group != nullptr)
           group->push_back(n_groups);
       }

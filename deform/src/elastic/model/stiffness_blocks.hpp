@@ -1,6 +1,7 @@
 #pragma once
 /// The stiffness of a body in two or three dimensions as a sparse matrix.
 
+#include "elastic/model/fixed_mask.hpp"
 #include "elastic/model/lattice_elasticity.hpp"
 
 #include <Eigen/SparseCore>
@@ -32,9 +33,9 @@ public:
   /// A spring between a component of a node of matter and that of the next node along an axis, of one cell.
   void add_spring(std::int64_t node, int axis, int component, double stiffness);
   /// The lower triangle, of components dimension * place + component that are not fixed, in this order.
+  /// @param fixed by place
   /// @param group if not null, becomes the node of each that has some, from 0 on
-  Eigen::SparseMatrix<double> lower(const std::vector<char>& is_fixed,
-                                    std::vector<std::int32_t>* group = nullptr) const;
+  Eigen::SparseMatrix<double> lower(const FixedMask& fixed, std::vector<std::int32_t>* group = nullptr) const;
 
 private:
   static constexpr std::size_t n_after = 14;

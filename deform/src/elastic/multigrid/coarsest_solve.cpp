@@ -1,5 +1,7 @@
 #include "elastic/multigrid/coarsest_solve.hpp"
 
+#include "lattice/tolerances.hpp"
+
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
@@ -8,8 +10,6 @@
 namespace maille::deform {
 
 namespace {
-
-constexpr double nothing = 1e-9; // beside the stiffness of a node
 
 /// Inverse on the modes whose eigenvalue exceeds `least` of the largest one; zero on the others.
 Eigen::MatrixXd inverse_of_modes(const Eigen::MatrixXd& K, double least) {
@@ -25,16 +25,16 @@ Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& K) {
   const Eigen::Index n = K.rows();
   const Eigen::LLT<Eigen::MatrixXd> factors(K);
   if (factors.info() == Eigen::Success &&
-      factors.matrixLLT().diagonal().array().square().minCoeff() > nothing)
+      factors.matrixLLT().diagonal().array().square().minCoeff() > tolerance)
     return factors.solve(Eigen::MatrixXd::Identity(n, n));
-  return inverse_of_modes(K, nothing);
+  return inverse_of_modes(K, tolerance);
 }
 
 /// Matter that hangs on an edge turns without energy. Such a mode has the shift alone as its stiffness; its
 /// inverse would exceed float32's digits of all other modes, so it is left out.
 Eigen::MatrixXd shifted_inverse(Eigen::MatrixXd K) {
   Eigen::LLT<Eigen::MatrixXd> factors;
-  for (double shift = nothing; shift < 1; shift *= 10) {
+  for (double shift = tolerance; shift < 1; shift *= 10) {
     K.diagonal().array() += shift;
     factors.compute(K);
     if (factors.info() != Eigen::Success)

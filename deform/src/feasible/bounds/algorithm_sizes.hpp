@@ -1,13 +1,12 @@
 #pragma once
 /// From which sizes on one way is cheaper than another. Changing them changes no answer beyond rounding.
 
+#include "parallel/thread_team.hpp"
+
 #include <cstddef>
 #include <cstdint>
 
 namespace maille::deform {
-
-/// Below this many nodes a second thread costs more than it saves.
-inline constexpr std::int64_t nodes_worth_a_thread = 1 << 15;
 
 /// Up to this number of nodes, float64 shortest paths take a few milliseconds.
 inline constexpr std::int64_t nodes_worth_tiles = 2048;

@@ -1,5 +1,7 @@
 #include "feasible/wavefront/wavefront_field.hpp"
 
+#include "lattice/field_memory.hpp"
+
 #include <algorithm>
 #include <limits>
 
@@ -138,8 +140,7 @@ void TileField::work_off(Way way, TileIntervals& bounds) {
 /// processor to guess.
 void TileField::prefetch(const TileIntervals& bounds, std::int32_t next) const {
   const auto fetch = [](const std::int32_t* first, int n) {
-    constexpr int per_cache_line = 16;
-    for (int i = 0; i < n; i += per_cache_line)
+    for (int i = 0; i < n; i += line_of_floats)
       __builtin_prefetch(first + i, 0, 2);
   };
   fetch(tile(next), tiling_->volume());

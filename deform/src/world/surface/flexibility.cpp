@@ -69,10 +69,11 @@ constexpr std::size_t columns_at_once = 48;
 /// Cholesky factor of the stiffness of the free components.
 class FactorOfFree {
 public:
-  explicit FactorOfFree(const std::vector<char>& is_fixed) {
-    for (std::size_t i = 0; i < is_fixed.size(); ++i)
-      if (is_fixed[i] == 0)
-        free_.push_back(static_cast<Eigen::Index>(i));
+  /// @param fixed by node of the body
+  FactorOfFree(const FixedMask& fixed, Eigen::Index dimension) {
+    for (Eigen::Index i = 0; i < dimension * static_cast<Eigen::Index>(fixed.n_nodes()); ++i)
+      if (!fixed(i % dimension, i / dimension))
+        free_.push_back(i);
   }
   /// @return false if the matrix is not positive definite
   bool make(std::unique_ptr<SparseCholesky> factor, const Eigen::SparseMatrix<double>& lower) {
@@ -95,8 +96,8 @@ private:
 
 class FactoredStiffness : public BodyStiffness {
 public:
-  FactoredStiffness(const Scene& scene, const std::vector<std::int64_t>& nodes,
-                    const std::vector<char>& is_fixed, const Eigen::VectorXd& inertia);
+  FactoredStiffness(const Scene& scene, const std::vector<std::int64_t>& nodes, const FixedMask& fixed,
+                    const Eigen::VectorXd& inertia);
   Eigen::VectorXd solve(const Eigen::VectorXd& forces, double) override { return factor_.solve(forces); }
   Eigen::VectorXd forces(const Eigen::VectorXd& displacement) const override {
     return stiffness_ * displacement;
@@ -111,11 +112,11 @@ private:
 };
 
 FactoredStiffness::FactoredStiffness(const Scene& scene, const std::vector<std::int64_t>& nodes,
-                                     const std::vector<char>& is_fixed, const Eigen::VectorXd& inertia)
-    : factor_(is_fixed) {
+                                     const FixedMask& fixed, const Eigen::VectorXd& inertia)
+    : factor_(fixed, scene.dimension()) {
   const StiffnessBlocks blocks(scene.specimen, LatticeElasticity(scene), nodes);
-  stiffness_ = blocks.lower(std::vector<char>(is_fixed.size(), 0)).selfadjointView<Eigen::Lower>();
-  Eigen::SparseMatrix<double> lower = blocks.lower(is_fixed);
+  stiffness_ = blocks.lower(FixedMask(nodes.size())).selfadjointView<Eigen::Lower>();
+  Eigen::SparseMatrix<double> lower = blocks.lower(fixed);
   for (Eigen::Index column = 0; column < lower.cols() && inertia.size() > 0; ++column)
     lower.coeffRef(column, column) += inertia[factor_.free()[static_cast<std::size_t>(column)]];
   if (!factor_.make(simplicial_cholesky(lower), lower))
@@ -126,7 +127,7 @@ FactoredStiffness::FactoredStiffness(const Scene& scene, const std::vector<std::
 /// it may, by a supernodal factor from the first time on that several are asked for together.
 class MultigridStiffness : public BodyStiffness {
 public:
-  MultigridStiffness(const Scene& scene, std::vector<std::int64_t> nodes, const std::vector<char>& is_fixed,
+  MultigridStiffness(const Scene& scene, std::vector<std::int64_t> nodes, const FixedMask& fixed,
                      const Eigen::VectorXd& inertia, int threads);
   /// @return whether it was made. @throws std::runtime_error where CHOLMOD is not there
   bool make_factor();
@@ -143,12 +144,11 @@ private:
   void hold(Eigen::VectorXd& values) const;
   void spread(const Eigen::VectorXd& values, Displacement& field) const;
   Eigen::VectorXd gathered(const Displacement& field) const;
-  static std::vector<Prescribed> prescribed(const std::vector<std::int64_t>& nodes,
-                                            const std::vector<char>& is_fixed);
+  static std::vector<Prescribed> prescribed(const std::vector<std::int64_t>& nodes, const FixedMask& fixed);
 
   const Specimen& body_;
   std::vector<std::int64_t> nodes_;
-  const std::vector<char>& is_fixed_;
+  const FixedMask& fixed_;
   Eigen::VectorXd inertia_;
   mutable ThreadTeam team_;
   LatticeElasticity elasticity_; ///< springs stand for inertia
@@ -159,13 +159,12 @@ private:
 };
 
 MultigridStiffness::MultigridStiffness(const Scene& scene, std::vector<std::int64_t> nodes,
-                                       const std::vector<char>& is_fixed, const Eigen::VectorXd& inertia,
-                                       int threads)
-    : body_(scene.specimen), nodes_(std::move(nodes)), is_fixed_(is_fixed), inertia_(inertia), team_(threads),
+                                       const FixedMask& fixed, const Eigen::VectorXd& inertia, int threads)
+    : body_(scene.specimen), nodes_(std::move(nodes)), fixed_(fixed), inertia_(inertia), team_(threads),
       elasticity_(with_inertia(scene, nodes_, inertia, team_)),
-      multigrid_(std::make_unique<MaskedLevel>(scene, elasticity_, prescribed(nodes_, is_fixed), team_),
+      multigrid_(std::make_unique<MaskedLevel>(scene, elasticity_, prescribed(nodes_, fixed), team_),
                  relaxation_steps(largest_contrast(scene)), team_),
-      system_(body_.grid, elasticity_, multigrid_, team_), factor_(is_fixed) {}
+      system_(body_.grid, elasticity_, multigrid_, team_), factor_(fixed, 3) {}
 
 LatticeElasticity MultigridStiffness::with_inertia(const Scene& scene, const std::vector<std::int64_t>& nodes,
                                                    const Eigen::VectorXd& inertia, ThreadTeam& team) {
@@ -179,19 +178,19 @@ LatticeElasticity MultigridStiffness::with_inertia(const Scene& scene, const std
 }
 
 std::vector<Prescribed> MultigridStiffness::prescribed(const std::vector<std::int64_t>& nodes,
-                                                       const std::vector<char>& is_fixed) {
+                                                       const FixedMask& fixed) {
   std::vector<Prescribed> list;
   for (std::size_t b = 0; b < 3; ++b)
     for (std::size_t i = 0; i < nodes.size(); ++i)
-      if (is_fixed[3 * i + b] != 0)
+      if (fixed(b, i))
         list.push_back({nodes[i], static_cast<int>(b), 0, true});
   return list;
 }
 
 void MultigridStiffness::hold(Eigen::VectorXd& values) const {
-  for (std::size_t i = 0; i < is_fixed_.size(); ++i)
-    if (is_fixed_[i] != 0)
-      values[static_cast<Eigen::Index>(i)] = 0;
+  for (Eigen::Index i = 0; i < values.size(); ++i)
+    if (fixed_(i % 3, i / 3))
+      values[i] = 0;
 }
 
 void MultigridStiffness::spread(const Eigen::VectorXd& values, Displacement& field) const {
@@ -210,8 +209,7 @@ Eigen::VectorXd MultigridStiffness::gathered(const Displacement& field) const {
 
 bool MultigridStiffness::make_factor() {
   std::vector<std::int32_t> group;
-  const Eigen::SparseMatrix<double> lower =
-      StiffnessBlocks(body_, elasticity_, nodes_).lower(is_fixed_, &group);
+  const Eigen::SparseMatrix<double> lower = StiffnessBlocks(body_, elasticity_, nodes_).lower(fixed_, &group);
   auto factor = supernodal_cholesky(lower, group, true);
   return factor->n_numbers() <= most_factor_numbers && factor_.make(std::move(factor), lower);
 }
@@ -296,15 +294,15 @@ Flexibility::Flexibility(const Scene& scene, const std::vector<std::int64_t>& fi
   const int d = scene.dimension();
   if (floats)
     rigid_ = rigid_motions(scene.specimen, nodes);
-  is_fixed_.assign(nodes.size() * static_cast<std::size_t>(d), 0);
+  fixed_ = FixedMask(nodes.size());
   for (const std::int64_t component : fixed)
-    is_fixed_[static_cast<std::size_t>(component)] = 1;
+    fixed_.fix(component / d, static_cast<std::uint8_t>(1U << (component % d)));
   const bool is_small = d == 2 || n_components() <= most_factored;
   if (solver == StiffnessSolver::factor || (solver == StiffnessSolver::quickest && is_small)) {
-    stiffness_ = std::make_unique<FactoredStiffness>(scene, nodes, is_fixed_, inertia);
+    stiffness_ = std::make_unique<FactoredStiffness>(scene, nodes, fixed_, inertia);
     return;
   }
-  auto stiffness = std::make_unique<MultigridStiffness>(scene, std::move(nodes), is_fixed_, inertia, threads);
+  auto stiffness = std::make_unique<MultigridStiffness>(scene, std::move(nodes), fixed_, inertia, threads);
   if (solver == StiffnessSolver::quickest)
     stiffness->factor_if_asked();
   if (solver == StiffnessSolver::quickest && inertia.size() > 0)
@@ -435,9 +433,9 @@ Eigen::VectorXd Flexibility::moved(const Eigen::VectorXd& prescribed) const {
   if (rigid_.size() > 0)
     return rigid_ * (rigid_.transpose() * prescribed);
   Eigen::VectorXd given = prescribed;
-  for (std::size_t i = 0; i < is_fixed_.size(); ++i)
-    if (is_fixed_[i] == 0)
-      given[static_cast<Eigen::Index>(i)] = 0;
+  for (Eigen::Index i = 0; i < given.size(); ++i)
+    if (!is_fixed(i))
+      given[i] = 0;
   if (given.isZero(0))
     return given;
   return given - solve(stiffness_->forces(given));

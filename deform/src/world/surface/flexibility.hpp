@@ -13,6 +13,7 @@
 ///
 /// Exact: within the solver's accuracy. Heuristic: only which solver is quickest.
 
+#include "elastic/model/fixed_mask.hpp"
 #include "maille/scene/answer.hpp"
 #include "maille/scene/scene.hpp"
 
@@ -79,8 +80,10 @@ public:
   Flexibility(const Flexibility&) = delete; // its stiffness refers to what is held
   Flexibility& operator=(const Flexibility&) = delete;
 
-  std::int64_t n_components() const { return static_cast<std::int64_t>(is_fixed_.size()); }
-  bool is_fixed(std::int64_t component) const { return is_fixed_[static_cast<std::size_t>(component)] != 0; }
+  std::int64_t n_components() const { return dimension_ * static_cast<std::int64_t>(fixed_.n_nodes()); }
+  bool is_fixed(std::int64_t component) const {
+    return fixed_(component % dimension_, component / dimension_);
+  }
   /// Displacement of everything for a force of 1 N on a component; zero for a fixed one. Kept.
   const Eigen::VectorXd& column(std::int64_t component);
   void prepare() { stiffness_->prepare(); }
@@ -120,7 +123,7 @@ private:
   template<class Values>
   void take_rigid_motions_from(Values& values) const;
 
-  std::vector<char> is_fixed_;
+  FixedMask fixed_; ///< by node of the body
   std::unique_ptr<BodyStiffness> stiffness_;
   Eigen::MatrixXd rigid_; ///< of what floats: its rigid motions, of length 1 and across one another
   double column_accuracy_;
