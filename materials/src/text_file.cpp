@@ -123,6 +123,11 @@ bool is_kept_input(const fs::path& file) {
 
 void reserve_output(const std::string& option, const fs::path& file) {
   const std::scoped_lock lock(opened().busy);
+  const fs::path path = fs::weakly_canonical(fs::absolute(file));
+  for (const auto& [other, known] : opened().outputs)
+    if (other != option && fs::weakly_canonical(known) == path)
+      throw UsageError(
+          fmt::format("{} {}: expected a file of its own, found that of {}", option, file.string(), other));
   opened().outputs.emplace_back(option, fs::absolute(file));
 }
 

@@ -362,7 +362,10 @@ class Answer:
         self._pull(self._grid_of(image)).save(os.fspath(file), forward)
 
     def _pull(self, grid: Tuple[Tuple[int, int, int], Rows, str]) -> _core.Pull:
-        return _core.Pull(self._core, *grid)
+        pull = _core.Pull(self._core, *grid)
+        if pull.counts["voxels"] == 0:
+            raise ValueError("expected an image that meets the body, found none of its voxels where the matter has gone")
+        return pull
 
     def _grid_of(self, image: Any) -> Tuple[Tuple[int, int, int], Rows, str]:
         return self._scene._grid() if image is None else self._values_and_grid(image)[1]

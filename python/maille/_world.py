@@ -49,6 +49,13 @@ class Frame:
     drives: List[Record]  #: object, fraction of its motion that was done, force that the hand needs [N]
     contacts: List[Record]  #: object, other (empty: the border), voxel, axis, direction, force [N]
     handed_on: int  #: movements that one voxel handed on to the next
+    penetrations: int  #: cells of matter in other matter, or outside; a MailleWarning where there are some
+
+
+def _frame(number: int, result: Record) -> Frame:
+    if result["penetrations"] > 0:
+        warnings.warn(f"{result['penetrations']} cells of matter lie in the matter of another object, or outside", MailleWarning, stacklevel=3)
+    return Frame(number=number, **result)
 
 
 class World:
@@ -97,7 +104,7 @@ class World:
         """One frame: driven objects go as far as they can, the others settle. ``seconds``: a budget."""
         result = self._core.advance(list(drives), threads or os.cpu_count() or 1, seconds)
         self._played += 1
-        return Frame(number=self._played, **result)
+        return _frame(self._played, result)
 
     def release(self, object: str) -> None:
         """Lets go of an object: its handles move freely again."""
@@ -115,7 +122,7 @@ class World:
         for number in range(1, trajectory.n_frames + 1):
             result = self._core.play(trajectory, number, threads)
             self._played += 1
-            yield Frame(number=number, **result)
+            yield _frame(number, result)
 
     def displacement(self, object: str) -> Floats:
         """Displacement of a deformable object in its own frame [m]: array (nz, ny, nx, 3), a copy."""

@@ -115,9 +115,11 @@ private:
     budget.threads = threads;
     budget.stop_requested = steering.control().stop_requested;
     deform::FrameResult result;
+    std::int64_t penetrations = 0;
     {
       const py::gil_scoped_release unlocked;
       result = world_.advance(drives, budget);
+      penetrations = result.contacts.empty() ? 0 : world_.n_penetrations();
     }
     steering.finish();
     py::dict out;
@@ -149,6 +151,7 @@ private:
       contacts.append(record);
     }
     out["contacts"] = contacts;
+    out["penetrations"] = penetrations;
     out["handed_on"] = result.handed_on.size();
     return out;
   }

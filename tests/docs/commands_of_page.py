@@ -17,7 +17,7 @@ import tempfile
 
 SECONDS = 60
 # Commands that take minutes: what matters here is that they are understood.
-LONG, SECONDS_OF_LONG = {"trade", "fit", "identify", "live"}, 4
+LONG, SECONDS_OF_LONG = {"study trade", "fit", "live"}, 4
 SECONDS_TO_END = 60
 STANDS_FOR = re.compile(r"\b[A-Z][A-Z0-9_]*(\.[a-z]+)?$|^\.\.\.$|\bFILE\b|\bDIR\b|\bSCENE\b|\bNAME\b|\bHOST\b")
 
@@ -53,7 +53,7 @@ def commands(lines):
 
 
 def run(words, promised, folder):
-    seconds = SECONDS_OF_LONG if words[1] in LONG else SECONDS
+    seconds = SECONDS_OF_LONG if {words[1], " ".join(words[1:3])} & LONG else SECONDS
     process = subprocess.Popen(words, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace")
     try:
         output, _ = process.communicate(timeout=seconds)

@@ -88,13 +88,13 @@ def main():
         (pathlib.Path(folder) / "bar.toml").write_text(BAR)
         (pathlib.Path(folder) / "bar.csv").write_text("measure,value,sigma\npull_x,0.04 N,1 mN\n")
         for words in (["run", f"{folder}/strip.toml", "--methods", "limits,coupled", "--steps", "2", "--estimate"], ["compare", f"{folder}/strip.toml"],
-                      ["check", f"{folder}/labels.toml"], ["explain", f"{folder}/labels.toml"], ["run", f"{folder}/labels.toml"],
-                      ["new", "image", f"{folder}/labels.mha", "--out", f"{folder}/again.toml"], ["materials"],
+                      ["check", f"{folder}/labels.toml"], ["check", "--why", f"{folder}/labels.toml"], ["run", f"{folder}/labels.toml"],
+                      ["new", "image", f"{folder}/labels.mha", "--out", f"{folder}/again.toml"], ["check", "library"],
                       ["study", f"{folder}/study.toml", "--out", f"{folder}/study"],
-                      ["trade", f"{folder}/strip.toml", "--methods", "limits,coupled", "--spacings", "2", "--reference", "fem_q1", "--repetitions", "1"],
-                      ["identify", f"{folder}/bar.toml", "--measured", f"{folder}/bar.csv", "--unknown", "specimen.material.youngs_modulus"],
+                      ["study", "trade", f"{folder}/strip.toml", "--methods", "limits,coupled", "--spacings", "2", "--reference", "fem_q1", "--repetitions", "1"],
+                      ["fit", f"{folder}/bar.toml", "--measured", f"{folder}/bar.csv", "--unknown", "specimen.material.youngs_modulus"],
                       ["fit", f"{folder}/strip.toml", "--trials", "20", "--reference", "fem_q1"],
-                      ["explain", str(scenes / "elbow.toml")], ["explain", str(scenes / "bar_bent.toml")], ["warp", f"{folder}/labels.toml", "--out", f"{folder}/out"]):
+                      ["check", "--why", str(scenes / "elbow.toml")], ["check", "--why", str(scenes / "bar_bent.toml")], ["run", f"{folder}/labels.toml", "--warp", "--out", f"{folder}/out"]):
             run = subprocess.run([maille, *words], capture_output=True, text=True)
             if run.returncode != 0 and words[0] != "fit":  # which has ended at its budget
                 faults.append(f"{' '.join(words)}: exit {run.returncode}\n{run.stdout}{run.stderr}")
@@ -105,11 +105,11 @@ def main():
                 left = unexplained(heading, known)
                 if left:
                     faults.append(f"{words[0]}: docs/glossary.md does not explain {left} of \"{heading.strip()}\"")
-            if words[0] == "explain":
+            if "--why" in words:
                 for part in parts_of_the_model(run.stdout):
                     n_looked_up += 1
                     if part.lower() not in known:
-                        faults.append(f"explain: docs/glossary.md does not explain \"{part}\"")
+                        faults.append(f"check --why: docs/glossary.md does not explain \"{part}\"")
     print(f"{n_looked_up} headings and names looked up, {len(faults)} faults")
     for fault in faults:
         print(fault)

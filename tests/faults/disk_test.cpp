@@ -124,9 +124,9 @@ INSTANTIATE_TEST_SUITE_P(Commands, DiskContract, testing::ValuesIn(test::writing
 TEST(FullDeviceContract, FullOutputIsAFailure) {
   const CommandFolder folder;
   for (const std::string arguments :
-       {"--version", "materials", "explain IN/box.toml",
+       {"--version", "check library", "check --why IN/box.toml",
         "compare IN/box.toml --methods limits --reference limits --json -", "run IN/box.toml --out OUT",
-        "export IN/box.toml", "report IN/results --out OUT/page.html"}) {
+        "run IN/box.toml --write -", "report IN/results --out OUT/page.html"}) {
     if (arguments.starts_with("report")) {
       ASSERT_EQ(folder.run("compare IN/box.toml --methods limits --reference limits --out IN/results").code,
                 0);
@@ -136,9 +136,9 @@ TEST(FullDeviceContract, FullOutputIsAFailure) {
     EXPECT_TRUE(test::has(run.err, "cannot write to ")) << arguments << ": ";
   }
   for (const std::string arguments :
-       {"materials --json /dev/full", "run IN/box.toml --json /dev/full",
+       {"check library --json /dev/full", "run IN/box.toml --json /dev/full",
         "compare IN/box.toml --methods limits --reference limits --csv /dev/full",
-        "export IN/box.toml --out /dev/full"}) {
+        "run IN/box.toml --write /dev/full"}) {
     const Outcome run = folder.run(arguments);
     EXPECT_EQ(run.code, 1) << arguments;
     EXPECT_TRUE(test::has(run.err, "No space left")) << arguments << ": ";
@@ -147,7 +147,7 @@ TEST(FullDeviceContract, FullOutputIsAFailure) {
 
 TEST(FullDeviceContract, ClosedOutputIsAFailure) {
   const CommandFolder folder;
-  EXPECT_EQ(folder.run("materials >&-").code, 1);
+  EXPECT_EQ(folder.run("check library >&-").code, 1);
   EXPECT_EQ(folder.run("run IN/box.toml >&-").code, 1);
 }
 
@@ -172,7 +172,7 @@ TEST(FullDeviceContract, AReadOnlyFileSystemIsFoundBeforeTheWork) {
   const CommandFolder folder;
   for (const std::string arguments :
        {"run IN/box.toml --out /proc/maille", "study IN/study.toml --out /proc/maille",
-        "trade IN/box.toml --out /proc/maille"}) {
+        "study trade IN/box.toml --out /proc/maille"}) {
     const Outcome run = folder.run(arguments);
     EXPECT_EQ(run.code, 2) << arguments;
     EXPECT_TRUE(test::has(run.err, "--out /proc/maille: expected a folder that can be written"));
@@ -320,7 +320,7 @@ INSTANTIATE_TEST_SUITE_P(
                     WritingCommand{"picture", "compare IN/box.toml --methods limits --reference limits "
                                               "--picture OUT/c.png"},
                     WritingCommand{"study", "study IN/large_study.toml --resume --threads 2 --out OUT"},
-                    WritingCommand{"materials", "materials --json OUT/m.json"}),
+                    WritingCommand{"tissues", "check library --json OUT/m.json"}),
     [](const auto& one) { return one.param.name; });
 
 // OpenBLAS asks for its buffer without end where the factor has taken the last of the address space.
@@ -348,8 +348,8 @@ TEST(BlasMemoryContract, AFactorThatTakesAllThereIsEnds) {
 TEST(PluginContract, OneThatIsCutShortIsRefused) {
   const CommandFolder folder;
   const auto plugins = std::filesystem::path(MAILLE_COMMAND).parent_path() / "plugins";
-  for (const auto& [name, arguments] :
-       {std::pair("maille-fem.so", "run IN/box.toml --methods fem_q1"), {"maille-studies", "trade --help"}}) {
+  for (const auto& [name, arguments] : {std::pair("maille-fem.so", "run IN/box.toml --methods fem_q1"),
+                                        {"maille-studies", "study trade --help"}}) {
     const std::string whole = test::text_of(plugins / name);
     for (const std::size_t left : {std::size_t{0}, std::size_t{64}, whole.size() / 2, whole.size() - 1}) {
       folder.write(name, whole.substr(0, left));
@@ -371,7 +371,7 @@ TEST(ResourceLimitsContract, NoCommandHangsOrEndsByASignal) {
   for (const char* method : {"fem_q1", "fem_q2"})
     commands.push_back({method, fmt::format("run IN/belly.toml --methods {}", method)});
   commands.push_back({"check", "check IN/box.toml"});
-  commands.push_back({"explain", "explain IN/box.toml"});
+  commands.push_back({"explain", "check --why IN/box.toml"});
   commands.push_back({"render", "render IN/box.toml --width 40 --height 40 --out OUT/r.png"});
   for (const WritingCommand& command : commands)
     folder.prepare(command);

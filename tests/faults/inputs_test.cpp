@@ -129,8 +129,8 @@ std::string filled(std::string line, const std::vector<std::pair<std::string, st
 TEST(OpenedInputsContract, NoOptionWritesOverWhatACommandOpens) {
   const std::vector<std::string> options{
       "check IN --json FILE",
-      "explain IN --json FILE",
-      "explain IN --picture FILE",
+      "check --why IN --json FILE",
+      "check --why IN --picture FILE",
       "run IN --methods limits --json FILE",
       "run IN --methods limits --picture FILE",
       "run IN --methods limits --steps 2 --film FILE",
@@ -140,20 +140,22 @@ TEST(OpenedInputsContract, NoOptionWritesOverWhatACommandOpens) {
       "play IN FILE --json FILE",
       "play IN FILE --picture FILE",
       "study FILE --out OUT --json FILE",
-      "export IN --out FILE",
-      "trade IN --methods limits --spacings 1 --tolerances 0.1 --reference limits --repetitions 1 --csv FILE",
-      "trade IN --methods limits --spacings 1 --tolerances 0.1 --reference limits --repetitions 1 --json "
+      "run IN --write FILE",
+      "study trade IN --methods limits --spacings 1 --tolerances 0.1 --reference limits --repetitions 1 "
+      "--csv FILE",
+      "study trade IN --methods limits --spacings 1 --tolerances 0.1 --reference limits --repetitions 1 "
+      "--json "
       "FILE",
-      "choose IN --error 90% --time 60s --json FILE",
-      "choose IN --error 90% --time 60s --table FILE --json FILE",
+      "study choose IN --error 90% --time 60s --json FILE",
+      "study choose IN --error 90% --time 60s --table FILE --json FILE",
       "fit IN --test IN --reference relaxed --trials 2 --out FILE",
       "fit IN --test IN --reference relaxed --trials 2 --json FILE",
-      "identify IN FILE --json FILE",
-      "identify IN --measured FILE --unknown specimen.labels.1.youngs_modulus --out FILE",
+      "fit IN FILE --json FILE",
+      "fit IN --measured FILE --unknown specimen.labels.1.youngs_modulus --out FILE",
       "render IN --out FILE",
       "render IN --json FILE",
       "report OUT --out FILE",
-      "probe IN FILE --csv FILE",
+      "play IN FILE --csv FILE",
       "warp IN --methods limits --out OUT/w_ --json FILE"};
   int n_scenes = 0, n_files = 0, n_tried = 0;
   std::size_t option = 0;
@@ -217,7 +219,8 @@ TEST(ForeignResultsContract, NoCommandReplacesThem) {
       "run IN --methods limits --steps 2 --overwrite --out OUT",
       "run IN --methods limits --maps --warp --surface stl,ply,vtp --also mha,nrrd --out OUT",
       "compare IN --methods limits --reference limits --overwrite --out OUT",
-      "trade IN --methods limits,relaxed --spacings 1 --tolerances 0.1 --reference relaxed --repetitions 1 "
+      "study trade IN --methods limits,relaxed --spacings 1 --tolerances 0.1 --reference relaxed "
+      "--repetitions 1 "
       "--out OUT",
       "warp IN --methods limits --surface stl,ply,vtp --also mha,nrrd --out OUT",
       "play WORLD --out OUT"};

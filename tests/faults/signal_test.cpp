@@ -55,7 +55,7 @@ INSTANTIATE_TEST_SUITE_P(
         WritingCommand{"run", "run IN/slow.toml --methods sweep --out OUT --json OUT/r.json"},
         WritingCommand{"compare", "compare IN/slow.toml --methods sweep --reference sweep --out OUT"},
         WritingCommand{"study", "study IN/slow_study.toml --resume --out OUT"},
-        WritingCommand{"trade", "trade IN/slow.toml --methods sweep --spacings 1 --tolerances 0.0001 "
+        WritingCommand{"trade", "study trade IN/slow.toml --methods sweep --spacings 1 --tolerances 0.0001 "
                                 "--reference sweep --out OUT"},
         WritingCommand{"fit", "fit IN/slow.toml --test IN/slower.toml --reference sweep --out OUT/m.toml"}),
     [](const auto& one) { return one.param.name; });

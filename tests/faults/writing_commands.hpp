@@ -27,19 +27,19 @@ inline const std::vector<WritingCommand>& writing_commands() {
        "--json OUT/c.json"},
       {"picture", "compare IN/box.toml --methods limits --reference limits --picture OUT/c.png"},
       {"study", "study IN/study.toml --threads 1 --resume --out OUT --json OUT/s.json"},
-      {"merge", "merge IN/parts --out OUT"},
+      {"merge", "study merge IN/parts --out OUT"},
       {"trade",
-       "trade IN/box.toml --methods limits,relaxed --spacings 1 --tolerances 0.1 --reference relaxed "
+       "study trade IN/box.toml --methods limits,relaxed --spacings 1 --tolerances 0.1 --reference relaxed "
        "--repetitions 1 --out OUT --json OUT/t.json --csv OUT/t.csv"},
-      {"choose", "choose IN/box.toml --error 90% --time 60s --json OUT/c.json"},
+      {"choose", "study choose IN/box.toml --error 90% --time 60s --json OUT/c.json"},
       {"report", "report IN/results --out OUT/page.html"},
       // 1: the trials are used up
       {"fit",
        "fit IN/box.toml --test IN/bent.toml --reference relaxed --trials 30 --out OUT/m.toml --json "
        "OUT/f.json",
        1},
-      {"materials", "materials --json OUT/m.json"},
-      {"export", "export IN/box.toml --out OUT/box.inp"}};
+      {"tissues", "check library --json OUT/m.json"},
+      {"export", "run IN/box.toml --write OUT/box.inp"}};
   return list;
 }
 

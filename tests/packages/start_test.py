@@ -31,9 +31,9 @@ def heavy(names):
 
 strip = SCENES / "strip_pulled.toml"
 failures = []
-for light in (["--version"], ["--help"], ["run", "--help"], ["help", "methods"], ["help", "study"], ["check", strip], ["materials", "muscle/soleus"],
-              ["explain", strip], ["run", strip, "--methods", "coupled"], ["run", strip, "--methods", "limits,relaxed", "--json", "out.json"],
-              ["choose", strip, "--error", "99%", "--time", "1min", "--level", "50%"]):
+for light in (["--version"], ["--help"], ["run", "--help"], ["help", "methods"], ["help", "study"], ["check", strip], ["check", "muscle/soleus"],
+              ["check", "--why", strip], ["run", strip, "--methods", "coupled"], ["run", strip, "--methods", "limits,relaxed", "--json", "out.json"],
+              ["study", "choose", strip, "--error", "99%", "--time", "1min", "--level", "50%"]):
     found = heavy(loaded(light)) - {name for name in loaded(light) if name.endswith("/maille-studies")}
     if found:
         failures.append(f"maille {' '.join(map(str, light))} loads {sorted(found)[:5]} and {max(0, len(found) - 5)} more")

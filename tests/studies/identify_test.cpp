@@ -203,7 +203,7 @@ TEST(IdentifyCommandAnalytic, FindsTheConstantsOfItsOwnAnswer) {
   text.replace(text.find("\"5 kPa"), 6, "\"2 kPa");
   const std::string start = folder.write("start.toml", text).string();
   const auto json =
-      test::json_of(fmt::format("identify {} --measured {} --unknown "
+      test::json_of(fmt::format("fit {} --measured {} --unknown "
                                 "specimen.material.E_fibre,specimen.material.G_fibre --json --out {}",
                                 start, data, (folder / "fitted.toml").string()));
   EXPECT_EQ(json["status"], "done");
@@ -229,7 +229,7 @@ TEST(IdentifyCommandAnalytic, FindsConstantsByTheNameOfTheirMaterial) {
   const std::string seen = observations_of(folder.write("truth.toml", truth).string()),
                     scene = folder.write("start.toml", start).string(),
                     data = folder.write("data.csv", seen.substr(0, seen.find("side"))).string();
-  const std::string command = "identify " + scene + " --measured " + data;
+  const std::string command = "fit " + scene + " --measured " + data;
   const auto unknowns =
       test::json_of(command + " --unknown \"E_fibre, G_fibre of muscle/soleus\" --json --out " +
                     (folder / "fitted.toml").string())["unknowns"];
@@ -250,7 +250,7 @@ TEST(IdentifyCommandContract, SaysWhatIsWrongAndWhatIsOpen) {
   const std::string data =
       folder.write("data.csv", "measure,value,sigma\npull_x,0.02,0.001\nside,-0.05 mm,0.01 mm\n").string();
   const auto identified = [&](const std::string& with, const std::string& unknown) {
-    return "identify " + scene + " --measured " + with + " --unknown " + unknown;
+    return "fit " + scene + " --measured " + with + " --unknown " + unknown;
   };
   const std::string E = "specimen.material.E_fibre";
   test::expect_refused({
@@ -267,8 +267,8 @@ TEST(IdentifyCommandContract, SaysWhatIsWrongAndWhatIsOpen) {
   std::string isotropic = block;
   const auto from = isotropic.find("material ="), to = isotropic.find("[[hold]]");
   isotropic.replace(from, to - from, "material = { youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }\n");
-  const Outcome open = maille_command("identify " + folder.write("iso.toml", isotropic).string() +
-                                      " --measured " + side + " --unknown specimen.material.youngs_modulus");
+  const Outcome open = maille_command("fit " + folder.write("iso.toml", isotropic).string() + " --measured " +
+                                      side + " --unknown specimen.material.youngs_modulus");
   EXPECT_EQ(open.code, 1) << open.err;
   EXPECT_TRUE(test::has(open.out, "do not determine specimen.material.youngs_modulus"));
 }

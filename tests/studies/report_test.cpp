@@ -260,9 +260,9 @@ TEST(ReportContract, HasEverySection) {
   const std::string& page = compared_folder().page;
   for (const char* part :
        {"<html lang=\"en\">", "<h1>", "id=\"id-box-compare\"", "id=\"id-box-compare-table\"",
-        "Method by method", "<h3>The scene</h3>", "youngs_modulus", "maille explain", "<h3>The command</h3>",
-        "maille compare", "--methods", "estimated L2", "<h2>Files</h2>", "box_limits.vti",
-        "box_compare_results.json"})
+        "Method by method", "<h3>The scene</h3>", "youngs_modulus", "maille check --why",
+        "<h3>The command</h3>", "maille compare", "--methods", "estimated L2", "<h2>Files</h2>",
+        "box_limits.vti", "box_compare_results.json"})
     EXPECT_TRUE(test::has(page, part)) << part;
   EXPECT_EQ(attributes(page, "alt").size(), attributes(page, "src").size()) << "every picture has a text";
   for (const std::string& text : attributes(page, "alt"))

@@ -51,7 +51,7 @@ std::string nearest_in_words(const Scene& scene, const Choice& choice) {
       choice.scenes < least && !choice.probes.growth)
     text += fmt::format(
         "the table holds {} different scene{}: a promise that is kept in {} of scenes needs at least "
-        "{} (`maille trade`), or a lower --level\n",
+        "{} (`maille study trade`), or a lower --level\n",
         choice.scenes, choice.scenes == 1 ? "" : "s", in_percent(choice.wish.level), least);
   return text;
 }

@@ -13,7 +13,7 @@ namespace maille::studies {
 namespace {
 
 constexpr std::int64_t largest_table = std::int64_t{1} << 28; // some 500,000 rows
-constexpr int most_halvings = 10;                             // what `maille trade --spacings` takes
+constexpr int most_halvings = 10;                             // what `maille study trade --spacings` takes
 
 /// Lattices by which probes were finer than at twice the spacing.
 int shift_of_probes(const RawPrediction& predicted) {

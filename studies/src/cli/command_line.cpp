@@ -16,6 +16,17 @@ void add_overwrite(CLI::App* command, bool& overwrite) {
                     "with --out: replace results of another scene or version that are there");
 }
 
+/// `--out`, `--picture` or `--csv`: a file or a folder to write.
+template<class File>
+CLI::Option* add_file(CLI::App* command, const char* name, File& file, const std::string& meaning) {
+  return command->add_option(name, file, meaning);
+}
+
+template<class Scene>
+CLI::Option* add_scene(CLI::App* command, Scene& scene, const std::string& meaning = "scene file (TOML)") {
+  return command->add_option("SCENE", scene, meaning);
+}
+
 /// Of lengths in files; where it has one, the default is shown.
 template<class Unit>
 void add_unit(CLI::App* command, Unit& unit, const std::string& of_what) {
@@ -55,6 +66,20 @@ void add_list(CLI::App* command, const std::string& name, List& list, const std:
   command->add_option(name, list, meaning)->delimiter(',')->allow_extra_args(false);
 }
 
+/// `--json` alone means stdout. A scene is not taken for its file.
+void settle_json(CLI::App* command, std::optional<std::string>& json, std::filesystem::path* scene) {
+  if (command->count("--json") && (!json || json->empty()))
+    json = "-";
+  if (json && scene && scene->empty() && json->ends_with(".toml")) {
+    *scene = *json;
+    json = "-";
+  }
+  if (json && json->ends_with(".toml"))
+    throw CLI::ValidationError("--json", "expected a file to write, found \"" + *json + "\", a scene");
+  if (scene && scene->empty())
+    throw CLI::RequiredError("SCENE");
+}
+
 /// `--json` alone prints to stdout, `--json FILE` writes a file. A scene is not taken for that file.
 /// @param scene where the command has one: it must be there
 void add_json(CLI::App* command, std::optional<std::string>& json, std::filesystem::path* scene) {
@@ -62,18 +87,7 @@ void add_json(CLI::App* command, std::optional<std::string>& json, std::filesyst
       ->expected(0, 1)
       ->default_str("-")
       ->type_name("FILE");
-  command->parse_complete_callback([&json, scene, command] {
-    if (command->count("--json") && (!json || json->empty()))
-      json = "-";
-    if (json && scene && scene->empty() && json->ends_with(".toml")) {
-      *scene = *json;
-      json = "-";
-    }
-    if (json && json->ends_with(".toml"))
-      throw CLI::ValidationError("--json", "expected a file to write, found \"" + *json + "\", a scene");
-    if (scene && scene->empty())
-      throw CLI::RequiredError("SCENE");
-  });
+  command->parse_complete_callback([&json, scene, command] { settle_json(command, json, scene); });
 }
 
 /// Of commands that answer a scene.
@@ -83,7 +97,7 @@ void add_running(CLI::App* command, AnswerOptions& options) {
                     "estimate how far every answer is from elasticity, and where, without finite elements");
   add_list(command, "--methods,--method", options.methods,
            "methods, separated by commas; see below for their names, and for what is asked without");
-  command->add_option("--out", options.out, "folder for the files that ParaView opens");
+  add_file(command, "--out", options.out, "folder for the files that ParaView opens");
   add_unit(command, options.unit,
            "with --out: lengths in files for viewers, mm or m; default: m in .vti and .vtu, mm in surfaces");
   add_overwrite(command, options.overwrite);
@@ -113,7 +127,7 @@ void add_images(CLI::App* command, WarpOptions& options, const std::string& when
 } // namespace
 
 void add_common(CLI::App* command, CommonOptions& options) {
-  command->add_option("SCENE", options.scene, "scene file (TOML)");
+  add_scene(command, options.scene);
   add_json(command, options.json, &options.scene);
 }
 
@@ -124,8 +138,8 @@ void add_compare(CLI::App* command, CompareOptions& options) {
                       "that can be afforded, with an estimate of their own error");
   add_seconds(command, "--reference-seconds", options.reference_seconds,
               "what the reference \"best\" may take, about");
-  command->add_option("--csv", options.csv, "the table as CSV in FILE (- for stdout)");
-  command->add_option("--picture", options.picture, "PNG of the deformed bodies side by side");
+  add_file(command, "--csv", options.csv, "the table as CSV in FILE (- for stdout)");
+  add_file(command, "--picture", options.picture, "PNG of the deformed bodies side by side");
   command
       ->add_option("--picture-of", options.picture_of,
                    "what its colours show: displacement; strain, the principal one of largest size; stress, "
@@ -141,8 +155,8 @@ void add_run(CLI::App* command, RunOptions& options) {
                    "steps of equal size, written as a .pvd series that begins at rest; of one the end alone "
                    "is written")
       ->default_val(1);
-  command->add_option("--picture", options.picture,
-                      "with --steps: PNG or SVG of the force and the energy over the displacement");
+  add_file(command, "--picture", options.picture,
+           "with --steps: PNG or SVG of the force and the energy over the displacement");
   command->add_option("--film", options.film, "with --steps: MP4 of the body, step by step; needs ffmpeg");
   command->add_flag(
       "--maps", options.maps,
@@ -150,8 +164,11 @@ void add_run(CLI::App* command, RunOptions& options) {
       "image (NIfTI), to lie over the scan");
   command->add_flag("--warp", options.is_warped,
                     "with --out: images and labels where the last step has moved them, and the fields that "
-                    "other programs take (see maille warp)");
+                    "other programs take");
   add_images(command, options.warp, "with --warp: ");
+  command->add_option(
+      "--write", options.write,
+      "the question as input of CalculiX, in FILE.inp (- for stdout); alone it answers nothing");
 }
 
 void add_warp(CLI::App* command, WarpCommandOptions& options) {
@@ -159,60 +176,26 @@ void add_warp(CLI::App* command, WarpCommandOptions& options) {
   add_list(command, "--methods,--method", options.methods, "methods, separated by commas; default: coupled");
   add_images(command, options.warp, "");
   add_unit(command, options.warp.unit, "of surfaces: mm or m");
-  command->add_option("--out", options.out, "folder for warped images and labels, and the fields");
+  add_file(command, "--out", options.out, "folder for warped images and labels, and the fields");
   add_fem_solver(command, options.fem_solver);
-  add_threads(command, options.threads);
-}
-
-void add_identify(CLI::App* command, IdentifyOptions& options) {
-  command->add_option("SCENE", options.scene, "scene file (TOML) with [[measure]] tables: what was measured");
-  command
-      ->add_option(
-          "--measured", options.measured,
-          "CSV of the columns measure, value and, if wanted, sigma; or of points: x, y, z, ux, uy, uz; "
-          "or an image of displacements in mm")
-      ->required();
-  command->add_option("--sigma", options.sigma,
-                      "standard deviation of the displacements of an image or of points, a length");
-  add_list(command, "--unknown", options.unknowns,
-           "keys of the scene, separated by commas, such as specimen.material.E_fibre, or constants of its "
-           "materials, \"E_fibre, E_cross of muscle/soleus\"; the search begins with their values");
-  command->get_option("--unknown")->required();
-  command->add_option("--method", options.method, "that answers the scene")->capture_default_str();
-  command->add_option("--out", options.out, "the scene with the values that were found, in FILE");
-  add_json(command, options.json, &options.scene);
   add_threads(command, options.threads);
 }
 
 void add_merge(CLI::App* command, MergeOptions& options) {
   command->add_option("DIR", options.places, "folders with tables, or tables (*.jsonl)")->required();
-  command->add_option("--out", options.out, "folder for the whole table")->required();
+  add_file(command, "--out", options.out, "folder for the whole table")->required();
   command->add_option("--study", options.study,
                       "the study that the tables are of: says which parameter makes which share (Sobol)");
 }
 
 void add_check(CLI::App* command, CheckOptions& options) {
   add_common(command, options);
+  command->get_option("SCENE")->description(
+      "scene file (TOML), another file, a tissue such as muscle/soleus, or library");
   command->add_option("TRAJECTORY", options.trajectory, "of a world: checked against it");
-}
-
-void add_explain(CLI::App* command, ExplainOptions& options) {
-  add_common(command, options);
-  command->add_option("--picture", options.picture,
-                      "PNG of the question: labels, holds, moves, loads and fibres, with the world's axes");
-}
-
-void add_export(CLI::App* command, ExportOptions& options) {
-  command->add_option("SCENE", options.scene, "scene file (TOML)")->required();
-  command->add_option("--format", options.format, "ccx: an input deck of CalculiX")
-      ->check(CLI::IsMember({"ccx"}))
-      ->capture_default_str();
-  command->add_option("--out", options.file, "file to write, usually *.inp; default: stdout");
-}
-
-void add_materials(CLI::App* command, MaterialsOptions& options) {
-  command->add_option("NAME", options.name, "e.g. muscle/soleus");
-  add_json(command, options.json, nullptr);
+  command->add_flag("--why", options.why, "say what the scene switches on, and what it pays for that");
+  add_file(command, "--picture", options.picture,
+           "PNG of the question: labels, holds, moves, loads and fibres, with the world's axes");
 }
 
 void add_new(CLI::App* command, NewOptions& options) {
@@ -220,31 +203,32 @@ void add_new(CLI::App* command, NewOptions& options) {
       ->required()
       ->check(CLI::IsMember({"strip", "image", "world"}));
   command->add_option("LABELS", options.labels, "of an image: the file with its labels");
-  command->add_option("--out", options.out,
-                      "file to write; default: strip.toml, world.toml, or the image's name");
+  add_file(command, "--out", options.out,
+           "file to write; default: strip.toml, world.toml, or the image's name");
   command->add_flag("--overwrite", options.overwrite, "replace a file that is there");
 }
 
 void add_report(CLI::App* command, ReportOptions& options) {
   command->add_option("OUT", options.folder, "folder that compare, run, study or trade wrote")->required();
-  command->add_option("--out", options.out, "page to write; default: report.html in that folder");
+  add_file(command, "--out", options.out, "page to write; default: report.html in that folder");
 }
 
 void add_manual(CLI::App* command, ManualOptions& options) {
-  command
-      ->add_option("--out", options.out,
-                   "folder that becomes like /usr/share: man/man1, bash-completion, zsh/vendor-completions")
+  add_file(command, "--out", options.out,
+           "folder that becomes like /usr/share: man/man1, bash-completion, zsh/vendor-completions")
       ->required();
 }
 
 void add_fit(CLI::App* command, FitOptions& options) {
-  command->add_option("SCENE", options.scenes, "scene files (TOML): a family")->required();
+  add_scene(command, options.scenes, "scene files (TOML): a family")->required();
   command->add_option("--test", options.tests, "scenes to measure on and not to fit to");
   command->add_option("--holdout", options.holdout,
                       "the part of SCENE to measure on and not to fit to, chosen at random, the same in "
                       "every run; default: none");
-  command->add_option("--method", options.method, "limits: fits limits; relaxed: fits its weights")
-      ->capture_default_str();
+  command->add_option(
+      "--method", options.method,
+      "limits (default): fits limits; relaxed: fits its weights; with --measured the one that "
+      "answers, default coupled");
   command
       ->add_option("--reference", options.reference, "what the method is to come near to: a method, or best")
       ->capture_default_str();
@@ -253,16 +237,32 @@ void add_fit(CLI::App* command, FitOptions& options) {
   command->add_option("--trials", options.trials, "give up after this many trials of the family")
       ->check(CLI::Range(1, 1'000'000'000))
       ->capture_default_str();
-  command->add_option(
-      "--out", options.out,
-      "material file (TOML) to write: what scenes name as their material, of several by FILE.toml#NAME");
+  add_file(
+      command, "--out", options.out,
+      "material file (TOML) to write: what scenes name as their material, of several by FILE.toml#NAME; with "
+      "--measured the scene with the values that were found");
   add_json(command, options.json, nullptr);
   add_fem_solver(command, options.fem_solver);
   add_threads(command, options.threads);
+  auto* const measured = command->add_option(
+      "--measured", options.measured,
+      "fit constants of one scene to this: CSV of its [[measure]] tables, with the columns measure, value "
+      "and, "
+      "if wanted, sigma; or of points: x, y, z, ux, uy, uz; or an image of displacements in mm");
+  command
+      ->add_option("--sigma", options.sigma,
+                   "standard deviation of the displacements of an image or of points, a length")
+      ->needs(measured);
+  add_list(command, "--unknown", options.unknowns,
+           "keys of the scene, separated by commas, such as specimen.material.E_fibre, or constants of its "
+           "materials, \"E_fibre, E_cross of muscle/soleus\"; the search begins with their values");
+  measured->needs(command->get_option("--unknown")->needs(measured));
+  for (const char* name : {"--test", "--holdout", "--reference", "--reference-seconds", "--trials"})
+    measured->excludes(command->get_option(name));
 }
 
 void add_trade(CLI::App* command, TradeOptions& options) {
-  command->add_option("SCENE", options.scene, "scene file (TOML)");
+  add_scene(command, options.scene);
   add_list(command, "--methods,--method", options.methods,
            "methods, separated by commas; default: all but the oracles");
   add_list(command, "--spacings", options.spacings,
@@ -278,16 +278,16 @@ void add_trade(CLI::App* command, TradeOptions& options) {
       ->add_option("--repetitions", options.repetitions, "measurements of rows below a second; medians count")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  command->add_option("--csv", options.csv,
-                      "the table as CSV in FILE (- for stdout): what choose --table reads");
-  command->add_option("--out", options.out, "folder for the table (JSON, CSV) and the picture (SVG, PNG)");
+  add_file(command, "--csv", options.csv,
+           "the table as CSV in FILE (- for stdout): what choose --table reads");
+  add_file(command, "--out", options.out, "folder for the table (JSON, CSV) and the picture (SVG, PNG)");
   command->add_flag("--all", options.all, "print every row, not only those on the Pareto fronts");
   add_json(command, options.json, &options.scene);
   add_one_thread(command, options.threads);
 }
 
 void add_choose(CLI::App* command, ChooseOptions& options) {
-  command->add_option("SCENE", options.scene, "scene file (TOML)");
+  add_scene(command, options.scene);
   command->add_option("--error", options.error, "largest relative error, such as 5%")->required();
   command
       ->add_option(
@@ -300,7 +300,7 @@ void add_choose(CLI::App* command, ChooseOptions& options) {
   command->add_option("--level", options.level, "how often the error, and the time, are to be kept")
       ->capture_default_str();
   add_list(command, "--table", options.tables,
-           "tables (CSV) that `maille trade --out` wrote, separated by commas or the option "
+           "tables (CSV) that `maille study trade --out` wrote, separated by commas or the option "
            "repeated, in place of the built-in one");
   command->add_option("--write", options.write,
                       "write the scene, on the lattice that is chosen, to FILE (TOML)");
@@ -310,8 +310,8 @@ void add_choose(CLI::App* command, ChooseOptions& options) {
 
 void add_study(CLI::App* command, StudyCommandOptions& options) {
   command->add_option("STUDY", options.study, "study file (TOML)")->required();
-  command->add_option("--out", options.out,
-                      "folder for the table and for files that ParaView opens; default out/NAME");
+  add_file(command, "--out", options.out,
+           "folder for the table and for files that ParaView opens; default out/NAME");
   add_unit(command, options.unit, "lengths in files for ParaView, mm or m");
   add_overwrite(command, options.overwrite);
   command->add_flag("--resume", options.resume, "go on with the table that is there");
@@ -319,9 +319,9 @@ void add_study(CLI::App* command, StudyCommandOptions& options) {
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
   command->add_option("--shard", options.shard,
-                      "i/N: only cases i, i + N, i + 2 N, ...; maille merge puts the parts together");
-  command->add_option("--picture", options.picture,
-                      "plots over every parameter, or over two as a map, in FILE (SVG or PNG)");
+                      "i/N: only cases i, i + N, i + 2 N, ...; maille study merge puts the parts together");
+  add_file(command, "--picture", options.picture,
+           "plots over every parameter, or over two as a map, in FILE (SVG or PNG)");
   command->add_option(
       "--picture-of", options.picture_of,
       "what they show: a column of the table, such as force, test_stiffness or relative_l2; "
@@ -335,15 +335,24 @@ void add_study(CLI::App* command, StudyCommandOptions& options) {
 }
 
 void add_play(CLI::App* command, PlayOptions& options) {
-  command->add_option("SCENE", options.scene, "scene file (TOML) with a [world]")->required();
-  command->add_option("TRAJECTORY", options.trajectory, "recorded input (TOML, or CSV)")->required();
-  command->add_option(
-      "--out", options.out,
-      "folder for files that ParaView opens, a picture a frame, and a film where there is ffmpeg");
+  add_scene(command, options.scene, "scene file (TOML): a world of objects, or one body")->required();
+  command
+      ->add_option("TRAJECTORY", options.trajectory,
+                   "recorded input (TOML, or CSV); or a hand that feels the scene (CSV: time,x,y,z)")
+      ->required();
+  add_file(command, "--picture", options.picture,
+           "PNG of four moments side by side; of a hand force and latency over time, PNG or SVG");
+  add_json(command, options.json, nullptr);
+  command
+      ->add_option("--threads", options.threads,
+                   "threads; default: as many as there are processors, of a hand one")
+      ->check(CLI::Range(1, 1024));
+  const std::size_t n_shared = command->get_options().size();
+  add_file(command, "--out", options.out,
+           "folder for files that ParaView opens, a picture a frame, and a film where there is ffmpeg");
   add_overwrite(command, options.overwrite);
   add_unit(command, options.unit, "with --out: lengths in files for ParaView, mm or m");
   command->add_flag("!--no-pictures", options.pictures, "with --out: neither pictures nor a film");
-  command->add_option("--picture", options.picture, "PNG of four moments side by side");
   command
       ->add_option("--render", options.render,
                    "how the pictures of frames are made: surfaces, or volume, by the looks of the scene")
@@ -355,13 +364,25 @@ void add_play(CLI::App* command, PlayOptions& options) {
   const std::vector<CLI::Option*> all = command->get_options();
   for (std::size_t o = n_before; o < all.size(); ++o)
     all[o]->needs(command->get_option("--render"));
-  add_json(command, options.json, nullptr);
-  add_threads(command, options.threads);
+  const std::vector<CLI::Option*> of_frames(all.begin() + static_cast<std::ptrdiff_t>(n_shared), all.end());
+  command->parse_complete_callback(
+      [&options, command, of_frames, of_hand = add_feeling(command, options.feel)] {
+        settle_json(command, options.json, nullptr);
+        const bool is_hand = is_recorded_hand(options.trajectory);
+        for (const CLI::Option* option : is_hand ? of_frames : of_hand)
+          if (option->count() > 0)
+            throw CLI::ValidationError(
+                option->get_name(),
+                is_hand ? "expected a trajectory of frames, found a recorded hand"
+                        : "expected a recorded hand (CSV: time,x,y,z), found a trajectory of frames");
+        if (options.threads == 0)
+          options.threads = is_hand ? 1 : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+      });
 }
 
 void add_live(CLI::App* command, LiveOptions& options) {
-  command->add_option("SCENE", options.scene,
-                      "scene file (TOML): a world of objects, or one body; default: a menu of prototypes");
+  add_scene(command, options.scene,
+            "scene file (TOML): a world of objects, or one body; default: a menu of prototypes");
   command->add_option("--record", options.record,
                       "trajectory of what the hand does (CSV), always up to now: maille play replays it");
   command->add_option("--script", options.script, "events in place of a hand (CSV), see docs/live.md");
@@ -390,8 +411,8 @@ void add_live(CLI::App* command, LiveOptions& options) {
 }
 
 void add_render(CLI::App* command, RenderOptions& options) {
-  command->add_option("SCENE", options.scene, "scene file (TOML)");
-  command->add_option("--out", options.out, "PNG")->required();
+  add_scene(command, options.scene);
+  add_file(command, "--out", options.out, "PNG")->required();
   command->add_option("--answer", options.answer,
                       "folder of `maille run --out`: the body as an answer left it");
   command->add_option("--method", options.method, "whose answer; default: the first that is there");
@@ -403,44 +424,6 @@ void add_render(CLI::App* command, RenderOptions& options) {
       ->check(CLI::Range(1, 3600));
   add_json(command, options.json, &options.scene);
   add_threads(command, options.threads);
-}
-
-void add_probe(CLI::App* command, ProbeCommandOptions& options) {
-  command->add_option("SCENE", options.scene, "scene file (TOML): a world of objects, or one body")
-      ->required();
-  command->add_option("MOTION", options.motion, "where the hand was (CSV: time,x,y,z)")->required();
-  command->add_option("--tool", options.tool,
-                      "the rigid object of the scene that the hand holds; default: a point");
-  command
-      ->add_option("--radius", options.radius, "of the part of a body that goes with the tool, such as 2mm")
-      ->capture_default_str();
-  command
-      ->add_option("--rule", options.rule,
-                   "coupling: forces through a spring; reaction: the body's own where that is passive")
-      ->check(CLI::IsMember({"coupling", "reaction"}))
-      ->capture_default_str();
-  const auto number = [&](const char* name, double& value, const char* what, const CLI::Validator& range) {
-    command->add_option(name, value, what)->check(range)->capture_default_str();
-  };
-  number("--rate", options.rate, "forces a second", CLI::Range(1.0, 1e5));
-  number("--stiffness", options.stiffness, "of the coupling [N/m]", CLI::PositiveNumber);
-  number("--damping", options.damping, "of the coupling [N s/m]", CLI::NonNegativeNumber);
-  number("--turn-stiffness", options.turn_stiffness, "of the coupling, of tools [N m/rad]",
-         CLI::NonNegativeNumber);
-  number("--device-damping", options.device_damping, "of the device itself [N s/m]", CLI::NonNegativeNumber);
-  number("--mass", options.mass, "of hand and device [kg]; 0: the recording is followed exactly",
-         CLI::NonNegativeNumber);
-  number("--hand-stiffness", options.hand_stiffness, "of the hand, where it has mass [N/m]",
-         CLI::NonNegativeNumber);
-  number("--hand-damping", options.hand_damping, "of the hand, where it has mass [N s/m]",
-         CLI::NonNegativeNumber);
-  number("--largest-force", options.largest_force, "of the device [N]", CLI::PositiveNumber);
-  command->add_flag("--no-clock", options.no_clock,
-                    "tick after tick, physics within the tick: the same bits every time");
-  command->add_option("--csv", options.csv, "a line a tick in FILE (- for stdout)");
-  command->add_option("--picture", options.picture, "force and latency over time, PNG or SVG");
-  add_json(command, options.json, nullptr);
-  add_one_thread(command, options.threads);
 }
 
 } // namespace maille::studies

@@ -6,31 +6,29 @@
 #include <CLI/CLI.hpp>
 
 #include <string>
+#include <vector>
 
 namespace maille::studies {
 
-/// What commands that read one scene, or world, have at least; explain has no more.
+/// What commands that read one scene, or world, have at least.
 void add_common(CLI::App* command, CommonOptions& options);
 /// Each adds the options of one command.
 void add_compare(CLI::App* command, CompareOptions& options);
 void add_run(CLI::App* command, RunOptions& options);
 void add_warp(CLI::App* command, WarpCommandOptions& options);
-void add_identify(CLI::App* command, IdentifyOptions& options);
 void add_play(CLI::App* command, PlayOptions& options);
 void add_render(CLI::App* command, RenderOptions& options);
 /// Where a picture of volumes is taken from, and for how many eyes. Weak, as the commands that take them.
 [[gnu::weak]] void add_camera(CLI::App* command, CameraOptions& camera);
 [[gnu::weak]] void add_stereo(CLI::App* command, std::string& stereo);
+/// How a recorded hand feels a scene. Weak too. @return the options
+[[gnu::weak]] std::vector<CLI::Option*> add_feeling(CLI::App* command, FeelOptions& options);
 void add_fit(CLI::App* command, FitOptions& options);
 void add_trade(CLI::App* command, TradeOptions& options);
 void add_choose(CLI::App* command, ChooseOptions& options);
-void add_probe(CLI::App* command, ProbeCommandOptions& options);
 void add_study(CLI::App* command, StudyCommandOptions& options);
 void add_merge(CLI::App* command, MergeOptions& options);
 void add_check(CLI::App* command, CheckOptions& options);
-void add_explain(CLI::App* command, ExplainOptions& options);
-void add_export(CLI::App* command, ExportOptions& options);
-void add_materials(CLI::App* command, MaterialsOptions& options);
 void add_new(CLI::App* command, NewOptions& options);
 void add_report(CLI::App* command, ReportOptions& options);
 void add_manual(CLI::App* command, ManualOptions& options);

@@ -48,6 +48,8 @@ public:
   const std::filesystem::path& path() const { return folder_; }
   /// A path in the folder: `SCENE` and this.
   std::filesystem::path file(const std::string& ending) const;
+  /// @throws UsageError where an option's file has the name of a result that this command will write
+  void refuse_name_of_result(const std::string& option, const std::optional<std::string>& file) const;
   /// Says that a file has been written.
   void add(const std::filesystem::path& file);
   void add(const std::vector<std::filesystem::path>& files);
@@ -66,6 +68,7 @@ private:
 
   std::filesystem::path folder_;
   std::string scene_, kind_, scene_file_, scene_text_;
+  std::set<std::string> sure_;               ///< names that this command will write
   std::set<std::string> written_;            ///< names in the folder
   std::map<std::string, std::string> stale_; ///< names, and digests of what cannot hold provenance
   FolderLock lock_;
@@ -92,12 +95,10 @@ struct AnswerOptions : CommonOptions {
   std::optional<std::string> unit; ///< of lengths in files for viewers; nothing: as each kind of file has it
 };
 
-struct ExplainOptions : CommonOptions {
-  std::optional<std::string> picture; ///< of the question
-};
-
 struct CheckOptions : CommonOptions {
-  std::filesystem::path trajectory; ///< of a world; empty: the scene alone
+  std::filesystem::path trajectory;   ///< of a world; empty: the scene alone
+  bool why = false;                   ///< what the scene switches on, and what it pays for that
+  std::optional<std::string> picture; ///< of the question
 };
 
 struct CompareOptions : AnswerOptions {
@@ -127,17 +128,8 @@ struct RunOptions : AnswerOptions {
   std::optional<std::string> film;    ///< of the body, step by step
   bool maps = false;                  ///< of the last step, on the voxels of the body's image
   bool is_warped = false;             ///< images of the last step
+  std::optional<std::string> write;   ///< the question as input of CalculiX; "-": on stdout
   WarpOptions warp;
-};
-
-struct IdentifyOptions {
-  std::filesystem::path scene, measured;
-  std::vector<std::string> unknowns; ///< dotted keys of the scene
-  std::optional<std::string> sigma;  ///< of displacements, a length
-  std::string method = "coupled";
-  std::optional<std::string> out; ///< the scene with what was found
-  std::optional<std::string> json;
-  int threads = 1;
 };
 
 /// Where a rendered picture is taken from; what is not given sees everything.
@@ -154,8 +146,19 @@ struct CameraOptions {
   std::string light = "-0.4,0.6,1", background = "#ffffff";
 };
 
+/// How a recorded hand feels a scene.
+struct FeelOptions {
+  std::optional<std::string> tool; ///< nothing: a point
+  std::string radius = "0 m", rule = "coupling";
+  double rate = 1000, stiffness = 300, damping = 0, turn_stiffness = 0, device_damping = 0.5;
+  double mass = 0, hand_stiffness = 0, hand_damping = 0, largest_force = 1000;
+  bool no_clock = false;
+  std::optional<std::string> csv;
+};
+
 struct PlayOptions {
   std::filesystem::path scene, trajectory;
+  FeelOptions feel;                         ///< where the trajectory is a recorded hand
   std::optional<std::filesystem::path> out; ///< folder for files; nothing: none are written
   bool overwrite = false;                   ///< results of other scenes in that folder
   std::string unit = "m";                   ///< of lengths in these files
@@ -165,7 +168,7 @@ struct PlayOptions {
   CameraOptions camera;                     ///< of volumes
   std::string stereo = "none";              ///< of volumes: none, side_by_side, anaglyph
   std::optional<std::string> json;
-  int threads = 1;
+  int threads = 0; ///< 0: as many as there are processors; of a recorded hand one
 };
 
 struct RenderOptions {
@@ -180,10 +183,14 @@ struct RenderOptions {
   int threads = 1;
 };
 
+/// Fits to finite elements, or with `measured` to what was measured on one scene.
 struct FitOptions {
   std::vector<std::filesystem::path> scenes, tests;
-  std::string method = "limits";
-  std::optional<double> holdout; ///< part of the scenes that is kept from the fit; nothing: none
+  std::filesystem::path measured;
+  std::vector<std::string> unknowns; ///< dotted keys of the scene
+  std::optional<std::string> sigma;  ///< of displacements, a length
+  std::string method;                ///< empty: limits; of what was measured coupled
+  std::optional<double> holdout;     ///< part of the scenes that is kept from the fit; nothing: none
   std::string reference = "fem_q2";
   double reference_seconds = 60; ///< for the reference "best"
   int trials = 20000;
@@ -219,23 +226,6 @@ struct ChooseOptions {
   int threads = 1;
 };
 
-struct ExportOptions {
-  std::filesystem::path scene;
-  std::string format = "ccx";
-  std::optional<std::string> file; ///< nothing: stdout
-};
-
-struct ProbeCommandOptions {
-  std::filesystem::path scene, motion;
-  std::optional<std::string> tool; ///< nothing: a point
-  std::string radius = "0 m", rule = "coupling";
-  double rate = 1000, stiffness = 300, damping = 0, turn_stiffness = 0, device_damping = 0.5;
-  double mass = 0, hand_stiffness = 0, hand_damping = 0, largest_force = 1000;
-  bool no_clock = false;
-  std::optional<std::string> json, csv, picture;
-  int threads = 1;
-};
-
 struct NewOptions {
   std::string kind;             ///< strip, image or world
   std::filesystem::path labels; ///< of an image
@@ -253,7 +243,7 @@ struct ManualOptions {
 };
 
 struct MaterialsOptions {
-  std::string name; ///< empty: the whole library
+  std::string name; ///< of a tissue, or `library`: all
   std::optional<std::string> json;
 };
 
@@ -282,17 +272,24 @@ int compare_command(const CompareOptions& options);
 int run_command(const RunOptions& options);
 /// Of whatever file there is: scenes, worlds, studies, trajectories with their worlds, materials.
 int check_any_command(const CheckOptions& options);
-int explain_command(const ExplainOptions& options);
+int explain_command(const CheckOptions& options);
+
+/// Whether a word means a tissue of the library, `muscle/soleus`, or `library`: it is no file, and has no
+/// dot.
+bool is_word_of_tissue(const std::string& word);
 
 /// Weak: only maille-studies is linked with these. Elsewhere they are null, and the program that is asked for
 /// one becomes maille-studies (cli/other_programs.cpp).
 [[gnu::weak]] int materials_command(const MaterialsOptions& options);
-[[gnu::weak]] int export_command(const ExportOptions& options);
+/// @param file "-": stdout
+[[gnu::weak]] void write_deck(const Scene& scene, const std::string& file);
 [[gnu::weak]] int warp_command(const WarpCommandOptions& options);
 /// @throws UsageError for formats that are none. The images are kept from being written over.
 [[gnu::weak]] WarpRequest warp_request(const WarpOptions& options);
 [[gnu::weak]] int play_command(const PlayOptions& options);
-[[gnu::weak]] int probe_command(const ProbeCommandOptions& options);
+[[gnu::weak]] int feel_command(const PlayOptions& options);
+/// True for a CSV file whose columns begin with time,x,y,z, in place of a trajectory of frames.
+[[gnu::weak]] bool is_recorded_hand(const std::filesystem::path& file);
 [[gnu::weak]] int render_command(const RenderOptions& options);
 [[gnu::weak]] int new_command(const NewOptions& options);
 [[gnu::weak]] int trade_command(const TradeOptions& options);
@@ -300,7 +297,7 @@ int explain_command(const ExplainOptions& options);
 [[gnu::weak]] int study_command(const StudyCommandOptions& options);
 [[gnu::weak]] int merge_command(const MergeOptions& options);
 [[gnu::weak]] int fit_command(const FitOptions& options);
-[[gnu::weak]] int identify_command(const IdentifyOptions& options);
+[[gnu::weak]] int identify_command(const FitOptions& options);
 [[gnu::weak]] int report_command(const ReportOptions& options);
 [[gnu::weak]] int manual_command(const ManualOptions& options);
 
@@ -349,8 +346,10 @@ void deliver(const std::string& text, const std::optional<std::string>& file);
 /// @throws UsageError
 void prepare_folder(const std::filesystem::path& folder);
 /// Checks, before any work is done, that `file` (nothing and "-": stdout) can be written, and is not an
-/// input; a later attempt to read it is refused (reserve_output). @throws UsageError
-void prepare_file(const std::string& option, const std::optional<std::string>& file);
+/// input, nor a file of `results`; a later attempt to read it is refused (reserve_output).
+/// @throws UsageError
+void prepare_file(const std::string& option, const std::optional<std::string>& file,
+                  const std::optional<ResultsFolder>& results = {});
 /// What commands ask where nothing is said.
 inline constexpr const char* default_run_method = "coupled";
 std::vector<std::string> default_compare_methods();

@@ -137,16 +137,17 @@ std::string wrong_words(const CLI::App& app, const CLI::Error& error) {
                        did_you_mean(words.front(), is_option ? options_of(app) : commands_of(app)));
   }
   const CLI::App& command = *asked.front();
+  const std::string asked_name = shown_name(command.get_name());
   const auto option =
       std::find_if(words.begin(), words.end(), [](const std::string& word) { return word.starts_with("-"); });
   if (option != words.end()) {
     const std::string name = option->substr(0, option->find('='));
-    return fmt::format("maille {}: expected an option that it has, found \"{}\"{}", command.get_name(), name,
+    return fmt::format("maille {}: expected an option that it has, found \"{}\"{}", asked_name, name,
                        did_you_mean(name, options_of(command)));
   }
   if (!words.empty())
-    return fmt::format("maille {}: expected nothing more, found \"{}\"", command.get_name(), words.front());
-  return fmt::format("maille {}: {}", command.get_name(), error.what());
+    return fmt::format("maille {}: expected nothing more, found \"{}\"", asked_name, words.front());
+  return fmt::format("maille {}: {}", asked_name, error.what());
 }
 
 std::string HelpFormat::make_option_name(const CLI::Option* option, bool is_positional) const {
@@ -174,6 +175,16 @@ std::string HelpFormat::make_option_usage(const CLI::Option* option) const {
   return may_be_left_out && !option->get_required() ? "[" + name + "]" : name;
 }
 
+std::string HelpFormat::make_usage(const CLI::App* app, std::string name) const {
+  return CLI::Formatter::make_usage(app, shown_name(std::move(name)));
+}
+
+std::string shown_name(std::string name) {
+  if (const std::size_t at = name.find("study-"); at != std::string::npos)
+    name[at + 5] = ' ';
+  return name;
+}
+
 std::string footer_of(const Command& command) {
   const std::string text = fmt::format("Example: {}\nMore:    docs/{}", command.example, command.page);
   const bool takes_methods = command.name == "run" || command.name == "compare";
@@ -185,29 +196,6 @@ std::string footer_of(const Command& command) {
 std::string footer_of_all() {
   return "\nmaille help COMMAND, maille help methods, maille help results. Start: maille run SCENE.toml\n"
          "Documents: docs/ of the sources; share/doc/maille/docs of what is installed";
-}
-
-std::vector<std::string> in_parsers_words(std::vector<std::string> words) {
-  if (!words.empty() && (words[0] == "version" || words[0] == "-v"))
-    words[0] = "--version";
-  if (!words.empty() && words[0] == "help")
-    words =
-        words.size() > 1 ? std::vector<std::string>{words[1], "--help"} : std::vector<std::string>{"--help"};
-  constexpr std::array<std::string_view, 8> lists{"--methods",    "--unknown", "--method", "--spacings",
-                                                  "--tolerances", "--table",   "--also",   "--surface"};
-  for (std::size_t i = 0; i + 1 < words.size(); ++i) {
-    if (std::find(lists.begin(), lists.end(), words[i]) == lists.end())
-      continue;
-    std::string& list = words[i + 1];
-    while (list.ends_with(',') && i + 2 < words.size() && !words[i + 2].starts_with('-')) {
-      list += words[i + 2];
-      words.erase(words.begin() + static_cast<std::ptrdiff_t>(i) + 2);
-    }
-    if (words[i] != "--table" &&
-        words[i] != "--unknown") // blanks are letters of a file's name, or stand between words
-      std::erase(words[i + 1], ' ');
-  }
-  return words;
 }
 
 namespace {
@@ -246,6 +234,7 @@ std::unique_ptr<CLI::App> whole_command_line(int& code) {
   });
   for (const Command& command : all_commands()) {
     CLI::App* const added = app->add_subcommand(command.name, command.description);
+    added->group(command.group);
     if (!command.add)
       continue;
     added->final_callback([run = command.add(added), &code] { code = run(); });
@@ -259,53 +248,47 @@ std::unique_ptr<CLI::App> whole_command_line(int& code) {
 
 std::vector<Command> all_commands() {
   return {
-      {"compare", "Answer a scene by several methods and measure them against FEM",
+      {to_model, "new", "Write a commented scene, ready to run: a strip, the labels of an image, or a world",
+       "maille new image labels.nii.gz", "scene.md", taking(add_new, new_command), false},
+      {to_model, "check",
+       "Report every fault of a scene, a world, a study, a trajectory or a material; show a tissue of the "
+       "library",
+       "maille check strip.toml --why", "scene.md", taking(add_check, check_any_command)},
+      {to_solve, "run", "Answer a scene by one or more methods, at once or in steps",
+       "maille run strip.toml --steps 10 --out out/strip", "command.md", taking(add_run, run_command)},
+      {to_solve, "compare", "Answer a scene by several methods and measure them against FEM",
        "maille compare strip.toml --methods limits,coupled,fem_q1 --out out/strip", "files.md",
        taking(add_compare, compare_command)},
-      {"run", "Answer a scene by one or more methods, at once or in steps",
-       "maille run strip.toml --steps 10 --out out/strip", "command.md", taking(add_run, run_command)},
-      {"new", "Write a commented scene, ready to run: a strip, the labels of an image, or a world",
-       "maille new image labels.nii.gz", "scene.md", taking(add_new, new_command), false},
-      {"warp", "Carry an image and its labels along with an answer, for viewers and other programs",
-       "maille warp calf.toml --image scan.nii.gz --out out/calf", "images.md",
-       taking(add_warp, warp_command)},
-      {"play", "Play recorded input against a world of several objects",
-       "maille play world.toml press.toml --out out/press", "world.md", taking(add_play, play_command)},
-      {"render", "Draw a scene as its looks say: grey values, colours, fields of an answer",
+      {to_vary, "study",
+       "Run methods over a family of scenes into one table; study trade, study choose, study merge",
+       "maille study pennation.toml --out out/pennation", "study.md", taking(add_study, study_command)},
+      {not_listed, "study-trade",
+       "Measure what accuracy costs: every method, lattice and tolerance, and the Pareto front",
+       "maille study trade strip.toml --out out/trade", "trade.md", taking(add_trade, trade_command)},
+      {not_listed, "study-choose",
+       "Find the cheapest method, lattice and tolerance within an error and a time",
+       "maille study choose strip.toml --error 5% --time 16ms", "trade.md",
+       taking(add_choose, choose_command)},
+      {not_listed, "study-merge", "Put the tables of a study's parts together",
+       "maille study merge part1 part2 --out whole", "study.md", taking(add_merge, merge_command), false},
+      {to_vary, "fit",
+       "Find the limits, or the weights of relaxed, that come nearest to finite elements; or constants from "
+       "what was measured",
+       "maille fit pull.toml bend.toml --out fitted.toml", "fit.md", taking(add_fit, fit_command)},
+      {to_see, "report", "Make one page (HTML) of a folder of results", "maille report out/strip",
+       "report.md", taking(add_report, report_command), false},
+      {to_see, "render", "Draw a scene as its looks say: grey values, colours, fields of an answer",
        "maille render head.toml --direction 0,1,0 --out head.png", "render.md",
        taking(add_render, render_command)},
-      {"fit",
-       "Find the limits, or the weights of relaxed, that come nearest to finite elements over a family of "
-       "scenes",
-       "maille fit pull.toml bend.toml --out fitted.toml", "fit.md", taking(add_fit, fit_command)},
-      {"identify", "Find constants of a scene from what was measured, with intervals of confidence",
-       "maille identify bar.toml --measured bar.csv --unknown specimen.material.youngs_modulus",
-       "identify.md", taking(add_identify, identify_command)},
-      {"trade", "Measure what accuracy costs: every method, lattice and tolerance, and the Pareto front",
-       "maille trade strip.toml --out out/trade", "trade.md", taking(add_trade, trade_command)},
-      {"choose", "Find the cheapest method, lattice and tolerance within an error and a time",
-       "maille choose strip.toml --error 5% --time 16ms", "trade.md", taking(add_choose, choose_command)},
-      {"live", "Take a scene into the hand, in a window", "maille live world.toml --record hand.csv",
+      {to_see, "play",
+       "Play recorded input against a world of several objects, or feel a scene by a recorded hand",
+       "maille play world.toml press.toml --out out/press", "world.md", taking(add_play, play_command)},
+      {to_see, "live", "Take a scene into the hand, in a window", "maille live world.toml --record hand.csv",
        "live.md", taking(add_live, live_command)},
-      {"probe", "Feel a scene by a recorded hand, a thousand times a second",
-       "maille probe world.toml hand.csv --tool stamp --csv felt.csv", "probe.md",
-       taking(add_probe, probe_command)},
-      {"study", "Run methods over a family of scenes into one table",
-       "maille study pennation.toml --out out/pennation", "study.md", taking(add_study, study_command)},
-      {"merge", "Put the tables of a study's parts together", "maille merge part1 part2 --out whole",
-       "study.md", taking(add_merge, merge_command), false},
-      {"check", "Read a scene, a world, a study, a trajectory or a material and report every fault in it",
-       "maille check strip.toml", "scene.md", taking(add_check, check_any_command)},
-      {"explain", "Say what a scene switches on, and what it pays for that", "maille explain strip.toml",
-       "scene.md", taking(add_explain, explain_command)},
-      {"export", "Write a scene as input of another program", "maille export strip.toml --out strip.inp",
-       "verification.md", taking(add_export, export_command)},
-      {"materials", "Show the tissue library, or one tissue with derived constants",
-       "maille materials muscle/soleus", "tissue_to_limits.md", taking(add_materials, materials_command),
-       false},
-      {"report", "Make one page (HTML) of a folder of results", "maille report out/strip", "report.md",
-       taking(add_report, report_command), false},
-      {"manual", "Write pages of the manual and completions for bash and zsh, from what --help says",
+      {not_listed, "warp", "Carry an image and its labels along with an answer: now run --warp",
+       "maille warp calf.toml --image scan.nii.gz --out out/calf", "images.md",
+       taking(add_warp, warp_command)},
+      {not_listed, "manual", "Write pages of the manual and completions for bash and zsh",
        "maille manual --out out/manual", "command.md", taking(add_manual, manual_command), false},
   };
 }

@@ -15,11 +15,16 @@ namespace maille::studies {
 /// Adds a command's options. What it returns runs the command with them, and answers with an exit code.
 using AddCommand = std::function<std::function<int()>(CLI::App* command)>;
 
+/// What a user wants of a command: the heading that it stands under in the help.
+inline constexpr const char *to_model = "Model", *to_solve = "Solve", *to_vary = "Vary", *to_see = "See",
+                            *not_listed = "";
+
 struct Command {
-  std::string name, description;
-  std::string example, page; ///< at the end of its help; the page is in docs/
-  AddCommand add;            ///< empty: another program has it, see become_program_of
-  bool reads_scenes = true;  ///< --sandbox keeps their files together
+  const char* group;
+  std::string name, description; ///< `study-trade` is shown as `study trade`
+  std::string example, page;     ///< at the end of its help; the page is in docs/
+  AddCommand add;                ///< empty: another program has it, see become_program_of
+  bool reads_scenes = true;      ///< --sandbox keeps their files together
 };
 
 /// The parser of the whole command line. @param code  what the command that was asked for answers with
@@ -61,6 +66,7 @@ public:
   std::string make_option_name(const CLI::Option* option, bool is_positional) const override;
   std::string make_option_opts(const CLI::Option* option) const override;
   std::string make_option_usage(const CLI::Option* option) const override;
+  std::string make_usage(const CLI::App* app, std::string name) const override;
 };
 
 /// An example and the page of the docs, below a command's help.
@@ -69,8 +75,12 @@ std::string footer_of(const Command& command);
 std::string footer_of_all();
 
 /// The words of a command line as the parser takes them: `help COMMAND` is `COMMAND --help`, `version` is
-/// `--version`, and a list goes on behind a comma and a blank.
-std::vector<std::string> in_parsers_words(std::vector<std::string> words);
+/// `--version`, `study trade` is `study-trade`, and a list goes on behind a comma and a blank. Commands of
+/// version 0.2 become what they are now.
+/// @param hint becomes the sentence that names the new words, where old ones were used
+std::vector<std::string> in_parsers_words(std::vector<std::string> words, std::string* hint = nullptr);
+/// `study trade` of `study-trade`.
+std::string shown_name(std::string name);
 
 /// The files of cli/texts, compiled in (cmake/embed_texts.cmake): a program needs no path at run time.
 std::string_view bash_txt(), zsh_txt(), methods_txt(), results_txt();

@@ -112,9 +112,18 @@ std::vector<std::string> names_of(const CLI::Option& option) {
   return names;
 }
 
+/// Those that the manual describes: all but commands of older versions, and this one.
+std::vector<const CLI::App*> described(const CLI::App& app) {
+  std::vector<const CLI::App*> list;
+  for (const CLI::App* command : app.get_subcommands({}))
+    if (!command->get_group().empty() || command->get_name().starts_with("study-"))
+      list.push_back(command);
+  return list;
+}
+
 std::vector<std::string> topics_of(const CLI::App& app) {
   std::vector<std::string> topics{"methods", "results", "mechanics", "columns"};
-  for (const CLI::App* command : app.get_subcommands({}))
+  for (const CLI::App* command : described(app))
     topics.push_back(command->get_name());
   return topics;
 }
@@ -143,7 +152,7 @@ std::string page_of_all(const CLI::App& app) {
   std::string text = head("maille", app.get_description()) +
                      ".SH SYNOPSIS\n.B maille\n.I COMMAND\n.RI [ OPTIONS ]\n" + roff_options(app) +
                      ".SH COMMANDS\n";
-  for (const CLI::App* command : app.get_subcommands({}))
+  for (const CLI::App* command : described(app))
     text += fmt::format(".TP\n.BR maille\\-{} (1)\n{}\n", roff(command->get_name()),
                         roff(command->get_description()));
   return text + as_it_stands("METHODS", methods_in_words()) + as_it_stands("RESULTS", words_of_results()) +
@@ -154,7 +163,7 @@ std::string page_of_all(const CLI::App& app) {
 std::string bash_completion(const CLI::App& app) {
   std::string options, values;
   std::vector<std::string> commands{"help"};
-  for (const CLI::App* command : app.get_subcommands({})) {
+  for (const CLI::App* command : described(app)) {
     commands.push_back(command->get_name());
     std::vector<std::string> names;
     for (const CLI::Option* option : options_of(*command)) {
@@ -177,7 +186,7 @@ std::string bash_completion(const CLI::App& app) {
 /// The same, with what options mean.
 std::string zsh_completion(const CLI::App& app) {
   std::string commands, cases;
-  for (const CLI::App* command : app.get_subcommands({})) {
+  for (const CLI::App* command : described(app)) {
     commands += fmt::format("    '{}:{}'\n", command->get_name(), in_zsh(command->get_description()));
     std::string arguments;
     for (const CLI::Option* option : options_of(*command))
@@ -212,7 +221,7 @@ int manual_command(const ManualOptions& options) {
     write_whole(options.out / file, text);
   };
   write("man/man1/maille.1", page_of_all(*app));
-  for (const CLI::App* command : app->get_subcommands({}))
+  for (const CLI::App* command : described(*app))
     write("man/man1/maille-" + command->get_name() + ".1", page_of(*command));
   write("bash-completion/completions/maille", bash_completion(*app));
   write("zsh/vendor-completions/_maille", zsh_completion(*app));

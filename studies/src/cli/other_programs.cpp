@@ -1,7 +1,7 @@
 /// Which of two programs answers a command line.
 ///
-/// `maille` starts in 20 ms because it links few libraries: it has run, compare, check and explain. Every
-/// other command, and those four where they need worlds, films or pictures by looks, stands in
+/// `maille` starts in 20 ms because it links few libraries: it has run, compare and check. Every other
+/// command, and those three where they need worlds, films or pictures by looks, stands in
 /// maille-studies, which has all commands. Both are built from the same command line (help.cpp): a command
 /// that a program is not linked with has a null function, and the program then replaces itself by
 /// maille-studies with execv, before it reads a file or starts a thread.
@@ -34,14 +34,18 @@ constexpr const char* whole_program = "maille-studies";
 } // namespace
 
 std::optional<Command> asked_command(const std::vector<std::string>& words) {
-  const auto word =
-      std::ranges::find_if(words, [](const std::string& one) { return one != "--sandbox" && one != "help"; });
+  const auto word = std::ranges::find_if(words, [](const std::string& one) { return one != "--sandbox"; });
   if (word == words.end())
     return std::nullopt;
   for (Command& command : all_commands())
     if (command.name == *word)
       return std::move(command);
   return std::nullopt;
+}
+
+bool is_word_of_tissue(const std::string& word) {
+  return !word.empty() && word.front() != '-' && word.find('.') == std::string::npos && word != "check" &&
+         !std::filesystem::exists(word);
 }
 
 bool is_of_this_program(const Command& command, const std::vector<std::string>& words) {
@@ -51,15 +55,15 @@ bool is_of_this_program(const Command& command, const std::vector<std::string>& 
     return true;
   if (command.name == "run")
     return std::ranges::none_of(words, [](const std::string& word) {
-      return word.starts_with("--warp") || word.starts_with("--film");
+      return word.starts_with("--warp") || word.starts_with("--film") || word.starts_with("--write");
     });
   if (command.name == "compare")
     return std::ranges::none_of(words,
                                 [](const std::string& word) { return word.starts_with("--picture"); }) ||
            std::ranges::none_of(words, has_look);
-  if (command.name != "check" && command.name != "explain")
-    return true;
-  return std::ranges::none_of(words, [](const std::string& word) { return is_world_scene(word); });
+  return command.name != "check" || std::ranges::none_of(words, [](const std::string& word) {
+           return is_world_scene(word) || is_word_of_tissue(word);
+         });
 }
 
 void become_program_of(const Command& command, char** argv) {

@@ -71,7 +71,8 @@ void prepare_folder(const fs::path& folder) {
   unlink(probe.c_str());
 }
 
-void prepare_file(const std::string& option, const std::optional<std::string>& file) {
+void prepare_file(const std::string& option, const std::optional<std::string>& file,
+                  const std::optional<ResultsFolder>& results) {
   if (!file || *file == "-")
     return;
   const fs::path path(*file);
@@ -89,6 +90,8 @@ void prepare_file(const std::string& option, const std::optional<std::string>& f
   if (found)
     throw UsageError(
         fmt::format("{} {}: expected a file that can be written, found {}", option, *file, found));
+  if (results)
+    results->refuse_name_of_result(option, file);
   reserve_output(option, path);
 }
 

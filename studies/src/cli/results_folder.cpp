@@ -72,6 +72,9 @@ ResultsFolder::ResultsFolder(fs::path folder, std::string scene, const fs::path&
     : folder_(std::move(folder)), scene_(std::move(scene)), kind_(std::move(kind)),
       scene_file_(fs::weakly_canonical(fs::absolute(scene_file)).string()),
       scene_text_(scene_text_of(scene_file)), lock_(lock_of(folder_, scene_, sure, kind_)) {
+  for (const std::string& ending : sure)
+    sure_.insert(scene_ + ending);
+  sure_.insert(fmt::format("{}_{}_results.json", scene_, kind_));
   std::vector<fs::path> lists;
   for (const auto& entry : fs::directory_iterator(folder_))
     if (entry.is_regular_file() && entry.path().filename().string().ends_with("_results.json"))
@@ -113,6 +116,15 @@ void ResultsFolder::look_at(const fs::path& file, bool overwrite) {
       add_stale_of(list);
     }
   }
+}
+
+void ResultsFolder::refuse_name_of_result(const std::string& option,
+                                          const std::optional<std::string>& file) const {
+  const fs::path path = file ? fs::weakly_canonical(fs::absolute(*file)) : fs::path();
+  if (path.parent_path() == fs::weakly_canonical(fs::absolute(folder_)) &&
+      sure_.contains(path.filename().string()))
+    throw UsageError(
+        fmt::format("{} {}: expected a file of its own, found the name of a result of --out", option, *file));
 }
 
 /// What a list says of other names, folders and files that have changed since is not believed.

@@ -291,6 +291,10 @@ FileKind kind_of(const fs::path& file) {
 } // namespace
 
 int check_any_command(const CheckOptions& options) {
+  if (is_word_of_tissue(options.scene.string()))
+    return materials_command({options.scene.string(), options.json});
+  if (options.why || options.picture)
+    return explain_command(options);
   fs::path first = options.scene, second = options.trajectory;
   keep_inputs(second.empty() ? std::vector{first} : std::vector{first, second});
   prepare_file("--json", options.json);

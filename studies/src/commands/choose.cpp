@@ -132,7 +132,7 @@ std::string how_to_do_it(const ChooseOptions& options, const Lattices& lattices,
     write_whole(file, *text);
     return fmt::format("wrote {}\n{}", file.string(), then);
   }
-  return fmt::format("    maille choose {} --error {}{} --time {} --write {}\n{}",
+  return fmt::format("    maille study choose {} --error {}{} --time {} --write {}\n{}",
                      in_shell(options.scene.string()), in_shell(options.error),
                      options.of == Quantity{}.name ? "" : " --of " + options.of, in_shell(options.time),
                      in_shell(file.string()), then);

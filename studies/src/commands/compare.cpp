@@ -115,9 +115,9 @@ void prepare_outputs(const CompareOptions& options, const Scene& scene,
     sure.push_back("_" + method + ending_of_vtk(scene));
   if (options.out)
     folder.emplace(*options.out, scene.name, options.scene, "compare", options.overwrite, sure);
-  prepare_file("--json", options.json);
-  prepare_file("--csv", options.csv);
-  prepare_file("--picture", options.picture);
+  prepare_file("--json", options.json, folder);
+  prepare_file("--csv", options.csv, folder);
+  prepare_file("--picture", options.picture, folder);
 }
 
 } // namespace

@@ -434,7 +434,7 @@ std::optional<std::int64_t> bytes_of_looks(const std::filesystem::path& file) {
 }
 
 /// What was said, with what pictures of volumes would hold.
-void deliver_with_looks(const ExplainOptions& options, nlohmann::ordered_json json, std::string text) {
+void deliver_with_looks(const CheckOptions& options, nlohmann::ordered_json json, std::string text) {
   if (const auto bytes = bytes_of_looks(options.scene)) {
     json["looks_bytes"] = *bytes;
     text += fmt::format(
@@ -445,7 +445,7 @@ void deliver_with_looks(const ExplainOptions& options, nlohmann::ordered_json js
 
 } // namespace
 
-int explain_command(const ExplainOptions& options) {
+int explain_command(const CheckOptions& options) {
   keep_inputs({options.scene});
   prepare_file("--json", options.json);
   prepare_file("--picture", options.picture);

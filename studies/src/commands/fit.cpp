@@ -206,7 +206,12 @@ FitReport fit_family(const std::vector<Scene>& fitted, const std::vector<Scene>&
 
 } // namespace
 
-int fit_command(const FitOptions& options) {
+int fit_command(const FitOptions& asked) {
+  if (!asked.measured.empty())
+    return identify_command(asked);
+  FitOptions options = asked;
+  if (options.method.empty())
+    options.method = "limits";
   keep_inputs(options.scenes);
   keep_inputs(options.tests);
   check_options(options);

@@ -246,7 +246,7 @@ nlohmann::ordered_json in_json(const Scene& scene, const std::string& method,
 
 namespace {
 
-std::optional<double> sigma_of(const IdentifyOptions& options) {
+std::optional<double> sigma_of(const FitOptions& options) {
   if (!options.sigma)
     return std::nullopt;
   const auto sigma = parse_quantity(*options.sigma, Dimension::length);
@@ -257,13 +257,15 @@ std::optional<double> sigma_of(const IdentifyOptions& options) {
 
 } // namespace
 
-int identify_command(const IdentifyOptions& options) {
-  keep_inputs({options.scene, options.measured});
-  check_methods({options.method}, "--method");
-  if (!has_stress(options.method))
-    throw UsageError("--method: expected one that knows forces, such as coupled, found \"" + options.method +
-                     "\"");
-  ChangedScene scene(options.scene);
+int identify_command(const FitOptions& options) {
+  if (options.scenes.size() != 1)
+    throw UsageError(fmt::format("--measured: expected one scene, found {}", options.scenes.size()));
+  const std::string method = options.method.empty() ? "coupled" : options.method;
+  keep_inputs({options.scenes.front(), options.measured});
+  check_methods({method}, "--method");
+  if (!has_stress(method))
+    throw UsageError("--method: expected one that knows forces, such as coupled, found \"" + method + "\"");
+  ChangedScene scene(options.scenes.front());
   SceneAndMeasures asked = scene.read();
   const std::string text = is_image_file(options.measured)
                                ? std::string{}
@@ -293,6 +295,8 @@ int identify_command(const IdentifyOptions& options) {
     throw UsageError(
         fmt::format("--measured: expected at least as many numbers as there are unknowns, {}, found {}",
                     unknowns.size(), observations.size()));
+  if (std::ranges::all_of(observations, [](const Observation& one) { return one.value == 0 && !one.sigma; }))
+    throw UsageError("--measured: expected a number that is not 0, or sigmas, found zeros alone");
   prepare_file("--json", options.json);
   prepare_file("--out", options.out);
   const Control control = terminal_control(options.threads);
@@ -306,7 +310,7 @@ int identify_command(const IdentifyOptions& options) {
       scene.put(i, values[i], starts[i].unit);
     try {
       const SceneAndMeasures now = scene.read();
-      const Answer answer = solver.answer(now.scene, options.method, quiet);
+      const Answer answer = solver.answer(now.scene, method, quiet);
       if (!is_converged(answer.status)) {
         refusal = fmt::format("{}: {}", to_string(answer.status), answer.message);
         return std::nullopt;
@@ -349,7 +353,7 @@ int identify_command(const IdentifyOptions& options) {
   constexpr std::size_t most_in_json = 1000;
   observed.resize(std::min(observed.size(), most_in_json));
   if (options.json)
-    deliver(json_text(in_json(asked.scene, options.method, rows, observed, found)), options.json);
+    deliver(json_text(in_json(asked.scene, method, rows, observed, found)), options.json);
   if (options.out && found.status == IdentifyStatus::done) {
     for (std::size_t i = 0; i < rows.size(); ++i)
       scene.put(i, found.unknowns[i].value, starts[i].unit);

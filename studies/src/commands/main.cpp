@@ -41,8 +41,9 @@ int fail(std::string_view message, int exit_code) {
 /// Several ranks share finite elements and the objects of pictures, which only these commands ask for;
 /// anything else the first does alone.
 bool is_for_all_ranks(int argc, char** argv) {
-  const std::vector<std::string_view> words(argv + 1, argv + argc);
-  const auto command = std::ranges::find_if(words, [](std::string_view word) { return word != "--sandbox"; });
+  const std::vector<std::string> words = in_parsers_words({argv + 1, argv + argc});
+  const auto command =
+      std::ranges::find_if(words, [](const std::string& word) { return word != "--sandbox"; });
   return command != words.end() && (*command == "compare" || *command == "run" || *command == "render");
 }
 
@@ -52,7 +53,10 @@ int run(int argc, char** argv) {
   int code = exit_done;
   const auto app = whole_command_line(code);
   keep_command_line(argc, argv);
-  std::vector<std::string> words = in_parsers_words({argv + 1, argv + argc});
+  std::string hint;
+  std::vector<std::string> words = in_parsers_words({argv + 1, argv + argc}, &hint);
+  if (!hint.empty())
+    complain(hint);
   if (words.size() == 2 && words[1] == "--help")
     if (const auto text = help_topic(words[0])) {
       fmt::print("{}", *text);
@@ -144,7 +148,7 @@ int main(int argc, char** argv) {
     const bool has_raised = raise_stack_limit();
     if (limit_blas_threads() || has_raised)
       execv("/proc/self/exe", argv); // goes on where that cannot be
-    const std::vector<std::string> words(argv + 1, argv + argc);
+    const std::vector<std::string> words = in_parsers_words({argv + 1, argv + argc});
     // The laboratory has left the command; outside scripts that still use the old words are told where it is.
     if (!words.empty() && (words[0] == "bench" || words[0] == "verify" || words[0] == "stability"))
       throw UsageError(fmt::format("maille {} is now studies/lab/run {} of the source tree", words[0],

@@ -219,7 +219,7 @@ std::string details(const LibraryEntry& entry) {
 
 int materials_command(const MaterialsOptions& options) {
   const ResultTable<LibraryEntry>& columns = columns_of_library();
-  if (options.name.empty()) {
+  if (options.name == "library") {
     deliver(options.json ? json_text(columns.json_rows(material_library()))
                          : columns.text(material_library()),
             options.json);
@@ -227,11 +227,12 @@ int materials_command(const MaterialsOptions& options) {
   }
   const LibraryEntry* entry = find_material(options.name);
   if (!entry && similar_material_names(options.name).empty())
-    throw UsageError(
-        fmt::format("materials: no tissue called \"{}\" (maille materials lists all)", options.name));
+    throw UsageError(fmt::format(
+        "expected a file, or a tissue of the library (maille check library lists them), found \"{}\"",
+        options.name));
   if (!entry)
-    throw UsageError(fmt::format("materials: no tissue called \"{}\"; the nearest: {}", options.name,
-                                 fmt::join(similar_material_names(options.name), ", ")));
+    throw UsageError(fmt::format("expected a file, or a tissue of the library, found \"{}\"; the nearest: {}",
+                                 options.name, fmt::join(similar_material_names(options.name), ", ")));
   deliver(options.json ? json_text(columns.json(*entry)) : details(*entry), options.json);
   return exit_done;
 }

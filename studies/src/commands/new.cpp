@@ -141,9 +141,10 @@ std::string scene_of(const LabelImage& image, const std::string& file, const std
   fibre[body.axis] = "1";
   by[body.axis] = fmt::format("\"{:.3g} mm\"", 1e3 * 0.02 * length);
   std::string text = fmt::format(
-      "# A body from {0}.\n# Run it:          maille run {1} --out out\n# Over the scan:   maille warp {1} "
+      "# A body from {0}.\n# Run it:          maille run {1} --out out\n# Over the scan:   maille run {1} "
+      "--warp "
       "--out out\n"
-      "# Every key:       docs/scene.md; tissues: maille materials\n\ntitle = \"a body from "
+      "# Every key:       docs/scene.md; tissues: maille check library\n\ntitle = \"a body from "
       "{0}\"\n\n[specimen]\n"
       "shape   = \"image\"\nimage   = \"{2}\"\ncoarsen = {3}   # voxels of a cell along each axis\n"
       "fibre   = [{4}]\n\n# Which label is what. Take a line out, and its voxels are no part of the "

@@ -181,13 +181,15 @@ void check(const PlayOptions& options, const WorldScene& scene, std::optional<Re
     sure.emplace_back(".mp4");
   if (options.out)
     folder.emplace(*options.out, scene.name, options.scene, "play", options.overwrite, sure);
-  prepare_file("--json", options.json); // may be asked for in that folder
-  prepare_file("--picture", options.picture);
+  prepare_file("--json", options.json, folder); // may be asked for in that folder
+  prepare_file("--picture", options.picture, folder);
 }
 
 } // namespace
 
 int play_command(const PlayOptions& options) {
+  if (is_recorded_hand(options.trajectory))
+    return feel_command(options);
   keep_inputs({options.scene, options.trajectory});
   std::vector<std::string> left_out;
   WorldScene scene = is_world_scene(options.scene)

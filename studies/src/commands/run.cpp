@@ -297,6 +297,12 @@ int run_command(const RunOptions& options) {
   const Scene& scene = asked.scene;
   check_maps(options, scene);
   check_warp(options, scene);
+  if (options.write) {
+    prepare_file("--write", options.write);
+    write_deck(scene, *options.write);
+    if (options.methods.empty() && !options.out && !options.json) // nothing else is asked
+      return exit_done;
+  }
   if (!ranks_agree_on(&scene, fmt::format("{} {} {} {}", fmt::join(names, " "), options.fem_solver,
                                           options.steps, options.estimate)))
     return exit_faulty_input;
@@ -304,6 +310,9 @@ int run_command(const RunOptions& options) {
   std::optional<ResultsFolder> folder;
   if (speaks && options.out) {
     std::vector<std::string> sure;
+    for (const std::string& method : names)
+      if (options.steps > 1)
+        sure.push_back(fmt::format("_{}_force.csv", method));
     for (const std::string& method : names)
       for (const char* end : {"_0000", "_0001", ".pvd"})
         if (options.steps > 1 || end == std::string_view("_0001"))
@@ -313,7 +322,7 @@ int run_command(const RunOptions& options) {
   if (speaks)
     for (const auto& [option, file] :
          {std::pair("--json", options.json), {"--picture", options.picture}, {"--film", options.film}})
-      prepare_file(option, file); // may be asked for in that folder
+      prepare_file(option, file, folder); // may be asked for in that folder
   const Control control = terminal_control(options.threads);
   deform::ElasticBody body; // of `coupled`, from step to step
   if (options.steps > 1)

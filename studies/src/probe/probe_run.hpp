@@ -1,5 +1,5 @@
 #pragma once
-/// A recorded hand feels a scene: `maille probe`.
+/// A recorded hand feels a scene: `maille play`.
 
 #include "maille/deform/probe/device.hpp"
 #include "maille/deform/probe/servo_loop.hpp"

@@ -1,5 +1,5 @@
 #pragma once
-/// One answer of one way, measured, and the row that it makes: `maille trade` writes it, `maille choose`
+/// One answer of one way, measured, and the row that it makes: `maille study trade` writes it, `maille study choose`
 /// reads it.
 
 #include "results/result_table.hpp"

@@ -59,7 +59,7 @@ struct Blocks : Folder {
     write("blocks.mha", image.insert(image.find("NDims"), axes));
   }
   Outcome identify(const std::string& data) const {
-    return maille_command("identify " + file("start.toml", blocks_of(60, 90)) + " --measured " + data +
+    return maille_command("fit " + file("start.toml", blocks_of(60, 90)) + " --measured " + data +
                           " --sigma '1 um' --json --unknown "
                           "specimen.labels.1.youngs_modulus,specimen.labels.2.youngs_modulus");
   }
@@ -285,9 +285,9 @@ TEST(NamedMeasuresCommandAnalytic, CompareHasTheirErrors) {
 
 TEST(NamedMeasuresCommandAnalytic, TradeMeasuresEveryLattice) {
   const BarFolder folder;
-  const Outcome run =
-      test::done("trade " + folder.scene() + " --methods coupled --spacings 2,1,0.5 --tolerances 1e-4 " +
-                 "--reference fem_q1 --json " + folder.path("t.json") + " --csv " + folder.path("t.csv"));
+  const Outcome run = test::done(
+      "study trade " + folder.scene() + " --methods coupled --spacings 2,1,0.5 --tolerances 1e-4 " +
+      "--reference fem_q1 --json " + folder.path("t.json") + " --csv " + folder.path("t.csv"));
   const json rows = json::parse(test::text_of(folder.path("t.json")))["rows"];
   const auto table = csv_in(test::text_of(folder.path("t.csv")));
   ASSERT_EQ(rows.size(), 3u);
@@ -303,11 +303,11 @@ TEST(NamedMeasuresCommandAnalytic, TradeMeasuresEveryLattice) {
 TEST(NamedMeasuresCommandAnalytic, ChooseChoosesByTheirErrors) {
   const BarFolder folder;
   const Outcome run =
-      maille_command("choose " + folder.scene() + " --error 5% --time 10s --of pull --json -");
+      maille_command("study choose " + folder.scene() + " --error 5% --time 10s --of pull --json -");
   const json choice = json::parse(run.out);
   EXPECT_EQ(choice["wish"]["of"], "pull");
   EXPECT_LT(choice["probes"]["difference"], 1e-2);
-  const Outcome unknown = test::refused("choose " + folder.scene() + " --error 5% --time 10s --of pul");
+  const Outcome unknown = test::refused("study choose " + folder.scene() + " --error 5% --time 10s --of pul");
   EXPECT_TRUE(test::has(unknown.err, "did you mean \"pull\"?"));
 }
 

@@ -64,7 +64,7 @@ TEST(CommandLineContract, WrongWordsAreAnsweredWithTheNearestRightOne) {
   test::expect_refused({{"comapre " + folder.scene, "\"compare\""},
                         {"run " + folder.scene + " --metods limits", "\"--methods\""},
                         {"run " + folder.scene + " --methods cuopled", "\"coupled\""},
-                        {"choose " + folder.scene + " --error 5% --time 1s --of forse", "\"force\""},
+                        {"study choose " + folder.scene + " --error 5% --time 1s --of forse", "\"force\""},
                         {"compare " + folder.scene + " --reference none", "--reference: expected one of"},
                         {"help comapre", "\"compare\""}});
   EXPECT_FALSE(test::has(maille_command("compare " + folder.scene + " --reference none").err, "--methods"));
@@ -80,8 +80,8 @@ TEST(CommandLineContract, HelpNamesMethodsDefaultsAnExampleAndAPage) {
       EXPECT_FALSE(test::has(help.out, raw)) << line << ": " << raw;
   }
   EXPECT_FALSE(test::has(maille_command("play --help").out, "{false}"));
-  for (const char* command : {"check", "choose", "compare", "explain", "export", "fit", "materials", "merge",
-                              "play", "probe", "report", "run", "study", "trade"}) {
+  for (const char* command : {"check", "compare", "fit", "live", "new", "play", "render", "report", "run",
+                              "study", "study choose", "study merge", "study trade"}) {
     const Outcome help = test::done(std::string("help ") + command);
     EXPECT_TRUE(test::has(help.out, "Example: maille " + std::string(command)));
     EXPECT_TRUE(test::has(help.out, "docs/"));
@@ -141,22 +141,47 @@ TEST(CommandLineContract, WordsOfTheLaboratoryNameItsRunner) {
   }
 }
 
-/// `maille materials` as outside scripts see it.
+// Truth: the new words print the same.
+TEST(OldCommandsConsistent, DoWhatTheyDidAndNameTheNewWords) {
+  const test::TemporaryFolder folder;
+  const std::string strip = std::string(MAILLE_SCENES) + "/strip_pulled.toml",
+                    deck = (folder / "deck.inp").string();
+  for (const auto& [old, now] : {std::pair("explain " + strip, "check --why " + strip),
+                                 {"materials muscle/soleus", "check muscle/soleus"},
+                                 {"materials", "check library"},
+                                 {"export " + strip, "run " + strip + " --write -"},
+                                 {"trade --help", "study trade --help"},
+                                 {"choose --help", "study choose --help"},
+                                 {"merge --help", "study merge --help"},
+                                 {"identify --help", "fit --help"},
+                                 {"probe --help", "play --help"}}) {
+    const Outcome of_old = test::done(old), of_now = test::done(now);
+    EXPECT_EQ(of_old.out, of_now.out) << old;
+    EXPECT_TRUE(test::has(of_old.err, "is now maille " + now.substr(0, now.find(' ')))) << of_old.err;
+    EXPECT_TRUE(of_now.err.empty()) << of_now.err;
+  }
+  test::done("export " + strip + " --format ccx --out " + deck);
+  EXPECT_EQ(test::text_of(deck), test::done("run " + strip + " --write -").out);
+  const std::string commands = test::done("help").out;
+  EXPECT_LE(std::ranges::count(commands, '\n'), 40) << "one screen";
+}
+
+/// `maille check` of tissues as outside scripts see it.
 
 TEST(MaterialsCommandContract, ShowsATissueWithItsSourceAndDerivedConstants) {
-  const json tissue = test::json_of("materials muscle/vastus_lateralis --json");
+  const json tissue = test::json_of("check muscle/vastus_lateralis --json");
   EXPECT_EQ(tissue["name"], "muscle/vastus_lateralis");
   EXPECT_NEAR(tissue["youngs_modulus_pa"][0].get<double>(), 41.8e3, 1); // Knight et al. 2022
   EXPECT_FALSE(tissue["source"].get<std::string>().empty());
   EXPECT_GT(tissue["stiffness_eigenvalues_pa"][0], 0);
-  EXPECT_TRUE(test::has(maille_command("materials").out, "muscle/soleus"));
+  EXPECT_TRUE(test::has(maille_command("check library").out, "muscle/soleus"));
   ASSERT_EQ(tissue["nearly_incompressible"].size(), 2u);
   EXPECT_NEAR(tissue["nearly_incompressible"][1]["bulk_modulus_pa"].get<double>(), 577e3, 1e-6);
 }
 
 TEST(MaterialsCommandContract, SaysWhatIsNotVerified) {
   const auto says = [](const std::string& arguments, const char* words) {
-    return maille_command("materials " + arguments).out.find(words) != std::string::npos;
+    return maille_command("check " + arguments).out.find(words) != std::string::npos;
   };
   EXPECT_TRUE(says("liver/parenchyma", "damage       stretch 1.462: "));
   EXPECT_TRUE(says("tendon/tibialis_anterior", "damage       stretch 1.08 (UNVERIFIED): "));
@@ -164,8 +189,8 @@ TEST(MaterialsCommandContract, SaysWhatIsNotVerified) {
   EXPECT_TRUE(
       says("liver/parenchyma", "compress 0.4678 (follows from the stretch), shear 12 0.778 (follows"));
   EXPECT_TRUE(says("skin/dermis", "NO: do not quote these numbers as fact"));
-  const json all = json::parse(maille_command("materials --json").out);
-  const std::string table = maille_command("materials").out;
+  const json all = json::parse(maille_command("check library --json").out);
+  const std::string table = maille_command("check library").out;
   for (const json& tissue : all) { // in every table, not only in its own
     const auto line = table.find("\n" + tissue["name"].get<std::string>() + " ");
     ASSERT_NE(line, std::string::npos) << tissue["name"];
@@ -217,7 +242,7 @@ TEST(CheckCommandContract, ShowsSizesAndLabelsAndWarns) {
                             "warning: the moves ask for a mean strain of 50 %", "32 mm^3"})
     EXPECT_TRUE(test::has(check.out, words));
   for (const std::string& command :
-       {"explain " + file.string(), "run " + file.string() + " --methods coupled"})
+       {"check --why " + file.string(), "run " + file.string() + " --methods coupled"})
     EXPECT_TRUE(test::has(maille_command(command).out, "warning: the moves")) << command;
   const json out = test::json_of("check --json - " + file.string());
   EXPECT_EQ(out.at("warnings").size(), 1u);
@@ -249,7 +274,7 @@ const json& named(const json& list, const char* key, const char* name) {
 TEST(FibresCommandContract, ExplainNamesTheContractionAndWhoCarriesIt) {
   const test::TemporaryFolder folder;
   const std::string file = folder.write("strip.toml", strip).string();
-  const json result = test::json_of("explain " + file + " --json");
+  const json result = test::json_of("check --why " + file + " --json");
   EXPECT_TRUE(named(result["parts"], "name", "contraction")["on"]);
   EXPECT_EQ(named(result["parts"], "name", "fibres cell by cell")["why"], "curve");
   EXPECT_EQ(result["fibres"]["source"], "curve");
@@ -275,7 +300,7 @@ TEST(FibresCommandData, TheCalfsFibresAreCounted) {
   if (std::getenv("MAILLE_DATA") == nullptr)
     GTEST_SKIP() << "MAILLE_DATA is not set: no calf";
   const std::string file = std::string(MAILLE_SCENES) + "/calf_soleus_dti.toml";
-  const json fibres = test::json_of("explain " + file + " --json")["fibres"];
+  const json fibres = test::json_of("check --why " + file + " --json")["fibres"];
   EXPECT_EQ(fibres["cells"], 6417); // the data's README
   const json &lack = fibres["without_direction"], &filled = fibres["filled"];
   EXPECT_EQ(lack["no_tensor"].get<int>() + lack["not_positive"].get<int>() + lack["isotropic"].get<int>(),

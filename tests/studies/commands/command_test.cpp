@@ -66,13 +66,14 @@ TEST(ExplainCommandContract, SaysHowManyVoxelsMergedIntoOneFit) {
   const auto limited = [](const std::string& command) {
     return shell("ulimit -v 300000; " + std::string(MAILLE_COMMAND) + " " + command);
   };
-  const Outcome run = limited("explain " + scene("1") + " --json");
+  const Outcome run = limited("check --why " + scene("1") + " --json");
   ASSERT_EQ(run.code, 0) << run.err;
   const json result = json::parse(run.out);
   EXPECT_GT(result.at("run_bytes_at_most"), result.at("available_bytes"));
   EXPECT_EQ(result.at("coarsen_times_that_fits"), 2);
-  EXPECT_TRUE(test::has(limited("explain " + scene("1")).out, "with 2 times the scene's `coarsen`"));
-  EXPECT_FALSE(json::parse(limited("explain " + scene("2") + " --json").out).contains("run_bytes_at_most"));
+  EXPECT_TRUE(test::has(limited("check --why " + scene("1")).out, "with 2 times the scene's `coarsen`"));
+  EXPECT_FALSE(
+      json::parse(limited("check --why " + scene("2") + " --json").out).contains("run_bytes_at_most"));
   EXPECT_EQ(limited("run " + scene("2")).code, 0);
 }
 
@@ -120,7 +121,7 @@ TEST(RunCommandContract, StepsMakeASeries) {
 
 // Six objects, coloured by one picture of 144 x 96 pixels of four bytes.
 TEST(ExplainCommandAnalytic, CountsThePicturesOfLooks) {
-  const Outcome run = test::done("explain " + std::string(MAILLE_SCENES) + "/render/puzzle.toml --json");
+  const Outcome run = test::done("check --why " + std::string(MAILLE_SCENES) + "/render/puzzle.toml --json");
   EXPECT_EQ(json::parse(run.out).at("looks_bytes"), 6 * 144 * 96 * 4);
 }
 
@@ -129,7 +130,7 @@ TEST(CommandContract, FaultyInputIsExitCodeTwoWithEveryFault) {
   const auto file =
       folder.write("bad.toml", "[specimen]\nshape = \"box\"\ncells = [2, 2]\nspacing = \"-1 mm\"\n"
                                "material = \"muscle/none\"\n[[hold]]\nwhere = \"x-\"\n");
-  for (const char* command : {"check", "compare", "run", "explain"}) {
+  for (const char* command : {"check", "compare", "run", "check --why"}) {
     const Outcome run = test::refused(std::string(command) + " " + file.string());
     EXPECT_TRUE(run.out.empty()) << run.out;
     EXPECT_TRUE(test::has(run.err, "bad.toml:4: specimen.spacing"));
@@ -142,7 +143,7 @@ TEST(CommandContract, FaultyInputIsExitCodeTwoWithEveryFault) {
 TEST(CommandContract, WrongUseIsExitCodeTwo) {
   for (const std::string& use :
        {std::string(), std::string("compare"), std::string("compare no_such_scene.toml"), "dance " + strip,
-        "run " + strip + " --steps 0", std::string("materials muscle/none")})
+        "run " + strip + " --steps 0", std::string("check muscle/none")})
     test::refused(use);
   test::expect_refused({{"compare " + strip + " --methods limits,magic", "magic"}});
 }
@@ -223,7 +224,7 @@ TEST(CommandContract, ABodyThatCanStillMoveRigidlyIsAFailedComparison) {
 }
 
 TEST(ExplainCommandContract, CountsWhatTheSceneHas) {
-  const json result = test::json_of("explain " + strip + " --json");
+  const json result = test::json_of("check --why " + strip + " --json");
   EXPECT_EQ(result["nodes"], 33 * 9 * 9);
   EXPECT_EQ(result["links"], 32 * 9 * 9 + 2 * 33 * 8 * 9);
   const auto bytes = [&](const char* holder, const std::string& name) {

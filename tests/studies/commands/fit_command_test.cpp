@@ -183,7 +183,7 @@ TEST_F(FitCommandContract, WrongUseIsExitCodeTwoAndSaysWhat) {
                         {"fit " + pulled + " " + bent + " --trials 0", "--trials"}});
 }
 
-/// `maille trade` and `maille choose` as outside scripts see them.
+/// `maille study trade` and `maille study choose` as outside scripts see them.
 
 class TradeCommandContract : public testing::Test {
 protected:
@@ -192,7 +192,7 @@ protected:
                           .write("bent.toml", "title = \"a bar that is bent\"\n" +
                                                   test::pulled_box_text("[8, 4, 4]", "[0, 0, \"0.5 mm\"]"))
                           .string();
-  std::string small = "trade " + scene +
+  std::string small = "study trade " + scene +
                       " --methods limits,coupled,fem_q1 --spacings 4,2,1 --tolerances 0.01 "
                       "--reference-seconds 3 --repetitions 1 ";
 };
@@ -226,23 +226,24 @@ TEST_F(TradeCommandContract, ItsTableIsWhatChooseReads) {
   test::done(small + "--csv " + table);
   // One scene alone can promise at a level of one half and no more.
   const Outcome half =
-      test::done("choose " + scene + " --error 200% --time 1min --level 50% --json --table " + table);
+      test::done("study choose " + scene + " --error 200% --time 1min --level 50% --json --table " + table);
   EXPECT_FALSE(json::parse(half.out)["chosen"].is_null());
-  EXPECT_EQ(maille_command("choose " + scene + " --error 200% --time 1min --table " + table).code, 1);
+  EXPECT_EQ(maille_command("study choose " + scene + " --error 200% --time 1min --table " + table).code, 1);
 }
 
 TEST_F(TradeCommandContract, ChooseSaysWhatMeetsTheWishOrThatNoneDoes) {
-  const json result = test::json_of("choose " + scene + " --error 30% --time 10s --memory 1GiB --json");
+  const json result = test::json_of("study choose " + scene + " --error 30% --time 10s --memory 1GiB --json");
   const json& chosen = result["chosen"];
   EXPECT_LE(chosen["error"]["high"], 0.3);
   EXPECT_LE(chosen["seconds"]["high"], 10);
   EXPECT_LE(chosen["error"]["low"], chosen["error"]["expected"]);
   EXPECT_EQ(result["wish"]["bytes"], 1073741824);
-  const Outcome none = maille_command("choose " + scene + " --error 0.0001% --time 16ms");
+  const Outcome none = maille_command("study choose " + scene + " --error 0.0001% --time 16ms");
   EXPECT_EQ(none.code, 1);
   EXPECT_TRUE(test::has(none.out, "none is expected to meet that"));
   EXPECT_TRUE(test::has(none.out, "the most exact in that time"));
-  const Outcome small_memory = maille_command("choose " + scene + " --error 30% --time 10s --memory 1kB");
+  const Outcome small_memory =
+      maille_command("study choose " + scene + " --error 30% --time 10s --memory 1kB");
   EXPECT_EQ(small_memory.code, 1);
 }
 
@@ -259,25 +260,26 @@ TEST_F(TradeCommandContract, AnInterruptLeavesWhatIsThere) {
 TEST_F(TradeCommandContract, WrongUseIsExitCodeTwoAndSaysWhat) {
   const std::string bad = folder.write("bad.csv", "a,b\n1,2\n").string(),
                     faulty = folder.write("faulty.toml", "[specimen]\nshape = 3\n").string();
-  test::expect_refused({{"trade", "SCENE"},
-                        {"trade none.toml", "none.toml"},
-                        {"trade " + faulty, "specimen.shape"},
-                        {"trade " + scene + " --methods magic", "magic"},
-                        {"trade " + scene + " --reference magic", "magic"},
-                        {"trade " + scene + " --spacings 3", "--spacings"},
-                        {"trade " + scene + " --tolerances 2", "--tolerances"},
-                        {"trade " + scene + " --repetitions 0", "--repetitions"},
-                        {"trade " + scene + " --csv - --json", "--csv"},
-                        {"trade " + scene + " --json /none/x.json", "--json"},
-                        {"choose " + scene, "--error"},
-                        {"choose " + scene + " --error 5% --time soon", "--time"},
-                        {"choose " + scene + " --error much --time 16ms", "--error"},
-                        {"choose " + scene + " --error -5% --time 16ms", "--error"},
-                        {"choose " + scene + " --error 5% --time 16ms --memory 1stone", "--memory"},
-                        {"choose " + scene + " --error 5% --time 16ms --level 100%", "--level"},
-                        {"choose " + scene + " --error 5% --time 16ms --table none.csv", "none.csv"},
-                        {"choose " + scene + " --error 5% --time 16ms --table " + bad, "bad.csv:1: method"},
-                        {"choose none.toml --error 5% --time 16ms", "none.toml"}});
+  test::expect_refused(
+      {{"study trade", "SCENE"},
+       {"study trade none.toml", "none.toml"},
+       {"study trade " + faulty, "specimen.shape"},
+       {"study trade " + scene + " --methods magic", "magic"},
+       {"study trade " + scene + " --reference magic", "magic"},
+       {"study trade " + scene + " --spacings 3", "--spacings"},
+       {"study trade " + scene + " --tolerances 2", "--tolerances"},
+       {"study trade " + scene + " --repetitions 0", "--repetitions"},
+       {"study trade " + scene + " --csv - --json", "--csv"},
+       {"study trade " + scene + " --json /none/x.json", "--json"},
+       {"study choose " + scene, "--error"},
+       {"study choose " + scene + " --error 5% --time soon", "--time"},
+       {"study choose " + scene + " --error much --time 16ms", "--error"},
+       {"study choose " + scene + " --error -5% --time 16ms", "--error"},
+       {"study choose " + scene + " --error 5% --time 16ms --memory 1stone", "--memory"},
+       {"study choose " + scene + " --error 5% --time 16ms --level 100%", "--level"},
+       {"study choose " + scene + " --error 5% --time 16ms --table none.csv", "none.csv"},
+       {"study choose " + scene + " --error 5% --time 16ms --table " + bad, "bad.csv:1: method"},
+       {"study choose none.toml --error 5% --time 16ms", "none.toml"}});
 }
 
 } // namespace

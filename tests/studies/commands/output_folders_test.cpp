@@ -227,11 +227,11 @@ TEST(OutputFileContract, NoOptionPutsAResultInThePlaceOfWhatIsRead) {
   for (const std::string& line : std::vector<std::string>{
            "compare " + folder.scene + " --methods limits --csv " + folder.scene,
            "compare " + folder.scene + " --methods limits --csv " + csv,
-           "export " + folder.scene + " --out " + csv, "compare " + named + " --methods limits --csv " + soft,
-           "trade " + folder.scene + " --csv " + csv,
+           "run " + folder.scene + " --write " + csv, "compare " + named + " --methods limits --csv " + soft,
+           "study trade " + folder.scene + " --csv " + csv,
            "fit " + folder.scene + " " + folder.other + " --out " + folder.scene,
            "fit " + folder.scene + " " + folder.other + " --out " + soft,
-           "explain " + folder.scene + " --json " + csv}) {
+           "check --why " + folder.scene + " --json " + csv}) {
     const std::string before = folder.text("box.toml"), soft_before = folder.text("soft.toml");
     const Outcome run = test::refused(line);
     EXPECT_EQ(folder.text("box.toml"), before) << line;
@@ -241,7 +241,7 @@ TEST(OutputFileContract, NoOptionPutsAResultInThePlaceOfWhatIsRead) {
 
 TEST(OutputFileContract, AnEmptyNameIsNoFolder) {
   const Folder folder;
-  for (const std::string command : {"run", "compare", "trade"})
+  for (const std::string command : {"run", "compare", "study trade"})
     test::refused(command + " " + folder.scene + " --methods limits --out ''");
 }
 
@@ -268,8 +268,8 @@ TEST(OutputFileContract, ATableMayNotNameAFileElsewhere) {
     std::string table = rows;
     table.replace(table.find(name), name.size(), "\"study\":\"" + bad + "\"");
     folder.write("tables/a.jsonl", table);
-    const Outcome run =
-        test::refused("merge " + (folder / "tables").string() + " --out " + (folder / "whole").string());
+    const Outcome run = test::refused("study merge " + (folder / "tables").string() + " --out " +
+                                      (folder / "whole").string());
     EXPECT_EQ(folder.text("victim.csv"), "precious") << bad;
   }
 }

@@ -134,7 +134,7 @@ TEST(PlayCommandContract, ObjectsThatOverlapAreAFaultOfTheScene) {
   std::string text = box_and_wall;
   text.replace(text.find("\"2 mm\", \"3 mm\""), 14, "\"8 mm\", \"3 mm\"");
   const auto file = folder.write("overlap.toml", text);
-  for (const std::string command : {"check", "explain"}) {
+  for (const std::string command : {"check", "check --why"}) {
     const Outcome run = test::refused(command + " " + file.string());
     EXPECT_TRUE(test::has(run.err, "a box"));
   }
@@ -145,7 +145,7 @@ TEST(PlayCommandContract, CheckAndExplainKnowWorlds) {
   const std::string box = (folder / "box.toml").string();
   const Outcome check = test::done("check " + box);
   EXPECT_TRUE(test::has(check.out, "2D world of 12 x 8 cells, 1 fixed, 1 rigid, 0 deformable objects"));
-  const Outcome explain = test::done("explain " + box + " --json");
+  const Outcome explain = test::done("check --why " + box + " --json");
   const json result = json::parse(explain.out);
   EXPECT_EQ(result["parts"][1]["name"], "deformable objects");
   EXPECT_FALSE(result["parts"][1]["on"]);
@@ -168,7 +168,7 @@ TEST(PlayCommandContract, InterruptLeavesAListThatCanBeOpened) {
                                       pvd.substr(last, pvd.find('"', last) - last)));
 }
 
-/// `maille probe` as outside scripts see it.
+/// `maille play` of a hand as outside scripts see it.
 
 const std::string floor_and_pad = test::floor_pad_and_finger(R"(["3 mm", "3 mm", "10 mm"])");
 
@@ -179,7 +179,7 @@ TEST(ProbeCommandAnalytic, AFloorPushesBackByTheCoupling) {
   const auto motion = folder.write(
       "down.csv", "time,x,y,z\n0,0.005,0.005,0.006\n0.2,0.005,0.005,0.002\n0.3,0.005,0.005,0.002\n");
   const json result = test::json_of(
-      fmt::format("probe {} {} --stiffness 250 --no-clock --json", scene.string(), motion.string()));
+      fmt::format("play {} {} --stiffness 250 --no-clock --json", scene.string(), motion.string()));
   EXPECT_NEAR(result["force"]["largest_n"], 250 * 2e-3, 1e-6);
   EXPECT_EQ(result["ticks"], 301);
   EXPECT_EQ(result["penetrations"], 0);
@@ -189,7 +189,7 @@ TEST(ProbeCommandAnalytic, AFloorPushesBackByTheCoupling) {
     sum += bin["count"].get<std::int64_t>();
   EXPECT_EQ(sum, 301);
   // A tool of 2 mm stands on it a half cell sooner: its lowest centres are 0.5 mm below its middle.
-  const Outcome tool = test::done(fmt::format("probe {} {} --tool finger --stiffness 250 --no-clock --json",
+  const Outcome tool = test::done(fmt::format("play {} {} --tool finger --stiffness 250 --no-clock --json",
                                               scene.string(), motion.string()));
   EXPECT_NEAR(json::parse(tool.out)["force"]["largest_n"], 250 * 2.5e-3, 1e-6);
 }
@@ -199,7 +199,7 @@ TEST(ProbeCommandContract, APadIsSofterThanTheFloorAndRunsRepeat) {
   const auto scene = folder.write("floor.toml", floor_and_pad);
   const auto motion = folder.write(
       "down.csv", "time,x,y,z\n0,0.013,0.010,0.014\n0.3,0.013,0.010,0.010\n0.5,0.0141,0.011,0.010\n");
-  const std::string command = fmt::format("probe {} {} --radius 1mm --no-clock --picture {}", scene.string(),
+  const std::string command = fmt::format("play {} {} --radius 1mm --no-clock --picture {}", scene.string(),
                                           motion.string(), (folder / "p.svg").string());
   const Outcome run = maille_command(command + " --csv -"), again = maille_command(command + " --csv -");
   ASSERT_EQ(run.code, 0) << run.err;
@@ -228,7 +228,7 @@ TEST(ProbeCommandContract, APadIsSofterThanTheFloorAndRunsRepeat) {
 TEST(ProbeCommandContract, TheStrokeOverAMuscleIsFelt) {
   const std::filesystem::path folder = std::filesystem::path(MAILLE_SCENES) / "world";
   const json result =
-      test::json_of(fmt::format("probe {} {} --tool probe --radius 3mm --no-clock --json",
+      test::json_of(fmt::format("play {} {} --tool probe --radius 3mm --no-clock --json",
                                 (folder / "muscle.toml").string(), (folder / "muscle_stroked.csv").string()));
   EXPECT_EQ(result["penetrations"], 0);
   EXPECT_GT(result["force"]["touching_ticks"].get<int>(), 1000);
@@ -240,7 +240,7 @@ TEST(ProbeCommandContract, InRealTimeItReportsLatencies) {
   const test::TemporaryFolder folder;
   const auto scene = folder.write("floor.toml", floor_and_pad);
   const auto motion = folder.write("down.csv", "time,x,y,z\n0,0.013,0.010,0.014\n0.3,0.013,0.010,0.010\n");
-  const Outcome run = test::done(fmt::format("probe {} {}", scene.string(), motion.string()));
+  const Outcome run = test::done(fmt::format("play {} {}", scene.string(), motion.string()));
   for (const char* word : {"force", "passivity", "latency", "missed deadlines", "99.9 %"})
     EXPECT_TRUE(test::has(run.out, word));
 }
@@ -252,11 +252,11 @@ TEST(ProbeCommandContract, WrongUseIsExitCodeTwo) {
   const auto inside = folder.write("inside.csv", "time,x,y,z\n0,0.005,0.005,0.001\n");
   const auto faulty = folder.write("faulty.csv", "time,x,y,z\n0,0,0\n");
   const std::string both = scene.string() + " " + motion.string();
-  test::expect_refused({{"probe " + both + " --stiffness 2000", "--stiffness: expected less than 1000 N/m"},
-                        {"probe " + both + " --tool pad", "--tool"},
-                        {"probe " + both + " --radius wide", "--radius"},
-                        {"probe " + scene.string() + " " + inside.string(), "free space"},
-                        {"probe " + scene.string() + " " + faulty.string(), "faulty.csv:2"}});
+  test::expect_refused({{"play " + both + " --stiffness 2000", "--stiffness: expected less than 1000 N/m"},
+                        {"play " + both + " --tool pad", "--tool"},
+                        {"play " + both + " --radius wide", "--radius"},
+                        {"play " + scene.string() + " " + inside.string(), "free space"},
+                        {"play " + scene.string() + " " + faulty.string(), "faulty.csv:2"}});
 }
 
 } // namespace

@@ -76,18 +76,18 @@ TEST_F(ResultKeysGolden, OfExplain) {
     return of + ".bytes" + of + ".arrays[].name" + of + ".arrays[].bytes" + of + ".arrays[].bytes_per_node" +
            of + ".arrays[].why";
   };
-  EXPECT_EQ(keys_of("explain " + strip_file + " --json"),
+  EXPECT_EQ(keys_of("check --why " + strip_file + " --json"),
             "scene dimension shape grid cells nodes links taut_scale_pa " + plausibility +
                 " parts[].name parts[].on parts[].why methods[].method methods[].way "
                 "methods[].bytes_at_most methods[].seconds limits_route" +
                 arrays("scene") + arrays("limits") + arrays("drag"));
-  EXPECT_EQ(keys_of("explain " + world_file + " --json"),
+  EXPECT_EQ(keys_of("check --why " + world_file + " --json"),
             "scene dimension cells method parts[].name parts[].on parts[].why objects[].name objects[].kind "
             "objects[].shape objects[].cells objects[].nodes memory.map memory.objects");
 }
 
 TEST_F(ResultKeysGolden, OfMaterials) {
-  EXPECT_EQ(keys_of("materials muscle/vastus_lateralis --json"),
+  EXPECT_EQ(keys_of("check muscle/vastus_lateralis --json"),
             "name title state species source uncertainty note verified density_kg_m3 youngs_modulus_pa "
             "poisson_ratio shear_modulus_pa bulk_modulus_pa anisotropy "
             "nearly_incompressible[].bulk_modulus_pa nearly_incompressible[].poisson_ratio stiffness_pa "
@@ -113,7 +113,7 @@ TEST_F(ResultKeysGolden, OfProbe) {
                        of);
   };
   const std::string arguments = fmt::format(
-      "probe {} {} --no-clock", world_file,
+      "play {} {} --no-clock", world_file,
       folder.write("motion.csv", "time,x,y,z\n0,0.013,0.01,0.014\n0.1,0.013,0.01,0.01\n").string());
   EXPECT_EQ(keys_of(arguments + " --json"),
             "ticks period_s in_real_time had_priority missed_deadlines tool_voxels deformable_bodies "
@@ -142,7 +142,7 @@ TEST_F(ResultKeysGolden, OfChoose) {
   std::string probed;
   for (const char* method : {"coupled", "limits", "relaxed"})
     probed += fmt::format(" probes.methods.{0}.model_error probes.methods.{0}.seconds", method);
-  EXPECT_EQ(keys_of("choose " + strip_file + " --error 60% --time 60s --json"),
+  EXPECT_EQ(keys_of("study choose " + strip_file + " --error 60% --time 60s --json"),
             asked + probed + candidate("chosen") + " most_exact_in_time quickest_to_error" +
                 candidate("candidates[]") + " left_out");
 }

@@ -1,4 +1,4 @@
-/// `maille study` and `maille merge` as outside scripts see them: killed, resumed, in parts.
+/// `maille study` and `maille study merge` as outside scripts see them: killed, resumed, in parts.
 
 #include "studies/commands/run_command.hpp"
 #include "studies/study/study_scenes.hpp"
@@ -157,7 +157,7 @@ TEST_F(StudyCommandContract, PartsMergedAreTheWhole) {
   test::done(line + (folder / "whole").string());
   for (const char* part : {"1/3", "2/3", "3/3"})
     test::done(line + (folder / "parts").string() + " --shard " + part);
-  const std::string merge = "merge " + (folder / "parts").string() + " --out " + (folder / "merged").string();
+  const std::string merge = "study merge " + (folder / "parts").string() + " --out " + (folder / "merged").string();
   const Outcome merged = test::done(merge);
   EXPECT_EQ(rows(folder / "merged/study.jsonl"), rows(folder / "whole/study.jsonl"));
   EXPECT_EQ(rows(folder / "merged/study.csv"), rows(folder / "whole/study.jsonl"));
@@ -258,7 +258,7 @@ TEST_F(StudyCommandContract, WrongUseIsExitCodeTwo) {
     EXPECT_EQ(maille_command("study " + file + out + " --shard " + shard).code, 2) << shard;
   test::refused("study " + study("methods = 3\n", "faulty") + out);
   test::refused("study " + (folder / "none.toml").string() + out);
-  EXPECT_EQ(maille_command("merge " + folder.path().string() + out).code, 2) << "no tables";
+  EXPECT_EQ(maille_command("study merge " + folder.path().string() + out).code, 2) << "no tables";
   test::refused("study " + file + out + " --jobs 0");
 }
 

@@ -48,6 +48,7 @@ void keep_input(const std::filesystem::path& file);
 /// True if the name leads to an input.
 bool is_kept_input(const std::filesystem::path& file);
 /// Says that an option writes a file, so that note_opened() can refuse to read it.
+/// @throws UsageError where another option names the same file
 void reserve_output(const std::string& option, const std::filesystem::path& file);
 
 /// Lists what is opened as long as it lives.
