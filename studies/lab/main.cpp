@@ -1,11 +1,16 @@
 /// maille-lab SUBJECT [--quick] [--only NAME]... [--threads N]: measures one subject and
 /// prints what it found as JSON.
 /// studies/lab/run starts it, checks the command line and prints tables.
+/// maille-lab --loop LOOP SCENE TRAJECTORY STEM: plays a world by a loop of 1995, into STEM_000.png and on.
 /// maille-lab --promises SCENE METHOD [TRAJECTORY]: a row about one answer, or one play.
 /// mpirun -n N maille-lab verify --ranks: only what several ranks solve together.
 
 #include "bench/subjects.hpp"
 #include "maille/fem_ref/ranks.hpp"
+#include "maille/scene/world/trajectory.hpp"
+#include "picture/world_picture.hpp"
+#include "play/play.hpp"
+#include "support/worlds/loops_of_1995.hpp"
 #include "verify/verification.hpp"
 
 #include <fmt/format.h>
@@ -115,6 +120,19 @@ int print_names(const std::string& subject) {
   return 0;
 }
 
+/// Plays a world by a loop of 1995, a picture a frame. @param words  --loop, and four
+int play_loop(const std::vector<std::string>& words) {
+  const WorldScene world = read_world_scene(words[2]);
+  studies::Player player(test::world_of_1995(words[1], world), read_trajectory(words[3], world));
+  for (int frame = 0;; ++frame, player.next()) {
+    const std::string png = fmt::format("{}_{:03}.png", words[4], frame);
+    if (const auto why_not = studies::render_world(world, {{words[1], &player.moment()}}, png))
+      throw std::runtime_error(*why_not);
+    if (player.is_at_end())
+      return 0;
+  }
+}
+
 int run(const std::vector<std::string>& words) {
   if (!words.empty() && words[0] == "--names")
     return print_names(words.size() > 1 ? words[1] : "");
@@ -123,6 +141,8 @@ int run(const std::vector<std::string>& words) {
     fmt::print("{}\n", row.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
     return 0;
   }
+  if (words.size() == 5 && words[0] == "--loop")
+    return play_loop(words);
   const Request request = request_of(words);
   if (request.ranks)
     return print_difference_of_ranks();

@@ -7,7 +7,6 @@
 #include "feasible/bounds/clipping.hpp"
 #include "feasible/limits.hpp"
 #include "lattice/tolerances.hpp"
-#include "oracle/sweep.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -16,6 +15,15 @@
 #include <vector>
 
 namespace maille::deform {
+
+namespace {
+
+Answer drag_from(const Scene& question, const LinkLimits& limits, const Displacement& state,
+                 const Control& control) {
+  return drag_limits(question, limits, state, control);
+}
+
+} // namespace
 
 /// A prescribed component and whose it is. Of several for one component the first in this order counts.
 struct DeformableObject::Entry {
@@ -70,15 +78,13 @@ Answer DeformableObject::ask(Scene& question, const Control& control) {
     if (has_displacement(answer.status))
       return answer;
   }
-  if (method_ == "sweep")
-    return relax_sweep(question, limits_, state_, control);
   if (method_ == "limits")
-    return drag_limits(question, limits_, state_, control);
+    return (by_limits_ != nullptr ? by_limits_ : drag_from)(question, limits_, state_, control);
   Answer answer = solve_relaxed(question, control);
   if (has_displacement(answer.status))
     leave_where_it_is(question, answer.displacement);
   else if (limits_bind_)
-    return drag_limits(question, limits_, state_, control);
+    return drag_from(question, limits_, state_, control);
   return answer;
 }
 

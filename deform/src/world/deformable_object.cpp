@@ -50,8 +50,7 @@ std::unique_ptr<Scene> checked_scene(const WorldObject& object, const WorldScene
     fail("carries loads or contracts: a frame of the world knows holds and handles");
   if (!std::ranges::all_of(scene.prescribed, [](const Prescribed& p) { return p.held && p.value == 0; }))
     fail("has moves of its own: drives move it");
-  const bool is_within_limits =
-      world.method == "limits" || world.method == "sweep" || world.method == "hand_on";
+  const bool is_within_limits = world.method == "limits";
   if (is_within_limits && scene.limit_source() == LimitSource::taut && !scene.limits.taut_scale)
     fail(
         "moves by its limits, and taut ones need a move to be scaled by: give limits or take the material's");
@@ -73,8 +72,7 @@ DeformableObject::DeformableObject(const WorldObject& object, const Pose& pose, 
                                    VoxelId first)
     : scene_(checked_scene(object, world)), question_(std::make_unique<Scene>(*scene_)),
       method_(world.method), stiffness_(largest_stiffness(*scene_)),
-      limits_bind_(method_ == "limits" || method_ == "sweep" || scene_->limits_bind_coupled() ||
-                   is_dead_zone(*scene_)),
+      limits_bind_(method_ == "limits" || scene_->limits_bind_coupled() || is_dead_zone(*scene_)),
       limits_(*question_), lattice_(scene_->specimen, pose, world.spacing),
       matter_(scene_->specimen, lattice_),
       self_contact_(scene_->specimen, lattice_, matter_, limits_bind_ ? &limits_ : nullptr),
@@ -88,10 +86,10 @@ DeformableObject::~DeformableObject() = default;
 DeformableObject::DeformableObject(const DeformableObject& other)
     : scene_(std::make_unique<Scene>(*other.scene_)), question_(std::make_unique<Scene>(*other.question_)),
       method_(other.method_), stiffness_(other.stiffness_), limits_bind_(other.limits_bind_),
-      walls_grip_(other.walls_grip_), limits_(*question_), lattice_(other.lattice_), matter_(other.matter_),
-      self_contact_(other.self_contact_), cells_(other.cells_), state_(other.state_),
-      kept_(std::make_unique<KeptAnswers>(Keeping::hierarchy)), handles_(other.handles_), pins_(other.pins_) {
-}
+      walls_grip_(other.walls_grip_), by_limits_(other.by_limits_), limits_(*question_),
+      lattice_(other.lattice_), matter_(other.matter_), self_contact_(other.self_contact_),
+      cells_(other.cells_), state_(other.state_), kept_(std::make_unique<KeptAnswers>(Keeping::hierarchy)),
+      handles_(other.handles_), pins_(other.pins_) {}
 
 void DeformableObject::add_pin(const Pin& pin) {
   const auto same = std::ranges::find_if(

@@ -93,8 +93,9 @@ public:
   std::vector<Carrier> carriers(const OccupancyMap& map, const Index3& cell, int axis) const;
   const Displacement& displacement() const { return state_; }
   bool knows_forces() const { return method_ == "relaxed" || method_ == "coupled"; }
-  /// True if it moves on from frame to frame: sweeps may end on the way to rest.
-  bool relaxes_on() const { return method_ == "sweep" || method_ == "hand_on"; }
+  /// A rule in place of drag_limits, for the method `limits`.
+  using ByLimits = Answer (*)(const Scene&, const LinkLimits&, const Displacement& state, const Control&);
+  void set_by_limits(ByLimits rule) { by_limits_ = rule; }
   bool limits_bind() const { return limits_bind_; }
   /// Limits of its links, active or not.
   const LinkLimits& limits() const { return limits_; }
@@ -157,6 +158,7 @@ private:
   double stiffness_; ///< of a cell of its stiffest material [N/m]
   bool limits_bind_;
   bool walls_grip_ = false;
+  ByLimits by_limits_ = nullptr; ///< null: drag_limits
   LinkLimits limits_;
   PosedLattice lattice_;
   BodyMatter matter_;

@@ -2,7 +2,7 @@
 
 #include "lattice/tolerances.hpp"
 #include "world/cell_overlap.hpp"
-#include "world/world_parts.hpp"
+#include "world/engine.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -243,7 +243,7 @@ bool do_meet(const Box& a, const Box& b, int dimension) {
 } // namespace
 
 std::int64_t World::n_penetrations() const {
-  if (parts_->lone)
+  if (scene().is_open)
     return 0;
   const int dimension = scene().dimension;
   double diagonal = 0;
@@ -251,8 +251,8 @@ std::int64_t World::n_penetrations() const {
     diagonal = std::hypot(diagonal, cell_size()[a]);
   std::vector<std::unique_ptr<Matter>> matter;
   for (int object = 0; object < n_objects(); ++object)
-    if (parts_->is_body(object))
-      matter.push_back(std::make_unique<SoftMatter>(parts_->body(object), dimension));
+    if (engine_->world().is_body(object))
+      matter.push_back(std::make_unique<SoftMatter>(engine_->world().body(object), dimension));
     else
       matter.push_back(std::make_unique<RigidMatter>(shape(object), pose(object), cell_size(), dimension));
   const auto is_out = [&](const Eigen::Vector3d& x) {
@@ -266,7 +266,7 @@ std::int64_t World::n_penetrations() const {
   std::int64_t n = 0;
   const auto may_be_thin = [&](int object) { // too thin for a point deep inside
     const WorldObject& what = scene().objects[static_cast<std::size_t>(object)];
-    return scene().contact == ContactLaw::surfaces && !parts_->is_body(object) && !what.is_smooth;
+    return scene().contact == ContactLaw::surfaces && !engine_->world().is_body(object) && !what.is_smooth;
   };
   for (int i = 0; i < n_objects(); ++i)
     for (int j = 0; j < i && may_be_thin(i); ++j)

@@ -61,7 +61,7 @@ void read_dynamics(TableReader& world_table, WorldScene& world) {
   WorldDynamics& dynamics = world.dynamics.emplace();
   if (world.contact != ContactLaw::surfaces)
     world_table.fault("dynamics", "contact = \"surfaces\", which knows impulses",
-                      world.contact == ContactLaw::cells ? "contact = \"cells\"" : "contact = \"halving\"");
+                      "contact = \"cells\"");
   if (table.has("gravity"))
     dynamics.gravity =
         reader::read_vector(table, "gravity", Dimension::acceleration, world.dimension).value_or(Vec3{});
@@ -119,12 +119,9 @@ bool read_world(TableReader& root, WorldScene& world) {
     if (!(*budget > 0))
       table.fault("frame_budget", "a time > 0", describe(*table.find("frame_budget")));
   }
-  world.method =
-      table.choice("method", {"limits", "relaxed", "coupled", "sweep", "hand_on"}).value_or(world.method);
-  if (const auto contact = table.choice("contact", {"cells", "surfaces", "halving"}))
-    world.contact = *contact == "surfaces"  ? ContactLaw::surfaces
-                    : *contact == "halving" ? ContactLaw::halving
-                                            : ContactLaw::cells;
+  world.method = table.choice("method", {"limits", "relaxed", "coupled"}).value_or(world.method);
+  if (const auto contact = table.choice("contact", {"cells", "surfaces"}))
+    world.contact = *contact == "surfaces" ? ContactLaw::surfaces : ContactLaw::cells;
   else if (table.has("dynamics")) // the one law that knows impulses
     world.contact = ContactLaw::surfaces;
   read_dynamics(table, world);

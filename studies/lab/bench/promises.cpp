@@ -94,10 +94,8 @@ nlohmann::ordered_json promises_of(const std::filesystem::path& scene, const std
                                    const std::filesystem::path& trajectory, const Control& control) {
   nlohmann::ordered_json row{{"method", method}, {"outcome", "failed"}, {"broken", ""}};
   try {
-    if (trajectory.empty())
-      answer(read_scene(scene), method, control, row);
-    else
-      play(scene, trajectory, control, row);
+    trajectory.empty() ? answer(read_scene(scene), method, control, row)
+                       : play(scene, trajectory, control, row);
   } catch (const InputError& error) {
     row["outcome"] = "refused";
     row["note"] = "by the reader: " + to_string(error.faults().at(0));

@@ -1,5 +1,7 @@
 #include "checks/random_world.hpp"
 
+#include "maille/deform/world/trajectory_drives.hpp"
+
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -31,31 +33,27 @@ Vec3 direction_in(Choices& choices, int dimension) {
 void choose_laws(Choices& choices, WorldPlay& play) {
   WorldScene& world = play.scene;
   world.dimension = 1 + choices.below(3);
-  for (std::size_t a = 0; a < 3; ++a) {
+  world.spacing.fill(cell);
+  for (std::size_t a = 0; a < 3; ++a)
     world.cells[a] = static_cast<int>(a) >= world.dimension
                          ? 1
                          : std::array{40, 20, 12}[static_cast<std::size_t>(world.dimension - 1)];
-    world.spacing[a] = cell;
-  }
-  const int law = choices.below(8);
-  if (law == 5)
-    world.contact = ContactLaw::halving;
-  if (law > 5 && world.dimension > 1)
+  if (choices.below(8) > 5 && world.dimension > 1)
     world.contact = ContactLaw::surfaces;
   world.friction = choices.one_of(std::array{0.0, 0.3, 1.0, 10.0});
   if (world.contact != ContactLaw::surfaces) {
-    world.method = choices.one_of(std::array{"limits", "relaxed", "coupled", "coupled", "sweep"});
+    world.method = choices.one_of(std::array{"limits", "relaxed", "coupled", "coupled"});
     return;
   }
   if (!choices.is_one_in(2))
     return;
   play.frame_seconds = 0.005;
   world.friction = 0;
-  world.dynamics.emplace();
-  world.dynamics->gravity[static_cast<std::size_t>(world.dimension - 1)] =
+  WorldDynamics& dynamics = world.dynamics.emplace();
+  dynamics.gravity[static_cast<std::size_t>(world.dimension - 1)] =
       choices.one_of(std::array{0.0, -9.81, -1000.0});
-  world.dynamics->restitution = choices.one_of(std::array{0.0, 0.5, 1.0});
-  world.dynamics->damping = choices.one_of(std::array{0.0, 1.0, 1000.0});
+  dynamics.restitution = choices.one_of(std::array{0.0, 0.5, 1.0});
+  dynamics.damping = choices.one_of(std::array{0.0, 1.0, 1000.0});
 }
 
 /// A box of about some cells of the world, of cells of its own.
@@ -81,7 +79,6 @@ void choose_lattice(Choices& choices, WorldObject& object, int dimension) {
 
 void choose_place(Choices& choices, WorldObject& object, const WorldScene& world) {
   const auto d = static_cast<std::size_t>(world.dimension);
-  const Grid& grid = object.scene.specimen.grid;
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   if (d > 1 && choices.is_one_in(2)) {
     object.turn_angle = 2 * std::numbers::pi * choices.uniform();
@@ -94,12 +91,10 @@ void choose_place(Choices& choices, WorldObject& object, const WorldScene& world
     rotation = Eigen::AngleAxisd(object.turn_angle, Eigen::Vector3d::Map(object.turn_axis.data()))
                    .toRotationMatrix();
   }
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero(), half = middle;
-  for (std::size_t a = 0; a < d; ++a) {
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (std::size_t a = 0; a < d; ++a)
     middle[static_cast<Eigen::Index>(a)] = cell * between(choices, 2, world.cells[a] - 2);
-    half[static_cast<Eigen::Index>(a)] = 0.5 * grid.cells()[a] * grid.spacing()[a];
-  }
-  const Eigen::Vector3d corner = middle - rotation * half;
+  const Eigen::Vector3d corner = middle - rotation * deform::middle_of(object.scene.specimen);
   for (std::size_t a = 0; a < d; ++a)
     object.position[a] = corner[static_cast<Eigen::Index>(a)];
 }
@@ -110,9 +105,8 @@ void choose_matter(Choices& choices, WorldObject& object, const WorldScene& worl
   material.name = "matter";
   material.elasticity = ElasticConstants::isotropic(10e3 * choices.one_of(std::array{1.0, 10.0, 0.1, 1e3}),
                                                     choices.one_of(std::array{0.3, 0.0, 0.45, 0.499}));
-  const bool is_within_limits = world.method == "limits" || world.method == "sweep";
   const bool may_have_limits = world.contact != ContactLaw::surfaces;
-  if (is_within_limits || (may_have_limits && choices.is_one_in(3))) {
+  if (world.method == "limits" || (may_have_limits && choices.is_one_in(3))) {
     scene.limits.from = LimitSource::given;
     scene.limits.given.stretch.fill(1 + between(choices, 0, 0.6));
     scene.limits.given.compress.fill(1 - between(choices, 0, 0.6));
@@ -120,8 +114,6 @@ void choose_matter(Choices& choices, WorldObject& object, const WorldScene& worl
     for (auto& row : scene.limits.given.shear)
       row.fill(shear);
   }
-  if (world.method == "sweep" && choices.is_one_in(2))
-    scene.relaxation.sweeps = 4;
   if (!choices.is_one_in(2))
     return;
   const Grid& grid = scene.specimen.grid;
@@ -139,11 +131,8 @@ struct Ball {
 };
 
 Ball ball_about(const WorldObject& object) {
-  const Grid& grid = object.scene.specimen.grid;
-  Eigen::Vector3d half = Eigen::Vector3d::Zero();
-  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
-    half[static_cast<Eigen::Index>(a)] = 0.5 * grid.cells()[a] * grid.spacing()[a];
-  const Eigen::Vector3d corner = Eigen::Vector3d::Map(object.position.data());
+  const Eigen::Vector3d half = deform::middle_of(object.scene.specimen),
+                        corner = Eigen::Vector3d::Map(object.position.data());
   const Eigen::AngleAxisd turn(object.turn_angle, Eigen::Vector3d::Map(object.turn_axis.data()));
   return {corner + turn.toRotationMatrix() * half, half.norm()};
 }
@@ -312,10 +301,7 @@ std::string in_words(const WorldPlay& play) {
   const WorldScene& world = play.scene;
   std::string text = fmt::format("a world of {} cells of {} m, method {}, contact {}, friction {}\n",
                                  world.cells, world.spacing[0], world.method,
-                                 world.contact == ContactLaw::cells      ? "cells"
-                                 : world.contact == ContactLaw::surfaces ? "surfaces"
-                                                                         : "halving",
-                                 world.friction);
+                                 world.contact == ContactLaw::cells ? "cells" : "surfaces", world.friction);
   if (world.dynamics)
     text += fmt::format("  gravity {}, restitution {}, damping {}, frames of {} s\n", world.dynamics->gravity,
                         world.dynamics->restitution, world.dynamics->damping, play.frame_seconds);

@@ -1,6 +1,7 @@
 #include "checks/world_promises.hpp"
 
 #include "checks/promises.hpp"
+#include "maille/deform/world/trajectory_drives.hpp"
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
@@ -80,16 +81,13 @@ std::string lost_form(const World& world) {
 
 /// A point about which moments are taken, and half of the object's size [m].
 std::pair<Vector3d, double> middle_and_size(const World& world, int object) {
-  const Grid& grid = world.scene().objects[static_cast<std::size_t>(object)].scene.specimen.grid;
-  Vector3d half = Vector3d::Zero();
-  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
-    half[static_cast<Eigen::Index>(a)] = 0.5 * grid.spacing()[a] * grid.cells()[a];
+  const Specimen& body = world.scene().objects[static_cast<std::size_t>(object)].scene.specimen;
+  const Vector3d half = deform::middle_of(body);
   if (!is_body(world, object))
     return {world.pose(object).position + world.pose(object).rotation * half, half.norm()};
-  const Specimen& body = world.scene().objects[static_cast<std::size_t>(object)].scene.specimen;
   Vector3d sum = Vector3d::Zero();
-  for (std::int64_t node = 0; node < grid.n_nodes(); ++node)
-    if (body.is_node(grid.node_at(node)))
+  for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node)
+    if (body.is_node(body.grid.node_at(node)))
       sum += world.position(object, node);
   return {sum / static_cast<double>(body.n_matter_nodes()), half.norm()};
 }

@@ -45,7 +45,6 @@ public:
   const std::string& note() const { return note_; }
   const std::vector<SpringDirection>& directions() const { return directions_; }
   double unit_of_length() const { return unit_of_length_; }       ///< spacing along x [m]
-  double unit_of_stiffness() const { return unit_of_stiffness_; } ///< the stiffest spring [N/m]
   /// Sum of the stiffnesses of the springs that end at each grid node, in units of stiffness.
   std::vector<float> stiffness_at_nodes() const;
   /// Energy in the springs [J] (per metre in 2D). In float64.

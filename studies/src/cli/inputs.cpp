@@ -186,7 +186,6 @@ std::string cells_in_words(const WorldScene& scene) {
 std::string in_words(const WorldScene& scene) {
   std::string laws = scene.is_open                           ? ""
                      : scene.contact == ContactLaw::surfaces ? "; contact by surfaces"
-                     : scene.contact == ContactLaw::halving  ? "; contact by halving"
                                                              : "; contact by cells";
   if (scene.friction > 0)
     laws += fmt::format(", friction {:g}", scene.friction);

@@ -1,6 +1,6 @@
 #include "deform/probe/probe_scenes.hpp"
 #include "maille/deform/probe/touch.hpp"
-#include "probe/allowed_twist.hpp"
+#include "world/touch/allowed_twist.hpp"
 #include "support/dice.hpp"
 #include "support/kit.hpp"
 

@@ -13,6 +13,7 @@ namespace {
 
 using test::belly_and;
 using test::box_object;
+using test::drive_of;
 using test::elastic_object;
 using test::empty_world;
 using test::hold_face;
@@ -23,13 +24,6 @@ WorldScene surfaces(std::initializer_list<int> cells) {
   WorldScene scene = empty_world(cells, "coupled");
   scene.contact = ContactLaw::surfaces;
   return scene;
-}
-
-Drive drive_of(int object, const Eigen::Vector3d& by) {
-  Drive drive;
-  drive.object = object;
-  drive.motion.by = by;
-  return drive;
 }
 
 WorldObject bar(const std::string& name, std::initializer_list<int> cells, const Vec3& at, double modulus) {

@@ -149,7 +149,6 @@ TEST(DynamicsAnalytic, AHandPushesAndStopsAtAWall) {
                                 object("hand", "rigid", "box", "4, 8", "\"2 mm\", \"6 mm\"") +
                                 object("block", "rigid", "box", "6, 6", "\"10 mm\", \"7 mm\"")));
   Drive drive;
-  drive.object = 0;
   drive.motion.by = {4 * mm, 0, 0};
   FrameResult result;
   for (int frame = 0; frame < 3; ++frame)

@@ -1,4 +1,4 @@
-/// A single body that is dragged, and worlds that are copied.
+/// A single body that is dragged, and bodies of which rounds of contact move a part.
 
 #include "elastic/model/lattice_elasticity.hpp"
 #include "maille/deform/drag.hpp"
@@ -12,6 +12,8 @@
 
 namespace maille::deform {
 namespace {
+
+using test::drive_of;
 
 constexpr double mm = 1e-3;
 
@@ -32,10 +34,7 @@ World open_world(const char* method, const char* limits = "") {
 }
 
 Drive pull(const World& world, const Eigen::Vector3d& by) {
-  Drive drive;
-  drive.nodes = {world.scene().objects[0].scene.specimen.grid.node({3, 3, 5})};
-  drive.motion.by = by;
-  return drive;
+  return drive_of(0, by, {world.scene().objects[0].scene.specimen.grid.node({3, 3, 5})});
 }
 
 // The answer of the method itself to where the hand has the node.
@@ -92,60 +91,6 @@ TEST(OpenWorldContract, TautLimitsAreThoseOfTheScenesOwnMove) {
   EXPECT_NEAR(world.displacement(0).at(pull(world, {0, 0, 0}).nodes[0])[2], 1 * mm, 1e-6 * mm);
 }
 
-TEST(OpenWorldContract, WhatCannotBeIsRefused) {
-  World world = open_world("coupled");
-  Drive drive = pull(world, {0, 0, 0});
-  drive.nodes = {-1};
-  EXPECT_THROW(world.advance(std::vector{drive}), std::invalid_argument);
-  drive.nodes = {1 << 20};
-  EXPECT_THROW(world.advance(std::vector{drive}), std::invalid_argument);
-  drive = pull(world, {std::nan(""), 0, 0});
-  EXPECT_THROW(world.advance(std::vector{drive}), std::invalid_argument);
-  EXPECT_EQ(world.n_penetrations(), 0);
-}
-
-// A copy goes on as its original does, and neither minds the other.
-TEST(WorldCopyContract, TheSameDrivesGiveTheSameBits) {
-  for (const char* method : {"limits", "coupled"}) {
-    WorldScene scene;
-    scene.dimension = 3;
-    scene.cells = {30, 30, 30};
-    scene.spacing = {mm, mm, mm};
-    scene.method = method;
-    WorldObject body;
-    body.name = "body";
-    body.kind = ObjectKind::deformable;
-    body.scene = block("[limits]\nfrom = \"given\"\nstretch = 1.25\ncompress = 0.75\nshear = 0.25\n");
-    std::erase_if(body.scene.prescribed, [](const Prescribed& p) { return !p.held; });
-    body.position = {8.5 * mm, 8.5 * mm, 8.5 * mm};
-    scene.objects.push_back(body);
-    WorldObject tool = body;
-    tool.name = "tool";
-    tool.kind = ObjectKind::rigid;
-    tool.scene.specimen.grid = Grid(3, {3, 3, 3}, scene.spacing);
-    tool.scene.prescribed.clear();
-    tool.position = {10 * mm, 10 * mm, 16 * mm};
-    scene.objects.push_back(tool);
-    World world(scene);
-    Drive down;
-    down.object = 1;
-    down.motion.by = {0.2 * mm, 0, -1.1 * mm};
-    for (int i = 0; i < 3; ++i)
-      world.advance(std::vector{down});
-    World copy = std::move(*world.copy());
-    for (int i = 0; i < 2; ++i) {
-      world.advance(std::vector{down});
-      EXPECT_NE(world.displacement(0), copy.displacement(0)) << method;
-    }
-    for (int i = 0; i < 2; ++i)
-      copy.advance(std::vector{down});
-    EXPECT_EQ(world.displacement(0), copy.displacement(0)) << method;
-    EXPECT_EQ(world.pose(1).position, copy.pose(1).position) << method;
-    EXPECT_EQ(world.map().n_occupied(), copy.map().n_occupied()) << method;
-    EXPECT_EQ(copy.n_shared_cells(), 0) << method;
-  }
-}
-
 // Rounds of contact move what is near something, the rest of a body comes after; and what a frame that is cut
 // short says of what is left.
 
@@ -176,9 +121,7 @@ Eigen::Vector3d on_muscle(const FrameResult& result) {
 }
 
 FrameResult pushed_down(World& world, double by, std::optional<std::int64_t> rounds = std::nullopt) {
-  Drive drive;
-  drive.object = 1;
-  drive.motion.by = {0, 0, -by};
+  Drive drive = drive_of(1, {0, 0, -by});
   FrameBudget budget;
   budget.rounds = rounds;
   return world.advance({&drive, 1}, budget);

@@ -59,7 +59,7 @@ TEST(RigidWorldContract, NoObjectEverEntersAnother) {
     const int object = dice.below(world.n_objects());
     RigidMotion motion = random_motion(dice, 20, round % 2 == 0);
     motion.about = world.pose(object).position;
-    const MoveResult result = round % 3 == 0 ? world.slide(object, motion) : world.move(object, motion);
+    const MoveResult result = world.move(object, motion);
     contacts += int(result.contacts.size());
     std::set<Index3> taken;
     for (int other = 0; other < world.n_objects(); ++other) {
@@ -97,53 +97,7 @@ TEST(RigidWorldAnalytic, AThinWallStopsAnythingAtAnySpeed) {
       world.move(cube, motion);
     EXPECT_NEAR(world.pose(cube).position[0], 57.5,
                 1e-6); // analytic: the last centre, 2.5 further, reaches 60
-    // Gibson's rule lands behind the wall, because nothing is there.
-    const int other = *world.add(box_shape({1, 1, 1}), Pose{.position = {2, 0, 0}}).object;
-    motion.by = {80, 0, 0};
-    EXPECT_EQ(world.move_by_halving(other, motion).fraction, 1);
   }
-}
-
-// Oracle: Gibson's rule, which tests whole poses. Of its steps, those before the exact first contact are
-// free; and a step that is blocked is behind it.
-TEST(RigidWorldOracle, HalvedStepsBeforeTheFirstContactAreFree) {
-  std::uniform_real_distribution<double> unit(-1, 1);
-  int cut = 0;
-  for (unsigned round = 0; round < 2000; ++round) {
-    RigidWorld exact({24, 24, 24}, {1, 1, 1}), halved({24, 24, 24}, {1, 1, 1});
-    std::mt19937 random(round);
-    std::optional<int> object;
-    for (int i = 0; i < 12 || !object; ++i) {
-      const Pose pose{.position = {10 + 9 * unit(random), 10 + 9 * unit(random), 10 + 9 * unit(random)}};
-      object = exact.add(box_shape({2 + i % 3, 3, 2}), pose).object;
-      ASSERT_EQ(halved.add(box_shape({2 + i % 3, 3, 2}), pose).object, object);
-    }
-    RigidMotion motion;
-    motion.by = 12 * Eigen::Vector3d(unit(random), unit(random), unit(random));
-    const double fraction = exact.move(*object, motion).fraction;
-    const double step = halved.move_by_halving(*object, motion, 1e-6).fraction;
-    cut += fraction < 1;
-    if (fraction >= 1e-5) {
-      EXPECT_GE(step, std::exp2(std::floor(std::log2(fraction)))) << "round " << round;
-    }
-    if (step < 1) { // twice the step is blocked
-      EXPECT_LT(fraction, 2 * step + 1e-5) << "round " << round;
-    }
-  }
-  EXPECT_GT(cut, 300);
-}
-
-TEST(RigidWorldAnalytic, WhatSlidesKeepsTheShiftAlongTheWall) {
-  RigidWorld world({40, 40, 40}, {1, 1, 1});
-  const int cube = *world.add(box_shape({2, 2, 2}), Pose{.position = {10, 10, 10}}).object;
-  RigidMotion motion;
-  motion.by = {60, 5, -3}; // the border of the world stops it along x
-  const MoveResult result = world.slide(cube, motion);
-  ASSERT_EQ(result.contacts.size(), 1u);
-  EXPECT_EQ(result.contacts[0].axis, 0);
-  EXPECT_EQ(result.contacts[0].other, no_voxel);
-  EXPECT_NEAR((world.pose(cube).position - Eigen::Vector3d(38.5, 15, 7)).norm(), 0,
-              1e-6); // centre 1.5 further: 40
 }
 
 TEST(RigidWorldAnalytic, ATurningBarMeetsAPegAtItsAngle) {
@@ -251,7 +205,7 @@ TEST(RigidWorldOracle, APieceStaysInItsPartOfTheMaze) {
     const double angle = dice.between(0, 2 * pi), size = std::pow(10, dice.between(-2, 2));
     RigidMotion motion;
     motion.by = {size * std::cos(angle), size * std::sin(angle), 0};
-    world.slide(piece, motion);
+    world.move(piece, motion);
     const Index3 cell = PosedShape(world.shape(piece), world.pose(piece), {1, 1, 1}).cell(0);
     ASSERT_TRUE(reachable.contains(cell)) << cell[0] << ' ' << cell[1] << " in round " << round;
     visited.insert(cell);
@@ -399,7 +353,7 @@ TEST(HeadData, AFingertipFeelsTheSkullAndNeverEntersIt) {
     RigidMotion motion;
     const double reach = std::pow(10, -3 + 3.0 * double(random() % 1000) / 1000); // 1 mm to 1 m
     motion.by = reach * Eigen::Vector3d(normal(random), normal(random), normal(random));
-    const MoveResult result = path % 2 == 0 ? world.move(finger, motion) : world.slide(finger, motion);
+    const MoveResult result = world.move(finger, motion);
     for (const Contact& contact : result.contacts)
       felt += contact.other != no_voxel;
     const Index3 at = PosedShape(tip, world.pose(finger), world.cell_size()).cell(0);

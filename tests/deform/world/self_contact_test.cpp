@@ -8,6 +8,7 @@
 namespace maille::deform {
 namespace {
 
+using test::drive_of;
 using test::elastic_object;
 using test::empty_world;
 using test::hold_face;
@@ -94,7 +95,6 @@ TEST_P(SelfContactIndependent, AClosedCDoesNotPassThroughItself) {
     World world = letter_c(GetParam(), gap);
     ASSERT_EQ(n_crossings(world, 0), 0);
     Drive drive;
-    drive.object = 0;
     drive.nodes = nodes_at(world, 9.5e-3, (2.5 + gap) * 1e-3 - 1e-3, 1);
     ASSERT_GE(drive.nodes.size(), 6u);
     bool has_met = false;
@@ -142,7 +142,6 @@ TEST(SelfContactIndependent, NoRandomDragCrossesABody) {
       World world = letter_c(method, 1 + static_cast<int>(seed) % 4);
       for (int drag = 0; drag < 12; ++drag) {
         Drive drive;
-        drive.object = 0;
         const bool is_upper = random() % 2 == 0;
         drive.nodes = is_upper ? nodes_at(world, 9.5e-3, 3.5e-3, 1) : nodes_at(world, 9.5e-3, -1, 2.5e-3);
         drive.motion.by = 3e-3 * Eigen::Vector3d(unit(random), unit(random), 0);
@@ -163,10 +162,7 @@ TEST(SelfContactContract, WhereLimitsKeepOrderNothingIsLookedFor) {
   scene.objects = {test::box_object("box", ObjectKind::deformable, {6, 6}, {4.5, 4.5, 0},
                                     test::even_limits(1.2, 0.8, 0.2))};
   World world(scene);
-  Drive drive;
-  drive.object = 0;
-  drive.nodes = test::face_nodes(scene.objects[0], 0, true);
-  drive.motion.by = {-2, 0, 0};
+  const Drive drive = drive_of(0, {-2, 0, 0}, test::face_nodes(scene.objects[0], 0, true));
   const FrameResult result = world.advance({&drive, 1});
   for (const WorldContact& contact : result.contacts)
     EXPECT_NE(contact.other, 0);
@@ -200,9 +196,7 @@ position = ["9 mm", "8 mm", "13 mm"]
   int n_in_their_way = 0;
   for (const double up : {0.0, 1.5e-3, 4e-3}) {
     World world(scene);
-    Drive drive;
-    drive.object = 1;
-    drive.motion.by = {0, 0, -4e-3};
+    Drive drive = drive_of(1, {0, 0, -4e-3});
     world.advance({&drive, 1});
     drive.motion.by = {4e-3, 0, up};
     const FrameResult result = world.advance({&drive, 1});

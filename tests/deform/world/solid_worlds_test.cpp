@@ -2,6 +2,7 @@
 
 #include "maille/deform/world/world.hpp"
 #include "support/kit.hpp"
+#include "support/worlds/worlds.hpp"
 #include "world/cell_overlap.hpp"
 #include "world/dynamics/impacts.hpp"
 
@@ -9,6 +10,8 @@
 
 namespace maille::deform {
 namespace {
+
+using test::drive_of;
 
 constexpr double mm = 1e-3;
 
@@ -57,9 +60,8 @@ TEST(SolidWorldsContract, NothingComesIntoAnything) {
                      {15 + off * (i % 2), 15 + off * (i / 2), 0.5 * has_time + 4.0 * i});
     World world(parse_world_scene(text));
     for (int frame = 0; frame < 5; ++frame) {
-      Drive drive;
-      drive.object = 1;
-      drive.motion.by = mm * Eigen::Vector3d(any(-1, 1), any(-1, 1), frame == 0 ? -1.5 : any(-2, 0.5));
+      Drive drive =
+          drive_of(1, mm * Eigen::Vector3d(any(-1, 1), any(-1, 1), frame == 0 ? -1.5 : any(-2, 0.5)));
       drive.motion.axis = Eigen::Vector3d(any(-1, 1), any(-1, 1), any(-1, 1)).normalized();
       drive.motion.angle = seed % 2 == 0 ? any(0, 0.2) : 0;
       drive.motion.about = world.pose(1).position;
@@ -112,8 +114,8 @@ TEST(StacksContract, NeedlesDoNotFallThroughNeedles) {
 
 // Contract: what overlaps by a hair as a world begins is refused, what touches is not, whatever keeps apart.
 TEST(SolidWorldsContract, AnOverlapAtTheBeginningIsRefused) {
-  for (const char* law : {"contact = \"cells\"", "contact = \"surfaces\"", "contact = \"halving\"",
-                          "dynamics = { gravity = [0, 0, \"-9.81 m/s^2\"] }"})
+  for (const char* law :
+       {"contact = \"cells\"", "contact = \"surfaces\"", "dynamics = { gravity = [0, 0, \"-9.81 m/s^2\"] }"})
     for (const char* kind : {"rigid", "fixed"})
       for (const bool is_soft : {false, true})
         for (const double overlap : {0.0, 0.03, 0.3, 0.9})
@@ -232,9 +234,7 @@ TEST(PressesContract, DeepOnesSettle) {
                                       object("body", "deformable", "12, 12, 6", {10, 10, z},
                                              soft(poisson, "hold = [{ where = \"z-\" }]")) +
                                       object("tool", "rigid", "4, 4, 12", {14 + off, 14 + off, z + 6.1})));
-        Drive drive;
-        drive.object = 2;
-        drive.motion.by = {0, 0, -0.3 * mm};
+        Drive drive = drive_of(2, {0, 0, -0.3 * mm});
         for (int frame = 0; frame < 8; ++frame) {
           const FrameResult result = world.advance(std::vector{drive}, {});
           EXPECT_TRUE(is_converged(result.status)) << off << " " << poisson << " " << frame;
@@ -253,9 +253,7 @@ TEST(BordersContract, WhatIsHeldAtTheBorderDoesNotPressIt) {
         world_text("20, 20, 30", "contact = \"surfaces\"") +
         object("body", "deformable", "6, 6, 4", {5, 5, above}, soft(0.3, "hold = [{ where = \"z-\" }]")) +
         object("tool", "rigid", "2, 2, 6", {7, 7, 4.2 + above})));
-    Drive drive;
-    drive.object = 1;
-    drive.motion.by = {0, 0, -0.7 * mm};
+    Drive drive = drive_of(1, {0, 0, -0.7 * mm});
     const FrameResult result = world.advance(std::vector{drive}, {});
     EXPECT_EQ(result.status, Status::done);
     contacts.push_back(result.contacts.size());

@@ -4,13 +4,12 @@
 #include "support/kit.hpp"
 #include "support/worlds/feasible_world.hpp"
 #include "support/worlds/worlds.hpp"
-#include "world/occupancy/posed_lattice.hpp"
-#include "world/voxels/hand_on.hpp"
 
 namespace maille::deform {
 namespace {
 
 using test::box_object;
+using test::drive_of;
 using test::elastic_object;
 using test::empty_world;
 using test::even_limits;
@@ -18,14 +17,6 @@ using test::expect_feasible;
 using test::expect_map_in_step;
 using test::face_nodes;
 using test::hold_face;
-
-Drive drive_of(int object, const Eigen::Vector3d& by, std::vector<std::int64_t> nodes = {}) {
-  Drive drive;
-  drive.object = object;
-  drive.motion.by = by;
-  drive.nodes = std::move(nodes);
-  return drive;
-}
 
 FrameResult advance(World& world, const Drive& drive, const FrameBudget& budget = {}) {
   return world.advance({&drive, 1}, budget);
@@ -260,16 +251,11 @@ TEST(WorldContract, AFreeRigidObjectIsPushed) {
   EXPECT_LT(world.pose(0).position[0], before - 2);
 }
 
-TEST(WorldContract, RequestsThatMakeNoSenseAreRefusedBeforeAnythingMoves) {
+TEST(WorldContract, ScenesThatCannotBeMovedAreRefused) {
   WorldScene scene = empty_world({12, 12}, "limits");
   scene.objects = {
       box_object("body", ObjectKind::deformable, {2, 2}, {2.5, 2.5, 0}, even_limits(1.2, 0.8, 0.1)),
       box_object("wall", ObjectKind::fixed, {1, 1}, {8, 8, 0})};
-  World world(scene);
-  EXPECT_THROW(advance(world, drive_of(1, {1, 0, 0})), std::invalid_argument);
-  EXPECT_THROW(advance(world, drive_of(7, {1, 0, 0})), std::invalid_argument);
-  EXPECT_THROW(advance(world, drive_of(0, {1, 0, 0}, {100})), std::invalid_argument);
-  EXPECT_THROW(advance(world, drive_of(0, {std::nan(""), 0, 0}, {0})), std::invalid_argument);
   WorldScene bad = scene;
   bad.objects[1].position = {3, 3, 0};
   EXPECT_THROW(World{bad}, std::invalid_argument);
@@ -312,227 +298,226 @@ TEST_P(StackedBodiesAnalytic, EachHandsOnWhatItCannotTake) {
 INSTANTIATE_TEST_SUITE_P(Methods, StackedBodiesAnalytic, testing::Values("coupled", "relaxed", "limits"),
                          [](const auto& method) { return std::string(method.param); });
 
-/// The rule of Gibson 1995 for the transfer of momentum.
+/// Bodies whose nodes stand closer than the world's cells: pushed by a rigid tool as bodies of the world's
+/// own spacing are.
 
-/// hand_on without a map: searches all voxels for each cell. Oracle of who is met; the chain is a copy.
-namespace literally {
+constexpr int edge = 3; ///< of the body [cells of the world]
 
-/// Gap at which a voxel stops before a face [cells], the same as for nodes in contact.
-constexpr double skin = 1e-9;
-
-Index3 cell_of(const FreeVoxel& voxel) {
-  return cell_at({voxel.place[0], voxel.place[1], voxel.place[2]});
-}
-
-/// The voxel met on a straight way, and the time; `next` is the empty id at the border.
-struct Met {
-  double time;
-  VoxelId next;
+/// How a tool meets the body, which lies at (5.1, 4.1, 4.2).
+struct Tool {
+  int width;    ///< [cells]
+  double at;    ///< along y and z, its lowest corner
+  double aside; ///< of a push along x by 1, along y
 };
+/// Wider than the body, one cell in its middle, over an edge and a little upwards.
+constexpr Tool tools[] = {{6, 3, 0}, {1, 5, 0}, {3, 2, 0.075}};
 
-/// How far along its way a voxel goes that is stopped at a time.
-Eigen::Vector3d before_face(const Eigen::Vector3d& movement, double time) {
-  return std::max(0.0, time - skin / movement.cwiseAbs().maxCoeff()) * movement;
-}
-
-/// Contents of a cell.
-struct Look {
-  bool is_blocked = false;
-  VoxelId voxel = no_voxel; ///< the voxel there when blocked; the empty id outside the world
-};
-
-/// The chain of transfers, whatever finds who is in the way. @param meet finds what a voxel meets on its way;
-/// @param look what is in a cell;
-/// @param place puts a voxel elsewhere
-template<class Meet, class LookAt, class Place>
-Transfer follow_chain(std::span<FreeVoxel> voxels, VoxelId first, const Eigen::Vector3d& movement,
-                      const Meet& meet, const LookAt& look, const Place& place) {
-  Transfer transfer;
-  Eigen::Vector3d rest = movement;
-  for (VoxelId voxel = first; !rest.isZero(0);) {
-    FreeVoxel& moving = voxels[static_cast<std::size_t>(voxel)];
-    if (moving.is_fixed) {
-      transfer.refused = rest;
-      transfer.refused_by = voxel;
-      break;
-    }
-    std::optional<Met> met = meet(voxel, rest);
-    // A way that ends on a face, or is rounded across one.
-    const Look end = look(cell_of({moving.place + rest, false}));
-    if (!met && end.is_blocked && end.voxel != voxel)
-      met = Met{1, end.voxel};
-    VoxelMove move{voxel, rest, met ? before_face(rest, met->time) : rest};
-    place(voxel, Eigen::Vector3d(moving.place + move.moved));
-    transfer.moves.push_back(move);
-    if (!met)
-      break;
-    rest -= move.moved;
-    if (met->next == no_voxel) {
-      transfer.refused = rest;
-      break;
-    }
-    voxel = met->next;
+/// @param has_limits none: elasticity alone, taut limits @param is_held at the face behind
+World world_of(int dimension, const char* method, double spacing, const Tool& tool, bool has_limits,
+               bool is_held) {
+  WorldScene scene = empty_world({34}, method);
+  scene.dimension = dimension;
+  Index3 cells{1, 1, 1}, of_tool{2, 1, 1};
+  Vec3 spacings{1, 1, 1}, at_body{5.1, 0, 0}, at_tool{1, 0, 0};
+  for (std::size_t a = 0; a < std::size_t(dimension); ++a) {
+    cells[a] = int(std::lround(edge / spacing));
+    spacings[a] = edge / double(cells[a]);
+    if (a == 0)
+      continue;
+    scene.cells[a] = 14;
+    at_body[a] = a == 1 ? 4.1 : 4.2;
+    of_tool[a] = tool.width;
+    at_tool[a] = tool.at;
   }
-  return transfer;
+  scene.objects = {box_object("body", ObjectKind::deformable, {1}, at_body, even_limits(1.5, 0.5, 0.5)),
+                   box_object("tool", ObjectKind::rigid, {1}, at_tool)};
+  scene.objects[0].scene.specimen.grid = Grid(dimension, cells, spacings);
+  scene.objects[1].scene.specimen.grid = Grid(dimension, of_tool, {1, 1, 1});
+  if (!has_limits)
+    scene.objects[0].scene.limits = {};
+  if (is_held)
+    hold_face(scene.objects[0], 0, true);
+  return World(std::move(scene));
 }
 
-Transfer hand_on(const Index3& cells, std::span<FreeVoxel> voxels, VoxelId voxel,
-                 const Eigen::Vector3d& movement) {
-  const auto look = [&](const Index3& cell) {
-    for (std::size_t a = 0; a < 3; ++a)
-      if (cell[a] < 0 || cell[a] >= cells[a])
-        return Look{true, no_voxel};
-    for (std::size_t i = 0; i < voxels.size(); ++i)
-      if (cell_of(voxels[i]) == cell)
-        return Look{true, static_cast<VoxelId>(i)};
-    return Look{};
-  };
-  const auto meet = [&](VoxelId moving, const Eigen::Vector3d& rest) -> std::optional<Met> {
-    const FreeVoxel& from = voxels[static_cast<std::size_t>(moving)];
-    Index3 cell = cell_of(from);
-    for (double now = 0;;) {
-      double first = 2; // when the line leaves the cell, and along which axis
-      std::size_t axis = 0;
-      for (std::size_t a = 0; a < 3; ++a) {
-        const auto i = static_cast<Eigen::Index>(a);
-        const double face = cell[a] + (rest[i] > 0 ? 1 : 0),
-                     crossing = rest[i] == 0 ? 2 : std::max((face - from.place[i]) / rest[i], now);
-        if (crossing < first) {
-          first = crossing;
-          axis = a;
+/// Pushes by steps that are no part of a cell. @return along x
+double push(World& world, const Tool& tool, int frames) {
+  Drive drive = drive_of(1, {0.4, world.scene().dimension > 1 ? 0.4 * tool.aside : 0, 0});
+  const double begin = world.pose(1).position[0];
+  for (int frame = 0; frame < frames; ++frame) {
+    const FrameResult result = world.advance({&drive, 1});
+    EXPECT_EQ(world.n_penetrations(), 0);
+    EXPECT_LT(world.largest_violation(), 1e-12);
+    EXPECT_LT(result.rounds, 300);
+  }
+  return world.pose(1).position[0] - begin;
+}
+
+class FineBodiesAnalytic : public testing::TestWithParam<const char*> {};
+
+// Analytic: nothing keeps a body that is free, so the tool goes all of its way and takes the body along.
+TEST_P(FineBodiesAnalytic, AFreeBodyIsPushedAsFarAsTheToolGoes) {
+  constexpr int frames = 40;
+  for (const int dimension : {1, 2, 3})
+    for (const double spacing : {1.0, 0.75, 0.5, 0.25})
+      for (const Tool& tool : tools)
+        for (const bool has_limits : {true, false}) {
+          if ((dimension == 3 && spacing < 0.5) || (dimension == 1 && &tool != tools) ||
+              (!has_limits && std::string(GetParam()) == "limits"))
+            continue;
+          SCOPED_TRACE(testing::Message() << dimension << "D, spacing " << spacing << ", tool of "
+                                          << tool.width << (has_limits ? ", limits" : ", elastic"));
+          World world = world_of(dimension, GetParam(), spacing, tool, has_limits, false);
+          ASSERT_NEAR(push(world, tool, frames), 0.4 * frames, 1e-9);
+          // The first node was at 5.1, and the tool's front has come from cell 2 to cell 18: 19 - 5.1, and no
+          // more than the skin and what a step of a cell may have pushed it further.
+          const double most = std::ranges::max(world.displacement(0).component(0));
+          EXPECT_GT(most, 13.9 - 1e-6);
+          EXPECT_LT(most, 13.9 + 1);
         }
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, FineBodiesAnalytic, testing::Values("limits", "coupled", "relaxed"),
+                         [](const auto& method) { return std::string(method.param); });
+
+// Oracle: the body of the world's own spacing. The limits let either be shortened by half, 1.5 of the 1.9
+// that a second cell would take.
+TEST(FineBodiesConsistent, AHeldBodyStopsTheToolWhereOneOfTheWorldsSpacingDoes) {
+  for (const int dimension : {1, 2, 3}) {
+    World coarse = world_of(dimension, "limits", 1, tools[0], true, true);
+    const double expected = push(coarse, tools[0], 16);
+    EXPECT_NEAR(
+        expected, 3.5,
+        1e-6); // Analytic: the tool's front is at the face of cell 6, which the node 1.5 further is in
+    for (const char* method : {"limits", "coupled"})
+      for (const double spacing : {0.75, 0.5, 0.375}) {
+        if (dimension == 3 && spacing < 0.5)
+          continue;
+        SCOPED_TRACE(testing::Message() << dimension << "D, spacing " << spacing << ", " << method);
+        World fine = world_of(dimension, method, spacing, tools[0], true, true);
+        EXPECT_NEAR(push(fine, tools[0], 16), expected, 1e-6);
       }
-      if (!(first < 1))
-        return std::nullopt;
-      now = first;
-      cell[axis] += rest[static_cast<Eigen::Index>(axis)] > 0 ? 1 : -1;
-      if (const Look there = look(cell); there.is_blocked)
-        return Met{now, there.voxel};
+  }
+}
+
+/// Soft bodies whose nodes stand further apart than the world's cells: between its nodes a body is as solid
+/// as at them.
+
+/// A body that is held behind, and a tip of one voxel.
+std::vector<WorldObject> body_and_tip(const Vec3& at_body, const Grid& grid, const NeighbourLimits& limits,
+                                      const Vec3& at_tip) {
+  std::vector<WorldObject> objects{box_object("body", ObjectKind::deformable, {1}, at_body, limits),
+                                   box_object("tip", ObjectKind::rigid, {1}, at_tip)};
+  objects[0].scene.specimen.grid = grid;
+  objects[1].scene.specimen.grid = Grid(grid.dimension(), {1, 1, 1}, {1, 1, 1});
+  hold_face(objects[0], 0, true);
+  return objects;
+}
+
+/// Pushes the tip along x; in no frame does matter stand in matter.
+void push_tip(World& world, int frames) {
+  Drive drive = drive_of(1, {0.4, 0, 0});
+  for (int frame = 0; frame < frames; ++frame) {
+    world.advance({&drive, 1});
+    ASSERT_EQ(world.n_penetrations(), 0) << "frame " << frame;
+    ASSERT_EQ(world.n_shared_cells(), 0) << "frame " << frame;
+  }
+}
+
+struct Kind {
+  int dimension;
+  double spacing; ///< of the body [cells of the world]
+  const char* method;
+};
+
+class CoarseBodiesContract : public testing::TestWithParam<Kind> {};
+
+// Contract: a tool of one voxel, aimed at any place between the nodes of a body that is held behind, stops
+// within what the limits let the body be shortened by, and never stands in its matter, by the geometry of its
+// hexahedra.
+TEST_P(CoarseBodiesContract, ATipIsStoppedBetweenTheNodes) {
+  const auto& [dimension, spacing, method] = GetParam();
+  constexpr int n_cells = 3;
+  const int n_frames = std::string(method) == "coupled" ? 25 : 80;
+  for (const double aside : {0.0, 1.0, 2.0, 3.5}) {
+    SCOPED_TRACE(testing::Message() << "tip at " << aside);
+    WorldScene scene = empty_world({40}, method);
+    scene.dimension = dimension;
+    Index3 cells{n_cells, 1, 1};
+    Vec3 spacings{spacing, 1, 1}, at_body{6.1, 0, 0}, at_tip{1, 0, 0};
+    for (std::size_t a = 1; a < std::size_t(dimension); ++a) {
+      scene.cells[a] = 20;
+      cells[a] = n_cells;
+      spacings[a] = spacing;
+      at_body[a] = 4.1;
+      at_tip[a] = 5 + aside;
     }
-  };
-  const auto place = [&](VoxelId moving, const Eigen::Vector3d& to) {
-    voxels[static_cast<std::size_t>(moving)].place = to;
-  };
-  return follow_chain(voxels, voxel, movement, meet, look, place);
-}
-
-} // namespace literally
-
-OccupancyMap map_of(const Index3& cells, const std::vector<FreeVoxel>& voxels) {
-  OccupancyMap map(cells);
-  for (std::size_t i = 0; i < voxels.size(); ++i) {
-    const Eigen::Vector3d& x = voxels[i].place;
-    map.put({int(x[0]), int(x[1]), int(x[2])}, static_cast<VoxelId>(i));
-  }
-  return map;
-}
-
-std::vector<FreeVoxel> row_of(int n, double first) {
-  std::vector<FreeVoxel> voxels;
-  for (int i = 0; i < n; ++i)
-    voxels.push_back({{first + i, 0.5, 0.5}, false});
-  return voxels;
-}
-
-double sum_of_moves(const Transfer& transfer, Eigen::Index axis) {
-  double sum = 0;
-  for (const VoxelMove& move : transfer.moves)
-    sum += move.moved[axis];
-  return sum;
-}
-
-// Analytic: every voxel of a row has half a cell before it; the movement is used up by as many as it takes.
-TEST(HandOnAnalytic, ARowTakesTheMovementInTurn) {
-  std::vector<FreeVoxel> voxels = row_of(6, 1.5);
-  OccupancyMap map = map_of({20, 1, 1}, voxels);
-  const Transfer transfer = hand_on(map, voxels, 0, {1.8, 0, 0});
-  const double expected[] = {0.5, 0.5, 0.5, 0.3};
-  ASSERT_EQ(transfer.moves.size(), 4u);
-  for (std::size_t i = 0; i < 4; ++i) {
-    EXPECT_EQ(transfer.moves[i].voxel, static_cast<VoxelId>(i));
-    EXPECT_NEAR(transfer.moves[i].moved[0], expected[i], 1e-8); // stops a billionth of a cell before a face
-    EXPECT_NEAR(voxels[i].place[0], 1.5 + double(i) + expected[i], 1e-8);
-  }
-  EXPECT_EQ(voxels[4].place[0], 5.5);
-  EXPECT_TRUE(transfer.refused.isZero(0));
-  // The last of the row has room: it takes whatever is left, over several cells.
-  const Transfer far = hand_on(map, voxels, 5, {7.25, 0, 0});
-  ASSERT_EQ(far.moves.size(), 1u);
-  EXPECT_EQ(voxels[5].place[0], 13.75);
-}
-
-// Analytic: "until either the sum of the voxel movements is equal to the desired movement or a fixed voxel is
-// encountered".
-TEST(HandOnAnalytic, AFixedVoxelAndTheBorderEndTheTransfer) {
-  for (const bool at_border : {false, true}) {
-    std::vector<FreeVoxel> voxels = row_of(4, 0.5);
-    voxels[3].is_fixed = !at_border;
-    OccupancyMap map = map_of({4, 1, 1}, voxels);
-    const Transfer transfer = hand_on(map, voxels, 0, {3, 0, 0});
-    const double moved = at_border ? 2 : 1.5; // half a cell each, of four voxels or of three
-    EXPECT_EQ(transfer.moves.size(), at_border ? 4u : 3u);
-    EXPECT_NEAR(sum_of_moves(transfer, 0), moved, 1e-8);
-    EXPECT_NEAR(transfer.refused[0], 3 - moved, 1e-8);
-    EXPECT_EQ(transfer.refused_by, at_border ? no_voxel : 3);
+    scene.objects =
+        body_and_tip(at_body, Grid(dimension, cells, spacings), even_limits(1.5, 0.5, 0.5), at_tip);
+    World world(std::move(scene));
+    ASSERT_NO_FATAL_FAILURE(push_tip(world, n_frames));
+    const double tip = world.pose(1).position[0] + 1, behind = 6.1 + n_cells * spacing;
+    EXPECT_GT(tip, 5) << "it comes to the body";
+    EXPECT_LT(tip, behind - 0.5 * n_cells * spacing + 1) << "half of the body stays behind it, to a cell";
   }
 }
 
-// Oracle: every cell looked for among all voxels. And whatever happens, all that was asked is moved or
-// refused, and no cell has two voxels.
-TEST(HandOnOracle, TheMapFindsWhomASearchAmongAllVoxelsFinds) {
-  std::mt19937 random(4);
-  std::uniform_real_distribution<double> unit(0, 1);
-  std::size_t longest = 0;
-  int refused = 0;
-  for (int round = 0; round < 60; ++round) {
-    const int dimension = 1 + round % 3;
-    const Index3 cells{dimension == 1 ? 60 : 9, dimension > 1 ? 9 : 1, dimension > 2 ? 5 : 1};
-    std::vector<FreeVoxel> fast;
-    for (int z = 0; z < cells[2]; ++z)
-      for (int y = 0; y < cells[1]; ++y)
-        for (int x = 0; x < cells[0]; ++x)
-          if (unit(random) < 0.6) {
-            FreeVoxel voxel{{x + unit(random), 0.5, 0.5}, unit(random) < 0.05};
-            if (dimension > 1)
-              voxel.place[1] = y + unit(random);
-            if (dimension > 2)
-              voxel.place[2] = z + unit(random);
-            fast.push_back(voxel);
-          }
-    std::vector<FreeVoxel> literal = fast;
-    OccupancyMap map = map_of(cells, fast);
-    for (int push = 0; push < 50; ++push) {
-      Eigen::Vector3d movement = Eigen::Vector3d::Zero();
-      for (int a = 0; a < dimension; ++a)
-        movement[a] = 8 * (unit(random) - 0.5) * unit(random);
-      if (push % 7 == 0)
-        movement[0] = std::round(movement[0]); // also ways that end on faces
-      const auto voxel = static_cast<VoxelId>(random() % fast.size());
-      const Transfer a = hand_on(map, fast, voxel, movement),
-                     b = literally::hand_on(cells, literal, voxel, movement);
-      ASSERT_EQ(a.moves.size(), b.moves.size()) << "round " << round << ", push " << push;
-      ASSERT_EQ(a.refused_by, b.refused_by);
-      Eigen::Vector3d sum = a.refused;
-      for (std::size_t i = 0; i < a.moves.size(); ++i) {
-        ASSERT_EQ(a.moves[i].voxel, b.moves[i].voxel);
-        sum += a.moves[i].moved;
+// Contract: the same of a body that lies turned; beside its geometry, that the tip never comes out behind it.
+TEST(TurnedBodiesContract, ATipIsStoppedByTheFlankOfATurnedBody) {
+  for (const int dimension : {2, 3})
+    for (const double angle : {0.3, 0.25 * std::numbers::pi})
+      for (const double aside : {0.0, 1.3, 2.6}) {
+        SCOPED_TRACE(testing::Message() << dimension << "D, turned by " << angle << ", tip at " << aside);
+        WorldScene scene = empty_world({30}, "limits");
+        scene.dimension = dimension;
+        Index3 cells{4, 4, 1};
+        Vec3 spacings{2, 2, 1}, at_body{12, 8, 0}, at_tip{1, 11 + aside, 0};
+        scene.cells[1] = 30;
+        if (dimension == 3) {
+          scene.cells[2] = 10;
+          cells[2] = 3;
+          spacings[2] = 2;
+          at_body[2] = 2.1;
+          at_tip[2] = 4.5;
+        }
+        scene.objects =
+            body_and_tip(at_body, Grid(dimension, cells, spacings), even_limits(1.2, 0.8, 0.2), at_tip);
+        scene.objects[0].turn_angle = angle;
+        World world(std::move(scene));
+        ASSERT_NO_FATAL_FAILURE(push_tip(world, 60));
+        const double tip = world.pose(1).position[0];
+        EXPECT_GT(tip, 5) << "it comes to the body";
+        EXPECT_LT(tip, 18) << "it would have come to 25";
       }
-      ASSERT_LT((sum - movement).norm(), 1e-14 * (1 + double(a.moves.size())));
-      std::set<Index3> taken;
-      for (std::size_t i = 0; i < fast.size(); ++i) {
-        ASSERT_EQ(fast[i].place, literal[i].place) << "round " << round << ", push " << push;
-        const Eigen::Vector3d& x = fast[i].place;
-        const Index3 cell{int(std::floor(x[0])), int(std::floor(x[1])), int(std::floor(x[2]))};
-        ASSERT_TRUE(taken.insert(cell).second) << "two voxels in one cell";
-        ASSERT_EQ(map.occupant(cell), static_cast<VoxelId>(i));
-      }
-      longest = std::max(longest, a.moves.size());
-      refused += a.refused.isZero(0) ? 0 : 1;
-    }
-  }
-  EXPECT_GT(longest, 8u); // else nothing was tested
-  EXPECT_GT(refused, 100);
 }
+
+// Contract: nodes beside those that make way for a tool come into its way themselves. They are asked while
+// the others stay out; asked by themselves they went, the others came back, and the tool stood still.
+TEST(PunchContract, WhoComesIntoTheWayBesideAPunchMakesWayToo) {
+  World world(parse_world_scene("units = \"m\"\n[world]\ncells = [120, 120, 192]\nspacing = 1\n"
+                                "[[object]]\nname = \"block\"\nkind = \"deformable\"\nshape = \"box\"\n"
+                                "cells = [18, 18, 24]\nspacing = 4\n"
+                                "material = { youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }\n"
+                                "hold = [{ where = \"z-\" }, { where = \"x-\", axes = \"x\" }, "
+                                "{ where = \"y-\", axes = \"y\" }]\nposition = [43.2, 43.2, 25.2]\n"
+                                "[[object]]\nname = \"punch\"\nkind = \"rigid\"\nshape = \"box\"\n"
+                                "cells = [60, 60, 3]\nposition = [12, 12, 123]\n"));
+  Drive drive = drive_of(1, {0, 0, -3});
+  const FrameResult result = world.advance({&drive, 1});
+  EXPECT_EQ(result.status, Status::done) << result.message;
+  EXPECT_NEAR(world.pose(1).position[2], 120, 1e-9);
+  EXPECT_LT(result.rounds, 40);
+  EXPECT_EQ(world.n_penetrations(), 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Bodies, CoarseBodiesContract,
+                         testing::Values(Kind{1, 3, "limits"}, Kind{2, 2, "limits"}, Kind{2, 3, "limits"},
+                                         Kind{3, 2, "limits"}, Kind{2, 3, "coupled"}, Kind{3, 2, "coupled"}),
+                         [](const auto& one) {
+                           return std::string(one.param.method) + "_in_" +
+                                  std::to_string(one.param.dimension) + "d_of_" +
+                                  std::to_string(int(one.param.spacing));
+                         });
 
 } // namespace
 } // namespace maille::deform

@@ -1,7 +1,7 @@
 #pragma once
 /// Worlds that tests build without a file.
 
-#include "maille/scene/world/world_scene.hpp"
+#include "maille/deform/world/world.hpp"
 #include "support/bodies/lattice_scenes.hpp"
 
 #include <string>
@@ -54,6 +54,14 @@ tendon   = { material = { youngs_modulus = "500 kPa", poisson_ratio = 0.4 }, fra
 hold     = [{ where = "x-" }, { where = "x+" }]
 position = ["2 mm", "3 mm", "1 mm"]
 )" + others);
+}
+
+inline deform::Drive drive_of(int object, const Eigen::Vector3d& by, std::vector<std::int64_t> nodes = {}) {
+  deform::Drive drive;
+  drive.object = object;
+  drive.motion.by = by;
+  drive.nodes = std::move(nodes);
+  return drive;
 }
 
 inline void hold_face(WorldObject& object, int axis, bool upper) {

@@ -93,10 +93,10 @@ bool holds(const Scene& scene, const PosedLattice& lattice, const std::vector<st
 
 } // namespace
 
-BalancedObject::BalancedObject(const WorldParts& parts, int object)
-    : dimension(parts.scene.dimension), kind(parts.member(object).kind),
-      skin(parts.scene.objects[static_cast<std::size_t>(object)].scene.specimen) {
-  const Specimen& specimen = parts.scene.objects[static_cast<std::size_t>(object)].scene.specimen;
+BalancedObject::BalancedObject(const WorldObjects& world, int object)
+    : dimension(world.scene.dimension), kind(world.member(object).kind),
+      skin(world.scene.objects[static_cast<std::size_t>(object)].scene.specimen) {
+  const Specimen& specimen = world.scene.objects[static_cast<std::size_t>(object)].scene.specimen;
   const Grid& grid = specimen.grid;
   for (std::int32_t node = 0; node < skin.n_nodes(); ++node) {
     const Index3 index = grid.node_at(skin.node(node));
@@ -106,26 +106,26 @@ BalancedObject::BalancedObject(const WorldParts& parts, int object)
     rest.push_back(is_body() ? vector(specimen.position(index)) : x);
   }
   if (is_body()) {
-    const PosedLattice& lattice = parts.body(object).lattice();
+    const PosedLattice& lattice = world.body(object).lattice();
     pose = lattice.pose();
     for (std::int32_t node = 0; node < skin.n_nodes(); ++node)
       first_component.push_back(std::int64_t{dimension} * lattice.voxel(skin.node(node)));
     displacement = unloaded = contact_forces = Eigen::VectorXd::Zero(dimension * lattice.n_voxels());
     std::vector<char> of_node(static_cast<std::size_t>(grid.n_nodes()), 0);
-    for (const Prescribed& p : parts.body(object).scene().prescribed)
+    for (const Prescribed& p : world.body(object).scene().prescribed)
       of_node[static_cast<std::size_t>(p.node)] |= static_cast<char>(1 << p.component);
     for (std::int32_t node = 0; node < skin.n_nodes(); ++node)
       held.push_back(of_node[static_cast<std::size_t>(skin.node(node))]);
     move_all();
   } else {
-    const int index = parts.member(object).index;
-    pose = parts.rigid.pose(index);
-    const RigidShape& shape = parts.rigid.shape(index);
+    const int index = world.member(object).index;
+    pose = world.rigid.pose(index);
+    const RigidShape& shape = world.rigid.shape(index);
     std::vector<std::int32_t> by_cell(static_cast<std::size_t>(grid.n_cells()), -1);
     for (std::int32_t i = 0; i < shape.n_voxels(); ++i)
       by_cell[static_cast<std::size_t>(grid.cell(shape.index_of(i)))] = i;
     std::ranges::copy_if(by_cell, std::back_inserter(voxel), [](std::int32_t i) { return i >= 0; });
-    if (parts.scene.objects[static_cast<std::size_t>(object)].is_smooth)
+    if (world.scene.objects[static_cast<std::size_t>(object)].is_smooth)
       make_smooth(specimen, rest);
     const PlacedSkin placed(skin, rest, rest, 0);
     for (std::int32_t node = 0; node < skin.n_nodes(); ++node)
@@ -188,31 +188,31 @@ void BalancedObject::turn_and_shift(const Eigen::Vector3d& shift, const Eigen::V
   pose.position += shift;
 }
 
-Balance::Balance(WorldParts& parts) : parts_(parts) {
-  if (parts.scene.dimension == 1)
+Balance::Balance(WorldObjects& world) : world_(world) {
+  if (world.scene.dimension == 1)
     throw std::invalid_argument("World: contact = \"surfaces\": two or three dimensions");
-  if (parts.scene.method != "coupled")
+  if (world.scene.method != "coupled")
     throw std::invalid_argument("World: contact = \"surfaces\": method = \"coupled\", which knows forces");
-  if (parts.scene.friction > 0 && parts.scene.dynamics)
+  if (world.scene.friction > 0 && world.scene.dynamics)
     throw std::invalid_argument("World: dynamics: no friction");
   cell_ = std::numeric_limits<double>::infinity();
   double stiffest = 0;
-  for (int object = 0; object < parts.n_objects(); ++object) {
-    const WorldObject& what = parts.scene.objects[static_cast<std::size_t>(object)];
+  for (int object = 0; object < world.n_objects(); ++object) {
+    const WorldObject& what = world.scene.objects[static_cast<std::size_t>(object)];
     const auto fail = [&](const std::string& why) {
       throw std::invalid_argument("World: contact = \"surfaces\": object `" + what.name + "` " + why);
     };
     const Vec3& spacing = what.scene.specimen.grid.spacing();
-    cell_ = std::min(cell_, *std::min_element(spacing.begin(), spacing.begin() + parts.scene.dimension));
-    objects_.emplace_back(parts, object);
-    if (!parts.is_body(object))
+    cell_ = std::min(cell_, *std::min_element(spacing.begin(), spacing.begin() + world.scene.dimension));
+    objects_.emplace_back(world, object);
+    if (!world.is_body(object))
       continue;
-    const DeformableObject& body = parts.body(object);
+    const DeformableObject& body = world.body(object);
     if (body.limits_bind())
       fail("has limits that bind: contact = \"cells\" keeps them");
     if (what.scene.relaxation.frame == StrainFrame::blocks)
       fail("measures strains in blocks: contact = \"cells\" knows them");
-    if (parts.scene.dimension == 2 && objects_.back().displacement.size() > most_components_2d)
+    if (world.scene.dimension == 2 && objects_.back().displacement.size() > most_components_2d)
       fail("has too many nodes to factor its stiffness: contact = \"cells\", or a coarser body");
     stiffest = std::max(stiffest, body.cell_stiffness());
   }
@@ -222,14 +222,14 @@ Balance::Balance(WorldParts& parts) : parts_(parts) {
   find_touches();
   for (const Touch& touch : touches_)
     if (touch.gap < -overlap_over_cell * cell_)
-      fail_to_place(parts_.scene, touch.object, touch.other);
-  for (int i = 0; i < parts.n_objects(); ++i)
-    for (int a = 0; a < parts.scene.dimension && parts.is_body(i); ++a) {
+      fail_to_place(world_.scene, touch.object, touch.other);
+  for (int i = 0; i < world.n_objects(); ++i)
+    for (int a = 0; a < world.scene.dimension && world.is_body(i); ++a) {
       const auto axis = static_cast<std::size_t>(a);
-      const double end = parts.scene.cells[axis] * parts.scene.spacing[axis],
+      const double end = world.scene.cells[axis] * world.scene.spacing[axis],
                    little = overlap_over_cell * cell_;
       if (object(i).box.min()[a] < -little || object(i).box.max()[a] > end + little)
-        fail_to_place(parts_.scene, i, -1);
+        fail_to_place(world_.scene, i, -1);
     }
   for (const auto& [i, j, nodes] : near_pairs_) // a hand would feel it when they touch
     for (const int number : {i, j})
@@ -241,14 +241,14 @@ void Balance::hold(int threads) {
   if (std::exchange(threads_, threads) != threads)
     for (BalancedObject& one : objects_)
       one.flexibility.reset();
-  for (int i = 0; i < parts_.n_objects(); ++i) {
+  for (int i = 0; i < world_.n_objects(); ++i) {
     BalancedObject& one = object(i);
     if (one.is_body()) {
       hold_body(i);
       continue;
     }
     one.moves = one.kind == ObjectKind::rigid;
-    const bool is_held = parts_.member(i).is_driven;
+    const bool is_held = world_.member(i).is_driven;
     one.stiffness = is_held ? stiffness_ / free_drag : stiffness_ * free_drag;
     if (!is_held)
       one.target.reset();
@@ -260,7 +260,7 @@ void Balance::hold(int threads) {
 
 void Balance::hold_body(int number) {
   BalancedObject& one = object(number);
-  const DeformableObject& body = parts_.body(number);
+  const DeformableObject& body = world_.body(number);
   const PosedLattice& lattice = body.lattice();
   const int d = one.dimension;
   std::vector<std::int64_t> kept;
@@ -303,18 +303,18 @@ void Balance::hold_body(int number) {
 void Balance::prescribe() {
   const auto may_change = [&](int i) {
     const BalancedObject& one = object(i);
-    return one.is_body() && (one.moves || one.carried.size() > 0 || !parts_.body(i).handles().empty());
+    return one.is_body() && (one.moves || one.carried.size() > 0 || !world_.body(i).handles().empty());
   };
-  if (std::ranges::any_of(std::views::iota(0, parts_.n_objects()), may_change))
+  if (std::ranges::any_of(std::views::iota(0, world_.n_objects()), may_change))
     catch_up(); // before any is somewhere else without contacts
-  for (int i = 0; i < parts_.n_objects(); ++i) {
+  for (int i = 0; i < world_.n_objects(); ++i) {
     BalancedObject& one = object(i);
     if (!one.is_body())
       continue;
     Eigen::VectorXd given = one.displacement; // what floats stays where it is in its frame
     if (!one.moves) {
       given.setZero();
-      const DeformableObject& body = parts_.body(i);
+      const DeformableObject& body = world_.body(i);
       for (const auto& [node, handle] : body.handles())
         for (int b = 0; b < one.dimension; ++b)
           given[one.dimension * body.lattice().voxel(node) + b] = handle.at[static_cast<std::size_t>(b)];
@@ -331,8 +331,8 @@ void Balance::prescribe() {
 }
 
 double Balance::missed(int number, std::int64_t component) const {
-  const BalancedObject& one = objects_[static_cast<std::size_t>(number)];
-  const DeformableObject& body = parts_.body(number);
+  const BalancedObject& one = object(number);
+  const DeformableObject& body = world_.body(number);
   const PosedLattice& lattice = body.lattice();
   const auto voxel = static_cast<std::int32_t>(component / one.dimension);
   const int b = static_cast<int>(component % one.dimension);
@@ -350,8 +350,8 @@ double Balance::missed(int number, std::int64_t component) const {
 }
 
 Vec3 Balance::pull_at(int number, std::int64_t node) const {
-  const BalancedObject& one = objects_[static_cast<std::size_t>(number)];
-  const std::int64_t first = std::int64_t{one.dimension} * parts_.body(number).lattice().voxel(node);
+  const BalancedObject& one = object(number);
+  const std::int64_t first = std::int64_t{one.dimension} * world_.body(number).lattice().voxel(node);
   Vec3 force{};
   for (int b = 0; b < one.dimension; ++b) {
     const auto component = static_cast<std::size_t>(b);
@@ -368,17 +368,17 @@ Vec3 Balance::pull_at(int number, std::int64_t node) const {
 void Balance::hand_back() {
   const auto start = std::chrono::steady_clock::now();
   catch_up();
-  std::vector<Pose> poses(static_cast<std::size_t>(parts_.rigid.n_objects()));
-  for (int i = 0; i < parts_.n_objects(); ++i)
-    if (!parts_.is_body(i))
-      poses[static_cast<std::size_t>(parts_.member(i).index)] = object(i).pose;
-  parts_.rigid.place(poses);
-  parts_.map_is_behind = true;
-  for (int i = 0; i < parts_.n_objects(); ++i) {
-    if (!parts_.is_body(i))
+  std::vector<Pose> poses(static_cast<std::size_t>(world_.rigid.n_objects()));
+  for (int i = 0; i < world_.n_objects(); ++i)
+    if (!world_.is_body(i))
+      poses[static_cast<std::size_t>(world_.member(i).index)] = object(i).pose;
+  world_.rigid.place(poses);
+  world_.is_map_outdated = true;
+  for (int i = 0; i < world_.n_objects(); ++i) {
+    if (!world_.is_body(i))
       continue;
     const BalancedObject& one = object(i);
-    DeformableObject& body = parts_.body(i);
+    DeformableObject& body = world_.body(i);
     const PosedLattice& lattice = body.lattice();
     const bool is_carried = one.pose.rotation != lattice.pose().rotation ||
                             one.pose.position != lattice.pose().position; // its frame goes with it

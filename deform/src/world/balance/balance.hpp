@@ -11,7 +11,7 @@
 /// most a fifth of a cell. Rounds repeat until nothing moves; those with the same contacts are mixed.
 ///
 /// Who writes what: balance.cpp sets up objects, drives and compliance; touches.cpp finds touches;
-/// balanced_contacts.cpp solves the contact program; rounds.cpp moves; balanced_frame.cpp runs the rounds of
+/// balanced_contacts.cpp solves the contact program; rounds.cpp moves; surface_engine.cpp runs the rounds of
 /// a frame; dynamics/ uses the same objects with inertia.
 ///
 /// Exact: balance and gaps of the last round. Heuristic: step lengths, the drag on free objects (which
@@ -20,7 +20,7 @@
 #include "world/surface/flexibility.hpp"
 #include "world/surface/friction_program.hpp"
 #include "world/surface/skin.hpp"
-#include "world/world_parts.hpp"
+#include "world/world_objects.hpp"
 
 #include <Eigen/Core>
 
@@ -40,8 +40,6 @@ namespace maille::deform {
 /// Nearer surfaces touch, and surfaces in contact keep this distance [cells].
 inline constexpr double skin_over_cell = 1e-4;
 
-/// A deeper overlap at the beginning is refused; places written with three digits make less [cells].
-inline constexpr double overlap_over_cell = 1e-3;
 /// Largest motion of anything in a round, or in a step of time [cells]. Longer ones miss edges; shorter ones
 /// take more rounds.
 inline constexpr double round_over_cell = 0.2;
@@ -50,7 +48,7 @@ class ConvexCell;
 
 /// One object of a world whose objects meet with their surfaces.
 struct BalancedObject {
-  BalancedObject(const WorldParts& parts, int object);
+  BalancedObject(const WorldObjects& world, int object);
 
   int dimension;
   ObjectKind kind;
@@ -145,10 +143,11 @@ struct Touch {
 class Balance {
 public:
   /// @throws std::invalid_argument naming an object that cannot be carried
-  explicit Balance(WorldParts& parts);
+  explicit Balance(WorldObjects& world);
 
-  std::vector<BalancedObject>& objects() { return objects_; }
+  const std::vector<BalancedObject>& objects() const { return objects_; }
   BalancedObject& object(int number) { return objects_[static_cast<std::size_t>(number)]; }
+  const BalancedObject& object(int number) const { return objects_[static_cast<std::size_t>(number)]; }
   const std::vector<Touch>& touches() const { return touches_; }
   double cell() const { return cell_; }
   /// Updates which objects and nodes are driven; to be called when handles or drives have changed.
@@ -258,7 +257,7 @@ private:
   /// Error of a pulled component at its prescribed value [m].
   double missed(int object, std::int64_t component) const;
 
-  WorldParts& parts_;
+  WorldObjects& world_;
   int threads_ = 1;
   std::vector<BalancedObject> objects_;
   double cell_ = 0;      ///< least spacing of all objects [m]

@@ -32,7 +32,7 @@ constexpr double contact_over_cell_stiffness = 1e7;
 /// A row of forces of 1 N along a direction: on the node that touches, and against it on what it touches.
 void Balance::push_apart(const Touch& touch, const Eigen::Vector3d& along, int row, Program& program) const {
   const auto push = [&](int object, std::int32_t node, const Eigen::Vector3d& force) {
-    const BalancedObject& one = objects_[static_cast<std::size_t>(object)];
+    const BalancedObject& one = this->object(object);
     const auto i = static_cast<std::size_t>(node);
     program.pushes[static_cast<std::size_t>(object)].push_back(
         {row, object, force, one.at[i], one.is_body() ? one.first_component[i] : std::int64_t{-1}});
@@ -56,7 +56,7 @@ Balance::Program Balance::program() const {
   for (std::size_t i = 0; i < objects_.size(); ++i)
     for (const std::int64_t component : objects_[i].pulled) {
       const BalancedObject& one = objects_[i];
-      const PosedLattice& lattice = parts_.body(static_cast<int>(i)).lattice();
+      const PosedLattice& lattice = world_.body(static_cast<int>(i)).lattice();
       const auto voxel = static_cast<std::int32_t>(component / one.dimension);
       const Eigen::Vector3d rest =
           lattice.pose().rotation.transpose() * (lattice.rest(voxel) - lattice.pose().position);
@@ -103,7 +103,7 @@ Balance::Program Balance::part_of(const Program& whole, const std::vector<char>&
   }
   part.compliance = Eigen::MatrixXd::Zero(part.gap.size(), part.gap.size());
   part.compliance.diagonal().setConstant(1 / (contact_over_cell_stiffness * stiffness_));
-  for (int i = 0; i < parts_.n_objects(); ++i) {
+  for (int i = 0; i < world_.n_objects(); ++i) {
     if (part.pushes[static_cast<std::size_t>(i)].empty())
       continue;
     if (object(i).is_body())
@@ -139,7 +139,7 @@ Eigen::VectorXd Balance::gaps_after(const Program& program, const std::vector<An
 
 void Balance::grip() {
   grips_.clear();
-  if (parts_.scene.friction == 0)
+  if (world_.scene.friction == 0)
     return;
   find_touches();
   for (const Touch& touch : touches_)
@@ -148,8 +148,7 @@ void Balance::grip() {
 }
 
 Balance::Grip Balance::grip_at(const Touch& touch) const {
-  return {touch.nodes, touch.weights,
-          objects_[static_cast<std::size_t>(touch.object)].at[static_cast<std::size_t>(touch.node)]};
+  return {touch.nodes, touch.weights, object(touch.object).at[static_cast<std::size_t>(touch.node)]};
 }
 
 Eigen::Vector3d Balance::place_of(const Touch& touch, const Grip& grip) const {
@@ -158,8 +157,7 @@ Eigen::Vector3d Balance::place_of(const Touch& touch, const Grip& grip) const {
   Eigen::Vector3d place = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < 4; ++i)
     if (grip.weights[i] > 0)
-      place += grip.weights[i] *
-               objects_[static_cast<std::size_t>(touch.other)].at[static_cast<std::size_t>(grip.nodes[i])];
+      place += grip.weights[i] * object(touch.other).at[static_cast<std::size_t>(grip.nodes[i])];
   return place;
 }
 
@@ -173,14 +171,13 @@ void Balance::add_friction(Program& program, std::vector<double>& gap) const {
     if (grip == grips_.end())
       continue;
     FrictionRows rows{static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(gap.size()),
-                      parts_.scene.dimension - 1};
+                      world_.scene.dimension - 1};
     std::array<Eigen::Vector3d, 2> tangents;
-    tangents[0] = parts_.scene.dimension == 2 ? Eigen::Vector3d(-touch.normal[1], touch.normal[0], 0)
+    tangents[0] = world_.scene.dimension == 2 ? Eigen::Vector3d(-touch.normal[1], touch.normal[0], 0)
                                               : touch.normal.unitOrthogonal();
     tangents[1] = touch.normal.cross(tangents[0]);
     const Eigen::Vector3d off =
-        objects_[static_cast<std::size_t>(touch.object)].at[static_cast<std::size_t>(touch.node)] -
-        place_of(touch, grip->second);
+        object(touch.object).at[static_cast<std::size_t>(touch.node)] - place_of(touch, grip->second);
     for (int k = 0; k < rows.n; ++k) {
       const Eigen::Vector3d& tangent = tangents[static_cast<std::size_t>(k)];
       push_apart(touch, tangent, static_cast<int>(gap.size()), program);
@@ -272,7 +269,7 @@ Eigen::Matrix<double, 6, 6> compliance_of(const BalancedObject& one, double drag
 } // namespace
 
 void Balance::add_compliance_as_a_whole(int number, Program& program) const {
-  const BalancedObject& one = objects_[static_cast<std::size_t>(number)];
+  const BalancedObject& one = object(number);
   Eigen::MatrixXd wrenches = Eigen::MatrixXd::Zero(program.gap.size(), 6);
   std::vector<Eigen::Index> rows;
   for (const Push& push : program.pushes[static_cast<std::size_t>(number)]) {
@@ -345,7 +342,7 @@ std::vector<Balance::Answered> Balance::answers() {
     const Eigen::VectorXd of_part =
         part.rubs.empty() ? contact_forces(part.compliance, part.gap, part.may_pull, part.active)
                           : frictional_forces(part.compliance, part.gap, part.may_pull, part.active,
-                                              part.rubs, parts_.scene.friction);
+                                              part.rubs, world_.scene.friction);
     Eigen::Index next = 0;
     for (std::size_t row = 0; row < n; ++row)
       if (is_chosen[row] != 0) {
@@ -353,7 +350,7 @@ std::vector<Balance::Answered> Balance::answers() {
         force[static_cast<Eigen::Index>(row)] = of_part[next++];
       }
     answers.clear();
-    for (int i = 0; i < parts_.n_objects(); ++i)
+    for (int i = 0; i < world_.n_objects(); ++i)
       answers.push_back(answer(i, asked, force));
     const Eigen::VectorXd gaps = gaps_after(asked, answers);
     const double least = n > 0 ? -rounding * asked.gap.cwiseAbs().maxCoeff() : 0;

@@ -15,7 +15,7 @@ namespace maille::deform {
 /// Cells of an object whose faces or corners are near another, where their corners are now.
 std::vector<ConvexCell> Balance::cells_near(int number, int other) {
   BalancedObject& one = object(number);
-  const Specimen& body = parts_.scene.objects[static_cast<std::size_t>(number)].scene.specimen;
+  const Specimen& body = world_.scene.objects[static_cast<std::size_t>(number)].scene.specimen;
   const Grid& grid = body.grid;
   if (one.matter.empty()) {
     for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell)
@@ -44,7 +44,7 @@ std::vector<ConvexCell> Balance::cells_near(int number, int other) {
     }
     if (one.is_body())
       x.head(one.dimension) += one.displacement.segment(
-          std::int64_t{one.dimension} * parts_.body(number).lattice().voxel(grid.node(node)), one.dimension);
+          std::int64_t{one.dimension} * world_.body(number).lattice().voxel(grid.node(node)), one.dimension);
     return Eigen::Vector3d(one.pose.position + one.pose.rotation * x);
   };
   std::vector<ConvexCell> list;

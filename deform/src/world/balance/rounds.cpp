@@ -340,7 +340,7 @@ double Balance::round() {
     drag_ *= drag_step;
     answers = this->answers();
   }
-  if (parts_.scene.friction > 0) // what has come to press holds from here on
+  if (world_.scene.friction > 0) // what has come to press holds from here on
     for (const Touch& touch : touches_)
       if (touch.force > 0)
         grips_.try_emplace(key_of(touch), grip_at(touch));
@@ -354,7 +354,7 @@ double Balance::round() {
   const double part = missed ? 1 : std::min(length_, round_over_cell * cell_ / std::max(furthest, 1e-300));
   remember(missed.value_or(furthest), missed ? 1 : 1 - part);
   share_forces(part);
-  for (int i = 0; i < parts_.n_objects(); ++i) {
+  for (int i = 0; i < world_.n_objects(); ++i) {
     BalancedObject& one = object(i);
     const Answered& answered = answers[static_cast<std::size_t>(i)];
     if (one.is_body())

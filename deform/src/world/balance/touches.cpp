@@ -39,7 +39,7 @@ void Balance::look_around() {
     box.max().array() += within;
     for (std::size_t j = 0; j < objects_.size(); ++j) {
       const BalancedObject& other = objects_[j];
-      if (i == j ? one.is_body() && parts_.body(static_cast<int>(i))
+      if (i == j ? one.is_body() && world_.body(static_cast<int>(i))
                                         .self_contact()
                                         .may_meet({one.displacement.data(),
                                                    static_cast<std::size_t>(one.displacement.size())},
@@ -50,7 +50,7 @@ void Balance::look_around() {
     }
     for (int axis = 0; axis < one.dimension && one.kind != ObjectKind::fixed; ++axis) {
       const auto a = static_cast<std::size_t>(axis);
-      const double end = parts_.scene.cells[a] * parts_.scene.spacing[a];
+      const double end = world_.scene.cells[a] * world_.scene.spacing[a];
       NearBorder border{static_cast<int>(i), axis, {}};
       if (one.box.min()[axis] <= within || one.box.max()[axis] >= end - within)
         for (std::int32_t node = 0; node < one.skin.n_nodes(); ++node)
@@ -85,7 +85,7 @@ void Balance::watch() {
       of[static_cast<std::size_t>(node)] = 1;
   };
   const auto mark_about = [&](int object, std::int32_t face) {
-    const Skin& skin = objects_[static_cast<std::size_t>(object)].skin;
+    const Skin& skin = this->object(object).skin;
     for (const std::int32_t node : skin.face(face).node)
       if (node >= 0)
         for (const std::int32_t beside : skin.faces_at(node))
@@ -154,8 +154,7 @@ void Balance::measure_touches() {
 }
 
 void Balance::add_touches(int object, int other, std::span<const NearFaces::OfNode> nodes) {
-  const BalancedObject &one = objects_[static_cast<std::size_t>(object)],
-                       &two = objects_[static_cast<std::size_t>(other)];
+  const BalancedObject &one = this->object(object), &two = this->object(other);
   const double reach = reach_over_cell * cell_;
   const NearFaces& near_faces = near_faces_[{object, other}];
   const PlacedSkin own(one.skin, one.at, one.rest, reach), skin(two.skin, two.at, two.rest, reach);
@@ -184,9 +183,9 @@ void Balance::add_touches(int object, int other, std::span<const NearFaces::OfNo
 }
 
 void Balance::add_border(const NearBorder& border) {
-  const BalancedObject& one = objects_[static_cast<std::size_t>(border.object)];
+  const BalancedObject& one = object(border.object);
   const auto a = static_cast<std::size_t>(border.axis);
-  const double reach = reach_over_cell * cell_, end = parts_.scene.cells[a] * parts_.scene.spacing[a];
+  const double reach = reach_over_cell * cell_, end = world_.scene.cells[a] * world_.scene.spacing[a];
   for (const std::int32_t node : border.nodes)
     for (const int direction : {1, -1}) {
       const double x = one.at[static_cast<std::size_t>(node)][border.axis];

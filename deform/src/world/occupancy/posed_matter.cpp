@@ -19,20 +19,6 @@ Eigen::Vector3d extent(const Vec3& spacing, const Eigen::Matrix3d& rotation, con
   return (rotation.cwiseAbs() * vector(spacing)).cwiseQuotient(vector(cell_size));
 }
 
-/// How fast any point of a shape goes at most [cells in the time of the motion].
-double largest_speed(const RigidShape& shape, const Pose& pose, const RigidMotion& motion,
-                     const Vec3& cell_size) {
-  double arm = 0;
-  for (int corner = 0; corner < 8; ++corner) {
-    Eigen::Vector3d rest;
-    for (int a = 0; a < 3; ++a)
-      rest[a] = (corner >> a & 1) * shape.size()[static_cast<std::size_t>(a)] *
-                shape.spacing()[static_cast<std::size_t>(a)];
-    arm = std::max(arm, (pose.position + pose.rotation * rest - motion.about).norm());
-  }
-  return (motion.by.norm() + std::abs(motion.angle) * arm) / *std::ranges::min_element(cell_size);
-}
-
 /// In how many steps a shape goes no further than it is looked at from one to the next.
 double steps_of(const RigidShape& shape, const Pose& pose, const RigidMotion& motion, const Vec3& cell_size,
                 double end) {
@@ -116,6 +102,12 @@ void set_face(HeldCell& held, const PosedMatter& matter, const Pose& pose, const
 }
 
 } // namespace
+
+double largest_speed(const RigidShape& shape, const Pose& pose, const RigidMotion& motion,
+                     const Vec3& cell_size) {
+  return (motion.by.norm() + std::abs(motion.angle) * furthest_corner(shape, pose, motion.about)) /
+         *std::ranges::min_element(cell_size);
+}
 
 bool has_cells_between_voxels(const Vec3& spacing, const Eigen::Matrix3d& rotation, const Vec3& cell_size) {
   return extent(spacing, rotation, cell_size).maxCoeff() > 1 + rounding;

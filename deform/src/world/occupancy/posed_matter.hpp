@@ -10,6 +10,10 @@
 
 namespace maille::deform {
 
+/// How fast any point of a shape goes at most [cells in the time of the motion].
+double largest_speed(const RigidShape& shape, const Pose& pose, const RigidMotion& motion,
+                     const Vec3& cell_size);
+
 /// Whether matter at this turn has cells that no voxel's middle lies in: where a voxel, as it stands, is
 /// longer than a cell along any axis of the world. Else the nearest voxel's middle to a cell's middle lies in
 /// that cell.

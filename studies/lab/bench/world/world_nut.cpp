@@ -1,6 +1,6 @@
 #include "bench/subjects.hpp"
 #include "maille/deform/probe/touch.hpp"
-#include "maille/deform/world/world.hpp"
+#include "maille/deform/world/trajectory_drives.hpp"
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
@@ -41,10 +41,7 @@ std::string bolt(bool has_nut) {
 }
 
 Vector3d middle_of(const World& world, const Pose& pose) {
-  Vector3d middle;
-  for (std::size_t a = 0; a < 3; ++a)
-    middle[static_cast<Eigen::Index>(a)] = 0.5 * world.shape(1).size()[a] * world.shape(1).spacing()[a];
-  return pose.position + pose.rotation * middle;
+  return pose.position + pose.rotation * deform::middle_of(world.scene().objects[1].scene.specimen);
 }
 
 /// The nut on the upper end of the thread.

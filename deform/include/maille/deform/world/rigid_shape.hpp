@@ -48,6 +48,8 @@ public:
   Index3 index_of(std::int32_t voxel) const;
   /// In the object's frame [m].
   Eigen::Vector3d centre_of(std::int32_t voxel) const;
+  /// The middle of the lattice, in the object's frame [m].
+  Eigen::Vector3d middle() const;
   std::span<const Row> rows() const { return rows_; }
   std::span<const Block> blocks() const { return blocks_; }
   /// Bit 2 a + (1 if upwards) is set where a voxel has no voxel of its own beside it along axis a.
@@ -82,5 +84,8 @@ struct RigidMotion {
   /// The pose at time t; t = 0 gives `from` itself, to the bit. Without a turn the rotation stays to the bit.
   Pose moved(const Pose& from, double t) const;
 };
+
+/// Distance of a point from the furthest corner of a shape's lattice at a pose [m].
+double furthest_corner(const RigidShape& shape, const Pose& pose, const Eigen::Vector3d& from);
 
 } // namespace maille::deform

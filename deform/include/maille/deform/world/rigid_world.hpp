@@ -22,8 +22,7 @@ struct Contact {
 };
 
 struct MoveResult {
-  double fraction =
-      0; ///< of the motion that was done; with sliding, of the path along the walls and free path together
+  double fraction = 0;           ///< of the motion that was done
   std::vector<Contact> contacts; ///< in the order met; empty: the whole motion was free
 };
 
@@ -36,8 +35,7 @@ struct MoveResult {
 /// cell also takes the free cells that seal it (see world/occupancy/posed_matter.hpp in the sources).
 ///
 /// Source      Gibson, Beyond volume rendering (1995), figures 1 and 3. Departures: the exact first contact
-///             instead of halved steps (move_by_halving keeps those), so that no wall is passed through at
-///             any speed.
+///             instead of halved steps, so that no wall is passed through at any speed.
 /// Repeatable  same bits on any machine
 /// Checked by  tests/deform/world/rigid_world_test.cpp
 class RigidWorld {
@@ -80,16 +78,9 @@ public:
   /// Moves an object as far as it can go: up to a billionth of a cell before the first contact, which is
   /// found exactly.
   MoveResult move(int object, const RigidMotion& motion);
-  /// The same; what is left of the shift after a contact goes on along the faces that were met, without the
-  /// turn. At most one face an axis.
-  MoveResult slide(int object, const RigidMotion& motion);
-  /// Brings an object as near to a pose as it can come without pushing anything: it turns as far as it can,
-  /// then goes straight, and along what it meets (see Proxy). To be called with poses near one another.
-  void follow(int object, const Pose& goal);
-  /// Gibson's rule: all voxels' cells at the wanted pose are tested; while any is blocked the step is halved,
-  /// until it is below `threshold` of the motion. What lies between is not looked at: thin walls are passed
-  /// through. Kept as the oracle.
-  MoveResult move_by_halving(int object, const RigidMotion& motion, double threshold = 1.0 / 1024);
+  /// Takes an object out of the map, for a caller that moves it by a rule of its own and puts it back.
+  void take_out(int object) { take(at(object)); }
+  void put_back(int object, const Pose& pose);
 
   /// Puts all objects where they are said to be, into an empty map; who comes first has a cell that two would
   /// take. For worlds whose objects are kept apart by their surfaces. @param poses one an object

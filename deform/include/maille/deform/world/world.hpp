@@ -108,7 +108,7 @@ struct FrameResult {
   std::vector<HandOver> handed_on; ///< in order
 };
 
-struct WorldParts;
+class Engine;
 
 /// The whole voxel world, quasi-static: a frame ends where nothing wants to go on, or where its budget ends.
 ///
@@ -123,7 +123,7 @@ struct WorldParts;
 /// Repeatable  same bits for any number of threads, unless a budget of seconds ends a frame
 /// Source      Gibson 1995, "Object deformation". Departures: the rest of a movement is handed on with the
 ///             limits of both bodies obeyed, in place of one voxel after the other; answers of a method in
-///             place of one voxel's relaxation at a time. The method `hand_on` keeps the original of both
+///             place of one voxel's relaxation at a time
 /// Checked by  tests/deform/world/world_test.cpp and its neighbours, tests/cross_check/contact_test.cpp
 class World {
 public:
@@ -131,6 +131,8 @@ public:
   ///         numbers do not fit (dimension, spacing, method), or where a deformable object has moves, loads
   ///         or fibres that contract
   explicit World(WorldScene scene);
+  /// Moved by an engine of the caller's own, as the loops of 1995 in studies/lab are.
+  explicit World(std::unique_ptr<Engine> engine);
   World(World&&) noexcept;
   World& operator=(World&&) noexcept;
   ~World();
@@ -216,9 +218,7 @@ public:
   std::int64_t bytes() const;
 
 private:
-  explicit World(std::unique_ptr<WorldParts> parts);
-
-  std::unique_ptr<WorldParts> parts_;
+  std::unique_ptr<Engine> engine_;
 };
 
 } // namespace maille::deform

@@ -24,7 +24,6 @@ enum class ObjectKind {
 enum class ContactLaw {
   cells,    ///< a cell of the world belongs to one object: contact at faces of cells
   surfaces, ///< no surface passes into another, and all that touches is in balance
-  halving,  ///< as cells, but what a hand moves stops by Gibson's loop: a step that is blocked is halved
 };
 
 /// What a world has where time passes between its frames: masses, momentum, energy.
@@ -63,7 +62,7 @@ struct WorldScene {
   Vec3 spacing{1, 1, 1};              ///< of a cell [m], > 0
   double friction = 0;                ///< Coulomb's coefficient between objects, >= 0
   std::optional<double> frame_budget; ///< that a frame may take [s]; unset: until it has settled
-  /// What moves deformable objects: limits, relaxed, coupled, or Gibson's own loops, sweep and hand_on.
+  /// What moves deformable objects: limits, relaxed or coupled.
   std::string method = "coupled";
   ContactLaw contact = ContactLaw::cells;
   std::optional<WorldDynamics> dynamics; ///< unset: quasi-static

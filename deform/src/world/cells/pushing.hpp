@@ -1,0 +1,98 @@
+#pragma once
+/// Contact cell by cell between objects that can move: an object pushes the objects in its way.
+///
+/// A *rigid object* moves until its first contact. If a free rigid object is in the way, that one is shifted
+/// by what is left of the movement; if a body is, its nodes in all cells on the way are asked to leave them.
+/// Then the object moves on, until something stays where it is.
+///
+/// A *body* settles among the others as if they stood still (Settling). Each pinned node then requests the
+/// movement that it could not make (`rest`) from the object in its way: a node of a body becomes a pin with a
+/// prescribed place there, a rigid object a shift. The receiver settles in turn and may push further. With
+/// forces known, may_push() lets the side with the larger pressure push, a cell at a time, until the
+/// pressures cannot be made more equal.
+///
+/// Feasible at any time. Heuristic: the order of receivers, and the limits on pushes that end the exchange.
+
+#include "world/cells/settling.hpp"
+
+#include <map>
+#include <optional>
+#include <set>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+namespace maille::deform {
+
+/// Effect of earlier pushes on the faces between two objects along an axis.
+struct PushEffect {
+  double change = 0; ///< of the imbalance of pressures by one push, as far as that is known [N]
+  /// The imbalance before the last push of this step, towards the object with the higher number [N]
+  std::optional<double> before{};
+  int n = 0; ///< pushes in this step
+};
+/// By the objects' numbers, the lower first, and the axis.
+using PushEffects = std::map<std::tuple<int, int, int>, PushEffect>;
+
+class Pushing {
+public:
+  Pushing(FrameRun& frame, PushEffects& effects);
+  virtual ~Pushing() = default;
+
+  /// Moves a rigid object, and what it pushes. @return the part of the motion that was done
+  virtual double push_rigid(int object, RigidMotion motion, bool slides);
+  /// Settles bodies until none wants to move on.
+  void come_to_rest();
+  /// Bodies and rigid objects that still want to move.
+  std::set<int> unsettled;
+
+protected:
+  FrameRun& frame_;
+  WorldObjects& world_;
+
+private:
+  /// A movement that one object asks of another.
+  struct Request {
+    int from;
+    std::int64_t from_voxel;
+    double movement = 0; ///< along the pin's axis [cells]; of a rigid object [m]
+  };
+  struct PinRequest {
+    Pin pin;
+    Request by;
+  };
+  using PinRequests = std::map<int, std::vector<PinRequest>>; ///< by object
+  /// Movements that a body asks of other bodies, and of free rigid objects, by object and axis.
+  struct Requests {
+    PinRequests pins;
+    std::map<std::pair<int, int>, Request> shifts;
+  };
+  /// All faces through which one body presses on another object along an axis.
+  struct Faces {
+    int other, axis, direction;
+    friend auto operator<=>(const Faces&, const Faces&) = default;
+  };
+
+  bool is_movable(int object) const;
+  std::vector<std::pair<int, std::size_t>> pins_on(int object) const;
+  void take_along(const std::vector<std::pair<int, std::size_t>>& gripped, const Pose& from, const Pose& to);
+  bool clear_cell(int object, const RigidMotion& rest, const Contact& contact);
+  bool push_free_rigid(int object, const Request& shift, int axis);
+  bool ask_bodies_in_the_way(int object, const RigidMotion& rest, PinRequests& asked);
+
+  void settle(int object);
+  bool push_others(int object);
+  Requests requests_of(int object);
+  void request(int object, const Pin& pin, int other, Requests& requests);
+  static Pin pin_of(const DeformableObject& body, const DeformableObject::Carrier& carrier, int axis,
+                    int direction, double to, const Index3& wall);
+  static void add(std::vector<PinRequest>& list, const Pin& pin, const Request& by);
+  bool ask(int object, const std::vector<PinRequest>& asked);
+  bool may_push(int object, const Faces& faces, const std::vector<const Pin*>& pins);
+  double pressure_back(int object, const Faces& faces) const;
+
+  PushEffects& effects_;
+  std::set<int> in_progress_; ///< objects that are pushing: they are not pushed back
+};
+
+} // namespace maille::deform

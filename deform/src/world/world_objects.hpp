@@ -1,0 +1,75 @@
+#pragma once
+/// The objects of a world: rigid and fixed ones in the occupancy map, bodies with their displacements.
+///
+/// A voxel's number in the map says whose it is: rigid and fixed objects come first, then bodies, each with
+/// consecutive numbers. Engines that keep objects apart by cells keep the map in step; those that keep them
+/// apart by surfaces only mark it as outdated, and map() renews it for the next reader.
+
+#include "maille/deform/world/world.hpp"
+#include "world/deformable_object.hpp"
+
+#include <optional>
+#include <vector>
+
+namespace maille::deform {
+
+/// A deeper overlap at the beginning is refused; places written with three digits make less [cells].
+inline constexpr double overlap_over_cell = 1e-3;
+
+struct WorldObjects {
+  /// @throws std::invalid_argument as World::World
+  explicit WorldObjects(WorldScene scene);
+
+  struct Member {
+    ObjectKind kind;
+    int index;                 ///< among rigid and fixed objects, or among bodies
+    VoxelId first;             ///< of its voxels in the map
+    bool is_driven = false;    ///< a hand has it
+    bool is_unsettled = false; ///< a frame ended before it had come to rest
+  };
+
+  /// With all bodies where they are.
+  OccupancyMap& map() {
+    if (is_map_outdated) {
+      is_map_outdated = false;
+      for (DeformableObject& body : bodies)
+        body.put_into(rigid.map_of_all());
+    }
+    return rigid.map_of_all();
+  }
+  const Member& member(int object) const { return members[static_cast<std::size_t>(object)]; }
+  Member& member(int object) { return members[static_cast<std::size_t>(object)]; }
+  const WorldObject& object(int number) const { return scene.objects[static_cast<std::size_t>(number)]; }
+  /// For messages; of -1 the border.
+  std::string name(int object) const;
+  DeformableObject& body(int object) { return bodies[static_cast<std::size_t>(member(object).index)]; }
+  const DeformableObject& body(int object) const {
+    return bodies[static_cast<std::size_t>(member(object).index)];
+  }
+  bool is_body(int object) const { return object >= 0 && member(object).kind == ObjectKind::deformable; }
+  int n_objects() const { return static_cast<int>(members.size()); }
+  /// Object with a voxel of that number in the map.
+  int object_of(VoxelId id) const;
+  /// Object with a voxel in a cell; -1: the cell is free, or outside.
+  int object_in(const Index3& cell);
+  /// Which voxel of its object a number in the map means.
+  std::int64_t voxel_of(int object, VoxelId id) const;
+
+  WorldScene scene;
+  RigidWorld rigid;
+  std::vector<Member> members;
+  std::vector<DeformableObject> bodies; ///< of an open world none: OpenBody has its own
+  std::vector<int> by_number;           ///< objects in the order of their first voxel
+  bool is_map_outdated = false;         ///< rigid objects stand in the map, bodies do not yet
+
+private:
+  void check_apart() const;
+  void add_rigid(int object);
+  void add_body(int object);
+};
+
+/// @param other  whose place an object would take as the world begins; -1: no one's, beyond the border
+/// @throws std::invalid_argument
+[[noreturn]] void fail_to_place(const WorldScene& scene, int object, int other);
+
+} // namespace maille::deform
