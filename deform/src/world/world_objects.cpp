@@ -1,5 +1,6 @@
 #include "world/world_objects.hpp"
 
+#include "maille/deform/world/trajectory_drives.hpp"
 #include "world/cell_overlap.hpp"
 
 #include <Eigen/Geometry>
@@ -21,20 +22,9 @@ namespace {
   throw std::invalid_argument("World: " + what);
 }
 
-Pose pose_of(const WorldObject& object, int dimension) {
-  Pose pose;
-  for (int a = 0; a < dimension; ++a)
-    pose.position[a] = object.position[static_cast<std::size_t>(a)];
-  if (object.turn_angle != 0) {
-    const Eigen::Vector3d axis(object.turn_axis[0], object.turn_axis[1], object.turn_axis[2]);
-    pose.rotation = Eigen::AngleAxisd(object.turn_angle, axis).toRotationMatrix();
-  }
-  return pose;
-}
-
 /// Pose of the corner of its specimen's grid.
 Pose pose_of_grid(const WorldObject& object, int dimension) {
-  Pose pose = pose_of(object, dimension);
+  Pose pose = frame_of(object);
   for (int a = 0; a < dimension; ++a)
     pose.position += pose.rotation.col(a) * object.scene.specimen.origin[static_cast<std::size_t>(a)];
   return pose;
@@ -139,7 +129,7 @@ void WorldObjects::add_body(int object) {
   const VoxelId first = bodies.empty() ? rigid.n_voxels() : bodies.back().end_of_ids();
   member(object).first = first;
   member(object).index = static_cast<int>(bodies.size());
-  DeformableObject& body = bodies.emplace_back(what, pose_of(what, scene.dimension), scene, first);
+  DeformableObject& body = bodies.emplace_back(what, frame_of(what), scene, first);
   for (std::int32_t voxel = 0; voxel < body.lattice().n_voxels(); ++voxel) {
     const Index3 cell = cell_at(body.lattice().place(voxel, body.displacement()));
     const bool is_blocked = body.cells().is_blocked(map(), cell);

@@ -1,18 +1,12 @@
 #include "world/balance/balance.hpp"
 
-#include "lattice/sort_uniquely.hpp"
 #include "lattice/tolerances.hpp"
-#include "maille/scene/plausibility.hpp"
-#include "world/surface/smooth_surface.hpp"
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <cstdint>
-#include <iterator>
 #include <limits>
 #include <memory>
-#include <numeric>
 #include <ranges>
 #include <stdexcept>
 #include <string>
@@ -33,160 +27,7 @@ Eigen::Vector3d vector(const Vec3& v) {
   return Eigen::Vector3d::Map(v.data());
 }
 
-Eigen::AlignedBox3d box_about(const std::vector<Eigen::Vector3d>& places) {
-  Eigen::AlignedBox3d box;
-  for (const Eigen::Vector3d& place : places)
-    box.extend(place);
-  return box;
-}
-
-/// Components of three nodes far from one another that leave a body no rigid motion and no strain.
-std::vector<std::int64_t> supports(const PosedLattice& lattice) {
-  const int d = lattice.dimension();
-  const auto furthest = [&](const auto& distance) {
-    std::int32_t best = 0;
-    for (std::int32_t voxel = 1; voxel < lattice.n_voxels(); ++voxel)
-      if (distance(lattice.rest(voxel)) > distance(lattice.rest(best)) * (1 + 1e-9))
-        best = voxel;
-    return best;
-  };
-  const auto within = [&](std::int32_t voxel) {
-    return Eigen::Vector3d(lattice.pose().rotation.transpose() * lattice.rest(voxel));
-  };
-  const Eigen::Vector3d first = lattice.rest(0);
-  const std::int32_t b = furthest([&](const Eigen::Vector3d& x) { return (x - first).norm(); });
-  const Eigen::Vector3d ab = within(b) - within(0);
-  Eigen::Index along = 0;
-  ab.head(d).cwiseAbs().maxCoeff(&along);
-  std::vector<std::int64_t> list;
-  for (int component = 0; component < d; ++component) {
-    list.push_back(component);
-    if (component != along)
-      list.push_back(std::int64_t{d} * b + component);
-  }
-  if (d == 3) {
-    const std::int32_t c = furthest([&](const Eigen::Vector3d& x) {
-      return (lattice.pose().rotation.transpose() * (x - first)).cross(ab).norm();
-    });
-    // A turn about the line moves the third node along this, and about the line alone it can still turn.
-    const Eigen::Vector3d swing = ab.cross(within(c) - within(0));
-    Eigen::Index component = 0;
-    swing.cwiseAbs().maxCoeff(&component);
-    list.push_back(std::int64_t{3} * c + component);
-  }
-  std::ranges::sort(list);
-  return list;
-}
-
-/// True if fixing these components leaves the body no rigid motion.
-bool holds(const Scene& scene, const PosedLattice& lattice, const std::vector<std::int64_t>& kept) {
-  if (kept.empty())
-    return false;
-  Scene held = scene;
-  held.prescribed.clear();
-  for (const std::int64_t component : kept)
-    held.prescribed.push_back({lattice.node(static_cast<std::int32_t>(component / scene.dimension())),
-                               static_cast<int>(component % scene.dimension()), 0, true});
-  std::ranges::sort(held.prescribed, {}, [](const Prescribed& p) { return std::pair(p.component, p.node); });
-  return remaining_rigid_motion(held).empty();
-}
-
 } // namespace
-
-BalancedObject::BalancedObject(const WorldObjects& world, int object)
-    : dimension(world.scene.dimension), kind(world.member(object).kind),
-      skin(world.scene.objects[static_cast<std::size_t>(object)].scene.specimen) {
-  const Specimen& specimen = world.scene.objects[static_cast<std::size_t>(object)].scene.specimen;
-  const Grid& grid = specimen.grid;
-  for (std::int32_t node = 0; node < skin.n_nodes(); ++node) {
-    const Index3 index = grid.node_at(skin.node(node));
-    Eigen::Vector3d x = Eigen::Vector3d::Zero();
-    for (int a = 0; a < dimension; ++a)
-      x[a] = index[static_cast<std::size_t>(a)] * grid.spacing()[static_cast<std::size_t>(a)];
-    rest.push_back(is_body() ? vector(specimen.position(index)) : x);
-  }
-  if (is_body()) {
-    const PosedLattice& lattice = world.body(object).lattice();
-    pose = lattice.pose();
-    for (std::int32_t node = 0; node < skin.n_nodes(); ++node)
-      first_component.push_back(std::int64_t{dimension} * lattice.voxel(skin.node(node)));
-    displacement = unloaded = contact_forces = Eigen::VectorXd::Zero(dimension * lattice.n_voxels());
-    std::vector<char> of_node(static_cast<std::size_t>(grid.n_nodes()), 0);
-    for (const Prescribed& p : world.body(object).scene().prescribed)
-      of_node[static_cast<std::size_t>(p.node)] |= static_cast<char>(1 << p.component);
-    for (std::int32_t node = 0; node < skin.n_nodes(); ++node)
-      held.push_back(of_node[static_cast<std::size_t>(skin.node(node))]);
-    move_all();
-  } else {
-    const int index = world.member(object).index;
-    pose = world.rigid.pose(index);
-    const RigidShape& shape = world.rigid.shape(index);
-    std::vector<std::int32_t> by_cell(static_cast<std::size_t>(grid.n_cells()), -1);
-    for (std::int32_t i = 0; i < shape.n_voxels(); ++i)
-      by_cell[static_cast<std::size_t>(grid.cell(shape.index_of(i)))] = i;
-    std::ranges::copy_if(by_cell, std::back_inserter(voxel), [](std::int32_t i) { return i >= 0; });
-    if (world.scene.objects[static_cast<std::size_t>(object)].is_smooth)
-      make_smooth(specimen, rest);
-    const PlacedSkin placed(skin, rest, rest, 0);
-    for (std::int32_t node = 0; node < skin.n_nodes(); ++node)
-      is_flat.push_back(std::ranges::all_of(skin.faces_at(node), [&](std::int32_t face) {
-        return placed.normal_of(face).dot(placed.normal_of(skin.faces_at(node).front())) > 1 - rounding;
-      }));
-  }
-  place();
-}
-
-bool BalancedObject::is_held_along(std::int32_t node, const Eigen::Vector3d& direction) const {
-  if (kind != ObjectKind::deformable)
-    return kind == ObjectKind::fixed;
-  for (int a = 0; a < dimension; ++a)
-    if (is_along(a, direction) && (held[static_cast<std::size_t>(node)] >> a & 1) == 0)
-      return false;
-  return !moves;
-}
-
-void BalancedObject::place(std::size_t node) {
-  Eigen::Vector3d x = rest[node];
-  if (is_body())
-    x.head(dimension) += displacement.segment(first_component[node], dimension);
-  at[node] = pose.position + pose.rotation * x;
-}
-
-void BalancedObject::place() {
-  at.resize(rest.size());
-  for (std::size_t i = 0; i < rest.size(); ++i)
-    place(i);
-  box = box_about(at);
-  middle = centre ? Eigen::Vector3d(pose.position + pose.rotation * *centre) : box.center();
-  radius = 0.5 * box.diagonal().norm();
-}
-
-void BalancedObject::place_watched() {
-  for (const std::int32_t node : watched)
-    place(static_cast<std::size_t>(node));
-}
-
-void BalancedObject::move_all() {
-  if (moved.size() == place_of.size() && flexibility && flexibility->watches_all())
-    return;
-  moved.resize(static_cast<std::size_t>(displacement.size() / dimension));
-  std::iota(moved.begin(), moved.end(), 0);
-  place_of = moved;
-  way.resize(0);
-  if (flexibility)
-    flexibility->watch(moved);
-}
-
-void BalancedObject::turn_and_shift(const Eigen::Vector3d& shift, const Eigen::Vector3d& turn) {
-  if (const double angle = turn.norm(); angle > 0) {
-    RigidMotion motion;
-    motion.angle = angle;
-    motion.axis = turn / angle;
-    motion.about = middle;
-    pose = motion.moved(pose, 1);
-  }
-  pose.position += shift;
-}
 
 Balance::Balance(WorldObjects& world) : world_(world) {
   if (world.scene.dimension == 1)
@@ -212,7 +53,7 @@ Balance::Balance(WorldObjects& world) : world_(world) {
       fail("has limits that bind: contact = \"cells\" keeps them");
     if (what.scene.relaxation.frame == StrainFrame::blocks)
       fail("measures strains in blocks: contact = \"cells\" knows them");
-    if (world.scene.dimension == 2 && objects_.back().displacement.size() > most_components_2d)
+    if (world.scene.dimension == 2 && 2 * body.lattice().n_voxels() > most_components_2d)
       fail("has too many nodes to factor its stiffness: contact = \"cells\", or a coarser body");
     stiffest = std::max(stiffest, body.cell_stiffness());
   }
@@ -233,112 +74,56 @@ Balance::Balance(WorldObjects& world) : world_(world) {
     }
   for (const auto& [i, j, nodes] : near_pairs_) // a hand would feel it when they touch
     for (const int number : {i, j})
-      if (object(number).flexibility)
-        object(number).flexibility->prepare();
+      if (object(number).soft)
+        object(number).soft->prepare();
 }
 
 void Balance::hold(int threads) {
   if (std::exchange(threads_, threads) != threads)
-    for (BalancedObject& one : objects_)
-      one.flexibility.reset();
+    for (SurfaceObject& one : objects_)
+      if (one.soft)
+        one.soft->forget_stiffness();
   for (int i = 0; i < world_.n_objects(); ++i) {
-    BalancedObject& one = object(i);
-    if (one.is_body()) {
-      hold_body(i);
+    SurfaceObject& one = object(i);
+    if (one.soft) {
+      const Pose& at_first = world_.body(i).lattice().pose();
+      if (one.soft->hold(one.pose.rotation != at_first.rotation || one.pose.position != at_first.position,
+                         threads_))
+        behind_ = cell_;
+      one.rigid.hold(one.soft->floats(), stiffness_ * free_drag);
       continue;
     }
-    one.moves = one.kind == ObjectKind::rigid;
     const bool is_held = world_.member(i).is_driven;
-    one.stiffness = is_held ? stiffness_ / free_drag : stiffness_ * free_drag;
+    one.rigid.hold(one.kind == ObjectKind::rigid, is_held ? stiffness_ / free_drag : stiffness_ * free_drag);
     if (!is_held)
-      one.target.reset();
-    else if (!one.target)
-      one.target = one.pose;
+      one.rigid.target.reset();
+    else if (!one.rigid.target)
+      one.rigid.target = one.pose;
   }
   prescribe();
 }
 
-void Balance::hold_body(int number) {
-  BalancedObject& one = object(number);
-  const DeformableObject& body = world_.body(number);
-  const PosedLattice& lattice = body.lattice();
-  const int d = one.dimension;
-  std::vector<std::int64_t> kept;
-  for (const Prescribed& p : body.scene().prescribed)
-    kept.push_back(std::int64_t{d} * lattice.voxel(p.node) + p.component);
-  for (const auto& [node, handle] : body.handles())
-    for (int b = 0; b < d; ++b)
-      kept.push_back(std::int64_t{d} * lattice.voxel(node) + b);
-  sort_uniquely(kept);
-  if (one.inertia.size() > 0) { // nothing floats that has mass; what is held is not turned
-    one.moves = false;
-    one.pulled.clear();
-    if (!one.flexibility || kept != one.fixed) {
-      one.flexibility = std::make_unique<Flexibility>(body.scene(), kept, one.inertia, false, threads_);
-      one.fixed = std::move(kept);
-      one.move_all();
-      behind_ = cell_; // by what contacts did before
-    }
-    return;
-  }
-  if (kept != one.kept) {
-    one.kept = kept;
-    one.is_kept = holds(body.scene(), lattice, kept);
-  }
-  const bool floats = !one.is_kept || one.pose.rotation != lattice.pose().rotation ||
-                      one.pose.position != lattice.pose().position;
-  one.moves = floats;
-  one.stiffness = stiffness_ * free_drag;
-  one.pulled = floats ? kept : std::vector<std::int64_t>{};
-  if (floats)
-    kept = supports(lattice);
-  if (!one.flexibility || kept != one.fixed) { // what floats has others than what is held
-    one.flexibility = std::make_unique<Flexibility>(body.scene(), kept, Eigen::VectorXd(), floats, threads_);
-    one.fixed = std::move(kept);
-    one.move_all();
-    behind_ = cell_;
-  }
-}
-
 void Balance::prescribe() {
   const auto may_change = [&](int i) {
-    const BalancedObject& one = object(i);
-    return one.is_body() && (one.moves || one.carried.size() > 0 || !world_.body(i).handles().empty());
+    const SurfaceObject& one = object(i);
+    return one.is_body() &&
+           (one.soft->floats() || one.soft->is_carried() || !world_.body(i).handles().empty());
   };
   if (std::ranges::any_of(std::views::iota(0, world_.n_objects()), may_change))
     catch_up(); // before any is somewhere else without contacts
-  for (int i = 0; i < world_.n_objects(); ++i) {
-    BalancedObject& one = object(i);
-    if (!one.is_body())
-      continue;
-    Eigen::VectorXd given = one.displacement; // what floats stays where it is in its frame
-    if (!one.moves) {
-      given.setZero();
-      const DeformableObject& body = world_.body(i);
-      for (const auto& [node, handle] : body.handles())
-        for (int b = 0; b < one.dimension; ++b)
-          given[one.dimension * body.lattice().voxel(node) + b] = handle.at[static_cast<std::size_t>(b)];
-      for (const Prescribed& p : body.scene().prescribed)
-        given[one.dimension * body.lattice().voxel(p.node) + p.component] = 0;
-    }
-    Eigen::VectorXd unloaded = one.flexibility->moved(given);
-    if (one.carried.size() > 0)
-      unloaded += one.flexibility->solve(one.carried);
-    if (const double change = (unloaded - one.unloaded).cwiseAbs().maxCoeff(); change > rounding * cell_)
+  for (SurfaceObject& one : objects_)
+    if (const double change = one.soft ? one.soft->prescribe() : 0; change > rounding * cell_)
       behind_ += change;
-    one.unloaded = std::move(unloaded);
-  }
 }
 
 double Balance::missed(int number, std::int64_t component) const {
-  const BalancedObject& one = object(number);
+  const SurfaceObject& one = object(number);
   const DeformableObject& body = world_.body(number);
   const PosedLattice& lattice = body.lattice();
   const auto voxel = static_cast<std::int32_t>(component / one.dimension);
   const int b = static_cast<int>(component % one.dimension);
   const Vec3 rest = body.scene().specimen.position(body.scene().specimen.grid.node_at(lattice.node(voxel)));
-  Eigen::Vector3d x = vector(rest);
-  x.head(one.dimension) += one.displacement.segment(std::int64_t{one.dimension} * voxel, one.dimension);
+  const Eigen::Vector3d x = vector(rest) + one.soft->displacement_at(component - b);
   const Vec3 now = lattice.displacement_at(voxel, one.pose.position + one.pose.rotation * x);
   const auto handle = body.handles().find(lattice.node(voxel));
   const bool is_hold = std::ranges::any_of(body.scene().prescribed, [&](const Prescribed& p) {
@@ -350,18 +135,11 @@ double Balance::missed(int number, std::int64_t component) const {
 }
 
 Vec3 Balance::pull_at(int number, std::int64_t node) const {
-  const BalancedObject& one = object(number);
-  const std::int64_t first = std::int64_t{one.dimension} * world_.body(number).lattice().voxel(node);
+  const SurfaceObject& one = object(number);
   Vec3 force{};
-  for (int b = 0; b < one.dimension; ++b) {
-    const auto component = static_cast<std::size_t>(b);
-    const auto pulled = std::ranges::lower_bound(one.pulled, first + b);
-    if (!one.moves)
-      force[component] =
-          one.flexibility->force_at(first + b, one.displacement) - one.contact_forces[first + b];
-    else if (pulled != one.pulled.end() && *pulled == first + b && one.pull.size() > 0)
-      force[component] = one.pull[pulled - one.pulled.begin()];
-  }
+  for (int b = 0; b < one.dimension; ++b)
+    force[static_cast<std::size_t>(b)] =
+        one.soft->pull_at(std::int64_t{one.dimension} * world_.body(number).lattice().voxel(node) + b);
   return force;
 }
 
@@ -377,7 +155,7 @@ void Balance::hand_back() {
   for (int i = 0; i < world_.n_objects(); ++i) {
     if (!world_.is_body(i))
       continue;
-    const BalancedObject& one = object(i);
+    const SurfaceObject& one = object(i);
     DeformableObject& body = world_.body(i);
     const PosedLattice& lattice = body.lattice();
     const bool is_carried = one.pose.rotation != lattice.pose().rotation ||
@@ -385,9 +163,8 @@ void Balance::hand_back() {
     Displacement state = body.displacement();
     for (std::int32_t voxel = 0; voxel < lattice.n_voxels(); ++voxel) {
       const std::int64_t node = lattice.node(voxel);
-      Eigen::Vector3d u = Eigen::Vector3d::Zero();
-      u.head(one.dimension) = one.displacement.segment(std::int64_t{one.dimension} * voxel, one.dimension);
-      if (one.moves || is_carried) {
+      Eigen::Vector3d u = one.soft->displacement_at(std::int64_t{one.dimension} * voxel);
+      if (one.rigid.moves() || is_carried) {
         const Vec3 rest = body.scene().specimen.position(body.scene().specimen.grid.node_at(node));
         const Vec3 moved =
             lattice.displacement_at(voxel, one.pose.position + one.pose.rotation * (vector(rest) + u));

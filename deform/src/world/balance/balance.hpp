@@ -10,17 +10,15 @@
 /// + W f >= 0, f >= 0, f g = 0 (with friction: friction_program); everything moves towards that solution, at
 /// most a fifth of a cell. Rounds repeat until nothing moves; those with the same contacts are mixed.
 ///
-/// Who writes what: balance.cpp sets up objects, drives and compliance; touches.cpp finds touches;
-/// balanced_contacts.cpp solves the contact program; rounds.cpp moves; surface_engine.cpp runs the rounds of
-/// a frame; dynamics/ uses the same objects with inertia.
+/// SurfaceObject has what one object does (RigidPart, SoftPart). Balance: balance.cpp sets up objects, drives
+/// and hand-back; touches.cpp finds touches; balanced_contacts.cpp solves the contact program; rounds.cpp
+/// moves. surface_engine.cpp runs the rounds of a frame; dynamics/ uses the same objects with inertia.
 ///
 /// Exact: balance and gaps of the last round. Heuristic: step lengths, the drag on free objects (which
 /// vanishes at rest), and locality (bodies move only near touches until catch_up()).
 
-#include "world/surface/flexibility.hpp"
+#include "world/balance/surface_object.hpp"
 #include "world/surface/friction_program.hpp"
-#include "world/surface/skin.hpp"
-#include "world/world_objects.hpp"
 
 #include <Eigen/Core>
 
@@ -46,83 +44,6 @@ inline constexpr double round_over_cell = 0.2;
 
 class ConvexCell;
 
-/// One object of a world whose objects meet with their surfaces.
-struct BalancedObject {
-  BalancedObject(const WorldObjects& world, int object);
-
-  int dimension;
-  ObjectKind kind;
-  Skin skin;
-  Pose pose;                           ///< x = position + rotation (rest + displacement)
-  std::vector<Eigen::Vector3d> rest;   ///< of the skin's nodes, in the object's frame [m]
-  std::vector<Eigen::Vector3d> at;     ///< where they are, in the world [m]
-  Eigen::AlignedBox3d box;             ///< about them
-  std::vector<std::int32_t> voxel;     ///< of a rigid object, by the cell of matter
-  std::vector<char> is_flat;           ///< of a rigid object, by node: within a plane of its faces
-  std::vector<std::int64_t> matter;    ///< cells of the grid, once they were asked for
-  std::vector<std::int32_t> skin_node; ///< likewise, of a node of the grid; -1: none
-
-  // Rigid motion: for rigid objects that can move, and deformable ones that are not fixed.
-  bool moves = false;
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero(); ///< of its skin, or its centre of mass, in the world [m]
-  double radius = 0;                                ///< about the middle [m]
-  double stiffness = 0;       ///< with which it is kept where it is to be: little where it is free [N/m]
-  double felt = 0;            ///< sum of the sizes of its contacts' forces [N]
-  double kept_by = 0;         ///< what is free is kept where a round begins by this, or more [N/m]
-  std::optional<Pose> target; ///< of what a hand has, or where it would fly to
-  /// Where time passes, of a rigid object that is free: its centre of mass in its frame [m], and its mass and
-  /// inertia about that over the square of a step, of shifts and then turns.
-  std::optional<Eigen::Vector3d> centre;
-  std::optional<Eigen::Matrix<double, 6, 6>> inertia_as_a_whole;
-
-  // Deformable objects.
-  std::vector<char>
-      held; ///< of the skin's nodes, one bit an axis of its frame: where holds of its scene have it
-  std::unique_ptr<Flexibility> flexibility;
-  std::vector<std::int64_t> fixed;           ///< components that the flexibility has held, sorted
-  std::vector<std::int64_t> kept;            ///< components that holds and handles have, sorted
-  bool is_kept = false;                      ///< kept components allow no rigid motion
-  std::vector<std::int64_t> first_component; ///< of the skin's nodes
-  std::vector<std::int64_t> pulled;          ///< components that holds and handles keep of a body that floats
-  Eigen::VectorXd displacement, unloaded;    ///< as it is, and without contacts; in its frame [m]
-  Eigen::VectorXd contact_forces;            ///< on its components, in its frame [N]
-  std::vector<std::int64_t> forced;          ///< components with contact forces, sorted
-  /// What rounds move, the rest of the body being moved after them: nodes of the skin that are near
-  /// something, with those that its normals there depend on; and these as nodes of the body, with those of
-  /// `pulled`, sorted. place_of: of a node of the body among the latter, -1: none.
-  std::vector<std::int32_t> watched, moved, place_of;
-  /// Where time passes: mass over the square of a step [N/m], and that times where a component would fly to
-  /// [N].
-  Eigen::VectorXd inertia, carried;
-  Eigen::VectorXd way; ///< that the last round asked for [m]
-  /// The same for rigid motion (rotation times radius), before resting objects are pinned.
-  Eigen::Matrix<double, 6, 1> way_as_a_whole = Eigen::Matrix<double, 6, 1>::Zero(),
-                              asked_as_a_whole = Eigen::Matrix<double, 6, 1>::Zero();
-  Eigen::Matrix<double, 6, 1> came = Eigen::Matrix<double, 6, 1>::Zero(); ///< shifts and turns of rounds
-  Eigen::VectorXd pull; ///< with which they are kept, along the axes of the frame that it had at first [N]
-
-  bool is_body() const { return kind == ObjectKind::deformable; }
-  /// True if a direction of the world has a part along an axis of its frame.
-  bool is_along(int axis, const Eigen::Vector3d& direction) const {
-    return std::abs(pose.rotation.col(axis).dot(direction)) > 1e-12;
-  }
-  /// True if a node can never move along a direction of the world.
-  bool is_held_along(std::int32_t node, const Eigen::Vector3d& direction) const;
-  /// True if a node can never move.
-  bool is_held(std::int32_t node) const {
-    return kind == ObjectKind::fixed || (is_body() && !moves && held.begin()[node] == (1 << dimension) - 1);
-  }
-  /// Neither a hand nor inertia says where it is to be.
-  bool is_free() const { return moves && !target && !inertia_as_a_whole; }
-  /// Puts the skin where pose and displacement say.
-  void place();
-  void place(std::size_t node); ///< of the skin, one alone
-  void place_watched();
-  /// Rounds move all of a body from now on.
-  void move_all();
-  void turn_and_shift(const Eigen::Vector3d& shift, const Eigen::Vector3d& turn);
-};
-
 /// A node of one object's skin that is near another skin, or near the border of the world.
 struct Touch {
   int object = 0, other = -1;
@@ -145,9 +66,9 @@ public:
   /// @throws std::invalid_argument naming an object that cannot be carried
   explicit Balance(WorldObjects& world);
 
-  const std::vector<BalancedObject>& objects() const { return objects_; }
-  BalancedObject& object(int number) { return objects_[static_cast<std::size_t>(number)]; }
-  const BalancedObject& object(int number) const { return objects_[static_cast<std::size_t>(number)]; }
+  const std::vector<SurfaceObject>& objects() const { return objects_; }
+  SurfaceObject& object(int number) { return objects_[static_cast<std::size_t>(number)]; }
+  const SurfaceObject& object(int number) const { return objects_[static_cast<std::size_t>(number)]; }
   const std::vector<Touch>& touches() const { return touches_; }
   double cell() const { return cell_; }
   /// Updates which objects and nodes are driven; to be called when handles or drives have changed.
@@ -201,13 +122,6 @@ private:
     std::vector<FrictionRows> rubs;                       ///< contacts that hold, by their rows
     std::vector<std::array<Eigen::Vector3d, 2>> tangents; ///< of those
   };
-  /// Motion of one object under the forces of a round.
-  struct Answered {
-    Eigen::VectorXd displacement;                        ///< of BalancedObject::moved
-    std::vector<std::pair<std::int64_t, double>> forces; ///< on components, sorted
-    Eigen::Vector3d shift = Eigen::Vector3d::Zero(), turn = Eigen::Vector3d::Zero();
-  };
-
   /// An end of the world that nodes of an object are near.
   struct NearBorder {
     int object, axis;
@@ -234,32 +148,30 @@ private:
   /// All that is near, without how objects give way.
   Program program() const;
   Program part_of(const Program& whole, const std::vector<char>& is_chosen);
-  Eigen::VectorXd gaps_after(const Program& program, const std::vector<Answered>& answers) const;
+  Eigen::VectorXd gaps_after(const Program& program, const std::vector<Response>& responses) const;
   void add_friction(Program& program, std::vector<double>& gap) const;
   void add_compliance_of_body(int object, Program& program);
   void add_compliance_as_a_whole(int object, Program& program) const;
-  Answered answer(int object, const Program& program, const Eigen::VectorXd& force);
-  void hold_body(int object);
+  Response response(int object, const Program& program, const Eigen::VectorXd& force);
   void grip();
   /// Solves the contact program and returns every object's motion and forces.
-  std::vector<Answered> answers();
+  std::vector<Response> responses();
   void keep_free();
-  void let_rest(std::vector<Answered>& answers);
-  static void go(BalancedObject& one, const Answered& answered, double part);
+  void let_rest(std::vector<Response>& responses);
   /// Largest motion that a round asks for [m].
-  double furthest(const std::vector<Answered>& answers) const;
+  double furthest(const std::vector<Response>& responses) const;
   void remember(double furthest, double not_done);
-  double onwards(const std::vector<Answered>& answers);
+  double onwards(const std::vector<Response>& responses);
   /// Mixes them with those of earlier rounds. @return the motion that is missing then; nothing if they stay
   /// as they were [m]
-  std::optional<double> mix(std::vector<Answered>& answers, double furthest);
+  std::optional<double> mix(std::vector<Response>& responses, double furthest);
   void share_forces(double part);
   /// Error of a pulled component at its prescribed value [m].
   double missed(int object, std::int64_t component) const;
 
   WorldObjects& world_;
   int threads_ = 1;
-  std::vector<BalancedObject> objects_;
+  std::vector<SurfaceObject> objects_;
   double cell_ = 0;      ///< least spacing of all objects [m]
   double stiffness_ = 1; ///< of a cell of the stiffest body [N/m]
   std::vector<Touch> touches_, pressing_;
@@ -278,9 +190,9 @@ private:
   double not_done_ = 0;           ///< part of that
   std::vector<Eigen::Vector3d> forces_; ///< of contacts on objects, as the last round asked [N]
   double force_change_ = 0;             ///< of any of them by the last round [N]
-  /// Motions of rounds with the same contacts, and the answers that these asked for; shifts and turns since
+  /// Motions of rounds with the same contacts, and the responses that these asked for; shifts and turns since
   /// the first.
-  std::vector<std::pair<Eigen::VectorXd, std::vector<Answered>>> past_;
+  std::vector<std::pair<Eigen::VectorXd, std::vector<Response>>> past_;
   bool has_stalled_ = false; ///< mixing no longer reduces the motion
   std::vector<Key> pressed_; ///< contacts that pressed in the last round
   std::map<Key, Grip> grips_;
@@ -291,8 +203,7 @@ struct Balance::State {
   struct Object {
     Pose pose;
     std::optional<Pose> target;
-    Eigen::VectorXd displacement, unloaded, contact_forces, pull;
-    std::vector<std::int64_t> forced;
+    std::optional<SoftPart::State> soft;
   };
   std::vector<Object> objects;
   std::vector<Touch> touches, pressing;

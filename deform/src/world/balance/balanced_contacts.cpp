@@ -6,7 +6,6 @@
 #include "world/surface/contact_program.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <Eigen/SparseCore>
 
 #include <algorithm>
@@ -32,10 +31,10 @@ constexpr double contact_over_cell_stiffness = 1e7;
 /// A row of forces of 1 N along a direction: on the node that touches, and against it on what it touches.
 void Balance::push_apart(const Touch& touch, const Eigen::Vector3d& along, int row, Program& program) const {
   const auto push = [&](int object, std::int32_t node, const Eigen::Vector3d& force) {
-    const BalancedObject& one = this->object(object);
+    const SurfaceObject& one = this->object(object);
     const auto i = static_cast<std::size_t>(node);
     program.pushes[static_cast<std::size_t>(object)].push_back(
-        {row, object, force, one.at[i], one.is_body() ? one.first_component[i] : std::int64_t{-1}});
+        {row, object, force, one.at[i], one.is_body() ? one.soft->first(node) : std::int64_t{-1}});
   };
   push(touch.object, touch.node, along);
   for (std::size_t i = 0; i < 4; ++i)
@@ -53,23 +52,23 @@ Balance::Program Balance::program() const {
     program.may_pull.push_back(0);
     program.active.push_back(touch.force > 0);
   }
-  for (std::size_t i = 0; i < objects_.size(); ++i)
-    for (const std::int64_t component : objects_[i].pulled) {
-      const BalancedObject& one = objects_[i];
-      const PosedLattice& lattice = world_.body(static_cast<int>(i)).lattice();
+  for (int i = 0; i < world_.n_objects(); ++i) {
+    const SurfaceObject& one = object(i);
+    for (const std::int64_t component : one.soft ? one.soft->pulled() : std::vector<std::int64_t>()) {
+      const PosedLattice& lattice = world_.body(i).lattice();
+      const int axis = static_cast<int>(component % one.dimension);
       const auto voxel = static_cast<std::int32_t>(component / one.dimension);
       const Eigen::Vector3d rest =
           lattice.pose().rotation.transpose() * (lattice.rest(voxel) - lattice.pose().position);
-      Eigen::Vector3d x = rest;
-      x.head(one.dimension) += one.displacement.segment(std::int64_t{one.dimension} * voxel, one.dimension);
-      program.pushes[i].push_back({static_cast<int>(gap.size()), static_cast<int>(i),
-                                   lattice.pose().rotation.col(component % one.dimension),
-                                   one.pose.position + one.pose.rotation * x,
-                                   std::int64_t{one.dimension} * voxel});
-      gap.push_back(missed(static_cast<int>(i), component));
+      program.pushes[static_cast<std::size_t>(i)].push_back(
+          {static_cast<int>(gap.size()), i, lattice.pose().rotation.col(axis),
+           one.pose.position + one.pose.rotation * (rest + one.soft->displacement_at(component - axis)),
+           component - axis});
+      gap.push_back(missed(i, component));
       program.may_pull.push_back(1);
       program.active.push_back(1);
     }
+  }
   add_friction(program, gap);
   program.gap = Eigen::VectorXd::Map(gap.data(), static_cast<Eigen::Index>(gap.size()));
   return program;
@@ -108,30 +107,25 @@ Balance::Program Balance::part_of(const Program& whole, const std::vector<char>&
       continue;
     if (object(i).is_body())
       add_compliance_of_body(i, part);
-    if (object(i).moves)
+    if (object(i).rigid.moves())
       add_compliance_as_a_whole(i, part);
   }
   return part;
 }
 
 /// Gaps after all objects have made their full step.
-Eigen::VectorXd Balance::gaps_after(const Program& program, const std::vector<Answered>& answers) const {
+Eigen::VectorXd Balance::gaps_after(const Program& program, const std::vector<Response>& responses) const {
   Eigen::VectorXd gaps = program.gap;
   for (std::size_t i = 0; i < objects_.size(); ++i) {
-    const BalancedObject& one = objects_[i];
-    const Answered& answered = answers[i];
+    const SurfaceObject& one = objects_[i];
+    const Eigen::Vector3d shift = responses[i].motion.head<3>(), turn = responses[i].motion.tail<3>();
     for (const Push& push : program.pushes[i]) {
-      if (one.is_body()) {
-        const Eigen::Index place =
-            one.dimension * one.place_of[static_cast<std::size_t>(push.first_component / one.dimension)];
+      if (one.is_body())
         gaps[push.row] += (one.pose.rotation.transpose() * push.force)
                               .head(one.dimension)
-                              .dot(answered.displacement.segment(place, one.dimension) -
-                                   one.displacement.segment(push.first_component, one.dimension));
-      }
-      if (one.moves)
-        gaps[push.row] +=
-            answered.shift.dot(push.force) + answered.turn.dot((push.at - one.middle).cross(push.force));
+                              .dot(one.soft->way_at(push.first_component, responses[i].displacement));
+      if (one.rigid.moves())
+        gaps[push.row] += shift.dot(push.force) + turn.dot((push.at - one.rigid.middle()).cross(push.force));
     }
   }
   return gaps;
@@ -191,7 +185,7 @@ void Balance::add_friction(Program& program, std::vector<double>& gap) const {
 }
 
 void Balance::add_compliance_of_body(int number, Program& program) {
-  BalancedObject& one = object(number);
+  SurfaceObject& one = object(number);
   const auto& pushes = program.pushes[static_cast<std::size_t>(number)];
   const int d = one.dimension;
   std::vector<std::int64_t> components; // that are pushed
@@ -219,11 +213,9 @@ void Balance::add_compliance_of_body(int number, Program& program) {
   Eigen::SparseMatrix<double, Eigen::RowMajor> forces(static_cast<Eigen::Index>(rows.size()), n); // for 1 N
   forces.setFromTriplets(entries.begin(), entries.end());
   Eigen::VectorXd missing(n); // of what it would be without contacts
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const std::int64_t component = components[static_cast<std::size_t>(i)];
-    missing[i] = one.unloaded[component] - one.displacement[component];
-  }
-  const Eigen::MatrixXd& compliance = one.flexibility->compliance(components);
+  for (Eigen::Index i = 0; i < n; ++i)
+    missing[i] = one.soft->missing(components[static_cast<std::size_t>(i)]);
+  const Eigen::MatrixXd& compliance = one.soft->compliance(components);
   const Eigen::MatrixXd half = forces * compliance; // rows x components
   const Eigen::MatrixXd given_way = forces * half.transpose();
   program.compliance(rows, rows) += given_way;
@@ -233,61 +225,31 @@ void Balance::add_compliance_of_body(int number, Program& program) {
 namespace {
 
 /// Force and moment about a point of a push, for a shift and a turn in the same order.
-Eigen::Matrix<double, 6, 1> wrench(const Eigen::Vector3d& force, const Eigen::Vector3d& at,
-                                   const Eigen::Vector3d& about) {
-  Eigen::Matrix<double, 6, 1> result;
+Vector6 wrench(const Eigen::Vector3d& force, const Eigen::Vector3d& at, const Eigen::Vector3d& about) {
+  Vector6 result;
   result << force, (at - about).cross(force);
   return result;
-}
-
-/// A turn as a vector along its axis, as long as its angle.
-Eigen::Vector3d turn_vector(const Eigen::Matrix3d& rotation) {
-  const Eigen::AngleAxisd turn(rotation);
-  return turn.angle() * turn.axis();
-}
-
-/// Shift and rotation that a hand asks of an object.
-std::pair<Eigen::Vector3d, Eigen::Vector3d> asked_of(const BalancedObject& one) {
-  if (!one.target)
-    return {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
-  const Eigen::Matrix3d rotation = one.target->rotation * one.pose.rotation.transpose();
-  const Eigen::Vector3d middle = one.target->position + rotation * (one.middle - one.pose.position);
-  return {middle - one.middle, turn_vector(rotation)};
-}
-
-/// Compliance of an object's rigid motion. @param drag factor on the stiffness that holds a free object
-Eigen::Matrix<double, 6, 6> compliance_of(const BalancedObject& one, double drag) {
-  if (one.inertia_as_a_whole)
-    return one.inertia_as_a_whole->inverse();
-  Eigen::Matrix<double, 6, 1> diagonal;
-  const double stiffness = one.is_free() ? one.kept_by * drag : one.stiffness;
-  diagonal.head<3>().setConstant(1 / stiffness);
-  diagonal.tail<3>().setConstant(1 / (stiffness * one.radius * one.radius));
-  return diagonal.asDiagonal();
 }
 
 } // namespace
 
 void Balance::add_compliance_as_a_whole(int number, Program& program) const {
-  const BalancedObject& one = object(number);
+  const SurfaceObject& one = object(number);
   Eigen::MatrixXd wrenches = Eigen::MatrixXd::Zero(program.gap.size(), 6);
   std::vector<Eigen::Index> rows;
   for (const Push& push : program.pushes[static_cast<std::size_t>(number)]) {
-    wrenches.row(push.row) += wrench(push.force, push.at, one.middle).transpose();
+    wrenches.row(push.row) += wrench(push.force, push.at, one.rigid.middle()).transpose();
     rows.push_back(push.row);
   }
   sort_uniquely(rows);
   const Eigen::MatrixXd own = wrenches(rows, Eigen::all);
-  program.compliance(rows, rows) += own * compliance_of(one, drag_) * own.transpose();
-  const auto [shift, turn] = asked_of(one);
-  Eigen::Matrix<double, 6, 1> asked;
-  asked << shift, turn;
-  program.gap(rows) += own * asked;
+  program.compliance(rows, rows) += own * one.rigid.compliance(drag_) * own.transpose();
+  program.gap(rows) += own * one.rigid.wanted(one.pose);
 }
 
-Balance::Answered Balance::answer(int number, const Program& program, const Eigen::VectorXd& force) {
-  BalancedObject& one = object(number);
-  Answered answered;
+Response Balance::response(int number, const Program& program, const Eigen::VectorXd& force) {
+  SurfaceObject& one = object(number);
+  Response response;
   const auto& pushes = program.pushes[static_cast<std::size_t>(number)];
   if (one.is_body()) {
     std::map<std::int64_t, double> forces;
@@ -295,38 +257,20 @@ Balance::Answered Balance::answer(int number, const Program& program, const Eige
       for (int b = 0; b < one.dimension && force[push.row] != 0; ++b)
         if (one.is_along(b, push.force))
           forces[push.first_component + b] += force[push.row] * one.pose.rotation.col(b).dot(push.force);
-    answered.forces.assign(forces.begin(), forces.end());
-    const int d = one.dimension;
-    if (one.flexibility->watches_all()) {
-      Eigen::VectorXd of_all = Eigen::VectorXd::Zero(one.displacement.size());
-      std::vector<std::int64_t> components;
-      for (const auto& [component, of_contacts] : answered.forces) {
-        of_all[component] = of_contacts;
-        components.push_back(component);
-      }
-      answered.displacement = one.unloaded + one.flexibility->moved_by(of_all, components);
-    } else {
-      answered.displacement.resize(d * std::ssize(one.moved));
-      for (std::size_t k = 0; k < one.moved.size(); ++k)
-        answered.displacement.segment(d * static_cast<Eigen::Index>(k), d) =
-            one.unloaded.segment(std::int64_t{d} * one.moved[k], d);
-      for (const auto& [component, of_contacts] : answered.forces)
-        answered.displacement += of_contacts * one.flexibility->watched_column(component);
-    }
+    response.forces.assign(forces.begin(), forces.end());
+    response.displacement = one.soft->answer(response.forces);
   }
-  if (one.moves) {
-    Eigen::Matrix<double, 6, 1> sum = Eigen::Matrix<double, 6, 1>::Zero();
+  if (one.rigid.moves()) {
+    Vector6 sum = Vector6::Zero();
     for (const Push& push : pushes)
-      sum += force[push.row] * wrench(push.force, push.at, one.middle);
-    sum = compliance_of(one, drag_) * sum;
-    const auto [shift, turn] = asked_of(one);
-    answered.shift = shift + sum.head<3>();
-    answered.turn = turn + sum.tail<3>();
+      sum += force[push.row] * wrench(push.force, push.at, one.rigid.middle());
+    sum = one.rigid.compliance(drag_) * sum;
+    response.motion = one.rigid.wanted(one.pose) + sum;
   }
-  return answered;
+  return response;
 }
 
-std::vector<Balance::Answered> Balance::answers() {
+std::vector<Response> Balance::responses() {
   Program asked = program();
   // Most of what is near does not press: how bodies give way to it need not be known, only where it comes to.
   const std::size_t n = asked.active.size(), n_touches = touches_.size();
@@ -336,7 +280,7 @@ std::vector<Balance::Answered> Balance::answers() {
   for (const FrictionRows& rub : asked.rubs)
     is_chosen[static_cast<std::size_t>(rub.normal)] = 1;
   Eigen::VectorXd force = Eigen::VectorXd::Zero(asked.gap.size());
-  std::vector<Answered> answers;
+  std::vector<Response> responses;
   for (bool is_whole = false; !is_whole;) {
     Program part = part_of(asked, is_chosen);
     const Eigen::VectorXd of_part =
@@ -349,10 +293,10 @@ std::vector<Balance::Answered> Balance::answers() {
         asked.active[row] = part.active[static_cast<std::size_t>(next)];
         force[static_cast<Eigen::Index>(row)] = of_part[next++];
       }
-    answers.clear();
+    responses.clear();
     for (int i = 0; i < world_.n_objects(); ++i)
-      answers.push_back(answer(i, asked, force));
-    const Eigen::VectorXd gaps = gaps_after(asked, answers);
+      responses.push_back(response(i, asked, force));
+    const Eigen::VectorXd gaps = gaps_after(asked, responses);
     const double least = n > 0 ? -rounding * asked.gap.cwiseAbs().maxCoeff() : 0;
     is_whole = true;
     for (std::size_t row = 0; row < n_touches; ++row)
@@ -370,11 +314,13 @@ std::vector<Balance::Answered> Balance::answers() {
       touches_[static_cast<std::size_t>(asked.rubs[i].normal)].rubbing +=
           force[asked.rubs[i].first + k] * asked.tangents[i][static_cast<std::size_t>(k)];
   Eigen::Index row = static_cast<Eigen::Index>(touches_.size());
-  for (BalancedObject& one : objects_) {
-    one.pull = force.segment(row, static_cast<Eigen::Index>(one.pulled.size()));
-    row += one.pull.size();
-  }
-  return answers;
+  for (SurfaceObject& one : objects_)
+    if (one.soft) {
+      const Eigen::Index n_pulled = std::ssize(one.soft->pulled());
+      one.soft->set_pull(force.segment(row, n_pulled));
+      row += n_pulled;
+    }
+  return responses;
 }
 
 } // namespace maille::deform

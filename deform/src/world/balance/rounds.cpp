@@ -52,42 +52,19 @@ constexpr double unknown_ratio = 0.2, most_ratio = 0.97;
 /// Drag on a free object, in units of its contacts' forces over a cell. More takes more rounds; less lets it
 /// leap off faces that lean.
 constexpr double drag_of_forces = 1e-3;
-/// A free object is in balance if the resultant of its forces and moments is at most `in_balance` of the sum
-/// of their sizes, and it would move by less than a step, and as in the round before within `steady` [1].
-/// More ends rounds too early; less lets an object drift.
-constexpr double in_balance = 1e-5, steady = 0.1;
-
-/// From where the nodes are that rounds move to where they would be.
-Eigen::VectorXd way_of(const BalancedObject& one, const Eigen::VectorXd& displacement) {
-  const int d = one.dimension;
-  Eigen::VectorXd way = displacement;
-  for (std::size_t k = 0; k < one.moved.size(); ++k)
-    way.segment(d * static_cast<Eigen::Index>(k), d) -=
-        one.displacement.segment(std::int64_t{d} * one.moved[k], d);
-  return way;
-}
 
 } // namespace
 
 /// Product of the last step and the present one: below 0 where rounds alternate, as they do for a node on the
 /// edge between two faces of a skin, each with a normal of its own.
-double Balance::onwards(const std::vector<Answered>& answers) {
+double Balance::onwards(const std::vector<Response>& responses) {
   double sum = 0;
   for (std::size_t i = 0; i < objects_.size(); ++i) {
-    BalancedObject& one = objects_[i];
-    const Answered& answered = answers[i];
-    if (one.is_body()) {
-      Eigen::VectorXd way = way_of(one, answered.displacement);
-      if (one.way.size() == way.size())
-        sum += one.way.dot(way);
-      one.way = std::move(way);
-    }
-    if (one.moves) {
-      Eigen::Matrix<double, 6, 1> way;
-      way << answered.shift, one.radius * answered.turn;
-      sum += static_cast<double>(one.at.size()) * one.way_as_a_whole.dot(way);
-      one.way_as_a_whole = way;
-    }
+    SurfaceObject& one = objects_[i];
+    if (one.is_body())
+      sum += one.soft->onwards(responses[i].displacement);
+    if (one.rigid.moves())
+      sum += static_cast<double>(one.at.size()) * one.rigid.onwards(responses[i].motion);
   }
   return sum;
 }
@@ -134,9 +111,9 @@ void Balance::share_forces(double part) {
 
 void Balance::begin() {
   grip();
-  for (BalancedObject& one : objects_)
-    if (one.flexibility)
-      one.flexibility->forget_unused();
+  for (SurfaceObject& one : objects_)
+    if (one.soft)
+      one.soft->forget_unused();
   length_ = drag_ = 1;
   rounds_ = 0;
   asked_ = {};
@@ -147,92 +124,51 @@ void Balance::begin() {
 /// Finds by what free objects are kept where a round begins: by ever so little, but by a part of the forces
 /// of their contacts, of which faces that lean leave something.
 void Balance::keep_free() {
-  for (BalancedObject& one : objects_)
-    one.felt = 0;
+  std::vector<double> sums(objects_.size(), 0);
   for (const Touch& touch : touches_) {
     const double force = touch.force + touch.rubbing.norm();
-    object(touch.object).felt += force;
+    sums[static_cast<std::size_t>(touch.object)] += force;
     if (touch.other >= 0)
-      object(touch.other).felt += force;
+      sums[static_cast<std::size_t>(touch.other)] += force;
   }
-  for (BalancedObject& one : objects_)
-    one.kept_by = std::max(one.stiffness, drag_of_forces * one.felt / cell_);
+  for (std::size_t i = 0; i < objects_.size(); ++i)
+    objects_[i].rigid.begin_round(sums[i], drag_of_forces * sums[i] / cell_);
 }
 
 /// Steady drift under negligible force is a zero-energy motion: hold the object where it is.
-void Balance::let_rest(std::vector<Answered>& answers) {
-  for (std::size_t i = 0; i < objects_.size(); ++i) {
-    BalancedObject& one = objects_[i];
-    if (!one.is_free())
-      continue;
-    Eigen::Matrix<double, 6, 1> way;
-    way << answers[i].shift, one.radius * answers[i].turn;
-    const double steadily = (way - std::exchange(one.asked_as_a_whole, way)).norm();
-    if (rounds_ > 1 && steadily < steady * way.norm() && way.norm() < round_over_cell * cell_ &&
-        one.kept_by * drag_ * way.norm() < in_balance * one.felt)
-      answers[i].shift = answers[i].turn = Eigen::Vector3d::Zero();
-  }
+void Balance::let_rest(std::vector<Response>& responses) {
+  for (std::size_t i = 0; i < objects_.size(); ++i)
+    if (objects_[i].rigid.only_drifts(responses[i].motion, drag_, round_over_cell * cell_, rounds_ > 1))
+      responses[i].motion.setZero();
 }
 
-double Balance::furthest(const std::vector<Answered>& answers) const {
+double Balance::furthest(const std::vector<Response>& responses) const {
   double furthest = 0;
-  for (std::size_t i = 0; i < objects_.size(); ++i) {
-    const BalancedObject& one = objects_[i];
-    double way = answers[i].shift.norm() + answers[i].turn.norm() * one.radius;
-    if (one.is_body())
-      if (const Eigen::VectorXd own = way_of(one, answers[i].displacement); own.size() > 0)
-        way += own.cwiseAbs().maxCoeff() * std::sqrt(one.dimension);
-    furthest = std::max(furthest, way);
-  }
+  for (std::size_t i = 0; i < objects_.size(); ++i)
+    furthest = std::max(furthest, objects_[i].furthest(responses[i]));
   return furthest;
-}
-
-/// Moves a body's nodes, and the forces of its contacts, by a part of what a round asks for.
-void Balance::go(BalancedObject& one, const Answered& answered, double part) {
-  const int d = one.dimension;
-  for (std::size_t k = 0; k < one.moved.size(); ++k) {
-    auto u = one.displacement.segment(std::int64_t{d} * one.moved[k], d);
-    u += part * (answered.displacement.segment(d * static_cast<Eigen::Index>(k), d) - u);
-  }
-  for (const std::int64_t component : one.forced)
-    one.contact_forces[component] *= 1 - part;
-  double largest = 0;
-  std::vector<std::int64_t> components, both;
-  for (const auto& [component, force] : answered.forces) {
-    one.contact_forces[component] += part * force;
-    components.push_back(component);
-    largest = std::max(largest, std::abs(force));
-  }
-  std::ranges::set_union(one.forced, components, std::back_inserter(both));
-  one.forced = std::move(both);
-  std::erase_if(one.forced, [&](std::int64_t component) {
-    const bool is_none = std::abs(one.contact_forces[component]) <= rounding * largest;
-    if (is_none)
-      one.contact_forces[component] = 0;
-    return is_none;
-  });
 }
 
 /// If contacts stay, a round is a smooth and nearly linear map of the state. The weighted mean of the last
 /// rounds whose motions cancel is near its fixed point.
 /// Source  Anderson 1965 (J. ACM 12)
-std::optional<double> Balance::mix(std::vector<Answered>& answers, double furthest) {
+std::optional<double> Balance::mix(std::vector<Response>& responses, double furthest) {
   std::vector<Key> keys;
   for (const Touch& touch : touches_)
     if (touch.force > 0)
       keys.push_back(key_of(touch));
   std::vector<double> all;
-  for (const BalancedObject& one : objects_) {
+  for (const SurfaceObject& one : objects_) {
     if (one.is_body())
-      all.insert(all.end(), one.way.begin(), one.way.end());
-    if (one.moves)
-      for (const double x : one.way_as_a_whole)
+      all.insert(all.end(), one.soft->way().begin(), one.soft->way().end());
+    if (one.rigid.moves())
+      for (const double x : one.rigid.way())
         all.push_back(std::sqrt(static_cast<double>(one.at.size())) * x);
   }
   const Eigen::VectorXd way = Eigen::VectorXd::Map(all.data(), std::ssize(all));
-  const auto size_of = [](const Answered& answer) { return answer.displacement.size(); };
+  const auto size_of = [](const Response& response) { return response.displacement.size(); };
   const bool is_as_before = !past_.empty() && keys == pressed_ && past_.back().first.size() == way.size() &&
-                            std::ranges::equal(past_.back().second, answers, {}, size_of, size_of);
+                            std::ranges::equal(past_.back().second, responses, {}, size_of, size_of);
   has_stalled_ =
       is_as_before &&
       (has_stalled_ || (past_.size() == most_mixed && way.norm() > stalled * past_.front().first.norm()));
@@ -243,11 +179,9 @@ std::optional<double> Balance::mix(std::vector<Answered>& answers, double furthe
     return std::nullopt;
   if (past_.size() == most_mixed)
     past_.erase(past_.begin());
-  past_.emplace_back(way, answers);
-  for (std::size_t i = 0; i < objects_.size(); ++i) { // from where rounds began
-    past_.back().second[i].shift += objects_[i].came.head<3>();
-    past_.back().second[i].turn += objects_[i].came.tail<3>();
-  }
+  past_.emplace_back(way, responses);
+  for (std::size_t i = 0; i < objects_.size(); ++i) // from where rounds began
+    past_.back().second[i].motion += objects_[i].rigid.path();
   const Eigen::Index m = std::ssize(past_) - 1;
   if (m == 0 || has_stalled_)
     return std::nullopt;
@@ -258,18 +192,16 @@ std::optional<double> Balance::mix(std::vector<Answered>& answers, double furthe
   const Eigen::VectorXd less = change.colPivHouseholderQr().solve(way);
   Eigen::VectorXd share(m + 1);
   share << less, 1 - less.sum();
-  std::vector<Answered> mixed(answers.size());
+  std::vector<Response> mixed(responses.size());
   for (std::size_t i = 0; i < mixed.size(); ++i) {
-    Answered& sum = mixed[i];
+    Response& sum = mixed[i];
     std::map<std::int64_t, double> forces;
-    sum.displacement = Eigen::VectorXd::Zero(answers[i].displacement.size());
-    sum.shift = -objects_[i].came.head<3>();
-    sum.turn = -objects_[i].came.tail<3>();
+    sum.displacement = Eigen::VectorXd::Zero(responses[i].displacement.size());
+    sum.motion = -objects_[i].rigid.path();
     for (Eigen::Index k = 0; const auto& [then, asked] : past_) {
       const double part = share[k++];
       sum.displacement += part * asked[i].displacement;
-      sum.shift += part * asked[i].shift;
-      sum.turn += part * asked[i].turn;
+      sum.motion += part * asked[i].motion;
       for (const auto& [component, force] : asked[i].forces)
         forces[component] += part * force;
     }
@@ -277,7 +209,7 @@ std::optional<double> Balance::mix(std::vector<Answered>& answers, double furthe
   }
   if (this->furthest(mixed) > round_over_cell * cell_)
     return std::nullopt;
-  answers = std::move(mixed);
+  responses = std::move(mixed);
   return furthest * (way - change * less).norm() / way.norm();
 }
 
@@ -285,12 +217,9 @@ void Balance::catch_up() {
   has_looked_ = false;
   if (!is_local())
     return;
-  for (BalancedObject& one : objects_) {
-    if (!one.is_body() || one.moved.size() == one.place_of.size())
-      continue;
-    one.move_all();
-    one.displacement = one.unloaded + one.flexibility->moved_by(one.contact_forces, one.forced);
-    one.place();
+  for (SurfaceObject& one : objects_) {
+    if (one.soft && one.soft->catch_up())
+      one.place();
   }
 }
 
@@ -322,30 +251,31 @@ Balance::Left Balance::left() const {
 
 double Balance::round() {
   if (!is_local()) {
-    for (BalancedObject& one : objects_)
+    for (SurfaceObject& one : objects_)
       if (one.is_body())
-        one.move_all();
+        one.soft->watch_all();
     has_looked_ = false;
   } else if (gone_ > step_over_cell * cell_) {
     catch_up();
   }
   measure_touches();
   keep_free();
-  std::vector<Answered> answers = this->answers();
-  let_rest(answers);
-  double furthest = this->furthest(answers);
-  const bool has_free = std::ranges::any_of(objects_, &BalancedObject::is_free);
+  std::vector<Response> responses = this->responses();
+  let_rest(responses);
+  double furthest = this->furthest(responses);
+  const bool has_free =
+      std::ranges::any_of(objects_, [](const SurfaceObject& one) { return one.rigid.is_free(); });
   for (; has_free && furthest > too_far * round_over_cell * cell_ && drag_ < 1 / negligible;
-       furthest = this->furthest(answers)) {
+       furthest = this->furthest(responses)) {
     drag_ *= drag_step;
-    answers = this->answers();
+    responses = this->responses();
   }
   if (world_.scene.friction > 0) // what has come to press holds from here on
     for (const Touch& touch : touches_)
       if (touch.force > 0)
         grips_.try_emplace(key_of(touch), grip_at(touch));
-  const bool goes_back = onwards(answers) < 0;
-  const std::optional<double> missed = mix(answers, furthest);
+  const bool goes_back = onwards(responses) < 0;
+  const std::optional<double> missed = mix(responses, furthest);
   const bool jumps = !goes_back && furthest > round_over_cell * cell_; // out of a state that could not last
   if (!jumps && ++rounds_ > long_patience && length_ < 1)
     length_ *= goes_back ? shorter : always_shorter;
@@ -355,14 +285,13 @@ double Balance::round() {
   remember(missed.value_or(furthest), missed ? 1 : 1 - part);
   share_forces(part);
   for (int i = 0; i < world_.n_objects(); ++i) {
-    BalancedObject& one = object(i);
-    const Answered& answered = answers[static_cast<std::size_t>(i)];
+    SurfaceObject& one = object(i);
+    const Response& response = responses[static_cast<std::size_t>(i)];
     if (one.is_body())
-      go(one, answered, part);
-    if (one.moves) {
-      one.turn_and_shift(part * answered.shift, part * answered.turn);
-      one.came.head<3>() += part * answered.shift;
-      one.came.tail<3>() += part * answered.turn;
+      one.soft->go(response, part);
+    if (one.rigid.moves()) {
+      one.turn_and_shift(part * response.motion);
+      one.rigid.add_to_path(part * response.motion);
     }
     if (one.is_body() && is_local())
       one.place_watched();

@@ -24,14 +24,6 @@ constexpr double nearly_still_over_cell = 1e-5;
 /// objects the lag is 1e-4.
 constexpr double blocked_from = 0.01;
 
-/// Distance of an object from its hand's goal [m].
-double behind(const BalancedObject& one) {
-  if (!one.target)
-    return 0;
-  const Eigen::AngleAxisd turn(one.target->rotation * one.pose.rotation.transpose());
-  return (one.target->position - one.pose.position).norm() + std::abs(turn.angle()) * one.radius;
-}
-
 } // namespace
 
 SurfaceEngine::SurfaceEngine(std::unique_ptr<WorldObjects> of) : Engine(std::move(of)), balance_(world()) {}
@@ -53,11 +45,12 @@ void SurfaceFrame::move_in_balance() {
   take_handles();
   balance_.hold(frame_.clock.control.threads);
   for (int object = 0; object < world_.n_objects(); ++object)
-    if (!world_.is_body(object) && behind(balance_.object(object)) > blocked_from * balance_.cell())
-      balance_.object(object).target = balance_.object(object).pose; // a spring that led it is gone
+    if (!world_.is_body(object) && balance_.object(object).rigid.distance_to_target(
+                                       balance_.object(object).pose) > blocked_from * balance_.cell())
+      balance_.object(object).rigid.target = balance_.object(object).pose; // a spring that led it is gone
   for (const Drive& drive : frame_.drives)
     if (drive.lead)
-      balance_.object(drive.object).stiffness = drive.lead->stiffness;
+      balance_.object(drive.object).rigid.set_stiffness(drive.lead->stiffness);
   const int n = n_steps();
   const int last = std::min(n, frame_.most_steps() * std::max(1, n / frame_.n_steps()));
   if (frame_.seconds) // of which the end takes as much as it did last time
@@ -128,7 +121,7 @@ void SurfaceFrame::drive(int step, int n) {
   const double end = (step + 1.0) / n;
   for (std::size_t i = 0; i < frame_.drives.size(); ++i) {
     const Drive& drive = frame_.drives[i];
-    std::optional<Pose>& target = balance_.object(drive.object).target;
+    std::optional<Pose>& target = balance_.object(drive.object).rigid.target;
     if (drive.lead && !world_.is_body(drive.object))
       target = drive.motion.moved(drive.lead->hand, end);
     else if (blocked_.contains(i))
@@ -202,9 +195,9 @@ void SurfaceFrame::find_blocked(int n) {
   for (std::size_t i = 0; i < frame_.drives.size(); ++i) {
     if (world_.is_body(frame_.drives[i].object) || frame_.drives[i].lead || blocked_.contains(i))
       continue;
-    BalancedObject& one = balance_.object(frame_.drives[i].object);
-    if (behind(one) > blocked_from * balance_.cell()) {
-      one.target = one.pose;
+    SurfaceObject& one = balance_.object(frame_.drives[i].object);
+    if (one.rigid.distance_to_target(one.pose) > blocked_from * balance_.cell()) {
+      one.rigid.target = one.pose;
       if (!frame_.drives[i].slides)
         blocked_.insert(i);
     }
@@ -225,22 +218,18 @@ void SurfaceFrame::report(bool has_settled) {
   for (const Touch& touch : balance_.pressing()) {
     if (!(touch.force > tolerance * largest))
       continue;
-    const BalancedObject& one = balance_.object(touch.object);
-    const auto voxel_of = [&](int object, std::int32_t node) -> std::int64_t {
-      const BalancedObject& whose = balance_.object(object);
-      return whose.is_body() ? whose.skin.node(node)
-                             : whose.voxel[static_cast<std::size_t>(whose.skin.cell_at(node))];
-    };
+    const SurfaceObject& one = balance_.object(touch.object);
     WorldContact contact;
     contact.object = touch.object;
-    contact.voxel = voxel_of(touch.object, touch.node);
+    contact.voxel = one.voxel(touch.node);
     contact.other = touch.other;
     set_axis(contact, touch.normal);
     contact.force = touch.force * touch.normal + touch.rubbing;
     contact.at = one.at[static_cast<std::size_t>(touch.node)];
     if (touch.other >= 0) {
       const auto heaviest = std::ranges::max_element(touch.weights) - touch.weights.begin();
-      contact.other_voxel = voxel_of(touch.other, touch.nodes[static_cast<std::size_t>(heaviest)]);
+      contact.other_voxel =
+          balance_.object(touch.other).voxel(touch.nodes[static_cast<std::size_t>(heaviest)]);
       WorldContact back = contact;
       std::swap(back.object, back.other);
       std::swap(back.voxel, back.other_voxel);

@@ -1,6 +1,5 @@
 /// What touches what in a balance.
 
-#include "lattice/sort_uniquely.hpp"
 #include "lattice/tolerances.hpp"
 #include "world/balance/balance.hpp"
 
@@ -9,6 +8,7 @@
 #include <iterator>
 #include <span>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 namespace maille::deform {
@@ -33,16 +33,16 @@ void Balance::look_around() {
   near_pairs_.clear();
   near_borders_.clear();
   for (std::size_t i = 0; i < objects_.size(); ++i) {
-    const BalancedObject& one = objects_[i];
+    const SurfaceObject& one = objects_[i];
     Eigen::AlignedBox3d box = one.box;
     box.min().array() -= within;
     box.max().array() += within;
     for (std::size_t j = 0; j < objects_.size(); ++j) {
-      const BalancedObject& other = objects_[j];
+      const SurfaceObject& other = objects_[j];
       if (i == j ? one.is_body() && world_.body(static_cast<int>(i))
                                         .self_contact()
-                                        .may_meet({one.displacement.data(),
-                                                   static_cast<std::size_t>(one.displacement.size())},
+                                        .may_meet({one.soft->displacement().data(),
+                                                   static_cast<std::size_t>(one.soft->displacement().size())},
                                                   within)
                  : (one.kind != ObjectKind::fixed || other.kind != ObjectKind::fixed) &&
                        box.intersects(other.box))
@@ -61,7 +61,7 @@ void Balance::look_around() {
     }
   }
   for (auto& [i, j, nodes] : near_pairs_) {
-    const BalancedObject &one = object(i), &two = object(j);
+    const SurfaceObject &one = object(i), &two = object(j);
     NearFaces& near = near_faces_[{i, j}];
     near.update(one.skin, one.at, two.skin, two.at, reach_over_cell * cell_, margin_over_cell * cell_);
     std::ranges::copy_if(near.nodes(), std::back_inserter(nodes), [&](const NearFaces::OfNode& of_node) {
@@ -78,7 +78,7 @@ void Balance::look_around() {
 /// Rounds move what is near something, with what its normals depend on.
 void Balance::watch() {
   std::vector<std::vector<char>> is_watched;
-  for (const BalancedObject& one : objects_)
+  for (const SurfaceObject& one : objects_)
     is_watched.emplace_back(one.is_body() ? one.rest.size() : 0, 0);
   const auto mark = [&](int object, std::int32_t node) {
     if (std::vector<char>& of = is_watched[static_cast<std::size_t>(object)]; !of.empty())
@@ -106,29 +106,15 @@ void Balance::watch() {
     for (const std::int32_t node : border.nodes)
       mark(border.object, node);
   for (std::size_t i = 0; i < objects_.size(); ++i) {
-    BalancedObject& one = objects_[i];
+    SurfaceObject& one = objects_[i];
     if (!one.is_body())
       continue;
-    one.watched.clear();
-    std::vector<std::int32_t> moved;
+    std::vector<std::int32_t> watched;
     for (std::int32_t node = 0; node < one.skin.n_nodes(); ++node)
-      if (is_watched[i][static_cast<std::size_t>(node)] != 0) {
-        one.watched.push_back(node);
-        moved.push_back(
-            static_cast<std::int32_t>(one.first_component[static_cast<std::size_t>(node)] / one.dimension));
-      }
-    for (const std::int64_t component : one.pulled)
-      moved.push_back(static_cast<std::int32_t>(component / one.dimension));
-    sort_uniquely(moved);
-    if (moved == one.moved)
-      continue;
-    one.moved = std::move(moved);
-    past_.clear(); // whose displacements are of other nodes
-    one.flexibility->watch(one.moved);
-    one.way.resize(0);
-    std::ranges::fill(one.place_of, -1);
-    for (std::size_t k = 0; k < one.moved.size(); ++k)
-      one.place_of[static_cast<std::size_t>(one.moved[k])] = static_cast<std::int32_t>(k);
+      if (is_watched[i][static_cast<std::size_t>(node)] != 0)
+        watched.push_back(node);
+    if (one.soft->watch(std::move(watched)))
+      past_.clear(); // whose displacements are of other nodes
   }
 }
 
@@ -154,12 +140,12 @@ void Balance::measure_touches() {
 }
 
 void Balance::add_touches(int object, int other, std::span<const NearFaces::OfNode> nodes) {
-  const BalancedObject &one = this->object(object), &two = this->object(other);
+  const SurfaceObject &one = this->object(object), &two = this->object(other);
   const double reach = reach_over_cell * cell_;
   const NearFaces& near_faces = near_faces_[{object, other}];
   const PlacedSkin own(one.skin, one.at, one.rest, reach), skin(two.skin, two.at, two.rest, reach);
   for (const NearFaces::OfNode& of_node : nodes) {
-    if (!one.is_body() && one.is_flat[static_cast<std::size_t>(of_node.node)] != 0)
+    if (one.is_flat(of_node.node))
       continue;
     for (const PlacedSkin::Near& near :
          skin.near(one.at[static_cast<std::size_t>(of_node.node)], near_faces.faces(of_node),
@@ -183,7 +169,7 @@ void Balance::add_touches(int object, int other, std::span<const NearFaces::OfNo
 }
 
 void Balance::add_border(const NearBorder& border) {
-  const BalancedObject& one = object(border.object);
+  const SurfaceObject& one = object(border.object);
   const auto a = static_cast<std::size_t>(border.axis);
   const double reach = reach_over_cell * cell_, end = world_.scene.cells[a] * world_.scene.spacing[a];
   for (const std::int32_t node : border.nodes)

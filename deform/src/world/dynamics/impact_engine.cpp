@@ -36,7 +36,7 @@ double ImpactEngine::skin() const {
 
 ImpactEngine::State ImpactEngine::state() const {
   State now{{}, moving_};
-  for (const BalancedObject& one : balance_.objects())
+  for (const SurfaceObject& one : balance_.objects())
     now.poses.push_back(one.pose);
   return now;
 }
@@ -44,7 +44,7 @@ ImpactEngine::State ImpactEngine::state() const {
 void ImpactEngine::put(const State& state) {
   moving_ = state.moving;
   for (int object = 0; object < world().n_objects(); ++object) {
-    BalancedObject& one = balance_.object(object);
+    SurfaceObject& one = balance_.object(object);
     one.pose = state.poses[static_cast<std::size_t>(object)];
     if (one.kind != ObjectKind::fixed)
       one.place();
@@ -121,7 +121,7 @@ void ImpactEngine::keep(std::span<const ImpactPoint> points) {
 void ImpactEngine::resolve(std::span<ImpactPoint> points, std::vector<MovingObject>& moving,
                            double restitution, std::span<LedObject> led) {
   std::vector<Pose> poses;
-  for (const BalancedObject& one : balance_.objects())
+  for (const SurfaceObject& one : balance_.objects())
     poses.push_back(one.pose);
   const double left = resolve_impacts(points, poses, moving, restitution);
   if (left > 0) {
@@ -140,7 +140,7 @@ double ImpactEngine::longest_step(double most) const {
   double step = most;
   for (int object = 0; object < world().n_objects(); ++object) {
     const MovingObject& one = moving_[static_cast<std::size_t>(object)];
-    const double radius = balance_.object(object).radius;
+    const double radius = balance_.object(object).rigid.radius();
     const double speed = one.velocity.norm() + 2 * radius * one.spin.norm(),
                  gravity = one.has_mass ? fall_.gravity.norm() : 0;
     // speed t + gravity t^2 / 2 = way
@@ -262,9 +262,10 @@ ObjectMotion ImpactEngine::motion(int object) const {
 /// True if an object has gone so far that it may have come into another.
 bool ImpactEngine::has_moved(const Balance::State& since) const {
   for (std::size_t i = 0; i < since.objects.size(); ++i) {
-    const BalancedObject& one = balance_.objects()[i];
+    const SurfaceObject& one = balance_.objects()[i];
     const Pose& then = since.objects[i].pose;
-    if ((one.pose.position - then.position).norm() + one.radius * (one.pose.rotation - then.rotation).norm() >
+    if ((one.pose.position - then.position).norm() +
+            one.rigid.radius() * (one.pose.rotation - then.rotation).norm() >
         round_over_cell * balance_.cell())
       return true;
   }

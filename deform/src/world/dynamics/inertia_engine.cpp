@@ -67,10 +67,10 @@ bool InertiaEngine::is_held(int object) const {
 }
 
 Eigen::Matrix3Xd InertiaEngine::displaced(int object) const {
-  const BalancedObject& one = balance_.object(object);
+  const SurfaceObject& one = balance_.object(object);
   Eigen::Matrix3Xd at = nodes_[static_cast<std::size_t>(object)].rest;
   for (Eigen::Index node = 0; node < at.cols(); ++node)
-    at.col(node).head(one.dimension) += one.displacement.segment(one.dimension * node, one.dimension);
+    at.col(node) += one.soft->displacement_at(one.dimension * node);
   return at;
 }
 
@@ -81,42 +81,40 @@ Eigen::Matrix3Xd InertiaEngine::places(int object) const {
 
 void InertiaEngine::hold(double step) {
   for (int object = 0; object < world().n_objects(); ++object) {
-    BalancedObject& one = balance_.object(object);
+    SurfaceObject& one = balance_.object(object);
     MovingObject& moving = moving_[static_cast<std::size_t>(object)];
     if (one.is_body()) {
       const Pose& at_first = world().body(object).lattice().pose();
       if (is_held(object) &&
           (one.pose.rotation != at_first.rotation || one.pose.position != at_first.position))
         put_into_frame(object, at_first);
-      if (step != step_)
-        one.flexibility.reset();
       // Damping draws at the speed of the step's end, as inertia does.
-      one.inertia = (1 + damping_ * step) / (step * step) * nodes_[static_cast<std::size_t>(object)].mass;
+      one.soft->set_inertia((1 + damping_ * step) / (step * step) *
+                            nodes_[static_cast<std::size_t>(object)].mass);
       continue;
     }
     moving.has_mass = one.kind == ObjectKind::rigid && !world().member(object).is_driven;
     one.centre.reset();
-    one.inertia_as_a_whole.reset();
+    one.rigid.set_inertia(std::nullopt);
     if (moving.has_mass)
       one.centre = moving.centre;
     one.place();
   }
-  step_ = step;
 }
 
 void InertiaEngine::fly(double step) {
   const double kept = 1 / (1 + damping_ * step);
   for (int object = 0; object < world().n_objects(); ++object) {
-    BalancedObject& one = balance_.object(object);
+    SurfaceObject& one = balance_.object(object);
     const auto i = static_cast<std::size_t>(object);
     if (one.is_body()) {
       Nodes& nodes = nodes_[i];
       const Eigen::VectorXd gravity = (step * one.pose.rotation.transpose() * gravity_)
                                           .head(one.dimension)
                                           .replicate(nodes.rest.cols(), 1);
-      nodes.before = one.displacement;
+      nodes.before = one.soft->displacement();
       nodes.velocity = kept * (nodes.velocity + gravity);
-      one.carried = one.inertia.cwiseProduct(one.displacement + step * nodes.velocity);
+      one.soft->set_carried(nodes.before + step * nodes.velocity);
       continue;
     }
     MovingObject& moving = moving_[i];
@@ -125,20 +123,20 @@ void InertiaEngine::fly(double step) {
       continue;
     moving.velocity = kept * (moving.velocity + step * gravity_);
     moving.spin *= kept;
-    one.target = shifted_and_turned(moving, one.pose, step * moving.velocity, step * moving.spin);
-    Eigen::Matrix<double, 6, 6> inertia = Eigen::Matrix<double, 6, 6>::Zero();
+    one.rigid.target = shifted_and_turned(moving, one.pose, step * moving.velocity, step * moving.spin);
+    Matrix6 inertia = Matrix6::Zero();
     inertia.topLeftCorner<3, 3>() = moving.mass / (kept * step * step) * Eigen::Matrix3d::Identity();
     inertia.bottomRightCorner<3, 3>() = moving.inertia_in_world(one.pose) / (kept * step * step);
-    one.inertia_as_a_whole = inertia;
+    one.rigid.set_inertia(inertia);
   }
 }
 
 void InertiaEngine::arrive(double step) {
   for (int object = 0; object < world().n_objects(); ++object) {
-    BalancedObject& one = balance_.object(object);
+    SurfaceObject& one = balance_.object(object);
     const auto i = static_cast<std::size_t>(object);
     if (one.is_body()) {
-      nodes_[i].velocity = (one.displacement - nodes_[i].before) / step;
+      nodes_[i].velocity = (one.soft->displacement() - nodes_[i].before) / step;
       if (!is_held(object))
         put_into_frame(object, nearest_frame(object));
       continue;
@@ -147,7 +145,7 @@ void InertiaEngine::arrive(double step) {
     moving.velocity = (moving.place(one.pose) - moving.place(from_[i])) / step;
     moving.spin = turn_between(from_[i], one.pose) / step;
     if (moving.has_mass)
-      one.target.reset();
+      one.rigid.target.reset();
   }
 }
 
@@ -170,27 +168,29 @@ Pose InertiaEngine::nearest_frame(int object) const {
 
 /// The same places and speeds, in another frame.
 void InertiaEngine::put_into_frame(int object, const Pose& frame) {
-  BalancedObject& one = balance_.object(object);
+  SurfaceObject& one = balance_.object(object);
   Nodes& nodes = nodes_[static_cast<std::size_t>(object)];
   const int d = one.dimension;
   const Eigen::Matrix3Xd at = places(object);
   const Eigen::Matrix3d turn = frame.rotation.transpose() * one.pose.rotation;
+  Eigen::VectorXd displacement = one.soft->displacement();
   for (Eigen::Index node = 0; node < at.cols(); ++node) {
     const Eigen::Vector3d u =
         frame.rotation.transpose() * (at.col(node) - frame.position) - nodes.rest.col(node);
     Eigen::Vector3d speed = Eigen::Vector3d::Zero();
     speed.head(d) = nodes.velocity.segment(d * node, d);
     speed = turn * speed;
-    one.displacement.segment(d * node, d) = u.head(d);
+    displacement.segment(d * node, d) = u.head(d);
     nodes.velocity.segment(d * node, d) = speed.head(d);
   }
+  one.soft->set_displacement(std::move(displacement));
   one.pose = frame;
   one.place();
 }
 
 ObjectMotion InertiaEngine::motion(int object) const {
   const auto i = static_cast<std::size_t>(object);
-  const BalancedObject& one = balance_.object(object);
+  const SurfaceObject& one = balance_.object(object);
   if (!one.is_body())
     return {moving_[i].mass, moving_[i].velocity, moving_[i].spin, moving_[i].place(one.pose)};
   const Nodes& nodes = nodes_[i];
@@ -223,13 +223,12 @@ double InertiaEngine::energy() const {
   double sum = 0;
   for (int object = 0; object < world().n_objects(); ++object) {
     const auto i = static_cast<std::size_t>(object);
-    const BalancedObject& one = balance_.object(object);
+    const SurfaceObject& one = balance_.object(object);
     if (one.is_body()) {
       const ObjectMotion as_a_whole = motion(object);
       sum += 0.5 * nodes_[i].velocity.dot(nodes_[i].mass.cwiseProduct(nodes_[i].velocity)) -
              as_a_whole.mass * gravity_.dot(as_a_whole.centre);
-      if (one.flexibility)
-        sum += one.flexibility->energy(one.displacement);
+      sum += one.soft->energy();
     } else if (moving_[i].has_mass) {
       sum += moving_[i].energy(one.pose) - moving_[i].mass * gravity_.dot(moving_[i].place(one.pose));
     }

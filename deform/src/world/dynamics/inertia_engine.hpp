@@ -53,7 +53,7 @@ private:
   Pose nearest_frame(int object) const;
 
   Eigen::Vector3d gravity_;
-  double damping_, step_ = 0;
+  double damping_;
   std::vector<MovingObject> moving_; ///< of rigid objects; of bodies their mass
   std::vector<Nodes> nodes_;         ///< empty of rigid objects
   std::vector<Pose> from_;           ///< of rigid objects, at the beginning of the step
