@@ -237,21 +237,6 @@ double DeformableObject::force_noise() const {
   return lost_by_algebra * stiffness_ * furthest;
 }
 
-bool DeformableObject::is_closed() const {
-  const auto d = static_cast<std::size_t>(scene_->dimension());
-  const auto fits = [&](const LinkLimits::OfCell& cell) {
-    for (std::size_t a = 0; a < d; ++a)
-      for (std::size_t b = 0; b < d; ++b) {
-        const double rest = a == b ? scene_->specimen.grid.spacing()[a] : 0;
-        const double most = std::max(rest + cell[a].high[b], -rest - cell[a].low[b]);
-        if (most > lattice_.cell_size()[b] * (1 + 1e-12))
-          return false;
-      }
-    return true;
-  };
-  return limits_bind_ && !lattice_.is_turned() && std::ranges::all_of(limits_.kinds(), fits);
-}
-
 std::int64_t DeformableObject::bytes() const {
   return kept_->bytes() + lattice_.bytes() + matter_.bytes() + self_contact_.bytes() + cells_.bytes() +
          limits_.bytes() + static_cast<std::int64_t>(state_.values().size_bytes()) +

@@ -138,8 +138,6 @@ public:
   /// Less than this is no force but the error of a method's algebra [N]: what a rigid shift to where the
   /// state is leaves of one.
   double force_noise() const;
-  /// See World::is_closed.
-  bool is_closed() const;
   std::int64_t bytes() const;
 
 private:

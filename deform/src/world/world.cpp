@@ -99,10 +99,6 @@ std::int64_t World::bytes() const {
   return engine_->bytes();
 }
 
-bool World::is_closed(int object) const {
-  return !scene().is_open && engine_->world().body(object).is_closed();
-}
-
 World::Occupant World::occupant(VoxelId id) const {
   const int object = engine_->world().object_of(id);
   return {object, engine_->world().voxel_of(object, id)};

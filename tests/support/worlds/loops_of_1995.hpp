@@ -203,10 +203,7 @@ private:
                                           voxels_[static_cast<std::size_t>(other)].object == moving.object);
       return is_own ? std::nullopt : std::optional(other);
     };
-    std::array<CoordinatePath, 3> paths;
-    for (std::size_t a = 0; a < 3; ++a)
-      paths[a] = {moving.place[static_cast<Eigen::Index>(a)], by[static_cast<Eigen::Index>(a)], 0, 0};
-    CellWalk walk(paths, 0, cell_of(moving.place));
+    CellWalk walk(moving.place, by, cell_of(moving.place));
     while (const auto step = walk.next(1))
       if (const auto there = in_cell(walk.cell()))
         return Met{step->time, *there};

@@ -41,13 +41,6 @@ MovingObject::MovingObject(const WorldObject& object, int dimension, bool with_m
     velocity[a] = object.velocity[static_cast<std::size_t>(a)];
 }
 
-void MovingObject::push(const Pose& pose, const Eigen::Vector3d& at, const Eigen::Vector3d& impulse) {
-  if (!has_mass)
-    return;
-  velocity += impulse / mass;
-  spin += inertia_in_world(pose).inverse() * (at - place(pose)).cross(impulse);
-}
-
 double MovingObject::energy(const Pose& pose) const {
   return 0.5 * mass * velocity.squaredNorm() + 0.5 * spin.dot(inertia_in_world(pose) * spin);
 }

@@ -26,8 +26,6 @@ struct MovingObject {
   Eigen::Matrix3d inertia_in_world(const Pose& pose) const {
     return pose.rotation * inertia * pose.rotation.transpose();
   }
-  /// Changes both by an impulse at a point [N s]; nothing without mass.
-  void push(const Pose& pose, const Eigen::Vector3d& at, const Eigen::Vector3d& impulse);
   /// Kinetic energy [J].
   double energy(const Pose& pose) const;
 };

@@ -28,6 +28,9 @@ class CellWalk {
 public:
   /// @param start the cell of the point at t = 0; its coordinates may lie outside by rounding
   CellWalk(const std::array<CoordinatePath, 3>& paths, double angle, const Index3& start);
+  /// Along a straight line. @param from, by  [cells]
+  CellWalk(const Eigen::Vector3d& from, const Eigen::Vector3d& by, const Index3& start)
+      : CellWalk({{{from[0], by[0], 0, 0}, {from[1], by[1], 0, 0}, {from[2], by[2], 0, 0}}}, 0, start) {}
 
   struct Step {
     double time;

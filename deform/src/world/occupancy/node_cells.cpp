@@ -72,10 +72,8 @@ std::optional<Hit> first_hit(const OccupancyMap& map, const NodeCells& cells, st
                              const Index3& start, const InCells& from, const InCells& to) {
   if (cell_at(to) == start) // a straight line within a cell
     return std::nullopt;
-  std::array<CoordinatePath, 3> paths;
-  for (std::size_t a = 0; a < 3; ++a)
-    paths[a] = {from[a], to[a] - from[a], 0, 0};
-  CellWalk walk(paths, 0, start);
+  const Eigen::Vector3d begin = Eigen::Vector3d::Map(from.data());
+  CellWalk walk(begin, Eigen::Vector3d::Map(to.data()) - begin, start);
   while (const auto step = walk.next(1)) {
     if (!cells.is_blocked(map, walk.cell()))
       continue;

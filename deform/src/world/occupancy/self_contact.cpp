@@ -397,15 +397,6 @@ std::vector<SelfHit> SelfContact::find(const PosedLattice& lattice, const Displa
   return {};
 }
 
-std::int64_t SelfContact::n_crossings(const PosedLattice& lattice, const Displacement& state) const {
-  if (is_never_)
-    return 0;
-  Places at;
-  for (std::int32_t voxel = 0; voxel < lattice.n_voxels(); ++voxel)
-    at.push_back(lattice.position(voxel, state));
-  return static_cast<std::int64_t>(crossings(at).size());
-}
-
 std::int64_t SelfContact::bytes() const {
   return static_cast<std::int64_t>(faces_.capacity() * sizeof(Face) + edges_.capacity() * sizeof(Edge) +
                                    beside_.capacity() * sizeof(beside_[0]));

@@ -47,8 +47,6 @@ public:
   /// What first crosses on the straight way of all nodes from one state to another. @pre from crosses nothing
   std::vector<SelfHit> find(const PosedLattice& lattice, const Displacement& from,
                             const Displacement& to) const;
-  /// Edges of the skin that pass through faces of it that are far from them.
-  std::int64_t n_crossings(const PosedLattice& lattice, const Displacement& at) const;
   std::int64_t bytes() const;
 
 private:

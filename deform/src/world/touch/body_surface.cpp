@@ -188,13 +188,8 @@ std::optional<BodySurface::Hit> BodySurface::first_hit(const Eigen::Vector3d& fr
   if (begin > end)
     return std::nullopt;
   // Nothing but margin is where the path comes in or goes out.
-  std::array<CoordinatePath, 3> paths;
   const Eigen::Vector3d entry = from + begin * path;
-  for (std::size_t a = 0; a < 3; ++a) {
-    const auto i = static_cast<Eigen::Index>(a);
-    paths[a] = {(entry[i] - low_[i]) / edge_, (1 - begin) * path[i] / edge_, 0, 0};
-  }
-  CellWalk walk(paths, 0, box_of(entry));
+  CellWalk walk((entry - low_) / edge_, (1 - begin) * path / edge_, box_of(entry));
   std::optional<Hit> hit;
   for (;;) {
     for (const std::int32_t face : faces_in(walk.cell()))
@@ -215,13 +210,8 @@ std::optional<BodySurface::Hit> BodySurface::first_hit_of_every_triangle(const E
 }
 
 std::optional<int> BodySurface::n_crossings(const Eigen::Vector3d& from, const Eigen::Vector3d& to) const {
-  std::array<CoordinatePath, 3> paths;
   const Eigen::Vector3d way = to - from;
-  for (std::size_t a = 0; a < 3; ++a) {
-    const auto i = static_cast<Eigen::Index>(a);
-    paths[a] = {(from[i] - low_[i]) / edge_, way[i] / edge_, 0, 0};
-  }
-  CellWalk walk(paths, 0, box_of(from));
+  CellWalk walk((from - low_) / edge_, way / edge_, box_of(from));
   std::vector<std::int32_t> crossed; // twice the face, and which half: faces lie in several boxes
   do {
     for (const std::int32_t face : faces_in(walk.cell()))

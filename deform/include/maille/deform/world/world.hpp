@@ -178,10 +178,6 @@ public:
   std::shared_ptr<const Displacement> shared_displacement(int object) const;
   /// Where a node of a deformable object is, in the world [m]. @pre of the body
   Eigen::Vector3d position(int object, std::int64_t node) const;
-  /// Whether the limits of a deformable object keep linked nodes within a cell of each other along every
-  /// axis, so that nodes alone take all its cells however it deforms; false where its limits do not bind, or
-  /// it is turned. Elsewhere points between nodes are followed too.
-  bool is_closed(int object) const;
 
   /// The part of an object's matter that is thinner than a cell of the world: that no box as large as a cell,
   /// along the object's axes, has in it. It is kept apart from others as if it were a cell thick, and what is
