@@ -1,4 +1,4 @@
-"""docs/scene.schema.json has exactly the keys that the readers know, table by table.
+"""docs/scene.schema.json, made of scene/keys.toml, has exactly the keys that the readers know, table by table.
 
 The readers say which keys they know where one is unknown ("one of: ..."), so each table is read in all its forms with a key that nobody
 knows, by `maille check`. Every scene of the repository obeys the schema as well, where Python's jsonschema is there to judge.
@@ -54,15 +54,15 @@ TABLES = {
         scene(BOX + 'look = { colour = "#aa3322" }\n' + LINE),
         scene(IMAGE + FIBRED + 'stiffness = { image = "labels.mha", unit = "kPa" }\n' + LINE),
         scene('shape = "surface"\nsurface = "a.stl"\nspacing = "1 mm"\nunit = "mm"\n' + LINE), scene(IMAGE + 'material = "muscle/soleus"\nthreshold = 0\n' + LINE)],
-    "definitions/specimen/properties/stiffness": [scene(IMAGE + FIBRED + f'stiffness = {{ image = "labels.mha", {keys}{INSIDE} }}\n') for keys in (
+    "definitions/stiffness": [scene(IMAGE + FIBRED + f'stiffness = {{ image = "labels.mha", {keys}{INSIDE} }}\n') for keys in (
         'unit = "kPa", quantity = "shear_modulus", labels = 1', 'law = "morgan_2003_vertebra", density = ["0.02 g/cm^3", "0.1 g/cm^3"]')],
-    "definitions/specimen/properties/tendon": [
+    "definitions/tendon": [
         scene(BOX.replace("box", "muscle") + f'tendon = {{ material = "tendon/achilles", fraction = 0.2{INSIDE} }}\n')],
     MATERIAL: [scene(BOX.replace('"muscle/soleus"', form.replace(" }", INSIDE + " }"))) for form in (
         OWN, '{ E = ["1 kPa", "1 kPa", "1 kPa"], nu = [0.3, 0.3, 0.3], G = ["1 kPa", "1 kPa", "1 kPa"] }',
         '{ E_fibre = "20 kPa", E_cross = "10 kPa", G_fibre = "5 kPa", nu_fibre = 0.3, nu_cross = 0.3 }',
         "{ youngs_modulus = '10 kPa', poisson_ratio = 0.3, stretch = 1.2, compress = 0.8, shear = 0.1 }")],
-    MATERIAL + "/properties/damage": [
+    "definitions/damage": [
         scene(BOX.replace('"muscle/soleus"', f"{{ youngs_modulus = '10 kPa', poisson_ratio = 0.3, damage = {{ stretch = 1.4{INSIDE} }} }}"))],
     "definitions/fibre/anyOf/1": [
         scene(BOX + f'fibre = {{ direction = [0, 0, 1], frame = "grid"{INSIDE} }}\n'),
@@ -74,7 +74,7 @@ TABLES = {
     "definitions/move": [scene(rest='[[move]]\nwhere = "x-"\nby = ["1 mm", 0, 0]\nframe = "grid"\n' + LINE),
                          scene(rest='[[move]]\nwhere = "x-"\nfield = { points = "a.csv", within = "1 mm" }\n' + LINE),
                          scene(rest='[[move]]\nwhere = "x-"\nturn = { angle = "2 deg", axis = [0, 0, 1] }\n' + LINE)],
-    "definitions/move/properties/field": [scene(rest=f'[[move]]\nwhere = "x-"\nfield = {{ {keys}{INSIDE} }}\n') for keys in (
+    "definitions/field": [scene(rest=f'[[move]]\nwhere = "x-"\nfield = {{ {keys}{INSIDE} }}\n') for keys in (
         'points = "a.csv", within = "1 mm"', 'image = "a.nii", unit = "mm"')],
     "definitions/turn": [scene(rest=f'[[move]]\nwhere = "x-"\nturn = {{ angle = "2 deg", axis = [0, 0, 1], about = {PLACE}{INSIDE} }}\n')],
     "definitions/load": [scene(rest=f"[[load]]\n{text}\n{LINE}") for text in (
@@ -85,7 +85,7 @@ TABLES = {
         ("label = 1", "image"), ("label = 1, touching = 2", "image"), ('label = 1, end = "x-", depth = "1 mm"', "image"),
         ('image = "labels.mha", value = 1, resample = true', "image"), ('surface = "a.stl", within = "1 mm", unit = "mm"', None),
         ('points = "a.fcsv", within = "1 mm", name = "F-1"', None), ('any = ["x-"]', None), ('all = ["x-"]', None), ('not = "x-"', None))],
-    "definitions/region/anyOf/1/properties/sphere": [hold(f'{{ sphere = {{ centre = {PLACE}, radius = "2 mm"{INSIDE} }} }}')],
+    "definitions/sphere": [hold(f'{{ sphere = {{ centre = {PLACE}, radius = "2 mm"{INSIDE} }} }}')],
     "definitions/drive": [of_image(f'[[drive]]\nlabel = 1\n{keys}\n{LINE}') for keys in (
         'by = ["1 mm", 0, 0]\ncourse = [[0, 0], [1, 1]]', 'poses = "poses.csv"\nabout = [0, 0, 0]')] + [scene(
             rest='[[drive]]\nwhere = "x+"\nframe = "grid"\nturn = { angle = "2 deg", axis = [0, 0, 1] }\n' + LINE)],
@@ -103,10 +103,10 @@ TABLES = {
     "definitions/measure": [scene(rest=f'[[hold]]\nwhere = "x-"\n[[measure]]\nname = "m"\nframe = "grid"\n{text}\n{LINE}') for text in (
         'force = "hold[1]"', f"displacement = {{ at = {PLACE} }}", f"strain = {{ at = {PLACE} }}", 'stress = { mean = "body" }',
         f'length = [{PLACE}, ["1 mm", 0, 0]]', f'angle = [{PLACE}, ["1 mm", 0, 0], [0, "1 mm", 0]]', 'volume = "body"', 'energy = "body"')],
-    "definitions/measure/properties/force/anyOf/1": [
+    "definitions/force/anyOf/1": [
         scene(rest=f'[[measure]]\nname = "m"\nforce = {{ {text}{INSIDE} }}\n') for text in
         ('where = "x-"', f"section = {{ point = {PLACE}, normal = [1, 0, 0] }}")],
-    "definitions/measure/properties/force/anyOf/1/properties/section": [
+    "definitions/section": [
         scene(rest=f'[[measure]]\nname = "m"\nforce = {{ section = {{ point = {PLACE}, normal = [1, 0, 0]{INSIDE} }} }}\n')],
     "definitions/measure_place": [scene(rest=f'[[measure]]\nname = "m"\nstrain = {{ {text}{INSIDE} }}\n') for text in
                                   (f"at = {PLACE}", f'along = [{PLACE}, ["1 mm", 0, 0]], points = 3', 'mean = "body"')],
@@ -121,8 +121,8 @@ TABLES = {
         ("rigid", 'shape = "washer"\ncells = [8, 8, 2]\nhole = "2 mm"'), ("rigid", 'shape = "puzzle_piece"\ncells = [8, 8]\npieces = [2, 2]\npiece = [0, 0]'))]
         + [world('kind = "rigid"\nshape = "box"\ncells = [4, 4, 4]\nposition = [0, 0, 0]\nlook = { colour = "#aa3322" }\n' + LINE),
            MOVING + f'[[object]]\nname = "a"\nkind = "rigid"\n{BOX}velocity = [1, 0, 0]\ndensity = "1 g/cm^3"\n{LINE}'],
-    "definitions/world/properties/dynamics": [MOVING.replace(" }", INSIDE + " }")],
-    "definitions/object/properties/thread": [world(
+    "definitions/dynamics": [MOVING.replace(" }", INSIDE + " }")],
+    "definitions/thread": [world(
         f'kind = "rigid"\nshape = "bolt"\ncells = [8, 8, 8]\nhead = "2 mm"\nthread = {{ radius = "3 mm", depth = "1 mm", pitch = "2 mm", play = 0{INSIDE} }}')],
 }
 
