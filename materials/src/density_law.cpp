@@ -11,24 +11,6 @@
 
 namespace maille {
 
-namespace {
-
-/// A quantity > 0 that has to be there; 0 and a fault where it is not.
-double required(TableReader& table, std::string_view key, Dimension dimension) {
-  table.require(key, describe(dimension));
-  const auto value = table.quantity(key, dimension);
-  if (value && !(*value > 0))
-    table.fault(key, "a value > 0", describe(*table.find(key)));
-  return value.value_or(0);
-}
-
-std::string required_text(TableReader& table, std::string_view key) {
-  table.require(key, "a text in quotes");
-  return table.text(key).value_or("");
-}
-
-} // namespace
-
 double DensityLaw::youngs_modulus(double density) const {
   return modulus * std::pow(density / 1000, exponent);
 }
@@ -36,21 +18,20 @@ double DensityLaw::youngs_modulus(double density) const {
 DensityLaw parse_density_law(std::string_view text, const std::string& file, const std::string& name) {
   const toml::table document = parse_toml(text, file);
   FaultList faults(file);
-  TableReader root(document, "", faults);
+  TableReader root(document, "", faults, "density_law");
   DensityLaw law;
   law.name = name;
-  law.title = required_text(root, "title");
-  law.source = required_text(root, "source");
-  law.note = root.text("note").value_or("");
-  law.of = root.choice("density", {"apparent", "ash"}).value_or("apparent");
-  law.modulus = required(root, "modulus", Dimension::pressure);
-  law.exponent = required(root, "exponent", Dimension::dimensionless);
-  law.least = required(root, "least", Dimension::density);
-  law.most = required(root, "most", Dimension::density);
+  root.read("title", law.title);
+  root.read("source", law.source);
+  root.read("note", law.note);
+  law.of = root.choice("density").value_or("apparent");
+  root.read("modulus", law.modulus);
+  root.read("exponent", law.exponent);
+  root.read("least", law.least);
+  root.read("most", law.most);
   if (law.most < law.least)
-    root.fault("most", "a density above `least`", describe(*root.find("most")));
-  const toml::node* const verified = root.require("verified", "true or false");
-  law.verified = verified && verified->value_or(false);
+    root.fault("most", "a density above `least`");
+  root.read("verified", law.verified);
   root.finish();
   faults.throw_if_any();
   return law;

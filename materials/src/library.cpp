@@ -16,62 +16,40 @@
 namespace maille {
 namespace {
 
-std::string required_text(TableReader& table, std::string_view key) {
-  if (!table.require(key, "a text in quotes"))
-    return {};
-  std::optional<std::string> text = table.text(key);
-  if (text && text->empty())
-    table.fault(key, "a text that says something", "\"\"");
-  return std::move(text).value_or("");
-}
-
-bool required_truth(TableReader& table, std::string_view key) {
-  const toml::node* const node = table.require(key, "true or false");
-  if (node && !node->is_boolean())
-    table.fault(key, "true or false", describe(*node));
-  return node && node->value_or(false);
-}
-
-double required_density(TableReader& table) {
-  const toml::node* const node = table.require("density", describe(Dimension::density));
-  const std::optional<double> density = table.quantity("density", Dimension::density);
-  if (density && !(*density > 0))
-    table.fault("density", "a density > 0", describe(*node));
-  return density.value_or(0);
+/// A text that has to be there, and to say something.
+void read_text(TableReader& table, std::string_view key, std::string& into) {
+  table.read(key, into);
+  if (table.has(key) && into.empty() && table.find(key)->is_string())
+    table.fault(key, "a text that says something");
 }
 
 void read_elasticity(TableReader& root, Material& material) {
-  if (!root.require("elasticity", "a table of elastic constants"))
-    return;
-  if (const toml::table* const section = root.subtable("elasticity")) {
-    TableReader table(*section, "elasticity", root.faults());
-    material.elasticity = read_elastic_constants(table).value_or(ElasticConstants{});
-    table.finish();
+  if (auto table = root.open("elasticity")) {
+    material.elasticity = read_elastic_constants(*table).value_or(ElasticConstants{});
+    table->finish();
   }
 }
 
 void read_limits(TableReader& root, Material& material) {
-  if (const toml::table* const section = root.subtable("limits")) {
-    TableReader table(*section, "limits", root.faults());
+  if (auto table = root.open("limits")) {
     for (const std::string_view key : {"stretch", "compress", "shear"})
-      table.require(key, "a ratio: limits of a tissue are given whole");
-    material.limits = read_neighbour_limits(table);
-    table.finish();
+      table->require(key, "a ratio: limits of a tissue are given whole");
+    material.limits = read_neighbour_limits(*table);
+    table->finish();
   }
 }
 
 /// With its source: a figure of the library has to say where it comes from.
 void read_damage_of(TableReader& root, Material& material) {
-  if (const toml::table* const section = root.subtable("damage")) {
-    TableReader table(*section, "damage", root.faults());
+  if (auto table = root.open("damage")) {
     for (const std::string_view key : {"of", "source"}) {
-      const toml::node* const node = table.require(key, "a text in quotes");
+      const toml::node* const node = table->require(key, "a text in quotes");
       if (node && node->value_or(std::string("a fault of its own")).empty())
-        table.fault(key, "a text that says something", "\"\"");
+        table->fault(key, "a text that says something");
     }
-    table.require("verified", "true or false");
-    material.damage = read_damage(table);
-    table.finish();
+    table->require("verified", "true or false");
+    material.damage = read_damage(*table);
+    table->finish();
   }
 }
 
@@ -122,17 +100,18 @@ std::size_t distance_of_names(std::string_view name, std::string_view known) {
 LibraryEntry parse_library_entry(std::string_view text, const std::string& file, const std::string& name) {
   const toml::table document = parse_toml(text, file);
   FaultList faults(file);
-  TableReader root(document, "", faults);
+  TableReader root(document, "", faults, "library");
   LibraryEntry entry;
   entry.material.name = name;
-  entry.title = required_text(root, "title");
-  entry.state = required_text(root, "state");
-  entry.species = required_text(root, "species");
-  entry.source = required_text(root, "source");
-  entry.uncertainty = root.text("uncertainty").value_or("");
-  entry.note = root.text("note").value_or("");
-  entry.verified = required_truth(root, "verified");
-  entry.material.density = required_density(root);
+  for (const auto& [key, into] : {std::pair("title", &entry.title),
+                                  {"state", &entry.state},
+                                  {"species", &entry.species},
+                                  {"source", &entry.source}})
+    read_text(root, key, *into);
+  root.read("uncertainty", entry.uncertainty);
+  root.read("note", entry.note);
+  root.read("verified", entry.verified);
+  root.read("density", entry.material.density);
   read_elasticity(root, entry.material);
   read_limits(root, entry.material);
   read_damage_of(root, entry.material);

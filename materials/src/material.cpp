@@ -1,6 +1,6 @@
 #include "maille/materials/material.hpp"
 
-#include "valid_ranges.hpp"
+#include "maille/materials/toml_reader.hpp"
 
 #include <Eigen/Cholesky>
 #include <fmt/format.h>
@@ -48,39 +48,46 @@ double turned_shear(const NeighbourLimits& limits, const Eigen::Matrix3d& square
 
 using Three = std::array<double, 3>;
 
-void check(double value, const Range& range, const std::string& key, std::vector<BrokenRule>& found) {
-  if (!(std::isfinite(value) && value >= range.least && value <= range.most))
-    found.push_back({key, std::string(range.text), fmt::format("{}", value)});
+/// @param declared the key of a material whose range it is
+void check(double value, std::string_view declared, const std::string& key, std::vector<BrokenRule>& found) {
+  if (const auto wanted = wanted_in_range("material", declared, value))
+    found.push_back({key, *wanted, fmt::format("{}", value)});
 }
 
-void check(const Three& values, const Range& range, const std::string& key, std::vector<BrokenRule>& found) {
+void check(const Three& values, std::string_view declared, const std::string& key,
+           std::vector<BrokenRule>& found) {
   for (const double value : values)
-    check(value, range, key, found);
+    check(value, declared, key, found);
 }
 
 void check_shear(const std::array<Three, 3>& shear, const std::string& key, std::vector<BrokenRule>& found) {
   for (std::size_t a = 0; a < 3; ++a) {
     for (std::size_t b = 0; b < 3; ++b) {
       if (a != b) { // the diagonal is no shear
-        check(shear[a][b], shear_range, fmt::format("{}[{}][{}]", key, a, b), found);
+        check(shear[a][b], "shear", fmt::format("{}[{}][{}]", key, a, b), found);
       }
     }
   }
-}
-
-bool all_above(double least, const Three& values) {
-  return std::ranges::all_of(values, [&](double value) { return std::isfinite(value) && value > least; });
 }
 
 std::string words(const Three& values) {
   return fmt::format("{}, {}, {}", values[0], values[1], values[2]);
 }
 
+/// One fault for all three.
+void check_all(const Three& values, std::string_view table, const std::string& key, std::string_view declared,
+               std::vector<BrokenRule>& found) {
+  for (const double value : values)
+    if (const auto wanted = wanted_in_range(table, declared, value)) {
+      found.push_back({key, *wanted, words(values)});
+      return;
+    }
+}
+
 void check_damage(const Damage& damage, std::vector<BrokenRule>& found) {
-  if (!all_above(1, damage.stretch))
-    found.push_back({"damage.stretch", std::string(wanted_damage_stretch), words(damage.stretch)});
+  check_all(damage.stretch, "damage", "damage.stretch", "stretch", found);
   if (damage.compress)
-    check(*damage.compress, compress_range, "damage.compress", found);
+    check(*damage.compress, "compress", "damage.compress", found);
   if (damage.shear)
     check_shear(*damage.shear, "damage.shear", found);
 }
@@ -166,8 +173,8 @@ std::vector<BrokenRule> broken_rules(const ElasticConstants& constants) {
 
 std::vector<BrokenRule> broken_rules(const NeighbourLimits& limits) {
   std::vector<BrokenRule> found;
-  check(limits.stretch, stretch_range, "stretch", found);
-  check(limits.compress, compress_range, "compress", found);
+  check(limits.stretch, "stretch", "stretch", found);
+  check(limits.compress, "compress", "compress", found);
   check_shear(limits.shear, "shear", found);
   return found;
 }
@@ -176,12 +183,8 @@ std::vector<BrokenRule> broken_rules(const Material& material) {
   std::vector<BrokenRule> found = broken_rules(material.elasticity);
   if (material.limits)
     std::ranges::move(broken_rules(*material.limits), std::back_inserter(found));
-  if (!(std::isfinite(material.density) && material.density > 0))
-    found.push_back({"density", std::string(wanted_density), fmt::format("{}", material.density)});
-  if (!all_above(0, material.relaxed_weights)) {
-    found.push_back(
-        {"relaxed_weights", std::string(wanted_relaxed_weights), words(material.relaxed_weights)});
-  }
+  check(material.density, "density", "density", found);
+  check_all(material.relaxed_weights, "material", "relaxed_weights", "relaxed_weights", found);
   if (material.damage)
     check_damage(*material.damage, found);
   return found;

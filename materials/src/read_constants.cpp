@@ -82,10 +82,8 @@ const Form* detect_form(TableReader& table) {
   }
   // E and nu as they are called elsewhere: one cause, one line.
   if (const toml::node* E = table.has("E") ? table.find("E") : nullptr; touched == 1 && E && !E->is_array()) {
-    table.fault("E",
-                "youngs_modulus and poisson_ratio of an isotropic material, or lists { E, nu, G } of an "
-                "orthotropic one",
-                describe(*E));
+    table.fault("E", "youngs_modulus and poisson_ratio of an isotropic material, or lists { E, nu, G } of an "
+                     "orthotropic one");
     return nullptr;
   }
   table.fault("", std::string(wanted_forms),
@@ -93,15 +91,6 @@ const Form* detect_form(TableReader& table) {
               : touched == 1 ? fmt::format("only {}", fmt::join(present, ", "))
                              : fmt::format("keys of {} forms: {}", touched, fmt::join(present, ", ")));
   return touched == 1 ? detected : nullptr;
-}
-
-std::optional<double> positive_pressure(TableReader& table, std::string_view key) {
-  const std::optional<double> value = table.quantity(key, Dimension::pressure);
-  if (value && !(*value > 0)) {
-    table.fault(key, fmt::format("{} > 0", key), describe(*table.find(key)));
-    return std::nullopt;
-  }
-  return value;
 }
 
 /// The inequalities that the form did not check in words of its own, each as one fault.
@@ -113,13 +102,13 @@ bool is_positive_definite(TableReader& table, const ElasticConstants& constants)
 }
 
 std::optional<ElasticConstants> read_isotropic(TableReader& table) {
-  const auto E = positive_pressure(table, "youngs_modulus");
-  const auto nu = table.quantity("poisson_ratio", Dimension::dimensionless);
+  const auto E = table.number("youngs_modulus");
+  const auto nu = table.number("poisson_ratio");
   if (nu && !(*nu > -1 && *nu < 0.5)) {
     std::string expected = "-1 < poisson_ratio < 0.5";
     if (std::abs(*nu - 0.5) < near_limit)
       expected += fmt::format(incompressible_advice, "poisson_ratio", "0.49");
-    table.fault("poisson_ratio", expected, describe(*table.find("poisson_ratio")));
+    table.fault("poisson_ratio", expected);
     return std::nullopt;
   }
   return E && nu ? std::optional(ElasticConstants::isotropic(*E, *nu)) : std::nullopt;
@@ -151,11 +140,11 @@ bool fibre_ratio_is_valid(TableReader& table, double E_fibre, double E_cross, do
 }
 
 std::optional<ElasticConstants> read_transversely_isotropic(TableReader& table) {
-  const auto E_fibre = positive_pressure(table, "E_fibre");
-  const auto E_cross = positive_pressure(table, "E_cross");
-  const auto G_fibre = positive_pressure(table, "G_fibre");
-  const auto nu_fibre = table.quantity("nu_fibre", Dimension::dimensionless);
-  const auto nu_cross = table.quantity("nu_cross", Dimension::dimensionless);
+  const auto E_fibre = table.number("E_fibre");
+  const auto E_cross = table.number("E_cross");
+  const auto G_fibre = table.number("G_fibre");
+  const auto nu_fibre = table.number("nu_fibre");
+  const auto nu_cross = table.number("nu_cross");
   bool valid = !nu_cross || cross_ratio_is_valid(table, *nu_cross);
   if (valid && E_fibre && E_cross && nu_fibre && nu_cross)
     valid = fibre_ratio_is_valid(table, *E_fibre, *E_cross, *nu_fibre, *nu_cross);
@@ -165,9 +154,9 @@ std::optional<ElasticConstants> read_transversely_isotropic(TableReader& table) 
 }
 
 std::optional<ElasticConstants> read_orthotropic(TableReader& table) {
-  const auto E = table.quantities("E", Dimension::pressure, false);
-  const auto nu = table.quantities("nu", Dimension::dimensionless, false);
-  const auto G = table.quantities("G", Dimension::pressure, false);
+  const auto E = table.three("E");
+  const auto nu = table.three("nu");
+  const auto G = table.three("G");
   if (!E || !nu || !G)
     return std::nullopt;
   return ElasticConstants{*E, (*nu)[0], (*nu)[1], (*nu)[2], (*G)[0], (*G)[1], (*G)[2]};

@@ -2,8 +2,6 @@
 
 #include "maille/materials/toml_reader.hpp"
 
-#include "valid_ranges.hpp"
-
 #include <fmt/format.h>
 
 #include <utility>
@@ -11,21 +9,21 @@
 namespace maille {
 namespace {
 
-bool is_within(TableReader& table, std::string_view key, double value, const Range& range) {
-  if (value >= range.least && value <= range.most)
-    return true;
-  table.fault(key, std::string(range.text), fmt::format("{}", value));
-  return false;
+bool is_within(TableReader& table, std::string_view key, double value) {
+  const auto wanted = wanted_in_range("material", key, value);
+  if (wanted)
+    table.fault(key, *wanted, fmt::format("{}", value));
+  return !wanted;
 }
 
 /// One ratio for all three axes, or three.
-void read_ratios(TableReader& table, std::string_view key, const Range& range, std::array<double, 3>& into) {
+void read_ratios(TableReader& table, std::string_view key, std::array<double, 3>& into) {
   const auto values = table.quantities(key, Dimension::dimensionless, true);
   if (!values)
     return;
   const bool one_for_all = !table.find(key)->is_array();
   for (const double value : *values) {
-    if (!is_within(table, key, value, range) && one_for_all) {
+    if (!is_within(table, key, value) && one_for_all) {
       break; // it is one number: one fault
     }
   }
@@ -39,8 +37,8 @@ void read_shear_row(TableReader& table, std::size_t axis, const toml::array& row
     if (!value || axis == b) {
       continue; // the diagonal is no shear; it is there so that the table is square
     }
-    if (*value < shear_range.least)
-      table.faults().add(line_of(row[b]), path, std::string(shear_range.text), describe(row[b]));
+    if (const auto wanted = wanted_in_range("material", "shear", *value))
+      table.faults().add(line_of(row[b]), path, *wanted, describe(row[b]));
     limits.shear[axis][b] = *value;
   }
 }
@@ -62,8 +60,7 @@ void read_shear(TableReader& table, NeighbourLimits& limits) {
     return;
   if (const auto* const rows = node->as_array()) {
     if (!is_three_by_three(*rows)) {
-      table.fault("shear", "one ratio >= 0, or three rows of three ratios: [link axis][component]",
-                  describe(*node));
+      table.fault("shear", "one ratio >= 0, or three rows of three ratios: [link axis][component]");
       return;
     }
     for (std::size_t a = 0; a < 3; ++a)
@@ -71,7 +68,7 @@ void read_shear(TableReader& table, NeighbourLimits& limits) {
     return;
   }
   const auto value = table.quantity("shear", Dimension::dimensionless);
-  if (value && is_within(table, "shear", *value, shear_range)) {
+  if (value && is_within(table, "shear", *value)) {
     for (std::size_t a = 0; a < 3; ++a) {
       for (std::size_t b = 0; b < 3; ++b)
         limits.shear[a][b] = a == b ? 0 : *value;
@@ -89,8 +86,8 @@ std::optional<NeighbourLimits> read_neighbour_limits(TableReader& table) {
     return std::nullopt;
   const std::size_t before = table.faults().size();
   NeighbourLimits limits;
-  read_ratios(table, "stretch", stretch_range, limits.stretch);
-  read_ratios(table, "compress", compress_range, limits.compress);
+  read_ratios(table, "stretch", limits.stretch);
+  read_ratios(table, "compress", limits.compress);
   read_shear(table, limits);
   return table.faults().size() == before ? std::optional(limits) : std::nullopt;
 }
@@ -98,26 +95,17 @@ std::optional<NeighbourLimits> read_neighbour_limits(TableReader& table) {
 std::optional<Damage> read_damage(TableReader& table) {
   const std::size_t before = table.faults().size();
   Damage damage;
-  const toml::node* const stretch = table.require("stretch", "a ratio to the length at rest");
-  if (const auto values = table.quantities("stretch", Dimension::dimensionless, true)) {
-    damage.stretch = *values;
-    if (!((*values)[0] > 1 && (*values)[1] > 1 && (*values)[2] > 1))
-      table.fault("stretch", std::string(wanted_damage_stretch), describe(*stretch));
-  }
+  damage.stretch = table.three("stretch").value_or(damage.stretch);
   NeighbourLimits others;
-  read_ratios(table, "compress", compress_range, others.compress);
+  read_ratios(table, "compress", others.compress);
   read_shear(table, others);
   if (table.has("compress"))
     damage.compress = others.compress;
   if (table.has("shear"))
     damage.shear = others.shear;
-  damage.of = table.text("of").value_or("");
-  damage.source = table.text("source").value_or("");
-  if (const toml::node* const verified = table.find("verified")) {
-    if (!verified->is_boolean())
-      table.fault("verified", "true or false", describe(*verified));
-    damage.verified = verified->value_or(false);
-  }
+  table.read("of", damage.of);
+  table.read("source", damage.source);
+  table.read("verified", damage.verified);
   return table.faults().size() == before ? std::optional(std::move(damage)) : std::nullopt;
 }
 

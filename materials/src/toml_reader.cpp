@@ -9,11 +9,13 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <stdexcept>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 namespace maille {
+
 namespace {
 
 /// True for texts such as "2" or "1e-3": a number and no unit.
@@ -192,8 +194,9 @@ void FaultList::throw_if_any() {
   throw InputError(faults_);
 }
 
-TableReader::TableReader(const toml::table& table, std::string path, FaultList& faults)
-    : table_(&table), path_(std::move(path)), faults_(&faults) {}
+TableReader::TableReader(const toml::table& table, std::string path, FaultList& faults,
+                         std::string_view declared)
+    : table_(&table), path_(std::move(path)), faults_(&faults), declared_(declared) {}
 
 const toml::node* TableReader::find(std::string_view key) {
   known_.emplace(key);
@@ -238,9 +241,10 @@ std::optional<std::int64_t> TableReader::integer(std::string_view key, std::int6
   return std::nullopt;
 }
 
-std::optional<std::string> TableReader::choice(std::string_view key,
-                                               const std::vector<std::string_view>& choices) {
-  const toml::node* const node = find(key);
+std::optional<std::string> TableReader::choice(std::string_view key, std::vector<std::string_view> choices) {
+  if (choices.empty())
+    choices = words(key);
+  const toml::node* const node = declared_.empty() || !is_missed(key) ? find(key) : nullptr;
   if (!node)
     return std::nullopt;
   const auto* const string = node->as_string();
@@ -300,6 +304,16 @@ void TableReader::finish() {
 
 void TableReader::fault(std::string_view key, std::string expected, std::string found) {
   faults_->add(line_of_key(key), path_of(key), std::move(expected), std::move(found));
+}
+
+void TableReader::fault(std::string_view key, std::string expected) {
+  const toml::node* const node = find(key);
+  fault(key, std::move(expected), node ? describe(*node) : "nothing");
+}
+
+void TableReader::refuse(std::string_view key, std::string expected) {
+  if (find(key))
+    fault(key, std::move(expected));
 }
 
 int TableReader::line_of_key(std::string_view key) const {

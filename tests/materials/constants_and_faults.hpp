@@ -53,12 +53,12 @@ private:
 
 /// The faults that `read(TableReader&)` finds in `text`, unknown keys among them, one message each.
 template<typename Read>
-std::vector<std::string> faults_of(std::string_view text, Read read) {
+std::vector<std::string> faults_of(std::string_view text, Read read, std::string_view declared = {}) {
   std::vector<std::string> messages;
   try {
     const toml::table document = parse_toml(text, "scene.toml");
     FaultList faults("scene.toml");
-    TableReader table(document, "", faults);
+    TableReader table(document, "", faults, declared);
     read(table);
     table.finish();
     faults.throw_if_any();

@@ -379,7 +379,7 @@ TEST(DamageAnalytic, TheWeakerDirectionDecides) {
 std::optional<Damage> damage_of(const std::string& text) {
   const toml::table document = parse_toml(text, "t.toml");
   FaultList faults("t.toml");
-  TableReader table(document, "", faults);
+  TableReader table(document, "", faults, "damage");
   auto damage = read_damage(table);
   table.finish();
   faults.throw_if_any();
@@ -399,9 +399,7 @@ TEST(DamageContract, WhatIsKnownIsTakenAsItIs) {
 }
 
 TEST(DamageContract, EveryFaultIsTold) {
-  const auto faults = [](std::string_view text) {
-    return test::faults_of(text, [](TableReader& table) { read_damage(table); });
-  };
+  const auto faults = [](std::string_view text) { return test::faults_of(text, read_damage, "damage"); };
   EXPECT_EQ(faults("shear = 0.5\n").size(), 1u) << "no stretch";
   EXPECT_EQ(faults("stretch = 1\n").size(), 1u) << "what fails at rest";
   EXPECT_EQ(faults("stretch = [1.2, 0.9, 1.1]\n").size(), 1u);

@@ -41,7 +41,7 @@ std::vector<Measure> SceneBuilder::Assembly::measures() {
   toml::table document{{"hold", tables_of(asked_.holds_.size())},
                        {"move", tables_of(asked_.moves_.size())},
                        {"measure", std::move(tables)}};
-  TableReader root(document, "", faults);
+  TableReader root(document, "", faults, "scene");
   std::vector<Measure> measures = reader::read_measures(root, scene_, has_body_);
   try {
     faults.throw_if_any();

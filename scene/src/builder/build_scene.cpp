@@ -35,15 +35,17 @@ std::string words(const Where& where) {
 /// By the reader of scene files, whose faults lose file and line.
 SceneAndMeasures SceneBuilder::Assembly::of_keys() {
   const auto* labels = std::get_if<LabelBody>(&asked_.body_);
-  if (!labels)
+  if (!labels && !asked_.table_)
     add_fault("specimen", "an array of labels, whose scene the keys are of", "none");
-  else
+  else if (labels)
     for (const Fault& fault : labels->faults)
       faults_.add(0, fault.key, fault.expected, fault.found);
+  const std::filesystem::path file = asked_.folder_ / (asked_.name_ + ".toml");
   try {
     if (faults_.empty()) {
-      SceneAndMeasures read =
-          reader::parse_scene_of(labels->image, *asked_.keys_, asked_.folder_ / (asked_.name_ + ".toml"));
+      const toml::table parsed = asked_.table_ ? toml::table{} : parse_toml(*asked_.keys_, file.string());
+      SceneAndMeasures read = reader::scene_of(asked_.table_ ? asked_.table_->keys : parsed, file,
+                                               labels ? &labels->image : nullptr);
       read.scene.name = asked_.name_;
       return read;
     }
@@ -56,7 +58,7 @@ SceneAndMeasures SceneBuilder::Assembly::of_keys() {
 }
 
 SceneAndMeasures SceneBuilder::Assembly::scene_and_measures() {
-  if (asked_.keys_)
+  if (asked_.keys_ || asked_.table_)
     return of_keys();
   scene_.name = asked_.name_;
   scene_.title = asked_.title_.value_or(asked_.name_);
@@ -87,16 +89,11 @@ void SceneBuilder::Assembly::read_limits() {
 
 void SceneBuilder::Assembly::read_relaxation() {
   scene_.relaxation = asked_.relaxation_;
-  const auto& [mode, frame, increments, tolerance, sweeps, extrapolation] = scene_.relaxation;
-  if (!(tolerance > 0 && tolerance < 1))
-    add_fault("relaxation.tolerance", reader::wanted_tolerance, fmt::format("{}", tolerance));
-  if (sweeps < 1 || sweeps > reader::most_sweeps)
-    add_fault("relaxation.sweeps", fmt::format("a whole number from 1 to {}", reader::most_sweeps),
-              fmt::format("{}", sweeps));
-  if (increments < 0 || increments > reader::most_increments)
-    add_fault("relaxation.increments",
-              fmt::format("a whole number from 1 to {}, or 0: as many as needed", reader::most_increments),
-              fmt::format("{}", increments));
+  const RelaxationSettings& asked = scene_.relaxation;
+  add_if_out_of_range("relaxation", "tolerance", asked.tolerance);
+  add_if_out_of_range("relaxation", "sweeps", static_cast<double>(asked.sweeps));
+  if (asked.increments != 0) // as many as needed
+    add_if_out_of_range("relaxation", "increments", asked.increments);
 }
 
 // ---- holds, moves and loads -------------------------------------------------------------------------------
@@ -157,7 +154,7 @@ std::optional<Region> SceneBuilder::Assembly::region_in_words(const std::string&
   std::optional<Region> region;
   try {
     const toml::table document = parse_toml("where = " + (text[0] == '{' ? text : "\"" + text + "\""), "");
-    TableReader table(document, asked.key.substr(0, asked.key.rfind('.')), faults);
+    TableReader table(document, asked.key.substr(0, asked.key.rfind('.')), faults, "hold");
     region = reader::read_region(table, has_body_ ? scene_.dimension() : 0,
                                  has_body_ ? &scene_.specimen : nullptr);
     faults.throw_if_any();
@@ -245,8 +242,8 @@ void SceneBuilder::Assembly::add_load(const Load& load, int number, const std::o
     return;
   case LoadKind::contraction:
     const double stress = load.vector[0];
-    if (!(std::isfinite(stress) && stress >= 0))
-      add_fault(asked.key + ".contraction", reader::wanted_contraction, fmt::format("{}", stress));
+    if (const auto wanted = wanted_in_range("load", "contraction", stress))
+      add_fault(asked.key + ".contraction", *wanted, fmt::format("{}", stress));
     else if (has_place) {
       const auto cells = reader::cells_in(region, scene_.specimen, [](std::int64_t) { return true; });
       if (cells.empty())

@@ -45,6 +45,11 @@ private:
     faults_.add(0, std::move(key), std::move(expected), std::move(found));
   }
 
+  void add_if_out_of_range(const std::string& table, const std::string& key, double value) {
+    if (const auto wanted = wanted_in_range(table, key, value))
+      add_fault(table + "." + key, *wanted, fmt::format("{}", value));
+  }
+
   const SceneBuilder& asked_;
   FaultList faults_;
   reader::MaterialTable materials_;

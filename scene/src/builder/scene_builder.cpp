@@ -220,6 +220,12 @@ SceneBuilder& SceneBuilder::keys(std::string toml, std::filesystem::path folder)
   return *this;
 }
 
+SceneBuilder& SceneBuilder::keys(std::shared_ptr<const KeyTable> table, std::filesystem::path folder) {
+  table_ = std::move(table);
+  folder_ = std::move(folder);
+  return *this;
+}
+
 std::variant<Scene, std::vector<Fault>> SceneBuilder::try_build() const {
   try {
     return build();

@@ -119,8 +119,14 @@ SurfaceMesh read_obj(const std::filesystem::path& file) {
   return ObjReading(file).read();
 }
 
-SurfaceMesh read_surface_mesh(const std::filesystem::path& file) {
-  return file.extension() == ".obj" || file.extension() == ".OBJ" ? read_obj(file) : read_stl(file);
+SurfaceMesh read_surface_mesh(const std::filesystem::path& file, double metres) {
+  SurfaceMesh mesh =
+      file.extension() == ".obj" || file.extension() == ".OBJ" ? read_obj(file) : read_stl(file);
+  for (Triangle& triangle : mesh.triangles)
+    for (Vec3& corner : triangle)
+      for (double& component : corner)
+        component *= metres;
+  return mesh;
 }
 
 } // namespace maille::reader

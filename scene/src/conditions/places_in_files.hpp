@@ -19,15 +19,15 @@ OrFault<Region> region_of_mask(const std::filesystem::path& file, const std::vec
 using Triangle = std::array<Vec3, 3>;
 /// A surface as an STL file, binary or text, or an OBJ file has it.
 struct SurfaceMesh {
-  std::vector<Triangle> triangles;      ///< in the file's unit
+  std::vector<Triangle> triangles;      ///< in the file's unit, or [m]
   std::optional<CoordinateFrame> frame; ///< of 3D Slicer's files, which state `SPACE=LPS` or `SPACE=RAS`
 };
 /// @throws InputError: missing, truncated, neither form, not finite, or no triangle
 SurfaceMesh read_stl(const std::filesystem::path& file);
 /// Likewise of Wavefront OBJ; faces of more than three corners are cut into triangles.
 SurfaceMesh read_obj(const std::filesystem::path& file);
-/// What the ending says: .obj, else STL.
-SurfaceMesh read_surface_mesh(const std::filesystem::path& file);
+/// What the ending says: .obj, else STL. @param metres of the file's unit
+SurfaceMesh read_surface_mesh(const std::filesystem::path& file, double metres = 1);
 
 /// Points of 3D Slicer's markups, .fcsv or .mrk.json.
 struct Landmarks {

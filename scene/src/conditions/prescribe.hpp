@@ -52,7 +52,6 @@ std::vector<std::int64_t> cells_in(const std::optional<Region>& region, const Sp
 }
 
 inline constexpr const char* wanted_cells = "at least one whole cell of matter";
-inline constexpr const char* wanted_contraction = "a stress >= 0: fibres pull";
 
 /// A stress [Pa] more that the fibres of cells pull with.
 void add_contraction(const std::vector<std::int64_t>& cells, double stress, Scene& scene);

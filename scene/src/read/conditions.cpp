@@ -65,39 +65,32 @@ void read_motion(TableReader& table, int dimension, const TableFrame& frame, Con
   if (const auto turn = read_turn(table, dimension, turns_about_its_middle))
     condition.turn = frame.in_object(*turn);
   if (table.has("by") || !table.has("turn"))
-    condition.by =
-        frame.vector_in_object(read_vector(table, "by", Dimension::length, dimension).value_or(Vec3{}));
+    condition.by = frame.vector_in_object(read_vector(table, "by", dimension).value_or(Vec3{}));
 }
 
 /// `field = { image, unit }` or `{ points, within }`: displacements from a file, in place of `by` and `turn`.
 void read_field(TableReader& table, const TableFrame& frame, int dimension, const Specimen* body,
                 Condition& condition) {
   for (const char* key : {"by", "turn"})
-    if (const toml::node* node = table.find(key))
-      table.fault(key, "no such key with a `field`", describe(*node));
-  const toml::table* values = table.subtable("field");
-  if (!values)
+    table.refuse(key, "no such key with a `field`");
+  auto field = table.open("field");
+  if (!field)
     return;
-  TableReader field(*values, table.path_of("field"), table.faults());
-  const bool is_image = field.has("image");
+  const bool is_image = field->has("image");
   const char* const key = is_image ? "image" : "points";
-  field.require(key, "an image of displacements, or a table of `points`");
-  const auto name = field.text(key);
+  field->require(key, "an image of displacements, or a table of `points`");
+  const auto file = read_file_name(*field, key);
   double metres = 1e-3, within = 0;
   if (is_image) {
-    const auto unit = field.text("unit");
+    const auto unit = field->text("unit");
     const auto factor = parse_quantity("1 " + unit.value_or("mm"), Dimension::length);
     if (!factor)
-      field.fault("unit", "a unit of length, such as \"mm\"", "\"" + *unit + "\"");
+      field->fault("unit", "a unit of length, such as \"mm\"");
     metres = factor.value_or(metres);
-  } else if (field.require("within", "how near a node has to be to a point, e.g. \"3 mm\"")) {
-    within = field.quantity("within", Dimension::length).value_or(0);
+  } else if (field->require("within")) {
+    field->read("within", within);
   }
-  field.finish();
-  const int line = field.line_of_key(key);
-  const auto file = name ? resolve_path(*name, std::filesystem::path(table.faults().file()).parent_path(),
-                                        field.path_of(key), line, table.faults())
-                         : std::nullopt;
+  field->finish();
   if (!file)
     return;
   if (dimension == 1) {
@@ -110,7 +103,7 @@ void read_field(TableReader& table, const TableFrame& frame, int dimension, cons
     else
       condition.field = field_of_points(read_displacement_points(*file), within, frame);
   } catch (const InputError& error) {
-    adopt(error, field.path_of(key), line, table.faults());
+    adopt(error, field->path_of(key), field->line_of_key(key), table.faults());
   }
 }
 
@@ -125,8 +118,7 @@ void read_condition(TableReader& table, bool held, const Scene& scene, bool has_
   const auto region = read_region(table, scene.dimension(), body, frame.frame);
   condition.axes = read_axes(table, scene.dimension());
   if (frame.frame != CoordinateFrame::grid && condition.axes != all_axes(scene.dimension()))
-    table.fault("axes", "all axes, as single ones are those of the grid, and `frame` is another",
-                describe(*table.find("axes")));
+    table.fault("axes", "all axes, as single ones are those of the grid, and `frame` is another");
   bool turns_about_its_middle = false;
   if (!held && table.has("field"))
     read_field(table, frame, scene.dimension(), body, condition);
@@ -183,15 +175,16 @@ std::optional<double> force_per_thickness(const toml::node& node) {
 
 } // namespace
 
-std::optional<Vec3> read_vector(TableReader& table, std::string_view key, Dimension unit, int dimension) {
-  const toml::node* node = table.require(key, "a quantity for each axis");
+std::optional<Vec3> read_vector(TableReader& table, std::string_view key, int dimension) {
+  const Dimension unit = table.dimension(key);
+  const toml::node* node = table.require(key);
   if (!node)
     return std::nullopt;
   const auto* list = node->as_array();
   const std::size_t n = n_axes(dimension);
   const bool any_length = dimension == 0 && list && !list->empty() && list->size() <= 3;
   if (list && list->size() != n && list->size() != 3 && !any_length) {
-    table.fault(key, fmt::format("{} quantities", n), describe(*node));
+    table.fault(key, fmt::format("{} quantities", n));
     return std::nullopt;
   }
   const auto is_zero = [&] { return node->value<double>() == 0.0; }; // whatever the direction
@@ -211,7 +204,7 @@ std::optional<Vec3> read_vector(TableReader& table, std::string_view key, Dimens
     good = good && value;
     v[a] = value.value_or(0);
     if (a >= n && v[a] != 0) {
-      table.fault(key, wanted_zero(a, dimension), describe(*node));
+      table.fault(key, wanted_zero(a, dimension));
       good = false;
     }
   }

@@ -28,7 +28,7 @@ namespace {
 std::vector<LabelRange> read_threshold(TableReader& table) {
   if (!table.has("threshold"))
     return all_but_zero();
-  const auto threshold = table.quantity("threshold", Dimension::dimensionless);
+  const auto threshold = table.number("threshold");
   if (!threshold)
     return {};
   // Grey values are float32: those above are the next one and what follows.
@@ -120,7 +120,7 @@ std::vector<LabelRange> read_labels(TableReader& table, bool has_material,
     return table.faults().size() == before ? ranges : std::vector<LabelRange>{};
   }
   const std::size_t faults_before = table.faults().size();
-  table.require("labels", "a table from grey values to materials, e.g. { 17 = \"muscle/soleus\" }");
+  table.require("labels");
   const toml::table* section = table.subtable("labels");
   if (!section)
     return {};
@@ -172,7 +172,7 @@ std::optional<Index3> read_coarsen(TableReader& table) {
   }
   if (good)
     return coarsen;
-  table.fault("coarsen", "a whole number of voxels >= 1, or three", describe(*node));
+  table.fault("coarsen", "a whole number of voxels >= 1, or three");
   return std::nullopt;
 }
 
@@ -267,8 +267,7 @@ bool read_image_specimen(TableReader& table, const std::filesystem::path& folder
   Specimen& body = scene.specimen;
   FaultList& faults = table.faults();
   const std::size_t faults_before = faults.size();
-  const toml::node* image_node =
-      given ? nullptr : table.require("image", "a file: .nii, .nii.gz, .mha, .mhd, .nrrd, .nhdr or .vti");
+  const toml::node* image_node = given ? nullptr : table.require("image");
   const auto name = given ? std::optional<std::string>("") : table.text("image");
   const auto named = segments_of(table, folder);
   const auto segments = named.value_or(std::vector<NamedSegment>{});

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <set>
 
 namespace maille::reader {
@@ -15,7 +14,6 @@ namespace {
 
 constexpr const char* wanted_cells_of =
     "\"body\", or one of { label }, { material }, { where }, { sphere = { centre, radius } }";
-constexpr int most_points = 100'000;
 
 std::string in_words_of(const Vec3& x) {
   return fmt::format("({:.6g}, {:.6g}, {:.6g}) m", x[0], x[1], x[2]);
@@ -94,7 +92,7 @@ std::vector<MaterialPoint> MeasurePlaces::points(const toml::node& node, const s
 }
 
 void MeasurePlaces::read_line(TableReader& table, Measure& measure) const {
-  const auto n = table.integer("points", 2, most_points).value_or(21);
+  const auto n = table.whole("points").value_or(2);
   const toml::node& node = *table.find("along");
   const auto ends = places(node, table.path_of("along"), 2, 2, table.faults());
   measure.is_line = true;
@@ -128,8 +126,7 @@ void MeasurePlaces::read_target(TableReader& table, Measure& measure) const {
     read_line(table, measure);
     return;
   }
-  if (const toml::node* node = table.find("points"))
-    table.fault("points", "no such key without along", describe(*node));
+  table.refuse("points", "no such key without along");
   if (const toml::node* node = table.find("at")) {
     measure.where = "at a point";
     if (const auto x = place(*node, table.path_of("at"), table.faults()); x && has_body_) {
@@ -152,14 +149,11 @@ void MeasurePlaces::take_cells(Measure& measure, Counts&& counts) const {
 }
 
 void MeasurePlaces::read_sphere(TableReader& table, Measure& measure) const {
-  const toml::node* centre = table.require("centre", "a point");
-  const auto radius = table.quantity("radius", Dimension::length);
-  table.require("radius", "a length > 0");
-  if (radius && !(*radius > 0))
-    table.fault("radius", "a length > 0", describe(*table.find("radius")));
+  const toml::node* centre = table.require("centre");
+  const auto radius = table.number("radius");
   const auto middle = centre ? place(*centre, table.path_of("centre"), table.faults()) : std::nullopt;
   table.finish();
-  if (!middle || !radius || !(*radius > 0) || !has_body_)
+  if (!middle || !radius || !has_body_)
     return;
   const Specimen& body = scene_.specimen;
   const double reach = *radius + reader::place_tolerance(body);
@@ -189,9 +183,8 @@ void MeasurePlaces::read_cells(const toml::node& node, const std::string& path, 
     return;
   }
   const Specimen& body = scene_.specimen;
-  TableReader table(*values, path, faults);
-  if (const auto label = table.integer("label", std::numeric_limits<std::int32_t>::min(),
-                                       std::numeric_limits<std::int32_t>::max())) {
+  TableReader table(*values, path, faults, "part");
+  if (const auto label = table.whole("label")) {
     measure.where = fmt::format("of label {}", *label);
     if (has_body_ && body.label.empty())
       table.fault("label", "a body that is read from an image of labels", "one without labels");
@@ -229,10 +222,9 @@ void MeasurePlaces::read_cells(const toml::node& node, const std::string& path, 
                     asked_where(table).text);
     }
     std::ranges::sort(measure.nodes);
-  } else if (const toml::table* sphere = table.subtable("sphere")) {
+  } else if (auto sphere = table.open("sphere")) {
     measure.where = "of a sphere";
-    TableReader reader(*sphere, table.path_of("sphere"), faults);
-    read_sphere(reader, measure);
+    read_sphere(*sphere, measure);
   }
   table.finish();
 }
@@ -258,8 +250,8 @@ std::optional<Vec3> MeasurePlaces::direction(const toml::node& node, const std::
 }
 
 void MeasurePlaces::read_section(TableReader& table, Measure& measure) const {
-  const toml::node* point = table.require("point", "a point of the plane");
-  const toml::node* normal = table.require("normal", "a direction");
+  const toml::node* point = table.require("point");
+  const toml::node* normal = table.require("normal");
   std::optional<Vec3> x;
   if (point)
     x = place(*point, table.path_of("point"), table.faults());

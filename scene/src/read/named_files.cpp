@@ -3,6 +3,7 @@
 #include "read/reader.hpp"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstdlib>
 
@@ -62,6 +63,18 @@ std::optional<std::filesystem::path> resolve_path(const std::string& text,
     return std::move(named.file);
   faults.add(line, path, std::move(named.expected), std::move(named.found));
   return std::nullopt;
+}
+
+std::optional<std::filesystem::path> read_file_name(TableReader& table, std::string_view key) {
+  const auto name = table.text(key);
+  return name ? resolve_path(*name, std::filesystem::path(table.faults().file()).parent_path(),
+                             table.path_of(key), table.line_of_key(key), table.faults())
+              : std::nullopt;
+}
+
+double read_unit(TableReader& table) {
+  constexpr std::array metres{1e-3, 1e-2, 1.0};
+  return metres.at(static_cast<unsigned>(table.word("unit").value_or(0)));
 }
 
 void adopt(const InputError& error, const std::string& path, int line, FaultList& faults) {

@@ -17,61 +17,40 @@
 
 namespace maille::reader {
 
-namespace {
-
-constexpr double default_least = 0.05;
-
-std::optional<double> read_part(TableReader& table, const char* key) {
-  const auto part = table.quantity(key, Dimension::dimensionless);
-  if (part && !(*part > 0 && *part <= 1)) {
-    table.fault(key, "a part of a cell, above 0 and up to 1", describe(*table.find(key)));
-    return std::nullopt;
-  }
-  return part;
-}
-
-} // namespace
-
 std::optional<PartialVolume> read_partial_volume(TableReader& specimen, const Index3& coarsen) {
   const toml::node* node = specimen.find("partial_volume");
   if (!node)
     return std::nullopt;
   PartialVolume asked;
-  asked.least = default_least;
   asked.line = line_of(*node);
   if (node->is_boolean()) {
     if (!node->value_or(false))
       return std::nullopt;
     asked.from = PartialVolume::From::labels;
   } else if (const auto* values = node->as_table()) {
-    TableReader table(*values, specimen.path_of("partial_volume"), specimen.faults());
+    TableReader table(*values, specimen.path_of("partial_volume"), specimen.faults(), "partial_volume");
     const bool has_grey = table.has("none") || table.has("full") || table.has("image");
     if (has_grey && table.has("smooth"))
       table.fault("smooth", "either `smooth`, or grey values `none` and `full`", "both");
     if (has_grey) {
       asked.from = PartialVolume::From::grey;
-      table.require("none", "the grey value of a voxel without tissue");
-      table.require("full", "the grey value of a voxel that is all tissue");
-      asked.none = table.quantity("none", Dimension::dimensionless).value_or(0);
-      asked.full = table.quantity("full", Dimension::dimensionless).value_or(1);
+      table.require("none");
+      table.require("full");
+      table.read("none", asked.none);
+      table.read("full", asked.full);
       if (asked.none == asked.full)
-        table.fault("full", "another grey value than `none`", describe(*table.find("full")));
+        table.fault("full", "another grey value than `none`");
       asked.image = table.text("image").value_or("");
     } else {
       asked.from = table.has("smooth") ? PartialVolume::From::smooth : PartialVolume::From::labels;
-      if (const auto width = table.quantity("smooth", Dimension::length)) {
-        asked.width = *width;
-        if (!(*width > 0))
-          table.fault("smooth", "a length > 0: about a voxel", describe(*table.find("smooth")));
-      }
+      table.read("smooth", asked.width);
     }
-    asked.least = read_part(table, "least").value_or(default_least);
+    table.read("least", asked.least);
     table.finish();
   } else {
     specimen.fault(
         "partial_volume",
-        "true (with `coarsen`), { smooth = \"1 mm\" }, or { none = 0, full = 1000 } in grey values",
-        describe(*node));
+        "true (with `coarsen`), { smooth = \"1 mm\" }, or { none = 0, full = 1000 } in grey values");
     return std::nullopt;
   }
   if (asked.from == PartialVolume::From::labels && coarsen == Index3{1, 1, 1}) {
@@ -157,15 +136,12 @@ std::string law_names() {
 
 /// `density = ["0.02 g/cm^3", "0.0008 g/cm^3"]`: of grey value 0, and more with every grey value.
 void read_calibration(TableReader& table, StiffnessMap& map) {
-  constexpr const char* wanted =
-      "two densities: that of grey value 0, and what every grey value adds, e.g. [\"0.02 g/cm^3\", \"0.0008 "
-      "g/cm^3\"]";
-  const toml::node* node = table.require("density", wanted);
+  const toml::node* node = table.require("density");
   const auto* list = node ? node->as_array() : nullptr;
   if (!node)
     return;
   if (!list || list->size() != 2) {
-    table.fault("density", wanted, describe(*node));
+    table.fault("density", table.missing("density"));
     return;
   }
   map.density_at_zero =
@@ -175,51 +151,32 @@ void read_calibration(TableReader& table, StiffnessMap& map) {
 }
 
 std::optional<StiffnessMap> read_map(TableReader& specimen) {
-  const toml::table* values = specimen.has("stiffness") ? specimen.subtable("stiffness") : nullptr;
-  if (!values)
+  auto section = specimen.has("stiffness") ? specimen.open("stiffness") : std::nullopt;
+  if (!section)
     return std::nullopt;
   const std::size_t before = specimen.faults().size();
   StiffnessMap map;
   map.line = specimen.line_of_key("stiffness");
-  TableReader table(*values, specimen.path_of("stiffness"), specimen.faults());
-  table.require("image", "an image of moduli or, with a `law`, of densities");
-  map.image = table.text("image").value_or("");
+  TableReader& table = *section;
+  table.read("image", map.image);
   if (table.has("law")) {
     const auto name = table.text("law");
     map.law = name ? find_density_law(*name) : nullptr;
     if (name && !map.law)
-      table.fault("law", "one of " + law_names(), "\"" + *name + "\"");
+      table.fault("law", "one of " + law_names());
     read_calibration(table, map);
     for (const char* key : {"unit", "quantity"})
-      if (const toml::node* node = table.find(key))
-        table.fault(key, "no such key with a `law`, which gives Young's modulus in Pa", describe(*node));
+      table.refuse(key, "no such key with a `law`, which gives Young's modulus in Pa");
   } else {
-    table.require("unit", "the unit of a grey value: \"kPa\"");
+    table.require("unit");
     const auto unit = table.text("unit");
     const auto pascal = unit ? parse_quantity("1 " + *unit, Dimension::pressure) : std::nullopt;
     if (unit && (!pascal || unit->empty()))
-      table.fault("unit", "a unit of pressure, such as \"kPa\"", "\"" + *unit + "\"");
+      table.fault("unit", "a unit of pressure, such as \"kPa\"");
     map.pascal = pascal.value_or(1);
-    map.is_shear =
-        table.choice("quantity", {"youngs_modulus", "shear_modulus"}).value_or("") == "shear_modulus";
+    map.is_shear = table.choice("quantity") == "shear_modulus";
   }
-  if (const toml::node* labels = table.find("labels")) {
-    const auto take = [&](const toml::node& entry) {
-      if (const auto number = entry.value_exact<std::int64_t>())
-        map.labels.push_back({static_cast<float>(*number), static_cast<float>(*number), 0});
-      else if (const auto range = parse_label(entry.value_exact<std::string>().value_or("")))
-        map.labels.push_back(*range);
-      else
-        table.faults().add(line_of(entry), table.path_of("labels"),
-                           "a grey value such as 17, a range such as \"17..19\", or a list of them",
-                           describe(entry));
-    };
-    if (const auto* list = labels->as_array())
-      for (const toml::node& entry : *list)
-        take(entry);
-    else
-      take(*labels);
-  }
+  map.labels = read_label_ranges(table);
   table.finish();
   return specimen.faults().size() == before ? std::optional(map) : std::nullopt;
 }

@@ -63,12 +63,9 @@ std::vector<RigidPose> poses_of_course(const Turn& whole, const TimeCourse& cour
 
 /// The rows of a table of poses, relative to rest.
 std::vector<RigidPose> read_poses(TableReader& table, const TableFrame& frame, const Vec3& about) {
-  const auto name = table.text("poses");
   const int line = table.line_of_key("poses");
   const std::string path = table.path_of("poses");
-  const auto file = name ? resolve_path(*name, std::filesystem::path(table.faults().file()).parent_path(),
-                                        path, line, table.faults())
-                         : std::nullopt;
+  const auto file = read_file_name(table, "poses");
   if (!file)
     return {};
   try {
@@ -128,7 +125,7 @@ std::optional<Region> read_driven(TableReader& table, int dimension, const Speci
   if (table.has("where"))
     table.fault("where", "either `label` or `where`", "both");
   table.find("where");
-  const auto label = table.integer("label", -largest_whole_label, largest_whole_label);
+  const auto label = table.whole("label");
   where = {table.path_of("label"), table.line_of_key("label"), label ? fmt::format("label {}", *label) : ""};
   if (!label || !body)
     return std::nullopt;
@@ -164,12 +161,11 @@ void read_drive(TableReader& table, const Scene& scene, bool has_body, std::vect
   bool about_its_middle = false;
   if (table.has("poses")) {
     for (const char* key : {"turn", "by", "course"})
-      if (const toml::node* node = table.find(key))
-        table.fault(key, "no such key with `poses`", describe(*node));
+      table.refuse(key, "no such key with `poses`");
     Vec3 about{};
     about_its_middle = !table.has("about");
     if (!about_its_middle)
-      about = table.quantities("about", Dimension::length, false).value_or(Vec3{});
+      about = table.three("about").value_or(Vec3{});
     Turn place;
     place.about = about;
     drive.about = frame.in_object(place).about;
@@ -181,8 +177,7 @@ void read_drive(TableReader& table, const Scene& scene, bool has_body, std::vect
     else if (!table.has("turn") && !table.has("by"))
       table.faults().add(table.line(), table.path(), "`turn`, `by` or both, or `poses`", "none of them");
     if (table.has("by"))
-      whole.by =
-          frame.vector_in_object(read_vector(table, "by", Dimension::length, dimension).value_or(Vec3{}));
+      whole.by = frame.vector_in_object(read_vector(table, "by", dimension).value_or(Vec3{}));
     drive.about = whole.about;
     drive.poses = poses_of_course(whole, read_course(table).value_or(TimeCourse{}));
   }
@@ -214,7 +209,7 @@ std::optional<TimeCourse> read_course(TableReader& table) {
   }
   if (good)
     return course;
-  table.fault("course", wanted_course, describe(*node));
+  table.fault("course", wanted_course);
   return std::nullopt;
 }
 

@@ -31,7 +31,7 @@ bool read_direction(TableReader& table, FibreRequest& request) {
   const auto* list = node.as_array();
   const auto direction = list ? direction_from_list(*list) : std::nullopt;
   if (!direction)
-    table.fault("direction", "three numbers, not all 0", describe(node));
+    table.fault("direction", "three numbers, not all 0");
   request.direction = direction.value_or(request.direction);
   return direction.has_value();
 }
@@ -44,7 +44,7 @@ void read_bipennate(TableReader& table, std::size_t second, FibreRequest& reques
   if (const auto* flag = node->as_boolean()) {
     if (flag->get())
       request.bipennate = Bipennate{second, std::nullopt};
-  } else if (const auto middle = table.quantity("bipennate", Dimension::length)) {
+  } else if (const auto middle = table.number("bipennate")) {
     request.bipennate = Bipennate{second, *middle};
   }
 }
@@ -52,10 +52,10 @@ void read_bipennate(TableReader& table, std::size_t second, FibreRequest& reques
 /// `{ angle = "20 deg", plane = "xz", bipennate }`: turned from the first axis of the plane towards the
 /// second.
 bool read_angle(TableReader& table, FibreRequest& request) {
-  table.require("angle", "an angle");
-  table.require("plane", "two axes, e.g. \"xz\"");
-  const auto angle = table.quantity("angle", Dimension::angle);
-  const auto plane = table.choice("plane", {"xy", "xz", "yz", "yx", "zx", "zy"});
+  table.require("angle");
+  table.require("plane");
+  const auto angle = table.number("angle");
+  const auto plane = table.choice("plane");
   read_bipennate(table, plane ? static_cast<std::size_t>((*plane)[1] - 'x') : 0, request);
   if (!angle || !plane)
     return false;
@@ -91,7 +91,7 @@ bool read_curve(TableReader& table, FibreRequest& request) {
   const std::string path = table.path_of("curve");
   const auto* list = node.as_array();
   if (!list || list->size() < 2) {
-    table.fault("curve", "at least two points, each with a length for each axis", describe(node));
+    table.fault("curve", "at least two points, each with a length for each axis");
     return false;
   }
   for (const toml::node& entry : *list)
@@ -105,12 +105,8 @@ bool read_curve(TableReader& table, FibreRequest& request) {
 bool read_tensor_image(TableReader& table, FibreRequest& request) {
   request.tensor_image = table.text("tensor_image").value_or("");
   if (request.tensor_image.empty() && table.find("tensor_image")->is_string())
-    table.fault("tensor_image", "the name of an image", "\"\"");
-  if (const auto radius = table.quantity("smooth", Dimension::length)) {
-    request.smoothing_radius = *radius;
-    if (!(*radius >= 0))
-      table.fault("smooth", "a radius >= 0", describe(*table.find("smooth")));
-  }
+    table.fault("tensor_image", "the name of an image");
+  table.read("smooth", request.smoothing_radius);
   return !request.tensor_image.empty();
 }
 
@@ -163,10 +159,10 @@ std::optional<FibreRequest> read_fibre(TableReader& table) {
   } else if (const auto* values = node->as_table()) {
     constexpr std::array forms{"tensor_image", "curve", "direction", "angle", "plane"};
     if (std::ranges::none_of(forms, [&](const char* form) { return values->contains(form); })) {
-      table.fault("fibre", wanted, describe(*node));
+      table.fault("fibre", wanted);
       return std::nullopt;
     }
-    TableReader reader(*values, table.path_of("fibre"), table.faults());
+    TableReader reader(*values, table.path_of("fibre"), table.faults(), "fibre");
     bool good = reader.has("tensor_image") ? read_tensor_image(reader, request)
                 : reader.has("curve")      ? read_curve(reader, request)
                 : reader.has("direction")  ? read_direction(reader, request)
@@ -182,7 +178,7 @@ std::optional<FibreRequest> read_fibre(TableReader& table) {
     reader.finish();
     return good ? std::optional(request) : std::nullopt;
   }
-  table.fault("fibre", wanted, describe(*node));
+  table.fault("fibre", wanted);
   return std::nullopt;
 }
 

@@ -73,7 +73,7 @@ std::optional<std::pair<double, double>> read_window(TableReader& table) {
   const auto high = list && list->size() == 2 ? finite(list->get(1)) : std::nullopt;
   if (low && high && *low < *high)
     return std::pair{*low, *high};
-  table.fault("window", "two grey values, the smaller first", describe(*node));
+  table.fault("window", "two grey values, the smaller first");
   return std::nullopt;
 }
 
@@ -93,11 +93,11 @@ bool is_of_no_image(const Look& look) {
   return (low == 0 || low == -1) && high == 1;
 }
 
-void read_colours(TableReader& table, const std::filesystem::path& folder, bool has_window, Look& look) {
+void read_colours(TableReader& table, bool has_window, Look& look) {
   const toml::node& node = *table.find("colours");
   look.of_grey_values = true;
-  if (const auto name = node.value<std::string>()) {
-    const auto file = resolve_path(*name, folder, table.path_of("colours"), line_of(node), table.faults());
+  if (node.is_string()) {
+    const auto file = read_file_name(table, "colours");
     if (!file)
       return;
     try {
@@ -115,17 +115,16 @@ void read_colours(TableReader& table, const std::filesystem::path& folder, bool 
     return;
   }
   if (!read_colour_points(node, look.colours)) {
-    table.fault("colours", wanted_colours, describe(node));
+    table.fault("colours", wanted_colours);
     return;
   }
   if (has_window)
-    table.fault("window", "no such key with `colours`, whose values are grey values",
-                describe(*table.find("window")));
+    table.fault("window", "no such key with `colours`, whose values are grey values");
   look.opacity = {{look.colours.front().value, 0}, {look.colours.back().value, 1}};
 }
 
 void read_preset(TableReader& table, bool has_window, Look& look) {
-  const auto name = table.choice("preset", look_preset_names());
+  const auto name = table.choice("preset");
   if (!name)
     return;
   look = look_preset(*name);
@@ -133,8 +132,7 @@ void read_preset(TableReader& table, bool has_window, Look& look) {
     table.fault("window", fmt::format("two grey values between which preset = \"{}\" is stretched", *name),
                 "none");
   if (!is_relative_preset(*name) && has_window)
-    table.fault("window", fmt::format("no such key with preset = \"{}\", whose values are fixed", *name),
-                describe(*table.find("window")));
+    table.fault("window", fmt::format("no such key with preset = \"{}\", whose values are fixed", *name));
 }
 
 /// `labels = { 17 = "#aa3322" }`
@@ -156,66 +154,40 @@ void read_label_colours(TableReader& table, Look& look) {
   std::ranges::sort(look.label_colours);
 }
 
-void read_number(TableReader& table, const char* key, double least, double most, double& to) {
-  const auto number = table.quantity(key, Dimension::dimensionless);
-  if (!number)
-    return;
-  if (*number >= least && *number <= most)
-    to = *number;
-  else
-    table.fault(key, fmt::format("a number from {} to {}", least, most), describe(*table.find(key)));
-}
-
-void read_light(TableReader& table, Look& look) {
-  Shading& shading = look.shading;
-  if (const toml::node* node = table.find("shading")) {
-    if (const auto on = node->value<bool>(); on && node->is_boolean())
-      shading.on = *on;
-    else
-      table.fault("shading", "true or false", describe(*node));
-  }
-  read_number(table, "ambient", 0, 1, shading.ambient);
-  read_number(table, "diffuse", 0, 1, shading.diffuse);
-  read_number(table, "specular", 0, 1, shading.specular);
-  read_number(table, "shininess", 1, 1000, shading.shininess);
+void read_light(TableReader& table, Shading& shading) {
+  table.read("shading", shading.on);
+  table.read("ambient", shading.ambient);
+  table.read("diffuse", shading.diffuse);
+  table.read("specular", shading.specular);
+  table.read("shininess", shading.shininess);
 }
 
 void read_mode(TableReader& table, Look& look) {
-  const auto mode = table.choice("mode", {"composite", "maximum", "isosurface"});
-  if (mode)
-    look.mode = *mode == "maximum"      ? LookMode::maximum
-                : *mode == "isosurface" ? LookMode::isosurface
-                                        : LookMode::composite;
-  if (mode == "isosurface")
-    table.require("isovalue", "the grey value of the surface");
-  if (const auto value = table.quantity("isovalue", Dimension::dimensionless)) {
+  if (table.read("mode", look.mode) && look.mode == LookMode::isosurface)
+    table.require("isovalue");
+  if (const auto value = table.number("isovalue")) {
     look.isovalue = *value;
     if (look.mode != LookMode::isosurface)
-      table.fault("isovalue", "no such key unless mode = \"isosurface\"", describe(*table.find("isovalue")));
+      table.fault("isovalue", "no such key unless mode = \"isosurface\"");
     if (!table.has("opacity")) // a surface is there or not
       look.opacity = {{*value, 1}};
   }
 }
 
 /// `picture = "photograph.png"`, `pixel`.
-void read_picture(TableReader& table, const std::filesystem::path& folder, Look& look) {
-  if (const auto size = table.quantity("pixel", Dimension::length)) {
-    look.pixel = *size;
-    if (*size <= 0)
-      table.fault("pixel", "a length > 0", describe(*table.find("pixel")));
-    else if (!table.has("picture"))
-      table.fault("pixel", "no such key without `picture`", describe(*table.find("pixel")));
-  }
+void read_picture(TableReader& table, Look& look) {
+  table.read("pixel", look.pixel);
+  if (!table.has("picture"))
+    table.refuse("pixel", "no such key without `picture`");
   const auto name = table.text("picture");
   if (!name)
     return;
   look.shading.on = false; // a picture has its own light
-  const auto file =
-      resolve_path(*name, folder, table.path_of("picture"), table.line_of_key("picture"), table.faults());
+  const auto file = read_file_name(table, "picture");
   look.picture = file ? file->string() : "";
   const std::string ending = std::filesystem::path(*name).extension().string();
   if (ending != ".png" && ending != ".jpg" && ending != ".jpeg")
-    table.fault("picture", "a file that ends in .png, .jpg or .jpeg", describe(*table.find("picture")));
+    table.fault("picture", "a file that ends in .png, .jpg or .jpeg");
 }
 
 void read_reach(TableReader& table, Look& look) {
@@ -225,25 +197,21 @@ void read_reach(TableReader& table, Look& look) {
   else if (around) {
     look.around = read_quantity(*around, table.path_of("around"), Dimension::length, table.faults());
     if (look.around && *look.around < 0)
-      table.fault("around", "a length >= 0, or \"all\"", describe(*around));
+      table.fault("around", "a length >= 0, or \"all\"");
   }
-  if (const auto unit = table.quantity("unit_distance", Dimension::length)) {
-    look.unit_distance = *unit;
-    if (*unit <= 0)
-      table.fault("unit_distance", "a length > 0", describe(*table.find("unit_distance")));
-  }
+  table.read("unit_distance", look.unit_distance);
 }
 
 } // namespace
 
-std::optional<Look> read_look(TableReader& root, const std::filesystem::path& folder) {
+std::optional<Look> read_look(TableReader& root) {
   if (!root.has("look"))
     return std::nullopt;
   const std::size_t faults_before = root.faults().size();
-  const toml::table* section = root.subtable("look");
+  auto section = root.open("look");
   if (!section)
     return std::nullopt;
-  TableReader table(*section, root.path_of("look"), root.faults());
+  TableReader& table = *section;
   Look look = solid_look();
   const auto window = read_window(table);
   const bool has_window = table.has("window");
@@ -255,14 +223,14 @@ std::optional<Look> read_look(TableReader& root, const std::filesystem::path& fo
   if (table.has("colours")) {
     look.mode = LookMode::composite; // of grey values, not of the body's surface
     look.isovalue = 0;
-    read_colours(table, folder, has_window, look);
+    read_colours(table, has_window, look);
   } else if (table.has("preset"))
     read_preset(table, has_window, look);
   else if (colour) {
     if (const auto rgb = parse_colour(colour->value_or(std::string())))
       look = solid_look(*rgb);
     else
-      table.fault("colour", "a colour \"#rrggbb\"", describe(*colour));
+      table.fault("colour", "a colour \"#rrggbb\"");
   } else if (has_window)
     look = look_preset("grey");
   if (window && !look.colours.empty())
@@ -270,22 +238,20 @@ std::optional<Look> read_look(TableReader& root, const std::filesystem::path& fo
   if (const toml::node* node = table.find("opacity")) {
     look.opacity.clear();
     if (!read_opacity_points(*node, look.opacity))
-      table.fault("opacity", wanted_opacity, describe(*node));
+      table.fault("opacity", wanted_opacity);
   }
-  read_picture(table, folder, look);
+  read_picture(table, look);
   read_mode(table, look);
-  read_light(table, look);
+  read_light(table, look.shading);
   read_reach(table, look);
   read_label_colours(table, look);
   if (const auto name = table.text("image")) {
-    const auto file =
-        resolve_path(*name, folder, table.path_of("image"), table.line_of_key("image"), table.faults());
+    const auto file = read_file_name(table, "image");
     look.image = file ? file->string() : "";
     if (!look.of_grey_values && !table.has("colours") && !table.has("preset"))
       table.fault("image", "colours, a preset or a window beside it: how its values look", "none");
   }
-  if (const auto place = table.choice("place", {"header", "middle"}))
-    look.is_centred = *place == "middle";
+  look.is_centred = table.choice("place") == "middle";
   if (look.is_centred && !table.has("image"))
     table.fault("place", "`image` beside it: what is put on the middle of the body's own image", "none");
   table.finish();

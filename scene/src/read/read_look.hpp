@@ -4,14 +4,12 @@
 #include "maille/materials/toml_reader.hpp"
 #include "maille/scene/look.hpp"
 
-#include <filesystem>
 #include <optional>
 
 namespace maille::reader {
 
 /// `look` of a specimen's or an object's table; nothing where it is absent or faulty. What the image holds is
 /// not looked at.
-/// @param folder where files are looked for
-std::optional<Look> read_look(TableReader& table, const std::filesystem::path& folder);
+std::optional<Look> read_look(TableReader& table);
 
 } // namespace maille::reader

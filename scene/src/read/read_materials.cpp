@@ -14,40 +14,18 @@ namespace {
 /// A file of several materials and the name of one of them.
 constexpr std::string_view ending_before_name = ".toml#";
 
-/// `relaxed_weights`: one factor, or one for each axis of the material.
-void read_relaxed_weights(TableReader& table, Material& material) {
-  const auto weights = table.quantities("relaxed_weights", Dimension::dimensionless, true);
-  if (!weights)
-    return;
-  if ((*weights)[0] > 0 && (*weights)[1] > 0 && (*weights)[2] > 0)
-    material.relaxed_weights = *weights;
-  else
-    table.fault("relaxed_weights", std::string(wanted_relaxed_weights),
-                describe(*table.find("relaxed_weights")));
-}
-
-void read_damage_of(TableReader& table, Material& material) {
-  if (const toml::table* const section = table.subtable("damage")) {
-    TableReader damage(*section, table.path_of("damage"), table.faults());
-    material.damage = read_damage(damage);
-    damage.finish();
-  }
-}
-
 std::optional<Material> from_table(const toml::table& values, const std::string& path, FaultList& faults) {
-  TableReader table(values, path, faults);
+  TableReader table(values, path, faults, "material");
   Material material;
   material.name = table.text("name").value_or(path);
   const auto elasticity = read_elastic_constants(table);
   material.limits = read_neighbour_limits(table);
-  read_relaxed_weights(table, material);
-  read_damage_of(table, material);
-  if (const auto density = table.quantity("density", Dimension::density)) {
-    if (*density > 0)
-      material.density = *density;
-    else
-      table.fault("density", std::string(wanted_density), describe(*table.find("density")));
+  material.relaxed_weights = table.three("relaxed_weights").value_or(material.relaxed_weights);
+  if (auto damage = table.open("damage")) {
+    material.damage = read_damage(*damage);
+    damage->finish();
   }
+  table.read("density", material.density);
   table.finish();
   if (!elasticity)
     return std::nullopt;

@@ -74,10 +74,9 @@ public:
     case MeasureKind::displacement:
     case MeasureKind::strain:
     case MeasureKind::stress:
-      if (const toml::table* target = table_.subtable(key)) {
-        TableReader reader(*target, path, table_.faults());
-        places_.read_target(reader, measure_);
-        reader.finish();
+      if (auto target = table_.open(key)) {
+        places_.read_target(*target, measure_);
+        target->finish();
       }
       if (*kind == MeasureKind::displacement)
         read_component();
@@ -111,11 +110,10 @@ public:
 
 private:
   std::string read_name() {
-    constexpr const char* wanted = "a name of letters, digits and _ that begins with no digit";
-    table_.require("name", wanted);
+    table_.require("name");
     const auto name = table_.text("name");
     if (name && !is_identifier(*name))
-      table_.fault("name", wanted, "\"" + *name + "\"");
+      table_.fault("name", table_.missing("name"));
     return name.value_or("");
   }
 
@@ -148,13 +146,11 @@ private:
       table_.faults().add(line_of(node), path, wanted, describe(node));
       return;
     }
-    TableReader reader(*values, path, table_.faults());
+    TableReader reader(*values, path, table_.faults(), "force");
     if (reader.has("where"))
       read_region_of_force(reader);
-    else if (const toml::table* section = reader.subtable("section")) {
-      TableReader plane(*section, reader.path_of("section"), table_.faults());
-      places_.read_section(plane, measure_);
-    }
+    else if (auto plane = reader.open("section"))
+      places_.read_section(*plane, measure_);
     reader.finish();
   }
 
@@ -251,14 +247,14 @@ private:
       if (measure_.section)
         measure_.direction = to_world(scene_.specimen.placement, measure_.section->normal);
       else
-        table_.fault("component", "\"normal\" of a section alone", describe(*node));
+        table_.fault("component", "\"normal\" of a section alone");
     } else if (node->is_array()) {
       measure_.figure = MeasureFigure::along;
       if (const auto unit = places_.direction(*node, table_.path_of("component"), table_.faults()))
         measure_.direction = in_world(*unit);
     } else {
-      table_.fault("component", "\"x\", \"y\", \"z\", \"magnitude\", \"normal\" of a section, or a direction",
-                   describe(*node));
+      table_.fault("component",
+                   "\"x\", \"y\", \"z\", \"magnitude\", \"normal\" of a section, or a direction");
     }
   }
 
@@ -274,8 +270,7 @@ private:
     const bool has_component =
         measure_.kind == MeasureKind::force || measure_.kind == MeasureKind::displacement;
     const char* const other = has_component ? "kind" : "component";
-    if (const toml::node* node = table_.find(other))
-      table_.fault(other, fmt::format("no such key of a {}", to_string(measure_.kind)), describe(*node));
+    table_.refuse(other, fmt::format("no such key of a {}", to_string(measure_.kind)));
   }
 
   TableReader &root_, &table_;

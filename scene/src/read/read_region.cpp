@@ -42,31 +42,29 @@ std::optional<Vec3> read_point(const toml::node& node, const std::string& path, 
 
 namespace {
 
-constexpr const char* wanted_region = "a face (\"x-\", \"x+\" ..., or \"superior\", \"left\" ... of a "
-                                      "patient) or a table of box, sphere, label, "
-                                      "image, surface, points, any, all or not";
 constexpr std::array<const char*, 9> kinds{"box",    "sphere", "label", "image", "surface",
                                            "points", "any",    "all",   "not"};
 
 /// Reads one `where`. Without a body only the faults of its own form are found, and what it selects is empty.
 class RegionReader {
 public:
-  RegionReader(int dimension, const Specimen* body, CoordinateFrame frame, FaultList& faults)
-      : dimension_(dimension), body_(body), frame_(frame), faults_(faults) {}
+  /// @param wanted of what is no region
+  RegionReader(int dimension, const Specimen* body, CoordinateFrame frame, std::string wanted,
+               FaultList& faults)
+      : dimension_(dimension), body_(body), frame_(frame), wanted_(std::move(wanted)), faults_(faults) {}
 
   std::optional<Region> read(const toml::node& node, const std::string& path) {
     if (const auto* text = node.as_string())
       return read_face(text->get(), node, path);
     const auto* values = node.as_table();
     if (!values) {
-      faults_.add(line_of(node), path, wanted_region, describe(node));
+      faults_.add(line_of(node), path, wanted_, describe(node));
       return std::nullopt;
     }
-    TableReader table(*values, path, faults_);
+    TableReader table(*values, path, faults_, "region");
     const auto n_kinds = std::ranges::count_if(kinds, [&](const char* kind) { return table.has(kind); });
     if (n_kinds != 1) {
-      faults_.add(line_of(node), path, wanted_region,
-                  n_kinds == 0 ? in_words(node) : "more than one of them");
+      faults_.add(line_of(node), path, wanted_, n_kinds == 0 ? in_words(node) : "more than one of them");
       return std::nullopt;
     }
     auto region = read_table(table);
@@ -101,7 +99,7 @@ private:
     }
     auto region = Region::face(name, dimension_);
     if (!region)
-      faults_.add(line_of(node), path, wanted_region, describe(node));
+      faults_.add(line_of(node), path, wanted_, describe(node));
     return region;
   }
 
@@ -128,14 +126,8 @@ private:
     return unless_fault(placement_in(*body_, frame), table, key);
   }
 
-  std::optional<double> read_length(TableReader& table, const char* key, const char* wanted) {
-    table.require(key, wanted);
-    const auto length = table.quantity(key, Dimension::length);
-    if (length && !(*length > 0)) {
-      table.fault(key, "a length > 0", describe(*table.find(key)));
-      return std::nullopt;
-    }
-    return length;
+  std::optional<double> read_length(TableReader& table, const char* key) {
+    return table.require(key) ? table.number(key) : std::nullopt;
   }
 
   std::optional<Region> read_box(TableReader& table) {
@@ -144,7 +136,7 @@ private:
     const auto* corners = box ? box->as_array() : nullptr;
     const auto frame = read_frame(table, frame_);
     if (!corners || corners->size() != 2) {
-      table.fault("box", "two opposite corners", describe(*box));
+      table.fault("box", "two opposite corners");
       return std::nullopt;
     }
     // In a world that is turned, all three coordinates count.
@@ -160,18 +152,17 @@ private:
   }
 
   std::optional<Region> read_sphere(TableReader& table) {
-    const toml::table* values = table.subtable("sphere");
+    auto sphere = table.open("sphere");
     const auto frame = read_frame(table, frame_);
-    if (!values)
+    if (!sphere)
       return std::nullopt;
-    TableReader sphere(*values, table.path_of("sphere"), faults_);
-    const toml::node* at = sphere.require("centre", "the coordinates of the middle");
+    const toml::node* at = sphere->require("centre");
     const int n_axes = frame == CoordinateFrame::grid ? dimension_ : 3;
     const auto centre =
-        at ? read_point(*at, sphere.path_of("centre"), n_axes, "the coordinates of the middle", faults_)
+        at ? read_point(*at, sphere->path_of("centre"), n_axes, "the coordinates of the middle", faults_)
            : std::nullopt;
-    const auto radius = read_length(sphere, "radius", "a length > 0");
-    sphere.finish();
+    const auto radius = sphere->number("radius");
+    sphere->finish();
     const auto placed = frame ? placement(*frame, table, "frame") : std::nullopt;
     if (!centre || !radius || !placed)
       return std::nullopt;
@@ -179,14 +170,14 @@ private:
   }
 
   std::optional<Region> read_label(TableReader& table) {
-    const auto label = table.integer("label", -largest_whole_label, largest_whole_label);
-    const auto touching = table.integer("touching", -largest_whole_label, largest_whole_label);
+    const auto label = table.whole("label");
+    const auto touching = table.whole("touching");
     const auto end = table.text("end");
     std::optional<double> depth;
     if (end || table.has("depth"))
-      depth = read_length(table, "depth", "how far from the end, e.g. \"10 mm\"");
-    if (table.has("depth") && !table.has("end"))
-      table.fault("depth", "no such key without `end`", describe(*table.find("depth")));
+      depth = read_length(table, "depth");
+    if (!table.has("end"))
+      table.refuse("depth", "no such key without `end`");
     if (table.has("touching") && table.has("end"))
       table.fault("end", "either `touching` or `end` (both: all = [ ... ])", "both");
     if (end && !is_direction(*end)) {
@@ -246,18 +237,9 @@ private:
     }
   }
 
-  /// The file that `key` names; nothing and a fault where it leads nowhere.
-  std::optional<std::filesystem::path> read_file(TableReader& table, const char* key) {
-    const auto name = table.text(key);
-    if (!name)
-      return std::nullopt;
-    return resolve_path(*name, std::filesystem::path(faults_.file()).parent_path(), table.path_of(key),
-                        table.line_of_key(key), faults_);
-  }
-
   std::optional<Region> read_mask(TableReader& table) {
     constexpr const char* wanted_value = "a grey value such as 17, or a range such as \"17..19\"";
-    const auto file = read_file(table, "image");
+    const auto file = read_file_name(table, "image");
     std::vector<LabelRange> ranges;
     bool good = true;
     if (const toml::node* value = table.find("value")) {
@@ -270,14 +252,10 @@ private:
       if (range)
         ranges.push_back(*range);
       else
-        table.fault("value", wanted_value, describe(*value));
+        table.fault("value", wanted_value);
     }
     bool resample = false;
-    if (const toml::node* node = table.find("resample")) {
-      if (!node->is_boolean())
-        table.fault("resample", "true or false", describe(*node));
-      resample = node->value_or(false);
-    }
+    table.read("resample", resample);
     if (!file || !good)
       return std::nullopt;
     return body_ ? mask_of(*file, ranges, resample, table, "image") : nothing();
@@ -291,10 +269,8 @@ private:
     if (!asked)
       return std::nullopt;
     if (stated && table.has("frame") && *stated != *asked) {
-      table.fault("frame",
-                  fmt::format("\"{}\", as the file states, or no such key",
-                              coordinate_frames[static_cast<std::size_t>(*stated)]),
-                  describe(*table.find("frame")));
+      table.fault("frame", fmt::format("\"{}\", as the file states, or no such key",
+                                       coordinate_frames[static_cast<std::size_t>(*stated)]));
       return std::nullopt;
     }
     if (!stated && must_be_known && !table.has("frame")) {
@@ -318,19 +294,14 @@ private:
   }
 
   std::optional<Region> read_surface(TableReader& table) {
-    const auto file = read_file(table, "surface");
-    const auto within = read_length(table, "within", "how near to the surface, e.g. \"1.5 mm\"");
+    const auto file = read_file_name(table, "surface");
+    const auto within = read_length(table, "within");
     table.find("frame");
-    const std::string unit = table.choice("unit", {"mm", "cm", "m"}).value_or("mm");
+    const double metres = read_unit(table);
     if (!file || !within)
       return std::nullopt;
     try {
-      SurfaceMesh mesh = read_surface_mesh(*file);
-      const double metres = unit == "mm" ? 1e-3 : unit == "cm" ? 1e-2 : 1;
-      for (Triangle& triangle : mesh.triangles)
-        for (Vec3& corner : triangle)
-          for (double& component : corner)
-            component *= metres;
+      SurfaceMesh mesh = read_surface_mesh(*file, metres);
       return body_ ? near(std::move(mesh.triangles), *within,
                           frame_of_file(mesh.frame, false, table, "surface"), table, "surface")
                    : nothing();
@@ -341,8 +312,8 @@ private:
   }
 
   std::optional<Region> read_points(TableReader& table) {
-    const auto file = read_file(table, "points");
-    const auto within = read_length(table, "within", "how near to a point, e.g. \"3 mm\"");
+    const auto file = read_file_name(table, "points");
+    const auto within = read_length(table, "within");
     table.find("frame");
     const auto name = table.text("name");
     if (!file || !within)
@@ -377,7 +348,7 @@ private:
     const toml::node& node = *table.find(key);
     const auto* list = node.as_array();
     if (!list || list->empty()) {
-      table.fault(key, "a list of regions", describe(node));
+      table.fault(key, "a list of regions");
       return std::nullopt;
     }
     std::vector<Region> parts;
@@ -392,6 +363,7 @@ private:
   int dimension_;
   const Specimen* body_;
   CoordinateFrame frame_;
+  std::string wanted_;
   FaultList& faults_;
 };
 
@@ -400,11 +372,8 @@ private:
 std::optional<CoordinateFrame> read_frame(TableReader& table, CoordinateFrame otherwise) {
   if (!table.has("frame"))
     return otherwise;
-  const auto name = table.choice("frame", {coordinate_frames.begin(), coordinate_frames.end()});
-  if (!name)
-    return std::nullopt;
-  return static_cast<CoordinateFrame>(std::ranges::find(coordinate_frames, *name) -
-                                      coordinate_frames.begin());
+  const auto frame = table.word("frame");
+  return frame ? std::optional(static_cast<CoordinateFrame>(*frame)) : std::nullopt;
 }
 
 Vec3 TableFrame::vector_in_object(const Vec3& vector) const {
@@ -434,7 +403,7 @@ TableFrame read_table_frame(TableReader& table, int dimension, const Specimen* b
   if (result.frame == CoordinateFrame::grid)
     return result;
   if (dimension == 1 || dimension == 2) {
-    table.fault("frame", "\"grid\", as the scene is not three-dimensional", describe(*table.find("frame")));
+    table.fault("frame", "\"grid\", as the scene is not three-dimensional");
     return {};
   }
   if (!body)
@@ -450,10 +419,11 @@ TableFrame read_table_frame(TableReader& table, int dimension, const Specimen* b
 
 std::optional<Region> read_region(TableReader& table, int dimension, const Specimen* body,
                                   CoordinateFrame frame) {
-  const toml::node* node = table.require("where", wanted_region);
+  const toml::node* node = table.require("where");
   if (!node)
     return std::nullopt;
-  return RegionReader(dimension, body, frame, table.faults()).read(*node, table.path_of("where"));
+  return RegionReader(dimension, body, frame, table.missing("where"), table.faults())
+      .read(*node, table.path_of("where"));
 }
 
 } // namespace maille::reader
@@ -461,12 +431,15 @@ std::optional<Region> read_region(TableReader& table, int dimension, const Speci
 namespace maille {
 
 std::vector<std::int64_t> nodes_in(const Scene& scene, std::string_view where) {
+  const std::string text(where);
+  return nodes_in(scene,
+                  KeyTable{parse_toml("where = " + (text.starts_with('{') ? text : "\"" + text + "\""), "")});
+}
+
+std::vector<std::int64_t> nodes_in(const Scene& scene, const KeyTable& keys) {
   FaultList faults("");
   faults.units = {1.0, 1.0};
-  const std::string text(where);
-  const toml::table document =
-      parse_toml("where = " + (text.starts_with('{') ? text : "\"" + text + "\""), "");
-  TableReader table(document, "", faults);
+  TableReader table(keys.keys, "", faults, "hold");
   const auto region = reader::read_region(table, scene.dimension(), &scene.specimen);
   faults.throw_if_any();
   return region ? region->nodes(scene.specimen) : std::vector<std::int64_t>{};

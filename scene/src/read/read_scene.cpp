@@ -6,8 +6,6 @@
 #include "read/measures.hpp"
 #include "read/reader.hpp"
 
-#include <array>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -17,17 +15,10 @@ namespace {
 
 void read_given_limits(TableReader& table, LimitSettings& limits) {
   for (const char* key : {"stretch", "compress", "shear"})
-    table.require(key, "given limits need stretch, compress and shear");
+    table.require(key);
   if (const auto given = read_neighbour_limits(table))
     limits.given = *given;
 }
-
-constexpr std::array<std::pair<std::string_view, LimitSource>, 5> sources{
-    {{"none", LimitSource::none},
-     {"material", LimitSource::material},
-     {"taut", LimitSource::taut},
-     {"given", LimitSource::given},
-     {"failure", LimitSource::failure}}};
 
 /// Tissues with measured failure data, for messages.
 std::string known_to_fail() {
@@ -53,47 +44,34 @@ void reader::check_limit_source(const Scene& scene, const std::string& path, int
 }
 
 void reader::read_limits(TableReader& root, Scene& scene) {
-  const toml::table* section = root.subtable("limits");
+  auto section = root.open("limits");
   if (!section)
     return;
-  TableReader table(*section, root.path_of("limits"), root.faults());
-  const auto from = table.choice("from", {"none", "material", "taut", "given", "failure"});
-  for (const auto& [name, source] : sources)
-    if (from == name)
-      scene.limits.from = source;
+  TableReader& table = *section;
+  const bool has_source = table.read("from", scene.limits.from);
   if (scene.limits.from == LimitSource::given)
     read_given_limits(table, scene.limits);
   else
     for (const char* key : {"stretch", "compress", "shear"})
-      if (const toml::node* node = table.find(key))
-        table.fault(key, "no such key unless from = \"given\"", describe(*node));
-  if (from)
+      table.refuse(key, "no such key unless from = \"given\"");
+  if (has_source)
     check_limit_source(scene, table.path_of("from"), table.line_of_key("from"), table.faults());
-  scene.limits.cut_is_allowed = table.choice("cut", {"refused", "allowed"}) == "allowed";
+  scene.limits.cut_is_allowed = table.choice("cut") == "allowed";
   table.finish();
 }
 
 void reader::read_relaxation(TableReader& root, Scene& scene) {
-  const toml::table* section = root.subtable("relaxation");
+  auto section = root.open("relaxation");
   if (!section)
     return;
-  TableReader table(*section, root.path_of("relaxation"), root.faults());
-  if (const auto mode = table.choice("mode", {"elastic", "deformable"}))
-    scene.relaxation.mode = *mode == "elastic" ? RelaxationMode::elastic : RelaxationMode::deformable;
-  if (const auto tolerance = table.quantity("tolerance", Dimension::dimensionless)) {
-    if (*tolerance > 0 && *tolerance < 1)
-      scene.relaxation.tolerance = *tolerance;
-    else
-      table.fault("tolerance", wanted_tolerance, describe(*table.find("tolerance")));
-  }
-  if (const auto extrapolation = table.choice("extrapolation", {"none", "nested"}))
-    scene.relaxation.extrapolation = *extrapolation == "nested" ? Extrapolation::nested : Extrapolation::none;
-  if (const auto sweeps = table.integer("sweeps", 1, most_sweeps))
-    scene.relaxation.sweeps = *sweeps;
-  if (const auto frame = table.choice("frame", {"object", "blocks"}))
-    scene.relaxation.frame = *frame == "object" ? StrainFrame::object : StrainFrame::blocks;
-  if (const auto increments = table.integer("increments", 1, most_increments))
-    scene.relaxation.increments = static_cast<int>(*increments);
+  TableReader& table = *section;
+  RelaxationSettings& relaxation = scene.relaxation;
+  table.read("mode", relaxation.mode);
+  table.read("tolerance", relaxation.tolerance);
+  table.read("extrapolation", relaxation.extrapolation);
+  table.read("sweeps", relaxation.sweeps);
+  table.read("frame", relaxation.frame);
+  table.read("increments", relaxation.increments);
   if (table.has("increments") && scene.relaxation.frame != StrainFrame::blocks)
     scene.left_out.push_back({0, table.path_of("increments") + " has no effect without frame = \"blocks\""});
   table.finish();
@@ -112,11 +90,11 @@ void turn_lattice(int line, FaultList& faults, Scene& scene) {
 
 /// @param given of the body, in place of a file that the scene names; null: none is
 SceneAndMeasures read_root(const toml::table& document, const std::filesystem::path& file, FaultList& faults,
-                           const Image* given = nullptr) {
+                           const Image* given) {
   SceneAndMeasures read;
   Scene& scene = read.scene;
   scene.name = file.stem().string();
-  TableReader root(document, "", faults);
+  TableReader root(document, "", faults, "scene");
   if (root.has("world")) {
     root.fault("world", "a scene with a [specimen]: worlds of objects are for `maille play`", "a [world]");
     return read;
@@ -126,12 +104,11 @@ SceneAndMeasures read_root(const toml::table& document, const std::filesystem::p
   bool body = false;
   int turned_lattice_line = 0;
   std::vector<float> labels; // of cells, where loads name them
-  if (root.require("specimen", "a [specimen] table"))
-    if (const toml::table* section = root.subtable("specimen")) {
-      TableReader specimen(*section, "specimen", faults);
-      if (specimen.choice("lattice", {"grid", "fibre"}).value_or("grid") == "fibre")
-        turned_lattice_line = line_of(*specimen.find("lattice"));
-      body = reader::read_specimen(specimen, file.parent_path(), scene,
+  if (root.require("specimen"))
+    if (auto specimen = root.open("specimen")) {
+      if (specimen->choice("lattice") == "fibre")
+        turned_lattice_line = line_of(*specimen->find("lattice"));
+      body = reader::read_specimen(*specimen, file.parent_path(), scene,
                                    reader::asks_for_labels(document) ? &labels : nullptr, given);
     }
   reader::read_limits(root, scene);
@@ -153,18 +130,13 @@ SceneAndMeasures read_root(const toml::table& document, const std::filesystem::p
 } // namespace
 
 SceneAndMeasures parse_scene_and_measures(std::string_view text, const std::filesystem::path& file) {
-  FaultList faults(file.string());
-  const toml::table document = parse_toml(text, file.string());
-  SceneAndMeasures read = read_root(document, file, faults);
-  faults.throw_if_any();
-  return read;
+  return reader::scene_of(parse_toml(text, file.string()), file);
 }
 
-SceneAndMeasures reader::parse_scene_of(const Image& image, std::string_view text,
-                                        const std::filesystem::path& file) {
+SceneAndMeasures reader::scene_of(const toml::table& document, const std::filesystem::path& file,
+                                  const Image* given) {
   FaultList faults(file.string());
-  const toml::table document = parse_toml(text, file.string());
-  SceneAndMeasures read = read_root(document, file, faults, &image);
+  SceneAndMeasures read = read_root(document, file, faults, given);
   faults.throw_if_any();
   return read;
 }

@@ -15,8 +15,6 @@ namespace maille::reader {
 
 namespace {
 
-constexpr const char* wanted_pair = "two labels that touch, such as [17, 30], or \"all\"";
-
 /// Pairs of labels that share a face.
 std::set<std::pair<std::int32_t, std::int32_t>> touching_labels(const Specimen& body) {
   std::set<std::pair<std::int32_t, std::int32_t>> pairs;
@@ -42,22 +40,11 @@ std::string in_words(const std::set<std::pair<std::int32_t, std::int32_t>>& pair
   return text.empty() ? "none" : text;
 }
 
-double read_friction(TableReader& table) {
-  constexpr double most = 10; // beyond it a border is practically joined
-  const toml::node* node = table.find("friction");
-  if (node == nullptr)
-    return 0;
-  const auto value = node->value<double>();
-  if (node->is_number() && value && *value >= 0 && *value <= most)
-    return *value;
-  table.fault("friction", fmt::format("Coulomb's coefficient, a number from 0 to {}", most), describe(*node));
-  return 0;
-}
-
 /// Pairs that one table asks for. @param is_all  whether it named none
 std::vector<SlidingBorder> read_pairs(TableReader& table, const Scene& scene, bool has_body, bool& is_all) {
-  const double friction = read_friction(table);
-  const toml::node* node = table.require("between", wanted_pair);
+  double friction = 0;
+  table.read("friction", friction);
+  const toml::node* node = table.require("between");
   if (!node)
     return {};
   const auto* list = node->as_array();
@@ -67,7 +54,7 @@ std::vector<SlidingBorder> read_pairs(TableReader& table, const Scene& scene, bo
     if (const auto number = list->get(i)->value_exact<std::int64_t>(); number && is_label(*number))
       labels.push_back(static_cast<std::int32_t>(*number));
   if (!is_all && (!list || list->size() != 2 || labels.size() != 2 || labels[0] == labels[1])) {
-    table.fault("between", wanted_pair, describe(*node));
+    table.fault("between", "two labels that touch, such as [17, 30], or \"all\"");
     return {};
   }
   if (!has_body)
@@ -85,7 +72,7 @@ std::vector<SlidingBorder> read_pairs(TableReader& table, const Scene& scene, bo
   else if (touching.contains(std::minmax(labels[0], labels[1])))
     pairs.push_back({labels[0], labels[1], friction});
   if (pairs.empty())
-    table.fault("between", "labels whose voxels share faces: " + in_words(touching), describe(*node));
+    table.fault("between", "labels whose voxels share faces: " + in_words(touching));
   return pairs;
 }
 

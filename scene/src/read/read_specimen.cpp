@@ -19,11 +19,8 @@ namespace maille::reader {
 namespace {
 
 void read_plane(TableReader& table, int dimension, Scene& scene) {
-  const auto plane = table.choice("plane", {"strain", "stress"});
-  if (!plane)
-    return;
-  scene.plane = *plane == "stress" ? PlaneAssumption::stress : PlaneAssumption::strain;
-  check_plane(dimension, table.path_of("plane"), table.line_of_key("plane"), table.faults());
+  if (table.read("plane", scene.plane))
+    check_plane(dimension, table.path_of("plane"), table.line_of_key("plane"), table.faults());
 }
 
 /// The belly has the scene's fibres, in tendons they run along x. @pre tendons are still of material 1
@@ -62,21 +59,14 @@ Tendon read_tendon(TableReader& table, bool has_material, MaterialTable& materia
   Tendon tendon;
   if (!has_material && !table.has("tendon"))
     return tendon;
-  if (!table.require("tendon", "a table { material, fraction } for the two ends of the muscle"))
+  if (!table.require("tendon"))
     return tendon;
-  const toml::table* section = table.subtable("tendon");
-  if (!section)
-    return tendon;
-  TableReader reader(*section, table.path_of("tendon"), table.faults());
-  if (const toml::node* node = reader.require("material", "the material of the tendon"))
-    tendon.material = materials.add(*node, reader.path_of("material"), table.faults()).value_or(1);
-  if (const auto fraction = reader.quantity("fraction", Dimension::dimensionless)) {
-    tendon.fraction = *fraction;
-    if (*fraction <= 0 || *fraction >= 0.5)
-      reader.fault("fraction", "a fraction of the muscle's length between 0 and 0.5",
-                   describe(*reader.find("fraction")));
+  if (auto reader = table.open("tendon")) {
+    if (const toml::node* node = reader->require("material"))
+      tendon.material = materials.add(*node, reader->path_of("material"), table.faults()).value_or(1);
+    reader->read("fraction", tendon.fraction);
+    reader->finish();
   }
-  reader.finish();
   return tendon;
 }
 
@@ -135,8 +125,7 @@ void check_plane(int dimension, const std::string& path, int line, FaultList& fa
 }
 
 std::optional<std::vector<int>> read_cells(TableReader& table) {
-  constexpr const char* wanted = "one, two or three whole numbers > 0: the cells along x, y, z";
-  const toml::node* node = table.require("cells", wanted);
+  const toml::node* node = table.require("cells");
   if (!node)
     return std::nullopt;
   std::vector<int> cells;
@@ -157,21 +146,21 @@ std::optional<std::vector<int>> read_cells(TableReader& table) {
   }
   if (good)
     return cells;
-  table.fault("cells", wanted, describe(*node));
+  table.fault("cells", table.missing("cells"));
   return std::nullopt;
 }
 
 std::optional<Vec3> read_spacing(TableReader& table, int dimension, const std::optional<Vec3>& otherwise) {
   if (otherwise && !table.has("spacing"))
     return otherwise;
-  const toml::node* node = table.require("spacing", "a length > 0, or one for each axis");
+  const toml::node* node = table.require("spacing");
   if (!node)
     return std::nullopt;
   Vec3 spacing{};
   const auto* list = node->as_array();
   const auto n = static_cast<std::size_t>(dimension);
   if (list && list->size() != n && list->size() != 3) {
-    table.fault("spacing", fmt::format("one length or {} of them", dimension), describe(*node));
+    table.fault("spacing", fmt::format("one length or {} of them", dimension));
     return std::nullopt;
   }
   for (std::size_t a = 0; a < 3; ++a) {
@@ -219,9 +208,7 @@ bool fits_into_memory(const Index3& cells, int dimension, const std::string& pat
 }
 
 void read_material(TableReader& table, bool is_needed, MaterialTable& materials) {
-  const toml::node* node = is_needed || table.has("material")
-                               ? table.require("material", "the name of a material or a table of constants")
-                               : nullptr;
+  const toml::node* node = is_needed || table.has("material") ? table.require("material") : nullptr;
   if (node)
     materials.add(*node, table.path_of("material"), table.faults());
 }
@@ -240,8 +227,7 @@ bool read_body(TableReader& table, const std::string& shape, const BodyDefaults&
     read_plane(table, body ? scene.specimen.grid.dimension() : 0, scene);
   } else {
     body = read_generated(table, shape, defaults, materials, scene);
-    if (const toml::node* node = table.find("partial_volume"))
-      table.fault("partial_volume", "no such key unless shape = \"image\"", describe(*node));
+    table.refuse("partial_volume", "no such key unless shape = \"image\"");
   }
   // A faulty map leaves the body's shape, on which all that follows is checked, too.
   read_stiffness_map(table, folder, materials.materials(), body ? &scene : nullptr);
@@ -263,12 +249,11 @@ bool read_specimen(TableReader& table, const std::filesystem::path& folder, Scen
     table.finish();
     return body;
   }
-  table.require("shape", "box, ellipsoid, muscle, image or surface");
-  const auto shape = table.choice("shape", {"box", "ellipsoid", "muscle", "image", "surface"});
+  const auto shape = table.choice("shape");
   if (!shape)
     return false;
   const bool body = read_body(table, *shape, {}, folder, scene, labels);
-  read_look(table, folder); // its faults; methods do not look
+  read_look(table); // its faults; methods do not look
   table.finish();
   return body;
 }

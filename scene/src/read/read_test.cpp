@@ -20,7 +20,6 @@ struct TestRequest {
 };
 
 constexpr std::string_view axis_letters = "xyz";
-constexpr double largest_strain = 10; ///< more is a slip
 
 /// One of the scene's axes; nothing and a fault for another word.
 std::optional<int> read_axis(TableReader& table, const char* key, int dimension) {
@@ -33,55 +32,43 @@ std::optional<int> read_axis(TableReader& table, const char* key, int dimension)
 
 /// Keys that are of no account to the kind are faults.
 void refuse_keys_of_others(TableReader& table, TestKind kind) {
-  const auto refuse = [&](const char* key, bool is_known, const char* of) {
-    if (const toml::node* node = table.find(key); node && !is_known)
-      table.fault(key, fmt::format("no such key unless kind = {}", of), describe(*node));
-  };
-  refuse("ends", kind == TestKind::axial, "\"axial\"");
-  refuse("along", kind == TestKind::shear || kind == TestKind::bend, "\"shear\" or \"bend\"");
-  refuse("radius", kind == TestKind::indent, "\"indent\"");
-  refuse("failure", kind == TestKind::axial, "\"axial\"");
+  const bool has_second_axis = kind == TestKind::shear || kind == TestKind::bend;
+  for (const auto& [key, is_known, of] : {std::tuple("ends", kind == TestKind::axial, "\"axial\""),
+                                          {"along", has_second_axis, "\"shear\" or \"bend\""},
+                                          {"radius", kind == TestKind::indent, "\"indent\""},
+                                          {"failure", kind == TestKind::axial, "\"axial\""}})
+    if (!is_known)
+      table.refuse(key, fmt::format("no such key unless kind = {}", of));
 }
 
 std::optional<TestRequest> read_request(TableReader& table, int dimension) {
   TestRequest request;
   StandardTest& test = request.test;
-  table.require("kind", "the kind of test");
-  table.require("axis", "an axis");
-  table.require("strain", "a strain");
-  const auto kind = table.choice("kind", {"axial", "shear", "bend", "indent", "confined"});
+  const bool has_kind = table.read("kind", test.kind);
   const auto axis = read_axis(table, "axis", dimension);
-  const auto strain = table.quantity("strain", Dimension::dimensionless);
+  const auto strain = table.number("strain");
   const auto along = read_axis(table, "along", dimension);
-  const auto radius = table.quantity("radius", Dimension::length);
-  request.is_sliding = table.choice("ends", {"glued", "sliding"}) == "sliding";
-  test.asks_for_failure = table.choice("failure", {"pistoia"}).has_value();
-  if (!kind || !axis || !strain)
+  table.read("radius", request.radius);
+  request.is_sliding = table.choice("ends") == "sliding";
+  test.asks_for_failure = table.choice("failure").has_value();
+  if (!has_kind || !axis || !table.has("strain"))
     return std::nullopt;
-  for (const TestKind k :
-       {TestKind::axial, TestKind::shear, TestKind::bend, TestKind::indent, TestKind::confined})
-    if (*kind == to_string(k))
-      test.kind = k;
   test.axis = *axis;
-  test.strain = *strain;
+  test.strain = strain.value_or(0);
   refuse_keys_of_others(table, test.kind);
   const bool is_line = dimension == 1;
   if (is_line && test.kind != TestKind::axial && test.kind != TestKind::confined)
-    table.fault("kind", "\"axial\" in a scene of one dimension", "\"" + *kind + "\"");
-  if (*strain == 0 || !(std::abs(*strain) <= largest_strain))
-    table.fault("strain", "a strain that is not 0, of 1000 % at most", describe(*table.find("strain")));
+    table.fault("kind", "\"axial\" in a scene of one dimension");
+  if (strain == 0.0)
+    table.fault("strain", "a strain that is not 0, of 1000 % at most");
   test.along = (test.axis + 1) % static_cast<int>(n_axes(dimension));
   if (along) {
     test.along = *along;
     if (test.along == test.axis)
-      table.fault("along", "an axis across the test's own", describe(*table.find("along")));
+      table.fault("along", "an axis across the test's own");
   }
-  if (test.kind == TestKind::indent && *strain < 0)
-    table.fault("strain", "a depth above 0: how far the punch goes in, over the length",
-                describe(*table.find("strain")));
-  request.radius = radius.value_or(0);
-  if (radius && !(*radius > 0))
-    table.fault("radius", "a length above 0", describe(*table.find("radius")));
+  if (test.kind == TestKind::indent && test.strain < 0)
+    table.fault("strain", "a depth above 0: how far the punch goes in, over the length");
   return request;
 }
 
@@ -356,19 +343,18 @@ void check_failure_is_known(const Scene& scene, const Asked& asked, FaultList& f
 } // namespace
 
 std::vector<Condition> read_test(TableReader& root, Scene& scene, bool has_body) {
-  const toml::table* section = root.subtable("test");
-  if (!section)
+  auto table = root.open("test");
+  if (!table)
     return {};
-  TableReader table(*section, root.path_of("test"), root.faults());
   for (const char* key : {"hold", "move"})
     if (root.has(key))
       root.fault(key, "no holds and moves beside a [test], which sets them", fmt::format("[[{}]]", key));
-  auto request = read_request(table, scene.dimension());
-  table.finish();
+  auto request = read_request(*table, scene.dimension());
+  table->finish();
   if (!request || !has_body || !root.faults().empty())
     return {};
   measure(scene.specimen.grid, *request);
-  const Asked asked{table.path(), table.line(), "[test]"};
+  const Asked asked{table->path(), table->line(), "[test]"};
   if (request->test.asks_for_failure)
     check_failure_is_known(scene, asked, root.faults());
   if (!fits_body(scene, *request, asked, root.faults()))

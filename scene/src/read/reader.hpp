@@ -54,6 +54,12 @@ std::optional<Material> library_material(const std::string& name, const std::str
 std::optional<std::filesystem::path> resolve_path(const std::string& text,
                                                   const std::filesystem::path& folder,
                                                   const std::string& path, int line, FaultList& faults);
+/// The file that a key names, from the folder of the file that is read.
+std::optional<std::filesystem::path> read_file_name(TableReader& table, std::string_view key);
+/// `unit` of a file of surfaces, in metres: mm where it is absent.
+double read_unit(TableReader& table);
+/// `labels = 17`, `"17..19"`, or a list of them.
+std::vector<LabelRange> read_label_ranges(TableReader& table);
 
 /// Faults of a file that a scene names are faults of the scene.
 void adopt(const InputError& error, const std::string& path, int line, FaultList& faults);
@@ -130,8 +136,10 @@ bool read_image_specimen(TableReader& table, const std::filesystem::path& folder
 bool read_surface_specimen(TableReader& table, const std::filesystem::path& folder, bool has_material,
                            const std::optional<Vec3>& spacing_otherwise, MaterialTable& materials,
                            Scene& scene, std::vector<float>* labels);
-/// A scene file's text whose body is of an image in memory. @throws InputError
-SceneAndMeasures parse_scene_of(const Image& image, std::string_view text, const std::filesystem::path& file);
+/// The scene that the keys of a file say. @param given of its body, in place of a file that the scene names
+/// @throws InputError
+SceneAndMeasures scene_of(const toml::table& document, const std::filesystem::path& file,
+                          const Image* given = nullptr);
 /// True if two images have the same voxels in the same places, to a thousandth of a voxel.
 bool have_same_voxels(const ImageInfo& one, const ImageInfo& other);
 
@@ -144,7 +152,7 @@ struct PartialVolume {
   double none = 0, full = 1; ///< grey values
   std::string image;         ///< of these; empty: the body's own
   double width = 0;          ///< of smoothing [m]
-  double least = 0;          ///< of a cell that is to be matter
+  double least = 0.05;       ///< of a cell that is to be matter
   int line = 0;
 };
 /// Nothing where the key is absent, or faulty.
@@ -230,8 +238,6 @@ void read_limits(TableReader& table, Scene& scene);
 void read_relaxation(TableReader& table, Scene& scene);
 /// What the settings of a relaxation must keep to.
 inline constexpr int most_cells_along_an_axis = 1'000'000'000;
-inline constexpr std::int64_t most_sweeps = 1'000'000'000, most_increments = 10'000;
-inline constexpr const char* wanted_tolerance = "a number between 0 and 1";
 /// A fault for every material that lacks what the limits are taken from.
 void check_limit_source(const Scene& scene, const std::string& path, int line, FaultList& faults);
 /// A fault where a scene that is not two-dimensional states a plane. @param dimension 0 where it is not known
@@ -247,7 +253,7 @@ bool fits_into_memory(const Index3& cells, int dimension, const std::string& pat
 
 /// A vector of quantities: one for each of the scene's axes (one number in one dimension), or three of which
 /// those beyond the scene's dimension are 0.
-std::optional<Vec3> read_vector(TableReader& table, std::string_view key, Dimension unit, int dimension);
+std::optional<Vec3> read_vector(TableReader& table, std::string_view key, int dimension);
 
 /// Text of a value as the file has it.
 std::string in_words(const toml::node& node);
@@ -263,12 +269,12 @@ void for_each_table(TableReader& root, const char* key, Read&& read) {
     return;
   const auto* list = node->as_array();
   if (!list || !list->is_array_of_tables()) {
-    root.fault(key, fmt::format("tables [[{}]]", key), describe(*node));
+    root.fault(key, fmt::format("tables [[{}]]", key));
     return;
   }
   for (std::size_t i = 0; i < list->size(); ++i) {
     TableReader table(*list->get(i)->as_table(), fmt::format("{}[{}]", root.path_of(key), i + 1),
-                      root.faults());
+                      root.faults(), root.declared_under(key));
     read(table);
     table.finish();
   }

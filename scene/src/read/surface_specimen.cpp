@@ -20,8 +20,7 @@ namespace {
 
 /// `surface`: one name of a file, or a list of them.
 std::vector<std::string> read_names(TableReader& table) {
-  constexpr const char* wanted = "a file (.stl, .obj), or a list of files";
-  const toml::node* node = table.require("surface", wanted);
+  const toml::node* node = table.require("surface");
   std::vector<std::string> names;
   if (!node)
     return names;
@@ -32,14 +31,10 @@ std::vector<std::string> read_names(TableReader& table) {
     if (const auto name = list->get(i)->value<std::string>())
       names.push_back(*name);
   if (!list || names.empty() || names.size() != list->size() || names.size() > 255) {
-    table.fault("surface", wanted, describe(*node));
+    table.fault("surface", table.missing("surface"));
     names.clear();
   }
   return names;
-}
-
-double metres_of(std::string_view unit) {
-  return unit == "mm" ? 1e-3 : unit == "cm" ? 1e-2 : 1;
 }
 
 /// All surfaces, in metres; a fault where they do not say that they are in one frame.
@@ -56,16 +51,12 @@ bool read_meshes(const std::vector<std::string>& names, const std::filesystem::p
       continue;
     }
     try {
-      SurfaceMesh mesh = read_surface_mesh(*file);
+      SurfaceMesh mesh = read_surface_mesh(*file, metres);
       if (!surfaces.empty() && mesh.frame != frame) {
         table.fault("surface", "files that state the same frame, SPACE=RAS or SPACE=LPS, or none", name);
         is_good = false;
       }
       frame = mesh.frame;
-      for (Triangle& triangle : mesh.triangles)
-        for (Vec3& corner : triangle)
-          for (double& component : corner)
-            component *= metres;
       surfaces.push_back(std::move(mesh.triangles));
     } catch (const InputError& error) {
       adopt(error, path, line, table.faults());
@@ -81,7 +72,7 @@ bool read_surface_specimen(TableReader& table, const std::filesystem::path& fold
                            const std::optional<Vec3>& spacing_otherwise, MaterialTable& materials,
                            Scene& scene, std::vector<float>* labels) {
   const auto names = read_names(table);
-  const double metres = metres_of(table.choice("unit", {"mm", "cm", "m"}).value_or("mm"));
+  const double metres = read_unit(table);
   const auto spacing = read_spacing(table, 3, spacing_otherwise);
   std::vector<std::vector<Triangle>> surfaces;
   std::optional<CoordinateFrame> frame;

@@ -174,47 +174,37 @@ namespace {
 
 using Cells = std::optional<std::vector<std::uint8_t>>;
 
-/// A length > 0; a fault where it is absent.
-std::optional<double> read_positive(TableReader& table, const char* key, const char* what) {
-  table.require(key, fmt::format("{}: a length > 0", what));
-  const auto length = table.quantity(key, Dimension::length);
-  if (!length || *length > 0)
-    return length;
-  table.fault(key, fmt::format("{}: a length > 0", what), describe(*table.find(key)));
-  return std::nullopt;
-}
-
 /// `thread = { radius, depth, pitch, play }`
 std::optional<Thread> read_thread(TableReader& table) {
-  table.require("thread", "a table { radius, depth, pitch }");
-  const toml::table* section = table.subtable("thread");
-  if (!section)
+  table.require("thread");
+  auto reader = table.open("thread");
+  if (!reader)
     return std::nullopt;
-  TableReader reader(*section, table.path_of("thread"), table.faults());
-  const auto radius = read_positive(reader, "radius", "of the bolt with its thread");
-  const auto depth = read_positive(reader, "depth", "of the thread");
-  const auto pitch = read_positive(reader, "pitch", "the height of one turn");
-  const auto play = reader.quantity("play", Dimension::length);
-  reader.finish();
-  if (!radius || !depth || !pitch)
+  Thread thread;
+  reader->read("radius", thread.radius);
+  reader->read("depth", thread.depth);
+  reader->read("pitch", thread.pitch);
+  reader->read("play", thread.play);
+  reader->finish();
+  if (!(thread.radius > 0) || !(thread.depth > 0) || !(thread.pitch > 0))
     return std::nullopt;
-  if (*depth >= *radius)
-    reader.fault("depth", "less than the radius", describe(*reader.find("depth")));
-  if (play && (*play < 0 || *play >= *pitch / 4))
-    reader.fault("play", "from 0 to a quarter of the pitch", describe(*reader.find("play")));
-  return Thread{*radius, *depth, *pitch, play.value_or(0)};
+  if (thread.depth >= thread.radius)
+    reader->fault("depth", "less than the radius");
+  if (thread.play < 0 || thread.play >= thread.pitch / 4)
+    reader->fault("play", "from 0 to a quarter of the pitch");
+  return thread;
 }
 
 bool is_solid(TableReader& table, const Grid& grid) {
   if (grid.dimension() == 3)
     return true;
-  table.fault("cells", "three numbers: the shape is a solid", describe(*table.find("cells")));
+  table.fault("cells", "three numbers: the shape is a solid");
   return false;
 }
 
 Cells read_bolt(TableReader& table, const std::optional<Grid>& grid) {
   const auto thread = read_thread(table);
-  const auto head = read_positive(table, "head", "the height of the head");
+  const auto head = table.require("head") ? table.number("head") : std::nullopt;
   return thread && head && grid && is_solid(table, *grid) ? Cells(bolt_cells(*grid, *thread, *head))
                                                           : std::nullopt;
 }
@@ -225,7 +215,7 @@ Cells read_nut(TableReader& table, const std::optional<Grid>& grid) {
 }
 
 Cells read_washer(TableReader& table, const std::optional<Grid>& grid) {
-  const auto hole = read_positive(table, "hole", "the radius of the hole");
+  const auto hole = table.require("hole") ? table.number("hole") : std::nullopt;
   return hole && grid && is_solid(table, *grid) ? Cells(washer_cells(*grid, *hole)) : std::nullopt;
 }
 
@@ -246,18 +236,18 @@ std::optional<std::array<int, 2>> read_pair(TableReader& table, const char* key,
   if (is_good)
     return pair;
   if (node)
-    table.fault(key, wanted, describe(*node));
+    table.fault(key, wanted);
   return std::nullopt;
 }
 
 Cells read_puzzle_piece(TableReader& table, const std::optional<Grid>& grid) {
   const auto pieces = read_pair(table, "pieces", 1, {101, 101});
   const auto piece = read_pair(table, "piece", 0, pieces.value_or(std::array<int, 2>{101, 101}));
-  const auto tabs = table.choice("tabs", {"bulges", "undercut"});
+  const auto tabs = table.choice("tabs");
   if (!pieces || !piece || !grid)
     return std::nullopt;
   if (grid->dimension() == 1) {
-    table.fault("cells", "two numbers, or three with the puzzle's thickness", describe(*table.find("cells")));
+    table.fault("cells", "two numbers, or three with the puzzle's thickness");
     return std::nullopt;
   }
   return puzzle_piece_cells(*grid, {*pieces, *piece, tabs == "undercut"});
@@ -265,8 +255,7 @@ Cells read_puzzle_piece(TableReader& table, const std::optional<Grid>& grid) {
 
 /// `rows = ["##", "#."]`: the grid and its matter.
 Cells read_rows(TableReader& table, const BodyDefaults& defaults, std::optional<Grid>& grid) {
-  constexpr const char* wanted = "lines of text of one length, the first on top; blanks and dots are empty";
-  const toml::node* node = table.require("rows", wanted);
+  const toml::node* node = table.require("rows");
   const auto spacing = read_spacing(table, 2, defaults.spacing);
   const auto* list = node ? node->as_array() : nullptr;
   std::vector<std::string> lines;
@@ -277,7 +266,7 @@ Cells read_rows(TableReader& table, const BodyDefaults& defaults, std::optional<
       !lines.empty() && !lines[0].empty() && lines[0].size() <= 32767 && lines.size() <= 32767 &&
       std::ranges::all_of(lines, [&](const std::string& line) { return line.size() == lines[0].size(); });
   if (node && !is_good)
-    table.fault("rows", wanted, describe(*node));
+    table.fault("rows", table.missing("rows"));
   if (!is_good || !spacing)
     return std::nullopt;
   grid = Grid(2, {static_cast<int>(lines[0].size()), static_cast<int>(lines.size()), 1}, *spacing);
@@ -323,10 +312,7 @@ bool read_shape_of_worlds(TableReader& table, const std::string& shape, const Bo
 
 bool read_object_body(TableReader& table, const BodyDefaults& defaults, const std::filesystem::path& folder,
                       Scene& scene) {
-  const std::vector<std::string_view> shapes{"box",  "ellipsoid", "muscle", "image",       "rows",
-                                             "bolt", "nut",       "washer", "puzzle_piece"};
-  table.require("shape", fmt::format("one of: {}", fmt::join(shapes, ", ")));
-  const auto shape = table.choice("shape", shapes);
+  const auto shape = table.choice("shape");
   if (!shape) {
     for (const char* key :
          {"cells", "spacing", "material", "fibre", "tendon", "plane", "image", "labels", "threshold",

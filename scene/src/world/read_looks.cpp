@@ -143,7 +143,7 @@ void fill_grey(TableReader& table, const std::filesystem::path& folder, Seen& se
 }
 
 std::optional<Seen> read_seen(TableReader table, const std::filesystem::path& folder) {
-  const auto look = reader::read_look(table, folder);
+  const auto look = reader::read_look(table);
   if (!look)
     return std::nullopt;
   Seen seen;
@@ -162,15 +162,16 @@ std::optional<Seen> read_seen(TableReader table, const std::filesystem::path& fo
 std::vector<std::optional<Seen>> read_looks(const std::filesystem::path& scene_file) {
   FaultList faults(scene_file.string());
   const toml::table document = parse_toml(read_text_file(scene_file, "a scene file"), scene_file.string());
-  TableReader root(document, "", faults);
+  TableReader root(document, "", faults, "scene");
   read_units(root);
   std::vector<std::optional<Seen>> looks;
   if (const auto* specimen = document["specimen"].as_table())
-    looks.push_back(read_seen(TableReader(*specimen, "specimen", faults), scene_file.parent_path()));
+    looks.push_back(
+        read_seen(TableReader(*specimen, "specimen", faults, "specimen"), scene_file.parent_path()));
   if (const auto* objects = document["object"].as_array())
     for (std::size_t i = 0; i < objects->size(); ++i)
       if (const auto* object = objects->get(i)->as_table())
-        looks.push_back(read_seen(TableReader(*object, fmt::format("object[{}]", i + 1), faults),
+        looks.push_back(read_seen(TableReader(*object, fmt::format("object[{}]", i + 1), faults, "object"),
                                   scene_file.parent_path()));
   faults.throw_if_any();
   return looks;

@@ -99,18 +99,15 @@ bool read_driven(TableReader& table, const WorldScene& world, DriveSpan& span) {
 /// `follow` and the `stiffness` of the spring between hand and object.
 void read_follow(TableReader& table, DriveSpan& span) {
   constexpr double usual = 300; // [N/m], as the probe's
-  const toml::node* follow = table.find("follow");
-  if (follow != nullptr && !follow->is_boolean())
-    table.fault("follow", "true or false", describe(*follow));
-  if (follow != nullptr && follow->value_or(false))
+  bool follows = false;
+  table.read("follow", follows);
+  if (follows)
     span.follow = usual;
-  if (const auto stiffness = table.quantity("stiffness", Dimension::dimensionless)) {
-    if (!span.follow)
-      table.fault("stiffness", "no such key without `follow = true`", describe(*table.find("stiffness")));
-    else if (!(*stiffness > 0))
-      table.fault("stiffness", "a stiffness > 0 [N/m]", describe(*table.find("stiffness")));
-    else
+  if (const auto stiffness = table.number("stiffness")) {
+    if (span.follow)
       span.follow = *stiffness;
+    else
+      table.fault("stiffness", "no such key without `follow = true`");
   }
   if (span.follow && span.slide)
     table.fault("slide", "either `slide` or `follow`", "both");
@@ -120,15 +117,12 @@ void read_follow(TableReader& table, DriveSpan& span) {
 void read_asked(TableReader& table, const WorldScene& world, bool is_rigid, DriveSpan& span) {
   const int dimension = world.dimension;
   for (const char* key : {"to", "turn", "slide", "follow", "stiffness"})
-    if (!is_rigid && table.has(key)) {
-      table.find(key);
-      table.fault(key, "no such key: nodes of a deformable object are shifted `by`",
-                  describe(*table.find(key)));
-    }
+    if (!is_rigid)
+      table.refuse(key, "no such key: nodes of a deformable object are shifted `by`");
   if (const toml::node* release = table.find("release")) {
     span.release = release->value_or(false);
     if (!span.release)
-      table.fault("release", "true, or nothing", describe(*release));
+      table.fault("release", "true, or nothing");
     for (const char* key : {"by", "to", "turn", "slide", "follow", "stiffness", "where"})
       if (table.has(key))
         table.fault(key, "no such key where an object is released", reader::in_words(*table.find(key)));
@@ -139,11 +133,11 @@ void read_asked(TableReader& table, const WorldScene& world, bool is_rigid, Driv
   if (table.has("by") && table.has("to"))
     table.fault("to", "either `by` or `to`", "both");
   if (table.has("by"))
-    span.by = reader::read_vector(table, "by", Dimension::length, dimension).value_or(Vec3{});
+    span.by = reader::read_vector(table, "by", dimension).value_or(Vec3{});
   if (!is_rigid)
     return;
   if (table.has("to"))
-    span.to = reader::read_vector(table, "to", Dimension::length, dimension);
+    span.to = reader::read_vector(table, "to", dimension);
   bool turns_about_its_middle = false;
   if (const auto turn = reader::read_turn(table, dimension, turns_about_its_middle)) {
     span.axis = turn->axis;
@@ -153,11 +147,7 @@ void read_asked(TableReader& table, const WorldScene& world, bool is_rigid, Driv
     if (std::abs(turn->angle) > std::numbers::pi * static_cast<double>(span.n_frames))
       table.fault("turn", "at most half a turn a frame", reader::in_words(*table.find("turn")));
   }
-  if (const toml::node* slide = table.find("slide")) {
-    if (!slide->is_boolean())
-      table.fault("slide", "true or false", describe(*slide));
-    span.slide = slide->value_or(false);
-  }
+  table.read("slide", span.slide);
   read_follow(table, span);
 }
 
@@ -165,20 +155,16 @@ Trajectory read_tables(std::string_view text, const std::filesystem::path& file,
                        FaultList& faults) {
   Trajectory trajectory;
   const toml::table document = parse_toml(text, file.string());
-  TableReader root(document, "", faults);
+  TableReader root(document, "", faults, "trajectory");
   read_units(root);
-  if (const auto seconds = root.quantity("frame_time", Dimension::time)) {
-    trajectory.frame_seconds = *seconds;
-    if (!(*seconds > 0))
-      root.fault("frame_time", "a time > 0", describe(*root.find("frame_time")));
-  }
-  trajectory.n_frames = root.integer("frames", 0, most_frames).value_or(0);
+  trajectory.frame_seconds = root.number("frame_time").value_or(trajectory.frame_seconds);
+  root.read("frames", trajectory.n_frames);
   std::int64_t next = 1, bytes = 0;
   constexpr std::int64_t most_bytes = std::int64_t{64} << 20;
   reader::for_each_table(root, "drive", [&](TableReader& table) {
     DriveSpan span;
-    span.first_frame = table.integer("start", 1, most_frames).value_or(next);
-    span.n_frames = table.integer("frames", 1, most_frames).value_or(1);
+    span.first_frame = table.whole("start").value_or(next);
+    table.read("frames", span.n_frames);
     next = span.end_frame();
     const bool is_known = read_driven(table, world, span);
     if (is_known || !table.has("object"))

@@ -42,8 +42,7 @@ bool read_cells_of_world(TableReader& table, WorldScene& world) {
   world.dimension = static_cast<int>(cells->size());
   std::ranges::copy(*cells, world.cells.begin());
   if (std::ranges::max(world.cells) > most_cells)
-    table.fault("cells", fmt::format("at most {} cells along an axis", most_cells),
-                describe(*table.find("cells")));
+    table.fault("cells", fmt::format("at most {} cells along an axis", most_cells));
   else if (const double bytes = map_bytes(world.cells), free = static_cast<double>(available_memory());
            bytes > free)
     table.fault("cells",
@@ -54,28 +53,18 @@ bool read_cells_of_world(TableReader& table, WorldScene& world) {
 
 /// `dynamics = { gravity = [0, "-9.81 m/s^2"], restitution = 0.5, damping = 0 }`.
 void read_dynamics(TableReader& world_table, WorldScene& world) {
-  const toml::table* section = world_table.subtable("dynamics");
-  if (!section)
+  auto table = world_table.open("dynamics");
+  if (!table)
     return;
-  TableReader table(*section, "world.dynamics", world_table.faults());
   WorldDynamics& dynamics = world.dynamics.emplace();
   if (world.contact != ContactLaw::surfaces)
     world_table.fault("dynamics", "contact = \"surfaces\", which knows impulses",
                       "contact = \"cells\"");
-  if (table.has("gravity"))
-    dynamics.gravity =
-        reader::read_vector(table, "gravity", Dimension::acceleration, world.dimension).value_or(Vec3{});
-  if (const auto restitution = table.quantity("restitution", Dimension::dimensionless)) {
-    dynamics.restitution = *restitution;
-    if (!(*restitution >= 0 && *restitution <= 1))
-      table.fault("restitution", "a ratio of speeds from 0 to 1", describe(*table.find("restitution")));
-  }
-  if (const auto damping = table.quantity("damping", Dimension::dimensionless)) {
-    dynamics.damping = *damping;
-    if (*damping < 0)
-      table.fault("damping", "a rate >= 0 [1/s]", describe(*table.find("damping")));
-  }
-  table.finish();
+  if (table->has("gravity"))
+    dynamics.gravity = reader::read_vector(*table, "gravity", world.dimension).value_or(Vec3{});
+  table->read("restitution", dynamics.restitution);
+  table->read("damping", dynamics.damping);
+  table->finish();
 }
 
 /// Masses and speeds, where there is time.
@@ -85,44 +74,31 @@ void read_moving(TableReader& table, const WorldScene& world, WorldObject& objec
       const std::string found = reader::in_words(*table.find(key));
       table.fault(key, "no such key but of what moves in a world with `dynamics`", found);
     } else if (std::string_view(key) == "density") {
-      object.density = table.quantity("density", Dimension::density).value_or(object.density);
-      if (!(object.density > 0))
-        table.fault("density", "a density > 0", describe(*table.find("density")));
+      table.read("density", object.density);
     } else if (table.has("velocity")) {
-      object.velocity =
-          reader::read_vector(table, "velocity", Dimension::dimensionless, world.dimension).value_or(Vec3{});
+      object.velocity = reader::read_vector(table, "velocity", world.dimension).value_or(Vec3{});
     }
 }
 
 /// `surface = "smooth"`.
 void read_surface(TableReader& table, const WorldScene& world, WorldObject& object) {
-  object.is_smooth = table.choice("surface", {"voxels", "smooth"}) == "smooth";
+  object.is_smooth = table.choice("surface") == "smooth";
   if (object.is_smooth && (object.kind == ObjectKind::deformable || world.contact != ContactLaw::surfaces))
     table.fault("surface", "smooth: a fixed or rigid object of a world with contact = \"surfaces\"",
                 object.kind == ObjectKind::deformable ? "kind = \"deformable\"" : "contact to a cell");
 }
 
 bool read_world(TableReader& root, WorldScene& world) {
-  root.require("world", "a [world] table");
-  const toml::table* section = root.subtable("world");
+  root.require("world");
+  auto section = root.open("world");
   if (!section)
     return false;
-  TableReader table(*section, "world", root.faults());
+  TableReader& table = *section;
   const bool has_cells = read_cells_of_world(table, world);
-  if (const auto friction = table.quantity("friction", Dimension::dimensionless)) {
-    world.friction = *friction;
-    if (*friction < 0)
-      table.fault("friction", "a coefficient >= 0", describe(*table.find("friction")));
-  }
-  if (const auto budget = table.quantity("frame_budget", Dimension::time)) {
-    world.frame_budget = *budget;
-    if (!(*budget > 0))
-      table.fault("frame_budget", "a time > 0", describe(*table.find("frame_budget")));
-  }
-  world.method = table.choice("method", {"limits", "relaxed", "coupled"}).value_or(world.method);
-  if (const auto contact = table.choice("contact", {"cells", "surfaces"}))
-    world.contact = *contact == "surfaces" ? ContactLaw::surfaces : ContactLaw::cells;
-  else if (table.has("dynamics")) // the one law that knows impulses
+  table.read("friction", world.friction);
+  world.frame_budget = table.number("frame_budget");
+  world.method = table.choice("method").value_or(world.method);
+  if (!table.read("contact", world.contact) && table.has("dynamics")) // the one law that knows impulses
     world.contact = ContactLaw::surfaces;
   read_dynamics(table, world);
   table.finish();
@@ -130,17 +106,16 @@ bool read_world(TableReader& root, WorldScene& world) {
 }
 
 void read_name(TableReader& table, const WorldScene& world, WorldObject& object) {
-  table.require("name", "a name that the trajectory can use");
-  object.name = table.text("name").value_or("");
+  table.read("name", object.name);
   if (table.has("name") && object.name.empty() && table.find("name")->is_string())
-    table.fault("name", "a name that is not empty", "\"\"");
+    table.fault("name", "a name that is not empty");
   if (!object.name.empty() && reader::object_named(object.name, world))
     table.fault("name", "a name that no other object has", "\"" + object.name + "\" again");
 }
 
 void read_place(TableReader& table, int dimension, WorldObject& object) {
   if (table.has("position"))
-    object.position = reader::read_vector(table, "position", Dimension::length, dimension).value_or(Vec3{});
+    object.position = reader::read_vector(table, "position", dimension).value_or(Vec3{});
   bool has_no_point = true;
   if (dimension == 0) {
     table.find("turn"); // what it needs depends on the dimension
@@ -172,8 +147,7 @@ void read_deformable(TableReader& table, const std::string& kind, bool has_body,
 void read_object(TableReader& table, const std::filesystem::path& folder, bool has_cells, WorldScene& world) {
   WorldObject object;
   read_name(table, world, object);
-  table.require("kind", "fixed, rigid or deformable");
-  const std::string kind = table.choice("kind", {"fixed", "rigid", "deformable"}).value_or("");
+  const std::string kind = table.choice("kind").value_or("");
   object.kind = kind == "deformable" ? ObjectKind::deformable
                 : kind == "rigid"    ? ObjectKind::rigid
                                      : ObjectKind::fixed;
@@ -191,7 +165,7 @@ void read_object(TableReader& table, const std::filesystem::path& folder, bool h
   if (has_cells)
     read_moving(table, world, object);
   read_deformable(table, kind, has_body, object.scene);
-  reader::read_look(table, folder); // its faults; worlds do not look
+  reader::read_look(table); // its faults; worlds do not look
   world.objects.push_back(std::move(object));
 }
 
@@ -202,11 +176,11 @@ WorldScene parse_world_scene(std::string_view text, const std::filesystem::path&
   const toml::table document = parse_toml(text, file.string());
   WorldScene world;
   world.name = file.stem().string();
-  TableReader root(document, "", faults);
+  TableReader root(document, "", faults, "scene");
   read_units(root);
   world.title = root.text("title").value_or(world.name);
   const bool has_cells = read_world(root, world);
-  root.require("object", "at least one [[object]]");
+  root.require("object");
   reader::for_each_table(
       root, "object", [&](TableReader& table) { read_object(table, file.parent_path(), has_cells, world); });
   for (const char* key : {"specimen", "hold", "move", "load", "limits", "relaxation"})

@@ -242,7 +242,7 @@ TEST(ImageLayersOracle, ABodyIsThatOfTheWholeImage) {
       expect_body(scene_of(text_of(asked), file).specimen, whole);
       std::string text = text_of(asked);
       text.erase(0, text.find("FILE") + 6);
-      const Scene given = reader::parse_scene_of(image, "[specimen]\n" + text, "scene.toml").scene;
+      const Scene given = reader::scene_of(parse_toml("[specimen]\n" + text, ""), "scene.toml", &image).scene;
       expect_body(given.specimen, whole);
       ++bodies;
     }

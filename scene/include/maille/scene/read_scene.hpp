@@ -14,6 +14,8 @@
 
 namespace maille {
 
+struct KeyTable; // maille/materials/toml_reader.hpp
+
 /// Reads a scene file; paths of images are relative to it.
 /// @throws InputError with every fault (file, line, key, expected, found)
 Scene read_scene(const std::filesystem::path& file);
@@ -51,5 +53,7 @@ NamedFile named_file(const std::string& name, const std::filesystem::path& folde
 /// @return nodes of the body, ascending; empty where none is in it
 /// @throws InputError  what is no region
 std::vector<std::int64_t> nodes_in(const Scene& scene, std::string_view where);
+/// The same of a table that has the key `where`.
+std::vector<std::int64_t> nodes_in(const Scene& scene, const KeyTable& table);
 
 } // namespace maille

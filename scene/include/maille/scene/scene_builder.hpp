@@ -11,6 +11,7 @@
 #include "maille/scene/scene.hpp"
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -18,6 +19,8 @@
 #include <vector>
 
 namespace maille {
+
+struct KeyTable; // maille/materials/toml_reader.hpp
 
 struct SceneAndMeasures; // maille/scene/measure/measure.hpp
 
@@ -152,6 +155,8 @@ public:
   /// (labels, material, fibre, coarsen), [[hold]], [[move]], [limits] and so on, in place of what the other
   /// calls say. Lengths and angles have a unit, or `units` says theirs. @param folder of files that it names
   SceneBuilder& keys(std::string toml, std::filesystem::path folder = {});
+  /// The same as a table; without labels() all of the scene, its [specimen] too.
+  SceneBuilder& keys(std::shared_ptr<const KeyTable> table, std::filesystem::path folder = {});
 
   /// The grid as given, of which nodes in lists are numbered; empty before there is a sound body. O(1)
   Grid grid() const;
@@ -216,7 +221,8 @@ private:
   LimitSettings limits_;
   RelaxationSettings relaxation_;
   std::optional<std::string> keys_;
-  std::filesystem::path folder_; ///< of keys_
+  std::shared_ptr<const KeyTable> table_; ///< in place of keys_
+  std::filesystem::path folder_;          ///< of keys_
 };
 
 /// Where a body's cell (0, 0, 0) was in the grid that it was made from, before that was cut down to its
