@@ -158,20 +158,15 @@ class Scene:
         if self._made is None:
             if self._image is not None:
                 self._made = _core.build_scene(self._name, self._image.voxels(), self._image.rows(),
-                                               self._image.affine is not None, _toml.dumps(self._document), self._folder)
+                                               self._image.affine is not None, _toml.plain(self._document), self._folder)
             else:
                 self._made = self._parsed()
         return self._made
 
     def _parsed(self) -> _core.Scene:
-        file = os.path.join(self._folder, self._name + ".toml")
         if self._text is not None:
-            return _core.parse_scene(self._text, file)
-        try:
-            return _core.parse_scene(_toml.dumps(self._document), file)
-        except SceneFaults as error:  # of no file, so that none of its lines helps
-            faults = [fault._replace(file="", line=0) if fault.file == file else fault for fault in error.faults]
-            raise SceneFaults("\n".join(str(fault) for fault in faults), faults) from None
+            return _core.parse_scene(self._text, os.path.join(self._folder, self._name + ".toml"))
+        return _core.build_keys(self._name, _toml.plain(self._document), self._folder)
 
     def __getstate__(self) -> Dict[str, Any]:
         """Without what was read: a copy, in another process too, reads it anew."""
@@ -232,7 +227,7 @@ class Scene:
 
     def nodes_in(self, where: Where) -> npt.NDArray[np.int64]:
         """Numbers of the body's nodes in a region: i + nx (j + ny k)."""
-        return self._built.nodes_in(where if isinstance(where, str) else _toml.value(where))
+        return self._built.nodes_in(where if isinstance(where, str) else {"where": _toml.plain(where)})
 
     def document(self) -> Table:
         """The scene as a mapping, as ``from_dict`` takes it; of a body in memory without its image."""
@@ -375,13 +370,12 @@ class Drag:
         self._nodes: Dict[str, npt.NDArray[np.int64]] = {}
 
     def _numbers(self, where: Union[Where, Sequence[int], npt.NDArray[np.int64]]) -> npt.NDArray[np.int64]:
-        if isinstance(where, str):
-            found = self._nodes.get(where)
+        if isinstance(where, (str, Mapping)):
+            name = where if isinstance(where, str) else _toml.value(where)
+            found = self._nodes.get(name)
             if found is None:
-                found = self._nodes[where] = self._scene.nodes_in(where)
+                found = self._nodes[name] = self._scene.nodes_in(where)
             return found
-        if isinstance(where, Mapping):
-            return self._numbers(_toml.value(where))
         return np.asarray(where, dtype=np.int64)
 
     def move(self, where: Union[Where, Sequence[int], npt.NDArray[np.int64]], *, by: Sequence[Length]) -> Record:

@@ -1,4 +1,4 @@
-"""Scenes as text: the part of TOML that scene files need."""
+"""Scenes as plain values and as text: the part of TOML that scene files need."""
 
 from __future__ import annotations
 
@@ -16,24 +16,34 @@ def _key(key: object) -> str:
     return text if _BARE.match(text) else json.dumps(text, ensure_ascii=False)
 
 
-def value(item: Any) -> str:
-    """One value; a mapping as an inline table, anything with a length as a list."""
-    if isinstance(item, np.ndarray):
+def plain(item: Any) -> Any:
+    """Truths, numbers, texts, lists and tables alone: arrays as lists, without keys that have no value."""
+    if isinstance(item, (np.ndarray, np.generic)):
         item = item.tolist()
-    elif isinstance(item, np.generic):
-        item = item.item()
+    if isinstance(item, (bool, str)):
+        return item
+    if isinstance(item, (int, float)):
+        return int(item) if isinstance(item, int) and -2**63 <= item < 2**63 else float(item)
+    if isinstance(item, Mapping):
+        return {str(key): plain(one) for key, one in item.items() if one is not None}
+    try:
+        return [plain(part) for part in item]
+    except TypeError:
+        raise TypeError(f"expected a number, a text, a list or a table of such, found {item!r}") from None
+
+
+def value(item: Any) -> str:
+    """One plain value; a mapping as an inline table."""
+    item = plain(item)
     if isinstance(item, bool):
         return "true" if item else "false"
     if isinstance(item, (int, float)):
         return repr(item)
     if isinstance(item, str):
         return json.dumps(item, ensure_ascii=False)
-    if isinstance(item, Mapping):
-        return "{ " + ", ".join(f"{_key(k)} = {value(v)}" for k, v in item.items() if v is not None) + " }"
-    try:
-        return "[" + ", ".join(value(part) for part in item) + "]"
-    except TypeError:
-        raise TypeError(f"expected a number, a text, a list or a table of such, found {item!r}") from None
+    if isinstance(item, dict):
+        return "{ " + ", ".join(f"{_key(k)} = {value(v)}" for k, v in item.items()) + " }"
+    return "[" + ", ".join(value(part) for part in item) + "]"
 
 
 def _is_tables(item: Any) -> bool:

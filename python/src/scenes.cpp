@@ -3,6 +3,7 @@
 #include "binding.hpp"
 #include "maille/deform/drag.hpp"
 #include "maille/deform/solve.hpp"
+#include "maille/materials/toml_reader.hpp"
 #include "maille/scene/image.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "maille/scene/read_scene.hpp"
@@ -45,9 +46,52 @@ AddLabels labels_of(const py::array& array, const Affine& affine) {
   };
 }
 
+void put(const py::handle& value, toml::array& into);
+
+toml::table table_of(const py::dict& from) {
+  toml::table table;
+  toml::array one;
+  for (const auto& [key, value] : from) {
+    one.clear();
+    put(value, one);
+    one[0].visit([&](auto& node) { table.insert(key.cast<std::string>(), std::move(node)); });
+  }
+  table.is_inline(true); // as it stands in messages
+  return table;
+}
+
+/// What maille._toml.plain leaves: truths, numbers, texts, lists and tables.
+void put(const py::handle& value, toml::array& into) {
+  if (py::isinstance<py::bool_>(value))
+    into.push_back(value.cast<bool>());
+  else if (py::isinstance<py::int_>(value))
+    into.push_back(value.cast<std::int64_t>());
+  else if (py::isinstance<py::float_>(value))
+    into.push_back(value.cast<double>());
+  else if (py::isinstance<py::str>(value))
+    into.push_back(value.cast<std::string>());
+  else if (py::isinstance<py::dict>(value))
+    into.push_back(table_of(value.cast<py::dict>()));
+  else {
+    toml::array list;
+    for (const py::handle part : value.cast<py::list>())
+      put(part, list);
+    into.insert(into.end(), std::move(list));
+  }
+}
+
+std::shared_ptr<const KeyTable> keys_of(const py::dict& document) {
+  return std::make_shared<const KeyTable>(KeyTable{table_of(document)});
+}
+
+SceneHandle build_keys(const std::string& name, const py::dict& document, const std::string& folder) {
+  return handle_of(made_in_thread(
+      [=, keys = keys_of(document)] { return SceneBuilder(name).keys(keys, folder).build_with_measures(); }));
+}
+
 /// @param array of three axes i, j, k, in this machine's byte order, its strides whole elements
 SceneHandle build(const std::string& name, const py::array& array,
-                  const std::array<std::array<double, 4>, 4>& affine, bool is_ras, const std::string& keys,
+                  const std::array<std::array<double, 4>, 4>& affine, bool is_ras, const py::dict& document,
                   const std::string& folder) {
   AddLabels add_labels;
   for (const auto of_type : {labels_of<std::uint8_t>, labels_of<std::uint16_t>, labels_of<std::int16_t>,
@@ -60,7 +104,7 @@ SceneHandle build(const std::string& name, const py::array& array,
     for (const double value : row)
       require_finite("affine", value);
   return handle_of(made_in_thread(
-      [=] {
+      [=, keys = keys_of(document)] {
         SceneBuilder builder(name);
         add_labels(builder);
         if (is_ras)
@@ -108,8 +152,8 @@ AnswerHandle run(const SceneHandle& handle, const std::string& method, std::opti
                  py::object progress) {
   if (std::ranges::find(deform::methods(), method) == deform::methods().end())
     throw py::value_error("expected a method of this module, found \"" + method + "\"");
-  if (tolerance && !(*tolerance > 0 && *tolerance < 1))
-    throw py::value_error("expected a tolerance between 0 and 1");
+  if (const auto wanted = tolerance ? wanted_in_range("relaxation", "tolerance", *tolerance) : std::nullopt)
+    throw py::value_error("expected a tolerance, " + *wanted);
   Steering steering(threads, seconds, bytes, std::move(progress));
   AnswerHandle made{handle.asked, {}};
   {
@@ -198,6 +242,7 @@ void bind_scenes(py::module_& module) {
   module.def("parse_scene", [](const std::string& text, const std::string& file) {
     return handle_of(made_in_thread([=] { return parse_scene_and_measures(text, file); }));
   });
+  module.def("build_keys", &build_keys);
   module.def("build_scene", &build);
   module.def("image_grid", [](const std::string& file) {
     const ImageInfo info = read_image_info(file);
@@ -301,6 +346,11 @@ void bind_scenes(py::module_& module) {
       .def("nodes_in",
            [](const SceneHandle& s, const std::string& where) {
              const auto nodes = nodes_in(s.scene(), where);
+             return py::array_t<std::int64_t>(static_cast<py::ssize_t>(nodes.size()), nodes.data());
+           })
+      .def("nodes_in",
+           [](const SceneHandle& s, const py::dict& where) {
+             const auto nodes = nodes_in(s.scene(), *keys_of(where));
              return py::array_t<std::int64_t>(static_cast<py::ssize_t>(nodes.size()), nodes.data());
            })
       .def("run", &run);
