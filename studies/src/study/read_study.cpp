@@ -23,7 +23,7 @@ class StudyReader {
 public:
   StudyReader(std::string_view text, const fs::path& file)
       : file_(file), document_(parse_toml(text, file.string())), faults_(file.string()),
-        root_(document_, "", faults_) {}
+        root_(document_, "", faults_, "study") {}
 
   /// @throws InputError
   StudyFile read() {
@@ -141,28 +141,20 @@ void StudyReader::read_methods(StudyFile& study) {
       root_.fault("reference_seconds", "a number > 0 beside reference = \"best\"",
                   fmt::format("{} and \"{}\"", *seconds, study.reference));
   }
-  study.repetitions = static_cast<int>(root_.integer("repetitions", 1, 1000).value_or(1));
+  root_.read("repetitions", study.repetitions);
 }
 
 void StudyReader::read_plan(StudyFile& study) {
-  const auto combine =
-      root_.choice("combine", {"grid", "zip", "latin_hypercube", "sobol", "saltelli"}).value_or("grid");
-  study.combination = combine == "zip"               ? Combination::zip
-                      : combine == "latin_hypercube" ? Combination::latin_hypercube
-                      : combine == "sobol"           ? Combination::sobol
-                      : combine == "saltelli"        ? Combination::saltelli
-                                                     : Combination::grid;
-  const bool is_drawn = is_drawn_plan(study.combination);
-  if (is_drawn && root_.require("samples", "the number of cases a scene"))
-    study.samples = static_cast<int>(root_.integer("samples", 1, 1'000'000).value_or(1));
-  if (!is_drawn && root_.has("samples"))
-    root_.fault("samples", "no such key unless combine is latin_hypercube, sobol or saltelli",
-                describe(*root_.find("samples")));
+  root_.read("combine", study.combination);
+  if (is_drawn_plan(study.combination)) {
+    root_.require("samples");
+    study.samples = static_cast<int>(root_.whole("samples").value_or(1));
+  } else
+    root_.refuse("samples", "no such key unless combine is latin_hypercube, sobol or saltelli");
   if (study.combination == Combination::latin_hypercube)
-    study.seed = static_cast<std::uint64_t>(
-        root_.integer("seed", 0, std::numeric_limits<std::int64_t>::max()).value_or(1));
-  else if (root_.has("seed"))
-    root_.fault("seed", "no such key unless combine is latin_hypercube", describe(*root_.find("seed")));
+    study.seed = static_cast<std::uint64_t>(root_.whole("seed").value_or(1));
+  else
+    root_.refuse("seed", "no such key unless combine is latin_hypercube");
 }
 
 void StudyReader::read_parameters(StudyFile& study) {
@@ -171,11 +163,11 @@ void StudyReader::read_parameters(StudyFile& study) {
     return;
   const toml::array* list = node->as_array();
   if (!list || !list->is_array_of_tables()) {
-    root_.fault("parameter", "[[parameter]] tables", describe(*node));
+    root_.fault("parameter", "[[parameter]] tables");
     return;
   }
   for (std::size_t i = 0; i < list->size(); ++i) {
-    TableReader table(*(*list)[i].as_table(), fmt::format("parameter[{}]", i + 1), faults_);
+    TableReader table(*(*list)[i].as_table(), fmt::format("parameter[{}]", i + 1), faults_, "parameter");
     if (auto parameter = read_parameter(table, study))
       study.parameters.push_back(std::move(*parameter));
   }
@@ -223,7 +215,7 @@ void StudyReader::read_vtk(StudyFile& study) {
   const std::string expected = fmt::format("\"all\", \"none\" or a list of cases from 1 to {}", n);
   const toml::array* list = node->as_array();
   if (!list)
-    root_.fault("vtk", expected, describe(*node));
+    root_.fault("vtk", expected);
   for (std::size_t i = 0; list && i < list->size(); ++i) {
     const auto number = (*list)[i].as_integer();
     if (number && number->get() >= 1 && number->get() <= n)

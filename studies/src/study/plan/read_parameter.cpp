@@ -178,7 +178,7 @@ bool read_list(TableReader& table, StudyParameter& parameter) {
   const toml::node& node = *table.find("values");
   const toml::array* list = node.as_array();
   if (!list || list->empty()) {
-    table.fault("values", "a list of values", describe(node));
+    table.fault("values", "a list of values");
     return false;
   }
   std::optional<std::string> unit;
@@ -210,19 +210,17 @@ bool read_range(TableReader& table, const char* key, StudyParameter& parameter) 
   const auto from = ends && ends->size() == 2 ? number_with_unit((*ends)[0]) : std::nullopt;
   const auto to = ends && ends->size() == 2 ? number_with_unit((*ends)[1]) : std::nullopt;
   if (!from || !to || from->unit != to->unit) {
-    table.fault(key, "two quantities of one unit, such as [\"3 kPa\", \"500 kPa\"]", describe(node));
+    table.fault(key, "two quantities of one unit, such as [\"3 kPa\", \"500 kPa\"]");
     return false;
   }
   if (is_logarithmic && !(from->number > 0 && to->number > 0)) {
-    table.fault(key, "two quantities > 0", describe(node));
+    table.fault(key, "two quantities > 0");
     return false;
   }
   const double span = is_logarithmic ? to->number / from->number : to->number - from->number;
   if (!std::isfinite(span) || (is_logarithmic && span == 0)) {
-    table.fault(key,
-                is_logarithmic ? "two quantities whose ratio is a number"
-                               : "two quantities whose difference is a number",
-                describe(node));
+    table.fault(key, is_logarithmic ? "two quantities whose ratio is a number"
+                                    : "two quantities whose difference is a number");
     return false;
   }
   parameter.range = StudyRange{from->number, to->number, is_logarithmic};
