@@ -26,6 +26,9 @@ constexpr double largest_small_turn = 15 * std::numbers::pi / 180;
 /// Least shares of the mean cross-section: below, a test's plate is uneven, a face's hold or move tiny.
 constexpr double least_plate = 0.8, least_face = 0.05;
 
+/// Above this Poisson ratio forces of `relaxed` are off by more than a factor of 2.
+constexpr double largest_nu_of_relaxed = 0.4;
+
 double norm(const Vec3& v) {
   return std::hypot(v[0], v[1], v[2]);
 }
@@ -152,7 +155,10 @@ bool is_at_rest(const RigidPose& pose) {
 
 class Warnings {
 public:
-  explicit Warnings(const Scene& scene) : scene_(scene), stated_(stated_of(scene)) {}
+  explicit Warnings(const Scene& scene) : scene_(scene), stated_(stated_of(scene)) {
+    for (const Prescribed& p : scene.prescribed)
+      ++n_fixed_[p.node];
+  }
 
   std::vector<std::string> all() {
     for (const LeftOutPiece& piece : scene_.left_out)
@@ -161,6 +167,8 @@ public:
     const Vec3 sections = cross_sections(scene_.specimen);
     for (std::size_t i = 0; i < stated_.size(); ++i)
       about_region(static_cast<std::int32_t>(i), part_of(stated_[i], scene_.conditions[i], sections));
+    if (scene_.test && (scene_.has_loads() || !scene_.springs.empty() || scene_.contracts()))
+      warn("[test] beside loads: its stiffness and its modulus are of both, not of the material");
     about_turns();
     about_time();
     about_materials();
@@ -184,6 +192,11 @@ private:
     const double least = of.is_load ? 0 : 1e-9 * scene_.specimen.grid.spacing()[0]; // of turns by 360 degrees
     if (of.most <= least && (of.is_load || is_move) && !is_drive && !scene_.test)
       warn("{} is zero: {}", part.name, of.is_load ? "it loads nothing" : "it holds where it is");
+    if (of.is_load && std::ranges::all_of(of.nodes, [&](std::int64_t node) {
+          const auto fixed = n_fixed_.find(node);
+          return fixed != n_fixed_.end() && fixed->second == scene_.dimension();
+        }))
+      warn("{} acts on nodes that are held or moved: it changes nothing but the forces there", part.name);
     if (scene_.dimension() > 1 && of.is_load && of.n_faces == 1)
       warn("{} acts on the face of a single cell: displacements there depend on the spacing", part.name);
     if (scene_.dimension() > 1 && is_move && part.nodes == 1)
@@ -259,6 +272,7 @@ private:
 
   const Scene& scene_;
   std::vector<Stated> stated_;
+  std::map<std::int64_t, int> n_fixed_; ///< components, by node
   std::vector<std::string> found_;
 };
 
@@ -317,6 +331,14 @@ std::vector<std::string> world_warnings(const WorldScene& world) {
   for (const WorldObject& object : world.objects) {
     for (const std::string& warning : plausibility(object.scene).warnings)
       warnings.push_back(object.name + ": " + warning);
+    if (world.method == "relaxed" && object.kind == ObjectKind::deformable &&
+        std::ranges::any_of(object.scene.materials, [](const Material& material) {
+          return material.elasticity.nu23 > largest_nu_of_relaxed;
+        }))
+      warnings.push_back(
+          fmt::format("{}: `relaxed` has no Poisson effect: its forces are too large by a factor "
+                      "that grows without bound as matter becomes incompressible; `coupled` has it",
+                      object.name));
     if (world.contact != ContactLaw::surfaces || world.is_open || object.kind == ObjectKind::fixed)
       continue;
     const Specimen& body = object.scene.specimen;

@@ -74,6 +74,10 @@ def test_warps_analytic_a_body_moved_by_whole_voxels_is_its_array_moved():
     assert [row["label"] for row in rows] == [5, 17]
     assert np.array(rows[0]["centroid"]) - rows[0]["centroid_at_rest"] == pytest.approx(1e-3 * step)
     assert rows[0]["volume"] == pytest.approx(rows[0]["integral_of_det_f"])
+    far = AFFINE.copy()
+    far[:3, 3] += 1e4
+    with pytest.raises(ValueError, match="meets the body"):
+        answer.warp(nib.Nifti1Image(labels, far))
 
 
 def test_transforms_analytic_are_the_motion_in_lps_millimetres(tmp_path):

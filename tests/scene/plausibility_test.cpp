@@ -102,6 +102,10 @@ TEST(PlausibilityContract, StatementsWithoutTheirEffectAreSaid) {
       {strip("[[load]]\nwhere = { box = [[\"60 mm\", 0, 0], [\"60 mm\", \"5 mm\", \"5 mm\"]] }\n"
              "pressure = \"1 Pa\"\n"),
        "face of a single cell"},
+      {strip("[[load]]\nwhere = \"x-\"\npressure = \"1 Pa\"\n"), "nothing but the forces there"},
+      {block + soft +
+           "[test]\nkind = \"axial\"\naxis = \"x\"\nstrain = 0.01\n[[load]]\ngravity = [0, 0, \"1 m/s^2\"]\n",
+       "[test] beside loads"},
       {block + "material = { youngs_modulus = 60, poisson_ratio = 0.3 }\n" + hold, "modulus 60 to 60 Pa"},
       {block + "material = { youngs_modulus = \"10 kPa\", poisson_ratio = 0.3, density = 1.06 }\n" + hold,
        "density 1.06 kg/m^3"},

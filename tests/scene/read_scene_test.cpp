@@ -158,6 +158,16 @@ TEST(ReadSceneContract, OneNumberIsNoVector) {
     EXPECT_TRUE(test::says_only(faults, {.expected = "one for each axis"})) << more;
   }
   EXPECT_NO_THROW(parse_scene(scene_with(box, hold + "[[move]]\nwhere = \"x+\"\nby = 0\naxes = \"y\"\n")));
+  const auto left_out = test::faults_found_by([&] {
+    parse_scene(
+        scene_with(box, hold + "[[move]]\nwhere = \"x+\"\nby = [\"1 mm\", \"1 mm\", 0]\naxes = \"x\"\n"));
+  });
+  EXPECT_TRUE(test::says_only(left_out, {.key = "move[1].by", .expected = "0 along y"}));
+  const auto empty = test::faults_found_by([&] {
+    parse_scene(scene_with(
+        box, "[[hold]]\nwhere = { any = [\"x-\", { box = [[\"1 m\", 0, 0], [\"2 m\", 0, 0]] }] }\n"));
+  });
+  EXPECT_TRUE(test::says_only(empty, {.key = "hold[1].where.any[2]", .expected = "at least one node"}));
 }
 
 TEST(ReadSceneContract, LimitsOfFailureNeedMatterWhoseFailureIsKnown) {

@@ -261,6 +261,7 @@ TEST(IdentifyCommandContract, SaysWhatIsWrongAndWhatIsOpen) {
       {identified(folder.write("odd.csv", "measure,value\npush,1\n").string(), E),
        "odd.csv:2: measure: expected a measure of the scene: pull, pull_x"},
       {identified((folder / "nowhere.csv").string(), E), "nowhere.csv"},
+      {identified(folder.write("zero.csv", "measure,value\npull_x,0\n").string(), E), "zeros alone"},
   });
   // Stiffness alone changes no displacement where all that is done to a body is to move it.
   const std::string side = folder.write("side.csv", "measure,value,sigma\nside,-0.05 mm,0.01 mm\n").string();

@@ -76,7 +76,8 @@ void map_nodes(const Scene& scene, Displacement& displacement, const Map& map) {
   }
 }
 
-/// Moved nodes with all their components; empty where something is held or some component is free.
+/// Moved nodes with all their components; empty where a hold or a spring ties the body to the world, or some
+/// component is free.
 struct Handles {
   explicit Handles(const Scene& scene);
   std::vector<Vec3> rest, displacement;
@@ -86,7 +87,8 @@ Handles::Handles(const Scene& scene) {
   const auto d = static_cast<std::size_t>(scene.dimension());
   const auto& all = scene.prescribed; // by component, then by node
   const std::size_t n = all.size() / d;
-  if (all.empty() || all.size() % d != 0 || std::ranges::any_of(all, &Prescribed::held))
+  if (all.empty() || all.size() % d != 0 || !scene.springs.empty() ||
+      std::ranges::any_of(all, &Prescribed::held))
     return;
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t b = 0; b < d; ++b)

@@ -179,6 +179,17 @@ bool is_cut_short(const std::string& file, const gdcm::DataSet& data) {
   return false;
 }
 
+/// Whether pixels that are not compressed take fewer bytes than rows and columns ask for; GDCM makes up the rest.
+bool has_too_few_bytes(const gdcm::DataSet& data, const gdcm::Image& image) {
+  const gdcm::Tag tag(0x7fe0, 0x0010);
+  const gdcm::PixelFormat& format = image.GetPixelFormat();
+  if (!data.FindDataElement(tag) || data.GetDataElement(tag).GetVL().IsUndefined())
+    return false;
+  const std::size_t pixels = image.GetBufferLength() / format.GetPixelSize(),
+                    bits = std::size_t{format.GetBitsAllocated()} * format.GetSamplesPerPixel();
+  return std::uint32_t{data.GetDataElement(tag).GetVL()} < pixels * bits / 8;
+}
+
 /// Corrects pixels whose compressed stream and header disagree about the sign: the header decides.
 class SignOfHeader {
 public:
@@ -220,6 +231,8 @@ std::string read_pixels(const std::string& file, const Begin& begin, const Put& 
   if (is_cut_short(file, reader.GetFile().GetDataSet()))
     return "a file that is cut short";
   const gdcm::Image& image = reader.GetImage();
+  if (has_too_few_bytes(reader.GetFile().GetDataSet(), image))
+    return "fewer bytes of pixels than its rows and columns ask for";
   std::error_code ignored;
   const std::uintmax_t size = std::filesystem::file_size(file, ignored);
   constexpr std::size_t always = std::size_t{1} << 25, a_byte = 20; // 4096 x 4096 pixels of 16 bits

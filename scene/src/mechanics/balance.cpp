@@ -50,16 +50,24 @@ ForceCheck balance_of(const Scene& scene, const Answer& answer, const Mechanics&
     contraction += std::abs(stress) / diagonal_of(grid);
   for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
     contraction *= grid.spacing()[a];
-  largest = std::max(largest, contraction);
+  double applied = 0; // the same of loads: a pressure around a body has no resultant
+  for (const FaceLoad& load : scene.tractions) {
+    double area = 1;
+    for (int a = 0; a < grid.dimension(); ++a)
+      area *= a == load.axis ? 1 : grid.spacing()[static_cast<std::size_t>(a)];
+    applied += of(load.traction).norm() * area;
+  }
+  largest = std::max({largest, contraction, applied});
   const auto& middles = found.holds.empty() ? found.moves : found.holds;
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const Resultant& one : middles)
     middle += of(one.centroid) / static_cast<double>(middles.size());
-  Sum held, given;
+  Sum held, moved, loaded;
   held.add(found.holds, middle);
-  given.add(found.moves, middle);
-  given.add(found.loads, middle);
-  const Eigen::Vector3d force = -(held.force + given.force), moment = -(held.moment + given.moment);
+  moved.add(found.moves, middle);
+  loaded.add(found.loads, middle);
+  const Eigen::Vector3d force = -(held.force + moved.force + loaded.force),
+                        moment = -(held.moment + moved.moment + loaded.moment);
   const double of_size = largest * diagonal_of(grid);
   ForceCheck check;
   check.missing = {"missing",
@@ -70,8 +78,8 @@ ForceCheck balance_of(const Scene& scene, const Answer& answer, const Mechanics&
   if (largest == 0)
     return check;
   check.force_share = force.norm() / largest;
-  check.moment_share =
-      moment.norm() / std::max({held.moment.norm(), given.moment.norm(), rounding * of_size});
+  check.moment_share = moment.norm() / std::max({held.moment.norm(), moved.moment.norm(),
+                                                 loaded.moment.norm(), rounding * of_size});
   double on_nodes = 0;
   for (const double reaction : answer.reaction)
     on_nodes += std::abs(reaction);

@@ -124,6 +124,9 @@ void read_condition(TableReader& table, bool held, const Scene& scene, bool has_
     read_field(table, frame, scene.dimension(), body, condition);
   else if (!held)
     read_motion(table, scene.dimension(), frame, condition, turns_about_its_middle);
+  for (std::size_t b = 0; b < n_axes(scene.dimension()); ++b)
+    if (!condition.axes[b] && condition.by[b] != 0)
+      table.fault("by", fmt::format("0 along {}, which `axes` leaves out", "xyz"[b]));
   if (region && has_body)
     add_condition(std::move(condition), *region, asked_where(table), turns_about_its_middle, scene.specimen,
                   conditions, table.faults());

@@ -357,6 +357,10 @@ private:
         parts.push_back(std::move(*part));
     if (parts.size() < list->size())
       return std::nullopt;
+    for (std::size_t i = 0; i < parts.size() && body_ && std::string_view(key) == "any"; ++i)
+      if (parts[i].nodes(*body_).empty())
+        faults_.add(table.line_of_key(key), fmt::format("{}[{}]", table.path_of(key), i + 1),
+                    "a region with at least one node of the body in it", "none");
     return std::string_view(key) == "any" ? Region::any(std::move(parts)) : Region::all(std::move(parts));
   }
 

@@ -4,6 +4,7 @@
 #include "maille/deform/solve.hpp"
 #include "maille/scene/frame.hpp"
 #include "support/bodies/lattice_scenes.hpp"
+#include "support/bodies/scenes.hpp"
 #include "support/kit.hpp"
 
 #include <Eigen/Geometry>
@@ -171,6 +172,19 @@ TEST(ObjectFrameContract, AHeldBodyKeepsItsFrameWhileItIsDragged) {
   follows.move_to(moves);
   fixed.move_to(moves);
   EXPECT_EQ(follows.displacement(), fixed.displacement());
+}
+
+// Truth: a foundation under a turned bar gives way by what it and the bar hold against the turn, as in blocks.
+TEST(ObjectFrameAnalytic, ASpringTiesTheBodyToTheWorld) {
+  Scene scene = test::box_scene(3, {8, 4, 4}, {1e-3, 1e-3, 1e-3});
+  for (int z = 0; z <= 4; ++z)
+    for (int y = 0; y <= 4; ++y)
+      for (int b = 0; b < 3; ++b)
+        test::add_prescribed(scene, {0, y, z}, b, b == 0 ? -y * 1e-5 : 0, false);
+  test::sort_prescribed(scene);
+  EXPECT_TRUE(object_frame(scene).is_turned);
+  scene.springs.push_back({scene.specimen.grid.cell({7, 0, 0}), 0, true, 1e6, {1, 0, 0}});
+  EXPECT_FALSE(object_frame(scene).is_turned);
 }
 
 /// Handles far away cost no accuracy: displacements are stored relative to where the body is.

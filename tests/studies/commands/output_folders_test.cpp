@@ -239,6 +239,18 @@ TEST(OutputFileContract, NoOptionPutsAResultInThePlaceOfWhatIsRead) {
   }
 }
 
+TEST(OutputFileContract, EachOptionHasAFileOfItsOwn) {
+  const Folder folder;
+  const std::string same = (folder / "same").string(), out = (folder / "own").string();
+  test::expect_refused(
+      {{"compare " + folder.scene + " --methods limits --json " + same + " --csv " + same,
+        "found that of --json"},
+       {"run " + folder.scene + " --methods limits --out " + out + " --json " + out + "/box_run_results.json",
+        "the name of a result"},
+       {"compare " + folder.scene + " --methods limits --out " + out + " --csv " + out + "/box_limits.vti",
+        "the name of a result"}});
+}
+
 TEST(OutputFileContract, AnEmptyNameIsNoFolder) {
   const Folder folder;
   for (const std::string command : {"run", "compare", "study trade"})

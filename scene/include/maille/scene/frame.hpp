@@ -45,7 +45,7 @@ struct Frame {
 Frame fit_frame(int dimension, std::span<const Vec3> rest, std::span<const Vec3> displacement);
 
 /// The frame of a scene's body: fitted to its moved nodes, if they say how the body turns. That is so where
-/// nothing is held (a hold ties the body to the world's frame) and every moved node has all of its components
+/// no hold or spring ties the body to the world and every moved node has all of its components
 /// prescribed; else not turned.
 /// Cost  O(prescribed)
 Frame object_frame(const Scene& scene);
