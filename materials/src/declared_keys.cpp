@@ -61,6 +61,12 @@ bool is_within(const toml::table& key, double value) {
          value < key["below"].value_or(infinity);
 }
 
+/// What a number is that is not there.
+std::optional<double> default_of(const toml::table& key) {
+  const auto text = key["default"].value<std::string_view>();
+  return text ? parse_quantity(*text, declared_dimension(key)) : key["default"].value<double>();
+}
+
 } // namespace
 
 std::optional<std::string> wanted_in_range(std::string_view table, std::string_view key, double value) {
@@ -107,7 +113,7 @@ bool TableReader::is_in_range(std::string_view key, double value) {
 std::optional<double> TableReader::number(std::string_view key) {
   const toml::table& declared = declaration(declared_, key);
   if (is_missed(key))
-    return declared["default"].value<double>();
+    return default_of(declared);
   const bool is_plain = declared["plain"].value_or(false);
   if (is_plain && !find(key)->is_number()) {
     fault(key, wanted_of(declared));
@@ -136,7 +142,9 @@ std::vector<std::string_view> TableReader::words(std::string_view key) const {
 }
 
 std::optional<int> TableReader::word(std::string_view key) {
-  const auto chosen = choice(key);
+  auto chosen = choice(key);
+  if (!chosen && !has(key))
+    chosen = declaration(declared_, key)["default"].value<std::string>();
   if (!chosen)
     return std::nullopt;
   const std::vector<std::string_view> all = words(key);

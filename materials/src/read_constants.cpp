@@ -114,13 +114,6 @@ std::optional<ElasticConstants> read_isotropic(TableReader& table) {
   return E && nu ? std::optional(ElasticConstants::isotropic(*E, *nu)) : std::nullopt;
 }
 
-bool cross_ratio_is_valid(TableReader& table, double nu_cross) {
-  if (std::abs(nu_cross) < 1)
-    return true;
-  table.fault("nu_cross", "|nu_cross| < 1", fmt::format("{}", nu_cross));
-  return false;
-}
-
 /// The scaled 3 x 3 block of the compliance has the determinant (1 + nu_cross) times this.
 bool fibre_ratio_is_valid(TableReader& table, double E_fibre, double E_cross, double nu_fibre,
                           double nu_cross) {
@@ -145,8 +138,8 @@ std::optional<ElasticConstants> read_transversely_isotropic(TableReader& table) 
   const auto G_fibre = table.number("G_fibre");
   const auto nu_fibre = table.number("nu_fibre");
   const auto nu_cross = table.number("nu_cross");
-  bool valid = !nu_cross || cross_ratio_is_valid(table, *nu_cross);
-  if (valid && E_fibre && E_cross && nu_fibre && nu_cross)
+  bool valid = true;
+  if (E_fibre && E_cross && nu_fibre && nu_cross)
     valid = fibre_ratio_is_valid(table, *E_fibre, *E_cross, *nu_fibre, *nu_cross);
   if (!valid || !E_fibre || !E_cross || !G_fibre || !nu_fibre || !nu_cross)
     return std::nullopt;

@@ -67,8 +67,7 @@ bool SceneBuilder::Assembly::make_labelled(const LabelBody& labels) {
   Specimen& body = scene_.specimen;
   const std::size_t before = faults_.size();
   body.shape = "image";
-  for (const Fault& fault : labels.faults)
-    faults_.add(0, fault.key, fault.expected, fault.found);
+  take(labels.faults);
   const auto ranges = read_labels(labels.image);
   if (faults_.size() > before ||
       !reader::fits_into_memory(labels.image.info.size, 3, "specimen.layout", 0, faults_))
@@ -159,8 +158,7 @@ void SceneBuilder::Assembly::place_fibres() {
     return;
   }
   const FibreArray& array = *asked_.fibres_;
-  for (const Fault& fault : array.faults)
-    faults_.add(0, fault.key, fault.expected, fault.found);
+  take(array.faults);
   if (!array.faults.empty())
     return;
   if (array.size != body.grid.cells()) {

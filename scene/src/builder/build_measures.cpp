@@ -46,8 +46,7 @@ std::vector<Measure> SceneBuilder::Assembly::measures() {
   try {
     faults.throw_if_any();
   } catch (const InputError& error) {
-    for (const Fault& fault : error.faults())
-      add_fault(fault.key, fault.expected, fault.found);
+    take(error.faults());
   }
   return measures;
 }

@@ -38,8 +38,7 @@ SceneAndMeasures SceneBuilder::Assembly::of_keys() {
   if (!labels && !asked_.table_)
     add_fault("specimen", "an array of labels, whose scene the keys are of", "none");
   else if (labels)
-    for (const Fault& fault : labels->faults)
-      faults_.add(0, fault.key, fault.expected, fault.found);
+    take(labels->faults);
   const std::filesystem::path file = asked_.folder_ / (asked_.name_ + ".toml");
   try {
     if (faults_.empty()) {
@@ -50,8 +49,7 @@ SceneAndMeasures SceneBuilder::Assembly::of_keys() {
       return read;
     }
   } catch (const InputError& error) {
-    for (const Fault& fault : error.faults())
-      add_fault(fault.key, fault.expected, fault.found);
+    take(error.faults());
   }
   faults_.throw_if_any();
   return {};

@@ -15,7 +15,7 @@ namespace maille {
 
 class SceneBuilder::Assembly {
 public:
-  explicit Assembly(const SceneBuilder& asked) : asked_(asked), faults_(""), materials_("") {}
+  explicit Assembly(const SceneBuilder& asked) : asked_(asked), faults_("") {}
 
   /// @throws InputError
   SceneAndMeasures scene_and_measures();
@@ -48,6 +48,12 @@ private:
   void add_if_out_of_range(const std::string& table, const std::string& key, double value) {
     if (const auto wanted = wanted_in_range(table, key, value))
       add_fault(table + "." + key, *wanted, fmt::format("{}", value));
+  }
+
+  /// Faults of a reader of scene files, without their file and line.
+  void take(const std::vector<Fault>& faults) {
+    for (const Fault& fault : faults)
+      add_fault(fault.key, fault.expected, fault.found);
   }
 
   const SceneBuilder& asked_;

@@ -36,14 +36,13 @@ std::vector<LabelRange> read_threshold(TableReader& table) {
 }
 
 /// What the image calls its labels; nothing where its header cannot be read, of which its own reader tells.
-std::optional<std::vector<NamedSegment>> segments_of(TableReader& table,
-                                                     const std::filesystem::path& folder) {
+std::optional<std::vector<NamedSegment>> segments_of(TableReader& table) {
   const toml::node* image = table.find("image");
   const auto name = image ? image->value<std::string>() : std::nullopt;
   if (!name)
     return std::vector<NamedSegment>{};
   try {
-    const NamedFile file = named_file(*name, folder);
+    const NamedFile file = named_file(*name, std::filesystem::path(table.faults().file()).parent_path());
     if (file.file.empty())
       return std::nullopt;
     read_image_info(file.file);
@@ -161,17 +160,9 @@ std::optional<Index3> read_coarsen(TableReader& table) {
   const toml::node* node = table.find("coarsen");
   if (!node)
     return Index3{1, 1, 1};
-  Index3 coarsen{};
-  const auto* list = node->as_array();
-  bool good = !list || list->size() == 3;
-  for (std::size_t a = 0; good && a < 3; ++a) {
-    const auto* number = (list ? list->get(a) : node)->as_integer();
-    good = number && number->get() >= 1 && number->get() <= 1000;
-    if (good)
-      coarsen[a] = static_cast<int>(number->get());
-  }
-  if (good)
-    return coarsen;
+  const std::vector<int> n = whole_numbers(*node, 1, 1000);
+  if (n.size() == (node->is_array() ? 3 : 1))
+    return Index3{n.front(), n[n.size() / 2], n.back()};
   table.fault("coarsen", "a whole number of voxels >= 1, or three");
   return std::nullopt;
 }
@@ -246,10 +237,9 @@ void account_for_volume(const LabelCensus& census, std::size_t n_ranges, const I
                      100 * share)});
 }
 
-void read_tensors(const FibreRequest& fibre, const std::filesystem::path& folder, const LabelCells& labels,
-                  TableReader& table, Specimen& body) {
+void read_tensors(const FibreRequest& fibre, const LabelCells& labels, TableReader& table, Specimen& body) {
   const std::string path = table.path_of("fibre");
-  const auto file = resolve_path(fibre.tensor_image, folder, path, fibre.line, table.faults());
+  const auto file = resolve_path(fibre.tensor_image, path, fibre.line, table.faults());
   if (!file)
     return;
   try {
@@ -261,15 +251,14 @@ void read_tensors(const FibreRequest& fibre, const std::filesystem::path& folder
 
 } // namespace
 
-bool read_image_specimen(TableReader& table, const std::filesystem::path& folder, bool has_material,
-                         MaterialTable& materials, Scene& scene, std::vector<float>* labels,
-                         const Image* given) {
+bool read_image_specimen(TableReader& table, bool has_material, MaterialTable& materials, Scene& scene,
+                         std::vector<float>* labels, const Image* given) {
   Specimen& body = scene.specimen;
   FaultList& faults = table.faults();
   const std::size_t faults_before = faults.size();
   const toml::node* image_node = given ? nullptr : table.require("image");
   const auto name = given ? std::optional<std::string>("") : table.text("image");
-  const auto named = segments_of(table, folder);
+  const auto named = segments_of(table);
   const auto segments = named.value_or(std::vector<NamedSegment>{});
   const bool is_readable = are_labels_readable(table, segments);
   const auto ranges = is_readable ? read_labels(table, has_material, segments, named.has_value(), materials)
@@ -282,7 +271,7 @@ bool read_image_specimen(TableReader& table, const std::filesystem::path& folder
   const int line = image_node ? line_of(*image_node) : 0;
   const std::string path = table.path_of("image");
   const auto file =
-      given ? std::optional<std::filesystem::path>("") : resolve_path(*name, folder, path, line, faults);
+      given ? std::optional<std::filesystem::path>("") : resolve_path(*name, path, line, faults);
   if (!file)
     return false;
   try {
@@ -309,7 +298,7 @@ bool read_image_specimen(TableReader& table, const std::filesystem::path& folder
       return false;
     body.image = file->string();
     if (partial)
-      fill_partial_volume(*partial, around, ranges, *coarsen, folder, table, body);
+      fill_partial_volume(*partial, around, ranges, *coarsen, table, body);
     const char* const key = is_segmented ? "labels" : "image";
     if (!has_matter(body, table.path_of(key), table.line_of_key(key), faults))
       return false;
@@ -331,7 +320,7 @@ bool read_image_specimen(TableReader& table, const std::filesystem::path& folder
         account_for(census, ranges, names_of_labels(table), cells, table.path_of("labels"),
                     is_coarse ? "coarsen" : "partial_volume", faults, scene);
       if (!fibre->tensor_image.empty())
-        read_tensors(*fibre, folder, cells, table, body);
+        read_tensors(*fibre, cells, table, body);
       if (labels)
         *labels = cells.labels();
     }

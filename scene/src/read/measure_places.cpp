@@ -231,19 +231,8 @@ void MeasurePlaces::read_cells(const toml::node& node, const std::string& path, 
 
 std::optional<Vec3> MeasurePlaces::direction(const toml::node& node, const std::string& path,
                                              FaultList& faults) const {
-  const auto* list = node.as_array();
   const std::size_t n = n_axes(scene_.dimension());
-  std::optional<Vec3> unit;
-  if (list && (list->size() == n || list->size() == 3)) {
-    Vec3 given{};
-    bool good = true;
-    for (std::size_t a = 0; a < list->size(); ++a) {
-      const auto number = list->get(a)->value<double>();
-      good = good && number;
-      given[a] = number.value_or(0);
-    }
-    unit = good ? unit_vector(given) : std::nullopt;
-  }
+  const auto unit = direction_of(node, n);
   if (!unit)
     faults.add(line_of(node), path, fmt::format("a direction: {} numbers, not all 0", n), describe(node));
   return unit;

@@ -55,10 +55,9 @@ NamedFile named_file(const std::string& name, const std::filesystem::path& folde
 
 namespace reader {
 
-std::optional<std::filesystem::path> resolve_path(const std::string& text,
-                                                  const std::filesystem::path& folder,
-                                                  const std::string& path, int line, FaultList& faults) {
-  NamedFile named = named_file(text, folder);
+std::optional<std::filesystem::path> resolve_path(const std::string& text, const std::string& path, int line,
+                                                  FaultList& faults) {
+  NamedFile named = named_file(text, std::filesystem::path(faults.file()).parent_path());
   if (!named.file.empty())
     return std::move(named.file);
   faults.add(line, path, std::move(named.expected), std::move(named.found));
@@ -67,8 +66,7 @@ std::optional<std::filesystem::path> resolve_path(const std::string& text,
 
 std::optional<std::filesystem::path> read_file_name(TableReader& table, std::string_view key) {
   const auto name = table.text(key);
-  return name ? resolve_path(*name, std::filesystem::path(table.faults().file()).parent_path(),
-                             table.path_of(key), table.line_of_key(key), table.faults())
+  return name ? resolve_path(*name, table.path_of(key), table.line_of_key(key), table.faults())
               : std::nullopt;
 }
 

@@ -64,14 +64,14 @@ std::optional<PartialVolume> read_partial_volume(TableReader& specimen, const In
 }
 
 void fill_partial_volume(const PartialVolume& asked, const LayeredImage& image,
-                         const std::vector<LabelRange>& ranges, const Index3& coarsen,
-                         const std::filesystem::path& folder, TableReader& table, Specimen& body) {
+                         const std::vector<LabelRange>& ranges, const Index3& coarsen, TableReader& table,
+                         Specimen& body) {
   const std::string path = table.path_of("partial_volume");
   const bool is_grey = asked.from == PartialVolume::From::grey, is_of_other = is_grey && !asked.image.empty();
   try {
     LayeredImage from = image;
     if (is_of_other) {
-      const auto file = resolve_path(asked.image, folder, path, asked.line, table.faults());
+      const auto file = resolve_path(asked.image, path, asked.line, table.faults());
       if (!file)
         return;
       from = LayeredImage(*file);
@@ -273,8 +273,7 @@ void apply_map(const StiffnessMap& map, const LayeredImage& image, const VoxelBl
 
 } // namespace
 
-void read_stiffness_map(TableReader& specimen, const std::filesystem::path& folder,
-                        const std::vector<Material>& materials, Scene* scene) {
+void read_stiffness_map(TableReader& specimen, const std::vector<Material>& materials, Scene* scene) {
   const auto map = read_map(specimen);
   if (!map || !scene)
     return;
@@ -288,7 +287,7 @@ void read_stiffness_map(TableReader& specimen, const std::filesystem::path& fold
     specimen.fault("stiffness", "`labels` of a body that has labels", "one that has none");
     return;
   }
-  const auto file = resolve_path(map->image, folder, path, map->line, specimen.faults());
+  const auto file = resolve_path(map->image, path, map->line, specimen.faults());
   if (!file)
     return;
   try {

@@ -12,24 +12,10 @@ namespace maille::reader {
 
 namespace {
 
-std::optional<Vec3> direction_from_list(const toml::array& list) {
-  Vec3 v{};
-  if (list.size() != 3)
-    return std::nullopt;
-  for (std::size_t a = 0; a < 3; ++a) {
-    const auto value = list.get(a)->value<double>();
-    if (!value)
-      return std::nullopt;
-    v[a] = *value;
-  }
-  return unit_vector(v);
-}
-
 /// `{ direction = [x, y, z] }`
 bool read_direction(TableReader& table, FibreRequest& request) {
   const toml::node& node = *table.find("direction");
-  const auto* list = node.as_array();
-  const auto direction = list ? direction_from_list(*list) : std::nullopt;
+  const auto direction = direction_of(node, 3);
   if (!direction)
     table.fault("direction", "three numbers, not all 0");
   request.direction = direction.value_or(request.direction);
@@ -129,6 +115,20 @@ std::optional<Vec3> unit_vector(Vec3 v) {
   return v;
 }
 
+std::optional<Vec3> direction_of(const toml::node& node, std::size_t n) {
+  const auto* list = node.as_array();
+  Vec3 v{};
+  if (!list || (list->size() != n && list->size() != 3))
+    return std::nullopt;
+  for (std::size_t a = 0; a < list->size(); ++a) {
+    const auto number = list->get(a)->value<double>();
+    if (!number)
+      return std::nullopt;
+    v[a] = *number;
+  }
+  return unit_vector(v);
+}
+
 bool lacks_fibre(const toml::table& specimen) {
   const auto shape = specimen["shape"].value<std::string>().value_or("image");
   return !specimen.contains("fibre") && (shape == "image" || shape == "surface");
@@ -151,8 +151,8 @@ std::optional<FibreRequest> read_fibre(TableReader& table) {
     return request;
   request.line = line_of(*node);
   request.path = table.path_of("fibre");
-  if (const auto* list = node->as_array()) {
-    if (const auto v = direction_from_list(*list)) {
+  if (node->is_array()) {
+    if (const auto v = direction_of(*node, 3)) {
       request.direction = *v;
       return request;
     }

@@ -74,12 +74,12 @@ std::optional<Material> from_file(const std::filesystem::path& file, const std::
 }
 
 /// @param name FILE.toml, or FILE.toml#NAME
-std::optional<Material> from_named_file(const std::string& name, const std::filesystem::path& folder,
-                                        int line, const std::string& path, FaultList& faults) {
+std::optional<Material> from_named_file(const std::string& name, int line, const std::string& path,
+                                        FaultList& faults) {
   const std::size_t end = name.find(ending_before_name) == std::string::npos
                               ? name.size()
                               : name.find(ending_before_name) + ending_before_name.size() - 1;
-  const auto file = resolve_path(name.substr(0, end), folder, path, line, faults);
+  const auto file = resolve_path(name.substr(0, end), path, line, faults);
   if (!file)
     return std::nullopt;
   try {
@@ -115,7 +115,7 @@ std::optional<std::uint8_t> MaterialTable::add(const toml::node& node, const std
   std::optional<Material> material;
   if (const auto* name = node.as_string())
     material = name->get().ends_with(".toml") || name->get().find(ending_before_name) != std::string::npos
-                   ? from_named_file(name->get(), folder_, line_of(node), path, faults)
+                   ? from_named_file(name->get(), line_of(node), path, faults)
                    : library_material(name->get(), path, line_of(node), faults);
   else if (const auto* values = node.as_table())
     material = from_table(*values, path, faults);

@@ -14,29 +14,8 @@ constexpr std::array<MeasureKind, 8> every_kind{
 constexpr const char* wanted_kind =
     "one of force, displacement, strain, stress, length, angle, volume, energy";
 
-using Figures = std::vector<std::pair<std::string_view, MeasureFigure>>;
-
-const Figures changes{{"value", MeasureFigure::value}, {"change", MeasureFigure::change}};
-const Figures changes_and_ratios{{"value", MeasureFigure::value},
-                                 {"change", MeasureFigure::change},
-                                 {"relative", MeasureFigure::relative}};
-
-Figures figures_of_tensor(bool is_stress) {
-  Figures figures{{"fibre", MeasureFigure::fibre},
-                  {"largest", MeasureFigure::largest},
-                  {"smallest", MeasureFigure::smallest},
-                  {"xx", MeasureFigure::xx},
-                  {"yy", MeasureFigure::yy},
-                  {"zz", MeasureFigure::zz},
-                  {"xy", MeasureFigure::xy},
-                  {"yz", MeasureFigure::yz},
-                  {"xz", MeasureFigure::xz}};
-  if (is_stress) {
-    figures.emplace_back("von_mises", MeasureFigure::von_mises);
-    figures.emplace_back("pressure", MeasureFigure::pressure);
-  }
-  return figures;
-}
+/// Words of `kind`, each the figure of its place: of lengths, angles and volumes first, then of tensors.
+constexpr std::ptrdiff_t n_of_lengths = 3, n_of_strain = 9, n_of_stress = 11;
 
 bool is_identifier(const std::string& name) {
   const auto is_letter = [](unsigned char c) { return std::isalpha(c) != 0 || c == '_'; };
@@ -81,12 +60,13 @@ public:
       if (*kind == MeasureKind::displacement)
         read_component();
       else
-        read_figure(figures_of_tensor(*kind == MeasureKind::stress), default_of_tensor());
+        read_figure(n_of_lengths, *kind == MeasureKind::stress ? n_of_stress : n_of_strain,
+                    default_of_tensor());
       break;
     case MeasureKind::length:
       measure_.points = places_.points(node, path, 2, 1000, table_.faults());
       measure_.where = fmt::format("of a line through {} points", measure_.points.size());
-      read_figure(changes_and_ratios, MeasureFigure::value);
+      read_figure(0, n_of_lengths, MeasureFigure::value);
       if (has_body_ && !measure_.points.empty() &&
           std::ranges::all_of(measure_.points, [&](const MaterialPoint& point) {
             return point.place == measure_.points.front().place;
@@ -99,9 +79,7 @@ public:
     case MeasureKind::volume:
     case MeasureKind::energy:
       places_.read_cells(node, path, false, measure_, table_.faults());
-      read_figure(*kind == MeasureKind::volume ? changes_and_ratios
-                                               : Figures{{"value", MeasureFigure::value}},
-                  MeasureFigure::value);
+      read_figure(0, *kind == MeasureKind::volume ? n_of_lengths : 1, MeasureFigure::value);
       break;
     }
     refuse_other_keys();
@@ -205,7 +183,7 @@ private:
     measure_.points = places_.points(node, path, 3, 4, table_.faults());
     const auto& p = measure_.points;
     measure_.where = p.size() == 4 ? "between two lines" : "at the middle one of three points";
-    read_figure(changes, MeasureFigure::value);
+    read_figure(0, n_of_lengths - 1, MeasureFigure::value);
     if (p.size() >= 3 && (p[0].place == p[1].place || p[p.size() - 2].place == p.back().place))
       table_.faults().add(line_of(node), path, "points that differ", "two that are one");
   }
@@ -216,15 +194,13 @@ private:
     return measure_.kind == MeasureKind::stress ? MeasureFigure::von_mises : MeasureFigure::largest;
   }
 
-  void read_figure(const Figures& figures, MeasureFigure otherwise) {
-    std::vector<std::string_view> names;
-    for (const auto& [name, figure] : figures)
-      names.push_back(name);
-    measure_.figure = otherwise;
-    if (const auto name = table_.choice("kind", names))
-      for (const auto& [known, figure] : figures)
-        if (*name == known)
-          measure_.figure = figure;
+  /// One of `n` words from `first` on.
+  void read_figure(std::ptrdiff_t first, std::ptrdiff_t n, MeasureFigure otherwise) {
+    const std::vector<std::string_view> words = table_.words("kind");
+    const auto name = table_.choice("kind", {words.begin() + first, words.begin() + first + n});
+    const auto place = std::ranges::find(words, name.value_or("")) - words.begin();
+    const auto beyond = static_cast<std::ptrdiff_t>(first > 0 ? MeasureFigure::fibre : MeasureFigure::value);
+    measure_.figure = name ? static_cast<MeasureFigure>(beyond + place - first) : otherwise;
     if (measure_.figure == MeasureFigure::fibre && has_body_ && table_.has("kind") && !scene_.has_fibres())
       table_.fault("kind", "a figure without fibres: all matter is isotropic", "\"fibre\"");
   }

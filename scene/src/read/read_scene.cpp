@@ -108,8 +108,8 @@ SceneAndMeasures read_root(const toml::table& document, const std::filesystem::p
     if (auto specimen = root.open("specimen")) {
       if (specimen->choice("lattice") == "fibre")
         turned_lattice_line = line_of(*specimen->find("lattice"));
-      body = reader::read_specimen(*specimen, file.parent_path(), scene,
-                                   reader::asks_for_labels(document) ? &labels : nullptr, given);
+      body = reader::read_specimen(*specimen, scene, reader::asks_for_labels(document) ? &labels : nullptr,
+                                   given);
     }
   reader::read_limits(root, scene);
   reader::read_relaxation(root, scene);

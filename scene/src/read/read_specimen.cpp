@@ -124,27 +124,23 @@ void check_plane(int dimension, const std::string& path, int line, FaultList& fa
                fmt::format("a scene of dimension {}", dimension));
 }
 
+std::vector<int> whole_numbers(const toml::node& node, int least, int most) {
+  const auto* list = node.as_array();
+  std::vector<int> numbers;
+  for (std::size_t i = 0; i < (list ? list->size() : 1); ++i) {
+    const auto number = (list ? *list->get(i) : node).value_exact<std::int64_t>();
+    if (!number || *number < least || *number > most)
+      return {};
+    numbers.push_back(static_cast<int>(*number));
+  }
+  return numbers;
+}
+
 std::optional<std::vector<int>> read_cells(TableReader& table) {
   const toml::node* node = table.require("cells");
   if (!node)
     return std::nullopt;
-  std::vector<int> cells;
-  const auto take = [&](const toml::node& entry) {
-    const auto* number = entry.as_integer();
-    if (!number || number->get() < 1 || number->get() > most_cells_along_an_axis)
-      return false;
-    cells.push_back(static_cast<int>(number->get()));
-    return true;
-  };
-  bool good = true;
-  if (const auto* list = node->as_array()) {
-    for (const toml::node& entry : *list)
-      good = good && take(entry);
-    good = good && !cells.empty() && cells.size() <= 3;
-  } else {
-    good = take(*node);
-  }
-  if (good)
+  if (auto cells = whole_numbers(*node, 1, most_cells_along_an_axis); !cells.empty() && cells.size() <= 3)
     return cells;
   table.fault("cells", table.missing("cells"));
   return std::nullopt;
@@ -213,36 +209,34 @@ void read_material(TableReader& table, bool is_needed, MaterialTable& materials)
     materials.add(*node, table.path_of("material"), table.faults());
 }
 
-bool read_body(TableReader& table, const std::string& shape, const BodyDefaults& defaults,
-               const std::filesystem::path& folder, Scene& scene, std::vector<float>* labels) {
-  MaterialTable materials(folder);
+bool read_body(TableReader& table, const std::string& shape, const BodyDefaults& defaults, Scene& scene,
+               std::vector<float>* labels) {
+  MaterialTable materials;
   scene.specimen.shape = shape;
   bool body = false;
   if (shape == "image") {
-    body = read_image_specimen(table, folder, defaults.has_material, materials, scene, labels);
+    body = read_image_specimen(table, defaults.has_material, materials, scene, labels);
     read_plane(table, body ? scene.specimen.grid.dimension() : 0, scene);
   } else if (shape == "surface") {
-    body = read_surface_specimen(table, folder, defaults.has_material, defaults.spacing, materials, scene,
-                                 labels);
+    body = read_surface_specimen(table, defaults.has_material, defaults.spacing, materials, scene, labels);
     read_plane(table, body ? scene.specimen.grid.dimension() : 0, scene);
   } else {
     body = read_generated(table, shape, defaults, materials, scene);
     table.refuse("partial_volume", "no such key unless shape = \"image\"");
   }
   // A faulty map leaves the body's shape, on which all that follows is checked, too.
-  read_stiffness_map(table, folder, materials.materials(), body ? &scene : nullptr);
+  read_stiffness_map(table, materials.materials(), body ? &scene : nullptr);
   if (defaults.has_material && (shape == "image" || shape == "surface"))
     require_fibre(table, materials.materials());
   scene.materials = materials.take();
   return body;
 }
 
-bool read_specimen(TableReader& table, const std::filesystem::path& folder, Scene& scene,
-                   std::vector<float>* labels, const Image* given) {
+bool read_specimen(TableReader& table, Scene& scene, std::vector<float>* labels, const Image* given) {
   if (given) {
-    MaterialTable materials(folder);
+    MaterialTable materials;
     scene.specimen.shape = "image";
-    const bool body = read_image_specimen(table, folder, true, materials, scene, labels, given);
+    const bool body = read_image_specimen(table, true, materials, scene, labels, given);
     read_plane(table, body ? scene.specimen.grid.dimension() : 0, scene);
     require_fibre(table, materials.materials());
     scene.materials = materials.take();
@@ -252,7 +246,7 @@ bool read_specimen(TableReader& table, const std::filesystem::path& folder, Scen
   const auto shape = table.choice("shape");
   if (!shape)
     return false;
-  const bool body = read_body(table, *shape, {}, folder, scene, labels);
+  const bool body = read_body(table, *shape, {}, scene, labels);
   read_look(table); // its faults; methods do not look
   table.finish();
   return body;

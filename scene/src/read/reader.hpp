@@ -29,8 +29,6 @@ bool is_set(const std::filesystem::path& file, std::string_view key);
 /// Materials of a scene in the order of their numbers; the same text gives the same number.
 class MaterialTable {
 public:
-  /// @param folder where files of materials are looked for
-  explicit MaterialTable(std::filesystem::path folder) : folder_(std::move(folder)) {}
   /// Number of the material that `node` names or describes; nothing and a fault where it does neither.
   std::optional<std::uint8_t> add(const toml::node& node, const std::string& path, FaultList& faults);
   /// Number of a program's material; the same one gives the same number.
@@ -41,7 +39,6 @@ public:
 private:
   std::optional<std::uint8_t> append(Material material, const std::string& path, int line, FaultList& faults);
 
-  std::filesystem::path folder_;
   std::vector<Material> materials_;
   std::map<std::string, std::uint8_t> number_of_; ///< by library name or TOML text
 };
@@ -51,9 +48,8 @@ std::optional<Material> library_material(const std::string& name, const std::str
                                          FaultList& faults);
 
 /// A path as a scene names it, see named_file; nothing and a fault where it leads nowhere.
-std::optional<std::filesystem::path> resolve_path(const std::string& text,
-                                                  const std::filesystem::path& folder,
-                                                  const std::string& path, int line, FaultList& faults);
+std::optional<std::filesystem::path> resolve_path(const std::string& text, const std::string& path, int line,
+                                                  FaultList& faults);
 /// The file that a key names, from the folder of the file that is read.
 std::optional<std::filesystem::path> read_file_name(TableReader& table, std::string_view key);
 /// `unit` of a file of surfaces, in metres: mm where it is absent.
@@ -91,18 +87,19 @@ bool lacks_fibre(const toml::table& specimen);
 void add_lack_of_fibre(int line, const std::string& needed_by, FaultList& faults);
 /// The same direction with length 1; nothing where it is zero or not finite.
 std::optional<Vec3> unit_vector(Vec3 direction);
+/// The direction that a list of `n` numbers, or three, has; nothing, without a fault, where it has none.
+std::optional<Vec3> direction_of(const toml::node& node, std::size_t n);
 
 /// Gives the body's matter the fibres that were asked for, but for those of tensor images. @return false, and
 /// a fault, where the body does not stand in their frame
 bool place_fibres(FibreRequest request, Specimen& body, FaultList& faults);
 
 /// The `[specimen]` table: shape, grid, matter, fibres. Fills scene.specimen, scene.materials, scene.plane.
-/// @param folder where images are looked for
 /// @param labels where not null, the label of each cell of an image is put there
 /// @param given where not null, the body is of that image: there is neither `shape` nor `image`
 /// @return false where the specimen is too faulty to place conditions on it
-bool read_specimen(TableReader& table, const std::filesystem::path& folder, Scene& scene,
-                   std::vector<float>* labels, const Image* given = nullptr);
+bool read_specimen(TableReader& table, Scene& scene, std::vector<float>* labels,
+                   const Image* given = nullptr);
 
 /// What the table of a body need not say.
 struct BodyDefaults {
@@ -112,12 +109,14 @@ struct BodyDefaults {
 /// `material` of a body. @param is_needed a fault where it is absent
 void read_material(TableReader& table, bool is_needed, MaterialTable& materials);
 /// The same keys, with others beside them: the caller calls `finish`. @param shape as `shape` says
-bool read_body(TableReader& table, const std::string& shape, const BodyDefaults& defaults,
-               const std::filesystem::path& folder, Scene& scene, std::vector<float>* labels);
+bool read_body(TableReader& table, const std::string& shape, const BodyDefaults& defaults, Scene& scene,
+               std::vector<float>* labels);
 /// `cells` and `spacing`, as a grid that fits into memory.
 std::optional<Grid> read_grid(TableReader& table, const std::optional<Vec3>& default_spacing);
 /// `spacing`: one length, or one for each axis of the scene. Where it is absent `otherwise`, or a fault.
 std::optional<Vec3> read_spacing(TableReader& table, int dimension, const std::optional<Vec3>& otherwise);
+/// One whole number or a list of them, each from `least` to `most`; empty where something else stands there.
+std::vector<int> whole_numbers(const toml::node& node, int least, int most);
 /// `cells = [nx, ny, nz]`, or fewer, or one number: their count is the scene's dimension.
 std::optional<std::vector<int>> read_cells(TableReader& table);
 
@@ -128,12 +127,11 @@ std::vector<std::uint8_t> ellipsoid_cells(const Grid& grid);
 std::vector<std::uint8_t> muscle_cells(const Grid& grid, double tendon_fraction);
 
 /// `shape = "image"`. @param labels, given as in read_specimen. @return false where there is no body
-bool read_image_specimen(TableReader& table, const std::filesystem::path& folder, bool has_material,
-                         MaterialTable& materials, Scene& scene, std::vector<float>* labels,
-                         const Image* given = nullptr);
+bool read_image_specimen(TableReader& table, bool has_material, MaterialTable& materials, Scene& scene,
+                         std::vector<float>* labels, const Image* given = nullptr);
 /// `shape = "surface"`: `surface` (closed, .stl or .obj; of several the labels 1, 2, ...), `unit`,
 /// `spacing`, and the keys of an image's labels and fibres. @return false where there is no body
-bool read_surface_specimen(TableReader& table, const std::filesystem::path& folder, bool has_material,
+bool read_surface_specimen(TableReader& table, bool has_material,
                            const std::optional<Vec3>& spacing_otherwise, MaterialTable& materials,
                            Scene& scene, std::vector<float>* labels);
 /// The scene that the keys of a file say. @param given of its body, in place of a file that the scene names
@@ -159,12 +157,11 @@ struct PartialVolume {
 std::optional<PartialVolume> read_partial_volume(TableReader& specimen, const Index3& coarsen);
 /// Gives the body's cells their tissue, those too that the surface runs through. @param body not cut down
 void fill_partial_volume(const PartialVolume& asked, const LayeredImage& image,
-                         const std::vector<LabelRange>& ranges, const Index3& coarsen,
-                         const std::filesystem::path& folder, TableReader& table, Specimen& body);
+                         const std::vector<LabelRange>& ranges, const Index3& coarsen, TableReader& table,
+                         Specimen& body);
 /// `stiffness` of a body from an image: fills its stiffness_ratio. @param scene null: only the key's own
 /// faults
-void read_stiffness_map(TableReader& specimen, const std::filesystem::path& folder,
-                        const std::vector<Material>& materials, Scene* scene);
+void read_stiffness_map(TableReader& specimen, const std::vector<Material>& materials, Scene* scene);
 
 /// Directions from a diffusion-tensor image on the voxels of the label image, smoothed and filled; see
 /// FibreField.

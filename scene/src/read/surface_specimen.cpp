@@ -38,14 +38,13 @@ std::vector<std::string> read_names(TableReader& table) {
 }
 
 /// All surfaces, in metres; a fault where they do not say that they are in one frame.
-bool read_meshes(const std::vector<std::string>& names, const std::filesystem::path& folder, double metres,
-                 TableReader& table, std::vector<std::vector<Triangle>>& surfaces,
-                 std::optional<CoordinateFrame>& frame) {
+bool read_meshes(const std::vector<std::string>& names, double metres, TableReader& table,
+                 std::vector<std::vector<Triangle>>& surfaces, std::optional<CoordinateFrame>& frame) {
   const std::string path = table.path_of("surface");
   const int line = table.line_of_key("surface");
   bool is_good = true;
   for (const std::string& name : names) {
-    const auto file = resolve_path(name, folder, path, line, table.faults());
+    const auto file = resolve_path(name, path, line, table.faults());
     if (!file) {
       is_good = false;
       continue;
@@ -68,7 +67,7 @@ bool read_meshes(const std::vector<std::string>& names, const std::filesystem::p
 
 } // namespace
 
-bool read_surface_specimen(TableReader& table, const std::filesystem::path& folder, bool has_material,
+bool read_surface_specimen(TableReader& table, bool has_material,
                            const std::optional<Vec3>& spacing_otherwise, MaterialTable& materials,
                            Scene& scene, std::vector<float>* labels) {
   const auto names = read_names(table);
@@ -82,7 +81,7 @@ bool read_surface_specimen(TableReader& table, const std::filesystem::path& fold
       table.find(key);
     return false;
   };
-  if (!read_meshes(names, folder, metres, table, surfaces, frame) || !spacing)
+  if (!read_meshes(names, metres, table, surfaces, frame) || !spacing)
     return without_body();
   const auto n = voxels_of(surfaces, *spacing);
   if (!(n[0] * n[1] * n[2] < 2e9) || std::ranges::max(n) > 1e6 ||
@@ -100,7 +99,7 @@ bool read_surface_specimen(TableReader& table, const std::filesystem::path& fold
   Image& image = std::get<Image>(made);
   if (frame)
     image.info.world = *frame == CoordinateFrame::lps ? WorldAxes::lps : WorldAxes::ras;
-  return read_image_specimen(table, folder, has_material, materials, scene, labels, &image);
+  return read_image_specimen(table, has_material, materials, scene, labels, &image);
 }
 
 } // namespace maille::reader

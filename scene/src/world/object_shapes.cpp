@@ -225,16 +225,9 @@ std::optional<std::array<int, 2>> read_pair(TableReader& table, const char* key,
   const std::string wanted =
       fmt::format("two whole numbers from {} to {} and {}", least, below[0] - 1, below[1] - 1);
   const toml::node* node = table.require(key, wanted);
-  const auto* list = node ? node->as_array() : nullptr;
-  std::array<int, 2> pair{};
-  bool is_good = list && list->size() == 2;
-  for (std::size_t a = 0; is_good && a < 2; ++a) {
-    const auto* number = list->get(a)->as_integer();
-    is_good = number && number->get() >= least && number->get() < below[a];
-    pair[a] = is_good ? static_cast<int>(number->get()) : 0;
-  }
-  if (is_good)
-    return pair;
+  const std::vector<int> n = node ? whole_numbers(*node, least, std::ranges::max(below)) : std::vector<int>{};
+  if (n.size() == 2 && n[0] < below[0] && n[1] < below[1])
+    return std::array{n[0], n[1]};
   if (node)
     table.fault(key, wanted);
   return std::nullopt;
@@ -275,9 +268,9 @@ Cells read_rows(TableReader& table, const BodyDefaults& defaults, std::optional<
 
 /// Shapes that a specimen cannot have.
 bool read_shape_of_worlds(TableReader& table, const std::string& shape, const BodyDefaults& defaults,
-                          const std::filesystem::path& folder, Scene& scene) {
+                          Scene& scene) {
   const std::size_t faults_before = table.faults().size();
-  MaterialTable materials(folder);
+  MaterialTable materials;
   read_material(table, defaults.has_material, materials);
   scene.materials = materials.take();
   const auto fibre = read_fibre(table);
@@ -310,8 +303,7 @@ bool read_shape_of_worlds(TableReader& table, const std::string& shape, const Bo
 
 } // namespace
 
-bool read_object_body(TableReader& table, const BodyDefaults& defaults, const std::filesystem::path& folder,
-                      Scene& scene) {
+bool read_object_body(TableReader& table, const BodyDefaults& defaults, Scene& scene) {
   const auto shape = table.choice("shape");
   if (!shape) {
     for (const char* key :
@@ -321,8 +313,8 @@ bool read_object_body(TableReader& table, const BodyDefaults& defaults, const st
     return false;
   }
   if (*shape == "box" || *shape == "ellipsoid" || *shape == "muscle" || *shape == "image")
-    return read_body(table, *shape, defaults, folder, scene, nullptr);
-  return read_shape_of_worlds(table, *shape, defaults, folder, scene);
+    return read_body(table, *shape, defaults, scene, nullptr);
+  return read_shape_of_worlds(table, *shape, defaults, scene);
 }
 
 } // namespace maille::reader

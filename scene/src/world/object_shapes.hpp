@@ -46,7 +46,6 @@ struct PuzzleCut {
 std::vector<std::uint8_t> puzzle_piece_cells(const Grid& picture, const PuzzleCut& cut);
 
 /// `shape` and its keys. @return false where there is no body
-bool read_object_body(TableReader& table, const BodyDefaults& defaults, const std::filesystem::path& folder,
-                      Scene& scene);
+bool read_object_body(TableReader& table, const BodyDefaults& defaults, Scene& scene);
 
 } // namespace maille::reader

@@ -76,7 +76,7 @@ void put_middle_on(const ImageInfo& other, ImageInfo& image) {
     image.origin[a] += to[a] - from[a];
 }
 
-void fill_grey(TableReader& table, const std::filesystem::path& folder, Seen& seen) {
+void fill_grey(TableReader& table, Seen& seen) {
   const bool is_own = seen.look.image.empty();
   const auto own_name = table.text("shape") == "image" ? table.text("image") : std::nullopt;
   const std::string path = table.path_of("look");
@@ -91,8 +91,7 @@ void fill_grey(TableReader& table, const std::filesystem::path& folder, Seen& se
   }
   std::optional<std::filesystem::path> own;
   if (own_name)
-    own = reader::resolve_path(*own_name, folder, table.path_of("image"), table.line_of_key("image"),
-                               table.faults());
+    own = reader::resolve_path(*own_name, table.path_of("image"), table.line_of_key("image"), table.faults());
   const std::filesystem::path file = is_own ? own.value_or("") : std::filesystem::path(seen.look.image);
   if (file.empty())
     return;
@@ -142,14 +141,14 @@ void fill_grey(TableReader& table, const std::filesystem::path& folder, Seen& se
   cut_to_visible(seen.grey, seen.look);
 }
 
-std::optional<Seen> read_seen(TableReader table, const std::filesystem::path& folder) {
+std::optional<Seen> read_seen(TableReader table) {
   const auto look = reader::read_look(table);
   if (!look)
     return std::nullopt;
   Seen seen;
   seen.look = *look;
   if (look->of_grey_values)
-    fill_grey(table, folder, seen);
+    fill_grey(table, seen);
   std::error_code unknown;
   if (!look->picture.empty() && !std::filesystem::is_regular_file(look->picture, unknown))
     table.faults().add(table.line_of_key("look"), table.path_of("look") + ".picture", "a file",
@@ -166,13 +165,11 @@ std::vector<std::optional<Seen>> read_looks(const std::filesystem::path& scene_f
   read_units(root);
   std::vector<std::optional<Seen>> looks;
   if (const auto* specimen = document["specimen"].as_table())
-    looks.push_back(
-        read_seen(TableReader(*specimen, "specimen", faults, "specimen"), scene_file.parent_path()));
+    looks.push_back(read_seen(TableReader(*specimen, "specimen", faults, "specimen")));
   if (const auto* objects = document["object"].as_array())
     for (std::size_t i = 0; i < objects->size(); ++i)
       if (const auto* object = objects->get(i)->as_table())
-        looks.push_back(read_seen(TableReader(*object, fmt::format("object[{}]", i + 1), faults, "object"),
-                                  scene_file.parent_path()));
+        looks.push_back(read_seen(TableReader(*object, fmt::format("object[{}]", i + 1), faults, "object")));
   faults.throw_if_any();
   return looks;
 }

@@ -144,7 +144,7 @@ void read_deformable(TableReader& table, const std::string& kind, bool has_body,
     }
 }
 
-void read_object(TableReader& table, const std::filesystem::path& folder, bool has_cells, WorldScene& world) {
+void read_object(TableReader& table, bool has_cells, WorldScene& world) {
   WorldObject object;
   read_name(table, world, object);
   const std::string kind = table.choice("kind").value_or("");
@@ -155,7 +155,7 @@ void read_object(TableReader& table, const std::filesystem::path& folder, bool h
   reader::BodyDefaults defaults;
   defaults.has_material = object.kind == ObjectKind::deformable;
   defaults.spacing = world.spacing;
-  const bool has_body = reader::read_object_body(table, defaults, folder, object.scene);
+  const bool has_body = reader::read_object_body(table, defaults, object.scene);
   object.scene.specimen.placement = {}; // of an image: what counts is where the scene puts it
   if (has_body && has_cells && object.scene.dimension() != world.dimension)
     table.fault("shape", fmt::format("an object of dimension {}, as the world", world.dimension),
@@ -181,8 +181,7 @@ WorldScene parse_world_scene(std::string_view text, const std::filesystem::path&
   world.title = root.text("title").value_or(world.name);
   const bool has_cells = read_world(root, world);
   root.require("object");
-  reader::for_each_table(
-      root, "object", [&](TableReader& table) { read_object(table, file.parent_path(), has_cells, world); });
+  reader::for_each_table(root, "object", [&](TableReader& table) { read_object(table, has_cells, world); });
   for (const char* key : {"specimen", "hold", "move", "load", "limits", "relaxation"})
     if (root.has(key)) {
       root.find(key);
