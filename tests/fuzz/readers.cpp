@@ -392,9 +392,9 @@ int read_field_file(std::string_view text) {
   static const ScratchFile file("a.vti");
   return tried([&] {
     const auto path = file.holding(text);
-    const auto values = read_vtk_array(path, "Displacement", 8, 3);
-    require(values.empty() || values.size() == 24, "three numbers a node");
-    require(read_vtk_array(path, "Units", 0, 11).size() <= 11, "no more letters than are asked for");
+    const VtkArrays arrays = read_vtk_arrays(path, {"Displacement"}, 8);
+    const auto& values = arrays.at_nodes.at("Displacement");
+    require(values.empty() || std::ssize(values) % std::max(arrays.points, 1L) == 0, "numbers at each node");
   });
 }
 

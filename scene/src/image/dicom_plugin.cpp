@@ -1,6 +1,7 @@
 // The shared object maille-dicom.so: DICOM files by GDCM, read in a process of their own.
 
-#include "image/dicom_files.hpp"
+#include "image/apart.hpp"
+#include "image/plugin_readers.hpp"
 
 #include <gdcmImageReader.h>
 #include <gdcmReader.h>
@@ -10,54 +11,28 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <csignal>
 #include <cstdint>
 #include <cstring>
-#include <exception>
-#include <fcntl.h>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <system_error>
-#include <unistd.h>
 #include <vector>
 
 namespace {
 
-using maille::image_formats::DicomFunctions;
-using maille::image_formats::DicomHeader;
+using namespace maille::image_formats;
+
+/// GDCM allocates what a file claims.
+constexpr std::uint64_t memory = std::uint64_t{256} << 20;
 
 /// DICOM files begin with 128 bytes of anything and these letters.
 bool begins_as_dicom(const std::string& file) {
   std::ifstream stream(file, std::ios::binary);
   std::array<char, 132> bytes{};
   return stream.read(bytes.data(), bytes.size()) && std::memcmp(bytes.data() + 128, "DICM", 4) == 0;
-}
-
-/// GDCM allocates what a file claims. From here on this process may take 256 MB and 40 times the file
-/// more than it has, and a minute and a second a MB.
-void bound_memory_and_time(const std::string& file) {
-  constexpr rlim_t always = rlim_t{256} << 20, a_byte = 40;
-  constexpr unsigned seconds = 60, bytes_a_second = 1'000'000;
-  std::error_code ignored;
-  const std::uintmax_t found = std::filesystem::file_size(file, ignored), bytes = ignored ? 0 : found;
-  alarm(seconds + static_cast<unsigned>(bytes / bytes_a_second));
-  rlimit limit{};
-  std::ifstream pages("/proc/self/statm");
-  rlim_t data = 0; // its sixth number
-  for (int i = 0; i < 6; ++i)
-    pages >> data;
-  if (!pages || getrlimit(RLIMIT_DATA, &limit) != 0)
-    return;
-  limit.rlim_cur =
-      std::min(limit.rlim_max, data * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + always + a_byte * bytes);
-  setrlimit(RLIMIT_DATA, &limit);
 }
 
 std::string text(const gdcm::StringFilter& filter, std::uint16_t group, std::uint16_t element) {
@@ -95,7 +70,7 @@ int whole_or(const std::vector<double>& found, int otherwise) {
 }
 
 DicomHeader read_header(const std::string& file) {
-  bound_memory_and_time(file);
+  bound_memory_and_time(file, memory);
   DicomHeader header;
   if (!begins_as_dicom(file))
     return header;
@@ -223,7 +198,7 @@ private:
 /// @param begin is given the number of pixels, before the first part
 template<class Begin, class Put>
 std::string read_pixels(const std::string& file, const Begin& begin, const Put& put) {
-  bound_memory_and_time(file);
+  bound_memory_and_time(file, memory);
   gdcm::ImageReader reader;
   reader.SetFileName(file.c_str());
   if (!reader.Read())
@@ -272,102 +247,6 @@ std::string read_pixels(const std::string& file, const Begin& begin, const Put& 
   default:
     return "pixels of a type that is no number of 8 to 64 bits";
   }
-}
-
-// ---- in a process of its own ------------------------------------------------------------------------------
-
-/// Calls move(from where on, how many bytes are left) as a system call until all are moved.
-template<class Byte, class Move>
-bool move_all(Byte* at, std::size_t left, Move&& move) {
-  while (left > 0) {
-    const ssize_t done = move(at, left);
-    if (done < 0 && errno == EINTR)
-      continue;
-    if (done <= 0)
-      return false;
-    at += done;
-    left -= static_cast<std::size_t>(done);
-  }
-  return true;
-}
-
-class Pipe {
-public:
-  Pipe() {
-    if (pipe2(ends_.data(), O_CLOEXEC) != 0)
-      ends_ = {-1, -1};
-  }
-  Pipe(const Pipe&) = delete;
-  Pipe& operator=(const Pipe&) = delete;
-  ~Pipe() {
-    close_end(0);
-    close_end(1);
-  }
-  bool is_open() const { return ends_[0] >= 0; }
-  void close_end(std::size_t end) {
-    if (ends_[end] >= 0)
-      close(ends_[end]);
-    ends_[end] = -1;
-  }
-  bool put(const void* from, std::size_t count) const {
-    return move_all(static_cast<const char*>(from), count,
-                    [this](const char* at, std::size_t left) { return write(ends_[1], at, left); });
-  }
-  bool take(void* to, std::size_t count) const {
-    return move_all(static_cast<char*>(to), count,
-                    [this](char* at, std::size_t left) { return read(ends_[0], at, left); });
-  }
-  void put_text(const std::string& text) const {
-    const std::size_t size = text.size();
-    put(&size, sizeof(size));
-    put(text.data(), size);
-  }
-  bool take_text(std::string& text) const {
-    std::size_t size = 0;
-    if (!take(&size, sizeof(size)) || size > most_bytes)
-      return false;
-    text.resize(size);
-    return take(text.data(), size);
-  }
-
-private:
-  static constexpr std::size_t most_bytes = std::size_t{1} << 32U;
-  std::array<int, 2> ends_{};
-};
-
-/// Runs `work`, which writes into the pipe, in a process of its own, and `take`, which reads from it, here.
-/// @return whether there was a process
-template<class Work, class Take>
-bool apart(Work&& work, Take&& take) {
-  Pipe pipe;
-  if (!pipe.is_open())
-    return false;
-  const pid_t child = fork();
-  if (child < 0)
-    return false;
-  if (child == 0) {
-    signal(SIGABRT, SIG_DFL);
-    signal(SIGALRM, SIG_DFL);
-    signal(SIGPIPE, SIG_DFL);
-    constexpr rlimit none{0, 0};
-    setrlimit(RLIMIT_CORE, &none);
-    if (const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC); nowhere >= 0)
-      dup2(nowhere, STDERR_FILENO); // assertions of what is in the file
-    pipe.close_end(0);
-    try {
-      work(pipe);
-    } catch (const std::exception&) { // GDCM's, of what is no DICOM
-      _exit(1);
-    }
-    _exit(0);
-  }
-  pipe.close_end(1);
-  take(pipe);
-  pipe.close_end(0); // what is still being written ends now
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
-  return true;
 }
 
 struct Plain {
@@ -430,10 +309,9 @@ std::vector<DicomHeader> headers(const std::vector<std::string>& files) {
       for (std::size_t n = first; n < files.size(); ++n)
         put(pipe, read_header(files[n]));
     };
-    apart(work, [&](const Pipe& pipe) {
-      for (DicomHeader header; found.size() < files.size() && take(pipe, header); header = {})
-        found.push_back(header);
-    });
+    const Apart child(work);
+    for (DicomHeader header; found.size() < files.size() && take(child.pipe, header); header = {})
+      found.push_back(header);
     if (found.size() < files.size()) {
       found.emplace_back();
       found.back().is_damaged = true;
@@ -443,7 +321,6 @@ std::vector<DicomHeader> headers(const std::vector<std::string>& files) {
 }
 
 std::string pixels(const std::string& file, std::vector<double>& values) {
-  std::string fault = "a damaged file, or one that takes more memory or time than its size allows";
   const auto work = [&](const Pipe& pipe) {
     const auto begin = [&](std::size_t n) {
       pipe.put_text({});
@@ -455,23 +332,18 @@ std::string pixels(const std::string& file, std::vector<double>& values) {
     if (const std::string said = read_pixels(file, begin, put); !said.empty())
       pipe.put_text(said);
   };
-  apart(work, [&](const Pipe& pipe) {
-    std::string said;
-    std::size_t size = 0;
-    constexpr std::size_t most = std::size_t{1} << 32U; // 65536 x 65536
-    if (!pipe.take_text(said))
-      return;
-    if (!said.empty()) {
-      fault = said;
-      return;
-    }
-    if (!pipe.take(&size, sizeof(size)) || size > most)
-      return;
-    values.resize(size);
-    if (pipe.take(values.data(), size * sizeof(double)))
-      fault.clear();
-  });
-  return fault;
+  const Apart child(work);
+  std::string said;
+  std::size_t size = 0;
+  constexpr std::size_t most = std::size_t{1} << 32U; // 65536 x 65536
+  if (!child.pipe.take_text(said))
+    return too_much;
+  if (!said.empty())
+    return said;
+  if (!child.pipe.take(&size, sizeof(size)) || size > most)
+    return too_much;
+  values.resize(size);
+  return child.pipe.take(values.data(), size * sizeof(double)) ? "" : too_much;
 }
 
 constexpr DicomFunctions functions{.headers = headers, .pixels = pixels};

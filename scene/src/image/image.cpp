@@ -107,7 +107,7 @@ bool is_direction(const FileGeometry& geometry, Faults& faults) {
   return largest_cosine <= largest_shear;
 }
 
-OpenImage open_image(const std::filesystem::path& file, std::int64_t largest, Faults& faults) {
+OpenImage open_image(const std::filesystem::path& file, Faults& faults) {
   const std::string ending = ending_of(file);
   if (ending.empty() && is_dicom(file))
     return open_dicom(file, faults);
@@ -122,7 +122,7 @@ OpenImage open_image(const std::filesystem::path& file, std::int64_t largest, Fa
                           "nibabel make it one"
                     : in_quotes(file.filename().string()));
   if (ending == ".vti")
-    return open_vti(file, largest, faults);
+    return open_vti(file, faults);
   if (ending == ".mha" || ending == ".mhd")
     return open_meta_image(file, faults);
   if (ending == ".nrrd" || ending == ".nhdr")
@@ -402,27 +402,25 @@ std::vector<std::string> file_warnings(bool only_new) {
 
 ImageInfo read_image_info(const std::filesystem::path& file) {
   image_formats::Faults faults(file.string());
-  return image_formats::open_image(file, image_formats::largest_bytes({}), faults).info;
+  return image_formats::open_image(file, faults).info;
 }
 
 StoredAs stored_form(const std::filesystem::path& file) {
   image_formats::Faults faults(file.string());
-  const auto layout = image_formats::open_image(file, image_formats::largest_bytes({}), faults).layout;
+  const auto layout = image_formats::open_image(file, faults).layout;
   return layout.is_lower_triangle ? StoredAs::tensors : StoredAs::float32;
 }
 
 Image read_image(const std::filesystem::path& file, const ImageLimits& limits) {
   image_formats::Faults faults(file.string());
-  const image_formats::OpenImage image =
-      image_formats::open_image(file, image_formats::largest_bytes(limits), faults);
+  const image_formats::OpenImage image = image_formats::open_image(file, faults);
   image_formats::check_memory(image, image.info.size[2], limits, faults);
   return {image.info, image_formats::read_values(image, faults)};
 }
 
 LayeredImage::LayeredImage(const std::filesystem::path& file) : path_(file) {
   image_formats::Faults faults(file.string());
-  file_ = std::make_shared<const image_formats::OpenImage>(
-      image_formats::open_image(file, image_formats::largest_bytes({}), faults));
+  file_ = std::make_shared<const image_formats::OpenImage>(image_formats::open_image(file, faults));
   info_ = file_->info;
 }
 

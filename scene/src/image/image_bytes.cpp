@@ -1,4 +1,4 @@
-// Sources of bytes: files, parts of them, deflated and base64-encoded ones.
+// Sources of bytes: files and deflated ones.
 
 #include "image/image_formats.hpp"
 #include "maille/materials/text_file.hpp"
@@ -36,37 +36,6 @@ public:
 private:
   std::ifstream stream_;
   Faults faults_;
-};
-
-class TextSource final : public ByteSource {
-public:
-  explicit TextSource(std::string_view text) : text_(text) {}
-  std::size_t read(std::span<char> to) override {
-    const std::size_t count = text_.copy(to.data(), to.size());
-    text_.remove_prefix(count);
-    return count;
-  }
-
-private:
-  std::string_view text_;
-};
-
-class FirstBytes final : public ByteSource {
-public:
-  FirstBytes(ByteSourcePtr source, std::int64_t count) : source_(std::move(source)), left_(count) {}
-  std::size_t read(std::span<char> to) override {
-    const auto wanted = static_cast<std::size_t>(std::min(static_cast<std::int64_t>(to.size()), left_));
-    const std::size_t count = source_->read(to.first(wanted));
-    left_ -= static_cast<std::int64_t>(count);
-    is_cut_short_ = is_cut_short_ || count < wanted;
-    return count;
-  }
-  bool is_cut_short() const override { return is_cut_short_; }
-
-private:
-  ByteSourcePtr source_;
-  std::int64_t left_;
-  bool is_cut_short_ = false;
 };
 
 class InflateSource final : public ByteSource {
@@ -131,88 +100,6 @@ private:
   bool is_cut_short_ = false;
 };
 
-int base64_value(char character) {
-  if (character >= 'A' && character <= 'Z')
-    return character - 'A';
-  if (character >= 'a' && character <= 'z')
-    return character - 'a' + 26;
-  if (character >= '0' && character <= '9')
-    return character - '0' + 52;
-  return character == '+' ? 62 : character == '/' ? 63 : -1;
-}
-
-bool is_space(char character) {
-  return character == ' ' || character == '\n' || character == '\r' || character == '\t';
-}
-
-class Base64Source final : public ByteSource {
-public:
-  Base64Source(ByteSourcePtr source, const Faults& faults) : source_(std::move(source)), faults_(faults) {}
-
-  std::size_t read(std::span<char> to) override {
-    std::size_t done = 0;
-    while (done < to.size()) {
-      if (next_ == n_decoded_ && !decode_group())
-        break;
-      to[done++] = decoded_[next_++];
-    }
-    return done;
-  }
-  bool is_cut_short() const override { return is_cut_short_; }
-
-private:
-  /// The next character that counts, 0 at the end.
-  char next_character() {
-    while (!is_at_end_) {
-      if (at_ == n_input_) {
-        n_input_ = source_->read(input_);
-        at_ = 0;
-      }
-      if (n_input_ == 0 || input_[at_] == '<')
-        is_at_end_ = true;
-      else if (!is_space(input_[at_]))
-        return input_[at_++];
-      else
-        ++at_;
-    }
-    return 0;
-  }
-
-  bool decode_group() {
-    unsigned bits = 0;
-    unsigned n_padding = 0;
-    for (int i = 0; i < 4; ++i) {
-      const char character = next_character();
-      if (character == 0) {
-        is_cut_short_ = is_cut_short_ || i > 0;
-        return false;
-      }
-      const int value = base64_value(character);
-      const bool is_padding = character == '=' && i >= 2;
-      if (is_padding ? false : value < 0 || n_padding > 0)
-        faults_.fail("data", "base64", in_quotes(std::string_view(&character, 1)));
-      n_padding += is_padding ? 1U : 0U;
-      bits = bits << 6 | static_cast<unsigned>(is_padding ? 0 : value);
-    }
-    for (std::size_t i = 0; i < 3; ++i)
-      decoded_[i] = static_cast<char>(bits >> (16 - 8 * i) & 0xFFU);
-    n_decoded_ = 3 - n_padding;
-    next_ = 0;
-    return true;
-  }
-
-  ByteSourcePtr source_;
-  Faults faults_;
-  std::array<char, 4096> input_{};
-  std::size_t n_input_ = 0;
-  std::size_t at_ = 0;
-  std::array<char, 3> decoded_{};
-  std::size_t n_decoded_ = 0;
-  std::size_t next_ = 0;
-  bool is_at_end_ = false;
-  bool is_cut_short_ = false;
-};
-
 } // namespace
 
 std::int64_t size_of_file(const std::filesystem::path& file, Faults& faults) {
@@ -239,20 +126,8 @@ ByteSourcePtr open_file(const std::filesystem::path& file, std::int64_t from, Fa
   return std::make_shared<FileSource>(std::move(stream), faults);
 }
 
-ByteSourcePtr open_text(std::string_view text) {
-  return std::make_shared<TextSource>(text);
-}
-
-ByteSourcePtr first_bytes(ByteSourcePtr source, std::int64_t count) {
-  return std::make_shared<FirstBytes>(std::move(source), count);
-}
-
 ByteSourcePtr inflated(ByteSourcePtr source, Compression compression, const Faults& faults) {
   return std::make_shared<InflateSource>(std::move(source), compression, faults);
-}
-
-ByteSourcePtr base64_decoded(ByteSourcePtr source, const Faults& faults) {
-  return std::make_shared<Base64Source>(std::move(source), faults);
 }
 
 } // namespace maille::image_formats

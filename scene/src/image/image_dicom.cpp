@@ -6,8 +6,7 @@
 // used: slices are put in order by where they are. Departures: several slices in one file (enhanced
 // multi-frame), colours and tilted gantries are refused by name.
 
-#include "image/dicom_files.hpp"
-#include "image/image_formats.hpp"
+#include "image/plugin_readers.hpp"
 #include "maille/materials/text_file.hpp"
 
 #include <fmt/format.h>
@@ -49,21 +48,6 @@ double dot(const Vec3& a, const Vec3& b) {
 }
 double distance(const Vec3& a, const Vec3& b) {
   return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
-}
-
-/// GDCM's part, opened once; nothing where it is not there, and why.
-const DicomFunctions* functions(std::string& why) {
-  static std::mutex opening;
-  static const DicomFunctions* opened = nullptr;
-  const std::scoped_lock lock(opening);
-  try {
-    if (opened == nullptr)
-      opened = static_cast<const DicomFunctions*>(
-          open_plugin("maille-dicom.so", "DICOM series (GDCM)", dicom_layout));
-  } catch (const std::runtime_error& error) {
-    why = error.what();
-  }
-  return opened;
 }
 
 std::string name_of(const Slice& slice) {
@@ -303,10 +287,8 @@ bool is_dicom(const fs::path& place) {
 }
 
 OpenImage open_dicom(const fs::path& place, Faults& faults) {
-  std::string why;
-  const DicomFunctions* const gdcm = functions(why);
-  if (gdcm == nullptr)
-    faults.fail("", "a build that reads DICOM (Debian's libgdcm-dev, found as Maille was configured)", why);
+  const auto* const gdcm =
+      &opened<DicomFunctions>("maille-dicom.so", "DICOM series (GDCM)", "libgdcm-dev", dicom_layout, faults);
   std::vector<Slice> slices = slices_of(place, *gdcm, faults);
   check_slices(slices, faults);
   const DicomHeader& first = slices.front().header;

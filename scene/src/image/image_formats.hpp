@@ -62,16 +62,9 @@ using ByteSourcePtr = std::shared_ptr<ByteSource>;
 /// Size of a regular file. @throws InputError: missing, or a folder, pipe or device
 std::int64_t size_of_file(const std::filesystem::path& file, Faults& faults);
 ByteSourcePtr open_file(const std::filesystem::path& file, std::int64_t from, Faults& faults);
-/// The text has to outlive the source.
-ByteSourcePtr open_text(std::string_view text);
-/// The next `count` bytes of `source`, which the caller goes on using afterwards.
-ByteSourcePtr first_bytes(ByteSourcePtr source, std::int64_t count);
 /// gzip: one or more members, as in .gz files. zlib: one stream, zlib or gzip, and nothing after it.
 enum class Compression { gzip, zlib };
 ByteSourcePtr inflated(ByteSourcePtr source, Compression compression, const Faults& faults);
-/// Decodes group by group of four characters, so that several encodings in a row (VTK encodes the header of a
-/// compressed array apart from its data) read as one. White space is skipped; `<` ends it.
-ByteSourcePtr base64_decoded(ByteSourcePtr source, const Faults& faults);
 
 // ---- numbers ----------------------------------------------------------------------------------------------
 
@@ -175,8 +168,7 @@ std::filesystem::path data_file_of_meta_image(const std::filesystem::path& file,
 OpenImage open_nrrd(const std::filesystem::path& file, Faults& faults);
 /// Likewise of a NRRD header.
 std::filesystem::path data_file_of_nrrd(const std::filesystem::path& file, Faults& faults);
-/// @param largest_text of the XML part [bytes]
-OpenImage open_vti(const std::filesystem::path& file, std::int64_t largest_text, Faults& faults);
+OpenImage open_vti(const std::filesystem::path& file, Faults& faults);
 /// Whether it is a folder, or a file that begins as DICOM files do.
 bool is_dicom(const std::filesystem::path& place);
 /// A series: the slices of a folder, or those beside a file that are of its series.

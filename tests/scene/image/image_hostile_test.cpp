@@ -213,7 +213,7 @@ TEST(HostileImageContract, BombsAreNotUnpacked) {
   const std::int64_t before = peak_memory();
   EXPECT_EQ(faults_of(packed).front().found, "more");
   EXPECT_EQ(faults_of(meta_file).front().found, "more");
-  EXPECT_EQ(faults_of(vti_file).front().found, std::to_string(zeros) + " bytes");
+  EXPECT_EQ(faults_of(vti_file).front().found, "data that go on behind the last of 64 values");
   EXPECT_LT(peak_memory() - before, std::int64_t{16} << 20);
 }
 
@@ -244,7 +244,7 @@ TEST(HostileImageContract, OtherThingsThanFiles) {
   std::string tags = "<VTKFile>";
   for (int i = 0; i < 300000; ++i)
     tags += "<a>";
-  EXPECT_TRUE(test::has(faults_of(folder.write("tags.vti", tags)).front().expected, "tags and quotes"));
+  EXPECT_TRUE(test::has(faults_of(folder.write("tags.vti", tags)).front().found, "more memory"));
 }
 
 // Real volumes, where MAILLE_DATA says that they are. Truth of the numbers: the data's own description.

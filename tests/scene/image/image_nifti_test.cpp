@@ -385,16 +385,14 @@ TEST_F(VtiContract, RefusesByName) {
     EXPECT_NE(bytes.find(from), std::string::npos) << from;
     return faults(bytes.replace(bytes.find(from), from.size(), to)).front();
   };
-  EXPECT_EQ(found("<VTKFile ", "<VTKFile compressor=\"vtkLZMADataCompressor\" ").found,
-            "\"vtkLZMADataCompressor\"");
-  EXPECT_EQ(found("ImageData\"", "RectilinearGrid\"").key, "type");
-  EXPECT_EQ(found("UInt32", "UInt16").key, "header_type");
-  EXPECT_EQ(found("LittleEndian", "Middle").key, "byte_order");
-  EXPECT_EQ(found("encoding=\"raw\"", "encoding=\"hex\"").key, "encoding");
-  EXPECT_EQ(found("format=\"appended\"", "format=\"secret\"").key, "DataArray \"Labels\" format");
-  EXPECT_EQ(found("offset=\"0\"", "offset=\"-1\"").key, "DataArray \"Labels\" offset");
-  EXPECT_EQ(found("offset=\"0\"", "offset=\"9223372036854775807\"").key, "DataArray \"Labels\" offset");
-  EXPECT_EQ(found("offset=\"0\"", "offset=\"99999\"").key, "DataArray \"Labels\"");
+  EXPECT_EQ(found("UInt32", "UInt16").found, "Unsupported header_type=\"UInt16\"");
+  EXPECT_EQ(found("LittleEndian", "Middle").found, "Unsupported byte_order=\"Middle\"");
+  EXPECT_TRUE(test::has(found("</Piece>", "").found, "mismatched tag"));
+  for (const std::string offset : {"-1", "9223372036854775807", "99999"})
+    EXPECT_EQ(found("offset=\"0\"", "offset=\"" + offset + '"').key, "DataArray \"Labels\"") << offset;
+  EXPECT_EQ(found("encoding=\"raw\"", "encoding=\"hex\"").key, "DataArray \"Labels\"");
+  EXPECT_EQ(found("   _", "   -").key, "DataArray \"Labels\"");
+  EXPECT_EQ(found("<VTKFile ", "<VTKFile compressor=\"vtkLZMADataCompressor\" ").key, "DataArray \"Labels\"");
   EXPECT_EQ(found("UInt8", "Bit").key, "DataArray \"Labels\" type");
   EXPECT_EQ(found("NumberOfComponents=\"1\"", "NumberOfComponents=\"0\"").key, "NumberOfComponents");
   EXPECT_EQ(found("Spacing=\"2 4 6\"", "Spacing=\"2 0 6\"").key, "Spacing");
@@ -405,8 +403,6 @@ TEST_F(VtiContract, RefusesByName) {
   EXPECT_EQ(found("Extent=\"0 3 0 2 0 1\">", "Extent=\"0 1 0 2 0 1\">").key, "Piece Extent");
   EXPECT_EQ(found("</Piece>", "</Piece><Piece></Piece>").key, "Piece");
   EXPECT_EQ(found("<DataArray", "<DataFrame").expected, "a DataArray");
-  EXPECT_EQ(found("</Piece>", "").expected, "well-formed XML");
-  EXPECT_EQ(found("   _", "   -").key, "AppendedData");
 }
 
 TEST_F(VtiContract, RefusesDamagedData) {
@@ -421,7 +417,7 @@ TEST_F(VtiContract, RefusesDamagedData) {
     EXPECT_NE(keys_of(faults(bytes)), "") << damaged;
   }
   file.encoding = "ascii";
-  for (const std::string damaged : {"1 2 3 4 5", "1 2 3 4 5 256", "1 2 3 4 5 x", "1 2 3 4 5 6.5"}) {
+  for (const std::string damaged : {"1 2 3 4 5", "1 2 3 4 5 6 7", "1 2 3 4 5 x"}) {
     file.arrays.front().text = damaged;
     EXPECT_NE(keys_of(faults(file.bytes_of_file())), "") << damaged;
   }

@@ -6,8 +6,13 @@
 #include "maille/scene/scene.hpp"
 #include "maille/scene/write_image.hpp"
 
+#include <cstdint>
+#include <filesystem>
 #include <functional>
+#include <map>
 #include <span>
+#include <string>
+#include <vector>
 
 namespace maille {
 
@@ -35,12 +40,16 @@ std::optional<VoxelBlocks> voxel_blocks(const ImageInfo& info, const Specimen& b
 std::optional<Image> on_voxels(const ImageInfo& info, const Specimen& body, int components,
                                const std::function<void(std::int64_t cell, std::span<float> values)>& values);
 
-/// Numbers of an array of a file that write_vtk wrote (.vti, .vtu), by the array's name; none where the file
-/// has no such array. Bounded as images are: memory follows the file and `tuples`.
-/// @param tuples of the array at nodes, as many as the file must have; 0: an array beside the grid, of which
-///        the first `components` numbers or letters are read
-/// @throws InputError: damaged, cut short, another number of points
-std::vector<double> read_vtk_array(const std::filesystem::path& file, std::string_view name,
-                                   std::int64_t tuples, std::int64_t components);
+/// Arrays of a file that write_vtk wrote (.vti, .vtu).
+struct VtkArrays {
+  std::int64_t points = 0;
+  std::map<std::string, std::vector<double>> at_nodes; ///< by name; empty where the file has none
+  std::vector<double> layers;                          ///< the array `Layers` beside the grid
+  std::string units;                                   ///< the text `Units` beside it
+};
+/// Memory follows the file and `nodes`, as many as its grid is to have.
+/// @throws InputError: damaged, cut short
+VtkArrays read_vtk_arrays(const std::filesystem::path& file, const std::vector<std::string>& names,
+                          std::int64_t nodes);
 
 } // namespace maille
