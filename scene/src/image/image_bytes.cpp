@@ -130,4 +130,53 @@ ByteSourcePtr inflated(ByteSourcePtr source, Compression compression, const Faul
   return std::make_shared<InflateSource>(std::move(source), compression, faults);
 }
 
+std::optional<std::string> TextHeader::field(const std::string& name) const {
+  const auto found = fields.find(name);
+  return found == fields.end() ? std::nullopt : std::optional(found->second);
+}
+
+std::string_view without_blanks(std::string_view text) {
+  return trimmed(text, " \t\r");
+}
+
+bool read_header_lines(TextHeader& header, const std::filesystem::path& file, std::size_t largest,
+                       Faults& faults, const std::function<bool(std::string_view line)>& take) {
+  std::string text(largest, '\0');
+  text.resize(open_file(file, 0, faults)->read(text));
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find('\n', at), text.size());
+    const std::string_view line = std::string_view(text).substr(at, end - at);
+    at = std::min(end + 1, text.size());
+    header.bytes = static_cast<std::int64_t>(at);
+    if (!take(line))
+      return true;
+  }
+  return false;
+}
+
+void set_field(std::map<std::string, std::string>& fields, const std::string& name, std::string_view value,
+               Faults& faults) {
+  const auto [place, is_new] = fields.emplace(name, value);
+  if (!is_new && place->second != value)
+    faults.add(name, "one value", in_quotes(place->second) + " and " + in_quotes(value));
+}
+
+std::filesystem::path data_beside(const std::filesystem::path& header, const std::string& key,
+                                  const std::string& name, const char* expected, Faults& faults) {
+  const std::filesystem::path data = name;
+  if (name.empty() || data.is_absolute() || std::ranges::find(data, "..") != data.end() ||
+      name.starts_with("LIST") || name.find('%') != std::string::npos || name.find('\0') != std::string::npos)
+    faults.add(key, expected, in_quotes(name));
+  return header.parent_path() / data;
+}
+
+std::function<ByteSourcePtr()> data_in(const std::filesystem::path& file, std::int64_t from,
+                                       std::optional<Compression> compression, const Faults& faults) {
+  return [=] {
+    Faults of_data = faults;
+    ByteSourcePtr source = open_file(file, from, of_data);
+    return compression ? inflated(std::move(source), *compression, faults) : source;
+  };
+}
+
 } // namespace maille::image_formats

@@ -5,9 +5,14 @@
 
 #include "maille/scene/image.hpp"
 
+#include <algorithm>
+#include <array>
+#include <bit>
 #include <cstdint>
+#include <cstring>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -66,17 +71,46 @@ ByteSourcePtr open_file(const std::filesystem::path& file, std::int64_t from, Fa
 enum class Compression { gzip, zlib };
 ByteSourcePtr inflated(ByteSourcePtr source, Compression compression, const Faults& faults);
 
+// ---- headers of text (MetaImage, NRRD) --------------------------------------------------------------------
+
+/// What a header of lines states, and where its data begin if they follow in the same file.
+struct TextHeader {
+  std::map<std::string, std::string> fields, keys; ///< keys: NRRD's own, `key:=value`
+  std::int64_t bytes = 0;
+  std::optional<std::string> field(const std::string& name) const;
+};
+/// Calls take(line) for the lines of the first `largest` bytes until it is false. @return whether it was
+bool read_header_lines(TextHeader& header, const std::filesystem::path& file, std::size_t largest,
+                       Faults& faults, const std::function<bool(std::string_view line)>& take);
+std::string_view without_blanks(std::string_view text);
+/// A fault where the field has another value already.
+void set_field(std::map<std::string, std::string>& fields, const std::string& name, std::string_view value,
+               Faults& faults);
+/// The file that a header names for its data: in its folder or below, else a fault.
+std::filesystem::path data_beside(const std::filesystem::path& header, const std::string& key,
+                                  const std::string& name, const char* expected, Faults& faults);
+std::function<ByteSourcePtr()> data_in(const std::filesystem::path& file, std::int64_t from,
+                                       std::optional<Compression> compression, const Faults& faults);
+
 // ---- numbers ----------------------------------------------------------------------------------------------
 
 enum class ScalarType { int8, uint8, int16, uint16, int32, uint32, int64, uint64, float32, float64 };
 std::int64_t bytes_of(ScalarType type);
+/// By its name in MetaImage or NRRD.
+std::optional<ScalarType> scalar_type_named(std::string_view name);
 
 /// Whether numbers of that byte order have to be turned round on this machine.
 bool must_swap(bool is_big_endian);
 
 /// The number at the start of `bytes`, which has to hold it.
 template<class T>
-T number_at(const char* bytes, bool swap_bytes);
+T number_at(const char* bytes, bool swap_bytes) {
+  std::array<char, sizeof(T)> turned{};
+  std::memcpy(turned.data(), bytes, sizeof(T));
+  if (swap_bytes)
+    std::reverse(turned.begin(), turned.end());
+  return std::bit_cast<T>(turned);
+}
 
 /// Exactly `count` numbers parted by white space; nothing if there are more, fewer, or others.
 /// T: std::int64_t or double.

@@ -9,73 +9,55 @@
 // world is ITK's, whatever TransformMatrix is.
 
 #include "image/image_formats.hpp"
-#include "maille/materials/text_file.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
 
 namespace maille::image_formats {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view blanks = " \t\r";
 constexpr std::size_t largest_header = 1 << 16;
-
-struct TextHeader {
-  std::map<std::string, std::string> fields;
-  std::int64_t bytes = 0; ///< up to the data, if that is in the same file
-};
 
 /// Reads `Key = Value` lines; ElementDataFile is the last one, and the data may follow it directly.
 TextHeader read_text_header(const fs::path& file, Faults& faults) {
-  std::string text(largest_header, '\0');
-  text.resize(open_file(file, 0, faults)->read(text));
   TextHeader header;
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t end = std::min(text.find('\n', at), text.size());
-    const std::string_view line = std::string_view(text).substr(at, end - at);
-    at = std::min(end + 1, text.size());
-    if (trimmed(line, blanks).empty())
-      continue;
+  const auto take = [&](std::string_view line) {
+    if (without_blanks(line).empty())
+      return true;
     const std::size_t equals = line.find('=');
     if (equals == std::string_view::npos)
       faults.fail("", "a MetaImage header: `Key = Value` lines up to ElementDataFile", in_quotes(line));
-    const std::string key(trimmed(line.substr(0, equals), blanks));
-    const std::string value(trimmed(line.substr(equals + 1), blanks));
-    const auto [place, is_new] = header.fields.emplace(key, value);
-    if (!is_new && place->second != value)
-      faults.add(key, "one value", in_quotes(place->second) + " and " + in_quotes(value));
-    if (key == "ElementDataFile") {
-      header.bytes = static_cast<std::int64_t>(at);
-      return header;
-    }
-  }
-  faults.fail("ElementDataFile", fmt::format("this field within the first {} bytes", largest_header),
-              fmt::format("none in {} bytes", text.size()));
+    const std::string key(without_blanks(line.substr(0, equals)));
+    set_field(header.fields, key, without_blanks(line.substr(equals + 1)), faults);
+    return key != "ElementDataFile";
+  };
+  if (!read_header_lines(header, file, largest_header, faults, take))
+    faults.fail("ElementDataFile", fmt::format("this field within the first {} bytes", largest_header),
+                fmt::format("none in {} bytes", header.bytes));
+  return header;
 }
 
 /// Typed access to the fields; a field that is there but wrong is a fault.
 class Fields {
 public:
-  Fields(const TextHeader& header, Faults& faults) : fields_(header.fields), faults_(faults) {}
+  Fields(const TextHeader& header, Faults& faults) : header_(header), faults_(faults) {}
 
   /// The value under the first of several names for the same thing.
   std::optional<std::string> text(std::initializer_list<const char*> names,
                                   std::string* name_found = nullptr) {
     std::optional<std::string> value;
     for (const char* name : names) {
-      const auto field = fields_.find(name);
-      if (field == fields_.end())
+      const auto field = header_.field(name);
+      if (!field)
         continue;
-      if (value && *value != field->second)
-        faults_.add(name, "the same as " + in_quotes(*value) + " under its other name",
-                    in_quotes(field->second));
+      if (value && *value != *field)
+        faults_.add(name, "the same as " + in_quotes(*value) + " under its other name", in_quotes(*field));
       if (!value && name_found != nullptr)
         *name_found = name;
-      value = value.value_or(field->second);
+      value = value.value_or(*field);
     }
     return value;
   }
@@ -109,28 +91,14 @@ public:
     return false;
   }
   void require(const char* name, const std::string& expected) {
-    if (!fields_.contains(name))
+    if (!header_.field(name))
       faults_.add(name, expected, "nothing");
   }
 
 private:
-  const std::map<std::string, std::string>& fields_;
+  const TextHeader& header_;
   Faults& faults_;
 };
-
-/// Sizes after MetaIO's metaTypes.h: its long has 32 bits on every machine.
-std::optional<ScalarType> scalar_type(const std::string& name) {
-  static const std::map<std::string, ScalarType> types = {
-      {"MET_CHAR", ScalarType::int8},       {"MET_UCHAR", ScalarType::uint8},
-      {"MET_SHORT", ScalarType::int16},     {"MET_USHORT", ScalarType::uint16},
-      {"MET_INT", ScalarType::int32},       {"MET_UINT", ScalarType::uint32},
-      {"MET_LONG", ScalarType::int32},      {"MET_ULONG", ScalarType::uint32},
-      {"MET_LONG_LONG", ScalarType::int64}, {"MET_ULONG_LONG", ScalarType::uint64},
-      {"MET_FLOAT", ScalarType::float32},   {"MET_DOUBLE", ScalarType::float64},
-  };
-  const auto found = types.find(name);
-  return found == types.end() ? std::nullopt : std::optional(found->second);
-}
 
 ValueLayout read_layout(Fields& fields, Faults& faults) {
   ValueLayout layout;
@@ -138,7 +106,7 @@ ValueLayout read_layout(Fields& fields, Faults& faults) {
   layout.swap_bytes = must_swap(fields.truth({"BinaryDataByteOrderMSB", "ElementByteOrderMSB"}, false));
   fields.require("ElementType", "a type such as MET_SHORT");
   if (const auto name = fields.text({"ElementType"})) {
-    const auto type = scalar_type(*name);
+    const auto type = scalar_type_named(*name);
     if (!type)
       faults.add("ElementType",
                  "MET_CHAR, _SHORT, _INT, _LONG, _LONG_LONG, one of these with U, MET_FLOAT or MET_DOUBLE",
@@ -197,15 +165,9 @@ FileGeometry read_geometry(Fields& fields, std::size_t n_axes, Faults& faults) {
 fs::path data_file(Fields& fields, const fs::path& file, bool& is_local, Faults& faults) {
   const std::string name = fields.text({"ElementDataFile"}).value_or("");
   is_local = name == "LOCAL" || name == "Local" || name == "local";
-  if (is_local)
-    return file;
-  const fs::path data = name;
-  const bool climbs =
-      std::any_of(data.begin(), data.end(), [](const fs::path& part) { return part == ".."; });
-  const bool is_list = name.starts_with("LIST") || name.find('%') != std::string::npos;
-  if (name.empty() || data.is_absolute() || climbs || is_list || name.find('\0') != std::string::npos)
-    faults.add("ElementDataFile", "LOCAL, or one file in the header's folder or below it", in_quotes(name));
-  return file.parent_path() / data;
+  return is_local ? file
+                  : data_beside(file, "ElementDataFile", name,
+                                "LOCAL, or one file in the header's folder or below it", faults);
 }
 
 struct DataPlace {
@@ -273,10 +235,8 @@ OpenImage open_meta_image(const fs::path& file, Faults& faults) {
   faults.throw_if_any();
   const std::int64_t bytes = image.info.n_voxels() * image.info.components * bytes_of(image.layout.type);
   const DataPlace data = find_data(fields, file, header.bytes, bytes, faults);
-  image.open_data = [data, faults]() mutable {
-    ByteSourcePtr source = open_file(data.file, data.from, faults);
-    return data.is_compressed ? inflated(std::move(source), Compression::zlib, faults) : source;
-  };
+  image.open_data = data_in(data.file, data.from,
+                            data.is_compressed ? std::optional(Compression::zlib) : std::nullopt, faults);
   return image;
 }
 

@@ -7,7 +7,6 @@
 // components is the first or the last one.
 
 #include "image/image_formats.hpp"
-#include "maille/materials/text_file.hpp"
 #include "maille/scene/named_segments.hpp"
 
 #include <fmt/format.h>
@@ -15,10 +14,10 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -31,7 +30,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view blanks = " \t\r";
 constexpr std::size_t largest_header = 1 << 18; // a segmentation's keys name every segment
 constexpr std::size_t most_axes = 16;
 
@@ -41,42 +39,32 @@ std::string lower(std::string text) {
   return text;
 }
 
-struct TextHeader {
-  std::map<std::string, std::string> fields, keys;
-  std::int64_t bytes = 0; ///< up to the data, if that is in the same file
-};
-
 /// `field: value` and `key:=value` lines, up to an empty one or the end of the file.
 TextHeader read_text_header(const fs::path& file, Faults& faults) {
-  std::string text(largest_header, '\0');
-  text.resize(open_file(file, 0, faults)->read(text));
-  if (!text.starts_with("NRRD000") || text.size() < 9 || text[7] < '1' || text[7] > '5')
-    faults.fail("", "a NRRD file: NRRD0001 to NRRD0005 in its first line",
-                in_quotes(std::string_view(text).substr(0, 16)));
   TextHeader header;
   bool is_first = true;
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t end = std::min(text.find('\n', at), text.size());
-    const std::string_view line = std::string_view(text).substr(at, end - at);
-    at = std::min(end + 1, text.size());
-    header.bytes = static_cast<std::int64_t>(at);
+  const auto take = [&](std::string_view line) {
+    if (is_first && (!line.starts_with("NRRD000") || line.size() < 8 || line[7] < '1' || line[7] > '5'))
+      faults.fail("", "a NRRD file: NRRD0001 to NRRD0005 in its first line", in_quotes(line.substr(0, 16)));
     if (std::exchange(is_first, false) || line.starts_with('#'))
-      continue;
-    if (trimmed(line, blanks).empty())
-      return header;
+      return true;
+    if (without_blanks(line).empty())
+      return false;
     const std::size_t colon = line.find(':');
     const bool is_key = colon != std::string_view::npos && line.substr(colon).starts_with(":=");
     if (colon == std::string_view::npos)
       faults.fail("", "a NRRD header: `field: value` and `key:=value` lines up to an empty one",
                   in_quotes(line));
-    const std::string name(trimmed(line.substr(0, colon), blanks));
-    const std::string value(trimmed(line.substr(colon + (is_key ? 2 : 1)), blanks));
-    auto& list = is_key ? header.keys : header.fields;
-    const auto [place, is_new] = list.emplace(is_key ? name : lower(name), value);
-    if (!is_new && place->second != value)
-      faults.add(name, "one value", in_quotes(place->second) + " and " + in_quotes(value));
-  }
-  if (text.size() == largest_header)
+    const std::string name(without_blanks(line.substr(0, colon)));
+    set_field(is_key ? header.keys : header.fields, is_key ? name : lower(name),
+              without_blanks(line.substr(colon + (is_key ? 2 : 1))), faults);
+    return true;
+  };
+  if (read_header_lines(header, file, largest_header, faults, take))
+    return header;
+  if (is_first)
+    take("");
+  if (header.bytes == std::int64_t{largest_header})
     faults.fail("", fmt::format("an empty line within the first {} bytes", largest_header), "none");
   return header; // a header alone, whose data is elsewhere
 }
@@ -102,31 +90,6 @@ std::optional<std::vector<double>> parse_vector(std::string word, std::size_t n)
   word = word.substr(1, word.size() - 2);
   std::ranges::replace(word, ',', ' ');
   return parse_numbers<double>(word, n);
-}
-
-std::optional<ScalarType> scalar_type(const std::string& name) {
-  static const std::map<std::string, ScalarType> types = [] {
-    std::map<std::string, ScalarType> all;
-    const auto add = [&](ScalarType type, std::initializer_list<const char*> names) {
-      for (const char* one : names)
-        all.emplace(one, type);
-    };
-    add(ScalarType::int8, {"signed char", "int8", "int8_t"});
-    add(ScalarType::uint8, {"uchar", "unsigned char", "uint8", "uint8_t"});
-    add(ScalarType::int16, {"short", "short int", "signed short", "signed short int", "int16", "int16_t"});
-    add(ScalarType::uint16, {"ushort", "unsigned short", "unsigned short int", "uint16", "uint16_t"});
-    add(ScalarType::int32, {"int", "signed int", "int32", "int32_t"});
-    add(ScalarType::uint32, {"uint", "unsigned int", "uint32", "uint32_t"});
-    add(ScalarType::int64, {"longlong", "long long", "long long int", "signed long long",
-                            "signed long long int", "int64", "int64_t"});
-    add(ScalarType::uint64,
-        {"ulonglong", "unsigned long long", "unsigned long long int", "uint64", "uint64_t"});
-    add(ScalarType::float32, {"float"});
-    add(ScalarType::float64, {"double"});
-    return all;
-  }();
-  const auto found = types.find(name);
-  return found == types.end() ? std::nullopt : std::optional(found->second);
 }
 
 /// What `space` says of a world: its axes, and whether x is to be turned round to make it one that we know.
@@ -171,22 +134,11 @@ public:
     const std::string name = field("data file").value_or(field("datafile").value_or(""));
     if (name.empty())
       return file_;
-    const fs::path data = name;
-    const bool climbs =
-        std::any_of(data.begin(), data.end(), [](const fs::path& part) { return part == ".."; });
-    if (name.starts_with("LIST"))
-      faults_.fail("data file", "one file in the header's folder or below it", "LIST, several data files");
-    if (data.is_absolute() || climbs || name.find('%') != std::string::npos ||
-        name.find('\0') != std::string::npos)
-      faults_.add("data file", "one file in the header's folder or below it", in_quotes(name));
-    return file_.parent_path() / data;
+    return data_beside(file_, "data file", name, "one file in the header's folder or below it", faults_);
   }
 
 private:
-  std::optional<std::string> field(const char* name) const {
-    const auto found = header_.fields.find(name);
-    return found == header_.fields.end() ? std::nullopt : std::optional(found->second);
-  }
+  std::optional<std::string> field(const char* name) const { return header_.field(name); }
   std::string required(const char* name, const char* expected) {
     const auto value = field(name);
     if (!value)
@@ -236,7 +188,7 @@ private:
   void read_layout(ValueLayout& layout) {
     layout.component_fastest = components_axis_ == 0;
     const std::string name = lower(required("type", "a type such as short"));
-    const auto type = scalar_type(name);
+    const auto type = scalar_type_named(name);
     if (!type && field("type"))
       faults_.add("type", "integers of 8 to 64 bits, float or double", in_quotes(name));
     layout.type = type.value_or(ScalarType::uint8);
@@ -290,7 +242,7 @@ private:
     // Two axes may stand in a space of three.
     const std::size_t n_world = field("space") ? 3 : n_space;
     if (const auto origin = field("space origin")) {
-      const auto values = parse_vector(std::string(trimmed(*origin, blanks)), n_world);
+      const auto values = parse_vector(std::string(without_blanks(*origin)), n_world);
       if (!values)
         faults_.add("space origin", fmt::format("({} numbers)", n_world), in_quotes(*origin));
       else
@@ -423,10 +375,8 @@ private:
     const std::int64_t found = size_of_file(data, faults_) - from;
     if (!is_gzipped_ && found < bytes)
       faults_.fail("sizes", fmt::format("{} bytes of data", bytes), fmt::format("{}", found));
-    image.open_data = [data, from, is_gzipped = is_gzipped_, faults = faults_]() mutable {
-      ByteSourcePtr source = open_file(data, from, faults);
-      return is_gzipped ? inflated(std::move(source), Compression::gzip, faults) : source;
-    };
+    image.open_data =
+        data_in(data, from, is_gzipped_ ? std::optional(Compression::gzip) : std::nullopt, faults_);
   }
 
   fs::path file_;
@@ -437,16 +387,6 @@ private:
   std::vector<std::string> directions_, kinds_;
   bool is_gzipped_ = false;
 };
-
-std::optional<int> whole_number(const std::map<std::string, std::string>& keys, const std::string& key) {
-  const auto found = keys.find(key);
-  if (found == keys.end())
-    return std::nullopt;
-  int value = 0;
-  const std::string& text = found->second;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc{} && end == text.data() + text.size() ? std::optional(value) : std::nullopt;
-}
 
 } // namespace
 
@@ -470,14 +410,21 @@ std::vector<NamedSegment> named_segments(const std::filesystem::path& file) {
     return segments;
   image_formats::Faults faults(file.string());
   const auto keys = image_formats::read_text_header(file, faults).keys;
+  const auto whole = [&](const std::string& key, int otherwise) {
+    const auto found = keys.find(key);
+    const auto number =
+        image_formats::parse_numbers<std::int64_t>(found == keys.end() ? "" : found->second, 1);
+    return number && std::abs(number->front()) <= std::numeric_limits<int>::max()
+               ? static_cast<int>(number->front())
+               : otherwise;
+  };
   constexpr int most_segments = 10'000;
   for (int i = 0; i < most_segments; ++i) {
     const std::string stem = fmt::format("Segment{}_", i);
     const auto name = keys.find(stem + "Name");
     if (name == keys.end())
       break;
-    segments.push_back({name->second, image_formats::whole_number(keys, stem + "LabelValue").value_or(1),
-                        image_formats::whole_number(keys, stem + "Layer").value_or(0)});
+    segments.push_back({name->second, whole(stem + "LabelValue", 1), whole(stem + "Layer", 0)});
   }
   return segments;
 }

@@ -6,11 +6,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <charconv>
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <stdexcept>
 #include <type_traits>
 
 namespace maille::image_formats {
@@ -71,6 +73,34 @@ private:
   Faults& faults_;
 };
 
+/// Calls use(T{}) for the type T that is named.
+template<class Use>
+auto with_type(ScalarType type, const Use& use) {
+  switch (type) {
+  case ScalarType::int8:
+    return use(std::int8_t{});
+  case ScalarType::uint8:
+    return use(std::uint8_t{});
+  case ScalarType::int16:
+    return use(std::int16_t{});
+  case ScalarType::uint16:
+    return use(std::uint16_t{});
+  case ScalarType::int32:
+    return use(std::int32_t{});
+  case ScalarType::uint32:
+    return use(std::uint32_t{});
+  case ScalarType::int64:
+    return use(std::int64_t{});
+  case ScalarType::uint64:
+    return use(std::uint64_t{});
+  case ScalarType::float32:
+    return use(float{});
+  case ScalarType::float64:
+    return use(double{});
+  }
+  throw std::logic_error("a type of values");
+}
+
 std::int64_t n_values(const ImageInfo& info) {
   return info.n_voxels() * info.components;
 }
@@ -94,47 +124,34 @@ std::vector<float> planar(const std::vector<float>& interleaved, std::size_t com
 } // namespace
 
 std::int64_t bytes_of(ScalarType type) {
-  switch (type) {
-  case ScalarType::int8:
-  case ScalarType::uint8:
-    return 1;
-  case ScalarType::int16:
-  case ScalarType::uint16:
-    return 2;
-  case ScalarType::int32:
-  case ScalarType::uint32:
-  case ScalarType::float32:
-    return 4;
-  case ScalarType::int64:
-  case ScalarType::uint64:
-  case ScalarType::float64:
-    return 8;
-  }
-  return 0;
+  return with_type(type, []<class T>(T) { return std::int64_t{sizeof(T)}; });
+}
+
+std::optional<ScalarType> scalar_type_named(std::string_view name) {
+  // MetaIO's long has 32 bits on every machine (its metaTypes.h).
+  static constexpr std::array<std::pair<ScalarType, std::string_view>, 10> types{{
+      {ScalarType::int8, "|MET_CHAR|signed char|int8|int8_t|"},
+      {ScalarType::uint8, "|MET_UCHAR|uchar|unsigned char|uint8|uint8_t|"},
+      {ScalarType::int16, "|MET_SHORT|short|short int|signed short|signed short int|int16|int16_t|"},
+      {ScalarType::uint16, "|MET_USHORT|ushort|unsigned short|unsigned short int|uint16|uint16_t|"},
+      {ScalarType::int32, "|MET_INT|MET_LONG|int|signed int|int32|int32_t|"},
+      {ScalarType::uint32, "|MET_UINT|MET_ULONG|uint|unsigned int|uint32|uint32_t|"},
+      {ScalarType::int64, "|MET_LONG_LONG|longlong|long long|long long int|signed long long|signed long long "
+                          "int|int64|int64_t|"},
+      {ScalarType::uint64,
+       "|MET_ULONG_LONG|ulonglong|unsigned long long|unsigned long long int|uint64|uint64_t|"},
+      {ScalarType::float32, "|MET_FLOAT|float|"},
+      {ScalarType::float64, "|MET_DOUBLE|double|"},
+  }};
+  const std::string quoted = fmt::format("|{}|", name);
+  const auto found = std::ranges::find_if(
+      types, [&](const auto& type) { return type.second.find(quoted) != std::string::npos; });
+  return found == types.end() ? std::nullopt : std::optional(found->first);
 }
 
 bool must_swap(bool is_big_endian) {
   return is_big_endian != (std::endian::native == std::endian::big);
 }
-
-template<class T>
-T number_at(const char* bytes, bool swap_bytes) {
-  std::array<char, sizeof(T)> turned{};
-  std::memcpy(turned.data(), bytes, sizeof(T));
-  if (swap_bytes)
-    std::reverse(turned.begin(), turned.end());
-  return std::bit_cast<T>(turned);
-}
-template std::int8_t number_at(const char*, bool);
-template std::uint8_t number_at(const char*, bool);
-template std::int16_t number_at(const char*, bool);
-template std::uint16_t number_at(const char*, bool);
-template std::int32_t number_at(const char*, bool);
-template std::uint32_t number_at(const char*, bool);
-template std::int64_t number_at(const char*, bool);
-template std::uint64_t number_at(const char*, bool);
-template float number_at(const char*, bool);
-template double number_at(const char*, bool);
 
 template<class T>
 std::optional<std::vector<T>> parse_numbers(std::string_view text, std::size_t count) {
@@ -229,28 +246,7 @@ ValueReader::ValueReader(const OpenImage& image, Faults faults)
       wanted_(static_cast<std::size_t>(n_values(image.info))) {}
 
 void ValueReader::read(std::size_t count, std::vector<float>& values) {
-  switch (layout_.type) {
-  case ScalarType::int8:
-    return read_as<std::int8_t>(count, values);
-  case ScalarType::uint8:
-    return read_as<std::uint8_t>(count, values);
-  case ScalarType::int16:
-    return read_as<std::int16_t>(count, values);
-  case ScalarType::uint16:
-    return read_as<std::uint16_t>(count, values);
-  case ScalarType::int32:
-    return read_as<std::int32_t>(count, values);
-  case ScalarType::uint32:
-    return read_as<std::uint32_t>(count, values);
-  case ScalarType::int64:
-    return read_as<std::int64_t>(count, values);
-  case ScalarType::uint64:
-    return read_as<std::uint64_t>(count, values);
-  case ScalarType::float32:
-    return read_as<float>(count, values);
-  case ScalarType::float64:
-    return read_as<double>(count, values);
-  }
+  with_type(layout_.type, [&]<class T>(T) { read_as<T>(count, values); });
 }
 
 std::vector<float> read_values(const OpenImage& image, const Faults& faults) {
