@@ -2,7 +2,7 @@
 # its plugins where they find each other (component command). fem_ref and studies are programs' parts, not a library that others link.
 include(CMakePackageConfigHelpers)
 
-install(TARGETS maille_plugins maille_materials maille_scene maille_warp maille_bodies maille_deform maille_render EXPORT maille
+install(TARGETS maille_plugins maille_materials maille_images maille_scene maille_mechanics maille_warp maille_bodies maille_deform maille_render EXPORT maille
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
   FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
 if(TARGET maille_command)

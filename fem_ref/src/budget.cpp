@@ -1,8 +1,8 @@
 #include "kept_problem.hpp"
 
+#include "maille/base/arena.hpp"
 #include "maille/fem_ref/ranks.hpp"
-#include "maille/scene/mechanics/friction.hpp"
-#include "maille/scene/memory.hpp"
+#include "maille/mechanics/friction.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "solvers/multigrid_mesh.hpp"
 

@@ -30,8 +30,7 @@ void Problem<dim>::prescribe_by_scene(Prescription& prescription) const {
   for (int cell = 0; cell < body_.n_cells(); ++cell)
     known.for_each(body_.element(), scene_->specimen.grid.cell_at(body_.grid_cell(cell)),
                    [&](int node, unsigned component, double value) {
-                     prescribe(prescription,
-                               dim * body_.nodes(cell)[static_cast<std::size_t>(node)] + component, value);
+                     prescribe(prescription, dim * body_.nodes(cell)[node] + component, value);
                    });
 }
 
@@ -50,7 +49,7 @@ void Problem<dim>::prescribe_whole_boundary(Prescription& prescription) const {
         for (int i = 0; i < element.n_nodes(); ++i) {
           if (element.place(i)[axis] != side * options_->degree)
             continue;
-          const unsigned node = body_.nodes(cell)[static_cast<std::size_t>(i)];
+          const unsigned node = body_.nodes(cell)[i];
           const Vec3 u = options_->boundary_displacement(body_.positions()[node]);
           for (unsigned c = 0; c < dim; ++c)
             prescribe(prescription, dim * node + c, u[c]);

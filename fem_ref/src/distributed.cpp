@@ -63,7 +63,7 @@ Part<dim>::Part(const Scene& scene, const Options& options, Watch& watch)
   if (!scene.tractions.empty())
     faces_.resize(static_cast<std::size_t>(scene.specimen.grid.n_cells()));
   for (const FaceLoad& face : scene.tractions)
-    faces_[static_cast<std::size_t>(face.cell)].push_back(face);
+    faces_[face.cell].push_back(face);
 }
 
 template<int dim>
@@ -102,7 +102,7 @@ void Part<dim>::loads(std::int64_t cell, dealii::Vector<double>& load) const {
   }
   if (faces_.empty())
     return;
-  for (const FaceLoad& face : faces_[static_cast<std::size_t>(cell)])
+  for (const FaceLoad& face : faces_[cell])
     for (unsigned i = 0; i < load.size(); ++i)
       load[i] += face.traction[i % dim] * element_.face_load(face.axis, face.upper)[i / dim];
 }
@@ -205,7 +205,7 @@ void Part<dim>::gather(const Vector& u, const Vector& forces, Answer& answer) co
             return prescribed_.entry(at, corner, component) != prescribed_.none;
           }))
         for (const int corner : parents)
-          answer.reaction[static_cast<std::size_t>(prescribed_.entry(at, corner, component))] +=
+          answer.reaction[prescribed_.entry(at, corner, component)] +=
               forces(unknowns[i]) / static_cast<double>(parents.size());
     }
   });

@@ -1,6 +1,6 @@
 #include "kept_problem.hpp"
 
-#include "maille/scene/mechanics/friction.hpp"
+#include "maille/mechanics/friction.hpp"
 #include "problem.hpp"
 #include "solvers/linear_system.hpp"
 

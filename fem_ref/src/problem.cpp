@@ -2,7 +2,7 @@
 
 #include "discretization/cell_matrices.hpp"
 #include "discretization/prescribed_in_cell.hpp"
-#include "maille/scene/mechanics/friction.hpp"
+#include "maille/mechanics/friction.hpp"
 
 #include <deal.II/dofs/dof_tools.h>
 
@@ -30,7 +30,7 @@ Problem<dim>::Problem(const Scene& scene, const Options& options, bool meshed)
   for (int cell = 0; cell < body_.n_cells(); ++cell)
     for (int corner = 0; corner < (1 << dim); ++corner)
       of_mesh[scene.specimen.grid.corner(scene.specimen.grid.cell_at(body_.grid_cell(cell)), corner)] =
-          body_.nodes(cell)[static_cast<std::size_t>(corner)];
+          body_.nodes(cell)[corner];
   for (const NodeTie& tie : scene.tied.ties)
     rubbing_.push_back({of_mesh.at(tie.one), of_mesh.at(tie.other)});
 }
@@ -153,7 +153,7 @@ void Problem<dim>::for_each_spring(
       stiffness = n.template head<dim>() * n.template head<dim>().transpose();
     for (Eigen::Index i = 0; i < share.size(); ++i)
       if (share[i] != 0)
-        visit(body_.nodes(cell)[static_cast<std::size_t>(i)], spring.stiffness * share[i] * stiffness);
+        visit(body_.nodes(cell)[i], spring.stiffness * share[i] * stiffness);
   }
 }
 
@@ -245,7 +245,7 @@ double Problem<dim>::residual_forces(const dealii::Vector<double>& u, dealii::Ve
     matrices(grid_cell, cell).vmult(force, of_cell);
     const double part = 0.5 * (of_cell * force);
     if (cell_energy)
-      (*cell_energy)[static_cast<std::size_t>(grid_cell)] = part;
+      (*cell_energy)[grid_cell] = part;
     energy += part;
     for (unsigned i = 0; i < n; ++i)
       forces[at[i]] += force[i] - load[i];
@@ -285,7 +285,7 @@ std::vector<double> Problem<dim>::reactions(const dealii::Vector<double>& forces
   for (int cell = 0; cell < body_.n_cells(); ++cell)
     for (int i = 0; i < body_.element().n_nodes(); ++i)
       for (unsigned c = 0; c < dim; ++c) {
-        const unsigned unknown = dim * body_.nodes(cell)[static_cast<std::size_t>(i)] + c;
+        const unsigned unknown = dim * body_.nodes(cell)[i] + c;
         const std::vector<int>& parents = body_.element().parents(i);
         const auto entry_of = [&](int corner) {
           return known.entry(grid.cell_at(body_.grid_cell(cell)), corner, c);
@@ -295,8 +295,7 @@ std::vector<double> Problem<dim>::reactions(const dealii::Vector<double>& forces
           continue;
         is_done[unknown] = true;
         for (const int corner : parents)
-          reaction[static_cast<std::size_t>(entry_of(corner))] +=
-              forces[unknown] / static_cast<double>(parents.size());
+          reaction[entry_of(corner)] += forces[unknown] / static_cast<double>(parents.size());
       }
   return reaction;
 }
@@ -310,7 +309,7 @@ Displacement Problem<dim>::at_grid_nodes(const dealii::Vector<double>& u) const 
     for (int corner = 0; corner < (1 << dim); ++corner)
       for (int c = 0; c < dim; ++c)
         displacement(c, grid.corner(at, corner)) =
-            u[dim * body_.nodes(cell)[static_cast<std::size_t>(corner)] + static_cast<unsigned>(c)];
+            u[dim * body_.nodes(cell)[corner] + static_cast<unsigned>(c)];
   }
   return displacement;
 }

@@ -85,7 +85,7 @@ double Problem<dim>::corner_strains(int cell, const dealii::Vector<double>& u,
   const Eigen::MatrixXd X = positions(cell);
   Eigen::VectorXd local(element.n_unknowns());
   for (Eigen::Index i = 0; i < local.size(); ++i)
-    local(i) = u[dim * body_.nodes(cell)[static_cast<std::size_t>(i / dim)] + static_cast<unsigned>(i % dim)];
+    local(i) = u[dim * body_.nodes(cell)[i / dim] + static_cast<unsigned>(i % dim)];
   Eigen::MatrixXd at_points(rule.size(), Element<dim>::n_strains);
   double volume = 0;
   for (unsigned q = 0; q < rule.size(); ++q) {
@@ -145,10 +145,10 @@ std::vector<std::array<double, 6>> Problem<dim>::mean_strains(const dealii::Vect
     take_out_shift<dim>(of_cell);
     const Eigen::VectorXd strain =
         mean * Eigen::Map<const Eigen::VectorXd>(of_cell.begin(), element.n_unknowns());
-    auto& kept = strains[static_cast<std::size_t>(body_.grid_cell(cell))];
+    auto& kept = strains[body_.grid_cell(cell)];
     for (Eigen::Index k = 0; k < strain.size(); ++k) {
-      const int place = places[dim - 1][static_cast<std::size_t>(k)];
-      kept[static_cast<std::size_t>(place)] = strain(k) * (place < 3 ? 1 : 0.5);
+      const int place = places[dim - 1][k];
+      kept[place] = strain(k) * (place < 3 ? 1 : 0.5);
     }
   }
   return strains;

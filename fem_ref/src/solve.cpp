@@ -3,7 +3,7 @@
 #include "distributed_mesh.hpp"
 #include "kept_problem.hpp"
 #include "maille/fem_ref/ranks.hpp"
-#include "maille/scene/mechanics/friction.hpp"
+#include "maille/mechanics/friction.hpp"
 #include "maille/scene/sliding.hpp"
 #include "process/abandonable.hpp"
 #include "process/thread_limit.hpp"

@@ -34,7 +34,7 @@ Copies copies_of_nodes(const Scene& scene, const Body<dim>& body) {
         key[a] = 2 * at[a] + halves * place[a];
       key[2] -= 2 * scene.tied.planes * copy;
       auto& here = copies[key];
-      const std::pair entry(copy, body.nodes(cell)[static_cast<std::size_t>(i)]);
+      const std::pair entry(copy, body.nodes(cell)[i]);
       if (std::ranges::find(here, entry) == here.end())
         here.push_back(entry);
     }
@@ -124,13 +124,13 @@ void Ties::eliminate(const std::vector<unsigned>& nodes, const std::vector<Row>&
   Eigen::MatrixXd C = Eigen::MatrixXd::Zero(m, n);
   const auto place = [&](unsigned node) { return 3 * (std::ranges::find(nodes, node) - nodes.begin()); };
   const auto unknown = [&](Eigen::Index column) {
-    return 3 * nodes[static_cast<std::size_t>(column / 3)] + static_cast<unsigned>(column % 3);
+    return 3 * nodes[column / 3] + static_cast<unsigned>(column % 3);
   };
   for (Eigen::Index r = 0; r < m; ++r) {
-    const auto& [pair, along] = rows[static_cast<std::size_t>(r)];
+    const auto& [pair, along] = rows[r];
     for (Eigen::Index b = 0; b < 3; ++b) {
-      C(r, place(pair.first) + b) += along[static_cast<std::size_t>(b)];
-      C(r, place(pair.second) + b) -= along[static_cast<std::size_t>(b)];
+      C(r, place(pair.first) + b) += along[b];
+      C(r, place(pair.second) + b) -= along[b];
     }
   }
   std::vector<std::pair<Eigen::Index, Eigen::Index>> pivots; // row, column

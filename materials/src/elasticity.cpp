@@ -23,9 +23,9 @@ constexpr std::array<std::array<int, 2>, 6> voigt_pairs{{{0, 0}, {1, 1}, {2, 2},
 Matrix6 stress_turn(const Eigen::Matrix3d& R) {
   Matrix6 M;
   for (int row = 0; row < 6; ++row) {
-    const auto [i, j] = voigt_pairs[static_cast<std::size_t>(row)];
+    const auto [i, j] = voigt_pairs[row];
     for (int column = 0; column < 6; ++column) {
-      const auto [p, q] = voigt_pairs[static_cast<std::size_t>(column)];
+      const auto [p, q] = voigt_pairs[column];
       M(row, column) = p == q ? R(i, p) * R(j, q) : R(i, p) * R(j, q) + R(i, q) * R(j, p);
     }
   }
@@ -43,8 +43,7 @@ Eigen::Matrix3d plane_block(const Matrix6& matrix) {
   Eigen::Matrix3d block;
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) {
-      block(row, column) =
-          matrix(kept[static_cast<std::size_t>(row)], kept[static_cast<std::size_t>(column)]);
+      block(row, column) = matrix(kept[row], kept[column]);
     }
   }
   return block;
@@ -207,14 +206,14 @@ void release_free_directions(const Matrix6& C, const Vector6& active, int dimens
   Eigen::MatrixXd block(n, n);
   Eigen::VectorXd load(n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    const int row = free[static_cast<std::size_t>(i)];
+    const int row = free[i];
     load(i) = -C.row(row).dot(strain) - active(row);
     for (Eigen::Index j = 0; j < n; ++j)
-      block(i, j) = C(row, free[static_cast<std::size_t>(j)]);
+      block(i, j) = C(row, free[j]);
   }
   const Eigen::VectorXd released = block.partialPivLu().solve(load);
   for (Eigen::Index i = 0; i < n; ++i)
-    strain(free[static_cast<std::size_t>(i)]) += released(i);
+    strain(free[i]) += released(i);
 }
 
 } // namespace maille

@@ -38,8 +38,7 @@ double turned_shear(const NeighbourLimits& limits, const Eigen::Matrix3d& square
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
       if (i != j) {
-        mean.add(squares(a, i) * squares(b, j),
-                 limits.shear[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)]);
+        mean.add(squares(a, i) * squares(b, j), limits.shear[i][j]);
       }
     }
   }
@@ -101,15 +100,14 @@ NeighbourLimits turned(const NeighbourLimits& limits, const Eigen::Matrix3d& axe
     WeightedMean stretch;
     WeightedMean compress;
     for (int i = 0; i < 3; ++i) {
-      stretch.add(squares(a, i), limits.stretch[static_cast<std::size_t>(i)]);
-      compress.add(squares(a, i), limits.compress[static_cast<std::size_t>(i)]);
+      stretch.add(squares(a, i), limits.stretch[i]);
+      compress.add(squares(a, i), limits.compress[i]);
     }
-    result.stretch[static_cast<std::size_t>(a)] = stretch.value();
-    result.compress[static_cast<std::size_t>(a)] = compress.value();
+    result.stretch[a] = stretch.value();
+    result.compress[a] = compress.value();
     for (int b = 0; b < 3; ++b) {
       if (a != b) {
-        result.shear[static_cast<std::size_t>(a)][static_cast<std::size_t>(b)] =
-            turned_shear(limits, squares, a, b);
+        result.shear[a][b] = turned_shear(limits, squares, a, b);
       }
     }
   }
@@ -126,7 +124,7 @@ LinkCompliance link_compliance(const Eigen::MatrixXd& reduced_stiffness) {
   };
   const Eigen::Index dimension = size == 6 ? 3 : (size == 3 ? 2 : 1);
   for (Eigen::Index a = 0; a < dimension; ++a)
-    compliance.axial[static_cast<std::size_t>(a)] = S(a, a);
+    compliance.axial[a] = S(a, a);
   if (dimension == 2) {
     set_shear(0, 1, S(2, 2));
   } else if (dimension == 3) {

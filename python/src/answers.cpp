@@ -3,6 +3,7 @@
 #include "binding.hpp"
 #include "maille/deform/estimated_error.hpp"
 #include "maille/deform/solve.hpp"
+#include "maille/mechanics/recovery.hpp"
 #include "maille/scene/plausibility.hpp"
 
 #include <algorithm>

@@ -3,11 +3,11 @@
 #include "binding.hpp"
 #include "maille/deform/drag.hpp"
 #include "maille/deform/solve.hpp"
+#include "maille/images/image.hpp"
+#include "maille/images/write_image.hpp"
 #include "maille/materials/toml_reader.hpp"
-#include "maille/scene/image.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "maille/scene/write_image.hpp"
 
 #include <algorithm>
 

@@ -1,8 +1,8 @@
 // Images that go along with an answer, and the fields that other programs take.
 
 #include "binding.hpp"
+#include "maille/images/write_image.hpp"
 #include "maille/scene/warp/warp.hpp"
-#include "maille/scene/write_image.hpp"
 
 #include <cmath>
 

@@ -92,12 +92,11 @@ struct Renderer::Parts {
         tiles.push_back(static_cast<int>(tile));
     std::atomic<std::int64_t> rays{0}, pixels{0};
     for_each_item(threads, static_cast<int>(tiles.size()), [&](int item, int) {
-      const int tile = tiles[static_cast<std::size_t>(item)];
+      const int tile = tiles[item];
       std::vector<TileLayer> layers;
       for (std::size_t o = 0; o < kept.size(); ++o)
-        if (!kept[o].tiles.empty() && !kept[o].tiles[static_cast<std::size_t>(tile)].empty())
-          layers.push_back({static_cast<std::int32_t>(o), &kept[o].tiles[static_cast<std::size_t>(tile)],
-                            kept[o].prepared.get()});
+        if (!kept[o].tiles.empty() && !kept[o].tiles[tile].empty())
+          layers.push_back({static_cast<std::int32_t>(o), &kept[o].tiles[tile], kept[o].prepared.get()});
       const ComposeCounts counts = compose_tile(tile, layers, picture);
       rays += counts.rays;
       pixels += counts.pixels;
@@ -159,7 +158,7 @@ std::optional<Pick> Renderer::pick(int x, int y) const {
   const Ray ray = parts.view.camera.ray(parts.view.width, parts.view.height, x, y);
   const double depth = parts.picture.depth[pixel];
   Pick pick{object, plus(ray.origin, times(depth, ray.direction)), {}};
-  const Parts::Kept& kept = parts.kept[static_cast<std::size_t>(object)];
+  const Parts::Kept& kept = parts.kept[object];
   const auto rest = kept.prepared->rest_at(x, y, static_cast<float>(depth));
   if (!rest)
     return std::nullopt;

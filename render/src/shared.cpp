@@ -140,7 +140,7 @@ Bytes SharedRenderer::compose(std::span<const Bytes> received) {
   Picture picture = empty_picture(parts.view);
   std::atomic<std::int64_t> rays{0}, pixels{0};
   for_each_item(parts.threads, static_cast<int>(work.size()), [&](int item, int) {
-    const auto& [tile, layers] = work[static_cast<std::size_t>(item)];
+    const auto& [tile, layers] = work[item];
     const ComposeCounts counts = compose_tile(tile, layers, picture);
     rays += counts.rays;
     pixels += counts.pixels;

@@ -78,8 +78,7 @@ double largest_violation(const Scene& scene, const LinkLimits& limits, const Dis
         continue;
       for (int b = 0; b < grid.dimension(); ++b) {
         const double difference = displacement(b, node + grid.stride(axis)) - displacement(b, node);
-        const double excess = std::max(link->low[static_cast<std::size_t>(b)] - difference,
-                                       difference - link->high[static_cast<std::size_t>(b)]);
+        const double excess = std::max(link->low[b] - difference, difference - link->high[b]);
         largest = std::max(largest, excess / grid.spacing()[a]);
       }
     }
@@ -92,8 +91,7 @@ std::string_view to_string(Method method) {
 
 std::optional<Method> method_from_string(std::string_view name) {
   const auto* const found = std::ranges::find(names, name);
-  return found == names.end() ? std::nullopt
-                              : std::optional(every_method[static_cast<std::size_t>(found - names.begin())]);
+  return found == names.end() ? std::nullopt : std::optional(every_method[found - names.begin()]);
 }
 
 bool has_stress(std::string_view method) {

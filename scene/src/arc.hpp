@@ -14,8 +14,8 @@ inline Vec3 end_of_arc(const StandardTest& test, double fraction) {
   if (turned == 0)
     return end;
   const double of_length = test.length / turned;
-  end[static_cast<std::size_t>(test.axis)] = of_length * std::sin(turned) - test.length;
-  end[static_cast<std::size_t>(test.along)] = of_length * (1 - std::cos(turned));
+  end[test.axis] = of_length * std::sin(turned) - test.length;
+  end[test.along] = of_length * (1 - std::cos(turned));
   return end;
 }
 

@@ -69,7 +69,7 @@ FieldsOfCells::FieldsOfCells(const Scene& scene, const Answer& answer)
 
 Vector6 FieldsOfCells::strain_of(std::int64_t cell) const {
   if (strain_ != nullptr) {
-    const auto& e = (*strain_)[static_cast<std::size_t>(cell)];
+    const auto& e = (*strain_)[cell];
     Vector6 strain;
     strain << e[0], e[1], e[2], 2 * e[4], 2 * e[5], 2 * e[3];
     return strain;
@@ -78,8 +78,7 @@ Vector6 FieldsOfCells::strain_of(std::int64_t cell) const {
   Eigen::Matrix3d gradient =
       displacement_gradient(grid, turned_back_ ? *turned_back_ : *displacement_, grid.cell_at(cell));
   if (!rotation_.empty())
-    gradient = rotation_[static_cast<std::size_t>(cell)].toRotationMatrix().transpose() *
-                   (Eigen::Matrix3d::Identity() + gradient) -
+    gradient = rotation_[cell].toRotationMatrix().transpose() * (Eigen::Matrix3d::Identity() + gradient) -
                Eigen::Matrix3d::Identity();
   return voigt_strain(gradient);
 }

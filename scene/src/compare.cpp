@@ -45,7 +45,7 @@ ErrorNorms compare(const Scene& scene, const Displacement& answer, const Displac
   const Grid& grid = scene.specimen.grid;
   std::vector<bool> counted(static_cast<std::size_t>(grid.n_nodes()), true);
   for (const Prescribed& p : scene.prescribed)
-    counted[static_cast<std::size_t>(p.node)] = false;
+    counted[p.node] = false;
   Squares differences, references;
   for (std::int64_t node = 0; node < grid.n_nodes(); ++node) {
     const auto i = static_cast<std::size_t>(node);
@@ -61,7 +61,7 @@ ErrorNorms compare(const Scene& scene, const Displacement& answer, const Displac
   double difference_sq = 0, reference_sq = 0, largest_difference_sq = 0, largest_reference_sq = 0;
   std::int64_t n = 0;
   for (std::int64_t node = 0; node < grid.n_nodes(); ++node) {
-    if (!counted[static_cast<std::size_t>(node)])
+    if (!counted[node])
       continue;
     double d_sq = 0, r_sq = 0;
     for (int b = 0; b < grid.dimension(); ++b) {

@@ -90,12 +90,12 @@ void LinkLimits::classify(const Scene& scene) {
   cell_class_.assign(static_cast<std::size_t>(body.grid.n_cells()), -1);
   for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
     if (body.is_matter(cell))
-      cell_class_[static_cast<std::size_t>(cell)] =
+      cell_class_[cell] =
           class_of.try_emplace(kind_in(body, cell), static_cast<std::int32_t>(class_of.size())).first->second;
   classes_.reserve(class_of.size());
   // Classes are numbered as they come.
   for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
-    if (cell_class_[static_cast<std::size_t>(cell)] == static_cast<std::int32_t>(classes_.size()))
+    if (cell_class_[cell] == static_cast<std::int32_t>(classes_.size()))
       add_class(cell);
 }
 
@@ -123,7 +123,7 @@ std::int64_t LinkLimits::bytes_at_most(const Scene& scene) {
 std::optional<LinkIntervals<double>> LinkLimits::intervals(const Index3& node, int axis) const {
   std::optional<LinkIntervals<double>> link;
   specimen_->for_each_cell_at_link(node, axis, [&](std::int64_t cell) {
-    const auto& of_cell = classes_[static_cast<std::size_t>(kind_of(cell))][static_cast<std::size_t>(axis)];
+    const auto& of_cell = classes_[kind_of(cell)][axis];
     if (link)
       link->narrow_to(of_cell);
     else

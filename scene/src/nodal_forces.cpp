@@ -10,7 +10,7 @@ namespace {
 double cell_volume(const Grid& grid) {
   double volume = 1;
   for (int axis = 0; axis < grid.dimension(); ++axis)
-    volume *= grid.spacing()[static_cast<std::size_t>(axis)];
+    volume *= grid.spacing()[axis];
   return volume;
 }
 
@@ -24,7 +24,7 @@ void add_weight(const Scene& scene, std::size_t b, List<double>& forces) {
     const double weight = scene.materials[scene.specimen.material(cell)].density *
                           scene.specimen.tissue_of(cell) * scene.gravity[b] * volume;
     for (int corner = 0; corner < corners; ++corner)
-      forces[static_cast<std::size_t>(grid.corner(grid.cell_at(cell), corner))] += weight / corners;
+      forces[grid.corner(grid.cell_at(cell), corner)] += weight / corners;
   }
 }
 
@@ -32,11 +32,10 @@ void add_tractions(const Scene& scene, std::size_t b, List<double>& forces) {
   const Grid& grid = scene.specimen.grid;
   const int corners = grid.corners_per_cell();
   for (const FaceLoad& load : scene.tractions) {
-    const double area = cell_volume(grid) / grid.spacing()[static_cast<std::size_t>(load.axis)];
+    const double area = cell_volume(grid) / grid.spacing()[load.axis];
     for (int corner = 0; corner < corners; ++corner)
       if ((corner >> load.axis & 1) == (load.upper ? 1 : 0))
-        forces[static_cast<std::size_t>(grid.corner(grid.cell_at(load.cell), corner))] +=
-            load.traction[b] * area * 2 / corners;
+        forces[grid.corner(grid.cell_at(load.cell), corner)] += load.traction[b] * area * 2 / corners;
   }
 }
 
@@ -54,15 +53,14 @@ void add_contraction(const Scene& scene, int b, List<double>& forces) {
   const int d = grid.dimension(), corners = grid.corners_per_cell();
   const double share = cell_volume(grid) * 2 / corners;
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
-    if (!scene.specimen.is_matter(cell) || scene.active_stress[static_cast<std::size_t>(cell)] == 0)
+    if (!scene.specimen.is_matter(cell) || scene.active_stress[cell] == 0)
       continue;
     const Eigen::VectorXd stress = scene.specimen.tissue_of(cell) * scene.cell_active_stress(cell);
     for (int corner = 0; corner < corners; ++corner) {
       double force = 0;
       for (int axis = 0; axis < d; ++axis)
-        force += (corner >> axis & 1 ? -share : share) / grid.spacing()[static_cast<std::size_t>(axis)] *
-                 stress(place(d, b, axis));
-      forces[static_cast<std::size_t>(grid.corner(grid.cell_at(cell), corner))] += force;
+        force += (corner >> axis & 1 ? -share : share) / grid.spacing()[axis] * stress(place(d, b, axis));
+      forces[grid.corner(grid.cell_at(cell), corner)] += force;
     }
   }
 }

@@ -17,7 +17,7 @@ List<NodalSpring> nodal_springs(const Scene& scene) {
   for (const FaceSpring& spring : scene.springs) {
     double area = 1;
     for (int a = 0; a < d; ++a)
-      area *= a == spring.axis ? 1 : grid.spacing()[static_cast<std::size_t>(a)];
+      area *= a == spring.axis ? 1 : grid.spacing()[a];
     const double share = spring.stiffness * area * 2 / corners;
     const Eigen::Vector3d n(spring.direction[0], spring.direction[1], spring.direction[2]);
     Eigen::Matrix3d stiffness = share * n * n.transpose();
@@ -61,7 +61,7 @@ std::vector<SpringPull> pulls_of_springs(const Scene& scene, const Answer& answe
     if (condition && spring.condition != *condition)
       continue;
     const bool has_sides = !answer.split.empty();
-    Scene& alone = of_label[has_sides ? scene.specimen.label[static_cast<std::size_t>(spring.cell)] : 0];
+    Scene& alone = of_label[has_sides ? scene.specimen.label[spring.cell] : 0];
     alone.specimen.grid = scene.specimen.grid;
     alone.springs.push_back(spring);
   }

@@ -66,7 +66,7 @@ PrescribedByNode by_node(const Scene& scene, int component) {
       std::vector<std::int32_t>(static_cast<std::size_t>(scene.specimen.grid.n_nodes()), -1)};
   for (std::size_t i = 0; i < scene.prescribed.size(); ++i)
     if (scene.prescribed[i].component == component)
-      found.entry[static_cast<std::size_t>(scene.prescribed[i].node)] = static_cast<std::int32_t>(i);
+      found.entry[scene.prescribed[i].node] = static_cast<std::int32_t>(i);
   return found;
 }
 
@@ -84,7 +84,7 @@ std::vector<std::size_t> entries_around(const Scene& scene, const PrescribedByNo
       }
     if (!counts)
       continue;
-    const std::int32_t entry = known.entry[static_cast<std::size_t>(scene.specimen.grid.node(at))];
+    const std::int32_t entry = known.entry[scene.specimen.grid.node(at)];
     if (entry < 0)
       return {};
     entries.push_back(static_cast<std::size_t>(entry));
@@ -142,8 +142,8 @@ std::vector<Face> refine_faces(const std::vector<Face>& faces, const Grid& grid,
 std::vector<double> refine_active_stress(const Scene& scene, const Grid& fine) {
   std::vector<double> stress(static_cast<std::size_t>(fine.n_cells()));
   for (std::size_t cell = 0; cell < stress.size(); ++cell)
-    stress[cell] = scene.active_stress[static_cast<std::size_t>(
-        scene.specimen.grid.cell(half_of(fine.cell_at(static_cast<std::int64_t>(cell)))))];
+    stress[cell] =
+        scene.active_stress[scene.specimen.grid.cell(half_of(fine.cell_at(static_cast<std::int64_t>(cell))))];
   return stress;
 }
 
@@ -183,8 +183,7 @@ void bring_to_coarse(const Scene& scene, const Scene& fine, Answer& answer) {
   for (std::size_t cell = 0; cell < answer.cell_strain.size(); ++cell) {
     const Index3 of = half_of(fine_grid.cell_at(static_cast<std::int64_t>(cell)));
     for (std::size_t k = 0; k < 6; ++k)
-      strain[static_cast<std::size_t>(grid.cell(of))][k] +=
-          answer.cell_strain[cell][k] / grid.corners_per_cell();
+      strain[grid.cell(of)][k] += answer.cell_strain[cell][k] / grid.corners_per_cell();
   }
   answer.cell_strain = std::move(strain);
   answer.displacement = at_coarse_nodes(scene, fine, answer.displacement);
@@ -201,8 +200,8 @@ void bring_to_coarse(const Scene& scene, const Scene& fine, Answer& answer) {
   answer.reaction = std::move(reaction);
   std::vector<double> energy(answer.cell_energy.empty() ? 0 : static_cast<std::size_t>(grid.n_cells()));
   for (std::size_t cell = 0; cell < answer.cell_energy.size(); ++cell)
-    energy[static_cast<std::size_t>(
-        grid.cell(half_of(fine_grid.cell_at(static_cast<std::int64_t>(cell)))))] += answer.cell_energy[cell];
+    energy[grid.cell(half_of(fine_grid.cell_at(static_cast<std::int64_t>(cell))))] +=
+        answer.cell_energy[cell];
   answer.cell_energy = std::move(energy);
   answer.nodal_strain.clear();
   answer.nodal_stress.clear();

@@ -45,7 +45,7 @@ Vec3 point_in_object(const Placement& placement, const Vec3& point) {
 Vec3 Specimen::fibre_of(std::int64_t cell) const {
   if (fibres.empty())
     return fibre;
-  const auto& f = fibres[static_cast<std::size_t>(cell)];
+  const auto& f = fibres[cell];
   return {f[0], f[1], f[2]};
 }
 
@@ -222,14 +222,14 @@ void move_by(const Motion& of, const std::array<bool, 3>& axes, double fraction,
   for (const std::int64_t node : of.nodes) {
     const Vec3 u = of.displacement(step.specimen.position(step.specimen.grid.node_at(node)), fraction);
     for (int b = 0; b < step.dimension(); ++b) {
-      if (!axes[static_cast<std::size_t>(b)])
+      if (!axes[b])
         continue;
       const auto entry =
           std::ranges::lower_bound(step.prescribed, std::pair{b, node}, {}, [](const Prescribed& p) {
             return std::pair{p.component, p.node};
           });
       if (entry != step.prescribed.end() && entry->node == node && entry->component == b && !entry->held)
-        entry->value = u[static_cast<std::size_t>(b)];
+        entry->value = u[b];
     }
   }
 }
@@ -277,8 +277,7 @@ Scene scaled(const Scene& scene, double fraction) {
     stress *= fraction;
   for (const TimedContraction& timed : scene.timed)
     for (const std::int64_t cell : timed.cells)
-      step.active_stress[static_cast<std::size_t>(cell)] +=
-          timed.stress * (timed.course.at(fraction) - fraction * timed.course.at(1));
+      step.active_stress[cell] += timed.stress * (timed.course.at(fraction) - fraction * timed.course.at(1));
   if (step.test)
     step.test->strain *= fraction;
   return step;
@@ -326,11 +325,11 @@ Vector6 along_fibre(const Vec3& a) {
 Eigen::Matrix<double, 6, 1> Scene::object_active_stress(std::int64_t cell) const {
   if (!contracts())
     return Vector6::Zero();
-  return active_stress[static_cast<std::size_t>(cell)] * along_fibre(specimen.fibre_of(cell));
+  return active_stress[cell] * along_fibre(specimen.fibre_of(cell));
 }
 
 Eigen::VectorXd Scene::cell_active_stress(std::int64_t cell) const {
-  return reduced_active_stress(cell, contracts() ? active_stress[static_cast<std::size_t>(cell)] : 0);
+  return reduced_active_stress(cell, contracts() ? active_stress[cell] : 0);
 }
 
 Eigen::VectorXd Scene::reduced_active_stress(std::int64_t cell, double of_fibre) const {
@@ -347,6 +346,16 @@ Eigen::VectorXd Scene::reduced_active_stress(std::int64_t cell, double of_fibre)
   if (dimension() == 1)
     return stress.head<1>();
   return Eigen::Vector3d(stress(0), stress(1), stress(5));
+}
+
+std::string_view to_string(TestKind kind) {
+  constexpr std::array<std::string_view, 5> names{"axial", "shear", "bend", "indent", "confined"};
+  return names[static_cast<std::size_t>(kind)];
+}
+
+double StandardTest::angle() const {
+  const double thickness = std::sqrt(12 * second_moment / area);
+  return 2 * strain * length / thickness;
 }
 
 } // namespace maille

@@ -23,7 +23,7 @@ List<double> shortest_paths(const Scene& scene, const LinkLimits& limits, int co
   List<double> distance(static_cast<std::size_t>(grid.n_nodes()), std::numeric_limits<double>::infinity());
   std::priority_queue<Entry, List<Entry>, std::greater<>> queue;
   const auto offer = [&](std::int64_t node, double length) {
-    double& best = distance[static_cast<std::size_t>(node)];
+    double& best = distance[node];
     if (length < best) {
       best = length;
       queue.emplace(length, node);
@@ -37,7 +37,7 @@ List<double> shortest_paths(const Scene& scene, const LinkLimits& limits, int co
   while (!queue.empty()) {
     const auto [length, node] = queue.top();
     queue.pop();
-    if (length > distance[static_cast<std::size_t>(node)])
+    if (length > distance[node])
       continue;
     const Index3 at = grid.node_at(node);
     for (int axis = 0; axis < grid.dimension(); ++axis) {

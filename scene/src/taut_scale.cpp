@@ -44,8 +44,7 @@ void scan_rows(double* values, std::int64_t n, std::int64_t width, double step) 
 List<double> paths_on_a_box(const Grid& grid, const Vec3& steps, std::span<const PathEnd> ends) {
   List<double> length(static_cast<std::size_t>(grid.n_nodes()), std::numeric_limits<double>::infinity());
   for (const PathEnd& end : ends)
-    length[static_cast<std::size_t>(end.node)] =
-        std::min(length[static_cast<std::size_t>(end.node)], end.potential);
+    length[end.node] = std::min(length[end.node], end.potential);
   const std::int64_t nx = grid.nodes()[0];
   for (std::int64_t first = 0; first < grid.n_nodes(); first += nx)
     scan(length.data() + first, nx, 1, steps[0]);
@@ -98,7 +97,7 @@ private:
       return shortest_paths(scene_, unit_, component_, ends, PathDirection::from_ends);
     Vec3 steps{};
     for (std::size_t a = 0; a < 3; ++a)
-      steps[a] = unit_.kinds().front()[a].high[static_cast<std::size_t>(component_)];
+      steps[a] = unit_.kinds().front()[a].high[component_];
     return paths_on_a_box(scene_.specimen.grid, steps, ends);
   }
 
@@ -120,7 +119,7 @@ private:
     double ratio = 0;
     for (const PathEnd& end : ends_)
       if (end.potential != value)
-        ratio = std::max(ratio, std::abs(end.potential - value) / length[static_cast<std::size_t>(end.node)]);
+        ratio = std::max(ratio, std::abs(end.potential - value) / length[end.node]);
     return ratio;
   }
 
@@ -133,7 +132,7 @@ private:
     std::optional<PathEnd> farthest;
     double most = 0;
     for (std::size_t i = 0; i < ends_.size(); ++i) {
-      const double above = scaled[i].potential - reach[static_cast<std::size_t>(ends_[i].node)];
+      const double above = scaled[i].potential - reach[ends_[i].node];
       if (above > most) {
         most = above;
         farthest = ends_[i];
@@ -154,8 +153,7 @@ private:
     double longest_link = 0;
     for (const LinkLimits::OfCell& cell : unit_.kinds())
       for (int axis = 0; axis < scene_.dimension(); ++axis)
-        longest_link = std::max(
-            longest_link, cell[static_cast<std::size_t>(axis)].high[static_cast<std::size_t>(component_)]);
+        longest_link = std::max(longest_link, cell[axis].high[component_]);
     return longest_link * static_cast<double>(scene_.specimen.grid.n_nodes());
   }
 

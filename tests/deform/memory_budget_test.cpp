@@ -1,9 +1,8 @@
 /// Methods refuse what does not fit before they allocate it.
 
 #include "lattice/field_memory.hpp"
+#include "maille/base/arena.hpp"
 #include "maille/deform/solve.hpp"
-#include "maille/scene/arena.hpp"
-#include "maille/scene/memory.hpp"
 #include "oracle/literal.hpp"
 #include "parallel/thread_team.hpp"
 #include "support/bodies/lattice_scenes.hpp"

@@ -1,6 +1,6 @@
 // A scene's [test], answered: apparent constants of homogeneous bodies are the material's own.
 #include "maille/deform/solve.hpp"
-#include "maille/scene/mechanics/recovery.hpp"
+#include "maille/mechanics/recovery.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "support/kit.hpp"

@@ -1,7 +1,7 @@
 /// The machine that readers are tried on, by the linker's --wrap: little memory, and DICOM headers from
 /// bytes.
 
-#include "image/plugin_readers.hpp"
+#include "plugin_readers.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <algorithm>

@@ -2,8 +2,8 @@
 
 #include "live/by_hand.hpp"
 #include "maille/deform/solve.hpp"
+#include "maille/images/write_image.hpp"
 #include "maille/materials/text_file.hpp"
-#include "maille/scene/write_image.hpp"
 #include "support/kit.hpp"
 
 #include <atomic>

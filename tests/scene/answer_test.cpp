@@ -1,6 +1,6 @@
+#include "maille/base/csv.hpp"
 #include "maille/scene/answer.hpp"
 #include "maille/scene/cell_fields.hpp"
-#include "maille/scene/csv.hpp"
 #include "maille/scene/link_limits.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "maille/scene/refined.hpp"

@@ -1,7 +1,7 @@
+#include "maille/base/arena.hpp"
 #include "maille/scene/answer.hpp"
 #include "maille/scene/frame.hpp"
 #include "maille/scene/link_limits.hpp"
-#include "maille/scene/memory.hpp"
 #include "support/bodies/carved.hpp"
 #include "support/bodies/scenes.hpp"
 #include "support/kit.hpp"

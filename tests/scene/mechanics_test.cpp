@@ -1,7 +1,7 @@
 /// What an answer says of forces, strain, stress and energy.
 
+#include "maille/mechanics/recovery.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"
-#include "maille/scene/mechanics/recovery.hpp"
 #include "support/bodies/scenes.hpp"
 #include "support/dice.hpp"
 #include "support/kit.hpp"

@@ -1,6 +1,6 @@
 #include "maille/scene/world/world_scene.hpp"
 
-#include "maille/scene/memory.hpp"
+#include "maille/base/arena.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "support/kit.hpp"
 

@@ -1,7 +1,7 @@
 #pragma once
 /// Ranks that are threads of one process.
 
-#include "maille/scene/parallel/communicator.hpp"
+#include "maille/base/communicator.hpp"
 
 #include <algorithm>
 #include <condition_variable>

@@ -1,7 +1,7 @@
 #include "control/method.hpp"
 
+#include "maille/base/arena.hpp"
 #include "maille/scene/link_limits.hpp"
-#include "maille/scene/memory.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>

@@ -9,8 +9,8 @@
 #include "elastic/masked/slabs.hpp"
 #include "elastic/nested/nested_lattices.hpp"
 #include "elastic/tied/tied_methods.hpp"
+#include "maille/mechanics/friction.hpp"
 #include "maille/scene/block_frames.hpp"
-#include "maille/scene/mechanics/friction.hpp"
 #include "maille/scene/plausibility.hpp"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 #pragma once
 /// How far force, energy, strain and stress of an answer are from elasticity, from states that are nearer.
 
+#include "maille/mechanics/recovery.hpp"
 #include "maille/scene/answer.hpp"
-#include "maille/scene/mechanics/mechanics.hpp"
 
 namespace maille::deform {
 

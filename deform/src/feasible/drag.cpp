@@ -93,7 +93,7 @@ DragHandle& Drag::Parts::handle(std::int64_t node) {
   fresh.node = node;
   fresh.at = scene.specimen.grid.node_at(node);
   for (int b = 0; b < scene.dimension(); ++b)
-    fresh.value[static_cast<std::size_t>(b)] = engine->displacement(b, node);
+    fresh.value[b] = engine->displacement(b, node);
   if (!engine->take(fresh)) {
     Displacement state(scene.specimen.grid);
     engine->copy_to(state);
@@ -165,10 +165,9 @@ double Drag::displacement(int component, std::int64_t node) const {
     return within;
   Vec3 w{};
   for (int b = 0; b < parts_->scene.dimension(); ++b)
-    w[static_cast<std::size_t>(b)] = b == component ? within : parts_->engine->displacement(b, node);
+    w[b] = b == component ? within : parts_->engine->displacement(b, node);
   const Specimen& body = parts_->scene.specimen;
-  return parts_->frame.in_world(body.position(body.grid.node_at(node)),
-                                w)[static_cast<std::size_t>(component)];
+  return parts_->frame.in_world(body.position(body.grid.node_at(node)), w)[component];
 }
 
 Displacement Drag::displacement() const {

@@ -49,7 +49,7 @@ std::string in_words(const std::array<Algorithm, 3>& algorithms, int dimension) 
        {Algorithm::closed_form, Algorithm::separable_scans, Algorithm::wavefront, Algorithm::dijkstra}) {
     std::string axes;
     for (int b = 0; b < dimension; ++b)
-      if (algorithms[static_cast<std::size_t>(b)] == algorithm)
+      if (algorithms[b] == algorithm)
         axes += axes.empty() ? std::string(1, "xyz"[b]) : fmt::format(" {}", "xyz"[b]);
     if (axes.empty())
       continue;
@@ -87,7 +87,7 @@ Plan plan_limits(const Scene& scene, const LinkLimits& limits, int threads) {
       scene.specimen.grid.n_nodes() < nodes_worth_tiles ? Algorithm::dijkstra : Algorithm::wavefront;
   for (int component = 0; component < scene.dimension(); ++component) {
     const std::size_t n = n_moved(scene, component);
-    Algorithm& algorithm = plan.of_component[static_cast<std::size_t>(component)];
+    Algorithm& algorithm = plan.of_component[component];
     if (n == 0)
       algorithm = Algorithm::rest;
     else if (!has_sums)

@@ -69,7 +69,7 @@ double project_by_paths(const Scene& scene, const LinkLimits& limits, int compon
   List<PathEnd> ends;
   for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node)
     if (body.is_node(body.grid.node_at(node)))
-      ends.push_back({node, values[static_cast<std::size_t>(node)]});
+      ends.push_back({node, values[node]});
   const List<double> below = upper_envelope(scene, limits, component, ends);
   const List<double> above = lower_envelope(scene, limits, component, ends);
   double largest = 0;
@@ -117,8 +117,7 @@ double FeasibleSet::project(Body& body) const {
   AlignedArray<float> scratch(static_cast<std::size_t>(first.slab_stride * first.nodes[2]));
   double largest = 0;
   for (int b = 0; b < body.dimension(); ++b)
-    largest = std::max(largest,
-                       project_box(body.field(b), scratch.data(), bounds[static_cast<std::size_t>(b)], team));
+    largest = std::max(largest, project_box(body.field(b), scratch.data(), bounds[b], team));
   return largest;
 }
 

@@ -1,6 +1,6 @@
 #include "lattice/field_memory.hpp"
 
-#include "maille/scene/memory.hpp"
+#include "maille/base/arena.hpp"
 
 #include <cstring>
 

@@ -4,8 +4,8 @@
 /// All memory is zeroed, starts on a cache line, and is charged to the open arena. Results do not depend on
 /// its place.
 
-#include "maille/scene/arena.hpp"
-#include "maille/scene/grid.hpp"
+#include "maille/base/arena.hpp"
+#include "maille/base/grid.hpp"
 
 #include <cstddef>
 #include <span>

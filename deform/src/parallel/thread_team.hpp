@@ -5,7 +5,7 @@
 /// at any number of threads because each item writes only what belongs to it, and sums are taken per item
 /// and added in the order of the items. Threads spin for a moment before they sleep.
 
-#include "maille/scene/arena.hpp"
+#include "maille/base/arena.hpp"
 
 #include <algorithm>
 #include <atomic>

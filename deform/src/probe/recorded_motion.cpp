@@ -1,9 +1,9 @@
 #include "maille/deform/probe/device.hpp"
 
+#include "maille/base/csv.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/materials/quantity.hpp"
 #include "maille/materials/text_file.hpp"
-#include "maille/scene/csv.hpp"
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>

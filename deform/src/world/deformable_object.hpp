@@ -1,8 +1,8 @@
 #pragma once
 /// One deformable object of a world: its state, and what its method makes of holds, handles and contacts.
 
+#include "maille/base/grid.hpp"
 #include "maille/deform/world/occupancy_map.hpp"
-#include "maille/scene/grid.hpp"
 #include "maille/scene/world/world_scene.hpp"
 #include "world/occupancy/body_matter.hpp"
 #include "world/occupancy/node_cells.hpp"

@@ -35,7 +35,7 @@ void Body<dim>::number_along_grid() {
         std::int64_t place = 0;
         for (std::size_t a = dim; a-- > 0;)
           place = place * n[a] + degree * at[a] + element_.place(i)[a];
-        take(at, i, number[static_cast<std::size_t>(place)]);
+        take(at, i, number[place]);
       }
     }
   };
@@ -120,7 +120,7 @@ std::vector<std::int64_t> make_mesh_of_matter(const Specimen& specimen,
     dealii::CellData<dim> data;
     for (int corner = 0; corner < grid.corners_per_cell(); ++corner) {
       const std::int64_t node = grid.corner(grid.cell_at(cell), corner);
-      unsigned& vertex = vertex_of[static_cast<std::size_t>(node)];
+      unsigned& vertex = vertex_of[node];
       if (vertex == dealii::numbers::invalid_unsigned_int) {
         vertex = static_cast<unsigned>(vertices.size());
         const Vec3 x = place(grid.node_at(node));
@@ -129,7 +129,7 @@ std::vector<std::int64_t> make_mesh_of_matter(const Specimen& specimen,
           point[a] = x[a];
         vertices.push_back(point);
       }
-      data.vertices[static_cast<std::size_t>(corner)] = vertex;
+      data.vertices[corner] = vertex;
     }
     cells.push_back(std::move(data));
     of_grid.push_back(cell);

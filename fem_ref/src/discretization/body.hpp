@@ -29,7 +29,7 @@ public:
   int n_cells() const { return static_cast<int>(cells_.size()); }
   unsigned n_nodes() const { return n_nodes_; }
   /// The grid's cell behind a cell of the mesh, ascending.
-  std::int64_t grid_cell(int cell) const { return cells_[static_cast<std::size_t>(cell)]; }
+  std::int64_t grid_cell(int cell) const { return cells_[cell]; }
   /// The mesh's cell for a grid cell of matter.
   int mesh_cell(std::int64_t grid_cell) const;
   /// Nodes of a cell, corners first in the order of Grid::corner.

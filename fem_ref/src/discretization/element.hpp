@@ -2,7 +2,7 @@
 /// The one element that every cell of a scene is a copy of, and integrals over a cell whose nodes stand
 /// elsewhere than the grid has them.
 
-#include "maille/scene/grid.hpp"
+#include "maille/base/grid.hpp"
 
 #include <Eigen/Core>
 #include <deal.II/fe/fe_q.h>
@@ -30,12 +30,12 @@ public:
   int n_nodes() const { return static_cast<int>(fe_.n_dofs_per_cell()); }
   int n_unknowns() const { return dim * n_nodes(); }
   /// Place of a node in its cell: 0 ... degree along every axis.
-  const Index3& place(int node) const { return places_[static_cast<std::size_t>(node)]; }
+  const Index3& place(int node) const { return places_[node]; }
   /// From the cell's lower corner to a node [m].
   Vec3 offset(int node) const;
   /// Corners whose mean position is the node's: the node itself, or the ends of its edge, face or cell.
   /// Corner numbers are those of Grid::corner, and corner nodes come first in their order.
-  const std::vector<int>& parents(int node) const { return parents_[static_cast<std::size_t>(node)]; }
+  const std::vector<int>& parents(int node) const { return parents_[node]; }
 
   /// Integral of B^T C B over the cell [N/m in 3D], rows and columns dim * node + component.
   ///
@@ -47,9 +47,7 @@ public:
 
   /// Integral of every shape function over the cell, and over one of its faces.
   const Eigen::VectorXd& volume_load() const { return volume_load_; }
-  const Eigen::VectorXd& face_load(int axis, bool upper) const {
-    return face_load_[static_cast<std::size_t>(2 * axis + upper)];
-  }
+  const Eigen::VectorXd& face_load(int axis, bool upper) const { return face_load_[2 * axis + upper]; }
   /// Integral of B^T over the cell, n_unknowns x n_strains: times a stress, the forces that hold the cell
   /// against it.
   const Eigen::MatrixXd& stress_load() const { return stress_load_; }

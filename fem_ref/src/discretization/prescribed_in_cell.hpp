@@ -39,15 +39,13 @@ public:
       bool any = false;
       for (int corner = 0; corner < (1 << dim); ++corner) {
         const std::int32_t at = entry(cell, corner, c);
-        values[static_cast<std::size_t>(corner)] =
-            at == none ? std::numeric_limits<double>::quiet_NaN()
-                       : scene_.prescribed[static_cast<std::size_t>(at)].value;
+        values[corner] = at == none ? std::numeric_limits<double>::quiet_NaN() : scene_.prescribed[at].value;
         any = any || at != none;
       }
       for (int i = 0; any && i < element.n_nodes(); ++i) {
         double mean = 0;
         for (const int corner : element.parents(i))
-          mean += values[static_cast<std::size_t>(corner)] / static_cast<double>(element.parents(i).size());
+          mean += values[corner] / static_cast<double>(element.parents(i).size());
         if (!std::isnan(mean))
           visit(i, c, mean);
       }

@@ -1,7 +1,7 @@
 #pragma once
 /// What smoothed aggregation is told about elasticity.
 
-#include "maille/scene/grid.hpp"
+#include "maille/base/grid.hpp"
 
 #include <Teuchos_ParameterList.hpp>
 #include <vector>

@@ -1,4 +1,4 @@
-#include "maille/scene/memory.hpp"
+#include "maille/base/arena.hpp"
 #include "process/mpi.hpp"
 #include "solvers/amg_settings.hpp"
 #include "solvers/cg_run.hpp"

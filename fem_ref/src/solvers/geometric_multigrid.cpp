@@ -180,7 +180,7 @@ void MultigridSolver<dim>::make_levels(const Scene& scene, const Body<dim>& body
       for (std::size_t a = 0; a < dim; ++a)
         at[a] = degree * corner[a] + element.place(k)[a];
       for (unsigned c = 0; c < dim; ++c)
-        if (is_prescribed[dim * body.nodes(cell)[static_cast<std::size_t>(k)] + c])
+        if (is_prescribed[dim * body.nodes(cell)[k] + c])
           lattice.fixed(at) |= static_cast<std::uint8_t>(1u << c);
     }
   }

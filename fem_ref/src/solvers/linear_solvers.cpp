@@ -1,6 +1,6 @@
 #include "solvers/linear_solvers.hpp"
 
-#include "maille/scene/memory.hpp"
+#include "maille/base/arena.hpp"
 
 #include "maille/plugins/sparse_cholesky.hpp"
 

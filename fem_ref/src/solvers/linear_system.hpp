@@ -1,7 +1,7 @@
 #pragma once
 /// What assembly hands to the linear solvers, and what their residuals are measured by.
 
-#include "maille/scene/grid.hpp"
+#include "maille/base/grid.hpp"
 
 #include <deal.II/lac/affine_constraints.h>
 #include <deal.II/lac/sparse_matrix.h>

@@ -198,7 +198,7 @@ void App::ask_for_picture() {
   shown_proxy_ = session_->proxy();
   if (shown_proxy_ && state->held_object >= 0 && soft_object() >= 0) {
     auto with_proxy = std::make_shared<WorldState>(*state); // the hand is ahead of the physics
-    with_proxy->frames[static_cast<std::size_t>(state->held_object)] = *shown_proxy_;
+    with_proxy->frames[state->held_object] = *shown_proxy_;
     with_proxy->event_time = std::max(with_proxy->event_time, proxy_time);
     state = std::move(with_proxy);
   }
@@ -247,7 +247,7 @@ void App::follow_state() {
   const bool is_still = state_->is_settled && !state_->is_busy && !session_->is_holding() &&
                         seconds_now() - still_since_ > thoughtful;
   if (is_still && soft_object() >= 0 && session_->is_idle()) {
-    const auto& now = state_->displacements[static_cast<std::size_t>(soft_object())];
+    const auto& now = state_->displacements[soft_object()];
     if (now != judged_)
       judge_->estimate(soft_object());
     judged_ = now;

@@ -30,7 +30,7 @@ public:
   static bool is_of(const std::shared_ptr<const Verdict>& verdict, const WorldState& state) {
     return verdict && verdict->object >= 0 &&
            static_cast<std::size_t>(verdict->object) < state.displacements.size() && verdict->of &&
-           verdict->of == state.displacements[static_cast<std::size_t>(verdict->object)];
+           verdict->of == state.displacements[verdict->object];
   }
   std::shared_ptr<const Verdict> estimated() const { return estimated_.load(); }
   std::shared_ptr<const Verdict> of_fem() const { return fem_.load(); }

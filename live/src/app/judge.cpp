@@ -67,7 +67,7 @@ void Judge::run() {
     }
     verdict.object = task.object;
     if (task.object >= 0 && static_cast<std::size_t>(task.object) < state->displacements.size())
-      verdict.of = state->displacements[static_cast<std::size_t>(task.object)];
+      verdict.of = state->displacements[task.object];
     verdict.is_fem = task.is_fem;
     (task.is_fem ? fem_ : estimated_).store(std::make_shared<const Verdict>(std::move(verdict)));
     if (task.is_fem)
@@ -79,7 +79,7 @@ void Judge::run() {
 /// A state that has gone by is not worth an estimate any more; finite elements were asked for by hand.
 Judge::Verdict Judge::judge(const Task& task, const WorldState& state, const Scene& question) const {
   Verdict verdict;
-  const auto& displacement = state.displacements[static_cast<std::size_t>(task.object)];
+  const auto& displacement = state.displacements[task.object];
   if (!displacement) {
     verdict.why_not = "no deformable object";
     return verdict;

@@ -102,7 +102,7 @@ int App::soft_object() const {
     return -1;
   const auto is_soft = [this](int i) {
     return i >= 0 && i < static_cast<int>(scene_->objects.size()) &&
-           scene_->objects[static_cast<std::size_t>(i)].kind == ObjectKind::deformable;
+           scene_->objects[i].kind == ObjectKind::deformable;
   };
   if (is_soft(selected_))
     return selected_;

@@ -18,8 +18,8 @@ constexpr std::array<std::array<float, 4>, 3> axis_colours{
 
 bool has_rings(const WorldScene& scene, const WorldState& state, int object) {
   return object >= 0 && object < static_cast<int>(state.frames.size()) &&
-         object < static_cast<int>(scene.objects.size()) &&
-         scene.objects[static_cast<std::size_t>(object)].kind == ObjectKind::rigid && scene.dimension > 1;
+         object < static_cast<int>(scene.objects.size()) && scene.objects[object].kind == ObjectKind::rigid &&
+         scene.dimension > 1;
 }
 
 std::vector<std::array<float, 2>> ring(const WorldScene& scene, const WorldState& state, int object, int axis,
@@ -54,8 +54,7 @@ std::pair<Eigen::Vector3d, double> ball_about(const WorldScene& scene, const Wor
   const Specimen& body = scene.objects[i].scene.specimen;
   double radius = 0;
   for (int a = 0; a < body.grid.dimension(); ++a)
-    radius = std::hypot(radius, 0.5 * body.grid.cells()[static_cast<std::size_t>(a)] *
-                                    body.grid.spacing()[static_cast<std::size_t>(a)]);
+    radius = std::hypot(radius, 0.5 * body.grid.cells()[a] * body.grid.spacing()[a]);
   return {state.frames[i].position + state.frames[i].rotation * deform::middle_of(body), radius};
 }
 
@@ -65,15 +64,15 @@ std::vector<OverlayLine> Rings::lines(const WorldScene& scene, const WorldState&
   if (!has_rings(scene, state, object))
     return lines;
   for (int axis = scene.dimension < 3 ? 2 : 0; axis < 3; ++axis)
-    lines.push_back({ring(scene, state, object, axis, looking, width, height),
-                     axis_colours[static_cast<std::size_t>(axis)], axis == grabbed ? 4.0f : 2.0f});
+    lines.push_back({ring(scene, state, object, axis, looking, width, height), axis_colours[axis],
+                     axis == grabbed ? 4.0f : 2.0f});
   return lines;
 }
 
 OverlayLine Rings::axis(const WorldScene& scene, const Looking& looking, int width, int height, int axis,
                         const Eigen::Vector3d& through, double half_length) {
   OverlayLine line;
-  line.colour = axis_colours[static_cast<std::size_t>(axis)];
+  line.colour = axis_colours[axis];
   for (int i = -n_points / 2; i <= n_points / 2; ++i) { // in pieces: some may be behind the eye
     const Eigen::Vector3d place = through + half_length * i / (n_points / 2.0) * Eigen::Vector3d::Unit(axis);
     if (const Vec3 at = in_window(scene, looking, width, height, place); at[2] > 0)
@@ -145,7 +144,7 @@ double Rings::turned(const WorldScene& scene, const WorldState& state, int objec
   if (scene.dimension < 3)
     return angle;
   const Vec3 ahead = looking.view.camera.axes()[2];
-  return ahead[static_cast<std::size_t>(axis)] > 0 ? -angle : angle;
+  return ahead[axis] > 0 ? -angle : angle;
 }
 
 } // namespace maille::live

@@ -1,7 +1,7 @@
+#include "maille/base/csv.hpp"
 #include "maille/live/live.hpp"
 #include "maille/materials/text_file.hpp"
 #include "maille/materials/toml_reader.hpp"
-#include "maille/scene/csv.hpp"
 
 #include <algorithm>
 #include <array>

@@ -48,7 +48,7 @@ Eigen::Vector3d App::on_view_plane(double x, double y, const Eigen::Vector3d& th
 
 /// Nodes within the patch's radius of a place at rest, the nearest first.
 std::vector<std::int64_t> App::patch_at(int object, const Vec3& rest) const {
-  const Specimen& body = scene_->objects[static_cast<std::size_t>(object)].scene.specimen;
+  const Specimen& body = scene_->objects[object].scene.specimen;
   const Grid& grid = body.grid;
   const auto d = static_cast<std::size_t>(grid.dimension());
   std::vector<std::pair<double, std::int64_t>> found;
@@ -122,9 +122,9 @@ void App::pointer_down(const Event& event) {
   if (ring_axis_ >= 0) {
     grip.object = selected_;
     drag_ = Drag::ring;
-  } else if (under && scene_->objects[static_cast<std::size_t>(under->object)].kind != ObjectKind::fixed) {
+  } else if (under && scene_->objects[under->object].kind != ObjectKind::fixed) {
     grip.object = under->object;
-    if (scene_->objects[static_cast<std::size_t>(under->object)].kind == ObjectKind::deformable) {
+    if (scene_->objects[under->object].kind == ObjectKind::deformable) {
       grip.nodes = patch_at(under->object, under->rest);
       if (grip.nodes.empty())
         return;
@@ -252,7 +252,7 @@ void App::wheel(const Event& event) {
 void App::turn_held(const Eigen::Vector3d& axis, double angle, double time) {
   if (!session_ || selected_ < 0 || selected_ >= static_cast<int>(scene_->objects.size()) || angle == 0)
     return;
-  const bool is_rigid = scene_->objects[static_cast<std::size_t>(selected_)].kind == ObjectKind::rigid;
+  const bool is_rigid = scene_->objects[selected_].kind == ObjectKind::rigid;
   const bool was_holding = session_->is_holding();
   if (!was_holding && !is_rigid)
     return;
@@ -260,15 +260,14 @@ void App::turn_held(const Eigen::Vector3d& axis, double angle, double time) {
     session_->grip({selected_, {}}, time);
   deform::Pose goal = session_->goal();
   if (axis_ >= 0) { // a nut that is stuck is not turned on in secret
-    const Eigen::AngleAxisd ahead(goal.rotation *
-                                  state_->frames[static_cast<std::size_t>(selected_)].rotation.transpose());
+    const Eigen::AngleAxisd ahead(goal.rotation * state_->frames[selected_].rotation.transpose());
     if (std::abs(ahead.angle()) > farthest_ahead)
       return;
   }
   const Eigen::Matrix3d turn =
       Eigen::AngleAxisd(angle, scene_->dimension < 3 ? Eigen::Vector3d::UnitZ() : axis).toRotationMatrix();
   if (is_rigid) {
-    const Specimen& body = scene_->objects[static_cast<std::size_t>(selected_)].scene.specimen;
+    const Specimen& body = scene_->objects[selected_].scene.specimen;
     const Eigen::Vector3d middle = goal.position + goal.rotation * deform::middle_of(body);
     const Eigen::Vector3d position = middle + turn * (goal.position - middle);
     grabbed_pose_.position += position - goal.position; // dragged on from there
@@ -389,12 +388,12 @@ void App::follow_device() {
   }
   int object = selected_;
   for (int i = 0; i < static_cast<int>(scene_->objects.size()); ++i) {
-    const WorldObject& each = scene_->objects[static_cast<std::size_t>(i)];
+    const WorldObject& each = scene_->objects[i];
     const bool is_better = each.name == tool_name || object < 0;
     if (each.kind == ObjectKind::rigid && is_better)
       object = i;
   }
-  if (object >= 0 && scene_->objects[static_cast<std::size_t>(object)].kind == ObjectKind::rigid) {
+  if (object >= 0 && scene_->objects[object].kind == ObjectKind::rigid) {
     selected_ = object;
     session_->grip({object, {}}, seconds_now());
   }

@@ -31,7 +31,7 @@ std::vector<float> length_at_cells(const Scene& scene, const Displacement& displ
       for (std::size_t a = 0; a < 3; ++a)
         mean[a] += u[a] / grid.corners_per_cell();
     }
-    values[static_cast<std::size_t>(cell)] = static_cast<float>(std::hypot(mean[0], mean[1], mean[2]));
+    values[cell] = static_cast<float>(std::hypot(mean[0], mean[1], mean[2]));
   }
   return values;
 }

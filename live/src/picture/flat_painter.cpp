@@ -108,8 +108,8 @@ public:
     int colour = 0;
     for (std::size_t object = 0; object < scene.objects.size(); ++object) {
       const bool is_fixed = scene.objects[object].kind == ObjectKind::fixed;
-      draw(scene.objects[object], state, object,
-           is_fixed ? grey : colours[static_cast<std::size_t>(colour % 8)], looking, mapping, canvas);
+      draw(scene.objects[object], state, object, is_fixed ? grey : colours[colour % 8], looking, mapping,
+           canvas);
       colour += is_fixed ? 0 : 1;
     }
     painted.rgba = std::make_shared<const std::vector<std::uint8_t>>(std::move(canvas.rgba));
@@ -168,7 +168,7 @@ private:
       std::array<float, 3> own =
           shaded(colour, (shade ? 1.0f : 0.94f) * (1 - 0.18f * static_cast<float>(body.material(cell) % 4)));
       if (has_field) {
-        const double value = (looking.field->of_cells[static_cast<std::size_t>(cell)] - looking.field->low) /
+        const double value = (looking.field->of_cells[cell] - looking.field->low) /
                              std::max(1e-300, looking.field->high - looking.field->low);
         own = palette[static_cast<std::size_t>(std::clamp(value, 0.0, 1.0) *
                                                static_cast<double>(palette.size() - 1))];

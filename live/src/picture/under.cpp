@@ -57,7 +57,7 @@ std::optional<Painted::Under> Painted::under(double x, double y, double reach) c
     return found < static_cast<std::int32_t>(scene->objects.size()) ? found : -1;
   };
   const auto is_movable = [&](std::int32_t which) {
-    return which >= 0 && scene->objects[static_cast<std::size_t>(which)].kind != ObjectKind::fixed;
+    return which >= 0 && scene->objects[which].kind != ObjectKind::fixed;
   };
   int px = std::min(eye_width - 1, static_cast<int>(in_eye * eye_width)),
       py = std::min(height - 1, static_cast<int>(y * height));

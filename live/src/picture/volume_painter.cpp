@@ -42,8 +42,7 @@ render::Pose pose_of(const deform::Pose& frame) {
   render::Pose pose;
   for (int row = 0; row < 3; ++row)
     for (int column = 0; column < 3; ++column)
-      pose.rotation[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)] =
-          frame.rotation(row, column);
+      pose.rotation[row][column] = frame.rotation(row, column);
   pose.position = {frame.position[0], frame.position[1], frame.position[2]};
   return pose;
 }
@@ -213,10 +212,10 @@ private:
               continue;
             const bool is_own = x == 0 && y == 0 && z == 0;
             const float weight = is_own ? 1000.0f : 1.0f;
-            sum += weight * field.of_cells[static_cast<std::size_t>(grid.cell(cell))];
+            sum += weight * field.of_cells[grid.cell(cell)];
             n += is_own ? 1000 : 1;
           }
-      values[static_cast<std::size_t>(i)] = n > 0 ? sum / static_cast<float>(n) : 0;
+      values[i] = n > 0 ? sum / static_cast<float>(n) : 0;
     }
     const std::vector<Rgb> palette = field_palette();
     return render::Paint::field(voxels, values, field.low, field.high, palette);

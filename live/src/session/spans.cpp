@@ -34,7 +34,7 @@ void keep_in_plane(int dimension, DriveSpan& span) {
   span.angle *= span.axis[2] < 0 ? -1 : 1;
   span.axis = array(Eigen::Vector3d::UnitZ());
   for (int a = dimension; a < 3; ++a)
-    (*span.to)[static_cast<std::size_t>(a)] = 0;
+    (*span.to)[a] = 0;
 }
 
 } // namespace
@@ -68,7 +68,7 @@ std::vector<DriveSpan> Physics::spans_of_rigid() {
   const bool is_turned = std::abs(turn.angle()) > is_there;
   if (way.norm() < is_there * cell && !is_turned)
     return {};
-  const Grid& grid = timeline_.scene().objects[static_cast<std::size_t>(grip_.object)].scene.specimen.grid;
+  const Grid& grid = timeline_.scene().objects[grip_.object].scene.specimen.grid;
   double arm = 0;
   for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
     arm = std::hypot(arm, 0.5 * grid.cells()[a] * grid.spacing()[a]);
@@ -91,7 +91,7 @@ std::vector<DriveSpan> Physics::spans_of_rigid() {
 /// Like a nut that is pressed on: turned a little about its middle, then moved as far as that lets it.
 DriveSpan Physics::span_along_axis(const deform::Pose& now, const Eigen::AngleAxisd& turn) {
   const WorldScene& scene = timeline_.scene();
-  const Specimen& body = scene.objects[static_cast<std::size_t>(grip_.object)].scene.specimen;
+  const Specimen& body = scene.objects[grip_.object].scene.specimen;
   const double cell = *std::ranges::min_element(scene.spacing);
   const Eigen::Vector3d way = goal_now_.pose.position - now.position;
   const double along = way[goal_now_.axis];
@@ -139,7 +139,7 @@ std::vector<DriveSpan> Physics::spans_of_nodes() {
     span.nodes = std::move(nodes);
     span.by = array(part * way);
     for (int a = timeline_.scene().dimension; a < 3; ++a)
-      span.by[static_cast<std::size_t>(a)] = 0;
+      span.by[a] = 0;
   };
   if (!is_turned)
     add(grip_.nodes, ways.front());

@@ -34,7 +34,7 @@ std::shared_ptr<const HandSurroundings> Physics::surround() const {
       others->add(world.shape(object), world.pose(object));
       continue;
     }
-    const Scene& scene = world.scene().objects[static_cast<std::size_t>(object)].scene;
+    const Scene& scene = world.scene().objects[object].scene;
     if (scene.dimension() < 3 || scene.specimen.grid.n_cells() > most_cells)
       return nullptr;
     bodies.push_back(

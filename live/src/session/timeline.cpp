@@ -123,7 +123,7 @@ void Timeline::go_to(std::int64_t frame, const deform::FrameBudget& budget,
   if (frame < played_)
     restart(frame);
   while (played_ < frame && !(budget.stop_requested && budget.stop_requested())) {
-    play(frames_[static_cast<std::size_t>(played_)].spans, budget);
+    play(frames_[played_].spans, budget);
     if (at_each)
       at_each();
   }
@@ -133,14 +133,14 @@ void Timeline::go_to(std::int64_t frame, const deform::FrameBudget& budget,
 
 void Timeline::undo(const deform::FrameBudget& budget) {
   std::int64_t to = played_;
-  while (to > 0 && !frames_[static_cast<std::size_t>(to - 1)].begins_gesture)
+  while (to > 0 && !frames_[to - 1].begins_gesture)
     --to;
   go_to(std::max<std::int64_t>(0, to - 1), budget);
 }
 
 void Timeline::redo(const deform::FrameBudget& budget) {
   std::int64_t to = played_ + 1;
-  while (to < n_frames() && !frames_[static_cast<std::size_t>(to)].begins_gesture)
+  while (to < n_frames() && !frames_[to].begins_gesture)
     ++to;
   go_to(to, budget);
 }
@@ -166,7 +166,7 @@ std::string Timeline::text() const {
   for (const WorldSetting& setting : settings_)
     text += trajectory_row(setting, scene());
   for (std::int64_t i = 0; i < played_; ++i)
-    text += frames_[static_cast<std::size_t>(i)].rows;
+    text += frames_[i].rows;
   return text;
 }
 

@@ -42,9 +42,7 @@ public:
         of_[at] = {std::min(of_[at].least, of_[at + stride].least),
                    std::max(of_[at].largest, of_[at + stride].largest)};
   }
-  const Volume::Range& at(int i, int j, int k) const {
-    return of_[static_cast<std::size_t>(i + edge_nodes * (j + edge_nodes * k))];
-  }
+  const Volume::Range& at(int i, int j, int k) const { return of_[i + edge_nodes * (j + edge_nodes * k)]; }
 
 private:
   std::array<Volume::Range, static_cast<std::size_t>(edge_nodes* edge_nodes* edge_nodes)> of_;
@@ -87,7 +85,7 @@ std::vector<SeenBox> seen_boxes(const Volume& volume, const TransferTable& table
             end{first[0] + edge_cells, first[1] + edge_cells, first[2] + edge_cells};
         // The surface between two samples is looked for from samples around it.
         if (is_full[brick] != 0 || look.mode == LookMode::isosurface) {
-          in_plane[static_cast<std::size_t>(plane)].push_back(box_of(first, end));
+          in_plane[plane].push_back(box_of(first, end));
           continue;
         }
         const CellRanges ranges(volume, at);
@@ -103,7 +101,7 @@ std::vector<SeenBox> seen_boxes(const Volume& volume, const TransferTable& table
                 }
               }
         if (low[0] < high[0])
-          in_plane[static_cast<std::size_t>(plane)].push_back(box_of(low, high));
+          in_plane[plane].push_back(box_of(low, high));
       }
   });
   std::vector<SeenBox> boxes;
@@ -180,7 +178,7 @@ void BrickDepths::add(const Vec3& middle, const Vec3& half, std::vector<Range>& 
              to = static_cast<float>(farthest * (1 + slack));
   for (int y = y0; y <= y1; ++y)
     for (int x = x0; x <= x1; ++x) {
-      Range& range = squares[static_cast<std::size_t>(x + squares_x_ * y)];
+      Range& range = squares[x + squares_x_ * y];
       range.nearest = std::min(range.nearest, from);
       range.farthest = std::max(range.farthest, to);
     }

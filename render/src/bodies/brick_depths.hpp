@@ -34,9 +34,7 @@ public:
   struct Range {
     float nearest, farthest;
   };
-  const Range& at(int x, int y) const {
-    return squares_[static_cast<std::size_t>(x / edge + squares_x_ * (y / edge))];
-  }
+  const Range& at(int x, int y) const { return squares_[x / edge + squares_x_ * (y / edge)]; }
 
 private:
   void add(const Vec3& middle, const Vec3& half, std::vector<Range>& squares) const;

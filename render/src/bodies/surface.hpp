@@ -44,9 +44,7 @@ public:
 
   int tiles_x() const { return tiles_x_; }
   int tiles_y() const { return tiles_y_; }
-  bool is_in_tile(int tile) const {
-    return from_[static_cast<std::size_t>(tile)] < from_[static_cast<std::size_t>(tile) + 1];
-  }
+  bool is_in_tile(int tile) const { return from_[tile] < from_[static_cast<std::size_t>(tile) + 1]; }
   /// The stretches of the pixels of a tile.
   void stretches(int tile, TileStretches& out) const;
 

@@ -119,7 +119,7 @@ SurfaceEvents::SurfaceEvents(const Deformation& deformation, const Surface& surf
   corners_.resize(surface.nodes.size());
   in_chunks(corners_.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
     const auto node = [&](std::size_t i) -> const std::array<float, 4>& {
-      return deformation_.nodes()[static_cast<std::size_t>(surface.nodes[i])];
+      return deformation_.nodes()[surface.nodes[i]];
     };
     for (std::size_t i = begin; i < end; ++i) {
       hwy::Prefetch(&node(std::min(i + nodes_ahead, end - 1)));
@@ -354,8 +354,7 @@ void SurfaceEvents::cast_at(const TileRays& tile, const Triangle& triangle, cons
 void SurfaceEvents::stretches(int tile, TileStretches& out) const {
   Events events;
   const TileRays rays = rays_of(tile);
-  const std::uint32_t first = from_[static_cast<std::size_t>(tile)],
-                      last = from_[static_cast<std::size_t>(tile) + 1];
+  const std::uint32_t first = from_[tile], last = from_[static_cast<std::size_t>(tile) + 1];
   for (std::uint32_t i = first; i < last; ++i) {
     const auto& ahead = surface_.faces[in_tile_[std::min(i + faces_ahead, last - 1)]].corners;
     hwy::Prefetch(&corners_[ahead[0]]);

@@ -154,7 +154,7 @@ private:
       left_ &= left_ - 1;
       from[lane] = other;
       is_taken[lane] = 1;
-      in_tile_[lane] = block.in_tile[static_cast<std::size_t>(other)];
+      in_tile_[lane] = block.in_tile[other];
     });
     const M taken = hn::RebindMask(DF(), hn::Gt(hn::Load(DI(), is_taken), hn::Zero(DI())));
     path_.take(Change(taken, from), started_, in_tile_);
@@ -322,7 +322,7 @@ private:
     hn::Store(end_, df, end);
     hn::Store(half_, df, half);
     for_each_lane(lanes, [&](std::size_t lane) {
-      Run& run = sink_.runs[static_cast<std::size_t>(run_[lane])].second;
+      Run& run = sink_.runs[run_[lane]].second;
       run.begin = begin[lane];
       run.end = end[lane];
       run.half = half[lane];

@@ -23,7 +23,7 @@ void RunSink::take(TileRuns& tile) {
   std::copy_n(tile.first.begin(), tile_pixels, place.begin());
   tile.runs.resize(runs.size());
   for (const auto& [pixel, run] : runs)
-    tile.runs[place[static_cast<std::size_t>(pixel)]++] = run;
+    tile.runs[place[pixel]++] = run;
 }
 
 } // namespace maille::render

@@ -105,7 +105,7 @@ private:
                           hn::Zero(df), df, light);
     const hn::CappedTag<float, 4> part;
     for (std::size_t sample = 0; sample < n; ++sample) {
-      float* const rgba = sink_.runs[static_cast<std::size_t>(run_[sample])].second.rgba.data();
+      float* const rgba = sink_.runs[run_[sample]].second.rgba.data();
       for (std::size_t c = 0; c < 4; c += hn::Lanes(part))
         hn::StoreU(hn::Add(hn::LoadU(part, rgba + c), hn::Load(part, light + 4 * sample + c)), part,
                    rgba + c);

@@ -18,7 +18,7 @@ void pass(std::vector<std::uint8_t>& distance, const Index3& n, int order) {
     const std::int64_t brick = order > 0 ? step : n_bricks - 1 - step;
     const int i = static_cast<int>(brick % n[0]), j = static_cast<int>(brick / n[0] % n[1]),
               k = static_cast<int>(brick / (std::int64_t{n[0]} * n[1]));
-    int least = distance[static_cast<std::size_t>(brick)];
+    int least = distance[brick];
     for (int dk = -1; dk <= 1; ++dk)
       for (int dj = -1; dj <= 1; ++dj)
         for (int di = -1; di <= 1; ++di) {
@@ -29,7 +29,7 @@ void pass(std::vector<std::uint8_t>& distance, const Index3& n, int order) {
           const auto other = static_cast<std::size_t>(x + std::int64_t{n[0]} * (y + std::int64_t{n[1]} * z));
           least = std::min(least, distance[other] + 1);
         }
-    distance[static_cast<std::size_t>(brick)] = static_cast<std::uint8_t>(least);
+    distance[brick] = static_cast<std::uint8_t>(least);
   }
 }
 

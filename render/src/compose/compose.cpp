@@ -99,7 +99,7 @@ private:
   void blend(std::size_t to) {
     Blended blended;
     for (const Piece& piece : pieces_)
-      blended.add(*piece.run, layers_[static_cast<std::size_t>(piece.layer)].object);
+      blended.add(*piece.run, layers_[piece.layer].object);
     keep(blended, to);
   }
   void blend_all(int x0, int y0, int x1, int y1) {

@@ -53,8 +53,7 @@ CoarseCarrier::CoarseCarrier(const Specimen& body, int stride) {
     for (int k = at[2] / stride; k <= (at[2] + 2 * margin) / stride; ++k)
       for (int j = at[1] / stride; j <= (at[1] + 2 * margin) / stride; ++j)
         for (int i = at[0] / stride; i <= (at[0] + 2 * margin) / stride; ++i)
-          lattice->carries[static_cast<std::size_t>(i + std::int64_t{n_cells[0]} *
-                                                            (j + std::int64_t{n_cells[1]} * k))] = 1;
+          lattice->carries[i + std::int64_t{n_cells[0]} * (j + std::int64_t{n_cells[1]} * k)] = 1;
   }
   // Nodes with a node of the body near them go with it, the others with those beside them.
   const auto n = static_cast<std::size_t>(lattice->n_nodes());
@@ -63,19 +62,19 @@ CoarseCarrier::CoarseCarrier(const Specimen& body, int stride) {
   std::vector<std::int64_t> front, next;
   for (std::int64_t node = 0; node < lattice->n_nodes(); ++node) {
     const Index3 at = node_at(*lattice, node);
-    at_rest_[static_cast<std::size_t>(node)] = at_rest(*lattice, at);
+    at_rest_[node] = at_rest(*lattice, at);
     const Index3 fine{stride * at[0] - margin, stride * at[1] - margin, stride * at[2] - margin};
-    node_of_[static_cast<std::size_t>(node)] = node_near(body, fine, stride);
-    if (node_of_[static_cast<std::size_t>(node)] >= 0)
+    node_of_[node] = node_near(body, fine, stride);
+    if (node_of_[node] >= 0)
       front.push_back(node);
   }
   while (!front.empty()) {
     next.clear();
     for (const std::int64_t node : front)
       for_each_neighbour(*lattice, node, [&](std::int64_t to) {
-        std::int64_t& of = node_of_[static_cast<std::size_t>(to)];
+        std::int64_t& of = node_of_[to];
         if (of < 0) {
-          of = node_of_[static_cast<std::size_t>(node)];
+          of = node_of_[node];
           next.push_back(to);
         }
       });

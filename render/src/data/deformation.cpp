@@ -37,12 +37,12 @@ void Deformation::set_positions(std::span<const Vec3> positions) {
 }
 
 void Deformation::set_position(std::int64_t node, const Vec3& position) {
-  nodes_[static_cast<std::size_t>(node)] = in_floats(position);
+  nodes_[node] = in_floats(position);
   ++version_;
 }
 
 Vec3 Deformation::position(std::int64_t node) const {
-  const auto& x = nodes_[static_cast<std::size_t>(node)];
+  const auto& x = nodes_[node];
   return {x[0], x[1], x[2]};
 }
 
@@ -90,16 +90,16 @@ void carry_along(const Specimen& body, const Displacement& displacement, Deforma
                      is_flat ? 0 : at[2] - around[2]};
     if (!grid.has_node(own) || !body.is_node(own))
       continue;
-    u[static_cast<std::size_t>(node)] = displacement.at(grid.node(own));
-    ring[static_cast<std::size_t>(node)] = 0;
+    u[node] = displacement.at(grid.node(own));
+    ring[node] = 0;
     front.push_back(node);
   }
   for (std::int32_t step = 1; !front.empty(); ++step) {
     next.clear();
     for (const std::int64_t node : front)
       for_each_neighbour(lattice, node, [&](std::int64_t to) {
-        if (ring[static_cast<std::size_t>(to)] < 0) {
-          ring[static_cast<std::size_t>(to)] = step;
+        if (ring[to] < 0) {
+          ring[to] = step;
           next.push_back(to);
         }
       });
@@ -107,30 +107,29 @@ void carry_along(const Specimen& body, const Displacement& displacement, Deforma
       Vec3 sum{};
       int count = 0;
       for_each_neighbour(lattice, node, [&](std::int64_t from) {
-        if (ring[static_cast<std::size_t>(from)] == step - 1) {
-          sum = plus(sum, u[static_cast<std::size_t>(from)]);
+        if (ring[from] == step - 1) {
+          sum = plus(sum, u[from]);
           ++count;
         }
       });
-      u[static_cast<std::size_t>(node)] = times(1.0 / count, sum);
+      u[node] = times(1.0 / count, sum);
     }
     outer.insert(outer.end(), next.begin(), next.end());
     std::swap(front, next);
   }
   for (int sweep = 0; sweep < 4; ++sweep) // evens out the seams between what went with different neighbours
     for (const std::int64_t node : outer) {
-      Vec3 sum = u[static_cast<std::size_t>(node)];
+      Vec3 sum = u[node];
       int count = 1;
       for_each_neighbour(lattice, node, [&](std::int64_t from) {
-        sum = plus(sum, u[static_cast<std::size_t>(from)]);
+        sum = plus(sum, u[from]);
         ++count;
       });
-      u[static_cast<std::size_t>(node)] = times(1.0 / count, sum);
+      u[node] = times(1.0 / count, sum);
     }
   std::vector<Vec3> positions(n_nodes);
   for (std::int64_t node = 0; node < lattice.n_nodes(); ++node)
-    positions[static_cast<std::size_t>(node)] =
-        plus(at_rest(lattice, node_at(lattice, node)), u[static_cast<std::size_t>(node)]);
+    positions[node] = plus(at_rest(lattice, node_at(lattice, node)), u[node]);
   deformation.set_positions(positions);
 }
 

@@ -103,7 +103,7 @@ Rgb Paint::colour_at(const Vec3& index) const {
     if (weight != 0)
       sum += weight * numbers_[voxel(corner)];
   }
-  return unpacked(palette_[static_cast<std::size_t>(std::lround(sum))]);
+  return unpacked(palette_[std::lround(sum)]);
 }
 
 std::int64_t Paint::bytes() const {

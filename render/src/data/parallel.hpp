@@ -26,7 +26,7 @@ void for_each_item(int threads, int n_items, Work&& work) {
       for (int item = next++; item < n_items; item = next++)
         work(item, thread);
     } catch (...) {
-      thrown[static_cast<std::size_t>(thread)] = std::current_exception();
+      thrown[thread] = std::current_exception();
       next = n_items;
     }
   };

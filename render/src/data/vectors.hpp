@@ -1,7 +1,7 @@
 #pragma once
 /// Arithmetic of points and directions in double precision. Private to render.
 
-#include "maille/scene/grid.hpp"
+#include "maille/base/grid.hpp"
 
 #include <array>
 #include <cmath>

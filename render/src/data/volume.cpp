@@ -1,7 +1,7 @@
 #include "maille/render/volume.hpp"
 
 #include "data/vectors.hpp"
-#include "maille/scene/memory.hpp"
+#include "maille/base/arena.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -157,7 +157,7 @@ std::shared_ptr<const PreparedObject::Tables> PreparedObject::make_tables(const 
   for (int k = 0; k < n[2]; ++k)
     for (int j = 0; j < n[1]; ++j)
       for (int i = 0; i < n[0]; ++i)
-        if (tables->distances[static_cast<std::size_t>(i + n[0] * (j + n[1] * k))] == 0) {
+        if (tables->distances[i + n[0] * (j + n[1] * k)] == 0) {
           tables->is_empty = false;
           const Vec3 first{1.0 * edge * i, 1.0 * edge * j, 1.0 * edge * k};
           for (std::size_t a = 0; a < 3; ++a) {

@@ -83,16 +83,16 @@ std::int64_t cast_tiles(const PreparedObject& prepared, const View& view, int th
           ty * tile_edge < box.y1 && (ty + 1) * tile_edge > box.y0)
         seen.push_back(tile);
       else
-        tiles[static_cast<std::size_t>(tile)] = {};
+        tiles[tile] = {};
     }
   std::vector<RunSink> sinks(static_cast<std::size_t>(threads));
   std::atomic<std::int64_t> rays{0};
   for_each_item(threads, static_cast<int>(seen.size()), [&](int item, int thread) {
-    RunSink& sink = sinks[static_cast<std::size_t>(thread)];
-    const int tile = seen[static_cast<std::size_t>(item)];
+    RunSink& sink = sinks[thread];
+    const int tile = seen[item];
     sink.clear();
     rays += prepared.cast(tile, sink);
-    sink.take(tiles[static_cast<std::size_t>(tile)]);
+    sink.take(tiles[tile]);
   });
   return rays;
 }

@@ -5,9 +5,9 @@
 #include "maille/scene/scene_builder.hpp"
 
 #include "conditions/prescribe.hpp"
-#include "image/label_cells.hpp"
 #include "maille/scene/measure/measure.hpp"
 #include "read/reader.hpp"
+#include "voxels/label_cells.hpp"
 
 #include <fmt/format.h>
 

@@ -1,8 +1,7 @@
 #include "maille/scene/scene_builder.hpp"
 
-#include "image/image_formats.hpp"
-#include "image/label_cells.hpp"
 #include "read/reader.hpp"
+#include "voxels/label_cells.hpp"
 
 #include <fmt/format.h>
 
@@ -50,24 +49,8 @@ void set_geometry(const Affine& affine, ImageInfo& info, std::vector<Fault>& fau
   if (affine[3] != std::array<double, 4>{0, 0, 0, 1})
     faults.push_back({"", 0, key, "a last row 0 0 0 1",
                       fmt::format("{} {} {} {}", affine[3][0], affine[3][1], affine[3][2], affine[3][3])});
-  image_formats::FileGeometry geometry;
-  geometry.fallback = WorldAxes::unknown; // of no file
-  geometry.units_per_metre = 1;
-  geometry.spacing_keys.fill(key);
-  geometry.origin_key = geometry.direction_key = key;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    geometry.spacing[axis] = std::hypot(affine[0][axis], affine[1][axis], affine[2][axis]);
-    geometry.origin[axis] = affine[axis][3];
-    for (std::size_t row = 0; row < 3; ++row)
-      geometry.direction[row][axis] = affine[row][axis] / geometry.spacing[axis];
-  }
-  image_formats::Faults found("");
-  image_formats::set_geometry(info, geometry, found);
-  try {
-    found.throw_if_any();
-  } catch (const InputError& error) {
-    faults.insert(faults.end(), error.faults().begin(), error.faults().end());
-  }
+  const std::vector<Fault> found = set_affine(info, affine, key);
+  faults.insert(faults.end(), found.begin(), found.end());
 }
 
 } // namespace

@@ -47,7 +47,7 @@ std::vector<std::int64_t> largest_piece(const std::vector<std::int64_t>& cells, 
       const Index3 at = grid.cell_at(piece[next]);
       for (int side = 0; side < 2 * grid.dimension(); ++side) {
         Index3 beside = at;
-        beside[static_cast<std::size_t>(side / 2)] += side % 2 ? 1 : -1;
+        beside[side / 2] += side % 2 ? 1 : -1;
         if (grid.has_cell(beside) && left.erase(grid.cell(beside)))
           piece.push_back(grid.cell(beside));
       }
@@ -62,7 +62,7 @@ Eigen::Vector3d middle_of(const Specimen& body, std::int64_t cell) {
   const Vec3 low = body.position(body.grid.cell_at(cell));
   Eigen::Vector3d middle(low[0], low[1], low[2]);
   for (int a = 0; a < body.grid.dimension(); ++a)
-    middle[a] += body.grid.spacing()[static_cast<std::size_t>(a)] / 2;
+    middle[a] += body.grid.spacing()[a] / 2;
   return middle;
 }
 
@@ -81,7 +81,7 @@ Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal_axes(const std::vector<
   // A cell by itself is spread, too: without that a row of two cells would be infinitely slender.
   spread /= static_cast<double>(cells.size());
   for (int a = 0; a < body.grid.dimension(); ++a)
-    spread(a, a) += std::pow(body.grid.spacing()[static_cast<std::size_t>(a)], 2) / 12;
+    spread(a, a) += std::pow(body.grid.spacing()[a], 2) / 12;
   return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread);
 }
 
@@ -114,7 +114,7 @@ OrFault<Vec3> direction_named(std::string_view name, const Specimen& body) {
   const PatientDirection* direction = patient_direction(name);
   if (!direction) {
     Vec3 along{};
-    along[static_cast<std::size_t>(name[0] - 'x')] = name[1] == '+' ? 1 : -1;
+    along[name[0] - 'x'] = name[1] == '+' ? 1 : -1;
     return along;
   }
   const auto placement = placement_in(body, CoordinateFrame::ras);

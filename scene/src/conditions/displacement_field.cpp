@@ -1,7 +1,6 @@
 #include "maille/scene/warp/displacement_field.hpp"
 
 #include "conditions/number_table.hpp"
-#include "image/image_formats.hpp"
 #include "maille/scene/scene.hpp"
 #include "maille/scene/voxel_map.hpp"
 
@@ -19,7 +18,7 @@
 namespace maille {
 
 bool is_image_file(const std::filesystem::path& file) {
-  return !image_formats::ending_of(file).empty() || std::filesystem::is_directory(file);
+  return has_image_ending(file) || std::filesystem::is_directory(file);
 }
 
 DisplacementImage::DisplacementImage(const std::filesystem::path& file, double metres, const Specimen* body)

@@ -1,7 +1,7 @@
 #include "conditions/places_in_files.hpp"
+#include "maille/base/csv.hpp"
+#include "maille/images/image.hpp"
 #include "maille/materials/json.hpp"
-#include "maille/scene/csv.hpp"
-#include "maille/scene/image.hpp"
 
 #include <fmt/format.h>
 

@@ -79,7 +79,7 @@ private:
 OrFault<Region> region_of_mask(const std::filesystem::path& file, const std::vector<LabelRange>& ranges,
                                bool resample, const Specimen& body) {
   LayeredImage image(file);
-  image.place_on(body);
+  place_on(image, body);
   image.round_to(single_labels(ranges));
   const ImageInfo& info = image.info();
   if (info.components != 1)

@@ -1,8 +1,8 @@
 #include "conditions/number_table.hpp"
 
+#include "maille/base/csv.hpp"
 #include "maille/materials/text_file.hpp"
 #include "maille/materials/toml_reader.hpp"
-#include "maille/scene/csv.hpp"
 
 #include <fmt/format.h>
 

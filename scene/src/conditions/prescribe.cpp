@@ -64,7 +64,7 @@ double area(const Grid& grid, int axis) {
   double area = 1;
   for (int a = 0; a < grid.dimension(); ++a)
     if (a != axis)
-      area *= grid.spacing()[static_cast<std::size_t>(a)];
+      area *= grid.spacing()[a];
   return area;
 }
 
@@ -80,7 +80,7 @@ void add_traction(const Region& region, const Vec3& traction, const Asked& where
   for (const auto& [face, part] : faces) {
     const double of_face = part * area(scene.specimen.grid, face.axis);
     all += of_face;
-    net[static_cast<std::size_t>(face.axis)] += face.upper ? of_face : -of_face;
+    net[face.axis] += face.upper ? of_face : -of_face;
   }
   if (const double one_side = std::hypot(net[0], net[1], net[2]); one_side < least_of_one_side * all)
     scene.left_out.push_back(
@@ -96,7 +96,7 @@ void add_pressure(const Region& region, double pressure, const Asked& where, Sce
                   FaultList& faults) {
   const auto along_normal = [&](const FaceLoad& face) {
     Vec3 traction{};
-    traction[static_cast<std::size_t>(face.axis)] = face.upper ? -pressure : pressure;
+    traction[face.axis] = face.upper ? -pressure : pressure;
     return traction;
   };
   pull_at(faces_in(region, where, scene.specimen, faults), along_normal, where, scene);
@@ -124,7 +124,7 @@ void add_foundation(const Region& region, const Foundation& foundation, const As
     const auto& [face, part] = faces[i];
     const Vec3 normal = normals.at(BorderNormals::middle(scene.specimen.grid, oriented[i]));
     // On a smooth surface a face counts with its area projected along the normal.
-    const double cosine = std::abs(normal[static_cast<std::size_t>(face.axis)]);
+    const double cosine = std::abs(normal[face.axis]);
     FaceSpring spring{face.cell, face.axis, face.upper, foundation.stiffness * part * cosine, {}, condition};
     if (foundation.is_normal) {
       spring.direction = normal;
@@ -147,7 +147,7 @@ void add_contraction(const std::vector<std::int64_t>& cells, double stress, Scen
     return;
   scene.active_stress.resize(static_cast<std::size_t>(scene.specimen.grid.n_cells()), 0);
   for (const std::int64_t cell : cells)
-    scene.active_stress[static_cast<std::size_t>(cell)] += stress;
+    scene.active_stress[cell] += stress;
 }
 
 namespace {
@@ -194,7 +194,7 @@ std::string place(const Scene& scene, std::int64_t node) {
 /// A component that two conditions want to have different values.
 void report_contradiction(const Scene& scene, const Prescribed& first, const Condition& second, int component,
                           std::int64_t count, FaultList& faults) {
-  const char axis = axis_names[static_cast<std::size_t>(component)];
+  const char axis = axis_names[component];
   const double value = second.value(scene.specimen, first.node, static_cast<std::size_t>(component));
   const bool hold_and_move = first.held != second.held;
   faults.add(second.asked.line, second.asked.key,
@@ -212,7 +212,7 @@ double Condition::value(const Specimen& body, std::int64_t node, std::size_t com
   if (drive)
     return drive->displacement(body.position(body.grid.node_at(node)), 1)[component];
   if (!values.empty())
-    return values[static_cast<std::size_t>(std::ranges::lower_bound(nodes, node) - nodes.begin())][component];
+    return values[std::ranges::lower_bound(nodes, node) - nodes.begin()][component];
   return turn ? turn->displacement(body.position(body.grid.node_at(node)))[component] : by[component];
 }
 

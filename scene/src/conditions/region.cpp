@@ -173,7 +173,7 @@ namespace {
 std::int64_t outermost(const Specimen& body, std::int64_t cell, int axis, bool upper) {
   Index3 at = body.grid.cell_at(cell);
   for (std::int64_t last = cell;; last = body.grid.cell(at)) {
-    at[static_cast<std::size_t>(axis)] += upper ? 1 : -1;
+    at[axis] += upper ? 1 : -1;
     if (!body.grid.has_cell(at) || !body.is_matter(body.grid.cell(at)))
       return last;
     if (body.tissue.empty() || body.tissue_of(body.grid.cell(at)) > body.tissue_of(last) ||
@@ -303,7 +303,7 @@ std::vector<std::pair<FaceLoad, double>> Region::weighted_faces(const Specimen& 
       const int axis = side / 2;
       const bool upper = side % 2;
       Index3 beyond = at;
-      beyond[static_cast<std::size_t>(axis)] += upper ? 1 : -1;
+      beyond[axis] += upper ? 1 : -1;
       const bool is_inside = grid.has_cell(beyond) && body.is_matter(grid.cell(beyond));
       if (is_inside && body.tissue.empty())
         continue;

@@ -2,9 +2,9 @@
 /// The nodes, cell faces or cells that a hold, a move, a load or a label selects: the same for images that
 /// are read and for a program's arrays.
 
-#include "image/label_cells.hpp"
 #include "maille/materials/toml_reader.hpp"
 #include "maille/scene/scene.hpp"
+#include "voxels/label_cells.hpp"
 
 #include <optional>
 #include <string>

@@ -174,8 +174,8 @@ OrFault<Image> voxelised(const std::vector<std::vector<Triangle>>& surfaces, con
         depth += is_oriented ? row[c].step : c % 2 == 0 ? 1 : -1;
         for (int i = 0; depth != 0 && row[c].x < row[c + 1].x && i < size[0]; ++i)
           if (const double x = middle(i, 0); x >= row[c].x && x < row[c + 1].x) {
-            image.values[static_cast<std::size_t>(
-                i + std::int64_t{size[0]} * (j + std::int64_t{size[1]} * k))] = static_cast<float>(s + 1);
+            image.values[i + std::int64_t{size[0]} * (j + std::int64_t{size[1]} * k)] =
+                static_cast<float>(s + 1);
             holds_any = true;
           }
       }

@@ -80,8 +80,7 @@ Matrix3d FibreField::dyad(std::size_t cell) const {
 }
 
 bool FibreField::is_known_in(std::int64_t cell, std::int32_t region) const {
-  return body_.is_matter(cell) && is_known_[static_cast<std::size_t>(cell)] &&
-         region_[static_cast<std::size_t>(cell)] == region;
+  return body_.is_matter(cell) && is_known_[cell] && region_[cell] == region;
 }
 
 Matrix3d FibreField::sum_around(std::int64_t cell, std::span<const Index3> offsets) const {
@@ -90,7 +89,7 @@ Matrix3d FibreField::sum_around(std::int64_t cell, std::span<const Index3> offse
   Matrix3d sum = Matrix3d::Zero();
   for (const Index3& step : offsets) {
     const Index3 other{at[0] + step[0], at[1] + step[1], at[2] + step[2]};
-    if (grid.has_cell(other) && is_known_in(grid.cell(other), region_[static_cast<std::size_t>(cell)]))
+    if (grid.has_cell(other) && is_known_in(grid.cell(other), region_[cell]))
       sum += dyad(static_cast<std::size_t>(grid.cell(other)));
   }
   return sum;
@@ -118,13 +117,13 @@ std::int64_t FibreField::fill_layer(std::vector<std::int64_t>& unknown, std::spa
   std::erase_if(unknown, [&](std::int64_t cell) {
     const auto direction = first_eigenvector(sum_around(cell, offsets));
     if (direction) {
-      body_.fibres[static_cast<std::size_t>(cell)] = *direction;
+      body_.fibres[cell] = *direction;
       filled.push_back(cell);
     }
     return direction.has_value();
   });
   for (const std::int64_t cell : filled) // not before: the layer must not see itself
-    is_known_[static_cast<std::size_t>(cell)] = true;
+    is_known_[cell] = true;
   return static_cast<std::int64_t>(filled.size());
 }
 

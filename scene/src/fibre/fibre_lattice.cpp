@@ -2,7 +2,7 @@
 
 #include "geometry/pieces.hpp"
 #include "geometry/turned_lattice.hpp"
-#include "maille/scene/memory.hpp"
+#include "maille/base/arena.hpp"
 
 #include <Eigen/Dense>
 #include <fmt/format.h>
@@ -32,10 +32,10 @@ struct NodeConditions {
 std::vector<NodeConditions> conditions_by_node(const Scene& scene) {
   std::vector<NodeConditions> all(static_cast<std::size_t>(scene.specimen.grid.n_nodes()));
   for (const Prescribed& p : scene.prescribed) {
-    NodeConditions& node = all[static_cast<std::size_t>(p.node)];
+    NodeConditions& node = all[p.node];
     node.mask |= 1U << p.component;
     node.held |= p.held ? 1U << p.component : 0U;
-    node.value[static_cast<std::size_t>(p.component)] = p.value;
+    node.value[p.component] = p.value;
   }
   return all;
 }
@@ -45,7 +45,7 @@ std::vector<int> turns_by_node(const Scene& scene) {
   std::vector<int> turn(static_cast<std::size_t>(scene.specimen.grid.n_nodes()), -1);
   for (std::size_t t = 0; t < scene.turns.size(); ++t)
     for (const std::int64_t node : scene.turns[t].nodes)
-      if (int& entry = turn[static_cast<std::size_t>(node)]; entry < 0)
+      if (int& entry = turn[node]; entry < 0)
         entry = static_cast<int>(t);
   return turn;
 }
@@ -56,9 +56,8 @@ std::vector<std::int64_t> sources(const TurnedLattice& lattice, const Specimen& 
   std::vector<std::int64_t> source(static_cast<std::size_t>(body.grid.n_nodes()), -1);
   for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node)
     if (body.is_node(body.grid.node_at(node)))
-      if (const std::int64_t from = lattice.nearest_node(body, node);
-          conditions[static_cast<std::size_t>(from)].mask != 0)
-        source[static_cast<std::size_t>(node)] = from;
+      if (const std::int64_t from = lattice.nearest_node(body, node); conditions[from].mask != 0)
+        source[node] = from;
   return source;
 }
 
@@ -79,17 +78,16 @@ void prescribe(const TurnedLattice& lattice, const Scene& scene, const std::vect
     const auto number = static_cast<std::int64_t>(node);
     if (source[node] < 0 || !turned.specimen.is_node(turned.specimen.grid.node_at(number)))
       continue;
-    const NodeConditions& from = conditions[static_cast<std::size_t>(source[node])];
+    const NodeConditions& from = conditions[source[node]];
     Vec3 value = lattice.to_turned(from.value);
-    if (const int t = turn_of[static_cast<std::size_t>(source[node])]; t >= 0) {
-      Turn& turn = turned.turns[static_cast<std::size_t>(t)];
+    if (const int t = turn_of[source[node]]; t >= 0) {
+      Turn& turn = turned.turns[t];
       turn.nodes.push_back(number);
       value = turn.displacement(turned.specimen.position(turned.specimen.grid.node_at(number)));
     }
     for (int j = 0; j < scene.dimension(); ++j)
       if (lattice.share(from.mask, j) > 0.5)
-        turned.prescribed.push_back(
-            {number, j, value[static_cast<std::size_t>(j)], lattice.share(from.held, j) > 1 - rounding});
+        turned.prescribed.push_back({number, j, value[j], lattice.share(from.held, j) > 1 - rounding});
   }
   std::ranges::sort(turned.prescribed, {}, [](const Prescribed& p) {
     return std::pair{p.component, p.node};
@@ -101,7 +99,7 @@ std::vector<double> active_stress_on(const TurnedLattice& lattice, const Specime
   std::vector<double> stress(scene.contracts() ? static_cast<std::size_t>(body.grid.n_cells()) : 0, 0);
   for (std::size_t cell = 0; cell < stress.size(); ++cell)
     if (const std::int64_t from = lattice.cell_at_middle_of(body, static_cast<std::int64_t>(cell)); from >= 0)
-      stress[cell] = scene.active_stress[static_cast<std::size_t>(from)];
+      stress[cell] = scene.active_stress[from];
   return stress;
 }
 
@@ -119,10 +117,10 @@ bool keeps_axes_apart(const TurnedLattice& lattice, const NodeConditions& node, 
 std::vector<std::int64_t> cluster_of(const Grid& grid, const std::vector<NodeConditions>& conditions,
                                      std::int64_t start, std::vector<bool>& is_seen) {
   std::vector<std::int64_t> cluster{start};
-  is_seen[static_cast<std::size_t>(start)] = true;
+  is_seen[start] = true;
   for (std::size_t next = 0; next < cluster.size(); ++next) {
     const Index3 at = grid.node_at(cluster[next]);
-    const NodeConditions& here = conditions[static_cast<std::size_t>(cluster[next])];
+    const NodeConditions& here = conditions[cluster[next]];
     for (int way = 0; way < 27; ++way) {
       const Index3 beside{at[0] + way % 3 - 1, at[1] + way / 3 % 3 - 1, at[2] + way / 9 - 1};
       if (!grid.has_node(beside))
@@ -144,12 +142,12 @@ bool is_every_patch_met(const Grid& grid, const std::vector<NodeConditions>& con
   std::vector<bool> is_met(conditions.size(), false), is_seen(conditions.size(), false);
   for (const std::int64_t from : source)
     if (from >= 0)
-      is_met[static_cast<std::size_t>(from)] = true;
+      is_met[from] = true;
   for (std::size_t node = 0; node < conditions.size(); ++node) {
     if (conditions[node].mask == 0 || is_seen[node])
       continue;
     const auto cluster = cluster_of(grid, conditions, static_cast<std::int64_t>(node), is_seen);
-    if (std::ranges::none_of(cluster, [&](std::int64_t n) { return is_met[static_cast<std::size_t>(n)]; }))
+    if (std::ranges::none_of(cluster, [&](std::int64_t n) { return is_met[n]; }))
       return false;
   }
   return true;
@@ -162,7 +160,7 @@ std::vector<std::int64_t> anchors_of(const std::vector<NodeConditions>& conditio
   const bool any_held = std::ranges::any_of(conditions, [](const NodeConditions& n) { return n.held != 0; });
   std::vector<std::int64_t> anchors;
   for (std::size_t node = 0; node < source.size(); ++node)
-    if (source[node] >= 0 && (!any_held || conditions[static_cast<std::size_t>(source[node])].held != 0))
+    if (source[node] >= 0 && (!any_held || conditions[source[node]].held != 0))
       anchors.push_back(static_cast<std::int64_t>(node));
   return anchors;
 }

@@ -19,9 +19,9 @@ BorderNormals::BorderNormals(const Grid& grid, const std::vector<OrientedFace>& 
   double volume = 1;
   for (int a = 0; a < 3; ++a)
     if (a >= d)
-      spacing_[static_cast<std::size_t>(a)] = 1;
+      spacing_[a] = 1;
     else
-      volume *= spacing_[static_cast<std::size_t>(a)];
+      volume *= spacing_[a];
   radius_ = reach * *std::max_element(spacing_.begin(), spacing_.begin() + d);
   for (const OrientedFace& face : faces) {
     Patch patch{middle(grid, face), {}};

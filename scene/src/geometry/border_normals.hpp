@@ -1,7 +1,7 @@
 #pragma once
 /// The smooth surface that steps of voxels stand for: its normals.
 
-#include "maille/scene/grid.hpp"
+#include "maille/base/grid.hpp"
 
 #include <cstdint>
 #include <map>

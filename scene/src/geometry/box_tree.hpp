@@ -2,7 +2,7 @@
 /// A tree of boxes: which of many items are near a point, in some log(items) steps. Boxes are halved at the
 /// median of their middles along their longest axis, down to four items.
 
-#include "maille/scene/grid.hpp"
+#include "maille/base/grid.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -49,9 +49,9 @@ void BodyPieces::find_runs(const Specimen& body) {
 /// Runs of one piece get one number: that of the first of them.
 void BodyPieces::join() {
   const auto root = [&](std::int32_t run) {
-    while (runs_[static_cast<std::size_t>(run)].piece != run) {
-      std::int32_t& piece = runs_[static_cast<std::size_t>(run)].piece;
-      piece = runs_[static_cast<std::size_t>(piece)].piece;
+    while (runs_[run].piece != run) {
+      std::int32_t& piece = runs_[run].piece;
+      piece = runs_[piece].piece;
       run = piece;
     }
     return run;
@@ -62,7 +62,7 @@ void BodyPieces::join() {
         return;
       const std::int32_t p = root(static_cast<std::int32_t>(&a - runs_.data())),
                          q = root(static_cast<std::int32_t>(&b - runs_.data()));
-      runs_[static_cast<std::size_t>(std::max(p, q))].piece = std::min(p, q);
+      runs_[std::max(p, q)].piece = std::min(p, q);
     });
   };
   const int per_layer = grid_.cells()[1];
@@ -73,22 +73,21 @@ void BodyPieces::join() {
       join_rows(row - per_layer, row);
   }
   for (Run& run : runs_) // a number is that of an earlier run
-    run.piece = runs_[static_cast<std::size_t>(run.piece)].piece;
+    run.piece = runs_[run.piece].piece;
 }
 
 void BodyPieces::number() {
   const int per_layer = grid_.cells()[1];
   for (std::int64_t row = 0; row < n_rows(); ++row) {
     const int y = static_cast<int>(row % per_layer), z = static_cast<int>(row / per_layer);
-    for (std::size_t i = first_[static_cast<std::size_t>(row)]; i < first_[static_cast<std::size_t>(row) + 1];
-         ++i) {
+    for (std::size_t i = first_[row]; i < first_[static_cast<std::size_t>(row) + 1]; ++i) {
       Run& run = runs_[i];
       if (run.piece == static_cast<std::int32_t>(i)) {
         run.piece = static_cast<std::int32_t>(pieces_.size());
         pieces_.push_back({0, grid_.cell({run.begin, y, z}), {run.begin, y, z}, {run.end, y, z}});
       } else
-        run.piece = runs_[static_cast<std::size_t>(run.piece)].piece;
-      Piece& piece = pieces_[static_cast<std::size_t>(run.piece)];
+        run.piece = runs_[run.piece].piece;
+      Piece& piece = pieces_[run.piece];
       piece.cells += run.end - run.begin;
       const Index3 lower{run.begin, y, z}, upper{run.end, y + 1, z + 1};
       for (std::size_t a = 0; a < 3; ++a) {
@@ -166,7 +165,7 @@ std::int64_t leave_out_loose_pieces(Scene& scene, const std::vector<std::int64_t
   std::vector<bool> is_kept(found.pieces().size(), false);
   for (const std::int64_t node : anchors)
     for (const std::int32_t piece : found.at_node(body.grid.node_at(node)))
-      is_kept[static_cast<std::size_t>(piece)] = true;
+      is_kept[piece] = true;
   std::int64_t remaining = 0;
   for (std::size_t i = 0; i < is_kept.size(); ++i)
     if (const BodyPieces::Piece& piece = found.pieces()[i]; is_kept[i])
@@ -177,7 +176,7 @@ std::int64_t leave_out_loose_pieces(Scene& scene, const std::vector<std::int64_t
   for (std::int64_t row = 0; row < found.n_rows() && !scene.left_out.empty(); ++row)
     for (const BodyPieces::Run& run : found.runs_of_row(row)) {
       const std::int64_t first = row * body.grid.cells()[0] + run.begin;
-      if (is_kept[static_cast<std::size_t>(run.piece)])
+      if (is_kept[run.piece])
         continue;
       std::fill_n(body.material_id.begin() + first, run.end - run.begin, no_material);
       if (!body.label.empty())

@@ -59,11 +59,11 @@ Specimen TurnedLattice::turned_body() const {
       continue;
     body.material_id[cell] = old.material(from);
     if (!body.label.empty())
-      body.label[cell] = old.label[static_cast<std::size_t>(from)];
+      body.label[cell] = old.label[from];
     if (!body.tissue.empty())
-      body.tissue[cell] = old.tissue[static_cast<std::size_t>(from)];
+      body.tissue[cell] = old.tissue[from];
     if (!body.stiffness_ratio.empty())
-      body.stiffness_ratio[cell] = old.stiffness_ratio[static_cast<std::size_t>(from)];
+      body.stiffness_ratio[cell] = old.stiffness_ratio[from];
     if (!body.fibres.empty()) {
       const Vec3 f = turned_fibre(old.fibre_of(from));
       body.fibres[cell] = {static_cast<float>(f[0]), static_cast<float>(f[1]), static_cast<float>(f[2])};
@@ -71,10 +71,10 @@ Specimen TurnedLattice::turned_body() const {
   }
   Eigen::Matrix3d direction;
   for (Eigen::Index r = 0; r < 3; ++r)
-    direction.row(r) = vector(old.placement.direction[static_cast<std::size_t>(r)]);
+    direction.row(r) = vector(old.placement.direction[r]);
   direction = (direction * axes_).eval();
   for (Eigen::Index r = 0; r < 3; ++r)
-    body.placement.direction[static_cast<std::size_t>(r)] = array(direction.row(r));
+    body.placement.direction[r] = array(direction.row(r));
   return body;
 }
 
@@ -107,7 +107,7 @@ Grid TurnedLattice::grid(Vec3& origin) const {
   const Grid& grid = scene_.specimen.grid;
   Eigen::Vector3d half = Eigen::Vector3d::Zero(), middle = vector(scene_.specimen.origin);
   for (int a = 0; a < grid.dimension(); ++a) {
-    half[a] = 0.5 * grid.cells()[static_cast<std::size_t>(a)] * grid.spacing()[static_cast<std::size_t>(a)];
+    half[a] = 0.5 * grid.cells()[a] * grid.spacing()[a];
     middle[a] += half[a];
   }
   const Eigen::Vector3d reach = axes_.transpose().cwiseAbs() * half;
@@ -126,7 +126,7 @@ std::int64_t TurnedLattice::cell_at_middle_of(const Specimen& body, std::int64_t
   Eigen::Vector3d middle = vector(body.position(body.grid.cell_at(cell)));
   const Grid& grid = scene_.specimen.grid;
   for (int a = 0; a < grid.dimension(); ++a)
-    middle[a] += 0.5 * body.grid.spacing()[static_cast<std::size_t>(a)];
+    middle[a] += 0.5 * body.grid.spacing()[a];
   const Eigen::Vector3d x = axes_ * middle;
   Index3 at{0, 0, 0};
   for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a) {

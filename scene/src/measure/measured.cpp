@@ -36,7 +36,7 @@ Vec3 displacement_at(const Specimen& body, const Displacement& u, const Material
       weight *= corner >> a & 1 ? upper : 1 - upper;
     }
     for (int b = 0; b < grid.dimension() && weight != 0; ++b)
-      value[static_cast<std::size_t>(b)] += weight * u(b, grid.corner(cell, corner));
+      value[b] += weight * u(b, grid.corner(cell, corner));
   }
   return value;
 }
@@ -131,8 +131,7 @@ private:
       result.scale += std::abs(answer_.reaction[i]);
       if (measure.condition ? p.condition == *measure.condition
                             : std::ranges::binary_search(measure.nodes, p.node))
-        force[static_cast<std::size_t>(p.component)] +=
-            answer_.reaction[i] * (measure.cells.empty() ? 1 : share_of(measure.cells, p));
+        force[p.component] += answer_.reaction[i] * (measure.cells.empty() ? 1 : share_of(measure.cells, p));
     }
     if (measure.section)
       force = force_across(scene_, *measure.section, answer_);
@@ -302,7 +301,7 @@ private:
     }
     result.value = 0;
     for (const std::int64_t cell : measure.cells)
-      *result.value += energy_[static_cast<std::size_t>(cell)];
+      *result.value += energy_[cell];
     result.scale = std::accumulate(energy_.begin(), energy_.end(), 0.0);
   }
 

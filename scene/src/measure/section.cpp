@@ -107,13 +107,12 @@ Vec3 force_across(const Scene& scene, const SectionPlane& plane, const Answer& a
   Vec3 force{};
   for (std::size_t i = 0; i < answer.reaction.size(); ++i)
     if (beyond.distance(scene.prescribed[i].node) > 0)
-      force[static_cast<std::size_t>(scene.prescribed[i].component)] += answer.reaction[i];
+      force[scene.prescribed[i].component] += answer.reaction[i];
   double volume = 1;
   for (std::size_t a = 0; a < static_cast<std::size_t>(scene.dimension()); ++a)
     volume *= body.grid.spacing()[a];
   for (const FaceLoad& load : scene.tractions)
-    add(force, load.traction,
-        beyond.share(load) * volume / body.grid.spacing()[static_cast<std::size_t>(load.axis)]);
+    add(force, load.traction, beyond.share(load) * volume / body.grid.spacing()[load.axis]);
   if (scene.gravity != Vec3{0, 0, 0})
     for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
       if (body.is_matter(cell))

@@ -1,7 +1,6 @@
 // Balance of the forces on a body, and where forces mean nothing.
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"
-#include "maille/scene/mechanics/recovery.hpp"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -32,7 +31,7 @@ struct Sum {
 double diagonal_of(const Grid& grid) {
   Eigen::Vector3d size = Eigen::Vector3d::Zero();
   for (int a = 0; a < grid.dimension(); ++a)
-    size[a] = grid.cells()[static_cast<std::size_t>(a)] * grid.spacing()[static_cast<std::size_t>(a)];
+    size[a] = grid.cells()[a] * grid.spacing()[a];
   return size.norm();
 }
 

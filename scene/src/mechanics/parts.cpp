@@ -114,7 +114,7 @@ std::optional<Spread> spread_of(const std::vector<double>& figure, const Places&
   values.reserve(places.size());
   double sum = 0;
   for (const std::int32_t place : places) {
-    values.push_back(figure[static_cast<std::size_t>(place)]);
+    values.push_back(figure[place]);
     sum += values.back();
   }
   if (!std::isfinite(sum)) {
@@ -140,7 +140,7 @@ std::optional<Spread> spread_of(const std::vector<double>& figure, const Places&
 double sum_over(const std::vector<double>& figure, const Places& places) {
   double sum = 0;
   for (const std::int32_t place : places)
-    sum += figure[static_cast<std::size_t>(place)];
+    sum += figure[place];
   return sum;
 }
 
@@ -194,7 +194,7 @@ Mechanics mechanics_of(const Scene& scene, const Answer& answer, std::vector<dou
     all.add(body, cell, place);
     of_material[body.material(cell)].add(body, cell, place);
     if (!body.label.empty())
-      of_label[body.label[static_cast<std::size_t>(cell)]].add(body, cell, place);
+      of_label[body.label[cell]].add(body, cell, place);
   }
   mechanics.body = part_of(figures, body, all.places, all.tissue);
   const auto part = [&](const CellsOfPart& of) {

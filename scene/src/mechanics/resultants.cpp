@@ -70,7 +70,7 @@ public:
     Vec3 x = scene_.specimen.position(scene_.specimen.grid.node_at(node));
     if (is_deformed_)
       for (int b = 0; b < scene_.dimension(); ++b)
-        x[static_cast<std::size_t>(b)] += answer_.displacement(b, node);
+        x[b] += answer_.displacement(b, node);
     else if (frame_.is_turned)
       x = sum(x, frame_.in_world(x, {}));
     return sum(scene_.specimen.placement.origin, in_world(x));
@@ -96,8 +96,8 @@ private:
 void name(const Scene& scene, std::int32_t condition, const char* otherwise, Resultant& resultant) {
   resultant.name = otherwise;
   if (condition >= 0 && static_cast<std::size_t>(condition) < scene.conditions.size()) {
-    resultant.name = scene.conditions[static_cast<std::size_t>(condition)].name;
-    resultant.where = scene.conditions[static_cast<std::size_t>(condition)].where;
+    resultant.name = scene.conditions[condition].name;
+    resultant.where = scene.conditions[condition].where;
   }
 }
 
@@ -114,7 +114,7 @@ std::vector<Resultant> of_prescribed(const Scene& scene, const Answer& answer, c
     if (p.held != held)
       continue;
     Vec3 force{};
-    force[static_cast<std::size_t>(p.component)] = answer.reaction[i];
+    force[p.component] = answer.reaction[i];
     Region& region = regions[p.condition];
     region.forces.add(places(p.node), places.in_world(force));
     region.nodes.push_back(p.node);

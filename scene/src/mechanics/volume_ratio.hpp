@@ -21,10 +21,10 @@ public:
     const int d = grid.dimension(), n = grid.corners_per_cell();
     const double near = (1 + 1 / std::sqrt(3.0)) / 2; // weight of the nearer end of an edge
     for (int point = 0; point < n; ++point) {
-      auto& gradient = of_shape_[static_cast<std::size_t>(point)];
+      auto& gradient = of_shape_[point];
       for (int corner = 0; corner < n; ++corner)
         for (int a = 0; a < d; ++a) {
-          double slope = (corner >> a & 1 ? 1 : -1) / grid.spacing()[static_cast<std::size_t>(a)];
+          double slope = (corner >> a & 1 ? 1 : -1) / grid.spacing()[a];
           for (int b = 0; b < d; ++b)
             slope *= b == a ? 1 : (corner ^ point) >> b & 1 ? 1 - near : near;
           gradient(corner, a) = slope;
@@ -47,8 +47,7 @@ public:
     }
     double sum = 0;
     for (int point = 0; point < n; ++point)
-      sum += (Eigen::Matrix3d::Identity() + of_corners * of_shape_[static_cast<std::size_t>(point)])
-                 .determinant();
+      sum += (Eigen::Matrix3d::Identity() + of_corners * of_shape_[point]).determinant();
     return sum / n;
   }
 

@@ -1,10 +1,9 @@
 #include "conditions/region.hpp"
-#include "image/label_cells.hpp"
-#include "image/partial_volume.hpp"
-#include "maille/scene/image.hpp"
-#include "maille/scene/named_segments.hpp"
+#include "maille/images/image.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "read/reader.hpp"
+#include "voxels/label_cells.hpp"
+#include "voxels/partial_volume.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

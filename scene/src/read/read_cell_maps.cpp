@@ -1,9 +1,9 @@
 // What a body's cells have from images beside their labels: which part of them is tissue, and how stiff it
 // is.
-#include "image/partial_volume.hpp"
 #include "maille/materials/density_law.hpp"
 #include "maille/scene/voxel_map.hpp"
 #include "read/reader.hpp"
+#include "voxels/partial_volume.hpp"
 
 #include <fmt/format.h>
 
@@ -75,7 +75,7 @@ void fill_partial_volume(const PartialVolume& asked, const LayeredImage& image,
       if (!file)
         return;
       from = LayeredImage(*file);
-      from.place_on(body);
+      place_on(from, body);
       if (from.info().components != 1 || !have_same_voxels(from.info(), image.info())) {
         table.faults().add(asked.line, path,
                            "an image of one value a voxel on the voxels of the body's image", asked.image);
@@ -292,7 +292,7 @@ void read_stiffness_map(TableReader& specimen, const std::vector<Material>& mate
     return;
   try {
     LayeredImage image(*file);
-    image.place_on(*body);
+    place_on(image, *body);
     const ImageInfo& info = image.info();
     const auto blocks = voxel_blocks(info, *body);
     if (info.components != 1 || !blocks)

@@ -1,6 +1,6 @@
 #include "conditions/prescribe.hpp"
-#include "image/label_cells.hpp"
 #include "read/reader.hpp"
+#include "voxels/label_cells.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,8 +1,8 @@
 // Borders between labels that slide.
-#include "image/label_cells.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "maille/scene/sliding.hpp"
 #include "read/reader.hpp"
+#include "voxels/label_cells.hpp"
 
 #include <algorithm>
 #include <cstdint>

@@ -1,4 +1,4 @@
-#include "maille/scene/memory.hpp"
+#include "maille/base/arena.hpp"
 #include "read/read_look.hpp"
 #include "read/reader.hpp"
 

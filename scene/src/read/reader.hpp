@@ -9,8 +9,8 @@
 #include "conditions/prescribe.hpp"
 #include "conditions/region.hpp"
 #include "geometry/pieces.hpp"
+#include "maille/images/image.hpp"
 #include "maille/materials/toml_reader.hpp"
-#include "maille/scene/image.hpp"
 #include "maille/scene/measure/measure.hpp"
 #include "maille/scene/scene.hpp"
 

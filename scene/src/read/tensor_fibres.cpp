@@ -1,8 +1,8 @@
-#include "image/label_cells.hpp"
+#include "maille/images/image.hpp"
 #include "maille/scene/fibre/fibre_field.hpp"
-#include "maille/scene/image.hpp"
 #include "maille/scene/voxel_map.hpp"
 #include "read/reader.hpp"
+#include "voxels/label_cells.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <fmt/format.h>

@@ -1,7 +1,7 @@
 #pragma once
 /// Fields that are known at some voxels, continued to all others. Private to scene.
 
-#include "maille/scene/grid.hpp"
+#include "maille/base/grid.hpp"
 
 #include <cstdint>
 #include <vector>

@@ -106,7 +106,7 @@ Vector3d displacement_at(const DeformedBody& body, std::int64_t cell, const Vect
   for (int corner = 0; corner < 8; ++corner) {
     double weight = 1;
     for (int a = 0; a < 3; ++a) {
-      const double in_cell = place[a] - at[static_cast<std::size_t>(a)];
+      const double in_cell = place[a] - at[a];
       weight *= corner >> a & 1 ? in_cell : 1 - in_cell;
     }
     u += weight * eigen(body.displacement->at(grid.corner(at, corner)));
@@ -166,7 +166,7 @@ Image volume_ratio(const ImageInfo& grid, std::span<const DeformedBody> bodies) 
   for_each_voxel(grid, [&](std::size_t voxel, const Vector3d& at) {
     for (std::size_t b = 0; b < bodies.size(); ++b)
       if (const std::int64_t cell = rest[b].cell_at(at); cell >= 0) {
-        float& ratio = of_cells[b][static_cast<std::size_t>(cell)];
+        float& ratio = of_cells[b][cell];
         if (ratio == 0)
           ratio = static_cast<float>(ratios[b](
               [&](std::int64_t node, std::int64_t) { return bodies[b].displacement->at(node); }, cell));

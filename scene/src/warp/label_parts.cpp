@@ -23,7 +23,7 @@ constexpr float mixed = std::numeric_limits<float>::infinity();
 std::array<Vector3d, points_per_voxel> points_in_voxel() {
   std::array<Vector3d, points_per_voxel> points;
   for (int n = 0; n < points_per_voxel; ++n)
-    points[static_cast<std::size_t>(n)] = Vector3d(n, 11 * n % points_per_voxel, 17 * n % points_per_voxel);
+    points[n] = Vector3d(n, 11 * n % points_per_voxel, 17 * n % points_per_voxel);
   for (Vector3d& point : points)
     point = (point.array() + 0.5) / points_per_voxel - 0.5;
   return points;
@@ -96,8 +96,8 @@ private:
     for (int k = first[2]; k <= last[2]; ++k)
       for (int j = first[1]; j <= last[1]; ++j)
         for (int i = first[0]; i <= last[0]; ++i) {
-          const float found = labels_.values[static_cast<std::size_t>(
-              i + std::int64_t{grid_.size[0]} * (j + std::int64_t{grid_.size[1]} * k))];
+          const float found =
+              labels_.values[i + std::int64_t{grid_.size[0]} * (j + std::int64_t{grid_.size[1]} * k)];
           if (label != untouched && found != label)
             return mixed;
           label = found;
@@ -122,7 +122,7 @@ private:
     VoxelBox(corners, grid_.size, 0.5).for_each(grid_.size, [&](std::size_t voxel, const Index3& at) {
       if (number_[voxel] < 0)
         return;
-      std::uint64_t& taken = taken_[static_cast<std::size_t>(number_[voxel])];
+      std::uint64_t& taken = taken_[number_[voxel]];
       const Vector3d middle(at[0], at[1], at[2]);
       for (std::size_t n = 0; n < points_per_voxel; ++n) {
         if (taken >> n & 1U)
@@ -132,7 +132,7 @@ private:
           continue;
         taken |= std::uint64_t{1} << n;
         if (const std::int64_t source = voxel_at(grid_.size, rest.place(cell, *s)); source >= 0)
-          add(labels_.values[static_cast<std::size_t>(source)], 1);
+          add(labels_.values[source], 1);
       }
     });
   }

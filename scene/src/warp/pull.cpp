@@ -84,8 +84,7 @@ private:
             (static_cast<std::size_t>(j) + static_cast<std::size_t>(size_[1]) * static_cast<std::size_t>(k));
         const int below = static_cast<int>(low), last = static_cast<int>(high); // neither is negative
         for (int i = below < low ? below + 1 : below; i <= last; ++i) {
-          at_[static_cast<std::size_t>(places_.n)] = {row + static_cast<std::size_t>(i),
-                                                      {1.0 * i, 1.0 * j, 1.0 * k}};
+          at_[places_.n] = {row + static_cast<std::size_t>(i), {1.0 * i, 1.0 * j, 1.0 * k}};
           places_.add(i - middle[0], rows_.y[r], rows_.z[r], places_.n);
           if (places_.n == Places::most)
             carry_back();
@@ -95,7 +94,7 @@ private:
     };
     for (int k = box.first[2]; k <= box.last[2]; ++k)
       for (int j = box.first[1]; j <= box.last[1]; ++j) {
-        row_at_[static_cast<std::size_t>(rows_.n)] = {j, k};
+        row_at_[rows_.n] = {j, k};
         rows_.add(j - middle[1], k - middle[2]);
         if (rows_.n == PlaceRows::most)
           take_rows();

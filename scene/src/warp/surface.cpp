@@ -35,8 +35,7 @@ public:
 
 private:
   std::int32_t part_of(std::int64_t cell) const {
-    return specimen_.label.empty() ? specimen_.material(cell)
-                                   : specimen_.label[static_cast<std::size_t>(cell)];
+    return specimen_.label.empty() ? specimen_.material(cell) : specimen_.label[cell];
   }
   bool is_of(std::int32_t part, const Index3& at) const {
     return specimen_.grid.has_cell(at) && specimen_.is_matter(specimen_.grid.cell(at)) &&
@@ -70,12 +69,12 @@ private:
       }
     }
     for (const std::int64_t node : used)
-      of_node_[static_cast<std::size_t>(node)] = -1;
+      of_node_[node] = -1;
     return made;
   }
 
   std::int32_t point(std::int64_t node, BodySurface& surface, std::vector<std::int64_t>& used) {
-    std::int32_t& number = of_node_[static_cast<std::size_t>(node)];
+    std::int32_t& number = of_node_[node];
     if (number < 0) {
       number = static_cast<std::int32_t>(surface.points.size());
       used.push_back(node);

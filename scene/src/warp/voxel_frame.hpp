@@ -1,7 +1,7 @@
 #pragma once
 /// Places of a body in the indices of an image's voxels, and back. Private to scene.
 
-#include "maille/scene/image.hpp"
+#include "maille/images/image.hpp"
 #include "maille/scene/scene.hpp"
 
 #include <Eigen/Core>
@@ -83,7 +83,7 @@ public:
     for (int i = first; i < last; ++i)
       if (body_.is_matter(body_.grid.cell(
               {static_cast<int>(along(0, i)), static_cast<int>(along(1, i)), static_cast<int>(along(2, i))})))
-        row[static_cast<std::size_t>(i)] = 1;
+        row[i] = 1;
   }
 
 private:

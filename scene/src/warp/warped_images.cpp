@@ -137,7 +137,7 @@ void count_folded(const ImageInfo& grid, const DeformedBody& body, const Image& 
     if (!CellMap(corners).is_folded(rest.orientation()))
       return;
     if (const std::int64_t voxel = voxel_at(grid.size, rest.middle(at)); voxel >= 0)
-      ++sums.of(labels.values[static_cast<std::size_t>(voxel)]).folded;
+      ++sums.of(labels.values[voxel]).folded;
   });
 }
 

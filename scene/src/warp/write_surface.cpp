@@ -3,7 +3,7 @@
 // Source: StereoLithography Interface Specification (3D Systems, 1989); "The PLY Polygon File Format"
 // (Turk, 1994); VTK File Formats (Kitware). `SPACE=LPS` in comments is what 3D Slicer writes and reads.
 
-#include "image/written_file.hpp"
+#include "maille/images/written_file.hpp"
 #include "maille/scene/warp/surface.hpp"
 
 #include <fmt/format.h>
@@ -32,7 +32,7 @@ public:
       has_world_ = has_world_ && surface.world != WorldAxes::unknown;
   }
   std::array<float, 3> of(const BodySurface& surface, std::int32_t point) const {
-    const Vec3& x = surface.points[static_cast<std::size_t>(point)];
+    const Vec3& x = surface.points[point];
     const double turned = has_world_ && surface.world == WorldAxes::ras ? -scale_ : scale_;
     return {static_cast<float>(turned * x[0]), static_cast<float>(turned * x[1]),
             static_cast<float>(scale_ * x[2])};
@@ -54,8 +54,7 @@ private:
 std::array<std::array<std::int32_t, 3>, 2> triangles_of(const BodySurface& surface,
                                                         const std::array<std::int32_t, 4>& q) {
   const auto distance = [&](std::int32_t a, std::int32_t b) {
-    const Vec3 &x = surface.points[static_cast<std::size_t>(a)],
-               &y = surface.points[static_cast<std::size_t>(b)];
+    const Vec3 &x = surface.points[a], &y = surface.points[b];
     return std::hypot(x[0] - y[0], x[1] - y[1], x[2] - y[2]);
   };
   if (distance(q[0], q[2]) <= distance(q[1], q[3]))

@@ -25,7 +25,7 @@ std::vector<std::uint8_t> cells_inside(const Grid& box, IsInside&& is_inside) {
     const double x = (at[0] + 0.5 - 0.5 * box.cells()[0]) * h[0],
                  y = (at[1] + 0.5 - 0.5 * box.cells()[1]) * h[1];
     if (is_inside(x, y, (at[2] + 0.5) * h[2]))
-      cells[static_cast<std::size_t>(cell)] = 0;
+      cells[cell] = 0;
   }
   return cells;
 }
@@ -165,7 +165,7 @@ std::vector<std::uint8_t> puzzle_piece_cells(const Grid& picture, const PuzzleCu
     const Index3 at = picture.cell_at(cell);
     const double x = at[0] + 0.5, y = at[1] + 0.5;
     if ((cut.is_undercut ? undercut_piece_at : piece_at)(x, y, width, height, cut.pieces) == cut.piece)
-      cells[static_cast<std::size_t>(cell)] = shade_at(x / n[0], y / n[0]);
+      cells[cell] = shade_at(x / n[0], y / n[0]);
   }
   return cells;
 }

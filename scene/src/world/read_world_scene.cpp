@@ -1,7 +1,7 @@
 #include "maille/scene/world/world_scene.hpp"
 
+#include "maille/base/arena.hpp"
 #include "maille/materials/text_file.hpp"
-#include "maille/scene/memory.hpp"
 #include "maille/scene/world/trajectory.hpp"
 #include "read/read_look.hpp"
 #include "read/reader.hpp"

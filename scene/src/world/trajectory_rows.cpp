@@ -1,7 +1,7 @@
 #include "world/trajectory_rows.hpp"
 
+#include "maille/base/csv.hpp"
 #include "maille/materials/text_file.hpp"
-#include "maille/scene/csv.hpp"
 #include "read/reader.hpp"
 #include "world/world_settings.hpp"
 
@@ -248,8 +248,7 @@ void read_movement(Row& row, int dimension, bool is_rigid, DriveSpan& span) {
   }
   read_turn(row, dimension, span);
   for (int a = dimension; a < 3; ++a)
-    if (span.by[static_cast<std::size_t>(a)] != 0 ||
-        (span.to && (*span.to)[static_cast<std::size_t>(a)] != 0))
+    if (span.by[a] != 0 || (span.to && (*span.to)[a] != 0))
       row.fault(std::string(1, "xyz"[a]), fmt::format("0: the world has {} dimensions", dimension),
                 "another");
   const std::string_view slide = row.text("slide");

@@ -1,8 +1,8 @@
 #include "world/world_settings.hpp"
 
+#include "maille/base/csv.hpp"
 #include "maille/materials/quantity.hpp"
 #include "maille/materials/toml_reader.hpp"
-#include "maille/scene/csv.hpp"
 
 #include <fmt/format.h>
 

@@ -1,8 +1,8 @@
 #include "bench/subjects.hpp"
 
+#include "maille/images/write_image.hpp"
 #include "maille/materials/text_file.hpp"
 #include "maille/scene/warp/warp.hpp"
-#include "maille/scene/write_image.hpp"
 #include "median.hpp"
 #include "program.hpp"
 

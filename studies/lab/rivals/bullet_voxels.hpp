@@ -1,7 +1,7 @@
 #pragma once
 /// Bullet's collision detection between bodies of voxels.
 
-#include "maille/scene/grid.hpp"
+#include "maille/base/grid.hpp"
 
 #include <memory>
 #include <vector>

@@ -1,7 +1,7 @@
 #include "maille/fem_ref/ranks.hpp"
+#include "maille/base/arena.hpp"
 #include "maille/fem_ref/solve.hpp"
 #include "maille/scene/answer.hpp"
-#include "maille/scene/memory.hpp"
 #include "program.hpp"
 #include "verify/problems.hpp"
 

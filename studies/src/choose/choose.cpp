@@ -1,8 +1,8 @@
 #include "choose/choose.hpp"
 
+#include "maille/base/arena.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/fem_ref/solve.hpp"
-#include "maille/scene/memory.hpp"
 #include "trade/measure.hpp"
 #include "trade/probes.hpp"
 

@@ -1,5 +1,5 @@
 #include "choose/choose.hpp"
-#include "maille/scene/memory.hpp"
+#include "maille/base/arena.hpp"
 #include "maille/studies/version.hpp"
 #include "results/result_table.hpp"
 #include "text.hpp"

@@ -1,9 +1,9 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
 #include "cli/worlds.hpp"
+#include "maille/images/image.hpp"
 #include "maille/materials/text_file.hpp"
 #include "maille/materials/toml_reader.hpp"
-#include "maille/scene/image.hpp"
 #include "maille/scene/measure/measure.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/world/trajectory.hpp"
@@ -148,8 +148,7 @@ std::vector<BodyPart> parts_of(const Scene& scene) {
   std::map<std::pair<std::int32_t, std::uint8_t>, Content> contents;
   for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
     if (body.is_matter(cell)) {
-      Content& content = contents[{body.label.empty() ? 0 : body.label[static_cast<std::size_t>(cell)],
-                                   body.material(cell)}];
+      Content& content = contents[{body.label.empty() ? 0 : body.label[cell], body.material(cell)}];
       ++content.cells;
       content.tissue += body.tissue_of(cell);
     }

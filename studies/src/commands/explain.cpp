@@ -3,14 +3,14 @@
 #include "cli/worlds.hpp"
 #include "compare/methods.hpp"
 #include "explain_parts.hpp"
+#include "maille/base/arena.hpp"
 #include "maille/deform/drag.hpp"
 #include "maille/deform/plan.hpp"
 #include "maille/deform/solve.hpp"
+#include "maille/images/image.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/frame.hpp"
-#include "maille/scene/image.hpp"
 #include "maille/scene/look.hpp"
-#include "maille/scene/memory.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/world/world_scene.hpp"
@@ -194,8 +194,7 @@ std::string in_words(const std::vector<Way>& ways, const deform::Plan& plan, int
     text += fmt::format("{:<10}{}{}{}\n", way.method, way.words, bytes, seconds);
     if (way.method == "limits" && way.bytes > 0)
       for (int b = 0; b < dimension; ++b)
-        text += fmt::format("{:<10}  {}: {}\n", "", "xyz"[b],
-                            deform::to_string(plan.of_component[static_cast<std::size_t>(b)]));
+        text += fmt::format("{:<10}  {}: {}\n", "", "xyz"[b], deform::to_string(plan.of_component[b]));
   }
   return text;
 }

@@ -5,9 +5,9 @@
 #include "cli/inputs.hpp"
 #include "export/whole_file.hpp"
 #include "maille/fem_ref/ranks.hpp"
+#include "maille/images/image.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/materials/text_file.hpp"
-#include "maille/scene/image.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

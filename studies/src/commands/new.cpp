@@ -1,10 +1,9 @@
 #include "cli/commands.hpp"
 #include "cli/help.hpp"
 #include "export/whole_file.hpp"
+#include "maille/images/image.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/materials/library.hpp"
-#include "maille/scene/image.hpp"
-#include "maille/scene/named_segments.hpp"
 #include "maille/scene/read_scene.hpp"
 
 #include <fmt/format.h>

@@ -12,7 +12,7 @@
 #include "export/vtk_files.hpp"
 #include "export/whole_file.hpp"
 #include "maille/fem_ref/ranks.hpp"
-#include "maille/scene/image.hpp"
+#include "maille/images/image.hpp"
 #include "maille/scene/measure/measure.hpp"
 
 #include <fmt/format.h>

@@ -1,7 +1,7 @@
 #include "compare/methods.hpp"
 
+#include "maille/base/arena.hpp"
 #include "maille/fem_ref/ranks.hpp"
-#include "maille/scene/memory.hpp"
 #include "maille/scene/refined.hpp"
 
 #include <fmt/format.h>
@@ -20,7 +20,7 @@ struct Rung {
   std::string words() const {
     constexpr std::array<const char*, most_halvings + 1> times{
         "", " on cells halved once", " on cells halved twice", " on cells halved three times"};
-    return fmt::format("fem_q{}{}", degree, times[static_cast<std::size_t>(halvings)]);
+    return fmt::format("fem_q{}{}", degree, times[halvings]);
   }
 };
 
@@ -64,7 +64,7 @@ public:
       return answer;
     for (int i = rung.halvings - 1; i >= 0; --i) {
       const Scene& coarse = i == 0 ? scene_ : *fine_[static_cast<std::size_t>(i) - 1];
-      bring_to_coarse(coarse, *fine_[static_cast<std::size_t>(i)], answer);
+      bring_to_coarse(coarse, *fine_[i], answer);
     }
     return answer;
   }

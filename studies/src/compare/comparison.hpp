@@ -4,8 +4,8 @@
 
 #include "compare/methods.hpp"
 #include "maille/deform/estimated_error.hpp"
+#include "maille/mechanics/recovery.hpp"
 #include "maille/scene/answer.hpp"
-#include "maille/scene/mechanics/mechanics.hpp"
 #include "results/measure_values.hpp"
 
 #include <nlohmann/json_fwd.hpp>

@@ -2,6 +2,7 @@
 /// What a row of a comparison holds, in every form.
 
 #include "compare/comparison.hpp"
+#include "maille/scene/mechanics/mechanics.hpp"
 #include "results/result_table.hpp"
 
 namespace maille::studies {

@@ -2,8 +2,8 @@
 
 #include "compare/comparison_columns.hpp"
 #include "json_parts.hpp"
-#include "maille/scene/image.hpp"
-#include "maille/scene/mechanics/recovery.hpp"
+#include "maille/images/image.hpp"
+#include "maille/mechanics/recovery.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "mechanics/mechanics_report.hpp"
 #include "results/figures.hpp"
@@ -20,7 +20,7 @@ std::vector<double> total_reaction(const Scene& scene, const Answer& answer, boo
   std::vector<double> total(static_cast<std::size_t>(scene.dimension()), 0);
   for (std::size_t i = 0; i < scene.prescribed.size(); ++i)
     if (scene.prescribed[i].held == held)
-      total[static_cast<std::size_t>(scene.prescribed[i].component)] += answer.reaction[i];
+      total[scene.prescribed[i].component] += answer.reaction[i];
   return total;
 }
 

@@ -38,7 +38,7 @@ void add_fields(const fs::path& file, const VtkArrays& arrays, const Scene& scen
       const Vec3 value = to_object(scene.specimen.placement, Vec3{at[0], at[1], at[2]});
       at += 3;
       for (int c = 0; c < scene.dimension(); ++c)
-        all(c, node) = value[static_cast<std::size_t>(c)] / in_a_metre;
+        all(c, node) = value[c] / in_a_metre;
     }
   }
 }

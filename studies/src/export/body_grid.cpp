@@ -38,8 +38,7 @@ vtkSmartPointer<vtkImageData> image_grid(const Specimen& specimen) {
   vtkNew<vtkMatrix3x3> direction;
   for (int row = 0; row < 3; ++row)
     for (int column = 0; column < 3; ++column)
-      direction->SetElement(
-          row, column, placement.direction[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)]);
+      direction->SetElement(row, column, placement.direction[row][column]);
   image->SetDirectionMatrix(direction);
   return image;
 }
@@ -59,7 +58,7 @@ vtkSmartPointer<vtkUnstructuredGrid> cell_grid(const Specimen& specimen, const B
     if (placed)
       position = sum(specimen.placement.origin, to_world(specimen.placement, position));
     points->SetPoint(next, position.data());
-    point_of[static_cast<std::size_t>(node - first)] = next++;
+    point_of[node - first] = next++;
   }
 
   vtkNew<vtkCellArray> cells;
@@ -70,8 +69,7 @@ vtkSmartPointer<vtkUnstructuredGrid> cell_grid(const Specimen& specimen, const B
     cells->InsertNextCell(n_corners);
     const Index3 at = grid.cell_at(cell);
     for (int place = 0; place < n_corners; ++place)
-      cells->InsertCellPoint(point_of[static_cast<std::size_t>(
-          grid.corner(at, corner_at[static_cast<std::size_t>(place)]) - first)]);
+      cells->InsertCellPoint(point_of[grid.corner(at, corner_at[place]) - first]);
   }
   auto body = vtkSmartPointer<vtkUnstructuredGrid>::New();
   body->SetPoints(points);
@@ -86,7 +84,7 @@ vtkSmartPointer<vtkDoubleArray> vector_array(const char* name, const Displacemen
   array->SetNumberOfComponents(3);
   constexpr std::array<const char*, 3> axis_names{"X", "Y", "Z"};
   for (int axis = 0; axis < 3; ++axis)
-    array->SetComponentName(axis, axis_names[static_cast<std::size_t>(axis)]);
+    array->SetComponentName(axis, axis_names[axis]);
   array->SetNumberOfTuples(static_cast<vtkIdType>(numbering.nodes.size()));
   vtkIdType tuple = 0;
   for (const std::int64_t node : numbering.nodes)

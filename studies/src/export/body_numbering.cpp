@@ -22,10 +22,10 @@ BodyNumbering matter_only(const Specimen& specimen) {
       continue;
     numbering.cells.push_back(cell);
     for (int corner = 0; corner < grid.corners_per_cell(); ++corner)
-      used[static_cast<std::size_t>(grid.corner(grid.cell_at(cell), corner))] = true;
+      used[grid.corner(grid.cell_at(cell), corner)] = true;
   }
   for (std::int64_t node = 0; node < grid.n_nodes(); ++node)
-    if (used[static_cast<std::size_t>(node)])
+    if (used[node])
       numbering.nodes.push_back(node);
   return numbering;
 }

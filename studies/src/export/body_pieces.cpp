@@ -101,7 +101,7 @@ BodyNumbering numbering_of(const Specimen& specimen, const Layers& piece) {
       continue;
     numbering.cells.push_back(cell);
     for (int corner = 0; corner < grid.corners_per_cell(); ++corner)
-      used[static_cast<std::size_t>(grid.corner(grid.cell_at(cell), corner) - first_node)] = true;
+      used[grid.corner(grid.cell_at(cell), corner) - first_node] = true;
   }
   for (std::size_t i = 0; i < used.size(); ++i)
     if (used[i])

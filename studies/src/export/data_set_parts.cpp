@@ -60,7 +60,7 @@ vtkSmartPointer<vtkDoubleArray> tensor_array(const char* name,
   auto array = array_for(name, tensor_components, shown.size());
   vtkIdType tuple = 0;
   for (const std::int64_t i : shown)
-    array->SetTuple(tuple++, tensor_to_world(placement, tensors[static_cast<std::size_t>(i)]).data());
+    array->SetTuple(tuple++, tensor_to_world(placement, tensors[i]).data());
   return array;
 }
 
@@ -144,7 +144,7 @@ void add_matter(vtkCellData& arrays, const Scene& scene, const Placement& placem
   vtkIdType tuple = 0;
   for (const std::int64_t cell : numbering.cells) {
     material_id->SetValue(tuple, specimen.material(cell));
-    fibre->SetTuple(tuple++, to_world(placement, fibres[static_cast<std::size_t>(cell)]).data());
+    fibre->SetTuple(tuple++, to_world(placement, fibres[cell]).data());
   }
   arrays.AddArray(material_id);
   arrays.AddArray(fibre);
@@ -153,7 +153,7 @@ void add_matter(vtkCellData& arrays, const Scene& scene, const Placement& placem
   vtkNew<vtkIntArray> label;
   label->SetName("Label");
   for (const std::int64_t cell : numbering.cells)
-    label->InsertNextValue(specimen.label[static_cast<std::size_t>(cell)]);
+    label->InsertNextValue(specimen.label[cell]);
   arrays.AddArray(label);
 }
 
@@ -169,7 +169,7 @@ void add_names(vtkFieldData& arrays, const Scene& scene) {
   std::map<std::int32_t, std::uint8_t> material_of;
   for (std::int64_t cell = 0; cell < specimen.grid.n_cells(); ++cell)
     if (specimen.is_matter(cell))
-      material_of.emplace(specimen.label[static_cast<std::size_t>(cell)], specimen.material(cell));
+      material_of.emplace(specimen.label[cell], specimen.material(cell));
   vtkNew<vtkIntArray> numbers;
   numbers->SetName("LabelNumbers");
   vtkNew<vtkStringArray> materials;

@@ -44,11 +44,11 @@ SignTree::SignTree(const Specimen& specimen, const Placement& placement)
   const std::int64_t n = specimen.grid.n_cells();
   for (std::int64_t cell = 0; cell < n; ++cell)
     if (specimen.is_matter(cell))
-      fibre_[static_cast<std::size_t>(cell)] = specimen.fibre_of(cell);
+      fibre_[cell] = specimen.fibre_of(cell);
   if (specimen.fibres.empty())
     return;
   for (std::int64_t cell = 0; cell < n; ++cell)
-    if (specimen.is_matter(cell) && !has_joined_[static_cast<std::size_t>(cell)])
+    if (specimen.is_matter(cell) && !has_joined_[cell])
       grow_from(cell);
 }
 
@@ -64,7 +64,7 @@ void SignTree::offer_neighbours(std::int64_t cell) {
       const std::int64_t next = grid.cell(beside);
       const auto n = static_cast<std::size_t>(next);
       if (specimen_.is_matter(next) && !has_joined_[n])
-        candidates_.push({std::abs(dot(fibre_[n], fibre_[static_cast<std::size_t>(cell)])), next, cell});
+        candidates_.push({std::abs(dot(fibre_[n], fibre_[cell])), next, cell});
     }
 }
 
@@ -79,7 +79,7 @@ void SignTree::grow_from(std::int64_t seed) {
       continue;
     has_joined_[n] = true;
     part.push_back(next.cell);
-    if (dot(fibre_[n], fibre_[static_cast<std::size_t>(next.from)]) < 0)
+    if (dot(fibre_[n], fibre_[next.from]) < 0)
       for (double& component : fibre_[n])
         component = -component;
     offer_neighbours(next.cell);
@@ -91,7 +91,7 @@ void SignTree::point_ahead(const std::vector<std::int64_t>& part) {
   Vec3 sum{};
   for (const std::int64_t cell : part)
     for (std::size_t axis = 0; axis < 3; ++axis)
-      sum[axis] += fibre_[static_cast<std::size_t>(cell)][axis];
+      sum[axis] += fibre_[cell][axis];
   sum = to_world(placement_, sum);
   double longest = 0;
   for (const double component : sum)
@@ -99,7 +99,7 @@ void SignTree::point_ahead(const std::vector<std::int64_t>& part) {
       longest = component;
   if (longest < 0)
     for (const std::int64_t cell : part)
-      for (double& component : fibre_[static_cast<std::size_t>(cell)])
+      for (double& component : fibre_[cell])
         component = -component;
 }
 

@@ -104,14 +104,14 @@ std::vector<fs::path> write_voxel_maps(const Scene& scene, const Answer& answer,
   };
   const auto tensors = [&](const std::vector<std::array<double, 6>>& of_cells) {
     return [&](std::int64_t cell, std::span<float> values) {
-      const auto tensor = tensor_to_world(frame, of_cells[static_cast<std::size_t>(cell)]);
+      const auto tensor = tensor_to_world(frame, of_cells[cell]);
       std::copy(tensor.begin(), tensor.end(), values.begin());
       std::swap(values[4], values[5]); // xz before yz, as in images
     };
   };
   const auto along_fibres = [&](const std::vector<std::array<double, 6>>& of_cells) {
     return [&](std::int64_t cell, std::span<float> values) {
-      values[0] = static_cast<float>(along(of_cells[static_cast<std::size_t>(cell)], body.fibre_of(cell)));
+      values[0] = static_cast<float>(along(of_cells[cell], body.fibre_of(cell)));
     };
   };
   write("strain", 6, tensors(fields.strain));
@@ -122,7 +122,7 @@ std::vector<fs::path> write_voxel_maps(const Scene& scene, const Answer& answer,
     return files;
   write("stress", 6, tensors(fields.stress));
   write("von_mises", 1, [&](std::int64_t cell, std::span<float> values) {
-    values[0] = static_cast<float>(fields.von_mises[static_cast<std::size_t>(cell)]);
+    values[0] = static_cast<float>(fields.von_mises[cell]);
   });
   if (scene.has_fibres())
     write("fibre_stress", 1, along_fibres(fields.stress));

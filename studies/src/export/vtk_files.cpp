@@ -4,9 +4,9 @@
 #include "body_pieces.hpp"
 #include "data_set_parts.hpp"
 #include "export/whole_file.hpp"
+#include "maille/mechanics/recovery.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/frame.hpp"
-#include "maille/scene/mechanics/recovery.hpp"
 
 #include <fmt/format.h>
 
@@ -102,7 +102,7 @@ void add_rotation(vtkCellData& arrays, const Scene& scene, const Displacement& d
   turn->SetNumberOfTuples(static_cast<vtkIdType>(numbering.cells.size()));
   vtkIdType tuple = 0;
   for (const std::int64_t cell : numbering.cells) {
-    const Eigen::AngleAxisd by(rotation[static_cast<std::size_t>(cell)]);
+    const Eigen::AngleAxisd by(rotation[cell]);
     const Eigen::Vector3d vector = by.angle() * by.axis();
     turn->SetTuple(tuple++, to_world(scene.specimen.placement, {vector[0], vector[1], vector[2]}).data());
   }

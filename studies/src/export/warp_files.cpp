@@ -1,8 +1,8 @@
 #include "export/warp_files.hpp"
 
 #include "export/whole_file.hpp"
-#include "maille/scene/csv.hpp"
-#include "maille/scene/write_image.hpp"
+#include "maille/base/csv.hpp"
+#include "maille/images/write_image.hpp"
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>

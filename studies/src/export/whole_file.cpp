@@ -183,7 +183,7 @@ UnfinishedFile::UnfinishedFile(const std::filesystem::path& file) {
 
 UnfinishedFile::~UnfinishedFile() {
   if (place_ >= 0)
-    places[static_cast<std::size_t>(place_)].state = unused;
+    places[place_].state = unused;
 }
 
 void remove_unfinished_files() noexcept {

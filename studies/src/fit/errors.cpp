@@ -17,9 +17,9 @@ void for_each_free_node(const Scene& scene, Visit&& visit) {
   const Grid& grid = scene.specimen.grid;
   std::vector<bool> is_prescribed(static_cast<std::size_t>(grid.n_nodes()), false);
   for (const Prescribed& p : scene.prescribed)
-    is_prescribed[static_cast<std::size_t>(p.node)] = true;
+    is_prescribed[p.node] = true;
   for (std::int64_t node = 0; node < grid.n_nodes(); ++node)
-    if (!is_prescribed[static_cast<std::size_t>(node)] && scene.specimen.is_node(grid.node_at(node)))
+    if (!is_prescribed[node] && scene.specimen.is_node(grid.node_at(node)))
       visit(node);
 }
 
@@ -32,7 +32,7 @@ Vec3 relative_by_component(const FitCase& one, Difference&& difference) {
   for_each_free_node(one.scene, [&](std::int64_t node) {
     for (int b = 0; b < one.scene.dimension(); ++b) {
       const double d = difference(b, node);
-      sums[static_cast<std::size_t>(b)] += d * d;
+      sums[b] += d * d;
       reference += one.reference(b, node) * one.reference(b, node);
     }
   });

@@ -16,7 +16,7 @@ constexpr double worth_saying = 0.01;
 std::string beyond_reach(const FitRow& row, const Scene& scene) {
   std::string driven, left_alone;
   for (int b = 0; b < scene.dimension(); ++b) {
-    const double lost = row.floor[static_cast<std::size_t>(b)];
+    const double lost = row.floor[b];
     if (lost < worth_saying)
       continue;
     std::string& list = is_driven(scene, b) ? driven : left_alone;

@@ -42,7 +42,7 @@ public:
         m_(static_cast<Eigen::Index>(observations.size())) {
     best_.theta.resize(n_);
     for (Eigen::Index j = 0; j < n_; ++j)
-      best_.theta(j) = std::log(unknowns[static_cast<std::size_t>(j)].start);
+      best_.theta(j) = std::log(unknowns[j].start);
     found_.freedom = static_cast<int>(m_ - n_);
     found_.sigma_is_known = observations.front().sigma.has_value();
     double largest = 0;
@@ -51,7 +51,7 @@ public:
     wanted_.resize(m_);
     sigma_.resize(m_);
     for (Eigen::Index i = 0; i < m_; ++i) {
-      const Observation& one = observations[static_cast<std::size_t>(i)];
+      const Observation& one = observations[i];
       wanted_(i) = one.value;
       // A value of zero says something, too: beside the others.
       sigma_(i) = one.sigma.value_or(assumed_sigma * std::max(std::abs(one.value), 1e-3 * largest));
@@ -87,7 +87,7 @@ private:
       return false;
     point.computed.resize(m_);
     for (Eigen::Index i = 0; i < m_; ++i)
-      point.computed(i) = (*numbers)[static_cast<std::size_t>(i)];
+      point.computed(i) = (*numbers)[i];
     point.misfit = misfit(point.computed);
     return point.computed.allFinite();
   }
@@ -201,8 +201,7 @@ private:
   std::string values_in_words(const Vector& theta) const {
     std::vector<std::string> words;
     for (Eigen::Index j = 0; j < n_; ++j)
-      words.push_back(
-          fmt::format("{} = {:.4g}", unknowns_[static_cast<std::size_t>(j)].name, std::exp(theta(j))));
+      words.push_back(fmt::format("{} = {:.4g}", unknowns_[j].name, std::exp(theta(j))));
     return fmt::format("{}", fmt::join(words, ", "));
   }
 
@@ -211,8 +210,7 @@ private:
     found_.message = std::move(message);
     found_.unknowns.clear();
     for (Eigen::Index j = 0; j < n_; ++j)
-      found_.unknowns.push_back(
-          {unknowns_[static_cast<std::size_t>(j)].name, std::exp(best_.theta(j)), std::nullopt, false});
+      found_.unknowns.push_back({unknowns_[j].name, std::exp(best_.theta(j)), std::nullopt, false});
     if (best_.computed.size() > 0) {
       found_.computed.assign(best_.computed.begin(), best_.computed.end());
       found_.misfit = best_.misfit;
@@ -276,7 +274,7 @@ private:
     }
     const bool is_settled = open.empty() && status == IdentifyStatus::done;
     for (Eigen::Index j = 0; j < n_; ++j) {
-      Identified& one = found_.unknowns[static_cast<std::size_t>(j)];
+      Identified& one = found_.unknowns[j];
       double low = quantile * std::sqrt(covariance(j, j)), high = low;
       const Vector along = covariance.col(j) / covariance(j, j);
       if (is_settled && low <= widest_interval / 2 && low * along.cwiseAbs().maxCoeff() > straight) {
@@ -312,7 +310,7 @@ private:
     std::vector<std::string> names;
     for (Eigen::Index j = 0; j < n_; ++j)
       if (std::abs(along(j)) > of_account)
-        names.push_back(unknowns_[static_cast<std::size_t>(j)].name);
+        names.push_back(unknowns_[j].name);
     if (names.size() == 1)
       return names.front() + ": a change of it changes them by less than they are off";
     return fmt::format("{} one by one: changed together they leave the data as they are",

@@ -1,7 +1,7 @@
 #include "identify/identify.hpp"
+#include "maille/base/csv.hpp"
 #include "maille/materials/quantity.hpp"
 #include "maille/materials/text_file.hpp"
-#include "maille/scene/csv.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

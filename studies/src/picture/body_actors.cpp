@@ -37,7 +37,7 @@ vtkSmartPointer<vtkUnstructuredGrid> body_at(const Scene& scene, const BodyNumbe
   lengths->SetName("length");
   lengths->SetNumberOfTuples(body->GetNumberOfPoints());
   for (vtkIdType point = 0; point < body->GetNumberOfPoints(); ++point) {
-    const std::int64_t node = numbering.nodes[static_cast<std::size_t>(point)];
+    const std::int64_t node = numbering.nodes[point];
     body->GetPoints()->SetPoint(point, drawn_position(scene, *displacement, style.warp, node).data());
     lengths->SetValue(point, length_of(*shown, node) / style.colour_unit);
   }
@@ -231,7 +231,7 @@ vtkSmartPointer<vtkUnstructuredGrid> band(const Specimen& body, const BodyNumber
   for (const std::int64_t cell : numbering.cells) {
     const vtkIdType first = points->GetNumberOfPoints();
     for (const int end : {0, 1}) {
-      const Vec3& x = positions[static_cast<std::size_t>(body.grid.corner(body.grid.cell_at(cell), end))];
+      const Vec3& x = positions[body.grid.corner(body.grid.cell_at(cell), end)];
       points->InsertNextPoint(x[0], -half_height, 0);
       points->InsertNextPoint(x[0], half_height, 0);
     }
@@ -250,7 +250,7 @@ vtkSmartPointer<vtkUnstructuredGrid> placed_body(const Specimen& body, const Bod
   auto grid = cell_grid(body, numbering, false);
   vtkIdType point = 0;
   for (const std::int64_t node : numbering.nodes)
-    grid->GetPoints()->SetPoint(point++, positions[static_cast<std::size_t>(node)].data());
+    grid->GetPoints()->SetPoint(point++, positions[node].data());
   return grid;
 }
 

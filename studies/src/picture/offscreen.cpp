@@ -2,7 +2,7 @@
 // hand it to vtkGenericOpenGLRenderWindow, which draws into whatever context is current.
 #include "drawing.hpp"
 
-#include "maille/scene/memory.hpp"
+#include "maille/base/arena.hpp"
 
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
@@ -38,7 +38,7 @@ std::vector<EGLDisplay> egl_displays() {
   if (query_devices != nullptr &&
       query_devices(static_cast<EGLint>(devices.size()), devices.data(), &n_devices))
     for (EGLint i = 0; i < n_devices; ++i)
-      displays.push_back(get_display(EGL_PLATFORM_DEVICE_EXT, devices[static_cast<std::size_t>(i)], nullptr));
+      displays.push_back(get_display(EGL_PLATFORM_DEVICE_EXT, devices[i], nullptr));
   std::erase(displays, EGL_NO_DISPLAY);
   return displays;
 }

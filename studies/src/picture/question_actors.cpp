@@ -126,8 +126,7 @@ std::vector<SeenFace> seen_faces(const Scene& scene, const View& view) {
 template<class Faces>
 void add_faces(const Specimen& body, const Faces& faces, const View& view, double radius, Shapes& shapes) {
   for (const auto& face : faces)
-    if (body.grid.dimension() < 3 ||
-        view.toward[static_cast<std::size_t>(face.axis)] * (face.upper ? 1 : -1) > 0.15)
+    if (body.grid.dimension() < 3 || view.toward[face.axis] * (face.upper ? 1 : -1) > 0.15)
       shapes.add_disc(middle_of_face(body, face), radius);
 }
 
@@ -156,7 +155,7 @@ std::vector<bool> contracting_cells(const Scene& scene) {
   for (const TimedContraction& timed : scene.timed)
     for (const std::int64_t cell : timed.cells)
       if (timed.stress > 0)
-        contracts[static_cast<std::size_t>(cell)] = true;
+        contracts[cell] = true;
   return contracts;
 }
 
@@ -191,8 +190,7 @@ Props part_actors(const Scene& scene, const BodyParts& parts, const View& view, 
   vtkNew<vtkUnsignedCharArray> colours;
   colours->SetNumberOfComponents(3);
   for (const std::int64_t cell : numbering.cells) {
-    const Vec3 colour = part_colour(static_cast<std::size_t>(parts.of_cell[static_cast<std::size_t>(cell)]),
-                                    parts.names.size());
+    const Vec3 colour = part_colour(static_cast<std::size_t>(parts.of_cell[cell]), parts.names.size());
     for (const double c : colour)
       colours->InsertNextValue(static_cast<unsigned char>(std::lround(255 * c)));
   }
@@ -239,7 +237,7 @@ Props fibre_actors(const Scene& scene, const View& view, double pixels_per_metre
   const double width = std::max(1.4 / pixels_per_metre, 0.05 * half);
   const std::vector<bool> contracts = contracting_cells(scene);
   for (const SeenFace& face : faces) {
-    const bool pulls = contracts[static_cast<std::size_t>(face.cell)];
+    const bool pulls = contracts[face.cell];
     if (!pulls && scene.materials[scene.specimen.material(face.cell)].elasticity.is_isotropic())
       continue;
     Shapes& strokes = pulls ? pulling : at_rest;

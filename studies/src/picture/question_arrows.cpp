@@ -73,9 +73,9 @@ std::vector<Moved> moves_of(const Scene& scene) {
   std::vector<std::vector<std::pair<std::int64_t, Vec3>>> by_condition(scene.conditions.size() + 1);
   for (const Prescribed& one : scene.prescribed)
     if (!one.held && !driven.contains(one.node)) {
-      auto& list = by_condition[static_cast<std::size_t>(one.condition + 1)];
+      auto& list = by_condition[one.condition + 1];
       list.push_back({one.node, {}});
-      list.back().second[static_cast<std::size_t>(one.component)] = one.value;
+      list.back().second[one.component] = one.value;
     }
   std::vector<Moved> moves;
   for (const Drive& drive : scene.drives)

@@ -144,7 +144,7 @@ BodyParts parts_of(const Scene& scene) {
   for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
     if (body.is_matter(cell)) {
       const std::string& material = scene.materials[body.material(cell)].name;
-      const int key = has_labels ? body.label[static_cast<std::size_t>(cell)] : body.material(cell);
+      const int key = has_labels ? body.label[cell] : body.material(cell);
       if (!names.contains(key))
         names[key] = has_labels ? fmt::format("{} {}", key, material) : material;
     }
@@ -156,9 +156,7 @@ BodyParts parts_of(const Scene& scene) {
   }
   for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
     parts.of_cell.push_back(
-        body.is_matter(cell)
-            ? place.at(has_labels ? body.label[static_cast<std::size_t>(cell)] : body.material(cell))
-            : -1);
+        body.is_matter(cell) ? place.at(has_labels ? body.label[cell] : body.material(cell)) : -1);
   return parts;
 }
 

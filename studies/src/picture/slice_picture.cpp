@@ -41,8 +41,7 @@ std::vector<std::int64_t> cells_of(const Scene& scene, const Slice& slice) {
   std::vector<std::int64_t> cells;
   const Grid& grid = scene.specimen.grid;
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell)
-    if (scene.specimen.is_matter(cell) &&
-        grid.cell_at(cell)[static_cast<std::size_t>(slice.axis)] == slice.index)
+    if (scene.specimen.is_matter(cell) && grid.cell_at(cell)[slice.axis] == slice.index)
       cells.push_back(cell);
   return cells;
 }
@@ -154,7 +153,7 @@ double most_shown(const std::vector<SlicePanel>& panels, const std::vector<std::
   std::vector<double> values;
   for (const SlicePanel& panel : panels)
     for (const std::int64_t cell : cells)
-      if (const double value = panel.values[static_cast<std::size_t>(cell)]; std::isfinite(value))
+      if (const double value = panel.values[cell]; std::isfinite(value))
         values.push_back(value);
   if (values.empty())
     return 0;
@@ -170,7 +169,7 @@ vtkSmartPointer<vtkActor> layer_actor(const LayerSide& side, const SlicePanel& p
   const auto shape = side.shape(panel.displacement, warp);
   vtkNew<vtkDoubleArray> values;
   for (const std::int64_t cell : cells)
-    values->InsertNextValue(panel.values[static_cast<std::size_t>(cell)] / unit);
+    values->InsertNextValue(panel.values[cell] / unit);
   shape->GetCellData()->SetScalars(values);
   vtkNew<vtkPolyDataMapper> mapper;
   mapper->SetInputData(shape);
@@ -199,7 +198,7 @@ Slice middle_slice(const Scene& scene) {
   std::vector<std::int64_t> matter(static_cast<std::size_t>(grid.cells()[normal]));
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell)
     if (scene.specimen.is_matter(cell))
-      ++matter[static_cast<std::size_t>(grid.cell_at(cell)[normal])];
+      ++matter[grid.cell_at(cell)[normal]];
   const auto n = static_cast<std::ptrdiff_t>(matter.size());
   const auto most = std::max_element(matter.begin() + n / 2, matter.begin() + std::max(n / 2 + 1, 2 * n / 3));
   slice.index = most - matter.begin();

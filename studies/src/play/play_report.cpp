@@ -32,7 +32,7 @@ std::vector<InWorld<Of>> in_world(const WorldScene* scene, const std::vector<Of>
 }
 
 std::string name_of(const WorldScene& scene, int object) {
-  return object < 0 ? "border" : scene.objects[static_cast<std::size_t>(object)].name;
+  return object < 0 ? "border" : scene.objects[object].name;
 }
 
 Vec3 array(const Eigen::Vector3d& v) {

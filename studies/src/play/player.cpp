@@ -105,7 +105,7 @@ Vec3 place_of(const deform::World& world, const deform::WorldContact& contact) {
   } else {
     x = centre_of(world, contact.object, static_cast<std::int32_t>(contact.voxel));
   }
-  const double cell = world.cell_size()[static_cast<std::size_t>(contact.axis)];
+  const double cell = world.cell_size()[contact.axis];
   const double along = std::floor(x[contact.axis] / cell);
   x[contact.axis] = (contact.direction > 0 ? along + 1 : along) * cell;
   return array(x);
@@ -177,7 +177,7 @@ void Player::look(const std::vector<deform::WorldContact>& contacts) {
     if (scene.objects[i].kind == ObjectKind::deformable) {
       for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node)
         if (body.is_node(body.grid.node_at(node)))
-          nodes[static_cast<std::size_t>(node)] = array(world_.position(static_cast<int>(i), node));
+          nodes[node] = array(world_.position(static_cast<int>(i), node));
     } else if (const Pose moved = drives_of_.moved_since_start(world_, i);
                moved.position != Eigen::Vector3d::Zero() || moved.rotation != Eigen::Matrix3d::Identity()) {
       for (Vec3& node : nodes)

@@ -1,8 +1,8 @@
 #include "page_parts.hpp"
 
 #include "gnuplot.hpp"
+#include "maille/base/arena.hpp"
 #include "maille/materials/text_file.hpp"
-#include "maille/scene/memory.hpp"
 
 #include <fmt/format.h>
 

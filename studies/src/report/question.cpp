@@ -52,7 +52,7 @@ std::string body_of(const Scene& scene) {
     if (body.is_matter(cell)) {
       used.insert(body.material(cell));
       if (!body.label.empty())
-        labels.insert(body.label[static_cast<std::size_t>(cell)]);
+        labels.insert(body.label[cell]);
     }
   std::vector<std::string> materials;
   for (const std::uint8_t id : used)
@@ -71,10 +71,10 @@ std::string body_of(const Scene& scene) {
 std::string name_of(const Scene& scene, std::int32_t condition, const std::string& kind) {
   if (condition < 0)
     return "some nodes";
-  const std::string& where = scene.conditions[static_cast<std::size_t>(condition)].where;
+  const std::string& where = scene.conditions[condition].where;
   constexpr std::size_t longest = 24; // regions in braces are for those who read the scene
   return where.empty() || where.size() > longest || where.find('{') != std::string::npos
-             ? scene.conditions[static_cast<std::size_t>(condition)].name
+             ? scene.conditions[condition].name
              : (kind.empty() ? "" : kind + " ") + where;
 }
 

@@ -1,7 +1,7 @@
 #include "report/report.hpp"
 
+#include "maille/base/arena.hpp"
 #include "maille/materials/json.hpp"
-#include "maille/scene/memory.hpp"
 #include "maille/studies/version.hpp"
 #include "page_parts.hpp"
 

@@ -1,6 +1,6 @@
 #include "results/columns.hpp"
 
-#include "maille/scene/csv.hpp"
+#include "maille/base/csv.hpp"
 #include "text.hpp"
 
 #include <fmt/format.h>

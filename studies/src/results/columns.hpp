@@ -1,8 +1,8 @@
 #pragma once
 /// The columns of a table of results, and what follows from them: text, JSON, CSV, and the way back.
 
+#include "maille/base/csv.hpp"
 #include "maille/materials/fault.hpp"
-#include "maille/scene/csv.hpp"
 #include "results/value.hpp"
 
 #include <string>

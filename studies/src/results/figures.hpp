@@ -1,8 +1,9 @@
 #pragma once
 /// Figures that several tables have, under the same names in each.
 
+#include "maille/base/arena.hpp"
 #include "maille/scene/answer.hpp"
-#include "maille/scene/memory.hpp"
+#include "maille/scene/mechanics/mechanics.hpp"
 #include "results/result_table.hpp"
 #include "text.hpp"
 

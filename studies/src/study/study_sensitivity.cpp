@@ -74,7 +74,7 @@ public:
     for (std::int64_t i = 0; i < n_points_; ++i) {
       std::vector<double>& point = samples_.points.emplace_back();
       for (std::size_t p = 0; p < positions.size(); ++p)
-        point.push_back(positions[p].of(all[static_cast<std::size_t>(i)].values[p]));
+        point.push_back(positions[p].of(all[i].values[p]));
     }
   }
 
@@ -84,7 +84,7 @@ public:
     std::vector<std::optional<double>> values(static_cast<std::size_t>(n_points_));
     for (const StudyRow& row : rows)
       if (row.scene == scene && row.method == method && row.number > 0)
-        values[static_cast<std::size_t>((row.number - 1) % n_points_)] = response.value(row);
+        values[(row.number - 1) % n_points_] = response.value(row);
     return values;
   }
 

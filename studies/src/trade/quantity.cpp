@@ -1,6 +1,6 @@
 #include "trade/quantity.hpp"
 
-#include "maille/scene/mechanics/mechanics.hpp"
+#include "maille/mechanics/recovery.hpp"
 #include "trade/lattices.hpp"
 
 #include <algorithm>

@@ -63,9 +63,9 @@ void spread(const Specimen& body, std::vector<float>& values) {
         for (int dy = -1; dy <= 1; ++dy)
           for (int dx = -1; dx <= 1; ++dx) {
             const Index3 other{at[0] + dx, at[1] + dy, at[2] + dz};
-            if (!body.grid.has_cell(other) || before[static_cast<std::size_t>(body.grid.cell(other))] == 0)
+            if (!body.grid.has_cell(other) || before[body.grid.cell(other)] == 0)
               continue;
-            sum += values[static_cast<std::size_t>(body.grid.cell(other))];
+            sum += values[body.grid.cell(other)];
             ++count;
           }
       if (count > 0) {
@@ -81,7 +81,7 @@ void spread(const Specimen& body, std::vector<float>& values) {
 std::vector<std::int64_t> coloured_by(const Specimen& body) {
   std::vector<std::int64_t> from(static_cast<std::size_t>(body.grid.n_cells()));
   for (std::int64_t cell = 0; cell < std::ssize(from); ++cell) {
-    from[static_cast<std::size_t>(cell)] = cell;
+    from[cell] = cell;
     const Index3 at = body.grid.cell_at(cell);
     int nearest = body.is_matter(cell) ? 0 : 4; // squared distance
     for (int dz = -1; dz <= 1; ++dz)
@@ -92,7 +92,7 @@ std::vector<std::int64_t> coloured_by(const Specimen& body) {
           if (distance >= nearest || !body.grid.has_cell(other) || !body.is_matter(body.grid.cell(other)))
             continue;
           nearest = distance;
-          from[static_cast<std::size_t>(cell)] = body.grid.cell(other);
+          from[cell] = body.grid.cell(other);
         }
   }
   return from;
@@ -145,8 +145,7 @@ std::shared_ptr<const render::Paint> paint_of_labels(const Specimen& body, const
     colours[l] = look.label_colours[l].second;
     for (std::size_t cell = 0; cell < numbers.size(); ++cell) {
       const auto source = look.of_grey_values ? static_cast<std::int64_t>(cell) : from[cell];
-      if (body.is_matter(source) &&
-          body.label[static_cast<std::size_t>(source)] == look.label_colours[l].first)
+      if (body.is_matter(source) && body.label[source] == look.label_colours[l].first)
         numbers[cell] = static_cast<std::uint8_t>(l);
     }
   }

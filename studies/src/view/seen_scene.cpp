@@ -64,7 +64,7 @@ void hide_what_is_not_near(const Specimen& body, Seen& seen) {
           is_near = is_near && place >= 0 && place < lattice->cells[a];
           cell = is_near ? cell * lattice->cells[a] + static_cast<std::int64_t>(place) : 0;
         }
-        if (!is_near || lattice->carries[static_cast<std::size_t>(cell)] == 0)
+        if (!is_near || lattice->carries[cell] == 0)
           seen.grey.values[voxel] = clear;
       }
 }
@@ -147,7 +147,7 @@ void follow(const deform::World& world, SeenScene& seen) {
       const auto r = static_cast<std::size_t>(row);
       seen.objects[o].pose.position[r] = pose.position[row];
       for (int column = 0; column < 3; ++column)
-        seen.objects[o].pose.rotation[r][static_cast<std::size_t>(column)] = pose.rotation(row, column);
+        seen.objects[o].pose.rotation[r][column] = pose.rotation(row, column);
     }
     if (seen.deformations[o])
       carry_along(world.scene().objects[o].scene.specimen, world.displacement(object), *seen.deformations[o]);

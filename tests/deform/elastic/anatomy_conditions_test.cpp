@@ -1,9 +1,9 @@
 /// Springs to the ground, weights of cells, sliding borders and contraction that turns, against closed forms.
 
 #include "maille/deform/solve.hpp"
+#include "maille/mechanics/recovery.hpp"
 #include "maille/scene/cell_fields.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"
-#include "maille/scene/mechanics/recovery.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "maille/scene/scene_builder.hpp"
 #include "maille/scene/sliding.hpp"

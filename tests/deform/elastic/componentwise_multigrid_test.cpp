@@ -2,7 +2,7 @@
 #include "elastic/componentwise/componentwise_multigrid.hpp"
 #include "elastic/componentwise/componentwise_solver.hpp"
 #include "lattice/field_memory.hpp"
-#include "maille/scene/arena.hpp"
+#include "maille/base/arena.hpp"
 #include "support/bodies/holed_bodies.hpp"
 #include "support/componentwise_oracle.hpp"
 #include "support/kit.hpp"

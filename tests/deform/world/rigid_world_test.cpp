@@ -1,6 +1,6 @@
 #include "maille/deform/world/rigid_world.hpp"
 #include "maille/deform/world/world.hpp"
-#include "maille/scene/image.hpp"
+#include "maille/images/image.hpp"
 #include "maille/scene/world/world_scene.hpp"
 #include "support/bodies/rigid_bodies.hpp"
 #include "support/kit.hpp"

@@ -1,5 +1,5 @@
 /// Series of DICOM files, written here by GDCM as a scanner writes them.
-#include "maille/scene/image.hpp"
+#include "maille/images/image.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "support/kit.hpp"
 

@@ -1,8 +1,8 @@
 /// Bodies that are read layer by layer, against the obvious way: the whole image at once, cell by cell.
-#include "image/layers.hpp"
+#include "maille/images/layers.hpp"
+#include "maille/images/write_image.hpp"
 #include "maille/scene/fibre/fibre_field.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "maille/scene/write_image.hpp"
 #include "read/reader.hpp"
 #include "scene/image/image_writers.hpp"
 #include "support/kit.hpp"

@@ -1,10 +1,10 @@
 // NRRD files of the tests' own making. Truth of the numbers: what the test wrote (Contract), or the
 // directions that a header has (Analytic).
 
-#include "maille/scene/named_segments.hpp"
+#include "maille/images/image.hpp"
+#include "maille/images/write_image.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/scene.hpp"
-#include "maille/scene/write_image.hpp"
 #include "scene/image/image_writers.hpp"
 #include "support/kit.hpp"
 

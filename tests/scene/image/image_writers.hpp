@@ -1,7 +1,7 @@
 #pragma once
 /// Small writers of image files, so that the tests know every byte that the readers are given.
 
-#include "maille/scene/image.hpp"
+#include "maille/images/image.hpp"
 #include "support/kit.hpp"
 
 #include <unistd.h>

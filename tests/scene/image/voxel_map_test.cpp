@@ -1,6 +1,6 @@
 /// Values of cells on the voxels of an image, and the files that hold them.
+#include "maille/images/write_image.hpp"
 #include "maille/scene/voxel_map.hpp"
-#include "maille/scene/write_image.hpp"
 
 #include "support/kit.hpp"
 #include "support/label_scene.hpp"

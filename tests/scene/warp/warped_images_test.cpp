@@ -1,6 +1,6 @@
 /// Images, labels and fields of deformed bodies.
+#include "maille/images/write_image.hpp"
 #include "maille/scene/warp/warp.hpp"
-#include "maille/scene/write_image.hpp"
 #include "support/kit.hpp"
 #include "warp/continuation.hpp"
 

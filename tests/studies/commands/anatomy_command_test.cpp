@@ -1,9 +1,9 @@
 /// Bodies as anatomy has them, as a user meets them: a calf whose muscles glide, constants found from
 /// displacements, and data that lie elsewhere.
 
-#include "maille/scene/csv.hpp"
-#include "maille/scene/image.hpp"
-#include "maille/scene/write_image.hpp"
+#include "maille/base/csv.hpp"
+#include "maille/images/image.hpp"
+#include "maille/images/write_image.hpp"
 #include "studies/commands/command_scenes.hpp"
 #include "studies/commands/run_command.hpp"
 #include "support/kit.hpp"

@@ -1,6 +1,6 @@
 /// Forces, strain, stress and energy as `maille run` and `maille compare` tell them.
 
-#include "maille/scene/image.hpp"
+#include "maille/images/image.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"
 #include "studies/commands/command_scenes.hpp"
 #include "studies/commands/run_command.hpp"

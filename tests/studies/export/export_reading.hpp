@@ -1,7 +1,7 @@
 #pragma once
 /// What VTK's own readers find in a file.
 
-#include "maille/scene/grid.hpp"
+#include "maille/base/grid.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <vtkDataArray.h>

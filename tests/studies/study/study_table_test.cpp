@@ -1,7 +1,7 @@
 /// Tables as files: written, torn, read, put together.
 
 #include "compare/comparison_columns.hpp"
-#include "maille/scene/csv.hpp"
+#include "maille/base/csv.hpp"
 #include "studies/commands/command_scenes.hpp"
 #include "studies/study/study_scenes.hpp"
 #include "study/measures.hpp"

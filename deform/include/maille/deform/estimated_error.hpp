@@ -1,8 +1,8 @@
 #pragma once
 /// How far an answer is from elasticity, and where, without finite elements.
 
+#include "maille/mechanics/recovery.hpp"
 #include "maille/scene/answer.hpp"
-#include "maille/scene/mechanics/mechanics.hpp"
 
 #include <optional>
 #include <string>

@@ -6,7 +6,7 @@
 /// with nodes that never move and stay 0, and the three components of a field follow one another.
 
 #include "elastic/componentwise/componentwise_kernel.hpp"
-#include "maille/scene/grid.hpp"
+#include "maille/base/grid.hpp"
 
 #include <Eigen/Core>
 

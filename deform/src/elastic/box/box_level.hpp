@@ -8,7 +8,7 @@
 #include "elastic/multigrid/plane_multigrid.hpp"
 #include "lattice/field_memory.hpp"
 
-#include "maille/scene/arena.hpp"
+#include "maille/base/arena.hpp"
 
 #include <array>
 #include <cstdint>

@@ -5,7 +5,7 @@
 #include "elastic/componentwise/componentwise_kernel.hpp"
 #include "elastic/multigrid/plane_multigrid.hpp"
 #include "lattice/field_memory.hpp"
-#include "maille/scene/grid.hpp"
+#include "maille/base/grid.hpp"
 
 #include <algorithm>
 #include <array>

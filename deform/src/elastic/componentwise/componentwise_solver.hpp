@@ -8,7 +8,7 @@
 #include "elastic/componentwise/componentwise_multigrid.hpp"
 #include "elastic/model/cell_moduli.hpp"
 
-#include "maille/scene/arena.hpp"
+#include "maille/base/arena.hpp"
 
 #include <functional>
 #include <span>

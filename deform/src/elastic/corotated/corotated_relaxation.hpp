@@ -7,7 +7,7 @@
 #include "elastic/krylov/coupled_task.hpp"
 #include "elastic/krylov/elastic_operator.hpp"
 
-#include "maille/scene/arena.hpp"
+#include "maille/base/arena.hpp"
 
 #include <deque>
 #include <functional>

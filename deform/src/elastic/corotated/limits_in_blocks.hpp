@@ -7,7 +7,7 @@
 #include "elastic/model/cell_moduli.hpp"
 #include "elastic/model/fixed_mask.hpp"
 
-#include "maille/scene/arena.hpp"
+#include "maille/base/arena.hpp"
 
 #include <cstdint>
 #include <vector>

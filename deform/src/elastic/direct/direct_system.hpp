@@ -14,7 +14,7 @@
 #include "elastic/componentwise/componentwise_preconditioner.hpp"
 #include "elastic/model/stiffness_blocks.hpp"
 
-#include "maille/scene/arena.hpp"
+#include "maille/base/arena.hpp"
 
 #include <cstdint>
 #include <functional>

@@ -1,7 +1,7 @@
 #include "elastic/krylov/elastic_run.hpp"
 
 #include "elastic/links/interval_field.hpp"
-#include "maille/scene/parallel/communicator.hpp"
+#include "maille/base/communicator.hpp"
 
 #include <algorithm>
 #include <cstdint>

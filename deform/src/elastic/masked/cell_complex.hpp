@@ -1,8 +1,8 @@
 #pragma once
 /// Which cells of a grid hold matter and which vertices they share, and the same on coarser grids.
 
-#include "maille/scene/arena.hpp"
-#include "maille/scene/grid.hpp"
+#include "maille/base/arena.hpp"
+#include "maille/base/grid.hpp"
 #include "parallel/thread_team.hpp"
 
 #include <array>

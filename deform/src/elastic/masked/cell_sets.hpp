@@ -3,7 +3,7 @@
 
 #include "elastic/masked/cell_complex.hpp"
 
-#include "maille/scene/arena.hpp"
+#include "maille/base/arena.hpp"
 
 #include <algorithm>
 #include <cstddef>

@@ -5,7 +5,7 @@
 #include "elastic/masked/coarse_operator.hpp"
 #include "elastic/masked/masked_rows.hpp"
 #include "lattice/field_memory.hpp"
-#include "maille/scene/parallel/communicator.hpp"
+#include "maille/base/communicator.hpp"
 
 #include <cstdint>
 #include <span>

@@ -5,7 +5,7 @@
 #include "elastic/masked/cell_complex.hpp"
 #include "elastic/masked/coarse_operator.hpp"
 
-#include "maille/scene/arena.hpp"
+#include "maille/base/arena.hpp"
 
 #include <cstdint>
 

@@ -5,7 +5,7 @@
 /// Solvers in float64, boxes, limits, ties and blocks read it. It has no values: questions that prescribe
 /// other values at the same components have equal masks.
 
-#include "maille/scene/arena.hpp"
+#include "maille/base/arena.hpp"
 #include "maille/scene/scene.hpp"
 
 #include <algorithm>

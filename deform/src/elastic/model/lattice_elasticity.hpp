@@ -3,8 +3,8 @@
 
 #include "elastic/model/lattice_kernel.hpp"
 #include "lattice/field_memory.hpp"
+#include "maille/base/arena.hpp"
 #include "maille/scene/answer.hpp"
-#include "maille/scene/arena.hpp"
 #include "parallel/thread_team.hpp"
 
 #include <Eigen/Core>

@@ -1,7 +1,7 @@
 #pragma once
 /// The direct solve at the bottom of a multigrid.
 
-#include "maille/scene/arena.hpp"
+#include "maille/base/arena.hpp"
 
 #include <Eigen/Core>
 

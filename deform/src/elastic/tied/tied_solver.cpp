@@ -6,7 +6,7 @@
 #include "elastic/masked/masked_solver.hpp"
 #include "elastic/multigrid/chebyshev.hpp"
 #include "elastic/tied/tied_model.hpp"
-#include "maille/scene/mechanics/friction.hpp"
+#include "maille/mechanics/friction.hpp"
 
 #include <algorithm>
 #include <memory>

@@ -9,8 +9,7 @@ void DijkstraBounds::bounds_at(Side side, int component, std::span<const PathEnd
                                std::span<const std::int64_t> nodes, std::span<double> values) {
   const List<double> all = side == Side::greatest ? upper_envelope(scene_, limits_, component, ends)
                                                   : lower_envelope(scene_, limits_, component, ends);
-  std::ranges::transform(nodes, values.begin(),
-                         [&](std::int64_t node) { return all[static_cast<std::size_t>(node)]; });
+  std::ranges::transform(nodes, values.begin(), [&](std::int64_t node) { return all[node]; });
 }
 
 List<double> upper_envelope(const Scene& scene, const LinkLimits& limits, int component,
@@ -110,8 +109,8 @@ std::array<LinkIntervals<double>, 3> intervals_by_axis(const Scene& scene, const
   for (int axis = 0; axis < scene.dimension(); ++axis) {
     const LinkIntervals<double> link = limits.intervals(corner, axis).value();
     for (std::size_t b = 0; b < static_cast<std::size_t>(scene.dimension()); ++b) {
-      of_component[b].low[static_cast<std::size_t>(axis)] = link.low[b];
-      of_component[b].high[static_cast<std::size_t>(axis)] = link.high[b];
+      of_component[b].low[axis] = link.low[b];
+      of_component[b].high[axis] = link.high[b];
     }
   }
   return of_component;

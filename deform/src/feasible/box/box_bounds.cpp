@@ -35,7 +35,7 @@ void BoxBounds::bounds_at(Side side, int component, std::span<const PathEnd> end
   for (const std::int64_t node : nodes)
     queries_.push_back(seed_at(grid_, node, 0));
   std::ranges::sort(seeds_, comes_first);
-  const Slopes slopes(bounds_[static_cast<std::size_t>(component)], side);
+  const Slopes slopes(bounds_[component], side);
   Bound<double> bound;
   bound.is_least = side == Side::least;
   std::ranges::copy(slopes.ahead, bound.ahead);
@@ -76,9 +76,8 @@ void BoxBounds::by_pairs(Bound<double>& bound) {
 void BoxBounds::by_scans(Bound<double>& bound, const Slopes& slopes, std::span<double> values) {
   order_.resize(queries_.size());
   std::iota(order_.begin(), order_.end(), 0);
-  std::ranges::sort(order_, [&](std::int32_t a, std::int32_t b) {
-    return comes_first(queries_[static_cast<std::size_t>(a)], queries_[static_cast<std::size_t>(b)]);
-  });
+  std::ranges::sort(order_,
+                    [&](std::int32_t a, std::int32_t b) { return comes_first(queries_[a], queries_[b]); });
   std::ranges::sort(queries_, comes_first);
   sorted_values_.assign(values.begin(), values.end());
 
@@ -103,7 +102,7 @@ void BoxBounds::by_scans(Bound<double>& bound, const Slopes& slopes, std::span<d
   sweep.n_bounds = 1;
   sample_bound(sweep, {queries_.data(), static_cast<int>(queries_.size())});
   for (std::size_t i = 0; i < order_.size(); ++i)
-    values[static_cast<std::size_t>(order_[i])] = sorted_values_[i];
+    values[order_[i]] = sorted_values_[i];
 }
 
 } // namespace maille::deform

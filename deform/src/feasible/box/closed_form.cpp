@@ -46,7 +46,7 @@ void ClosedForm<T>::add(int component, const Field<T>& field, const LinkInterval
   const bool raises = target > now;
   const Slopes slopes(bounds, raises ? Side::least : Side::greatest);
   rounding.largest = std::max(rounding.largest, std::abs(target));
-  Cone<T>& cone = cones_[static_cast<std::size_t>(n_cones_++)];
+  Cone<T>& cone = cones_[n_cones_++];
   cone = {};
   cone.field = field;
   cone.value = target + 0.0; // no negative zero
@@ -59,10 +59,10 @@ void ClosedForm<T>::add(int component, const Field<T>& field, const LinkInterval
     cone.behind[a] = slopes.behind[a];
     cone.end[a] = field.nodes[a];
   }
-  AlignedArray<T>& row = row_[static_cast<std::size_t>(component)];
+  AlignedArray<T>& row = row_[component];
   cone.row = row.data();
   for (int x = 0; x < static_cast<int>(row.size()); ++x)
-    row[static_cast<std::size_t>(x)] = static_cast<T>(slopes.along(0, x - handle[0]) + 0.0);
+    row[x] = static_cast<T>(slopes.along(0, x - handle[0]) + 0.0);
   if (stops)
     enclose(cone);
 }
@@ -75,7 +75,7 @@ std::int64_t ClosedForm<T>::run(ThreadTeam& team) {
     nodes += volume(cones_[i]);
     first_slab[i + 1] = first_slab[i] + cones_[i].end[2] - cones_[i].begin[2];
   }
-  const int n_slabs = first_slab[static_cast<std::size_t>(n_cones_)];
+  const int n_slabs = first_slab[n_cones_];
   const bool alone = nodes < nodes_worth_a_thread || team.threads() == 1;
   const int n_chunks = alone ? 1 : std::min(n_slabs, chunks_per_thread * team.threads());
   std::atomic<std::int64_t> visited{0};

@@ -28,7 +28,7 @@ std::array<LinkIntervals<double>, 3> no_wider_than_asked(std::array<LinkInterval
                                                          const std::vector<Prescribed>& prescribed) {
   Vec3 largest{};
   for (const Prescribed& p : prescribed) {
-    double& here = largest[static_cast<std::size_t>(p.component)];
+    double& here = largest[p.component];
     here = std::max(here, std::abs(p.value));
   }
   for (std::size_t b = 0; b < 3; ++b)

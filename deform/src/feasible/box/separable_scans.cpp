@@ -37,7 +37,7 @@ void RowPaths<T>::fill(const Slopes& slopes, int nodes) {
   if (offsets_.size() == 0)
     offsets_ = AlignedArray<T>(static_cast<std::size_t>(nodes - 1 + end));
   for (int offset = 1 - nodes; offset < end; ++offset)
-    offsets_[static_cast<std::size_t>(offset + nodes - 1)] = static_cast<T>(slopes.along(0, offset) + 0.0);
+    offsets_[offset + nodes - 1] = static_cast<T>(slopes.along(0, offset) + 0.0);
 }
 
 template<class T>
@@ -65,7 +65,7 @@ template<class T>
 void SeparableScans<T>::add(int component, const Field<T>& field, std::span<const HandleValue> handles,
                             Rounding& rounding) {
   prepare();
-  Component& c = components_[static_cast<std::size_t>(component)];
+  Component& c = components_[component];
   c.field = field;
   c.is_added = true;
   const auto rises = [&](const HandleValue& handle) {
@@ -88,7 +88,7 @@ void SeparableScans<T>::add(int component, const Field<T>& field, std::span<cons
 
 template<class T>
 Sweep<T> SeparableScans<T>::sweep(int component, int strip, int n_strips, Workspace& workspace) const {
-  const Component& c = components_[static_cast<std::size_t>(component)];
+  const Component& c = components_[component];
   const Index3& n = grid_.nodes();
   Sweep<T> sweep;
   sweep.field = c.field;
@@ -101,7 +101,7 @@ Sweep<T> SeparableScans<T>::sweep(int component, int strip, int n_strips, Worksp
   for (std::size_t side = 0; side < 2; ++side) {
     if (c.seeds[side].empty())
       continue;
-    const Slopes slopes(no_farther(bounds_[static_cast<std::size_t>(component)], c.farthest), sides[side]);
+    const Slopes slopes(no_farther(bounds_[component], c.farthest), sides[side]);
     Bound<T>& bound = sweep.bounds[sweep.n_bounds++];
     bound.is_least = sides[side] == Side::least;
     bound.seeds = c.seeds[side].data();
@@ -120,9 +120,9 @@ std::int64_t SeparableScans<T>::run(ThreadTeam& team) {
   std::array<int, 3> active{};
   int n_active = 0;
   for (int b = 0; b < grid_.dimension(); ++b) {
-    Component& c = components_[static_cast<std::size_t>(b)];
+    Component& c = components_[b];
     if (c.is_added && !(c.seeds[0].empty() && c.seeds[1].empty()))
-      active[static_cast<std::size_t>(n_active++)] = b;
+      active[n_active++] = b;
     c.is_added = false;
   }
   if (n_active == 0)
@@ -133,9 +133,8 @@ std::int64_t SeparableScans<T>::run(ThreadTeam& team) {
   const int n_strips = std::min(wanted, n_blocks(grid_.nodes()[0]));
   std::atomic<std::int64_t> visited{0};
   const auto do_strip = [&](int item, int thread) {
-    const int component = active[static_cast<std::size_t>(item / n_strips)];
-    visited += clamp_strip(
-        sweep(component, item % n_strips, n_strips, workspaces_[static_cast<std::size_t>(thread)]));
+    const int component = active[item / n_strips];
+    visited += clamp_strip(sweep(component, item % n_strips, n_strips, workspaces_[thread]));
   };
   if (alone)
     for (int item = 0; item < n_active; ++item)
@@ -143,7 +142,7 @@ std::int64_t SeparableScans<T>::run(ThreadTeam& team) {
   else
     team.run(n_active * n_strips, do_strip);
   for (int i = 0; i < n_active; ++i)
-    place_handles(components_[static_cast<std::size_t>(active[static_cast<std::size_t>(i)])]);
+    place_handles(components_[active[i]]);
   return visited;
 }
 

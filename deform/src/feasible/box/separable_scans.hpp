@@ -8,7 +8,7 @@
 #include "lattice/field_memory.hpp"
 #include "parallel/thread_team.hpp"
 
-#include "maille/scene/arena.hpp"
+#include "maille/base/arena.hpp"
 
 #include <array>
 #include <span>

@@ -28,20 +28,18 @@ public:
 
   /// The block of a tile, or null where all its links are even(tile).
   const std::int32_t* block(std::int32_t tile) {
-    const std::int32_t present = block_of_[static_cast<std::size_t>(tile)];
-    return present >= 0         ? blocks_[static_cast<std::size_t>(present)].data()
-           : present == unknown ? make_block(tile)
-                                : nullptr;
+    const std::int32_t present = block_of_[tile];
+    return present >= 0 ? blocks_[present].data() : present == unknown ? make_block(tile) : nullptr;
   }
   LinkIntervals<std::int32_t> even(std::int32_t tile) const {
-    const auto kind = static_cast<std::size_t>(kind_of_[static_cast<std::size_t>(tile)]);
+    const auto kind = static_cast<std::size_t>(kind_of_[tile]);
     const auto& [low, high] = of_kind_;
     return {{low[0][kind], low[1][kind], low[2][kind]}, {high[0][kind], high[1][kind], high[2][kind]}};
   }
   /// The address of what block() would return, if it has been made: for prefetching.
   const std::int32_t* known_block(std::int32_t tile) const {
-    const std::int32_t present = block_of_[static_cast<std::size_t>(tile)];
-    return present >= 0 ? blocks_[static_cast<std::size_t>(present)].data() : nullptr;
+    const std::int32_t present = block_of_[tile];
+    return present >= 0 ? blocks_[present].data() : nullptr;
   }
   BlockLayout layout() const { return {tiling_->volume()}; }
   /// About the mean length of a link, in quanta.

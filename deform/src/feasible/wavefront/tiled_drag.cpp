@@ -43,7 +43,7 @@ public:
       for (int b = 0; b < scene_.dimension(); ++b)
         if (!is_held(b, handle.node)) {
           if (handle.is_moving)
-            handle.target[static_cast<std::size_t>(b)] = place->value;
+            handle.target[b] = place->value;
           ++place;
         }
     return body_.n_visits() - visits;

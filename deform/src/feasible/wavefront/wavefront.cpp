@@ -48,7 +48,7 @@ void copy_tile(const Tiling& tiling, const TiledComponent& component, std::int32
   const std::int32_t* const values = component.field().tile(tile);
   const std::int64_t offset = component.field().offset();
   tiling.for_each_node(tile, [&](std::int32_t, int slot, std::int64_t node) {
-    out[static_cast<std::size_t>(node)] = component.metres(offset + values[slot]);
+    out[node] = component.metres(offset + values[slot]);
   });
 }
 
@@ -202,8 +202,8 @@ std::vector<double> wavefront_paths(const Scene& scene, const LinkLimits& limits
         const std::int64_t value = offset + field.tile(t)[slot];
         const bool is_reached = value != nothing;
         n += is_reached ? 1 : 0;
-        length[static_cast<std::size_t>(node)] = is_reached ? sign * static_cast<double>(value) * quantum
-                                                            : std::numeric_limits<double>::infinity();
+        length[node] = is_reached ? sign * static_cast<double>(value) * quantum
+                                  : std::numeric_limits<double>::infinity();
       });
     if (n == n_nodes || n == n_reached || reach == 0)
       return length;

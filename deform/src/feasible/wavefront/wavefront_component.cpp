@@ -149,16 +149,15 @@ double TiledComponent::set_state(std::span<const double> state) {
       tiling_->for_each_node(t, visit);
   };
   each_node([&](std::int32_t, int, std::int64_t node) {
-    low = std::min(low, state[static_cast<std::size_t>(node)]);
-    high = std::max(high, state[static_cast<std::size_t>(node)]);
+    low = std::min(low, state[node]);
+    high = std::max(high, state[node]);
   });
   make_room(low, high, false);
   if (!scratch_)
     scratch_.emplace(*tiling_);
   scratch_->fill(0, field_.offset());
   each_node([&](std::int32_t tile, int slot, std::int64_t node) {
-    field_.tile(tile)[slot] =
-        static_cast<std::int32_t>(quanta(state[static_cast<std::size_t>(node)]) - field_.offset());
+    field_.tile(tile)[slot] = static_cast<std::int32_t>(quanta(state[node]) - field_.offset());
     scratch_->tile(tile)[slot] = field_.tile(tile)[slot];
   });
   field_.run_everywhere(Way::raise, bounds_);
@@ -169,7 +168,7 @@ double TiledComponent::set_state(std::span<const double> state) {
     std::int32_t& value = field_.tile(tile)[slot];
     const auto mean = static_cast<std::int32_t>((std::int64_t{value} + scratch_->tile(tile)[slot]) >> 1);
     value = mean;
-    const std::int64_t was = quanta(state[static_cast<std::size_t>(node)]) - field_.offset();
+    const std::int64_t was = quanta(state[node]) - field_.offset();
     largest = std::max(largest, std::abs(mean - was));
   });
   return metres(largest);

@@ -4,7 +4,7 @@
 #include "feasible/wavefront/tile_intervals.hpp"
 #include "feasible/wavefront/wavefront_queue.hpp"
 
-#include "maille/scene/arena.hpp"
+#include "maille/base/arena.hpp"
 
 #include <cstdint>
 #include <span>

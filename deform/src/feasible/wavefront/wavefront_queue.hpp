@@ -1,7 +1,7 @@
 #pragma once
 /// Which tile comes next: the largest violation first, roughly.
 
-#include "maille/scene/arena.hpp"
+#include "maille/base/arena.hpp"
 
 #include <algorithm>
 #include <array>
@@ -40,7 +40,7 @@ public:
     const std::int32_t below = violation < largest_ ? largest_ - violation : 0;
     // Repairs may find more than they began with; what is many buckets away waits in the last one.
     const std::int32_t bucket = std::clamp(below >> shift_, current_, current_ + n_buckets - 1);
-    std::int32_t& present = bucket_[static_cast<std::size_t>(tile)];
+    std::int32_t& present = bucket_[tile];
     if (present != none) {
       if (present <= bucket)
         return;
@@ -54,7 +54,7 @@ public:
   std::int32_t pop() {
     const std::int32_t tile = peek();
     if (tile != none) {
-      current_ = bucket_[static_cast<std::size_t>(tile)];
+      current_ = bucket_[tile];
       unlink(tile);
     }
     return tile;
@@ -78,13 +78,13 @@ private:
     const auto t = static_cast<std::size_t>(tile), b = ring(bucket_[t]);
     previous_[t] = tail_[b];
     next_[t] = none;
-    (tail_[b] == none ? head_[b] : next_[static_cast<std::size_t>(tail_[b])]) = tile;
+    (tail_[b] == none ? head_[b] : next_[tail_[b]]) = tile;
     tail_[b] = tile;
   }
   void unlink(std::int32_t tile) {
     const auto t = static_cast<std::size_t>(tile), b = ring(bucket_[t]);
-    (previous_[t] == none ? head_[b] : next_[static_cast<std::size_t>(previous_[t])]) = next_[t];
-    (next_[t] == none ? tail_[b] : previous_[static_cast<std::size_t>(next_[t])]) = previous_[t];
+    (previous_[t] == none ? head_[b] : next_[previous_[t]]) = next_[t];
+    (next_[t] == none ? tail_[b] : previous_[next_[t]]) = previous_[t];
     bucket_[t] = none;
   }
 

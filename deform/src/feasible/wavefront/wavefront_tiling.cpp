@@ -52,14 +52,14 @@ Tiling::Tiling(const Specimen& specimen)
   neighbours_.resize(base_.size());
   const std::array<std::int64_t, 3> stride{1, n_along_[0], std::int64_t{1} * n_along_[0] * n_along_[1]};
   for (std::int64_t at = 0; at < static_cast<std::int64_t>(tile_at_.size()); ++at) {
-    const std::int32_t tile = tile_at_[static_cast<std::size_t>(at)];
+    const std::int32_t tile = tile_at_[at];
     if (tile < 0)
       continue;
     for (std::size_t a = 0; a < 3; ++a) {
       const auto along = at / stride[a] % n_along_[a];
-      auto& of_tile = neighbours_[static_cast<std::size_t>(tile)];
-      of_tile[2 * a] = along > 0 ? tile_at_[static_cast<std::size_t>(at - stride[a])] : -1;
-      of_tile[2 * a + 1] = along + 1 < n_along_[a] ? tile_at_[static_cast<std::size_t>(at + stride[a])] : -1;
+      auto& of_tile = neighbours_[tile];
+      of_tile[2 * a] = along > 0 ? tile_at_[at - stride[a]] : -1;
+      of_tile[2 * a + 1] = along + 1 < n_along_[a] ? tile_at_[at + stride[a]] : -1;
     }
   }
 }
@@ -73,10 +73,10 @@ bool Tiling::find_nodes(const Index3& base) {
     for (int y = 0; y <= tile_edge; ++y) {
       const std::uint32_t bits =
           matter_bits(*specimen_, base[0] - 1, base[1] + y - 1, base[2] + z - 1, tile_edge + 1);
-      of_cells[static_cast<std::size_t>(y)] = (bits | bits >> 1) & 0xffU;
+      of_cells[y] = (bits | bits >> 1) & 0xffU;
     }
     for (std::size_t y = 0; y < tile_edge; ++y)
-      rows[static_cast<std::size_t>(z)][y] = of_cells[y] | of_cells[y + 1];
+      rows[z][y] = of_cells[y] | of_cells[y + 1];
   }
   std::array<std::uint64_t, tile_edge> layers{};
   std::uint64_t any = 0;
@@ -109,8 +109,7 @@ int Tiling::volume_for(const Specimen& specimen) {
 bool Tiling::has(std::int64_t node) const {
   const Index3 at = specimen_->grid.node_at(node);
   const int x = at[0] / tile_edge, y = at[1] / tile_edge, z = at[2] / tile_edge;
-  return tile_at_[static_cast<std::size_t>(x + n_along_[0] * (y + std::int64_t{1} * n_along_[1] * z))] >= 0 &&
-         is_node(place(node));
+  return tile_at_[x + n_along_[0] * (y + std::int64_t{1} * n_along_[1] * z)] >= 0 && is_node(place(node));
 }
 
 std::int64_t Tiling::n_places(const Specimen& specimen) {
@@ -133,8 +132,7 @@ std::int64_t Tiling::n_tiles_of(const Specimen& specimen) {
           for (int k = z / tile_edge; k <= last(z, along[2]); ++k)
             for (int j = y / tile_edge; j <= last(y, along[1]); ++j)
               for (int i = x / tile_edge; i <= last(x, along[0]); ++i)
-                has_nodes[static_cast<std::size_t>(i + along[0] * (j + std::int64_t{1} * along[1] * k))] =
-                    true;
+                has_nodes[i + along[0] * (j + std::int64_t{1} * along[1] * k)] = true;
   return std::ranges::count(has_nodes, true);
 }
 

@@ -27,15 +27,11 @@ public:
   int volume() const { return layers_ * tile_layer; } ///< slots of a tile
   std::int32_t n_tiles() const { return static_cast<std::int32_t>(base_.size()); }
   /// The node at slot 0.
-  const Index3& base(std::int32_t tile) const { return base_[static_cast<std::size_t>(tile)]; }
+  const Index3& base(std::int32_t tile) const { return base_[tile]; }
   /// Tiles at -x +x -y +y -z +z, or -1.
-  const std::array<std::int32_t, 6>& neighbours(std::int32_t tile) const {
-    return neighbours_[static_cast<std::size_t>(tile)];
-  }
+  const std::array<std::int32_t, 6>& neighbours(std::int32_t tile) const { return neighbours_[tile]; }
   /// One bit a slot in each layer.
-  std::uint64_t node_bits(std::int32_t tile, int layer) const {
-    return node_bits_[static_cast<std::size_t>(tile * layers_ + layer)];
-  }
+  std::uint64_t node_bits(std::int32_t tile, int layer) const { return node_bits_[tile * layers_ + layer]; }
   bool is_node(const TilePlace& place) const {
     return node_bits(place.tile, place.slot / tile_layer) >> (place.slot % tile_layer) & 1;
   }

@@ -1,7 +1,7 @@
 #pragma once
 /// Many cells of an occupancy map asked at a time, and rows of a brick written at a time.
 
-#include "maille/scene/grid.hpp"
+#include "maille/base/grid.hpp"
 
 #include <cstdint>
 

@@ -1,7 +1,7 @@
 #pragma once
 /// Several processes that answer one scene together, as `mpirun -n N` starts them, and threads left behind.
 
-#include "maille/scene/parallel/communicator.hpp"
+#include "maille/base/communicator.hpp"
 
 #include <cstddef>
 #include <string>

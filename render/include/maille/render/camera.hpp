@@ -1,7 +1,7 @@
 #pragma once
 /// Where a picture is taken from, as ParaView has it, and what is cut away.
 
-#include "maille/scene/grid.hpp"
+#include "maille/base/grid.hpp"
 
 #include <array>
 #include <vector>

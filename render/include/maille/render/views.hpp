@@ -40,7 +40,7 @@ public:
   RingOfViews(const View& first, int n_views, int threads = 1);
 
   int n_views() const { return static_cast<int>(renderers_.size()); }
-  const View& view(int which) const { return views_[static_cast<std::size_t>(which)]; }
+  const View& view(int which) const { return views_[which]; }
   /// Casts all views beforehand.
   void prepare(std::span<const SceneObject> objects);
   const Picture& render(int which, std::span<const SceneObject> objects);

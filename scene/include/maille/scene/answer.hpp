@@ -6,10 +6,10 @@
 /// stress, and what the answer cost. Control steers a running method: tolerance, budgets, threads, a stop
 /// request. compare() measures how far two answers lie apart, over the nodes that are free.
 
-#include "maille/scene/arena.hpp"
+#include "maille/base/arena.hpp"
+#include "maille/base/communicator.hpp"
 #include "maille/scene/frame.hpp"
 #include "maille/scene/link_limits.hpp"
-#include "maille/scene/parallel/communicator.hpp"
 #include "maille/scene/scene.hpp"
 
 #include <array>

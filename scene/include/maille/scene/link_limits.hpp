@@ -7,7 +7,7 @@
 /// therefore independent, and feasible displacements are those of a system of difference constraints
 /// (docs/theory.md, 1).
 
-#include "maille/scene/arena.hpp"
+#include "maille/base/arena.hpp"
 #include "maille/scene/link_intervals.hpp"
 #include "maille/scene/scene.hpp"
 
@@ -48,9 +48,7 @@ public:
   /// What every link of the body grants, by link axis, per component: of none less is known. O(kinds)
   OfCell granted_everywhere() const;
   /// Which of kinds() a cell of matter is. @pre the cell is matter
-  std::int32_t kind_of(std::int64_t cell) const {
-    return cell_class_.empty() ? 0 : cell_class_[static_cast<std::size_t>(cell)];
-  }
+  std::int32_t kind_of(std::int64_t cell) const { return cell_class_.empty() ? 0 : cell_class_[cell]; }
 
 private:
   void classify(const Scene& scene);

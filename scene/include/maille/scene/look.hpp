@@ -4,7 +4,7 @@
 /// A look is read from `look = { ... }` of a specimen or an object (docs/render.md), apart from the question
 /// that methods are asked: who does not look at a scene keeps no grey value of it.
 
-#include "maille/scene/image.hpp"
+#include "maille/images/image.hpp"
 #include "maille/scene/scene.hpp"
 
 #include <cstdint>

@@ -7,9 +7,9 @@
 /// Conditions are resolved: regions have become lists of nodes and components, loads have become forces at
 /// nodes. Names of conditions stay for tables and messages.
 
+#include "maille/base/arena.hpp"
+#include "maille/base/grid.hpp"
 #include "maille/materials/material.hpp"
-#include "maille/scene/arena.hpp"
-#include "maille/scene/grid.hpp"
 #include "maille/scene/standard_test.hpp"
 
 #include <array>
@@ -97,18 +97,16 @@ struct Specimen {
   /// Per cell its stiffness over that of its material, > 0 (a map of stiffness). Empty: 1.
   std::vector<float> stiffness_ratio;
 
-  double tissue_of(std::int64_t cell) const {
-    return tissue.empty() ? 1 : double{tissue[static_cast<std::size_t>(cell)]};
-  }
+  double tissue_of(std::int64_t cell) const { return tissue.empty() ? 1 : double{tissue[cell]}; }
   double stiffness_ratio_of(std::int64_t cell) const {
-    return stiffness_ratio.empty() ? 1 : double{stiffness_ratio[static_cast<std::size_t>(cell)]};
+    return stiffness_ratio.empty() ? 1 : double{stiffness_ratio[cell]};
   }
   /// What a cell's energy is over that of a whole cell of its material.
   double weight_of(std::int64_t cell) const { return tissue_of(cell) * stiffness_ratio_of(cell); }
   bool has_weights() const { return !tissue.empty() || !stiffness_ratio.empty(); }
 
   std::uint8_t material(std::int64_t cell) const {
-    return material_id.empty() ? std::uint8_t{0} : material_id[static_cast<std::size_t>(cell)];
+    return material_id.empty() ? std::uint8_t{0} : material_id[cell];
   }
   bool is_matter(std::int64_t cell) const { return material(cell) != no_material; }
   Vec3 fibre_of(std::int64_t cell) const;

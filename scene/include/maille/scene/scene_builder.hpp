@@ -5,9 +5,9 @@
 /// the first cell or voxel. The rules, and the words for what breaks them, are those of scene files
 /// (docs/scene.md); docs/cpp.md has whole programs.
 
+#include "maille/base/grid.hpp"
+#include "maille/images/image.hpp"
 #include "maille/materials/fault.hpp"
-#include "maille/scene/grid.hpp"
-#include "maille/scene/image.hpp"
 #include "maille/scene/scene.hpp"
 
 #include <filesystem>

@@ -1,15 +1,11 @@
 #pragma once
-/// Tests in a line: a scene's `[test]`, which sets its holds and moves, and what an answer to it is worth.
+/// Tests in a line: a scene's `[test]`, which sets its holds and moves. See test_result() of mechanics.hpp.
 
-#include "maille/scene/grid.hpp"
+#include "maille/base/grid.hpp"
 
-#include <optional>
 #include <string_view>
 
 namespace maille {
-
-struct Answer;
-struct Scene;
 
 enum class TestKind { axial, shear, bend, indent, confined };
 /// `axial`, `shear`, ... as a scene file has it.
@@ -34,23 +30,5 @@ struct StandardTest {
   double displacement() const { return strain * length; } ///< [m]; of `bend` the arc's end says it
   double angle() const;                                   ///< that the upper face is turned by: bend [rad]
 };
-
-/// What a method's reactions make of the test.
-struct TestResult {
-  double reaction =
-      0; ///< on what is moved, along the displacement [N], in 2D per metre; of `bend` the moment [N m]
-  double stiffness = 0; ///< reaction over displacement [N/m], over the angle [N m/rad]
-  /// Young's (axial, bend), shear, or confined modulus of a homogeneous body that answers as this one; of an
-  /// indenter F / (2 R d), which on a half-space is E / (1 - nu^2) [Pa]. Unset in 2D for indent
-  std::optional<double> apparent_modulus;
-  std::optional<double> failure; ///< reaction at which the tissue fails [N]; where asked for and known
-};
-
-/// @param answer its reactions, in the order of scene.prescribed
-/// @return nothing without a test, where nothing is moved, or for an answer that knows no forces
-/// Cost    O(prescribed); of a failure load O(cells log cells)
-/// Source  Sneddon 1965 (flat punch); Pistoia et al. 2002, Bone 30:842 (failure)
-/// Checked by  tests/deform/standard_test_test.cpp
-std::optional<TestResult> test_result(const Scene& scene, const Answer& answer);
 
 } // namespace maille

@@ -2,19 +2,16 @@
 /// Values of a body's cells as an image on the voxels that the body was read from, which lies over the scan
 /// in any viewer.
 
-#include "maille/scene/image.hpp"
+#include "maille/images/image.hpp"
+#include "maille/images/write_image.hpp"
 #include "maille/scene/scene.hpp"
-#include "maille/scene/write_image.hpp"
 
-#include <cstdint>
-#include <filesystem>
 #include <functional>
-#include <map>
 #include <span>
-#include <string>
-#include <vector>
 
 namespace maille {
+
+class LayeredImage;
 
 /// An image's header in the body's world: x and y turned over between LPS and RAS. Of two images one of
 /// which states no world, that one is in the other's where only this puts the body's cells on its voxels.
@@ -22,6 +19,9 @@ ImageInfo in_world_of(const ImageInfo& info, const Specimen& body);
 
 /// The same with its axes in the body's order and directions, where they run along them.
 ImageInfo on_body(const ImageInfo& info, const Specimen& body);
+
+/// Turns an image to a body's world and axes, see on_body.
+void place_on(LayeredImage& image, const Specimen& body);
 
 /// Where a body's cells lie among the voxels of an image: cell c along an axis holds the voxels from
 /// first + c * per_cell on.
@@ -39,17 +39,5 @@ std::optional<VoxelBlocks> voxel_blocks(const ImageInfo& info, const Specimen& b
 /// Cost              O(voxels), components x 4 bytes each
 std::optional<Image> on_voxels(const ImageInfo& info, const Specimen& body, int components,
                                const std::function<void(std::int64_t cell, std::span<float> values)>& values);
-
-/// Arrays of a file that write_vtk wrote (.vti, .vtu).
-struct VtkArrays {
-  std::int64_t points = 0;
-  std::map<std::string, std::vector<double>> at_nodes; ///< by name; empty where the file has none
-  std::vector<double> layers;                          ///< the array `Layers` beside the grid
-  std::string units;                                   ///< the text `Units` beside it
-};
-/// Memory follows the file and `nodes`, as many as its grid is to have.
-/// @throws InputError: damaged, cut short
-VtkArrays read_vtk_arrays(const std::filesystem::path& file, const std::vector<std::string>& names,
-                          std::int64_t nodes);
 
 } // namespace maille

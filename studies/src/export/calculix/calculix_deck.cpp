@@ -34,7 +34,7 @@ private:
   void write_forces();
 
   std::int64_t id(std::int64_t node, int copy) const {
-    return number_[static_cast<std::size_t>(node)] + 1 + copy * static_cast<std::int64_t>(nodes_.size());
+    return number_[node] + 1 + copy * static_cast<std::int64_t>(nodes_.size());
   }
   /// Which kind of matter a cell is: its material and, unless it is isotropic, its fibre.
   using Kind = std::array<double, 4>;
@@ -52,7 +52,7 @@ Deck::Deck(const Scene& scene)
     : scene_(scene), grid_(scene.specimen.grid), d_(scene.dimension()), copies_(1 << (3 - d_)),
       nodes_(body_nodes(scene)), number_(static_cast<std::size_t>(grid_.n_nodes()), -1) {
   for (std::size_t i = 0; i < nodes_.size(); ++i)
-    number_[static_cast<std::size_t>(nodes_[i])] = static_cast<std::int64_t>(i);
+    number_[nodes_[i]] = static_cast<std::int64_t>(i);
   std::string name = scene.name; // as one line, whatever the file is called
   std::replace_if(
       name.begin(), name.end(), [](unsigned char c) { return c < ' ' || c == 127; }, '_');
@@ -74,7 +74,7 @@ void Deck::write_nodes() {
     for (const std::int64_t node : nodes_) {
       Vec3 x = scene_.specimen.position(grid_.node_at(node));
       for (int axis = d_; axis < 3; ++axis)
-        x[static_cast<std::size_t>(axis)] = copy >> (axis - d_) & 1; // a layer 1 m thick
+        x[axis] = copy >> (axis - d_) & 1; // a layer 1 m thick
       model_ += fmt::format("{},{},{},{}\n", id(node, copy), number(x[0]), number(x[1]), number(x[2]));
     }
   model_ += fmt::format("*NSET, NSET=BODY, GENERATE\n1,{},1\n", nodes_.size());

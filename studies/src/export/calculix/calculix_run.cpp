@@ -46,7 +46,7 @@ Displacement read_calculix_displacement(const Scene& scene, std::istream& printe
     const auto i = static_cast<std::size_t>(id - 1);
     is_known[i] = true;
     for (int b = 0; b < scene.dimension(); ++b)
-      u(b, nodes[i]) = value[static_cast<std::size_t>(b)];
+      u(b, nodes[i]) = value[b];
   }
   for (std::size_t i = 0; i < nodes.size(); ++i)
     if (!is_known[i])

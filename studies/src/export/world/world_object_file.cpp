@@ -23,7 +23,7 @@ void add_points(vtkUnstructuredGrid& body, const BodyNumbering& numbering, const
   displacement->SetNumberOfTuples(body.GetNumberOfPoints());
   vtkIdType point = 0;
   for (const std::int64_t node : numbering.nodes) {
-    const Vec3 &x = now[static_cast<std::size_t>(node)], &from = start[static_cast<std::size_t>(node)];
+    const Vec3 &x = now[node], &from = start[node];
     body.GetPoints()->SetPoint(point, x.data());
     displacement->SetTuple3(point++, x[0] - from[0], x[1] - from[1], x[2] - from[2]);
   }
@@ -48,8 +48,7 @@ Placement placement_of(const WorldObject& object) {
   const Eigen::Matrix3d direction = turn.toRotationMatrix();
   for (int row = 0; row < 3; ++row)
     for (int column = 0; column < 3; ++column)
-      placement.direction[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)] =
-          direction(row, column);
+      placement.direction[row][column] = direction(row, column);
   return placement;
 }
 
@@ -60,11 +59,11 @@ Displacement in_own_frame(const WorldObject& object, const std::vector<Vec3>& no
   const Eigen::AngleAxisd turn(object.turn_angle, Eigen::Vector3d::Map(object.turn_axis.data()));
   const Eigen::Matrix3d back = turn.toRotationMatrix().transpose();
   for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node) {
-    const Eigen::Vector3d x = back * (Eigen::Vector3d::Map(now[static_cast<std::size_t>(node)].data()) -
-                                      Eigen::Vector3d::Map(object.position.data()));
+    const Eigen::Vector3d x =
+        back * (Eigen::Vector3d::Map(now[node].data()) - Eigen::Vector3d::Map(object.position.data()));
     const Vec3 rest = body.position(body.grid.node_at(node));
     for (int b = 0; b < body.grid.dimension(); ++b)
-      u(b, node) = x[b] - rest[static_cast<std::size_t>(b)];
+      u(b, node) = x[b] - rest[b];
   }
   return u;
 }

@@ -1,6 +1,6 @@
+#include "maille/images/image.hpp"
 #include "maille/materials/text_file.hpp"
 #include "maille/materials/toml_reader.hpp"
-#include "maille/scene/image.hpp"
 #include "maille/scene/measure/measure.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/studies/version.hpp"

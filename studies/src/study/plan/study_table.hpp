@@ -3,6 +3,7 @@
 /// and CSV for everyone else.
 
 #include "maille/scene/answer.hpp"
+#include "maille/scene/mechanics/mechanics.hpp"
 #include "study/plan/study.hpp"
 
 #include <nlohmann/json_fwd.hpp>

@@ -185,7 +185,7 @@ Model best_model(const Samples& samples, double variance) {
   Pursuit pursuit(products_of(samples.of_axes, best_candidates), samples.values,
                   shuffled(samples.values.size()), samples.values.size());
   for (std::size_t k = 0; k < best.n_terms && pursuit.take_next(); ++k)
-    model.terms.push_back(best_candidates[static_cast<std::size_t>(pursuit.taken().back())]);
+    model.terms.push_back(best_candidates[pursuit.taken().back()]);
   return model;
 }
 

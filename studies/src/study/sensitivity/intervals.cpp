@@ -11,7 +11,7 @@ namespace {
 double percentile(std::vector<double> values, double share) {
   const auto place = static_cast<std::ptrdiff_t>(std::lround(share * static_cast<double>(values.size() - 1)));
   std::ranges::nth_element(values, values.begin() + place);
-  return values[static_cast<std::size_t>(place)];
+  return values[place];
 }
 
 } // namespace

@@ -2,8 +2,8 @@
 /// forms and against quadratic programs of a few nodes.
 
 #include "maille/deform/solve.hpp"
+#include "maille/mechanics/recovery.hpp"
 #include "maille/scene/link_limits.hpp"
-#include "maille/scene/mechanics/recovery.hpp"
 #include "maille/scene/scene_builder.hpp"
 #include "maille/scene/sliding.hpp"
 #include "support/bodies/scenes.hpp"

@@ -1,7 +1,7 @@
 #pragma once
 /// Who is where in a world of cells.
 
-#include "maille/scene/grid.hpp"
+#include "maille/base/grid.hpp"
 
 #include <array>
 #include <cstdint>

@@ -1,7 +1,7 @@
 #pragma once
 /// The voxels of an object that keeps its form.
 
-#include "maille/scene/grid.hpp"
+#include "maille/base/grid.hpp"
 
 #include <Eigen/Core>
 

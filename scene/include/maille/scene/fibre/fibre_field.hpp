@@ -2,7 +2,7 @@
 /// Fields of directions without a sign: a cell each, their means, and how gaps are closed and noise is evened
 /// out; and along lines drawn by hand or traced in a picture.
 
-#include "maille/scene/grid.hpp"
+#include "maille/base/grid.hpp"
 #include "maille/scene/scene.hpp"
 
 #include <Eigen/Core>

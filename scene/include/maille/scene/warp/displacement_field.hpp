@@ -1,7 +1,7 @@
 #pragma once
 /// Displacements that an image or a list of points has, at any place.
 
-#include "maille/scene/image.hpp"
+#include "maille/images/image.hpp"
 
 #include <optional>
 

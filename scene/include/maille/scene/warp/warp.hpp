@@ -5,8 +5,8 @@
 /// The *pull* field leads from where a voxel of the deformed image is to where its matter rests ("fixed to
 /// moving", "resampling"); the *push* field from where matter rests to where it has gone ("modeling").
 
+#include "maille/images/image.hpp"
 #include "maille/scene/answer.hpp"
-#include "maille/scene/image.hpp"
 
 #include <cstdint>
 #include <span>
