@@ -154,7 +154,8 @@ bool is_cut_short(const std::string& file, const gdcm::DataSet& data) {
   return false;
 }
 
-/// Whether pixels that are not compressed take fewer bytes than rows and columns ask for; GDCM makes up the rest.
+/// Whether pixels that are not compressed take fewer bytes than rows and columns ask for; GDCM makes up the
+/// rest.
 bool has_too_few_bytes(const gdcm::DataSet& data, const gdcm::Image& image) {
   const gdcm::Tag tag(0x7fe0, 0x0010);
   const gdcm::PixelFormat& format = image.GetPixelFormat();

@@ -99,7 +99,7 @@ std::optional<Material> library_material(const std::string& name, const std::str
                                          FaultList& faults) {
   if (const LibraryEntry* entry = find_material(name))
     return entry->material;
-  std::string expected = "a material of the library (maille materials lists them)";
+  std::string expected = "a material of the library (maille check library lists them)";
   for (const std::string& similar : similar_material_names(name))
     expected += (expected.back() == ')' ? "; did you mean \"" : ", \"") + similar + "\"";
   faults.add(line, path, expected, "\"" + name + "\"");

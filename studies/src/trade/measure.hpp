@@ -1,6 +1,6 @@
 #pragma once
-/// One answer of one way, measured, and the row that it makes: `maille study trade` writes it, `maille study choose`
-/// reads it.
+/// One answer of one way, measured, and the row that it makes: `maille study trade` writes it, `maille study
+/// choose` reads it.
 
 #include "results/result_table.hpp"
 #include "trade/trade.hpp"

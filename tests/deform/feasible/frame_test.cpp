@@ -174,7 +174,8 @@ TEST(ObjectFrameContract, AHeldBodyKeepsItsFrameWhileItIsDragged) {
   EXPECT_EQ(follows.displacement(), fixed.displacement());
 }
 
-// Truth: a foundation under a turned bar gives way by what it and the bar hold against the turn, as in blocks.
+// Truth: a foundation under a turned bar gives way by what it and the bar hold against the turn, as in
+// blocks.
 TEST(ObjectFrameAnalytic, ASpringTiesTheBodyToTheWorld) {
   Scene scene = test::box_scene(3, {8, 4, 4}, {1e-3, 1e-3, 1e-3});
   for (int z = 0; z <= 4; ++z)
