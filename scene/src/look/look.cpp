@@ -118,13 +118,6 @@ const Preset* preset_named(std::string_view name) {
 
 } // namespace
 
-std::vector<std::string_view> look_preset_names() {
-  std::vector<std::string_view> names;
-  for (const Preset& preset : presets())
-    names.push_back(preset.name);
-  return names;
-}
-
 Look look_preset(std::string_view name) {
   const Preset* preset = preset_named(name);
   if (preset == nullptr)

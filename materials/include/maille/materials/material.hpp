@@ -85,9 +85,6 @@ struct BrokenRule {
   std::string expected, found;
 };
 
-inline constexpr std::string_view wanted_density = "a density > 0",
-                                  wanted_relaxed_weights = "a factor > 0, or three";
-
 /// Rules that are broken, of each number all; empty where everything is valid.
 ///
 /// Constants must be finite and of positive strain energy (see violated_inequalities); keys E, nu, G. Limits

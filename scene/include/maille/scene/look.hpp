@@ -76,10 +76,8 @@ struct Look {
   std::optional<std::pair<double, double>> visible_range() const;
 };
 
-/// Names of looks that come along: `ct_bone`, `ct_skin`, `ct_head`, `mr_muscle`, ...
-std::vector<std::string_view> look_preset_names();
-/// @pre name is one of them. Values of CT presets are Hounsfield units + 1024, those of others from 0 to 1,
-/// to be stretched over a window; see docs/render.md
+/// A look that comes along. @pre name is a word of look.preset in scene/keys.toml. Values of CT presets are
+/// Hounsfield units + 1024, those of others from 0 to 1, to be stretched over a window; see docs/render.md
 Look look_preset(std::string_view name);
 /// True if its values are from 0 to 1, so that it needs a window.
 bool is_relative_preset(std::string_view name);
