@@ -7,7 +7,7 @@
 ///                contacts (`unloaded`), plus the response to the forces of contacts.
 ///
 /// Both are moved by rounds (Balance), which ask each part for its response to forces and let it go a part of
-/// the way there.
+/// the way there. A Vector6 is a shift and a turn, or a force and a moment.
 
 #include "world/balance/soft_part.hpp"
 
@@ -15,8 +15,6 @@
 #include <optional>
 
 namespace maille::deform {
-
-using Vector6 = Eigen::Matrix<double, 6, 1>; ///< shift and turn, or force and moment
 
 /// How an object moves as a whole, about its middle.
 ///
