@@ -257,31 +257,6 @@ TEST(PrototypesContract, AMuscleGivesWayToAProbeAndComesBack) {
   EXPECT_LT(lowest(), 0.01 * deepest);
 }
 
-// Analytic: single voxels before one another come to the faces before them, half a cell, and no further; what
-// goes through them reaches the second body, which comes back to rest when the hand rests.
-TEST(PrototypesAnalytic, VoxelsHandOnWhatTheyCannotMove) {
-  Player player = player_of("handed_on.toml", "handed_on_pushed.toml");
-  const deform::World& world = player.world();
-  const int second = object_named(world, "second");
-  int on_the_way = 0;
-  std::int64_t handed_on = 0;
-  double furthest = 0, now = 0;
-  while (!player.is_at_end()) {
-    const PlayedFrame frame = player.next();
-    on_the_way += frame.status == Status::budget_reached;
-    handed_on += frame.handed_on;
-    now = std::max(0.0, std::ranges::max(world.displacement(second).component(0)));
-    furthest = std::max(furthest, now);
-    ASSERT_EQ(world.n_shared_cells(), 0) << "in frame " << frame.number;
-  }
-  EXPECT_GT(on_the_way, 20);
-  EXPECT_GT(handed_on, 50);
-  for (const auto& [pearl, face] : {std::pair{"pearl 1", 12.5}, {"pearl 2", 13.5}, {"pearl 3", 14.5}})
-    EXPECT_NEAR(world.pose(object_named(world, pearl)).position[0] / mm, face, 1e-6) << pearl;
-  EXPECT_GT(furthest, 0.1 * mm);
-  EXPECT_LT(now, 0.1 * furthest);
-}
-
 // Nodes that stand closer than cells come into the cells of those that make way, and are asked to make way
 // too.
 TEST(PrototypesContract, AMuscleFinerThanTheWorldGivesWayToo) {
