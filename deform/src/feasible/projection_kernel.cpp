@@ -50,7 +50,7 @@ HWY_INLINE void scan_rows(T* HWY_RESTRICT first, int64_t stride, int width, T ah
 
 template<bool least_above, class T>
 HWY_INLINE void close_one_slab(const Closure<T>& closure, int z) {
-  constexpr int side_by_side = 8;
+  constexpr int side_by_side = line_of_floats / 2;
   const int width = closure.nodes[0], n_rows = closure.nodes[1];
   const int64_t stride = closure.field.row_stride;
   T* const slab = closure.field.data + z * closure.field.slab_stride;

@@ -8,6 +8,7 @@
 #include "maille/base/grid.hpp"
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <type_traits>
 #include <utility>
@@ -16,6 +17,8 @@ namespace maille::deform {
 
 /// Numbers of float32 or int32 in a cache line; rows of fields are padded to whole lines.
 inline constexpr int line_of_floats = 16;
+/// In lists of indices: none.
+inline constexpr std::int32_t no_index = -1;
 
 /// Range of layers of cells.
 struct LayerRange {

@@ -417,7 +417,8 @@ TEST_F(VtiContract, RefusesDamagedData) {
     EXPECT_NE(keys_of(faults(bytes)), "") << damaged;
   }
   file.encoding = "ascii";
-  for (const std::string damaged : {"1 2 3 4 5", "1 2 3 4 5 6 7", "1 2 3 4 5 x"}) {
+  for (const std::string damaged :
+       {"1 2 3 4 5", "1 2 3 4 5 6 7", "1 2 3 4 5 x", "1 2 3 4 5 256", "1 2 3 4 5 6.5"}) {
     file.arrays.front().text = damaged;
     EXPECT_NE(keys_of(faults(file.bytes_of_file())), "") << damaged;
   }

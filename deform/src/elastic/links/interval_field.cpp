@@ -1,6 +1,7 @@
 #include "elastic/links/interval_field.hpp"
 
 #include "feasible/bounds/clipping.hpp"
+#include "lattice/field_memory.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -78,7 +79,7 @@ bool IntervalField::is_any_outside_in_row(int axis, const Index3& at, const doub
 }
 
 std::array<double, 2> range_of(std::span<const double> values) {
-  constexpr std::size_t lanes = 8; // several at a time
+  constexpr std::size_t lanes = line_of_floats / 2; // several at a time
   std::array<double, lanes> least{}, most{};
   const auto visit = [&](std::size_t lane, double value) {
     least[lane] = value < least[lane] ? value : least[lane];

@@ -99,7 +99,7 @@ RoundedBlockMatrix rounded(BlockMatrix& A, ThreadTeam& team) {
   constexpr int exponent_of_largest = 15; // of 2^15 (2 - 2^-10), so that the smallest are normal numbers too
   RoundedBlockMatrix B;
   B.scale.resize(static_cast<std::size_t>(A.n_rows()));
-  constexpr std::size_t padding = 8;
+  constexpr std::size_t padding = line_of_floats / 2;
   B.blocks = AlignedArray<std::uint16_t>(8 * A.column.size() + padding);
   B.last = AlignedArray<std::uint16_t>(A.column.size() + padding);
   const std::int32_t n = A.n_rows();

@@ -34,7 +34,7 @@ void for_slabs(const List<std::size_t>& first_of_slab, ThreadTeam& team, const W
 
 /// A piece of matter, which is stiff between its eight vertices.
 struct PatternedPiece {
-  static constexpr std::int32_t no_pattern = -1;
+  static constexpr std::int32_t no_pattern = no_index;
   std::int32_t vertex[8] = {};
   std::int32_t pattern = no_pattern; ///< whose matrix it has
 };

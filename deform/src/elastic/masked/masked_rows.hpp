@@ -19,7 +19,7 @@ struct NodeRow {
 
 /// Consecutive cells along x, processed in blocks; the last block may reach beyond them.
 struct CellRun {
-  static constexpr int block = 8;
+  static constexpr int block = line_of_floats / 2;
 
   Index3 first{}; ///< cell
   std::int32_t node_slot[4] =

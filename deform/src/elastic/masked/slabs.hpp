@@ -24,7 +24,7 @@ public:
   static constexpr int planes_per_unit = 4;
   /// Layers of cells below and above a slab's own: three planes of blocks tell which of the coarser grid's
   /// vertices at the border are one, and their numbers.
-  static constexpr int layers_below = 6, layers_above = 6;
+  static constexpr int layers_below = 6, layers_above = layers_below;
 
   /// @param all null, or of no more ranks than the body has units: one process
   Slabs(const Specimen& body, Communicator* all);

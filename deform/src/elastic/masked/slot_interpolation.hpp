@@ -32,7 +32,7 @@ public:
               std::int64_t stride, float* vertices) const;
 
 private:
-  static constexpr std::int32_t nowhere = -1; ///< no matter
+  static constexpr std::int32_t nowhere = no_index; ///< no matter
 
   /// Per slot: as Coarsened has it, and for hinges less than `nowhere`, by rows of hinges_.
   List<std::int32_t> place_;

@@ -46,7 +46,7 @@ public:
   std::int32_t mean_length() const { return mean_length_; }
 
 private:
-  static constexpr std::int32_t unknown = -1, is_even = unknown - 1;
+  static constexpr std::int32_t unknown = no_index, is_even = unknown - 1;
 
   const std::int32_t* make_block(std::int32_t tile);
 

@@ -1,6 +1,7 @@
 #pragma once
 /// Which tile comes next: the largest violation first, roughly.
 
+#include "lattice/field_memory.hpp"
 #include "maille/base/arena.hpp"
 
 #include <algorithm>
@@ -69,7 +70,7 @@ public:
   }
 
 private:
-  static constexpr std::int32_t none = -1;
+  static constexpr std::int32_t none = no_index;
   static constexpr std::int32_t n_buckets = 128;
 
   static std::size_t ring(std::int32_t bucket) { return static_cast<std::size_t>(bucket % n_buckets); }
