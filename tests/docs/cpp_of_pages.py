@@ -32,7 +32,7 @@ void feel() {
 void draw(const maille::Seen& seen, const maille::Specimen& body, const maille::render::View& view) {
 """, "(void)picture;\n}")],
 }
-ROOMS = ["materials", "scene", "deform", "render"]
+ROOMS = ["materials", "scene/images", "scene", "deform/mechanics", "deform", "render"]
 
 
 def main():

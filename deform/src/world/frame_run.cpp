@@ -32,10 +32,10 @@ void check(const WorldObjects& world, const Drive& drive) {
     size += world.scene.cells[static_cast<std::size_t>(a)] * world.scene.spacing[static_cast<std::size_t>(a)];
   // About a point further away a turn is rounding.
   if (!motion.by.allFinite() || !motion.about.allFinite() || !(motion.about.norm() <= 1e6 * size) ||
-      !(motion.by.norm() <= 1e6 * size) || !(std::abs(motion.angle) <= std::numbers::pi) ||
+      !(motion.by.norm() <= 1e9 * size) || !(std::abs(motion.angle) <= std::numbers::pi) ||
       !(std::abs(motion.axis.norm() - 1) < 1e-9))
-    fail("a motion and a turn's centre within a million times the world's size, a turn of at most half a "
-         "circle, an axis of length 1");
+    fail("a motion within 1e9 times the world's size, a turn about a point within a million times it, of at "
+         "most half a circle, an axis of length 1");
   const Specimen& specimen = world.object(drive.object).scene.specimen;
   switch (world.member(drive.object).kind) {
   case ObjectKind::fixed:

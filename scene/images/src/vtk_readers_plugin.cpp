@@ -143,7 +143,7 @@ std::string header(const std::string& file, std::string& xml, std::string& units
                                                                                                  : too_much;
 }
 
-/// The first word of an array of whole numbers in text that is none of its type: VTK takes 256 and 6.5 for
+/// The first word of a text array that its type cannot hold: VTK takes 256 and 6.5 for
 /// numbers of UInt8. Empty where all are right, and where the array is no text.
 std::string wrong_word(const std::string& file, const std::string& section, const std::string& name,
                        vtkDataArray& array) {

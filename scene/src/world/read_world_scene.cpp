@@ -58,8 +58,7 @@ void read_dynamics(TableReader& world_table, WorldScene& world) {
     return;
   WorldDynamics& dynamics = world.dynamics.emplace();
   if (world.contact != ContactLaw::surfaces)
-    world_table.fault("dynamics", "contact = \"surfaces\", which knows impulses",
-                      "contact = \"cells\"");
+    world_table.fault("dynamics", "contact = \"surfaces\", which knows impulses", "contact = \"cells\"");
   if (table->has("gravity"))
     dynamics.gravity = reader::read_vector(*table, "gravity", world.dimension).value_or(Vec3{});
   table->read("restitution", dynamics.restitution);

@@ -44,7 +44,7 @@ public:
   /// What of the scene's materials the lattice does not represent; empty if it does.
   const std::string& note() const { return note_; }
   const std::vector<SpringDirection>& directions() const { return directions_; }
-  double unit_of_length() const { return unit_of_length_; }       ///< spacing along x [m]
+  double unit_of_length() const { return unit_of_length_; } ///< spacing along x [m]
   /// Sum of the stiffnesses of the springs that end at each grid node, in units of stiffness.
   std::vector<float> stiffness_at_nodes() const;
   /// Energy in the springs [J] (per metre in 2D). In float64.

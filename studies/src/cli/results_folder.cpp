@@ -121,8 +121,9 @@ void ResultsFolder::look_at(const fs::path& file, bool overwrite) {
 void ResultsFolder::refuse_name_of_result(const std::string& option,
                                           const std::optional<std::string>& file) const {
   const fs::path path = file ? fs::weakly_canonical(fs::absolute(*file)) : fs::path();
+  const std::string name = path.filename().string();
   if (path.parent_path() == fs::weakly_canonical(fs::absolute(folder_)) &&
-      sure_.contains(path.filename().string()))
+      (sure_.contains(name) || (name.starts_with(scene_ + "_") && name.ends_with("_force.csv"))))
     throw UsageError(
         fmt::format("{} {}: expected a file of its own, found the name of a result of --out", option, *file));
 }

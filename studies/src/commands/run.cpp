@@ -311,9 +311,6 @@ int run_command(const RunOptions& options) {
   if (speaks && options.out) {
     std::vector<std::string> sure;
     for (const std::string& method : names)
-      if (options.steps > 1)
-        sure.push_back(fmt::format("_{}_force.csv", method));
-    for (const std::string& method : names)
       for (const char* end : {"_0000", "_0001", ".pvd"})
         if (options.steps > 1 || end == std::string_view("_0001"))
           sure.push_back(fmt::format("_{}{}{}", method, end, *end == '_' ? ending_of_vtk(scene) : ""));

@@ -1,8 +1,8 @@
 #include "deform/probe/probe_scenes.hpp"
 #include "maille/deform/probe/touch.hpp"
-#include "world/touch/allowed_twist.hpp"
 #include "support/dice.hpp"
 #include "support/kit.hpp"
+#include "world/touch/allowed_twist.hpp"
 
 #include <Eigen/Geometry>
 

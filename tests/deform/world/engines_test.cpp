@@ -191,26 +191,6 @@ TEST(HandOnAnalytic, ARowHandsOnWhatAHandAsksFor) {
   }
 }
 
-// Analytic: single voxels before one another come to the faces before them, half a cell, and no further; what
-// goes through them reaches the second body, which comes back to rest when the hand rests.
-TEST(HandOnAnalytic, WhatGoesThroughSingleVoxelsReachesTheNextBody) {
-  World world = world_of_1995(
-      "hand_on", read_world_scene(MAILLE_SCENES "/../../studies/lab/scenes/world/handed_on.toml"));
-  double furthest = 0, now = 0;
-  int on_the_way = 0;
-  for (int frame = 0; frame < 60; ++frame) {
-    const std::vector<Drive> drives(frame < 24 ? 1 : 0, drive_of(0, {0.5e-3, 0, 0}));
-    on_the_way += world.advance(drives).status == Status::budget_reached;
-    now = std::max(0.0, std::ranges::max(world.displacement(5).component(0)));
-    furthest = std::max(furthest, now);
-  }
-  EXPECT_GT(on_the_way, 20);
-  for (int pearl = 2; pearl < 5; ++pearl)
-    EXPECT_NEAR(1e3 * world.pose(pearl).position[0], 10.5 + pearl, 1e-6);
-  EXPECT_GT(furthest, 1e-4);
-  EXPECT_LT(now, 0.1 * furthest);
-}
-
 // Analytic: at rest every node is the mean of its neighbours. A few sweeps a frame show the way there.
 TEST(SweepAnalytic, FramesShowABodyOnItsWayToRest) {
   for (const char* loop : {"sweep", "hand_on"}) {
@@ -236,20 +216,6 @@ TEST(SweepAnalytic, FramesShowABodyOnItsWayToRest) {
     EXPECT_LT(furthest_from_rest(), 0.05) << loop;
     EXPECT_GT(furthest_from_rest(), 0) << loop;
   }
-}
-
-// Analytic: voxels' middles at 3.5 + x before a wall whose first cell is 8: free while x < 4.5. The frame
-// goes in 10 steps of a cell; the fifth is halved until it is free.
-TEST(HalvingAnalytic, ABlockedStepIsHalvedWithoutPushing) {
-  WorldScene scene = empty_world({20, 5}, "coupled");
-  scene.objects = {box_object("tool", ObjectKind::rigid, {2, 2}, {2, 1, 0}),
-                   box_object("free", ObjectKind::rigid, {1, 2}, {8, 1, 0})};
-  World world = world_of_1995("halving", scene);
-  Drive drive = drive_of(0, {10, 0, 0});
-  EXPECT_EQ(world.advance({&drive, 1}).status, Status::clamped);
-  const double x = world.pose(0).position[0] - 2;
-  EXPECT_NEAR(x, 4 + 0.5 * (1 - 1.0 / 64), 1e-12); // steps 5 to 10, each half of what is left
-  EXPECT_EQ(world.pose(1).position[0], 8);
 }
 
 } // namespace

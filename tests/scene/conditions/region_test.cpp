@@ -493,7 +493,7 @@ TEST(RegionIndependent, ResultantsOfRandomRegions) {
       n_patches += form == 6 && total > 0 && force.norm() > 0;
       EXPECT_LT((force - expected).norm(), 1e-9 * pressure * total) << read_text_file(file, "a scene");
     } catch (const InputError& error) {
-      EXPECT_EQ(error.faults().front().key, "load[1].where") << "no whole face is in it";
+      EXPECT_TRUE(error.faults().front().key.starts_with("load[1].where")) << "no whole face is in it";
     }
   }
   EXPECT_GT(n_patches, 0);

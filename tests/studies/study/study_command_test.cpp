@@ -157,7 +157,8 @@ TEST_F(StudyCommandContract, PartsMergedAreTheWhole) {
   test::done(line + (folder / "whole").string());
   for (const char* part : {"1/3", "2/3", "3/3"})
     test::done(line + (folder / "parts").string() + " --shard " + part);
-  const std::string merge = "study merge " + (folder / "parts").string() + " --out " + (folder / "merged").string();
+  const std::string merge =
+      "study merge " + (folder / "parts").string() + " --out " + (folder / "merged").string();
   const Outcome merged = test::done(merge);
   EXPECT_EQ(rows(folder / "merged/study.jsonl"), rows(folder / "whole/study.jsonl"));
   EXPECT_EQ(rows(folder / "merged/study.csv"), rows(folder / "whole/study.jsonl"));
