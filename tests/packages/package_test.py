@@ -109,14 +109,13 @@ with tempfile.TemporaryDirectory(dir=BUILD) as name:
         said = run(["/usr/bin/python3", "-c", code], env=clean | {"PYTHONPATH": f"{root}/usr/lib/python3/dist-packages"}, cwd=work)
         check(said.split() == ["done", "False"], said)
 
-    # The pages that help speaks of.
     pages_of_help = re.findall(r"^ *More: +(docs/\S+?\.md)", run(["maille", "help", "compare"], env=clean, cwd=work), re.M)
     check(pages_of_help and all((root / "usr/share/doc/maille" / page).is_file() for page in [*pages_of_help, "docs/glossary.md"]), f"{pages_of_help}")
 
     # Pages of the manual and completions, made from the command's own help.
     pages = sorted((root / "usr/share/man/man1").iterdir())
-    commands = re.findall(r"^  (\w+) ", run(["maille", "--help"], env=clean, cwd=work).split("Subcommands:")[1], re.M)
-    check({page.name for page in pages} == {"maille.1", *(f"maille-{command}.1" for command in commands)}, f"pages: {pages}")
+    commands = re.findall(r"^  (\w+) ", run(["maille", "--help"], env=clean, cwd=work).split("Model:")[1], re.M)
+    check({page.name for page in pages} == {"maille.1", *(f"maille-{command}.1" for command in [*commands, "study-trade", "study-choose", "study-merge"])}, f"pages: {pages}")
     options = set(re.findall(r"^  (?:-\w,)?(--[\w-]+)", run(["maille", "compare", "--help"], env=clean, cwd=work), re.M))
     text = (root / "usr/share/man/man1/maille-compare.1").read_text(encoding="utf-8").replace("\\-", "-")
     check(len(options) > 8 and all(option in text for option in options), f"options that the page lacks: {[o for o in options if o not in text]}")
@@ -135,8 +134,8 @@ with tempfile.TemporaryDirectory(dir=BUILD) as name:
     check(completed(["maille", "compare", "--"]) >= options, "options of compare")
     check(completed(["maille", "compare", "--picture-of", ""]) == {"displacement", "strain", "stress"}, "choices of --picture-of")
     check(completed(["maille", "run", "--methods", "limits,cou"]) == {"limits,coupled"}, f"{completed(['maille', 'run', '--methods', 'limits,cou'])}")
-    check(completed(["maille", "warp", "--also", "mha,n"]) == {"mha,nrrd"}, "formats in a list")
-    check(completed(["maille", "help", "meth"]) == {"methods"}, "topics of help")
+    check(completed(["maille", "run", "--also", "mha,n"]) == {"mha,nrrd"}, "formats in a list")
+    check(completed(["maille", "help", "meth"]) == {"methods"} and "--spacings" in completed(["maille", "study", "trade", "--"]), "topics, and two words")
     if shutil.which("zsh"):
         run(["zsh", "-n", root / "usr/share/zsh/vendor-completions/_maille"])
     print(f"{', '.join(sorted(packages))}: {len(objects)} programs and plugins, {len(pages)} pages")
