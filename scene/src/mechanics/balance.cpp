@@ -131,7 +131,6 @@ double stiffening_of_relaxed(const Scene& scene) {
 }
 
 bool has_modulus(const Scene& scene, const Answer& answer) {
-  constexpr double largest_stiffening = 2;
   return answer.n_cut == 0 &&
          (answer.method != "relaxed" || stiffening_of_relaxed(scene) <= largest_stiffening);
 }

@@ -3,6 +3,7 @@
 #include "maille/plugins/open_plugin.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/frame.hpp"
+#include "maille/scene/mechanics/mechanics.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "maille/scene/world/world_scene.hpp"
 
@@ -25,9 +26,6 @@ constexpr double least_modulus = 100, greatest_modulus = 1e12, least_density = 5
 constexpr double largest_small_turn = 15 * std::numbers::pi / 180;
 /// Least shares of the mean cross-section: below, a test's plate is uneven, a face's hold or move tiny.
 constexpr double least_plate = 0.8, least_face = 0.05;
-
-/// Above this Poisson ratio forces of `relaxed` are off by more than a factor of 2.
-constexpr double largest_nu_of_relaxed = 0.4;
 
 double norm(const Vec3& v) {
   return std::hypot(v[0], v[1], v[2]);
@@ -330,14 +328,12 @@ std::vector<std::string> world_warnings(const WorldScene& world) {
   for (const WorldObject& object : world.objects) {
     for (const std::string& warning : plausibility(object.scene).warnings)
       warnings.push_back(object.name + ": " + warning);
-    if (world.method == "relaxed" && object.kind == ObjectKind::deformable &&
-        std::ranges::any_of(object.scene.materials, [](const Material& material) {
-          return material.elasticity.nu23 > largest_nu_of_relaxed;
-        }))
+    if (const double factor = stiffening_of_relaxed(object.scene);
+        world.method == "relaxed" && object.kind == ObjectKind::deformable && factor > largest_stiffening)
       warnings.push_back(
-          fmt::format("{}: `relaxed` has no Poisson effect: its forces are too large by a factor "
-                      "that grows without bound as matter becomes incompressible; `coupled` has it",
-                      object.name));
+          fmt::format("{}: forces of `relaxed` are of matter up to {:.3g} times as stiff, and mean "
+                      "nothing here; `coupled` has the Poisson effect",
+                      object.name, factor));
     if (world.contact != ContactLaw::surfaces || world.is_open || object.kind == ObjectKind::fixed)
       continue;
     const Specimen& body = object.scene.specimen;

@@ -48,6 +48,8 @@ public:
   const std::filesystem::path& path() const { return folder_; }
   /// A path in the folder: `SCENE` and this.
   std::filesystem::path file(const std::string& ending) const;
+  /// Says that the command will write `SCENE` and this.
+  void plan(const std::string& ending) { planned_.insert(scene_ + ending); }
   /// @throws UsageError where an option's file has the name of a result that this command will write
   void refuse_name_of_result(const std::string& option, const std::optional<std::string>& file) const;
   /// Says that a file has been written.
@@ -68,7 +70,7 @@ private:
 
   std::filesystem::path folder_;
   std::string scene_, kind_, scene_file_, scene_text_;
-  std::set<std::string> sure_;               ///< names that this command will write
+  std::set<std::string> planned_;            ///< names that this command will write
   std::set<std::string> written_;            ///< names in the folder
   std::map<std::string, std::string> stale_; ///< names, and digests of what cannot hold provenance
   FolderLock lock_;

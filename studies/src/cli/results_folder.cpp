@@ -73,8 +73,8 @@ ResultsFolder::ResultsFolder(fs::path folder, std::string scene, const fs::path&
       scene_file_(fs::weakly_canonical(fs::absolute(scene_file)).string()),
       scene_text_(scene_text_of(scene_file)), lock_(lock_of(folder_, scene_, sure, kind_)) {
   for (const std::string& ending : sure)
-    sure_.insert(scene_ + ending);
-  sure_.insert(fmt::format("{}_{}_results.json", scene_, kind_));
+    plan(ending);
+  plan(fmt::format("_{}_results.json", kind_));
   std::vector<fs::path> lists;
   for (const auto& entry : fs::directory_iterator(folder_))
     if (entry.is_regular_file() && entry.path().filename().string().ends_with("_results.json"))
@@ -122,8 +122,7 @@ void ResultsFolder::refuse_name_of_result(const std::string& option,
                                           const std::optional<std::string>& file) const {
   const fs::path path = file ? fs::weakly_canonical(fs::absolute(*file)) : fs::path();
   const std::string name = path.filename().string();
-  if (path.parent_path() == fs::weakly_canonical(fs::absolute(folder_)) &&
-      (sure_.contains(name) || (name.starts_with(scene_ + "_") && name.ends_with("_force.csv"))))
+  if (path.parent_path() == fs::weakly_canonical(fs::absolute(folder_)) && planned_.contains(name))
     throw UsageError(
         fmt::format("{} {}: expected a file of its own, found the name of a result of --out", option, *file));
 }

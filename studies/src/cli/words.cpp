@@ -51,10 +51,7 @@ void replace_old_command(std::vector<std::string>& words, std::string* hint) {
     *hint = fmt::format("maille {} is now maille {}", old->old, old->now);
   if (words[0] == "export")
     return make_run_of_export(words);
-  const bool is_of_library =
-      words[0] == "materials" && std::ranges::none_of(words, [](const std::string& word) {
-        return word.find('/') != std::string::npos && !word.ends_with(".json");
-      });
+  const bool is_of_library = words[0] == "materials" && (words.size() == 1 || words[1].starts_with('-'));
   if (words[0] == "explain")
     words.insert(words.begin() + 1, "--why");
   if (is_of_library)

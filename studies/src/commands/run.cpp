@@ -315,6 +315,9 @@ int run_command(const RunOptions& options) {
         if (options.steps > 1 || end == std::string_view("_0001"))
           sure.push_back(fmt::format("_{}{}{}", method, end, *end == '_' ? ending_of_vtk(scene) : ""));
     folder.emplace(*options.out, scene.name, options.scene, "run", options.overwrite, sure);
+    for (const std::string& method : names)
+      if (options.steps > 1)
+        folder->plan(fmt::format("_{}_force.csv", method));
   }
   if (speaks)
     for (const auto& [option, file] :

@@ -77,8 +77,8 @@ struct ForceCheck {
   /// What holds, moves and loads together lack: a force, and a moment about the middle of what is held,
   /// of what is moved where nothing is.
   Resultant missing;
-  double force_share = 0;  ///< of the largest of their forces, and of a contraction's [1]
-  double moment_share = 0; ///< of the moment of holds, or of that of moves and loads, about that middle [1]
+  double force_share = 0;  ///< of the largest of their forces, a contraction's, and all that is applied [1]
+  double moment_share = 0; ///< of the largest moment about that middle, of holds, moves or loads [1]
   std::vector<std::string> caveats; ///< a sentence each; empty where nothing is wrong
 };
 /// Nothing for an answer without reactions. Cost  as resultants_of()
@@ -87,6 +87,8 @@ std::optional<ForceCheck> check_forces(const Scene& scene, const Answer& answer)
 /// Largest ratio, over the materials, of the diagonal of the stiffness in `relaxed` to Young's moduli [1]:
 /// 1.35 at a Poisson ratio of 0.3, 1667 at 0.4999.
 double stiffening_of_relaxed(const Scene& scene);
+/// Beyond this factor forces, stress and modulus of `relaxed` mean nothing.
+inline constexpr double largest_stiffening = 2;
 /// Whether an answer's reactions make a modulus of the matter: not those of moves that limits cut, nor
 /// those of `relaxed` where it is more than twice too stiff.
 bool has_modulus(const Scene& scene, const Answer& answer);
