@@ -36,6 +36,8 @@ bool is_whole(const std::string& file) {
   std::ifstream stream(file, std::ios::binary);
   ElfW(Ehdr) head{};
   stream.read(reinterpret_cast<char*>(&head), sizeof head);
+  if (head.e_ident[0] == '#') // a script
+    return true;
   std::vector<ElfW(Phdr)> segments(head.e_phnum);
   stream.seekg(static_cast<std::streamoff>(head.e_phoff));
   stream.read(reinterpret_cast<char*>(segments.data()),

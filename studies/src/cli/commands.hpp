@@ -330,6 +330,13 @@ void no_picture(const std::string& why, const std::filesystem::path& file);
 /// that they stay.
 bool is_cut_short(const Control& control, bool has_answers, bool has_files);
 
+/// Prints warnings of files that the command's own output does not have.
+void say_file_warnings();
+/// Replaces this process by the program `maille-NAME` (python/program.py.in), which has the request on its
+/// standard input and ends with the command's exit code. Call it last: locks of folders stay, nothing else.
+/// @throws std::runtime_error where there is no such program. It never returns a value.
+int become_python_program(const std::string& name, const nlohmann::ordered_json& request);
+
 /// Threads, signals that ask to stop (see catch_stop_signals) and a progress line on stderr where that is a
 /// terminal.
 Control terminal_control(int threads);

@@ -121,14 +121,6 @@ void open_standard_streams() {
       std::_Exit(exit_run_failed);
 }
 
-/// Warnings of files that the command's own output does not have.
-void say_file_warnings() {
-  const std::vector<std::string> warnings = maille::file_warnings(true);
-  if (maille::fem_ref::ranks().is_first())
-    for (const std::string& warning : warnings)
-      complain("warning: " + warning);
-}
-
 /// What is still in a buffer when the process ends would be lost without a word where the disk is full.
 int with_all_output(int exit_code) {
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
@@ -137,6 +129,13 @@ int with_all_output(int exit_code) {
 }
 
 } // namespace
+
+void maille::studies::say_file_warnings() {
+  const std::vector<std::string> warnings = maille::file_warnings(true);
+  if (maille::fem_ref::ranks().is_first())
+    for (const std::string& warning : warnings)
+      complain("warning: " + warning);
+}
 
 int main(int argc, char** argv) {
   open_standard_streams();
