@@ -104,8 +104,11 @@ bool is_positive_definite(TableReader& table, const ElasticConstants& constants)
 std::optional<ElasticConstants> read_isotropic(TableReader& table) {
   const auto E = table.number("youngs_modulus");
   const auto nu = table.number("poisson_ratio");
-  if (nu && !(*nu > -1 && *nu < 0.5)) {
+  constexpr double round_off = 1e-9;
+  if (nu && !(*nu > -1 + round_off && *nu < 0.5 - round_off)) {
     std::string expected = "-1 < poisson_ratio < 0.5";
+    if (*nu > -1 && *nu < 0.5)
+      expected += fmt::format(", by {:g} at least", round_off);
     if (std::abs(*nu - 0.5) < near_limit)
       expected += fmt::format(incompressible_advice, "poisson_ratio", "0.49");
     table.fault("poisson_ratio", expected);

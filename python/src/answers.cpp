@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace maille::python {
 
@@ -121,6 +122,7 @@ std::vector<std::string> warnings(const py::object& self) {
   const Scene& scene = handle.scene();
   const Plausibility question = plausibility(scene);
   std::vector<std::string> found = question.warnings;
+  std::ranges::move(unused_settings(scene, {handle.answer.method}), std::back_inserter(found));
   if (!handle.has_displacement() || !has_stress(handle.answer.method))
     return found;
   double largest = 0;

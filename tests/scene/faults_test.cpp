@@ -32,6 +32,7 @@ const Mistake mistakes[] = {
      "specimen.material", "muscle/soleus"},
     {"negative_modulus", "10 kPa", "-10 kPa", 5, "specimen.material.youngs_modulus", "> 0"},
     {"not_positive_definite", "0.3 }", "0.6 }", 5, "specimen.material.poisson_ratio", "0.5"},
+    {"nearly_incompressible", "0.3 }", "0.4999999999 }", 5, "specimen.material.poisson_ratio", "1e-09"},
     {"unknown_face", "where = \"x-\"", "where = \"w-\"", 7, "hold[1].where", "x-"},
     {"no_node_in_it", "where = \"x+\"",
      "where = { box = [[\"1 m\", \"1 m\", \"1 m\"], [\"2 m\", \"2 m\", \"2 m\"]] }", 9, "move[1].where",

@@ -119,6 +119,16 @@ TEST(PlausibilityContract, StatementsWithoutTheirEffectAreSaid) {
   }
 }
 
+// Truth: docs/keys.md says whose each setting is.
+TEST(PlausibilityContract, SettingsThatNoMethodReadsAreSaid) {
+  const Scene scene =
+      parse_scene(strip("[relaxation]\nframe = \"blocks\"\nsweeps = 7\nmode = \"deformable\"\n"));
+  EXPECT_EQ(unused_settings(scene, {"coupled", "sweep"}).size(), 1U) << "it asks nothing";
+  EXPECT_EQ(unused_settings(scene, {"relaxed"}).size(), 3U);
+  EXPECT_EQ(unused_settings(scene, {"fem_q1", "limits"}).size(), 4U);
+  EXPECT_EQ(unused_settings(parse_scene(strip(pulled("1 mm"))), {"coupled"}).size(), 0U);
+}
+
 // Truth: an end of 4 x 4 cells of 5 mm; the whole of it, and a patch of one cell's width.
 TEST(PlausibilityAnalytic, PartsHaveTheirNodesAreaAndShare) {
   const auto parts = stated_parts(

@@ -220,6 +220,8 @@ void set_geometry(ImageInfo& info, const FileGeometry& stated, Faults& faults,
   }
   if (is_direction(geometry, faults))
     info.direction = nearest_orthonormal(geometry.direction);
+  if (!geometry.states_spacing)
+    warn_of_file(faults.file(), "states no spacing of its voxels: taken as 1 mm");
   info.states_world = geometry.world != WorldAxes::unknown;
   info.world = info.states_world ? geometry.world : geometry.fallback;
   if (!info.states_world && info.world != WorldAxes::unknown && info.size[2] > 1)

@@ -142,6 +142,8 @@ FileGeometry read_geometry(Fields& fields, std::size_t n_axes, Faults& faults) {
   geometry.spacing_keys.fill(spacing_name);
   if (const auto spacing = fields.numbers<double>({spacing_name}, n_axes))
     std::copy(spacing->begin(), spacing->end(), geometry.spacing.begin());
+  else
+    geometry.states_spacing = fields.text({spacing_name}).has_value();
   const auto origin = fields.numbers<double>({"Offset", "Position", "Origin"}, n_axes, &geometry.origin_key);
   if (origin)
     std::copy(origin->begin(), origin->end(), geometry.origin.begin());
@@ -159,6 +161,26 @@ FileGeometry read_geometry(Fields& fields, std::size_t n_axes, Faults& faults) {
   else if (unit != "mm" && unit != "?")
     faults.add("DistanceUnits", "mm, cm or um", in_quotes(unit));
   return geometry;
+}
+
+/// AnatomicalOrientation repeats the matrix in letters: ITK writes the side that an axis comes from, others
+/// the side that it points to. The matrix counts; letters that say neither are reported.
+void warn_of_orientation(const std::string& letters, const FileGeometry& geometry, const fs::path& file) {
+  std::string from, to;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::size_t main = 0;
+    for (std::size_t row = 1; row < 3; ++row)
+      if (std::abs(geometry.direction[row][axis]) > std::abs(geometry.direction[main][axis]))
+        main = row;
+    const bool is_up = geometry.direction[main][axis] > 0;
+    from += (is_up ? "RAI" : "LPS")[main];
+    to += (is_up ? "LPS" : "RAI")[main];
+  }
+  if (const auto has = [&](const std::string& all) { return all.starts_with(letters); };
+      !letters.empty() && !has(from) && !has(to))
+    warn_of_file(file, fmt::format("AnatomicalOrientation is {}, and the axes of its matrix come from {} and "
+                                   "point to {}: the matrix counts, in LPS as ITK takes it",
+                                   letters, from, to));
 }
 
 /// The file that holds the data: this one, or one in its folder or below.
@@ -229,8 +251,10 @@ OpenImage open_meta_image(const fs::path& file, Faults& faults) {
   image.layout = read_layout(fields, faults);
   FileGeometry geometry = read_geometry(fields, static_cast<std::size_t>(n_axes), faults);
   if (const auto orientation = fields.text({"AnatomicalOrientation"});
-      orientation && orientation->find('?') == std::string::npos)
+      orientation && orientation->find('?') == std::string::npos) {
     geometry.world = WorldAxes::lps;
+    warn_of_orientation(*orientation, geometry, file);
+  }
   set_geometry(image.info, geometry, faults);
   faults.throw_if_any();
   const std::int64_t bytes = image.info.n_voxels() * image.info.components * bytes_of(image.layout.type);

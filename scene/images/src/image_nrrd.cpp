@@ -261,34 +261,49 @@ private:
     const auto units = field("space units");
     if (!units)
       return;
-    const std::size_t open = units->find('"');
-    const std::string first =
-        open == std::string::npos ? "" : units->substr(open + 1, units->find('"', open + 1) - open - 1);
+    // One in quotes an axis; lengths along the axes have one unit here.
+    std::vector<std::string> named;
+    for (std::size_t at = units->find('"'); at != std::string::npos; at = units->find('"', at + 1)) {
+      const std::size_t end = std::min(units->find('"', at + 1), units->size());
+      named.push_back(units->substr(at + 1, end - at - 1));
+      at = end;
+    }
+    const std::string first = named.empty() ? "" : named.front();
     static const std::map<std::string, double> per_metre{{"", 1e3},   {"mm", 1e3}, {"millimeter", 1e3},
                                                          {"cm", 1e2}, {"m", 1},    {"um", 1e6}};
     const auto found = per_metre.find(first);
-    if (found == per_metre.end())
-      faults_.add("space units", "\"mm\", \"cm\", \"m\" or \"um\"", in_quotes(*units));
+    if (found == per_metre.end() ||
+        std::ranges::any_of(named, [&](const std::string& unit) { return unit != first; }))
+      faults_.add("space units", "\"mm\", \"cm\", \"m\" or \"um\", the same for every axis",
+                  in_quotes(*units));
     else
       geometry.units_per_metre = found->second;
   }
 
+  /// The numbers of a field that has one for each axis; those of axes of space alone.
+  std::vector<double> of_axes_of_space(const char* name) {
+    const std::vector<std::string> words = words_of(*field(name));
+    std::vector<double> numbers;
+    for (std::size_t axis = 0; axis < std::min(n_axes_, words.size()); ++axis)
+      if (const auto value = parse_numbers<double>(words[axis], 1); is_space(axis))
+        numbers.push_back(value ? value->front() : std::nan(""));
+    if (words.size() != n_axes_)
+      faults_.add(name, fmt::format("{} numbers", n_axes_), in_quotes(*field(name)));
+    return numbers;
+  }
+
+  bool is_node(std::size_t axis) {
+    const auto centers = words_of(lower(field("centers").value_or(field("centerings").value_or(""))));
+    return centers.size() == n_axes_ && centers[axis] == "node";
+  }
+
   /// Old files' origin, as ITK takes it: the edge of the first voxel, unless voxels are nodes.
   void read_axis_mins(FileGeometry& geometry) {
-    const std::vector<std::string> mins = words_of(*field("axis mins"));
-    const std::vector<std::string> centers =
-        words_of(lower(field("centers").value_or(field("centerings").value_or(""))));
     std::size_t next = 0;
-    for (std::size_t axis = 0; axis < n_axes_ && mins.size() == n_axes_; ++axis)
-      if (is_space(axis)) {
-        const auto value = parse_numbers<double>(mins[axis], 1);
-        const bool is_node = centers.size() == n_axes_ && centers[axis] == "node";
-        geometry.origin[next] =
-            value ? value->front() + (is_node ? 0 : geometry.spacing[next] / 2) : std::nan("");
-        ++next;
-      }
-    if (mins.size() != n_axes_)
-      faults_.add("axis mins", fmt::format("{} numbers", n_axes_), in_quotes(*field("axis mins")));
+    for (const double edge : of_axes_of_space("axis mins")) {
+      geometry.origin[next] = edge + (is_node(axis_of_space(next)) ? 0 : geometry.spacing[next] / 2);
+      ++next;
+    }
     geometry.origin_key = "axis mins";
   }
 
@@ -314,25 +329,24 @@ private:
     info.vectors_to_world = rows;
   }
 
+  std::size_t axis_of_space(std::size_t number) const { return number + (components_axis_ == 0 ? 1 : 0); }
+
+  /// From `spacings`, else from both ends of every axis.
   void read_spacings(FileGeometry& geometry) {
-    const auto spacings = field("spacings");
-    if (!spacings)
-      return;
-    const auto words = words_of(*spacings);
-    if (words.size() != n_axes_) {
-      faults_.add("spacings", fmt::format("{} numbers", n_axes_), in_quotes(*spacings));
-      return;
-    }
     std::size_t next = 0;
-    for (std::size_t axis = 0; axis < n_axes_; ++axis)
-      if (is_space(axis)) {
-        const auto value = parse_numbers<double>(words[axis], 1);
-        if (!value)
-          faults_.add("spacings", "numbers", in_quotes(*spacings));
-        else
-          geometry.spacing[next] = value->front();
-        ++next;
+    if (field("spacings"))
+      for (const double spacing : of_axes_of_space("spacings"))
+        geometry.spacing[next++] = spacing;
+    else if (field("axis mins") && field("axis maxs")) {
+      geometry.spacing_keys.fill("axis maxs");
+      const std::vector<double> low = of_axes_of_space("axis mins"), high = of_axes_of_space("axis maxs");
+      for (; next < std::min(low.size(), high.size()); ++next) {
+        const std::size_t axis = axis_of_space(next);
+        geometry.spacing[next] =
+            (high[next] - low[next]) / static_cast<double>(sizes_[axis] - (is_node(axis) ? 1 : 0));
       }
+    } else
+      geometry.states_spacing = false;
   }
 
   void read_directions(FileGeometry& geometry, std::size_t n_space) {

@@ -131,6 +131,13 @@ bool says_metres(std::string_view text) {
   return false;
 }
 
+/// What Maille's own files state behind their units.
+WorldAxes world_in(std::string_view units) {
+  return units.ends_with("world: RAS")   ? WorldAxes::ras
+         : units.ends_with("world: LPS") ? WorldAxes::lps
+                                         : WorldAxes::unknown;
+}
+
 /// Voxel 0 stands at the first point, or half a spacing further in if voxels are cells.
 FileGeometry read_geometry(xml_node grid, const Extent& extent, bool has_cells, Faults& faults) {
   FileGeometry geometry;
@@ -223,6 +230,7 @@ OpenImage open_vti(const std::filesystem::path& file, Faults& faults) {
   read_array(array, key, extent, has_cells, image, faults);
   FileGeometry geometry = read_geometry(grid, extent, has_cells, faults);
   geometry.units_per_metre = says_metres(units) ? 1 : 1000;
+  geometry.world = world_in(units);
   set_geometry(image.info, geometry, faults);
   faults.throw_if_any();
   if (!fault.empty())

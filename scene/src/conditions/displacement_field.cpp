@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -165,15 +166,18 @@ std::optional<Vec3> DisplacementImage::at(const Vec3& point) const {
   return turned;
 }
 
-std::vector<DisplacementPoint> read_displacement_points(const std::filesystem::path& file) {
+std::vector<DisplacementPoint> read_displacement_points(const std::filesystem::path& file,
+                                                        const FileUnits* scene) {
   constexpr Dimension length = Dimension::length;
-  const reader::NumberTable table = reader::read_number_table(file, {{"x", length},
-                                                                     {"y", length},
-                                                                     {"z", length, false},
-                                                                     {"ux", length},
-                                                                     {"uy", length},
-                                                                     {"uz", length, false},
-                                                                     {"sigma", length, false}});
+  const reader::NumberTable table = reader::read_number_table(file,
+                                                              {{"x", length},
+                                                               {"y", length},
+                                                               {"z", length, false},
+                                                               {"ux", length},
+                                                               {"uy", length},
+                                                               {"uz", length, false},
+                                                               {"sigma", length, false}},
+                                                              scene ? *scene : FileUnits{});
   std::vector<DisplacementPoint> points;
   std::vector<Fault> faults;
   for (const reader::NumberRow& row : table.rows) {
@@ -185,6 +189,13 @@ std::vector<DisplacementPoint> read_displacement_points(const std::filesystem::p
     if (!(v[6] > 0))
       faults.push_back({file.string(), row.line, "sigma", "a length > 0", fmt::format("{} m", v[6])});
   }
+  std::map<Vec3, const DisplacementPoint*> at;
+  for (const DisplacementPoint& point : points)
+    if (const auto [there, is_new] = at.emplace(point.place, &point);
+        !is_new && there->second->displacement != point.displacement)
+      faults.push_back({file.string(), point.line, "x", "each place once",
+                        fmt::format("({:g}, {:g}, {:g}) m of line {} again, with another displacement",
+                                    point.place[0], point.place[1], point.place[2], there->second->line)});
   if (!faults.empty())
     throw InputError(std::move(faults));
   return points;

@@ -21,7 +21,7 @@ namespace {
 class Header {
 public:
   Header(const std::vector<std::string>& cells, int line, const std::vector<NumberColumn>& columns,
-         FaultList& faults)
+         const FileUnits& scene, FaultList& faults)
       : place_(columns.size()), unit_(columns.size()), n_cells_(cells.size()) {
     std::string names;
     for (const NumberColumn& column : columns)
@@ -49,6 +49,16 @@ public:
       // `x [mm], y, z`: a unit counts until another one is stated.
       if (k > 0 && unit_[k].empty() && columns[k].dimension == columns[k - 1].dimension)
         unit_[k] = unit_[k - 1];
+      const bool is_angle = columns[k].dimension == Dimension::angle;
+      const auto& bare = is_angle                                    ? scene.angle
+                         : columns[k].dimension == Dimension::length ? scene.length
+                                                                     : std::nullopt;
+      const bool is_first = k == 0 || columns[k].dimension != columns[k - 1].dimension;
+      if (is_first && place_[k] && unit_[k].empty() && bare.value_or(1) != 1)
+        faults.add(line, std::string(columns[k].name),
+                   fmt::format("a unit, such as {} [{}]: the scene's `units` are not those of its tables",
+                               columns[k].name, is_angle ? "deg" : "mm"),
+                   "none");
     }
   }
   std::size_t n_cells() const { return n_cells_; }
@@ -83,7 +93,8 @@ NumberRow row_of(const std::vector<std::string>& cells, int line, const Header& 
 
 } // namespace
 
-NumberTable read_number_table(const std::filesystem::path& file, const std::vector<NumberColumn>& columns) {
+NumberTable read_number_table(const std::filesystem::path& file, const std::vector<NumberColumn>& columns,
+                              const FileUnits& scene) {
   const std::string text = read_text_file(file, "a table");
   FaultList faults(file.string());
   CsvRecords records(text, CsvComments::lines);
@@ -94,7 +105,7 @@ NumberTable read_number_table(const std::filesystem::path& file, const std::vect
     if (cells.size() == 1 && trimmed(cells.front()).empty())
       continue;
     if (!header)
-      header.emplace(cells, records.line(), columns, faults);
+      header.emplace(cells, records.line(), columns, scene, faults);
     else
       table.rows.push_back(row_of(cells, records.line(), *header, columns, faults));
   }

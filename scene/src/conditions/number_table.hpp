@@ -2,6 +2,7 @@
 /// Tables of numbers as CSV, whose first row names the columns and their units.
 
 #include "maille/materials/quantity.hpp"
+#include "maille/materials/toml_reader.hpp"
 
 #include <filesystem>
 #include <string_view>
@@ -26,9 +27,12 @@ struct NumberTable {
 };
 
 /// Columns stand in any order, `name [unit]`, or `name` in SI units; lines that begin with `#` are passed
-/// over.
+/// over. A scene with `units` of its own does not say those of the table: its lengths and angles then need
+/// a unit.
+/// @param scene of the scene that names the file
 /// @throws InputError with every fault: a missing file, an unknown, repeated or missing column, cells without
 /// a number of that unit, no rows
-NumberTable read_number_table(const std::filesystem::path& file, const std::vector<NumberColumn>& columns);
+NumberTable read_number_table(const std::filesystem::path& file, const std::vector<NumberColumn>& columns,
+                              const FileUnits& scene = {});
 
 } // namespace maille::reader

@@ -41,6 +41,15 @@ std::optional<std::size_t> n_binary_triangles(std::string_view bytes) {
                                                                             : std::nullopt;
 }
 
+/// What a binary file that is cut short says of its length.
+std::string count_in_words(std::string_view bytes) {
+  std::uint32_t n = 0;
+  if (bytes.size() < header_bytes + 4)
+    return "";
+  std::memcpy(&n, bytes.data() + header_bytes, 4);
+  return fmt::format(": {} triangles take {}", n, header_bytes + 4 + triangle_bytes * std::size_t{n});
+}
+
 void read_binary(std::string_view bytes, std::size_t n, SurfaceMesh& mesh) {
   mesh.triangles.resize(n);
   for (std::size_t t = 0; t < n; ++t) {
@@ -103,7 +112,7 @@ SurfaceMesh read_stl(const std::filesystem::path& file) {
   if (const auto n = n_binary_triangles(bytes)) {
     mesh.frame = stated_frame(std::string_view(bytes).substr(0, header_bytes));
     read_binary(bytes, *n, mesh);
-  } else if (bytes.starts_with("solid")) {
+  } else if (bytes.starts_with("solid") && bytes.find('\0') == std::string::npos) {
     mesh.frame = stated_frame(std::string_view(bytes).substr(0, bytes.find('\n')));
     read_text(file, bytes, mesh);
   } else {
@@ -115,8 +124,8 @@ SurfaceMesh read_stl(const std::filesystem::path& file) {
          : is_xml
              ? "an XML file such as .vtp"
              : fmt::format("{} bytes that are neither text (`solid` ...) nor 80 bytes, a number of triangles "
-                           "and 50 bytes of each",
-                           bytes.size()));
+                           "and 50 bytes of each{}",
+                           bytes.size(), count_in_words(bytes)));
   }
   if (mesh.triangles.empty())
     fail(file, 0, "at least one triangle", "none");

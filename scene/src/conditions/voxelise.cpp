@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <numeric>
 #include <optional>
 #include <vector>
@@ -51,6 +52,7 @@ public:
   struct Crossing {
     double x = 0;
     int step = 0; ///< 1: inwards, -1: outwards
+    std::uint32_t shell = 0;
   };
   /// Where the row through (y, z) goes through the triangle. An edge belongs to the triangle that is to the
   /// side of larger y, of edges along y of larger z: two triangles that share one never both have it.
@@ -84,6 +86,75 @@ private:
   Box box_;
 };
 
+/// Of the volume that a surface encloses: a difference that is more than rounding of its border to voxels.
+constexpr double largest_loss = 0.08;
+
+/// By Gauss' theorem; hollows count against it. Nothing where triangles are not oriented alike.
+std::optional<double> volume_of(const std::vector<Triangle>& triangles) {
+  double volume = 0, area = 0;
+  Eigen::Vector3d sum(0, 0, 0);
+  for (const Triangle& t : triangles) {
+    const Eigen::Vector3d a = vector(t[0]), normal = (vector(t[1]) - a).cross(vector(t[2]) - a);
+    volume += a.dot(normal) / 6;
+    area += normal.norm();
+    sum += normal;
+  }
+  return sum.norm() < 1e-6 * area ? std::optional(std::abs(volume)) : std::nullopt;
+}
+
+/// The closed shells of a surface: triangles that share a corner, by number.
+std::vector<std::uint32_t> shells_of(const std::vector<Triangle>& triangles) {
+  std::map<Vec3, std::uint32_t> of_corner;
+  std::vector<std::uint32_t> root(triangles.size());
+  std::iota(root.begin(), root.end(), 0U);
+  const auto find = [&](std::uint32_t t) {
+    while (root[t] != t)
+      t = root[t] = root[root[t]];
+    return t;
+  };
+  for (std::uint32_t t = 0; t < triangles.size(); ++t)
+    for (const Vec3& corner : triangles[t])
+      root[find(t)] = find(of_corner.emplace(corner, t).first->second);
+  for (std::uint32_t t = 0; t < root.size(); ++t)
+    root[t] = find(t);
+  return root;
+}
+
+/// Which shells hold the middle of a voxel. Those that hold none are not in the body, nor are their hollows.
+class ShellCensus {
+public:
+  ShellCensus(const std::vector<Triangle>& triangles, const ImageInfo& grid, const Vec3& low)
+      : grid_(grid), low_(low), shell_(shells_of(triangles)), state_(shell_.size()),
+        holds_(shell_.size(), false) {}
+  std::uint32_t shell_of(std::uint32_t triangle) const { return shell_[triangle]; }
+  int depth(std::uint32_t shell) const { return state_[shell].first; }
+  /// The crossings of one row, in order. @param step  to what is added to the depth in the shell
+  void cross(std::uint32_t shell, double x, int step) {
+    const auto voxel = [&](double at) { return std::ceil((at - low_[0]) / grid_.spacing[0] - 0.5); };
+    auto& [depth, entered] = state_[shell];
+    holds_[shell] = holds_[shell] || (depth != 0 && voxel(entered) < voxel(x));
+    entered = x;
+    depth += step;
+  }
+  std::size_t lost(std::size_t& all) const {
+    std::size_t n = 0;
+    all = 0;
+    for (std::uint32_t t = 0; t < shell_.size(); ++t)
+      if (shell_[t] == t) {
+        ++all;
+        n += holds_[t] ? 0 : 1;
+      }
+    return n;
+  }
+
+private:
+  const ImageInfo& grid_;
+  const Vec3& low_;
+  std::vector<std::uint32_t> shell_;
+  std::vector<std::pair<int, double>> state_; ///< depth, and since where
+  std::vector<bool> holds_;
+};
+
 /// Takes up the triangles that begin in a row or layer and drops those that have ended before it.
 /// @param order   by their first, of which those before `next` are taken up
 void move_on(const std::vector<RowsOfTriangle>& triangles, const std::vector<std::uint32_t>& order,
@@ -103,7 +174,8 @@ std::array<double, 3> voxels_of(const std::vector<std::vector<Triangle>>& surfac
   return n;
 }
 
-OrFault<Image> voxelised(const std::vector<std::vector<Triangle>>& surfaces, const Vec3& spacing) {
+OrFault<Image> voxelised(const std::vector<std::vector<Triangle>>& surfaces, const Vec3& spacing,
+                         std::vector<std::string>* lost) {
   const Box box = box_of(surfaces);
   const auto n = voxels_of(surfaces, spacing);
   Image image;
@@ -116,6 +188,7 @@ OrFault<Image> voxelised(const std::vector<std::vector<Triangle>>& surfaces, con
   image.values.assign(static_cast<std::size_t>(image.info.n_voxels()), 0);
   const Index3& size = image.info.size;
   for (std::size_t s = 0; s < surfaces.size(); ++s) {
+    ShellCensus shells(surfaces[s], image.info, low);
     std::vector<RowsOfTriangle> triangles;
     for (const Triangle& triangle : surfaces[s])
       triangles.emplace_back(triangle, image.info, low);
@@ -145,14 +218,17 @@ OrFault<Image> voxelised(const std::vector<std::vector<Triangle>>& surfaces, con
           move_on(triangles, rows, 1, j, next_of_row, in_row);
           row.clear();
           for (const std::uint32_t triangle : in_row)
-            if (const auto crossing = triangles[triangle].crossed(middle(j, 1), middle(k, 2)))
+            if (auto crossing = triangles[triangle].crossed(middle(j, 1), middle(k, 2))) {
+              crossing->shell = shells.shell_of(triangle);
               row.push_back(*crossing);
+            }
           visit(row, j, k);
         }
       }
     };
     std::optional<RegionFault> hole;
-    bool holds_any = false, is_oriented = true; // each line that enters leaves
+    std::int64_t n_filled = 0;
+    bool is_oriented = true; // each line that enters leaves
     for_each_row([&](const auto& row, int j, int k) {
       int depth = 0;
       for (const auto& crossing : row)
@@ -169,6 +245,11 @@ OrFault<Image> voxelised(const std::vector<std::vector<Triangle>>& surfaces, con
       return *hole;
     for_each_row([&](auto& row, int j, int k) {
       std::ranges::sort(row, {}, [](const auto& crossing) { return crossing.x; });
+      for (const auto& crossing : row)
+        shells.cross(crossing.shell, crossing.x,
+                     is_oriented                    ? crossing.step
+                     : shells.depth(crossing.shell) ? -1
+                                                    : 1);
       int depth = 0;
       for (std::size_t c = 0; c + 1 < row.size(); ++c) {
         depth += is_oriented ? row[c].step : c % 2 == 0 ? 1 : -1;
@@ -176,15 +257,28 @@ OrFault<Image> voxelised(const std::vector<std::vector<Triangle>>& surfaces, con
           if (const double x = middle(i, 0); x >= row[c].x && x < row[c + 1].x) {
             image.values[i + std::int64_t{size[0]} * (j + std::int64_t{size[1]} * k)] =
                 static_cast<float>(s + 1);
-            holds_any = true;
+            ++n_filled;
           }
       }
     });
-    if (!holds_any)
+    if (n_filled == 0)
       return RegionFault{"a closed surface around the middle of at least one voxel",
                          fmt::format("surface {}, of {} triangles, around none: it is open or thinner than "
                                      "`spacing`",
                                      s + 1, surfaces[s].size())};
+    std::size_t all = 0;
+    if (const std::size_t n_lost = shells.lost(all); lost && n_lost > 0)
+      lost->push_back(
+          fmt::format("surface {}: {} of {} closed shells hold no voxel's middle, as they are thinner "
+                      "than `spacing`: they are left out",
+                      s + 1, n_lost, all));
+    const auto enclosed = volume_of(surfaces[s]);
+    const double filled = static_cast<double>(n_filled) * spacing[0] * spacing[1] * spacing[2];
+    if (lost && enclosed && std::abs(*enclosed - filled) > largest_loss * *enclosed)
+      lost->push_back(
+          fmt::format("surface {} encloses {:.4g} mm^3, and its voxels are {:.4g} mm^3: parts are thinner "
+                      "than `spacing`, or shells overlap",
+                      s + 1, 1e9 * *enclosed, 1e9 * filled));
   }
   return image;
 }

@@ -15,9 +15,11 @@ namespace maille::reader {
 /// times. It is led a millionth of a voxel past the middles, so that it meets no edge of a mesh that is
 /// made on a grid.
 /// @param surfaces in metres, in one frame @param spacing of voxels along each axis [m]
+/// @param lost  gets a sentence for each surface with shells (or hollows) that hold no voxel's middle
 /// A fault where a surface is not closed: somewhere a line enters it and does not leave.
 /// Cost  O(triangles x rows that they cover + voxels)
-OrFault<Image> voxelised(const std::vector<std::vector<Triangle>>& surfaces, const Vec3& spacing);
+OrFault<Image> voxelised(const std::vector<std::vector<Triangle>>& surfaces, const Vec3& spacing,
+                         std::vector<std::string>* lost = nullptr);
 
 /// The voxels along each axis that voxelised() would make; larger than any where they cannot be counted.
 std::array<double, 3> voxels_of(const std::vector<std::vector<Triangle>>& surfaces, const Vec3& spacing);

@@ -116,7 +116,13 @@ std::optional<ForceCheck> check_forces(const Scene& scene, const Answer& answer)
     check.caveats.push_back(fmt::format(
         "{}: taut links carry any force, and these forces are one set of many in balance",
         answer.n_cut > 0 ? "limits cut the moves back" : "the moves use the slack of taut limits up"));
+  if (has_load_beside_test(scene))
+    check.caveats.push_back("stiffness and modulus of the [test] are of the material and the loads together");
   return check;
+}
+
+bool has_load_beside_test(const Scene& scene) {
+  return scene.test && (scene.has_loads() || !scene.springs.empty());
 }
 
 double stiffening_of_relaxed(const Scene& scene) {

@@ -9,6 +9,7 @@
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -164,7 +165,7 @@ public:
     const Vec3 sections = cross_sections(scene_.specimen);
     for (std::size_t i = 0; i < stated_.size(); ++i)
       about_region(static_cast<std::int32_t>(i), part_of(stated_[i], scene_.conditions[i], sections));
-    if (scene_.test && (scene_.has_loads() || !scene_.springs.empty() || scene_.contracts()))
+    if (has_load_beside_test(scene_))
       warn("[test] beside loads: its stiffness and its modulus are of both, not of the material");
     about_turns();
     about_time();
@@ -312,6 +313,35 @@ std::vector<MaterialSummary> materials_of(const Scene& scene) {
 
 std::vector<std::string> statement_warnings(const Scene& scene) {
   return Warnings(scene).all();
+}
+
+std::vector<std::string> unused_settings(const Scene& scene, const std::vector<std::string>& methods) {
+  const RelaxationSettings &asked = scene.relaxation, usual;
+  struct Setting {
+    bool is_asked;
+    std::string_view words;
+    std::vector<std::string> methods;
+  };
+  const std::array<Setting, 4> settings{{
+      {asked.mode != usual.mode, "mode = \"deformable\"", {"sweep", "relaxed"}},
+      {asked.sweeps != usual.sweeps, "sweeps", {"sweep"}},
+      {asked.extrapolation != usual.extrapolation, "extrapolation = \"nested\"", {"coupled"}},
+      {asked.frame != usual.frame, "frame = \"blocks\"", {"coupled"}},
+  }};
+  std::vector<std::string> unused;
+  const bool is_moved =
+      std::ranges::any_of(scene.prescribed, [](const Prescribed& p) { return !p.held || p.value != 0; });
+  if (!is_moved && !scene.has_loads() && scene.drives.empty() && !scene.test)
+    unused.push_back("nothing moves or loads the body: it stays at rest");
+  if (scene.limits.cut_is_allowed && scene.limits.from == LimitSource::none)
+    unused.push_back("[limits] cut = \"allowed\" has no effect: the scene asks for no limits");
+  for (const Setting& setting : settings)
+    if (setting.is_asked && std::ranges::none_of(methods, [&](const std::string& method) {
+          return std::ranges::find(setting.methods, method) != setting.methods.end();
+        }))
+      unused.push_back(fmt::format("[relaxation] {} has no effect here: it is of {}", setting.words,
+                                   fmt::join(setting.methods, " and ")));
+  return unused;
 }
 
 std::vector<std::string> world_warnings(const WorldScene& world) {

@@ -101,7 +101,8 @@ void read_field(TableReader& table, const TableFrame& frame, int dimension, cons
     if (is_image)
       condition.field = field_of_image(std::make_shared<DisplacementImage>(*file, metres, body), frame);
     else
-      condition.field = field_of_points(read_displacement_points(*file), within, frame);
+      condition.field =
+          field_of_points(read_displacement_points(*file, &table.faults().units), within, frame);
   } catch (const InputError& error) {
     adopt(error, field->path_of(key), field->line_of_key(key), table.faults());
   }

@@ -253,8 +253,9 @@ void apply_map(const StiffnessMap& map, const LayeredImage& image, const VoxelBl
   }
   layers.move_to(image.info().size[2], image.info().size[2]); // damage behind the body is a fault, too
   body.stiffness_ratio = std::move(ratio);
-  if (n == 0)
-    faults.add(map.line, path, "labels that some matter has", "none of it");
+  check_labels_exist(
+      map.labels, body, [&](std::int64_t cell) { return static_cast<float>(body.label[cell]); }, map.line,
+      path + ".labels", faults);
   if (out_of_range > 0)
     scene.left_out.push_back(
         {0,

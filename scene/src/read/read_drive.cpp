@@ -71,14 +71,16 @@ std::vector<RigidPose> read_poses(TableReader& table, const TableFrame& frame, c
   try {
     const auto length = Dimension::length;
     const auto none = Dimension::dimensionless;
-    const NumberTable rows = read_number_table(*file, {{"time", Dimension::time},
-                                                       {"dx", length, false},
-                                                       {"dy", length, false},
-                                                       {"dz", length, false},
-                                                       {"angle", Dimension::angle, false},
-                                                       {"axis_x", none, false},
-                                                       {"axis_y", none, false},
-                                                       {"axis_z", none, false}});
+    const NumberTable rows = read_number_table(*file,
+                                               {{"time", Dimension::time},
+                                                {"dx", length, false},
+                                                {"dy", length, false},
+                                                {"dz", length, false},
+                                                {"angle", Dimension::angle, false},
+                                                {"axis_x", none, false},
+                                                {"axis_y", none, false},
+                                                {"axis_z", none, false}},
+                                               table.faults().units);
     FaultList faults(file->string());
     std::vector<RigidPose> poses;
     const double first = rows.rows.front().values[0], last = rows.rows.back().values[0];

@@ -2,6 +2,8 @@
 
 #include "maille/scene/fibre/fibre_field.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -211,6 +213,13 @@ bool place_fibres(FibreRequest request, Specimen& body, FaultList& faults) {
   const std::size_t across = halves.axis;
   const double length = grid.spacing()[across] * grid.cells()[across];
   const double meet = halves.at.value_or(body.origin[across] + length / 2);
+  if (halves.at && !(meet > body.origin[across] && meet < body.origin[across] + length)) {
+    faults.add(request.line, request.path + ".bipennate",
+               fmt::format("a place within the body, {:.4g} to {:.4g} m along {}", body.origin[across],
+                           body.origin[across] + length, "xyz"[across]),
+               fmt::format("{:.4g} m", meet));
+    return false;
+  }
   body.fibres.assign(n, {0, 0, 0});
   for (std::size_t cell = 0; cell < n; ++cell) {
     if (!body.is_matter(static_cast<std::int64_t>(cell)))

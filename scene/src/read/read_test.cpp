@@ -326,7 +326,10 @@ bool fits_body(const Scene& scene, const TestRequest& request, const Asked& aske
       cell = std::max(cell, scene.specimen.grid.spacing()[a]);
       side = std::min(side, size_of(scene.specimen.grid)[a]);
     }
-  if (test.radius < cell || test.radius > side / 2)
+  if (cell > side / 2)
+    faults.add(asked.line, asked.key, "a body of two cells across and more under a punch",
+               fmt::format("{:.4g} m, and cells of {:.4g} m", side, cell));
+  else if (test.radius < cell || test.radius > side / 2)
     faults.add(asked.line, asked.key + ".radius",
                fmt::format("a punch from one cell to the whole face: {:.4g} m to {:.4g} m", cell, side / 2),
                fmt::format("{:.4g} m", test.radius));

@@ -91,11 +91,14 @@ bool read_surface_specimen(TableReader& table, bool has_material,
                 fmt::format("{:.3g} x {:.3g} x {:.3g} voxels", n[0], n[1], n[2]));
     return without_body();
   }
-  auto made = voxelised(surfaces, *spacing);
+  std::vector<std::string> lost;
+  auto made = voxelised(surfaces, *spacing, &lost);
   if (const auto* fault = std::get_if<RegionFault>(&made)) {
     table.fault("surface", fault->expected, fault->found);
     return without_body();
   }
+  for (std::string& text : lost)
+    scene.left_out.push_back({0, std::move(text)});
   Image& image = std::get<Image>(made);
   if (frame)
     image.info.world = *frame == CoordinateFrame::lps ? WorldAxes::lps : WorldAxes::ras;

@@ -52,6 +52,24 @@ std::uint8_t material_of(float value, const std::vector<LabelRange>& ranges) {
   return no_material;
 }
 
+void check_labels_exist(const std::vector<LabelRange>& ranges, const Specimen& body,
+                        const std::function<float(std::int64_t)>& label_of, int line, const std::string& path,
+                        FaultList& faults) {
+  LabelCensus census(ranges);
+  for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
+    if (body.is_matter(cell))
+      census.add(label_of(cell));
+  std::vector<std::string> absent;
+  for (std::size_t i = 0; i < ranges.size(); ++i)
+    if (census.voxels(i) == 0)
+      absent.push_back(ranges[i].low == ranges[i].high
+                           ? fmt::format("{:g}", ranges[i].low)
+                           : fmt::format("{:g}..{:g}", ranges[i].low, ranges[i].high));
+  if (!absent.empty())
+    faults.add(line, path, "labels that some matter has: " + census.in_words(),
+               fmt::format("{}, which none has", fmt::join(absent, ", ")));
+}
+
 void LabelCensus::add(float value, std::size_t n) {
   for (std::size_t i = 0; i < ranges_.size(); ++i)
     if (value >= ranges_[i].low && value <= ranges_[i].high)

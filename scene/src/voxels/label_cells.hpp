@@ -3,9 +3,11 @@
 /// what tells one muscle from another.
 
 #include "maille/images/layers.hpp"
+#include "maille/materials/toml_reader.hpp"
 #include "maille/scene/scene.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <set>
@@ -35,6 +37,12 @@ inline std::string wanted_label() {
 std::optional<LabelRange> parse_label(std::string_view text);
 
 std::uint8_t material_of(float value, const std::vector<LabelRange>& ranges);
+
+/// Adds a fault for the ranges that no cell of matter has: a label that is not there is a slip.
+/// @param label_of  a cell's label
+void check_labels_exist(const std::vector<LabelRange>& ranges, const Specimen& body,
+                        const std::function<float(std::int64_t)>& label_of, int line, const std::string& path,
+                        FaultList& faults);
 
 /// The whole numbers that stand for themselves, not for a range.
 std::vector<float> single_labels(const std::vector<LabelRange>& ranges);

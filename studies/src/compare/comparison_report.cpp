@@ -289,6 +289,10 @@ std::vector<std::string> all_warnings(const Scene& scene, const Comparison& comp
   std::vector<std::string> warnings = file_warnings();
   warnings.insert(warnings.end(), question.warnings.begin(), question.warnings.end());
   warnings.insert(warnings.end(), comparison.warnings.begin(), comparison.warnings.end());
+  std::vector<std::string> methods;
+  for (const ComparisonRow& row : comparison.rows)
+    methods.push_back(row.answer.method);
+  std::ranges::move(unused_settings(scene, methods), std::back_inserter(warnings));
   for (const ComparisonRow& row : comparison.rows)
     if (row.mechanics)
       for (std::string& warning :

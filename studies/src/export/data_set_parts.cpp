@@ -71,6 +71,13 @@ void add_text(vtkFieldData& arrays, const char* name, const std::string& text) {
   arrays.AddArray(array);
 }
 
+void add_units(vtkFieldData& arrays, const Placement& placement, const std::string& text) {
+  const char* const world = placement.world == WorldAxes::ras   ? "; world: RAS"
+                            : placement.world == WorldAxes::lps ? "; world: LPS"
+                                                                : "";
+  add_text(arrays, "Units", text + world);
+}
+
 void use_millimetres(vtkDataSet& body) {
   constexpr double millimetres = 1e3;
   if (auto* const image = vtkImageData::SafeDownCast(&body)) {

@@ -27,6 +27,9 @@ vtkSmartPointer<vtkDoubleArray> tensor_array(const char* name,
                                              const std::vector<std::int64_t>& shown);
 
 void add_text(vtkFieldData& arrays, const char* name, const std::string& text);
+/// The array Units: `text` and, where the body's place says it, what the world's axes point to, which image
+/// readers take (says_world).
+void add_units(vtkFieldData& arrays, const Placement& placement, const std::string& text);
 
 /// Places, displacements and what Units says of them, from metres to millimetres.
 void use_millimetres(vtkDataSet& body);

@@ -109,12 +109,12 @@ void add_rotation(vtkCellData& arrays, const Scene& scene, const Displacement& d
   arrays.AddArray(turn);
 }
 
-void add_field_data(vtkFieldData& arrays, const ExportFields& fields) {
-  add_text(arrays, "Units",
-           "lengths: m; all vectors and tensors in the world's frame; Displacement, DisplacementReference, "
-           "DisplacementError, DisplacementErrorEstimate: m; FiberDirection: 1; Strain, NodalStrain, "
-           "FiberStrain, PrincipalStrain: 1, tensor shear; VonMises, NodalStress, FiberStress, Stress: Pa; "
-           "Rotation: rad; Reaction: N (N/m in 2D); StrainEnergy: J (J/m in 2D)");
+void add_field_data(vtkFieldData& arrays, const Placement& placement, const ExportFields& fields) {
+  add_units(arrays, placement,
+            "lengths: m; all vectors and tensors in the world's frame; Displacement, DisplacementReference, "
+            "DisplacementError, DisplacementErrorEstimate: m; FiberDirection: 1; Strain, NodalStrain, "
+            "FiberStrain, PrincipalStrain: 1, tensor shear; VonMises, NodalStress, FiberStress, Stress: Pa; "
+            "Rotation: rad; Reaction: N (N/m in 2D); StrainEnergy: J (J/m in 2D)");
   add_text(arrays, "Provenance", fields.provenance);
   if (fields.strain_energy) {
     vtkNew<vtkDoubleArray> energy;
@@ -143,7 +143,7 @@ void add_arrays(vtkDataSet& body, const Scene& scene, const ExportFields& fields
   });
   if (in_blocks(scene))
     add_rotation(*body.GetCellData(), scene, *fields.displacement, numbering);
-  add_field_data(*body.GetFieldData(), fields);
+  add_field_data(*body.GetFieldData(), placement, fields);
   if (fields.unit == LengthUnit::millimetre)
     use_millimetres(body);
 }

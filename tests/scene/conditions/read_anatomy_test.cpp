@@ -224,6 +224,8 @@ TEST(ReadAnatomyAnalytic, ADriveFollowsRecordedPoses) {
                                     "0,1,0,0,0,0,0,1\n0,0,0,nan,90,0,0,0\n");
   const std::string found = files.faults(text);
   EXPECT_TRUE(test::has(found, "drive[1].poses"));
+  files.folder().write("poses.csv", "time [s],dx,dy\n0,0,0\n1,1,0\n");
+  EXPECT_TRUE(test::has(files.faults("units = \"mm\"\n" + text), "a unit, such as dx [mm]"));
 }
 
 // Truth: by hand. A border that rubs holds what would be free without.

@@ -77,6 +77,8 @@ TEST(ReadFibreContract, FaultsNameTheirLineAndKey) {
   EXPECT_EQ(fault_of("{ curve = [[0, 0, 0], [\"1 m\", 0, 0]], smooth = 1 }"), "specimen.fibre.smooth");
   EXPECT_EQ(fault_of("{ angle = \"0.3 rad\", plane = \"xz\", bipennate = \"1 kPa\" }"),
             "specimen.fibre.bipennate");
+  EXPECT_EQ(fault_of("{ angle = \"0.3 rad\", plane = \"xz\", bipennate = \"3 m\" }"),
+            "specimen.fibre.bipennate");
   EXPECT_EQ(fault_of("{ tensor_image = \"t.nii\" }"), "specimen.fibre") << "a box has no voxels";
 }
 
@@ -328,11 +330,17 @@ TEST(ActiveStressContract, LabelsOfAnImageChooseCellsThoughTheirMaterialIsOne) {
   file.dim = {3, 1, 1, 6};
   file.data = std::string("\0\1\2\1\5\7", 6);
   folder.write("labels.nii", file.bytes());
-  const Scene scene = read_scene(folder.write(
-      "scene.toml", "[specimen]\nshape = \"image\"\nimage = \"labels.nii\"\nlabels = { \"1..9\" = "
-                    "\"muscle/soleus\" }\nfibre = [1, 0, 0]\n"
-                    "[[hold]]\nwhere = \"z-\"\n[[load]]\ncontraction = 5\nlabels = [2, \"4..6\"]\n"));
+  const auto pulling = [&](const std::string& labels) {
+    return folder.write("scene.toml",
+                        "[specimen]\nshape = \"image\"\nimage = \"labels.nii\"\nlabels = { \"1..9\" = "
+                        "\"muscle/soleus\" }\nfibre = [1, 0, 0]\n"
+                        "[[hold]]\nwhere = \"z-\"\n[[load]]\ncontraction = 5\nlabels = " +
+                            labels + "\n");
+  };
+  const Scene scene = read_scene(pulling("[2, \"4..6\"]"));
   EXPECT_EQ(scene.active_stress, (std::vector<double>{0, 5, 0, 5, 0}));
+  const Fault absent = test::only_fault_of([&] { read_scene(pulling("[2, 3, \"8..9\"]")); });
+  EXPECT_EQ(absent.found, "3, 8..9, which none has");
 }
 
 TEST(ActiveStressContract, FaultsNameTheirLineAndKey) {

@@ -360,6 +360,7 @@ TEST_F(VtiContract, ComponentsBecomePlanes) {
 }
 
 TEST_F(VtiContract, UnitsInTheFieldData) {
+  WorldAxes world{};
   const auto spacing = [&](const std::string& units, const std::string& encoding) {
     VtiFile file = small_file();
     file.encoding = encoding;
@@ -368,13 +369,18 @@ TEST_F(VtiContract, UnitsInTheFieldData) {
     for (const char c : units)
       codes += std::to_string(int(c)) + " ";
     file.field_arrays = {{.type = "String", .name = "Units", .text = codes + "0", .bytes = units + '\0'}};
-    return read(file.bytes_of_file()).info.spacing[0];
+    const ImageInfo info = read(file.bytes_of_file()).info;
+    world = info.states_world ? info.world : WorldAxes::unknown;
+    return info.spacing[0];
   };
   for (const std::string encoding : {"ascii", "binary", "raw", "base64"}) {
     for (const std::string metres : {"m", "m; stress: Pa", "length: m", "lengths: m; Stress: Pa"})
       EXPECT_EQ(spacing(metres, encoding), 2.0) << metres << ' ' << encoding;
     for (const std::string others : {"mm", "lengths: mm", "Stress: m", "metal", "", "a stray m"})
       EXPECT_EQ(spacing(others, encoding), 0.002) << others << ' ' << encoding;
+    EXPECT_EQ(world, WorldAxes::unknown);
+    EXPECT_EQ(spacing("lengths: m; Stress: Pa; world: RAS", encoding), 2.0);
+    EXPECT_EQ(world, WorldAxes::ras);
   }
 }
 

@@ -99,6 +99,11 @@ TEST_F(NrrdAnalytic, DirectionsSpacingAndOriginAreThoseOfTheHeader) {
   const Image metres = read(header(slice + "RAS\nspace units: \"m\" \"m\" \"m\"\n") + "123456");
   EXPECT_EQ(metres.info.world, WorldAxes::ras);
   expect_near(metres.info.origin, {1, -2, 4}, 1e-12);
+  const std::string ends = "type: uchar\ndimension: 3\nsizes: 1 2 3\nencoding: raw\naxis mins: 5 0 0\n"
+                           "axis maxs: 7 3 2\ncentering: cell cell node\n";
+  const Image old = read(header(ends) + "123456");
+  expect_near(old.info.spacing, {2e-3, 1.5e-3, 1e-3}, 1e-15);
+  expect_near(old.info.origin, {6e-3, 0.75e-3, 0}, 1e-15);
 }
 
 TEST_F(NrrdContract, SaysWhatIsWrong) {
@@ -125,6 +130,13 @@ TEST_F(NrrdContract, SaysWhatIsWrong) {
   EXPECT_EQ(keys_of(faults(header(good + "space: RAS\nspace directions: (1,0,0) (0,1) (0,0,1)\n") +
                            std::string(12, 'x'))),
             "space directions");
+  EXPECT_EQ(
+      keys_of(faults(header(good + "space: RAS\nspace units: \"mm\" \"m\" \"mm\"\n") + std::string(12, 'x'))),
+      "space units");
+  file_warnings(true);
+  read(header(good) + std::string(12, 'x'));
+  EXPECT_TRUE(
+      std::ranges::any_of(file_warnings(), [](const std::string& w) { return test::has(w, "no spacing"); }));
 }
 
 constexpr const char* segmentation_fields =
@@ -302,6 +314,16 @@ TEST_F(MetaImageContract, OtherNamesForTheSameField) {
   EXPECT_EQ(read(header("ElementSize = 1 2 3\n") + "\1\2\3\4\5\6").info.spacing, (Vec3{0.001, 0.002, 0.003}));
   EXPECT_EQ(keys_of(faults(header("Offset = 1 2 3\nOrigin = 1 2 4\n") + "\1\2\3\4\5\6")), "Origin");
   EXPECT_EQ(keys_of(faults(header("Offset = 1 2 3\nOffset = 1 2 4\n") + "\1\2\3\4\5\6")), "Offset");
+}
+
+TEST_F(MetaImageContract, LettersThatTheMatrixContradictsAreSaid) {
+  const auto is_said = [&](const std::string& letters) {
+    file_warnings(true);
+    read(header("ElementSpacing = 1 2 3\nAnatomicalOrientation = " + letters + "\n") + "\1\2\3\4\5\6");
+    return !file_warnings(true).empty();
+  };
+  EXPECT_FALSE(is_said("RAI") || is_said("LPS") || is_said("???"));
+  EXPECT_TRUE(is_said("RAS") && is_said("LAI"));
 }
 
 TEST_F(MetaImageContract, UnitsOfLength) {

@@ -424,6 +424,28 @@ TEST(VoxeliseAnalytic, ABallIsItsVoxels) {
   EXPECT_GT(voxel, 60000U);
 }
 
+/// Truth: a shell between the middles of voxels; two balls that overlap.
+TEST(VoxeliseContract, LostPartsAreSaid) {
+  const auto said = [](double radius, const Vec3& middle) {
+    auto triangles = ball({0, 0, 0}, 0.02, 3);
+    for (const auto& triangle : ball(middle, radius, 3))
+      triangles.push_back(triangle);
+    for (std::size_t t = 0; t < triangles.size(); ++t) // outwards: those below are the other way round
+      if (triangles[t][2][2] < (t < 512 ? 0 : middle[2]))
+        std::swap(triangles[t][0], triangles[t][1]);
+    std::vector<std::string> lost;
+    EXPECT_TRUE(std::holds_alternative<Image>(reader::voxelised({triangles}, {1e-3, 1e-3, 1e-3}, &lost)));
+    return lost;
+  };
+  EXPECT_TRUE(said(3e-3, {0.03, 0, 0}).empty());
+  const auto small = said(2e-4, {0.03, 0, 0});
+  ASSERT_EQ(small.size(), 1U);
+  EXPECT_TRUE(test::has(small[0], "1 of 2 closed shells"));
+  const auto overlap = said(0.02, {0.002, 0, 0});
+  ASSERT_EQ(overlap.size(), 1U);
+  EXPECT_TRUE(test::has(overlap[0], "encloses"));
+}
+
 TEST(VoxeliseContract, AHoleIsAFaultThatSaysWhere) {
   auto triangles = ball({0, 0, 0}, 0.02, 3);
   triangles.erase(triangles.begin() + 40, triangles.begin() + 60);

@@ -89,10 +89,10 @@ void write_world_object(const WorldScene& world, std::size_t object, const World
   add_text(field, "ObjectName", what.name);
   if (what.kind == ObjectKind::deformable)
     add_names(field, what.scene);
-  add_text(field, "Units",
-           "lengths: m; all vectors and tensors in the world's frame; Displacement: m; FiberDirection: 1; "
-           "Strain, FiberStrain, PrincipalStrain: 1, tensor shear; VonMises, FiberStress, Stress: Pa; "
-           "TimeValue: s");
+  add_units(field, placement,
+            "lengths: m; all vectors and tensors in the world's frame; Displacement: m; FiberDirection: 1; "
+            "Strain, FiberStrain, PrincipalStrain: 1, tensor shear; VonMises, FiberStress, Stress: Pa; "
+            "TimeValue: s");
   add_text(field, "Provenance", provenance);
   vtkNew<vtkDoubleArray> time;
   time->SetName("TimeValue");

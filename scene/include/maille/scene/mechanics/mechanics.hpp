@@ -84,6 +84,9 @@ struct ForceCheck {
 /// Nothing for an answer without reactions. Cost  as resultants_of()
 std::optional<ForceCheck> check_forces(const Scene& scene, const Answer& answer);
 
+/// Whether what a [test] measures is of loads as well.
+bool has_load_beside_test(const Scene& scene);
+
 /// Largest ratio, over the materials, of the diagonal of the stiffness in `relaxed` to Young's moduli [1]:
 /// 1.35 at a Poisson ratio of 0.3, 1667 at 0.4999.
 double stiffening_of_relaxed(const Scene& scene);

@@ -39,6 +39,8 @@ private:
   std::optional<std::array<Vec3, 3>> to_object_; ///< rows of the matrix from the file's vectors
 };
 
+struct FileUnits;
+
 /// A displacement that was seen at a point.
 struct DisplacementPoint {
   Vec3 place{}, displacement{}; ///< in the frame that the file is in [m]
@@ -48,7 +50,9 @@ struct DisplacementPoint {
 
 /// Reads CSV: columns `x`, `y`, `z`, `ux`, `uy`, `uz`, each `[unit]` or in metres, and `sigma` if wanted; `z`
 /// and `uz` may be left out.
-/// @throws InputError with every fault; a sigma that is not > 0 is one
-std::vector<DisplacementPoint> read_displacement_points(const std::filesystem::path& file);
+/// @param scene of the scene that names the file: where it has other units than metres, columns need theirs
+/// @throws InputError with every fault; a sigma that is not > 0 is one, and a place with two displacements
+std::vector<DisplacementPoint> read_displacement_points(const std::filesystem::path& file,
+                                                        const FileUnits* scene = nullptr);
 
 } // namespace maille
