@@ -136,7 +136,7 @@ std::optional<Answer> solve_sliding_by_components(const Scene& scene, bool is_of
         all.cell_strain[cell][k] += part.cell_strain[cell][k];
     for (std::size_t cell = 0; cell < all.cell_energy.size() && cell < part.cell_energy.size(); ++cell)
       all.cell_energy[cell] += part.cell_energy[cell];
-    copies[static_cast<std::size_t>(component)] = std::move(part.split);
+    copies[component] = std::move(part.split);
   }
   // A node that is there once for a component has one value of it.
   std::map<std::pair<std::int64_t, std::int32_t>, Vec3> of_copy;

@@ -61,7 +61,7 @@ Part<dim>::Part(const Scene& scene, const Options& options, Watch& watch)
       element_(options.degree, scene.specimen.grid.spacing()), prescribed_(scene),
       mesh_(scene.specimen, options.degree) {
   if (!scene.tractions.empty())
-    faces_.resize(static_cast<std::size_t>(scene.specimen.grid.n_cells()));
+    faces_.resize(scene.specimen.grid.n_cells());
   for (const FaceLoad& face : scene.tractions)
     faces_[face.cell].push_back(face);
 }

@@ -33,7 +33,7 @@ Eigen::MatrixXd to_corners(unsigned points) {
 /// first.
 std::vector<std::uint8_t> shown_materials(const Specimen& specimen) {
   const Grid& grid = specimen.grid;
-  std::vector<std::uint8_t> shown(static_cast<std::size_t>(grid.n_nodes()), no_material);
+  std::vector<std::uint8_t> shown(grid.n_nodes(), no_material);
   for (std::size_t node = 0; node < shown.size(); ++node) {
     std::array<int, 256> count{};
     int most = 0;
@@ -135,7 +135,7 @@ std::vector<std::array<double, 6>> Problem<dim>::mean_strains(const dealii::Vect
   // Voigt order with engineering shear, of the dimension, to XX YY ZZ XY YZ XZ.
   constexpr std::array<std::array<int, 6>, 3> places{
       {{0, -1, -1, -1, -1, -1}, {0, 1, 3, -1, -1, -1}, {0, 1, 2, 4, 5, 3}}};
-  std::vector<std::array<double, 6>> strains(static_cast<std::size_t>(grid.n_cells()));
+  std::vector<std::array<double, 6>> strains(grid.n_cells());
   dealii::Vector<double> of_cell(static_cast<unsigned>(element.n_unknowns()));
   std::vector<dealii::types::global_dof_index> at;
   for (int cell = 0; cell < body_.n_cells(); ++cell) {

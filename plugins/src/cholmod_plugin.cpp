@@ -87,12 +87,12 @@ LongSparse graph(const LongSparse& lower, std::span<const std::int32_t> group) {
   LongSparse of_groups(n, n);
   std::vector<std::int32_t> rows;
   for (Eigen::Index column = 0; column < lower.cols();) {
-    const std::int32_t own = group[static_cast<std::size_t>(column)];
+    const std::int32_t own = group[column];
     of_groups.startVec(own);
     rows.clear();
-    for (; column < lower.cols() && group[static_cast<std::size_t>(column)] == own; ++column)
+    for (; column < lower.cols() && group[column] == own; ++column)
       for (LongSparse::InnerIterator entry(lower, column); entry; ++entry)
-        rows.push_back(group[static_cast<std::size_t>(entry.row())]);
+        rows.push_back(group[entry.row()]);
     std::ranges::sort(rows);
     rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
     for (const std::int32_t row : rows)
@@ -116,8 +116,7 @@ std::vector<SuiteSparse_long> order(const LongSparse& lower, std::span<const std
     first[i] += first[i - 1];
   rows.reserve(group.size());
   for (const SuiteSparse_long next : groups)
-    for (SuiteSparse_long row = first[static_cast<std::size_t>(next)];
-         row < first[static_cast<std::size_t>(next) + 1]; ++row)
+    for (SuiteSparse_long row = first[next]; row < first[static_cast<std::size_t>(next) + 1]; ++row)
       rows.push_back(row);
   return rows;
 }
@@ -205,7 +204,7 @@ void SupernodalFactor::solve_lower(Eigen::MatrixXd& values) const {
   std::vector<char> is_reached(factor_->nsuper, 0);
   for (Eigen::Index row = 0; row < values.rows(); ++row)
     if (!values.row(row).isZero(0))
-      is_reached[supernode_of_[static_cast<std::size_t>(row)]] = 1;
+      is_reached[supernode_of_[row]] = 1;
   Eigen::MatrixXd own, below;
   for (std::size_t number = 0; number < factor_->nsuper; ++number) {
     if (is_reached[number] == 0)
@@ -218,11 +217,11 @@ void SupernodalFactor::solve_lower(Eigen::MatrixXd& values) const {
     if (n_below == 0)
       continue;
     below.noalias() = one.numbers.bottomRows(n_below) * own;
-    const std::span<const SuiteSparse_long> rows = one.rows.subspan(static_cast<std::size_t>(n));
+    const std::span<const SuiteSparse_long> rows = one.rows.subspan(n);
     for (Eigen::Index column = 0; column < values.cols(); ++column)
       for (Eigen::Index i = 0; i < n_below; ++i)
-        values(rows[static_cast<std::size_t>(i)], column) -= below(i, column);
-    is_reached[supernode_of_[static_cast<std::size_t>(rows.front())]] = 1;
+        values(rows[i], column) -= below(i, column);
+    is_reached[supernode_of_[rows.front()]] = 1;
   }
 }
 

@@ -127,7 +127,7 @@ void Steering::finish() {
 std::vector<py::ssize_t> shape_of(const Grid& grid, const Index3& size) {
   std::vector<py::ssize_t> shape;
   for (int axis = grid.dimension(); axis-- > 0;)
-    shape.push_back(size[static_cast<std::size_t>(axis)]);
+    shape.push_back(size[axis]);
   return shape;
 }
 

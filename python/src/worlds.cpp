@@ -88,7 +88,7 @@ public:
     const int number = object(name);
     if (world_.kind(number) != ObjectKind::deformable)
       throw py::value_error("expected a deformable object, found \"" + name + "\"");
-    const Grid& grid = scene().objects[static_cast<std::size_t>(number)].scene.specimen.grid;
+    const Grid& grid = scene().objects[number].scene.specimen.grid;
     auto* const state = new Displacement(world_.displacement(number)); // the world goes on
     const py::capsule owner(state, [](void* kept) { delete static_cast<Displacement*>(kept); });
     return displacement_view(owner, grid, *state);
@@ -132,7 +132,7 @@ private:
     py::list done;
     for (std::size_t i = 0; i < result.drives.size(); ++i) {
       py::dict drive;
-      drive["object"] = scene().objects[static_cast<std::size_t>(drives[i].object)].name;
+      drive["object"] = scene().objects[drives[i].object].name;
       drive["fraction"] = result.drives[i].fraction;
       drive["force"] = triple(result.drives[i].force);
       done.append(drive);
@@ -141,9 +141,8 @@ private:
     py::list contacts;
     for (const deform::WorldContact& contact : result.contacts) {
       py::dict record;
-      record["object"] = scene().objects[static_cast<std::size_t>(contact.object)].name;
-      record["other"] =
-          contact.other < 0 ? std::string() : scene().objects[static_cast<std::size_t>(contact.other)].name;
+      record["object"] = scene().objects[contact.object].name;
+      record["other"] = contact.other < 0 ? std::string() : scene().objects[contact.other].name;
       record["voxel"] = contact.voxel;
       record["axis"] = contact.axis;
       record["direction"] = contact.direction;

@@ -43,7 +43,7 @@ double ratio(double part, double whole) {
 
 ErrorNorms compare(const Scene& scene, const Displacement& answer, const Displacement& reference) {
   const Grid& grid = scene.specimen.grid;
-  std::vector<bool> counted(static_cast<std::size_t>(grid.n_nodes()), true);
+  std::vector<bool> counted(grid.n_nodes(), true);
   for (const Prescribed& p : scene.prescribed)
     counted[p.node] = false;
   Squares differences, references;

@@ -163,7 +163,7 @@ std::vector<Prescribed> prescribed_in_object(const Scene& scene, const Frame& fr
   const std::size_t n = handles.rest.size();
   for (std::size_t i = 0; i < n; ++i) {
     const Vec3 w = frame.in_object(handles.rest[i], handles.displacement[i]);
-    for (std::size_t b = 0; b < static_cast<std::size_t>(scene.dimension()); ++b)
+    for (int b = 0; b < scene.dimension(); ++b)
       prescribed[b * n + i].value = w[b];
   }
   return prescribed;

@@ -87,7 +87,7 @@ void LinkLimits::classify(const Scene& scene) {
   }
   std::map<CellKind, std::int32_t, std::less<>, ChargedAllocator<std::pair<const CellKind, std::int32_t>>>
       class_of;
-  cell_class_.assign(static_cast<std::size_t>(body.grid.n_cells()), -1);
+  cell_class_.assign(body.grid.n_cells(), -1);
   for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
     if (body.is_matter(cell))
       cell_class_[cell] =

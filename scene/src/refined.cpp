@@ -15,7 +15,7 @@ namespace {
 Grid halved(const Grid& grid) {
   Index3 cells{1, 1, 1};
   Vec3 spacing = grid.spacing();
-  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a) {
+  for (int a = 0; a < grid.dimension(); ++a) {
     if (grid.cells()[a] > std::numeric_limits<int>::max() / 4)
       throw std::length_error("too many cells to halve them");
     cells[a] = 2 * grid.cells()[a];
@@ -140,7 +140,7 @@ std::vector<Face> refine_faces(const std::vector<Face>& faces, const Grid& grid,
 }
 
 std::vector<double> refine_active_stress(const Scene& scene, const Grid& fine) {
-  std::vector<double> stress(static_cast<std::size_t>(fine.n_cells()));
+  std::vector<double> stress(fine.n_cells());
   for (std::size_t cell = 0; cell < stress.size(); ++cell)
     stress[cell] =
         scene.active_stress[scene.specimen.grid.cell(half_of(fine.cell_at(static_cast<std::int64_t>(cell))))];

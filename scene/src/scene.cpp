@@ -144,7 +144,7 @@ std::int64_t Specimen::n_matter_links() const {
 
 Vec3 Specimen::position(const Index3& node) const {
   Vec3 x = origin;
-  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+  for (int a = 0; a < grid.dimension(); ++a)
     x[a] += grid.spacing()[a] * node[a];
   return x;
 }

@@ -74,7 +74,7 @@ std::optional<double> recovered_error(const Scene& scene, const RecoveredFields&
 std::vector<bool> cells_at_edges(const Scene& scene) {
   const Specimen& body = scene.specimen;
   const Grid& grid = body.grid;
-  std::vector<bool> is_prescribed(static_cast<std::size_t>(grid.n_nodes()), false),
+  std::vector<bool> is_prescribed(grid.n_nodes(), false),
       is_left_out(static_cast<std::size_t>(grid.n_cells()), false);
   if (scene.dimension() == 1)
     return is_left_out;

@@ -36,7 +36,7 @@ Eigen::Matrix3d inverse_where_any(const Eigen::Matrix3d& matrix) {
 
 PatchWeights::PatchWeights(int dimension) : dimension_(dimension) {
   const int cells = 1 << (2 * dimension);
-  moments_.resize(static_cast<std::size_t>(cells / across));
+  moments_.resize(cells / across);
   for (auto& row : moments_)
     row.fill(Moments::Zero());
   for (int bit = 0; bit < cells; ++bit) {

@@ -12,7 +12,7 @@ namespace {
 
 /// Cells of one label and one material have one number, in the order in which the first of them comes.
 std::vector<std::int32_t> parts_of(const Specimen& body) {
-  std::vector<std::int32_t> part(static_cast<std::size_t>(body.grid.n_cells()), -1);
+  std::vector<std::int32_t> part(body.grid.n_cells(), -1);
   std::map<std::pair<std::int32_t, std::uint8_t>, std::int32_t> known;
   for (std::size_t cell = 0; cell < part.size(); ++cell) {
     const std::uint8_t material = body.material(static_cast<std::int64_t>(cell));
@@ -28,7 +28,7 @@ std::vector<std::int32_t> parts_of(const Specimen& body) {
 class Patch {
 public:
   Patch(const Grid& grid, const Index3& node) : grid_(grid) {
-    for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a) {
+    for (int a = 0; a < grid.dimension(); ++a) {
       low_[a] = node[a] - PatchWeights::across / 2;
       from_[a] = std::max(0, -low_[a]);
       to_[a] = std::min(PatchWeights::across, grid.cells()[a] - low_[a]);
@@ -106,7 +106,7 @@ RecoveredFields::Values RecoveredFields::at(std::int64_t cell, const Vec3& in_ce
   Values sum;
   for (int corner = 0; corner < grid_.corners_per_cell(); ++corner) {
     double weight = 1;
-    for (std::size_t a = 0; a < static_cast<std::size_t>(grid_.dimension()); ++a)
+    for (int a = 0; a < grid_.dimension(); ++a)
       weight *= corner >> a & 1 ? in_cell[a] : 1 - in_cell[a];
     const Values& value = at_corner(cell, corner);
     add(sum, weight, value.strain, value.stress);

@@ -34,7 +34,7 @@ Corners<dimension> rest_of(const Grid& grid) {
   Corners<dimension> rest = Corners<dimension>::Zero();
   for (int corner = 0; corner < 1 << dimension; ++corner)
     for (int a = 0; a < dimension; ++a)
-      rest(a, corner) = corner >> a & 1 ? grid.spacing()[static_cast<std::size_t>(a)] : 0;
+      rest(a, corner) = corner >> a & 1 ? grid.spacing()[a] : 0;
   return rest;
 }
 
@@ -46,7 +46,7 @@ std::vector<double> lattice_energies(const Scene& scene, const Displacement& u, 
   const LatticeElasticity lattice(scene, team);
   const auto frames = in_blocks(scene) ? block_rotations(scene, u) : List<Eigen::Quaterniond>{};
   const Corners<dimension> rest = rest_of<dimension>(grid);
-  std::vector<double> energy(static_cast<std::size_t>(grid.n_cells()), 0);
+  std::vector<double> energy(grid.n_cells(), 0);
   for_parts(energy.size(), team, [&](std::size_t first, std::size_t end, std::size_t) {
     for (std::size_t c = first; c < end; ++c) {
       const auto cell = static_cast<std::int64_t>(c);
@@ -69,7 +69,7 @@ std::vector<double> link_energies(const Scene& scene, const Displacement& u) {
   double volume_of_edge = 1.0 / (1 << (dimension - 1));
   for (std::size_t a = 0; a < dimension; ++a)
     volume_of_edge *= grid.spacing()[a];
-  std::vector<double> energy(static_cast<std::size_t>(grid.n_cells()), 0);
+  std::vector<double> energy(grid.n_cells(), 0);
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
     if (!scene.specimen.is_matter(cell))
       continue;
@@ -79,11 +79,10 @@ std::vector<double> link_energies(const Scene& scene, const Displacement& u) {
     for (int corner = 0; corner < 1 << dimension; ++corner)
       for (int a = 0; a < dimension; ++a)
         for (int b = 0; b < dimension && !(corner >> a & 1); ++b) {
-          const double slope =
-              (of(b, corner | 1 << a) - of(b, corner)) / grid.spacing()[static_cast<std::size_t>(a)];
-          twice += modulus[static_cast<std::size_t>(a)][static_cast<std::size_t>(b)] * slope * slope;
+          const double slope = (of(b, corner | 1 << a) - of(b, corner)) / grid.spacing()[a];
+          twice += modulus[a][b] * slope * slope;
         }
-    energy[static_cast<std::size_t>(cell)] = 0.5 * volume_of_edge * twice;
+    energy[cell] = 0.5 * volume_of_edge * twice;
   }
   return energy;
 }

@@ -131,7 +131,7 @@ std::vector<std::vector<bool>> prescribed_nodes(const Scene& scene) {
       static_cast<std::size_t>(scene.dimension()),
       std::vector<bool>(static_cast<std::size_t>(scene.specimen.grid.n_nodes())));
   for (const Prescribed& p : scene.prescribed)
-    is_prescribed[static_cast<std::size_t>(p.component)][static_cast<std::size_t>(p.node)] = true;
+    is_prescribed[p.component][p.node] = true;
   return is_prescribed;
 }
 
@@ -148,7 +148,7 @@ bool has_face(const Grid& grid, const std::vector<bool>& nodes, const Index3& at
     for (std::size_t a = 0; a < dimension; ++a)
       if (there[a] >= grid.nodes()[a])
         return false;
-    if (!nodes[static_cast<std::size_t>(grid.node(there))])
+    if (!nodes[grid.node(there)])
       return false;
   }
   return true;
@@ -165,7 +165,7 @@ bool acts_along_lines(const Scene& scene) {
     std::int64_t n = 0;
     bool has_any_face = false;
     for (std::int64_t node = 0; node < grid.n_nodes() && !has_any_face; ++node) {
-      if (!nodes[static_cast<std::size_t>(node)])
+      if (!nodes[node])
         continue;
       ++n;
       for (std::size_t normal = 0; normal < dimension && !has_any_face; ++normal)

@@ -25,9 +25,8 @@ void add_forces(const Scene& scene, Answer& state) {
     loads.push_back(nodal_forces(scene, c));
   state.reaction.clear();
   for (const Prescribed& p : scene.prescribed) {
-    const auto& load = loads[static_cast<std::size_t>(p.component)];
-    state.reaction.push_back(forces(p.component, p.node) -
-                             (load.empty() ? 0 : load[static_cast<std::size_t>(p.node)]));
+    const auto& load = loads[p.component];
+    state.reaction.push_back(forces(p.component, p.node) - (load.empty() ? 0 : load[p.node]));
   }
 }
 

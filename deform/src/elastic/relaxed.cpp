@@ -76,9 +76,8 @@ bool Relaxation::breaks_limits(int component, std::span<const double> u) {
   if (cannot_be_reached(*limits_, component, scene_.dimension(), least, most))
     return false;
   const IntervalField ranges(scene_, *limits_, component);
-  std::vector<double> of_plane(static_cast<std::size_t>(ranges.n_planes()));
-  team_.run(ranges.n_planes(),
-            [&](int z, int) { of_plane[static_cast<std::size_t>(z)] = ranges.excess_in_plane(z, u.data()); });
+  std::vector<double> of_plane(ranges.n_planes());
+  team_.run(ranges.n_planes(), [&](int z, int) { of_plane[z] = ranges.excess_in_plane(z, u.data()); });
   return *std::ranges::max_element(of_plane) >
          rounding_tolerance(scene_.specimen.grid, std::max(-least, most));
 }
@@ -118,7 +117,7 @@ void Relaxation::relax(int component) {
   if (outcome.was_stopped && !stopped_)
     stopped_ = Status::budget_reached;
   const bool is_outside = limits_ && breaks_limits(component, u);
-  is_feasible_[static_cast<std::size_t>(component)] = !is_outside;
+  is_feasible_[component] = !is_outside;
   if (is_outside)
     stay_within(solver, forces, component);
   else {
@@ -134,7 +133,7 @@ void Relaxation::stay_within(ComponentwiseSolver& solver, const List<double>& fo
   const CoupledTask task = this->task();
   ComponentwiseSystem system(task, moduli_, solver, component);
   Loads loads;
-  loads[static_cast<std::size_t>(component)] = forces;
+  loads[component] = forces;
   ConstrainedMinimum minimum(task, system, moduli_, {component}, std::move(loads));
   const std::span<double> all = answer_.displacement.component(component);
   Displacement u(1, all.size());
@@ -158,13 +157,12 @@ void Relaxation::react(int component, const ComponentwiseSolver& solver, const L
   for (std::size_t i = 0; i < scene_.prescribed.size(); ++i) {
     const Prescribed& p = scene_.prescribed[i];
     if (p.component == component)
-      answer_.reaction[i] =
-          solver.elastic_force(u, p.node) - (forces.empty() ? 0 : forces[static_cast<std::size_t>(p.node)]);
+      answer_.reaction[i] = solver.elastic_force(u, p.node) - (forces.empty() ? 0 : forces[p.node]);
   }
 }
 
 void Relaxation::keep_energy(ComponentwiseSolver& solver, int component) {
-  energy_[static_cast<std::size_t>(component)] = solver.energy(answer_.displacement.component(component));
+  energy_[component] = solver.energy(answer_.displacement.component(component));
 }
 
 /// Whatever the solve has come to, the answer is feasible and has the prescribed values.
@@ -177,7 +175,7 @@ void Relaxation::finish() {
       for (const Prescribed& p : clipping_.prescribed)
         answer_.displacement(p.component, p.node) = p.value;
     for (int component = 0; component < scene_.dimension(); ++component)
-      if (was_cut_short || !is_feasible_[static_cast<std::size_t>(component)]) {
+      if (was_cut_short || !is_feasible_[component]) {
         ComponentwiseSolver weights(scene_, moduli_, component, fixed_nodes(clipping_.prescribed, component),
                                     team_);
         keep_energy(weights, component);

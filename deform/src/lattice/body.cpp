@@ -40,7 +40,7 @@ Body::Body(const Scene& scene) : scene_(&scene), row_stride_(padded_row(scene.sp
   }
   for (const Prescribed& p : scene.prescribed)
     if (p.held)
-      set_bit(held_[static_cast<std::size_t>(p.component)], p.node);
+      set_bit(held_[p.component], p.node);
   if (fills_grid(scene.specimen))
     return;
   matter_ = Bits(words_of_bits(grid));
@@ -50,13 +50,11 @@ Body::Body(const Scene& scene) : scene_(&scene), row_stride_(padded_row(scene.sp
 }
 
 Field<float> Body::field(int component) {
-  return {displacement_[static_cast<std::size_t>(component)].data(), grid().nodes(), row_stride_,
-          row_stride_ * grid().nodes()[1]};
+  return {displacement_[component].data(), grid().nodes(), row_stride_, row_stride_ * grid().nodes()[1]};
 }
 
 Field<const float> Body::field(int component) const {
-  return {displacement_[static_cast<std::size_t>(component)].data(), grid().nodes(), row_stride_,
-          row_stride_ * grid().nodes()[1]};
+  return {displacement_[component].data(), grid().nodes(), row_stride_, row_stride_ * grid().nodes()[1]};
 }
 
 double Body::displacement(int component, const Index3& node) const {

@@ -38,12 +38,12 @@ public:
   /// Where the stored numbers of a component are. Numbers at grid points without matter mean nothing.
   Field<float> field(int component);
   Field<const float> field(int component) const;
-  double offset(int component) const { return offset_[static_cast<std::size_t>(component)]; }
-  void set_offset(int component, double offset) { offset_[static_cast<std::size_t>(component)] = offset; }
+  double offset(int component) const { return offset_[component]; }
+  void set_offset(int component, double offset) { offset_[component] = offset; }
 
   bool is_matter(std::int64_t node) const { return fills_its_grid() || bit(matter_, node); }
   bool is_held(int component, std::int64_t node) const {
-    const auto& bits = held_[static_cast<std::size_t>(component)];
+    const auto& bits = held_[component];
     return bits.size() > 0 && bit(bits, node);
   }
   /// Displacement of a node of the body [m].

@@ -24,7 +24,7 @@ LinkTable::LinkTable(const Scene& scene, const LinkLimits& limits)
 }
 
 void LinkTable::number_nodes(const Specimen& body) {
-  grid_node_.reserve(static_cast<std::size_t>(body.n_matter_nodes()));
+  grid_node_.reserve(body.n_matter_nodes());
   for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node)
     if (body.is_node(body.grid.node_at(node)))
       grid_node_.push_back(node);
@@ -91,15 +91,14 @@ Violations count_violations(const LinkTable& table, const Displacement& displace
   for (int b = 0; b < table.dimension(); ++b)
     u.push_back(table.gather(displacement, b));
   for (std::int32_t node = 0; node < table.n_nodes(); ++node)
-    for (auto e = static_cast<std::size_t>(table.first()[static_cast<std::size_t>(node)]);
+    for (auto e = static_cast<std::size_t>(table.first()[node]);
          e < static_cast<std::size_t>(table.first()[static_cast<std::size_t>(node) + 1]); ++e) {
       if (table.direction()[e] % 2 == 0) // every link once, from its near end
         continue;
       double excess = 0;
       for (int b = 0; b < table.dimension(); ++b) {
-        const List<double>& v = u[static_cast<std::size_t>(b)];
-        const double difference =
-            v[static_cast<std::size_t>(node)] - v[static_cast<std::size_t>(table.neighbour()[e])];
+        const List<double>& v = u[b];
+        const double difference = v[node] - v[table.neighbour()[e]];
         excess = std::max({excess, table.below(b)[e] - difference, difference - table.above(b)[e]});
       }
       found.links += excess > tolerance ? 1 : 0;

@@ -17,7 +17,7 @@ public:
   std::int32_t n_nodes() const { return static_cast<std::int32_t>(grid_node_.size()); }
   std::int64_t n_links() const { return static_cast<std::int64_t>(neighbour_.size()) / 2; }
   int dimension() const { return static_cast<int>(below_.size()); }
-  std::int64_t grid_node(std::int32_t node) const { return grid_node_[static_cast<std::size_t>(node)]; }
+  std::int64_t grid_node(std::int32_t node) const { return grid_node_[node]; }
   /// @pre `grid_node` is a node of the body
   std::int32_t body_node(std::int64_t grid_node) const;
 
@@ -28,8 +28,8 @@ public:
   /// Per entry: 2 axis, plus 1 if the neighbour is on the upper side.
   std::span<const std::uint8_t> direction() const { return direction_; }
   /// Per entry: the node's own displacement lies in [u_neighbour + below, u_neighbour + above] [m].
-  std::span<const double> below(int component) const { return below_[static_cast<std::size_t>(component)]; }
-  std::span<const double> above(int component) const { return above_[static_cast<std::size_t>(component)]; }
+  std::span<const double> below(int component) const { return below_[component]; }
+  std::span<const double> above(int component) const { return above_[component]; }
 
   /// One component of a grid's displacement, for the body's nodes only; and back.
   List<double> gather(const Displacement& displacement, int component) const;

@@ -47,8 +47,7 @@ CandidateLists::CandidateLists(const Scene& scene, const LinkTable& table)
                         List<double>(static_cast<std::size_t>(table.n_nodes()), 0.0)),
       is_prescribed_(u_.size(), List<bool>(u_[0].size(), false)) {
   for (const Prescribed& p : scene.prescribed)
-    is_prescribed_[static_cast<std::size_t>(p.component)]
-                  [static_cast<std::size_t>(table_.body_node(p.node))] = true;
+    is_prescribed_[p.component][static_cast<std::size_t>(table_.body_node(p.node))] = true;
 }
 
 void CandidateLists::place_handles(const Scene& scene) {
@@ -57,7 +56,7 @@ void CandidateLists::place_handles(const Scene& scene) {
     if (p.held)
       continue;
     moved.push_back(table_.body_node(p.node));
-    u_[static_cast<std::size_t>(p.component)][static_cast<std::size_t>(moved.back())] = p.value;
+    u_[p.component][moved.back()] = p.value;
   }
   std::ranges::sort(moved);
   const auto repeated = std::ranges::unique(moved);
@@ -68,11 +67,11 @@ void CandidateLists::place_handles(const Scene& scene) {
 }
 
 void CandidateLists::offer(std::int32_t node, int direction) {
-  const auto begin = static_cast<std::size_t>(table_.first()[static_cast<std::size_t>(node)]);
+  const auto begin = static_cast<std::size_t>(table_.first()[node]);
   const auto end = static_cast<std::size_t>(table_.first()[static_cast<std::size_t>(node) + 1]);
   for (std::size_t e = begin; e < end; ++e)
     if (table_.direction()[e] == direction)
-      list_[static_cast<std::size_t>(direction)].push_back({node, e});
+      list_[direction].push_back({node, e});
 }
 
 /// Moves a candidate as far as the link to its sponsor asks; true if it moved.
@@ -125,7 +124,7 @@ std::optional<Status> CandidateLists::run(const Control& control, const Clock& c
 Displacement CandidateLists::displacement(const Grid& grid) const {
   Displacement displacement(grid);
   for (int b = 0; b < table_.dimension(); ++b)
-    table_.scatter(u_[static_cast<std::size_t>(b)], b, displacement);
+    table_.scatter(u_[b], b, displacement);
   return displacement;
 }
 

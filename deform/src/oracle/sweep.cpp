@@ -132,7 +132,7 @@ ComponentSweep::ComponentSweep(const LinkTable& table, int component, List<doubl
   std::vector<bool> is_fixed(u_.size(), false);
   for (const Prescribed& p : prescribed)
     if (p.component == component)
-      is_fixed[static_cast<std::size_t>(table.body_node(p.node))] = true;
+      is_fixed[table.body_node(p.node)] = true;
   for (std::size_t i = 0; i < u_.size(); ++i)
     if (!is_fixed[i] && table.first()[i + 1] > table.first()[i])
       free_.push_back(static_cast<std::int32_t>(i));
@@ -156,7 +156,7 @@ double ComponentSweep::sweep(Rule rule) {
       lowest = std::max(lowest, v + below[e]);
       highest = std::min(highest, v + above[e]);
     }
-    const double mean = sum * one_over[static_cast<std::size_t>(first[i + 1] - first[i])];
+    const double mean = sum * one_over[first[i + 1] - first[i]];
     const double next = rule(u[i], Neighbourhood{mean, lowest, highest});
     largest = std::max(largest, std::abs(next - u[i]));
     u[i] = next;

@@ -52,7 +52,7 @@ void keep_off(std::thread&, int) {}
 } // namespace
 
 ThreadTeam::ThreadTeam(int threads) {
-  others_.reserve(static_cast<std::size_t>(std::max(threads - 1, 0)));
+  others_.reserve(std::max(threads - 1, 0));
   try {
     for (int i = 1; i < threads; ++i)
       others_.emplace_back([this, i] { serve(i); });

@@ -97,7 +97,7 @@ void for_parts(std::size_t n, ThreadTeam& team, const Work& work) {
 /// the cache. So the order of sums is the same for any number of threads.
 template<class Work>
 void run_slabs(ThreadTeam& team, int n_slabs, const Work& work) {
-  std::vector<std::atomic<bool>> is_done(static_cast<std::size_t>(std::max(n_slabs, 0)));
+  std::vector<std::atomic<bool>> is_done(std::max(n_slabs, 0));
   // Even ones that are begun before any between: a thread that is done with one does not wait for another's.
   const int n_even = (n_slabs + 1) / 2, ahead = std::min(n_even, team.threads() + 1), later = n_even - ahead;
   const auto slab_of = [&](int item) { // of one thread 0, 2, 1, 4, 3, ...
@@ -109,9 +109,9 @@ void run_slabs(ThreadTeam& team, int n_slabs, const Work& work) {
   team.run(n_slabs, [&](int item, int) {
     const int slab = slab_of(item);
     for (int beside = slab - 1; slab % 2 != 0 && beside < std::min(slab + 2, n_slabs); beside += 2)
-      ThreadTeam::wait_for(is_done[static_cast<std::size_t>(beside)]);
+      ThreadTeam::wait_for(is_done[beside]);
     work(slab);
-    is_done[static_cast<std::size_t>(slab)] = true;
+    is_done[slab] = true;
   });
 }
 

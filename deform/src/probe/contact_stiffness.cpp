@@ -76,7 +76,7 @@ std::vector<ContactSolver::Pressed> ContactSolver::pressed(const ContactSite& si
 }
 
 std::vector<std::int64_t> ContactSolver::within_radius(const ContactSite& site) const {
-  const auto face = surface_->faces()[static_cast<std::size_t>(site.face)];
+  const auto face = surface_->faces()[site.face];
   const auto rest = [&](std::int64_t node) {
     const Vec3 at = scene_->specimen.position(scene_->specimen.grid.node_at(node));
     return Eigen::Vector3d(Eigen::Vector3d::Map(at.data()));
@@ -131,7 +131,7 @@ std::vector<ContactSolver::Pressed> ContactSolver::before_tool(const ContactSite
   std::vector<Pressed> list;
   if (tool_ == nullptr || !site.tool || tool_->n_voxels() == 1)
     return list;
-  const auto& of_site = surface_->faces()[static_cast<std::size_t>(site.face)];
+  const auto& of_site = surface_->faces()[site.face];
   const Eigen::Vector3d outwards = (of_site.upper ? 1 : -1) * surface_->pose().rotation.col(of_site.axis);
   const Eigen::Array3d spacing = Eigen::Array3d::Map(tool_->spacing().data());
   const Eigen::Matrix3d to_tool = site.tool->rotation.transpose();
@@ -143,8 +143,7 @@ std::vector<ContactSolver::Pressed> ContactSolver::before_tool(const ContactSite
       const Index3 low = tool_->index_of(voxel);
       double enters = 0, leaves = 1;
       for (int a = 0; a < 3; ++a) {
-        const double to_low = low[static_cast<std::size_t>(a)] - negligible - from[a],
-                     to_high = to_low + 1 + 2 * negligible;
+        const double to_low = low[a] - negligible - from[a], to_high = to_low + 1 + 2 * negligible;
         if (way[a] == 0) {
           leaves = to_low <= 0 && to_high >= 0 ? leaves : -1;
           continue;
@@ -172,7 +171,7 @@ std::vector<ContactSolver::Pressed> ContactSolver::before_tool(const ContactSite
 }
 
 int ContactSolver::add_moves(const ContactSite& site, Scene& scene) const {
-  const auto& face = surface_->faces()[static_cast<std::size_t>(site.face)];
+  const auto& face = surface_->faces()[site.face];
   std::vector<Prescribed> moves;
   for (const auto& [node, depth] : pressed(site)) {
     const Prescribed move{node, face.axis, face.upper ? -depth : depth, false};

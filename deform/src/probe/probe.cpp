@@ -89,7 +89,7 @@ void Probe::look_ahead(const Eigen::Vector3d& way) {
   const auto obstacle = surroundings_->move(proxy_.tool(), motion, pose, done);
   if (!obstacle || obstacle->body < 0)
     return;
-  Body& body = bodies_[static_cast<std::size_t>(obstacle->body)];
+  Body& body = bodies_[obstacle->body];
   if (!body.link.ask || obstacle->face < 0 || obstacle->face == body.site.face)
     return;
   ask(body, *obstacle, depth_ahead_over_skin * surroundings_->body(obstacle->body).skin(), pose);
@@ -122,7 +122,7 @@ Eigen::Vector3d Probe::force_of_constraints() {
     state_.is_touching = true;
     double stiffness = settings_.coupling.stiffness;
     if (constraint.obstacle.body >= 0) {
-      Body& body = bodies_[static_cast<std::size_t>(constraint.obstacle.body)];
+      Body& body = bodies_[constraint.obstacle.body];
       const double of_body = update(body, constraint);
       stiffness = felt(of_body);
       const double share = std::isinf(of_body) ? 0 : stiffness / of_body;

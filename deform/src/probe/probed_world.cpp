@@ -17,14 +17,13 @@ ProbedWorld::ProbedWorld(const WorldScene& scene, int tool, double radius)
     tool_ = std::make_unique<RigidShape>(world.shape(tool));
     Pose middle = world.pose(tool);
     for (int a = 0; a < 3; ++a)
-      middle.position += middle.rotation.col(a) * 0.5 * tool_->size()[static_cast<std::size_t>(a)] *
-                         tool_->spacing()[static_cast<std::size_t>(a)];
+      middle.position += middle.rotation.col(a) * 0.5 * tool_->size()[a] * tool_->spacing()[a];
     start_ = middle;
   } else {
     tool_ = std::make_unique<RigidShape>(point_tool(scene.spacing));
   }
   for (int object = 0; object < world.n_objects(); ++object) {
-    const WorldObject& what = scene.objects[static_cast<std::size_t>(object)];
+    const WorldObject& what = scene.objects[object];
     if (world.kind(object) == ObjectKind::deformable) {
       add_body(what.name, what.scene, world.pose(object), radius);
     } else if (object != tool) {

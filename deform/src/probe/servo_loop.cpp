@@ -51,7 +51,7 @@ ServoLoop::ServoLoop(ProbeDevice& device, Probe& probe, const ServoSettings& set
     : device_(&device), probe_(&probe), settings_(settings) {
   if (settings.ticks < 1)
     throw std::invalid_argument("ServoLoop: at least one tick");
-  report_.samples.resize(static_cast<std::size_t>(settings.ticks)); // written to, so that its pages are there
+  report_.samples.resize(settings.ticks); // written to, so that its pages are there
   thread_ = std::thread([this] { run(); });
 }
 
@@ -87,7 +87,7 @@ void ServoLoop::run() {
       due += late * period;
     }
   }
-  report_.samples.resize(static_cast<std::size_t>(report_.ticks));
+  report_.samples.resize(report_.ticks);
   has_ended_.store(true, std::memory_order_release);
 }
 
@@ -100,7 +100,7 @@ void ServoLoop::tick(std::int64_t began, std::int64_t due) {
   report_.work.add(written - woken);
   const double time = settings_.in_real_time ? 1e-9 * static_cast<double>(due - began)
                                              : static_cast<double>(report_.ticks) * probe_->settings().period;
-  report_.samples[static_cast<std::size_t>(report_.ticks)] = {time, written - due, state};
+  report_.samples[report_.ticks] = {time, written - due, state};
   ++report_.ticks;
 }
 

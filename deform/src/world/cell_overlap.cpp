@@ -110,7 +110,7 @@ bool are_in_one_another(const std::vector<ConvexCell>& one, const std::vector<Co
     std::int32_t before = -1;
     bool is_in = false;
     bins.visit(cell.box(), [&](std::int32_t i) {
-      const ConvexCell& near = other[static_cast<std::size_t>(i)];
+      const ConvexCell& near = other[i];
       is_in = is_in || (std::exchange(before, i) != i && cell.is_deeper_in(near, depth));
     });
     if (is_in)
@@ -158,14 +158,14 @@ bool is_matter_in(const Specimen& one, const Pose& pose, const Specimen& other, 
   const int d = grid.dimension();
   double radius = 0; // of a cell
   for (int a = 0; a < d; ++a)
-    radius = std::hypot(radius, 0.5 * grid.spacing()[static_cast<std::size_t>(a)]);
+    radius = std::hypot(radius, 0.5 * grid.spacing()[a]);
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
     if (!one.is_matter(cell))
       continue;
     const Index3 at = grid.cell_at(cell);
     Eigen::Vector3d middle = Eigen::Vector3d::Zero();
     for (int a = 0; a < d; ++a)
-      middle[a] = (at[static_cast<std::size_t>(a)] + 0.5) * grid.spacing()[static_cast<std::size_t>(a)];
+      middle[a] = (at[a] + 0.5) * grid.spacing()[a];
     const Eigen::Vector3d there =
         other_pose.rotation.transpose() * (pose.position + pose.rotation * middle - other_pose.position);
     Index3 first{}, last{}, near{};

@@ -37,13 +37,11 @@ void DeformableObject::add_pin_entries(std::vector<Entry>& entries, std::size_t 
   const Pin& pin = pins_[i];
   for (int b = 0; b < scene_->dimension(); ++b)
     if (lattice_.is_turned() || b == pin.axis)
-      entries.push_back(
-          {{lattice_.node(pin.voxel), b, pin.at[static_cast<std::size_t>(b)], !is_move && !pin.is_asked},
-           pin.is_asked ? Entry::Whose::asked_pin : Entry::Whose::pin,
-           i});
+      entries.push_back({{lattice_.node(pin.voxel), b, pin.at[b], !is_move && !pin.is_asked},
+                         pin.is_asked ? Entry::Whose::asked_pin : Entry::Whose::pin,
+                         i});
     else if (walls_grip_ && !is_move && !pin.is_asked)
-      entries.push_back(
-          {{lattice_.node(pin.voxel), b, pin.at[static_cast<std::size_t>(b)], false}, Entry::Whose::grip, i});
+      entries.push_back({{lattice_.node(pin.voxel), b, pin.at[b], false}, Entry::Whose::grip, i});
 }
 
 /// Everything that is prescribed, by component, then by node.
@@ -53,8 +51,7 @@ std::vector<DeformableObject::Entry> DeformableObject::entries(bool pins_are_mov
     all.push_back({p, Entry::Whose::hold});
   for (const auto& [node, handle] : handles_)
     for (int b = 0; b < scene_->dimension(); ++b)
-      all.push_back(
-          {{node, b, handle.at[static_cast<std::size_t>(b)], !handle.is_driven}, Entry::Whose::handle});
+      all.push_back({{node, b, handle.at[b], !handle.is_driven}, Entry::Whose::handle});
   for (std::size_t i = 0; i < pins_.size(); ++i)
     add_pin_entries(all, i, pins_are_moves);
   const auto key = [](const Entry& e) { return std::pair(e.what.component, e.what.node); };
@@ -114,8 +111,7 @@ Answer DeformableObject::answer(const Control& control) {
   // To the bit where they are to be, so that what touches a face stays on its side.
   for (const Entry& entry : list) {
     double& value = answer.displacement(entry.what.component, entry.what.node);
-    if (std::abs(value - entry.what.value) <
-        tolerance * lattice_.cell_size()[static_cast<std::size_t>(entry.what.component)])
+    if (std::abs(value - entry.what.value) < tolerance * lattice_.cell_size()[entry.what.component])
       value = entry.what.value;
   }
   keep_forces(list, answer.reaction);
@@ -129,7 +125,7 @@ void DeformableObject::keep_forces(const std::vector<Entry>& entries, const std:
   for (std::size_t i = 0; i < entries.size() && i < reaction.size(); ++i) {
     const Entry& entry = entries[i];
     if (entry.whose == Entry::Whose::handle)
-      handles_.at(entry.what.node).force[static_cast<std::size_t>(entry.what.component)] = reaction[i];
+      handles_.at(entry.what.node).force[entry.what.component] = reaction[i];
     else if (entry.whose != Entry::Whose::hold)
       on_pins[entry.pin][entry.what.component] = reaction[i];
   }
@@ -138,7 +134,7 @@ void DeformableObject::keep_forces(const std::vector<Entry>& entries, const std:
         lattice_.is_turned() ? Eigen::Vector3d(lattice_.pose().rotation * on_pins[i]) : on_pins[i];
     pins_[i].pressure = -force[pins_[i].axis] * pins_[i].direction;
     pins_[i].grip = {on_pins[i][0], on_pins[i][1], on_pins[i][2]};
-    pins_[i].grip[static_cast<std::size_t>(pins_[i].axis)] = 0;
+    pins_[i].grip[pins_[i].axis] = 0;
   }
 }
 

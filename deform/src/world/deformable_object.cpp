@@ -64,7 +64,7 @@ Index3 wall_of(const DeformableObject& body, const Pin& pin) {
   if (pin.wall)
     return *pin.wall;
   Index3 wall = body.cells().cell(pin.voxel);
-  wall[static_cast<std::size_t>(pin.axis)] += pin.direction;
+  wall[pin.axis] += pin.direction;
   return wall;
 }
 
@@ -135,7 +135,7 @@ void DeformableObject::reconcile_requests() {
                                                : lower_envelope(*scene_, limits_, component, ends);
       for (Pin& pin : pins_)
         if (is_meant(pin))
-          pin.at[b] = least[static_cast<std::size_t>(lattice_.node(pin.voxel))];
+          pin.at[b] = least[lattice_.node(pin.voxel)];
     }
 }
 
@@ -213,7 +213,7 @@ void DeformableObject::put_into(OccupancyMap& map) {
   cells_ = NodeCells(cells_.first(), lattice_.n_voxels(), matter_.n_cells());
   const std::vector<InCells> places = lattice_.places(state_);
   for (std::int32_t voxel = 0; voxel < lattice_.n_voxels(); ++voxel)
-    if (const Index3 cell = cell_at(places[static_cast<std::size_t>(voxel)]); !cells_.is_blocked(map, cell))
+    if (const Index3 cell = cell_at(places[voxel]); !cells_.is_blocked(map, cell))
       cells_.put(map, voxel, cell);
   matter_.forget();
   matter_.put(map, cells_.first(), places);
@@ -233,7 +233,7 @@ double DeformableObject::largest_violation() const {
 double DeformableObject::force_noise() const {
   double furthest = largest_entry(state_);
   for (const Pin& pin : pins_)
-    furthest = std::max(furthest, std::abs(pin.at[static_cast<std::size_t>(pin.axis)]));
+    furthest = std::max(furthest, std::abs(pin.at[pin.axis]));
   return lost_by_algebra * stiffness_ * furthest;
 }
 

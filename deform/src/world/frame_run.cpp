@@ -29,7 +29,7 @@ void check(const WorldObjects& world, const Drive& drive) {
   const RigidMotion& motion = drive.motion;
   double size = world.scene.is_open ? std::numeric_limits<double>::infinity() : 0; // of the world [m]
   for (int a = 0; a < world.scene.dimension; ++a)
-    size += world.scene.cells[static_cast<std::size_t>(a)] * world.scene.spacing[static_cast<std::size_t>(a)];
+    size += world.scene.cells[a] * world.scene.spacing[a];
   // About a point further away a turn is rounding.
   if (!motion.by.allFinite() || !motion.about.allFinite() || !(motion.about.norm() <= 1e6 * size) ||
       !(motion.by.norm() <= 1e9 * size) || !(std::abs(motion.angle) <= std::numbers::pi) ||
@@ -127,8 +127,7 @@ int FrameRun::n_steps() const {
       arm = (engine.pose(drives[i].object).position - motion.about).norm() +
             2 * world.rigid.shape(world.member(drives[i].object).index).middle().norm();
     for (int a = 0; a < world.scene.dimension; ++a)
-      most = std::max(most, (std::abs(motion.by[a]) + std::abs(motion.angle) * arm) /
-                                world.scene.spacing[static_cast<std::size_t>(a)]);
+      most = std::max(most, (std::abs(motion.by[a]) + std::abs(motion.angle) * arm) / world.scene.spacing[a]);
   }
   return static_cast<int>(std::ceil(std::min(most * (1 - 1e-12), 2e9)));
 }
@@ -179,11 +178,10 @@ void FrameRun::report_lead(std::size_t i) {
 std::string FrameRun::first_cut_drive() const {
   const auto cut = std::ranges::find_if(
       result.drives, [](const DriveResult& drive) { return drive.fraction < 1 - negligible; });
-  return cut == result.drives.end()
-             ? ""
-             : fmt::format("object `{}` came {:.3g} % of its way",
-                           world.name(drives[static_cast<std::size_t>(cut - result.drives.begin())].object),
-                           cut->fraction > negligible ? 100 * cut->fraction : 0.0);
+  return cut == result.drives.end() ? ""
+                                    : fmt::format("object `{}` came {:.3g} % of its way",
+                                                  world.name(drives[cut - result.drives.begin()].object),
+                                                  cut->fraction > negligible ? 100 * cut->fraction : 0.0);
 }
 
 void FrameRun::report_end(bool has_settled, const char* endless, const char* cut_short) {

@@ -73,7 +73,7 @@ Vec3 OpenBody::wanted(const Drive& drive, std::int64_t node) const {
   Vec3 displacement = now;
   for (int a = 0; a < scene_->dimension(); ++a)
     if (drive.motion.angle != 0 || drive.motion.by[a] != 0) // what does not move stays to the bit
-      displacement[static_cast<std::size_t>(a)] = to[a] - rest[static_cast<std::size_t>(a)];
+      displacement[a] = to[a] - rest[a];
   return displacement;
 }
 
@@ -95,7 +95,7 @@ Scene OpenBody::question() const {
       const bool is_held = std::ranges::any_of(
           scene_->prescribed, [&, n = node](const Prescribed& p) { return p.node == n && p.component == b; });
       if (!is_held)
-        question.prescribed.push_back({node, b, at[static_cast<std::size_t>(b)], false});
+        question.prescribed.push_back({node, b, at[b], false});
     }
   std::ranges::sort(question.prescribed, {},
                     [](const Prescribed& p) { return std::pair(p.component, p.node); });

@@ -122,7 +122,7 @@ public:
   RigidMatter(const RigidShape& shape, const Pose& pose, const Vec3& cell_size, int dimension)
       : Matter(dimension), shape_(shape), pose_(pose), places_(places_within(shape.spacing(), cell_size)) {
     const Index3& size = shape.size();
-    is_matter_.assign(static_cast<std::size_t>(std::int64_t{1} * size[0] * size[1] * size[2]), false);
+    is_matter_.assign(std::int64_t{1} * size[0] * size[1] * size[2], false);
     for (std::int32_t voxel = 0; voxel < shape.n_voxels(); ++voxel)
       is_matter_[number(shape.index_of(voxel))] = true;
     for (int corner = 0; corner < 8; ++corner)
@@ -179,7 +179,7 @@ public:
     for (std::int32_t cell = 0; cell < body.matter().n_cells(); ++cell) {
       Box& box = boxes_.emplace_back();
       for (const std::int32_t node : body.matter().corners(cell))
-        box.extend(at_[static_cast<std::size_t>(node)]);
+        box.extend(at_[node]);
       widest_ = std::max(widest_, box.sizes()[0]);
       by_left_.push_back(cell);
     }
@@ -191,8 +191,7 @@ public:
     const auto first = std::ranges::lower_bound(by_left_, point[0] - widest_, {},
                                                 [&](std::int32_t cell) { return left(cell); });
     for (auto cell = first; cell != by_left_.end() && left(*cell) <= point[0]; ++cell)
-      if (is_near(boxes_[static_cast<std::size_t>(*cell)], point) &&
-          does_hexahedron_hold(corners(*cell), point, dimension_))
+      if (is_near(boxes_[*cell], point) && does_hexahedron_hold(corners(*cell), point, dimension_))
         return true;
     return false;
   }
@@ -211,7 +210,7 @@ public:
   }
 
 private:
-  double left(std::int32_t cell) const { return boxes_[static_cast<std::size_t>(cell)].min()[0]; }
+  double left(std::int32_t cell) const { return boxes_[cell].min()[0]; }
   bool is_near(const Box& box, const Eigen::Vector3d& point) const {
     for (int a = 0; a < dimension_; ++a)
       if (point[a] < box.min()[a] || point[a] > box.max()[a])
@@ -221,7 +220,7 @@ private:
   std::vector<Eigen::Vector3d> corners(std::int32_t cell) const {
     std::vector<Eigen::Vector3d> list;
     for (const std::int32_t node : body_.matter().corners(cell))
-      list.push_back(at_[static_cast<std::size_t>(node)]);
+      list.push_back(at_[node]);
     return list;
   }
 
@@ -265,15 +264,14 @@ std::int64_t World::n_penetrations() const {
   };
   std::int64_t n = 0;
   const auto may_be_thin = [&](int object) { // too thin for a point deep inside
-    const WorldObject& what = scene().objects[static_cast<std::size_t>(object)];
+    const WorldObject& what = scene().objects[object];
     return scene().contact == ContactLaw::surfaces && !engine_->world().is_body(object) && !what.is_smooth;
   };
   for (int i = 0; i < n_objects(); ++i)
     for (int j = 0; j < i && may_be_thin(i); ++j)
-      n +=
-          may_be_thin(j) && is_matter_in(scene().objects[static_cast<std::size_t>(i)].scene.specimen, pose(i),
-                                         scene().objects[static_cast<std::size_t>(j)].scene.specimen, pose(j),
-                                         0.5 * *std::ranges::min_element(cell_size()));
+      n += may_be_thin(j) &&
+           is_matter_in(scene().objects[i].scene.specimen, pose(i), scene().objects[j].scene.specimen,
+                        pose(j), 0.5 * *std::ranges::min_element(cell_size()));
   for (const auto& one : matter) {
     std::vector<const Matter*> near;
     for (const auto& other : matter)

@@ -25,11 +25,11 @@ Mask along(const Mask& mask, const Grid& grid, int axis, int n, bool is_erosion)
     const int here = at[a];
     for (int i = 0; i < n; ++i) {
       at[a] = is_erosion ? here + i : here - i;
-      const bool value = grid.has_cell(at) && mask[static_cast<std::size_t>(grid.cell(at))] != 0;
+      const bool value = grid.has_cell(at) && mask[grid.cell(at)] != 0;
       all = all && value;
       any = any || value;
     }
-    result[static_cast<std::size_t>(cell)] = is_erosion ? all : any;
+    result[cell] = is_erosion ? all : any;
   }
   return result;
 }
@@ -37,21 +37,21 @@ Mask along(const Mask& mask, const Grid& grid, int axis, int n, bool is_erosion)
 } // namespace
 
 double World::thin_part(int object) const {
-  const Specimen& body = scene().objects[static_cast<std::size_t>(object)].scene.specimen;
+  const Specimen& body = scene().objects[object].scene.specimen;
   const Grid& grid = body.grid;
   const double cell = *std::max_element(cell_size().begin(), cell_size().begin() + grid.dimension());
   Index3 n{1, 1, 1};
-  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+  for (int a = 0; a < grid.dimension(); ++a)
     n[a] = std::max(1, static_cast<int>(std::ceil(cell / grid.spacing()[a] - tolerance)));
   if (n == Index3{1, 1, 1})
     return 0;
   Mask matter(static_cast<std::size_t>(grid.n_cells()));
   for (std::int64_t i = 0; i < grid.n_cells(); ++i)
-    matter[static_cast<std::size_t>(i)] = body.is_matter(i);
+    matter[i] = body.is_matter(i);
   Mask opened = matter; // by a box as large as a cell
   for (const bool is_erosion : {true, false})
     for (int axis = 0; axis < grid.dimension(); ++axis)
-      opened = along(opened, grid, axis, n[static_cast<std::size_t>(axis)], is_erosion);
+      opened = along(opened, grid, axis, n[axis], is_erosion);
   const auto all = std::ranges::count(matter, 1), thick = std::ranges::count(opened, 1);
   return static_cast<double>(all - thick) / static_cast<double>(all);
 }

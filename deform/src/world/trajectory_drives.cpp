@@ -32,15 +32,14 @@ Pose frame_of(const World& world, std::size_t object) {
     return frame_of(what);
   Pose frame = world.pose(static_cast<int>(object));
   for (int a = 0; a < world.scene().dimension; ++a)
-    frame.position -= frame.rotation.col(a) * what.scene.specimen.origin[static_cast<std::size_t>(a)];
+    frame.position -= frame.rotation.col(a) * what.scene.specimen.origin[a];
   return frame;
 }
 
 Eigen::Vector3d middle_of(const Specimen& body) {
   Eigen::Vector3d middle = vector(body.origin);
   for (int a = 0; a < body.grid.dimension(); ++a)
-    middle[a] += 0.5 * body.grid.cells()[static_cast<std::size_t>(a)] *
-                 body.grid.spacing()[static_cast<std::size_t>(a)];
+    middle[a] += 0.5 * body.grid.cells()[a] * body.grid.spacing()[a];
   return middle;
 }
 

@@ -26,7 +26,7 @@ namespace {
 Pose pose_of_grid(const WorldObject& object, int dimension) {
   Pose pose = frame_of(object);
   for (int a = 0; a < dimension; ++a)
-    pose.position += pose.rotation.col(a) * object.scene.specimen.origin[static_cast<std::size_t>(a)];
+    pose.position += pose.rotation.col(a) * object.scene.specimen.origin[a];
   return pose;
 }
 
@@ -55,9 +55,9 @@ void check(const WorldScene& scene) {
 
 RigidShape shape_of(const Specimen& specimen, const WorldScene& scene) {
   const Grid& grid = specimen.grid;
-  std::vector<std::uint8_t> matter(static_cast<std::size_t>(grid.n_cells()));
+  std::vector<std::uint8_t> matter(grid.n_cells());
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell)
-    matter[static_cast<std::size_t>(cell)] = specimen.is_matter(cell);
+    matter[cell] = specimen.is_matter(cell);
   Vec3 spacing = grid.spacing();
   for (std::size_t a = static_cast<std::size_t>(scene.dimension); a < 3; ++a)
     spacing[a] = scene.spacing[a];
@@ -67,7 +67,7 @@ RigidShape shape_of(const Specimen& specimen, const WorldScene& scene) {
 } // namespace
 
 void fail_to_place(const WorldScene& scene, int object, int other) {
-  const auto name = [&](int of) { return "`" + scene.objects[static_cast<std::size_t>(of)].name + "` "; };
+  const auto name = [&](int of) { return "`" + scene.objects[of].name + "` "; };
   fail("object " + name(object) +
        (other < 0 ? std::string("reaches beyond the border") : "is where " + name(other) + "is"));
 }
@@ -83,7 +83,7 @@ WorldObjects::WorldObjects(WorldScene asked)
   members.resize(scene.objects.size());
   for (const bool bodies_now : {false, true}) // numbers of the map: rigid and fixed objects first
     for (int object = 0; object < n; ++object) {
-      member(object).kind = scene.objects[static_cast<std::size_t>(object)].kind;
+      member(object).kind = scene.objects[object].kind;
       if ((member(object).kind == ObjectKind::deformable) == bodies_now)
         bodies_now ? add_body(object) : add_rigid(object);
     }
@@ -125,7 +125,7 @@ void WorldObjects::add_rigid(int object) {
 }
 
 void WorldObjects::add_body(int object) {
-  const WorldObject& what = scene.objects[static_cast<std::size_t>(object)];
+  const WorldObject& what = scene.objects[object];
   const VoxelId first = bodies.empty() ? rigid.n_voxels() : bodies.back().end_of_ids();
   member(object).first = first;
   member(object).index = static_cast<int>(bodies.size());

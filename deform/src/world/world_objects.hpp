@@ -37,15 +37,13 @@ struct WorldObjects {
     }
     return rigid.map_of_all();
   }
-  const Member& member(int object) const { return members[static_cast<std::size_t>(object)]; }
-  Member& member(int object) { return members[static_cast<std::size_t>(object)]; }
-  const WorldObject& object(int number) const { return scene.objects[static_cast<std::size_t>(number)]; }
+  const Member& member(int object) const { return members[object]; }
+  Member& member(int object) { return members[object]; }
+  const WorldObject& object(int number) const { return scene.objects[number]; }
   /// For messages; of -1 the border.
   std::string name(int object) const;
-  DeformableObject& body(int object) { return bodies[static_cast<std::size_t>(member(object).index)]; }
-  const DeformableObject& body(int object) const {
-    return bodies[static_cast<std::size_t>(member(object).index)];
-  }
+  DeformableObject& body(int object) { return bodies[member(object).index]; }
+  const DeformableObject& body(int object) const { return bodies[member(object).index]; }
   bool is_body(int object) const { return object >= 0 && member(object).kind == ObjectKind::deformable; }
   int n_objects() const { return static_cast<int>(members.size()); }
   /// Object with a voxel of that number in the map.

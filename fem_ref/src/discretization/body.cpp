@@ -25,8 +25,7 @@ void Body<dim>::number_along_grid() {
   std::array<std::int64_t, 3> n{1, 1, 1};
   for (std::size_t a = 0; a < dim; ++a)
     n[a] = degree * grid.cells()[a] + 1;
-  std::vector<unsigned> number(static_cast<std::size_t>(n[0] * n[1] * n[2]),
-                               dealii::numbers::invalid_unsigned_int);
+  std::vector<unsigned> number(n[0] * n[1] * n[2], dealii::numbers::invalid_unsigned_int);
   const int per_cell = element_.n_nodes();
   const auto visit = [&](const auto& take) {
     for (std::size_t cell = 0; cell < cells_.size(); ++cell) {
@@ -109,8 +108,7 @@ std::vector<std::int64_t> make_mesh_of_matter(const Specimen& specimen,
                                               const std::function<Vec3(const Index3& node)>& place,
                                               dealii::Triangulation<dim>& mesh) {
   const Grid& grid = specimen.grid;
-  std::vector<unsigned> vertex_of(static_cast<std::size_t>(grid.n_nodes()),
-                                  dealii::numbers::invalid_unsigned_int);
+  std::vector<unsigned> vertex_of(grid.n_nodes(), dealii::numbers::invalid_unsigned_int);
   std::vector<dealii::Point<dim>> vertices;
   std::vector<dealii::CellData<dim>> cells;
   std::vector<std::int64_t> of_grid;

@@ -107,7 +107,7 @@ std::vector<std::vector<std::byte>> exchange(std::vector<std::vector<std::byte>>
   std::vector<MPI_Request> requests(2 * n);
   constexpr int tag = 22;
   for (std::size_t r = 0; r < n; ++r) {
-    from[r].resize(static_cast<std::size_t>(announced_sizes[r]));
+    from[r].resize(announced_sizes[r]);
     MPI_Irecv(from[r].data(), static_cast<int>(announced_sizes[r]), MPI_BYTE, static_cast<int>(r), tag,
               MPI_COMM_WORLD, &requests[r]);
     MPI_Isend(to[r].data(), static_cast<int>(sent[r]), MPI_BYTE, static_cast<int>(r), tag, MPI_COMM_WORLD,

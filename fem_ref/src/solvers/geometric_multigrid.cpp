@@ -191,7 +191,7 @@ void MultigridSolver<dim>::make_levels(const Scene& scene, const Body<dim>& body
   Level<dim> own = make_level(mesh_, -1, lattice, element);
   stiffness_ = std::make_unique<CellOperator<dim, double>>(K, std::move(own.nodes), std::move(own.fixed),
                                                            own.n_unknowns);
-  products_.levels.resize(static_cast<std::size_t>(mesh_.n_levels()));
+  products_.levels.resize(mesh_.n_levels());
   transfer_.fixed.resize(products_.levels.size());
   for (int level = mesh_.n_levels() - 1; level >= 0; --level, lattice = lattice.coarser()) {
     Vec3 spacing = grid.spacing();

@@ -76,7 +76,7 @@ public:
   /// Unknowns of a node stay together: the graph that is ordered has a ninth of the edges in 3D.
   explicit FactorSolver(const LinearSystem& system)
       : lower_(lower_triangle(system.matrix)), bytes_(system.bytes()) {
-    std::vector<std::int32_t> node(static_cast<std::size_t>(system.n()));
+    std::vector<std::int32_t> node(system.n());
     for (std::size_t i = 0; i < node.size(); ++i)
       node[i] = static_cast<std::int32_t>(i) / system.dimension;
     factor_ = sparse_cholesky(lower_, node, false);

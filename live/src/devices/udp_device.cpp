@@ -54,7 +54,7 @@ public:
           ::recvfrom(socket_, bytes.data(), bytes.size(), 0, reinterpret_cast<sockaddr*>(&sender), &length);
       if (n < 0)
         break;
-      if (const auto packet = parse_hand_packet(std::span(bytes).first(static_cast<std::size_t>(n)))) {
+      if (const auto packet = parse_hand_packet(std::span(bytes).first(n))) {
         state_.pose = packet->pose;
         state_.buttons = packet->buttons;
         number_ = packet->number;

@@ -21,7 +21,7 @@ std::vector<float> strain_of_cells(const Scene& scene, const Displacement& displ
 
 std::vector<float> length_at_cells(const Scene& scene, const Displacement& displacement) {
   const Grid& grid = scene.specimen.grid;
-  std::vector<float> values(static_cast<std::size_t>(grid.n_cells()), 0);
+  std::vector<float> values(grid.n_cells(), 0);
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
     if (!scene.specimen.is_matter(cell))
       continue;

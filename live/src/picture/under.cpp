@@ -24,7 +24,7 @@ std::optional<Vec3> rest_of(const Specimen& body, const Displacement& by, const 
       const Vec3 row = body.position({0, at[1], at[2]});
       for (at[0] = 0; at[0] < grid.nodes()[0]; ++at[0], ++node) {
         double squared = 0;
-        for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a) {
+        for (int a = 0; a < grid.dimension(); ++a) {
           const double x = a == 0 ? row[0] + at[0] * grid.spacing()[0] : row[a];
           squared += (x + by(a, node) - place[a]) * (x + by(a, node) - place[a]);
         }

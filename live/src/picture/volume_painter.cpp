@@ -197,7 +197,7 @@ private:
       voxels.spacing[a] = grid.spacing()[a];
       voxels.origin[a] = body.origin[a] - 0.5 * grid.spacing()[a];
     }
-    std::vector<float> values(static_cast<std::size_t>(voxels.n_voxels()), 0);
+    std::vector<float> values(voxels.n_voxels(), 0);
     for (std::int64_t i = 0; i < voxels.n_voxels(); ++i) {
       const Index3 at{static_cast<int>(i % voxels.size[0]) - 1,
                       static_cast<int>(i / voxels.size[0] % voxels.size[1]) - 1,

@@ -70,7 +70,7 @@ std::vector<DriveSpan> Physics::spans_of_rigid() {
     return {};
   const Grid& grid = timeline_.scene().objects[grip_.object].scene.specimen.grid;
   double arm = 0;
-  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+  for (int a = 0; a < grid.dimension(); ++a)
     arm = std::hypot(arm, 0.5 * grid.cells()[a] * grid.spacing()[a]);
   if (goal_now_.axis >= 0)
     return {span_along_axis(now, turn)};

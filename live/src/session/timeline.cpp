@@ -69,7 +69,7 @@ deform::FrameResult Timeline::play(const std::vector<DriveSpan>& spans, const de
 
 deform::FrameResult Timeline::add_frame(std::vector<DriveSpan> spans, const deform::FrameBudget& budget) {
   if (can_redo()) {
-    frames_.resize(static_cast<std::size_t>(played_));
+    frames_.resize(played_);
     copies_.erase(copies_.upper_bound(played_), copies_.end());
   }
   Frame frame;

@@ -73,7 +73,7 @@ std::vector<SeenBox> seen_boxes(const Volume& volume, const TransferTable& table
     }
     return box;
   };
-  std::vector<std::vector<SeenBox>> in_plane(static_cast<std::size_t>(n[2]));
+  std::vector<std::vector<SeenBox>> in_plane(n[2]);
   for_each_item(threads, n[2], [&](int plane, int) {
     Index3 at{0, 0, plane};
     std::size_t brick = static_cast<std::size_t>(stride[2]) * static_cast<std::size_t>(plane);
@@ -125,7 +125,7 @@ BrickDepths::BrickDepths(const VoxelGrid& grid, const std::vector<SeenBox>& boxe
                                   minus(seen({0, 0, 1}), first)};
   const auto n_squares = static_cast<std::size_t>(squares_x_) * static_cast<std::size_t>(squares_y_);
   const int n_parts = boxes.size() < few_boxes ? 1 : threads;
-  std::vector<std::vector<Range>> parts(static_cast<std::size_t>(n_parts));
+  std::vector<std::vector<Range>> parts(n_parts);
   std::atomic<bool> is_near = false; // the eye may be within
   for_each_item(n_parts, n_parts, [&](int part, int) {
     const auto p = static_cast<std::size_t>(part), n = static_cast<std::size_t>(n_parts);

@@ -44,7 +44,7 @@ void number_nodes(const Lattice& lattice, Surface& surface) {
             (face.cell[1] + ((corner >> 1) & 1) + std::int64_t{n[1]} * (face.cell[2] + (corner >> 2))));
   };
   constexpr std::uint32_t no_number = 0, used = 1;
-  std::vector<std::uint32_t> number(static_cast<std::size_t>(lattice.n_nodes()), no_number);
+  std::vector<std::uint32_t> number(lattice.n_nodes(), no_number);
   for (const SurfaceFace& face : surface.faces)
     for (const int corner : corners_of_face(face.axis, face.upper != 0))
       number[node_of(face, corner)] = used;
@@ -70,7 +70,7 @@ Surface surface_of(const Lattice& lattice, const Volume& volume, const Look& loo
   const auto number = [&](int i, int j, int k) {
     return static_cast<std::size_t>(i + std::int64_t{n[0]} * (j + std::int64_t{n[1]} * k));
   };
-  std::vector<std::uint8_t> is_seen(static_cast<std::size_t>(lattice.n_cells()), 0);
+  std::vector<std::uint8_t> is_seen(lattice.n_cells(), 0);
   for_each_item(threads, n[2], [&](int k, int) {
     for (int j = 0; j < n[1]; ++j)
       for (int i = 0; i < n[0]; ++i)

@@ -45,7 +45,7 @@ CoarseCarrier::CoarseCarrier(const Specimen& body, int stride) {
     lattice->origin[a] = body.origin[a] - margin * grid.spacing()[a];
   }
   const Index3 n_cells = lattice->cells;
-  lattice->carries.assign(static_cast<std::size_t>(lattice->n_cells()), 0);
+  lattice->carries.assign(lattice->n_cells(), 0);
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
     if (!body.is_matter(cell))
       continue;

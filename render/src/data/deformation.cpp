@@ -19,7 +19,7 @@ std::array<float, 4> in_floats(const Vec3& x) {
 } // namespace
 
 Deformation::Deformation(std::shared_ptr<const Lattice> lattice) : lattice_(std::move(lattice)) {
-  nodes_.resize(static_cast<std::size_t>(lattice_->n_nodes()));
+  nodes_.resize(lattice_->n_nodes());
   for (std::size_t node = 0; node < nodes_.size(); ++node)
     nodes_[node] = in_floats(at_rest(*lattice_, node_at(*lattice_, static_cast<std::int64_t>(node))));
 }
@@ -56,7 +56,7 @@ std::shared_ptr<const Lattice> lattice_of(const Specimen& body, int margin) {
     lattice->spacing[a] = grid.spacing()[a];
     lattice->origin[a] = body.origin[a] - around * grid.spacing()[a];
   }
-  lattice->carries.assign(static_cast<std::size_t>(lattice->n_cells()), 0);
+  lattice->carries.assign(lattice->n_cells(), 0);
   const Index3 around{(lattice->cells[0] - grid.cells()[0]) / 2, (lattice->cells[1] - grid.cells()[1]) / 2,
                       (lattice->cells[2] - grid.cells()[2]) / 2};
   const Index3 n = lattice->cells;

@@ -20,7 +20,7 @@ void for_each_item(int threads, int n_items, Work&& work) {
     return;
   }
   std::atomic<int> next{0};
-  std::vector<std::exception_ptr> thrown(static_cast<std::size_t>(n_threads));
+  std::vector<std::exception_ptr> thrown(n_threads);
   const auto take = [&](int thread) {
     try {
       for (int item = next++; item < n_items; item = next++)

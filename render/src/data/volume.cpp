@@ -73,7 +73,7 @@ void Volume::fill_gradients(std::span<const float> values) {
   // edges do not outweigh all else.
   const double knee = 0.01 * (high_ - low_) / smallest;
   const auto at = [&](int i, int j, int k) {
-    const double value = values[static_cast<std::size_t>(i + std::int64_t{nx} * (j + std::int64_t{ny} * k))];
+    const double value = values[i + std::int64_t{nx} * (j + std::int64_t{ny} * k)];
     return value >= low_ ? std::min(value, high_) : low_;
   };
   std::size_t out = 0;

@@ -23,17 +23,15 @@ void smooth_along(std::vector<float>& values, const Index3& size, std::size_t ax
   const std::array<std::int64_t, 3> strides{1, size[0], std::int64_t{size[0]} * size[1]};
   const std::int64_t stride = strides[axis], n = std::ssize(values);
   const std::int64_t row = size[axis];
-  std::vector<float> line(static_cast<std::size_t>(row));
+  std::vector<float> line(row);
   for (std::int64_t start = 0; start < n; ++start) {
     if (start / stride % row != 0)
       continue;
     for (std::int64_t i = 0; i < row; ++i)
-      line[static_cast<std::size_t>(i)] = values[static_cast<std::size_t>(start + i * stride)];
+      line[i] = values[start + i * stride];
     for (std::int64_t i = 0; i < row; ++i) {
-      const float before = i > 0 ? line[static_cast<std::size_t>(i - 1)] : 0,
-                  after = i + 1 < row ? line[static_cast<std::size_t>(i + 1)] : 0;
-      values[static_cast<std::size_t>(start + i * stride)] =
-          0.25f * (before + 2 * line[static_cast<std::size_t>(i)] + after);
+      const float before = i > 0 ? line[i - 1] : 0, after = i + 1 < row ? line[i + 1] : 0;
+      values[start + i * stride] = 0.25f * (before + 2 * line[i] + after);
     }
   }
 }
@@ -49,7 +47,7 @@ std::shared_ptr<const Volume> volume_of_matter(const Specimen& body) {
     voxels.origin[a] = body.origin[a] + (0.5 - margin) * grid.spacing()[a];
   }
   const Index3& n = voxels.size;
-  std::vector<float> matter(static_cast<std::size_t>(voxels.n_voxels()), 0);
+  std::vector<float> matter(voxels.n_voxels(), 0);
   const auto voxel_of = [&](std::int64_t cell) {
     const Index3 at = grid.cell_at(cell);
     return static_cast<std::size_t>(
@@ -60,7 +58,7 @@ std::shared_ptr<const Volume> volume_of_matter(const Specimen& body) {
       matter[voxel_of(cell)] = 1;
   const std::vector<float> sharp = matter;
   for (int pass = 0; pass < 2; ++pass)
-    for (std::size_t axis = 0; axis < static_cast<std::size_t>(grid.dimension()); ++axis)
+    for (int axis = 0; axis < grid.dimension(); ++axis)
       if (grid.cells()[axis] > plate)
         smooth_along(matter, n, axis);
   // Smoothing must neither lose what is a voxel thin nor close what is a voxel wide: middles of cells stay on

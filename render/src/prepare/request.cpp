@@ -85,7 +85,7 @@ std::int64_t cast_tiles(const PreparedObject& prepared, const View& view, int th
       else
         tiles[tile] = {};
     }
-  std::vector<RunSink> sinks(static_cast<std::size_t>(threads));
+  std::vector<RunSink> sinks(threads);
   std::atomic<std::int64_t> rays{0};
   for_each_item(threads, static_cast<int>(seen.size()), [&](int item, int thread) {
     RunSink& sink = sinks[thread];

@@ -88,7 +88,7 @@ Header read_header(ByteSource& source, Faults& faults) {
     for (const bool swap_bytes : {false, true}) {
       if (number_at<std::int32_t>(bytes.data(), swap_bytes) != version.header_bytes)
         continue;
-      bytes.resize(static_cast<std::size_t>(version.header_bytes));
+      bytes.resize(version.header_bytes);
       got += source.read(std::span(bytes).subspan(got));
       if (got < bytes.size())
         faults.fail("sizeof_hdr", fmt::format("a NIfTI header of {} bytes", version.header_bytes),

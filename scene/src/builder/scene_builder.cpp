@@ -75,7 +75,7 @@ SceneBuilder& SceneBuilder::copy_labels(std::span<const Label> values, const Arr
   set_geometry(affine, body.image.info, body.faults);
   if (check_layout(layout, values.size(), "specimen.layout", body.faults)) {
     std::optional<std::int64_t> too_large;
-    body.image.values.reserve(static_cast<std::size_t>(layout.n_voxels()));
+    body.image.values.reserve(layout.n_voxels());
     for_each_voxel(layout, [&](std::size_t element) {
       const std::int64_t label = values[element];
       if (!reader::is_label(label))
@@ -219,7 +219,7 @@ std::variant<Scene, std::vector<Fault>> SceneBuilder::try_build() const {
 
 Index3 first_cell(const Specimen& specimen) {
   Index3 first{};
-  for (std::size_t a = 0; a < static_cast<std::size_t>(specimen.grid.dimension()); ++a)
+  for (int a = 0; a < specimen.grid.dimension(); ++a)
     first[a] = static_cast<int>(std::lround(specimen.origin[a] / specimen.grid.spacing()[a]));
   return first;
 }

@@ -61,7 +61,7 @@ void DisplacementImage::continue_matter(const std::filesystem::path& file, const
             world[row] += info.direction[row][a] * along[a];
         const Vec3 x = point_in_object(body.placement, world);
         Index3 cell{};
-        for (std::size_t a = 0; a < static_cast<std::size_t>(body.grid.dimension()); ++a)
+        for (int a = 0; a < body.grid.dimension(); ++a)
           cell[a] = static_cast<int>(
               std::floor(std::clamp((x[a] - body.origin[a]) / body.grid.spacing()[a], -1.0, 2e9)));
         is_matter[voxel] = body.grid.has_cell(cell) && body.is_matter(body.grid.cell(cell));

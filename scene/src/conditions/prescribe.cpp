@@ -145,7 +145,7 @@ void add_foundation(const Region& region, const Foundation& foundation, const As
 void add_contraction(const std::vector<std::int64_t>& cells, double stress, Scene& scene) {
   if (cells.empty())
     return;
-  scene.active_stress.resize(static_cast<std::size_t>(scene.specimen.grid.n_cells()), 0);
+  scene.active_stress.resize(scene.specimen.grid.n_cells(), 0);
   for (const std::int64_t cell : cells)
     scene.active_stress[cell] += stress;
 }

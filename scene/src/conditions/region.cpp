@@ -218,7 +218,7 @@ bool Region::contains_corner(const Specimen& body, const Index3& node, std::int6
   const Grid& grid = body.grid;
   const Index3 at = grid.cell_at(cell);
   Vec3 x = body.position(node), low = body.position({0, 0, 0}), high = body.position(grid.cells());
-  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+  for (int a = 0; a < grid.dimension(); ++a)
     x[a] += (node[a] == at[a] ? inwards : -inwards) * grid.spacing()[a];
   if (kind_ == Kind::sphere)
     return std::hypot(x[0] - centre_[0], x[1] - centre_[1], x[2] - centre_[2]) < radius_;
@@ -263,7 +263,7 @@ std::vector<std::int64_t> Region::nodes(const Specimen& body) const {
   }
   // Only the slab of a face, or the index range of a box, is looked at: scenes may have 10^8 nodes.
   Index3 first{0, 0, 0}, last = body.grid.nodes();
-  for (std::size_t a = 0; a < static_cast<std::size_t>(body.grid.dimension()); ++a) {
+  for (int a = 0; a < body.grid.dimension(); ++a) {
     if (kind_ == Kind::face && face_axis_ == static_cast<int>(a)) {
       first[a] = upper_ ? body.grid.nodes()[a] - 1 : 0;
       last[a] = first[a] + 1;
@@ -441,7 +441,7 @@ void fill_cells(const LayeredImage& image, const Index3& coarsen, const std::vec
   for (int cell_k = 0; cell_k < cells[2]; ++cell_k) {
     layers.move_to(cell_k * coarsen[2], (cell_k + 1) * coarsen[2]);
     if (cell_k == 0)
-      found.reserve(static_cast<std::size_t>(grid.n_cells()));
+      found.reserve(grid.n_cells());
     for (int cell_j = 0; cell_j < cells[1]; ++cell_j) {
       const VoxelBlock block({0, cell_j, cell_k}, coarsen, 0, info.size);
       rows.clear();

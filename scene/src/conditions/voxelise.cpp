@@ -86,7 +86,8 @@ private:
   Box box_;
 };
 
-/// Of the volume that a surface encloses: a difference that is more than rounding of its border to voxels.
+/// The largest difference between the volume that a surface encloses and its voxels that rounding of its
+/// border explains, as a share.
 constexpr double largest_loss = 0.08;
 
 /// By Gauss' theorem; hollows count against it. Nothing where triangles are not oriented alike.
@@ -185,7 +186,7 @@ OrFault<Image> voxelised(const std::vector<std::vector<Triangle>>& surfaces, con
     image.info.origin[a] = box.min()[a] + spacing[a] / 2;
   }
   const Vec3 low{box.min()[0], box.min()[1], box.min()[2]};
-  image.values.assign(static_cast<std::size_t>(image.info.n_voxels()), 0);
+  image.values.assign(image.info.n_voxels(), 0);
   const Index3& size = image.info.size;
   for (std::size_t s = 0; s < surfaces.size(); ++s) {
     ShellCensus shells(surfaces[s], image.info, low);

@@ -30,7 +30,7 @@ struct NodeConditions {
 };
 
 std::vector<NodeConditions> conditions_by_node(const Scene& scene) {
-  std::vector<NodeConditions> all(static_cast<std::size_t>(scene.specimen.grid.n_nodes()));
+  std::vector<NodeConditions> all(scene.specimen.grid.n_nodes());
   for (const Prescribed& p : scene.prescribed) {
     NodeConditions& node = all[p.node];
     node.mask |= 1U << p.component;
@@ -42,7 +42,7 @@ std::vector<NodeConditions> conditions_by_node(const Scene& scene) {
 
 /// The first turn of the scene that prescribes a node; -1 where none does.
 std::vector<int> turns_by_node(const Scene& scene) {
-  std::vector<int> turn(static_cast<std::size_t>(scene.specimen.grid.n_nodes()), -1);
+  std::vector<int> turn(scene.specimen.grid.n_nodes(), -1);
   for (std::size_t t = 0; t < scene.turns.size(); ++t)
     for (const std::int64_t node : scene.turns[t].nodes)
       if (int& entry = turn[node]; entry < 0)
@@ -53,7 +53,7 @@ std::vector<int> turns_by_node(const Scene& scene) {
 /// For each node of the turned body the scene's nearest that has conditions; -1 where none.
 std::vector<std::int64_t> sources(const TurnedLattice& lattice, const Specimen& body,
                                   const std::vector<NodeConditions>& conditions) {
-  std::vector<std::int64_t> source(static_cast<std::size_t>(body.grid.n_nodes()), -1);
+  std::vector<std::int64_t> source(body.grid.n_nodes(), -1);
   for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node)
     if (body.is_node(body.grid.node_at(node)))
       if (const std::int64_t from = lattice.nearest_node(body, node); conditions[from].mask != 0)

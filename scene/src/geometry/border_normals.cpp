@@ -8,7 +8,7 @@ namespace maille {
 Vec3 BorderNormals::middle(const Grid& grid, const OrientedFace& face) {
   const Index3 at = grid.cell_at(face.cell);
   Vec3 middle{};
-  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+  for (int a = 0; a < grid.dimension(); ++a)
     middle[a] = at[a] + (static_cast<int>(a) == face.axis ? (face.upper ? 1.0 : 0.0) : 0.5);
   return middle;
 }

@@ -205,7 +205,7 @@ Index3 crop_to_matter(Specimen& body) {
     if (values.empty())
       return;
     auto kept = std::exchange(values, {});
-    values.reserve(static_cast<std::size_t>(body.grid.n_cells()));
+    values.reserve(body.grid.n_cells());
     for (int k = low[2]; k <= high[2]; ++k)
       for (int j = low[1]; j <= high[1]; ++j) {
         const auto row = kept.begin() + grid.cell({low[0], j, k});

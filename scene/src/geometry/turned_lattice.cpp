@@ -86,7 +86,7 @@ std::int64_t TurnedLattice::nearest_node(const Specimen& body, std::int64_t node
   const Eigen::Vector3d x = axes_ * vector(body.position(body.grid.node_at(node)));
   const Grid& grid = scene_.specimen.grid;
   Index3 at{0, 0, 0};
-  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a) {
+  for (int a = 0; a < grid.dimension(); ++a) {
     const double place = (x[static_cast<Eigen::Index>(a)] - scene_.specimen.origin[a]) / grid.spacing()[a];
     // Of two that are equally near, the one nearer to the box's faces: half a spacing within belongs to them.
     const double half = place < 0.5 * grid.cells()[a] ? 0.5 - rounding : 0.5 + rounding;
@@ -129,7 +129,7 @@ std::int64_t TurnedLattice::cell_at_middle_of(const Specimen& body, std::int64_t
     middle[a] += 0.5 * body.grid.spacing()[a];
   const Eigen::Vector3d x = axes_ * middle;
   Index3 at{0, 0, 0};
-  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a) {
+  for (int a = 0; a < grid.dimension(); ++a) {
     const double place = (x[static_cast<Eigen::Index>(a)] - scene_.specimen.origin[a]) / grid.spacing()[a];
     if (!(place >= rounding && place < grid.cells()[a] + rounding))
       return -1;

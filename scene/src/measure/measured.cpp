@@ -280,7 +280,7 @@ private:
 
   void take_volume(const Measure& measure, MeasuredValue& result) const {
     double of_cell = 1, tissue = 0, ratios = 0;
-    for (std::size_t a = 0; a < static_cast<std::size_t>(scene_.dimension()); ++a)
+    for (int a = 0; a < scene_.dimension(); ++a)
       of_cell *= body_.grid.spacing()[a];
     const VolumeRatio ratio(body_.grid);
     for (const std::int64_t cell : measure.cells) {

@@ -109,7 +109,7 @@ Vec3 force_across(const Scene& scene, const SectionPlane& plane, const Answer& a
     if (beyond.distance(scene.prescribed[i].node) > 0)
       force[scene.prescribed[i].component] += answer.reaction[i];
   double volume = 1;
-  for (std::size_t a = 0; a < static_cast<std::size_t>(scene.dimension()); ++a)
+  for (int a = 0; a < scene.dimension(); ++a)
     volume *= body.grid.spacing()[a];
   for (const FaceLoad& load : scene.tractions)
     add(force, load.traction, beyond.share(load) * volume / body.grid.spacing()[load.axis]);

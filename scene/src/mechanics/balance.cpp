@@ -47,13 +47,13 @@ ForceCheck balance_of(const Scene& scene, const Answer& answer, const Mechanics&
   double contraction = 0; // which may be in balance with itself: on the body's mean cross-section
   for (const double stress : scene.active_stress)
     contraction += std::abs(stress) / diagonal_of(grid);
-  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+  for (int a = 0; a < grid.dimension(); ++a)
     contraction *= grid.spacing()[a];
   double applied = 0; // the same of loads: a pressure around a body has no resultant
   for (const FaceLoad& load : scene.tractions) {
     double area = 1;
     for (int a = 0; a < grid.dimension(); ++a)
-      area *= a == load.axis ? 1 : grid.spacing()[static_cast<std::size_t>(a)];
+      area *= a == load.axis ? 1 : grid.spacing()[a];
     applied += of(load.traction).norm() * area;
   }
   largest = std::max({largest, contraction, applied});

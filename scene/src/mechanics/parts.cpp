@@ -31,7 +31,7 @@ struct CellFigures {
 
 double cell_volume(const Grid& grid) {
   double volume = 1;
-  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+  for (int a = 0; a < grid.dimension(); ++a)
     volume *= grid.spacing()[a];
   return volume;
 }

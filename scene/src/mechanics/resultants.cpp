@@ -160,7 +160,7 @@ std::vector<Resultant> of_loads(const Scene& scene, const Answer& answer, const 
   std::map<std::int32_t, Region> regions;
   for (const FaceLoad& load : scene.tractions) {
     double area = 1;
-    for (std::size_t a = 0; a < static_cast<std::size_t>(scene.dimension()); ++a)
+    for (int a = 0; a < scene.dimension(); ++a)
       area *= static_cast<int>(a) == load.axis ? 1 : h[a];
     Region& region = regions[load.condition];
     const Vec3 middle = places.middle(load.cell, &load);
@@ -177,7 +177,7 @@ std::vector<Resultant> of_loads(const Scene& scene, const Answer& answer, const 
     return resultants;
   Middle centroid;
   double mass = 0, volume = 1;
-  for (std::size_t a = 0; a < static_cast<std::size_t>(scene.dimension()); ++a)
+  for (int a = 0; a < scene.dimension(); ++a)
     volume *= h[a];
   for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
     if (body.is_matter(cell)) {

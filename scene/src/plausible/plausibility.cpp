@@ -141,7 +141,7 @@ void warn_of_punch(const Scene& scene, Plausibility& found) {
   if (!scene.test || scene.test->kind != TestKind::indent)
     return;
   double cell = 0;
-  for (std::size_t a = 0; a < static_cast<std::size_t>(scene.dimension()); ++a)
+  for (int a = 0; a < scene.dimension(); ++a)
     if (static_cast<int>(a) != scene.test->axis)
       cell = std::max(cell, scene.specimen.grid.spacing()[a]);
   if (const double cells = scene.test->radius / cell; cells < fewest_cells - rounding)
@@ -177,7 +177,7 @@ void warn_of_strains(const Scene& scene, Plausibility& found) {
 Plausibility plausibility(const Scene& scene) {
   Plausibility found;
   const Grid& grid = scene.specimen.grid;
-  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+  for (int a = 0; a < grid.dimension(); ++a)
     found.size[a] = grid.cells()[a] * grid.spacing()[a];
   const auto nodes = by_node(scene);
   for (const auto& [number, node] : nodes)
@@ -326,7 +326,7 @@ std::string directions_in_words(const Scene& scene) {
   for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell) {
     const Index3 at = body.grid.cell_at(cell);
     bool is_at_border = false;
-    for (std::size_t a = 0; a < static_cast<std::size_t>(body.grid.dimension()); ++a) {
+    for (int a = 0; a < body.grid.dimension(); ++a) {
       const int first = blocks->first[a] + at[a] * blocks->per_cell[a];
       is_at_border = is_at_border || first <= 0 || first + blocks->per_cell[a] >= info.size[a];
     }

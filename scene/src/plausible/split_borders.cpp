@@ -169,7 +169,7 @@ std::vector<T> spread(const SplitScene& split, const Grid& of_body, const std::v
                       const T& none) {
   if (values.empty())
     return {};
-  std::vector<T> all(static_cast<std::size_t>(split.scene.specimen.grid.n_cells()), none);
+  std::vector<T> all(split.scene.specimen.grid.n_cells(), none);
   for (std::size_t cell = 0; cell < values.size(); ++cell)
     if (split.copy_of[cell] >= 0)
       all[split.cell(of_body, static_cast<std::int64_t>(cell), split.copy_of[cell])] = values[cell];
@@ -183,7 +183,7 @@ void split_body(const Specimen& body, SplitScene& split) {
   of.grid = Grid(3, cells, body.grid.spacing());
   std::vector<std::uint8_t> material = body.material_id;
   if (material.empty())
-    material.assign(static_cast<std::size_t>(body.grid.n_cells()), 0);
+    material.assign(body.grid.n_cells(), 0);
   of.material_id = spread(split, body.grid, material, no_material);
   of.fibres = spread(split, body.grid, body.fibres, {1, 0, 0});
   of.label = spread(split, body.grid, body.label, std::int32_t{0});
@@ -249,7 +249,7 @@ SplitScene split_borders(const Scene& scene, const std::vector<SlidingBorder>& p
     sliding[pair_of(border.one, border.other)] = border.friction;
   const std::map<std::int32_t, int> copies = copies_of_labels(body, sliding);
   SplitScene split;
-  split.copy_of.assign(static_cast<std::size_t>(body.grid.n_cells()), -1);
+  split.copy_of.assign(body.grid.n_cells(), -1);
   for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
     if (body.is_matter(cell)) {
       int& copy = split.copy_of[cell];
@@ -283,7 +283,7 @@ Answer joined(const Scene& scene, const SplitScene& split, Answer answer) {
   const auto gather = [&]<class T>(std::vector<T>& values) {
     if (values.empty())
       return;
-    std::vector<T> of_body(static_cast<std::size_t>(grid.n_cells()));
+    std::vector<T> of_body(grid.n_cells());
     for (std::size_t cell = 0; cell < of_body.size(); ++cell)
       if (split.copy_of[cell] >= 0)
         of_body[cell] = values[split.cell(grid, static_cast<std::int64_t>(cell), split.copy_of[cell])];
@@ -296,7 +296,7 @@ Answer joined(const Scene& scene, const SplitScene& split, Answer answer) {
   std::vector<std::array<double, 6>> strain, stress;
   const bool has_nodal = !answer.nodal_strain.empty();
   if (has_nodal) {
-    strain.resize(static_cast<std::size_t>(grid.n_nodes()));
+    strain.resize(grid.n_nodes());
     stress.resize(strain.size());
   }
   answer.split.clear();

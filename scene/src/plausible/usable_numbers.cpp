@@ -73,7 +73,7 @@ void look_at_body(Finder& finder, const Specimen& body) {
   if (body.grid.n_cells() < 1 || body.n_matter_cells() < 1)
     finder.say("the body has no cells");
   finder.look_at_sizes(body.grid.spacing(), "the spacing");
-  for (std::size_t a = 0; a < static_cast<std::size_t>(body.grid.dimension()); ++a)
+  for (int a = 0; a < body.grid.dimension(); ++a)
     if (!(body.grid.spacing()[a] > 0))
       finder.say(fmt::format("the spacing along {} is {}", "xyz"[a], body.grid.spacing()[a]));
   finder.look_at(body.origin, "the origin");

@@ -193,7 +193,7 @@ void account_for(const LabelCensus& census, const std::vector<LabelRange>& range
                  const char* by, FaultList& faults, Scene& scene) {
   std::vector<std::int64_t> used(ranges.size(), 0), n_cells = used;
   cells.for_each_cell([&](std::int64_t cell, const std::vector<std::size_t>& own) {
-    const float label = cells.labels()[static_cast<std::size_t>(cell)];
+    const float label = cells.labels()[cell];
     for (std::size_t i = 0; i < ranges.size(); ++i)
       if (label >= ranges[i].low && label <= ranges[i].high) {
         used[i] += std::ssize(own);

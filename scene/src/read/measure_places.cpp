@@ -160,7 +160,7 @@ void MeasurePlaces::read_sphere(TableReader& table, Measure& measure) const {
   take_cells(measure, [&](std::int64_t cell) {
     const Vec3 x = body.position(body.grid.cell_at(cell));
     double square = 0;
-    for (std::size_t a = 0; a < static_cast<std::size_t>(scene_.dimension()); ++a)
+    for (int a = 0; a < scene_.dimension(); ++a)
       square += std::pow(x[a] + body.grid.spacing()[a] / 2 - (*middle)[a], 2);
     return square <= reach * reach;
   });
@@ -189,8 +189,7 @@ void MeasurePlaces::read_cells(const toml::node& node, const std::string& path, 
     if (has_body_ && body.label.empty())
       table.fault("label", "a body that is read from an image of labels", "one without labels");
     else
-      take_cells(measure,
-                 [&](std::int64_t cell) { return body.label[static_cast<std::size_t>(cell)] == *label; });
+      take_cells(measure, [&](std::int64_t cell) { return body.label[cell] == *label; });
     if (has_body_ && !body.label.empty() && measure.cells.empty()) {
       std::set<std::int32_t> there(body.label.begin(), body.label.end());
       there.erase(0);

@@ -221,7 +221,7 @@ void apply_map(const StiffnessMap& map, const LayeredImage& image, const VoxelBl
   std::int64_t out_of_range = 0;
   double least = INFINITY, most = 0; // densities of cells
   LayerWindow layers = image.open(blocks.per_cell[2]);
-  std::vector<float> ratio(static_cast<std::size_t>(body.grid.n_cells()), 1);
+  std::vector<float> ratio(body.grid.n_cells(), 1);
   Unusable none;
   std::int64_t n = 0;
   for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell) {

@@ -48,8 +48,8 @@ bool read_angle(TableReader& table, FibreRequest& request) {
   if (!angle || !plane)
     return false;
   request.direction = {};
-  request.direction[static_cast<std::size_t>((*plane)[0] - 'x')] = std::cos(*angle);
-  request.direction[static_cast<std::size_t>((*plane)[1] - 'x')] = std::sin(*angle);
+  request.direction[(*plane)[0] - 'x'] = std::cos(*angle);
+  request.direction[(*plane)[1] - 'x'] = std::sin(*angle);
   return true;
 }
 
@@ -225,7 +225,7 @@ bool place_fibres(FibreRequest request, Specimen& body, FaultList& faults) {
     if (!body.is_matter(static_cast<std::int64_t>(cell)))
       continue;
     Vec3 middle = body.position(grid.cell_at(static_cast<std::int64_t>(cell)));
-    for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+    for (int a = 0; a < grid.dimension(); ++a)
       middle[a] += grid.spacing()[a] / 2;
     Vec3 direction = request.direction;
     if (curve)

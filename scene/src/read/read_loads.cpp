@@ -95,12 +95,12 @@ std::vector<std::int64_t> read_cells(TableReader& table, const TableFrame& frame
     return {};
   auto cells = cells_in(region, scene.specimen, [&](std::int64_t cell) {
     return (!material || scene.specimen.material(cell) == *material) &&
-           (!by_label || material_of(labels[static_cast<std::size_t>(cell)], ranges) != no_material);
+           (!by_label || material_of(labels[cell], ranges) != no_material);
   });
   if (by_label)
     check_labels_exist(
-        ranges, scene.specimen, [&](std::int64_t cell) { return labels[static_cast<std::size_t>(cell)]; },
-        table.line_of_key("labels"), table.path_of("labels"), table.faults());
+        ranges, scene.specimen, [&](std::int64_t cell) { return labels[cell]; }, table.line_of_key("labels"),
+        table.path_of("labels"), table.faults());
   if (cells.empty() && table.faults().size() == faults_before)
     table.fault(by_label ? "labels" : "where", wanted_cells,
                 by_label             ? "none: " + in_words(*table.find("labels"))

@@ -22,11 +22,10 @@ std::set<std::pair<std::int32_t, std::int32_t>> touching_labels(const Specimen& 
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell)
     for (int axis = 0; body.is_matter(cell) && axis < grid.dimension(); ++axis) {
       Index3 beyond = grid.cell_at(cell);
-      ++beyond[static_cast<std::size_t>(axis)];
+      ++beyond[axis];
       if (!grid.has_cell(beyond) || !body.is_matter(grid.cell(beyond)))
         continue;
-      const std::int32_t one = body.label[static_cast<std::size_t>(cell)],
-                         other = body.label[static_cast<std::size_t>(grid.cell(beyond))];
+      const std::int32_t one = body.label[cell], other = body.label[grid.cell(beyond)];
       if (one != other)
         pairs.insert(std::minmax(one, other));
     }

@@ -192,7 +192,7 @@ bool fits_into_memory(const Index3& cells, int dimension, const std::string& pat
   // In floating point: the product of three sizes may pass the range of integers.
   double nodes = 1;
   for (int a = 0; a < dimension; ++a)
-    nodes *= static_cast<double>(cells[static_cast<std::size_t>(a)]) + 1;
+    nodes *= static_cast<double>(cells[a]) + 1;
   const double needed = nodes * dimension * sizeof(double);
   const auto available = static_cast<double>(available_memory());
   if (needed <= available)
@@ -253,7 +253,7 @@ bool read_specimen(TableReader& table, Scene& scene, std::vector<float>* labels,
 }
 
 std::vector<std::uint8_t> ellipsoid_cells(const Grid& grid) {
-  std::vector<std::uint8_t> cells(static_cast<std::size_t>(grid.n_cells()), no_material);
+  std::vector<std::uint8_t> cells(grid.n_cells(), no_material);
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
     double radius_sq = 0;
     for (int axis = 0; axis < grid.dimension(); ++axis) {
@@ -261,14 +261,14 @@ std::vector<std::uint8_t> ellipsoid_cells(const Grid& grid) {
       radius_sq += c * c;
     }
     if (radius_sq <= 1)
-      cells[static_cast<std::size_t>(cell)] = 0;
+      cells[cell] = 0;
   }
   return cells;
 }
 
 std::vector<std::uint8_t> muscle_cells(const Grid& grid, double tendon_fraction) {
   constexpr double end_radius = 0.35; // of the widest, where the tendon leaves the grid
-  std::vector<std::uint8_t> cells(static_cast<std::size_t>(grid.n_cells()), no_material);
+  std::vector<std::uint8_t> cells(grid.n_cells(), no_material);
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
     const Index3 at = grid.cell_at(cell);
     const double along = (at[0] + 0.5) / grid.cells()[0];
@@ -278,7 +278,7 @@ std::vector<std::uint8_t> muscle_cells(const Grid& grid, double tendon_fraction)
     for (std::size_t axis = 1; axis < static_cast<std::size_t>(grid.dimension()); ++axis)
       distance_sq += std::pow(relative_centre(grid, at, axis), 2);
     if (distance_sq <= radius * radius)
-      cells[static_cast<std::size_t>(cell)] = along < tendon_fraction || along > 1 - tendon_fraction ? 1 : 0;
+      cells[cell] = along < tendon_fraction || along > 1 - tendon_fraction ? 1 : 0;
   }
   return cells;
 }

@@ -75,7 +75,7 @@ std::optional<TestRequest> read_request(TableReader& table, int dimension) {
 /// Lengths of the body's bounding box.
 Vec3 size_of(const Grid& grid) {
   Vec3 size{};
-  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+  for (int a = 0; a < grid.dimension(); ++a)
     size[a] = grid.cells()[a] * grid.spacing()[a];
   return size;
 }
@@ -84,7 +84,7 @@ Vec3 size_of(const Grid& grid) {
 double spacing_across(const Grid& grid, int axis) {
   double product = 1;
   for (int a = 0; a < grid.dimension(); ++a)
-    product *= a == axis ? 1 : grid.spacing()[static_cast<std::size_t>(a)];
+    product *= a == axis ? 1 : grid.spacing()[a];
   return grid.dimension() == 3 ? std::sqrt(product) : product;
 }
 
@@ -134,11 +134,11 @@ void span_punch(const Grid& grid, TestRequest& request) {
 void measure(const Grid& grid, TestRequest& request) {
   StandardTest& test = request.test;
   const Vec3 size = size_of(grid);
-  const auto axis = static_cast<std::size_t>(test.axis), along = static_cast<std::size_t>(test.along);
+  const int axis = test.axis, along = test.along;
   test.length = size[axis];
   test.area = 1;
   double shorter = std::numeric_limits<double>::infinity();
-  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+  for (int a = 0; a < grid.dimension(); ++a)
     if (a != axis) {
       test.area *= size[a];
       shorter = std::min(shorter, size[a]);
@@ -165,11 +165,11 @@ private:
   std::size_t d() const { return static_cast<std::size_t>(body_.grid.dimension()); }
   std::array<bool, 3> only(int axis) const {
     std::array<bool, 3> axes{};
-    axes[static_cast<std::size_t>(axis)] = true;
+    axes[axis] = true;
     return axes;
   }
   Place face(int axis, bool upper) const {
-    const std::string name{axis_letters[static_cast<std::size_t>(axis)], upper ? '+' : '-'};
+    const std::string name{axis_letters[axis], upper ? '+' : '-'};
     return {name, *Region::face(name, body_.grid.dimension())};
   }
   void hold(const Place& place, const std::array<bool, 3>& axes) {
@@ -192,7 +192,7 @@ private:
   }
   Vec3 shift(int axis, double length) const {
     Vec3 by{};
-    by[static_cast<std::size_t>(axis)] = length;
+    by[axis] = length;
     return by;
   }
   Vec3 middle_of_upper_face() const;
@@ -321,8 +321,8 @@ bool fits_body(const Scene& scene, const TestRequest& request, const Asked& aske
   if (test.kind != TestKind::indent)
     return true;
   double cell = 0, side = std::numeric_limits<double>::infinity();
-  for (std::size_t a = 0; a < static_cast<std::size_t>(scene.dimension()); ++a)
-    if (a != static_cast<std::size_t>(test.axis)) {
+  for (int a = 0; a < scene.dimension(); ++a)
+    if (a != test.axis) {
       cell = std::max(cell, scene.specimen.grid.spacing()[a]);
       side = std::min(side, size_of(scene.specimen.grid)[a]);
     }

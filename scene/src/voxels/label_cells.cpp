@@ -96,7 +96,7 @@ LabelCells::LabelCells(const LayeredImage& image, const std::vector<LabelRange>&
     : image_(image), ranges_(ranges), first_(first), coarsen_(coarsen), body_(body) {
   std::set<float> found;
   std::vector<float> values;
-  labels_.assign(static_cast<std::size_t>(body.grid.n_cells()), 0);
+  labels_.assign(body.grid.n_cells(), 0);
   float last = std::numeric_limits<float>::quiet_NaN();
   for_each_block(body.tissue.empty() ? 0 : furthest_voxel, [&](std::int64_t cell, const LayerWindow& voxels) {
     const float label = labels_[cell] = label_of(cell, voxels, values);

@@ -87,7 +87,7 @@ on_voxels(const ImageInfo& info, const Specimen& body, int components,
   image.info.components = components;
   const auto n = static_cast<std::size_t>(info.n_voxels());
   image.values.assign(n * static_cast<std::size_t>(components), 0);
-  std::vector<float> of_cell(static_cast<std::size_t>(components));
+  std::vector<float> of_cell(components);
   for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell) {
     if (!body.is_matter(cell))
       continue;

@@ -162,7 +162,7 @@ Image volume_ratio(const ImageInfo& grid, std::span<const DeformedBody> bodies) 
   Image image;
   image.info = grid;
   image.info.components = 1;
-  image.values.assign(static_cast<std::size_t>(grid.n_voxels()), 0);
+  image.values.assign(grid.n_voxels(), 0);
   for_each_voxel(grid, [&](std::size_t voxel, const Vector3d& at) {
     for (std::size_t b = 0; b < bodies.size(); ++b)
       if (const std::int64_t cell = rest[b].cell_at(at); cell >= 0) {

@@ -56,7 +56,7 @@ public:
         number_[voxel] = n_mixed++;
       else if (state_[voxel] != untouched)
         add(state_[voxel], points_per_voxel);
-    taken_.assign(static_cast<std::size_t>(n_mixed), 0);
+    taken_.assign(n_mixed, 0);
   }
 
   /// As in pull_of: of cells that overlap the first has a point, those that are not folded before the others.

@@ -173,7 +173,7 @@ Pull pull_of(const ImageInfo& grid, std::span<const DeformedBody> bodies) {
   std::vector<RestCells> rest;
   for (const DeformedBody& body : bodies)
     rest.emplace_back(grid, *body.specimen);
-  std::vector<char> is_matter(static_cast<std::size_t>(grid.size[0]));
+  std::vector<char> is_matter(grid.size[0]);
   const std::int32_t* source = pull.source.data();
   for (int k = 0; k < grid.size[2]; ++k)
     for (int j = 0; j < grid.size[1]; ++j, source += is_matter.size()) {

@@ -18,7 +18,7 @@ using std::numbers::pi;
 /// of z from its floor [m]
 template<class IsInside>
 std::vector<std::uint8_t> cells_inside(const Grid& box, IsInside&& is_inside) {
-  std::vector<std::uint8_t> cells(static_cast<std::size_t>(box.n_cells()), no_material);
+  std::vector<std::uint8_t> cells(box.n_cells(), no_material);
   for (std::int64_t cell = 0; cell < box.n_cells(); ++cell) {
     const Index3 at = box.cell_at(cell);
     const Vec3& h = box.spacing();
@@ -157,7 +157,7 @@ std::vector<std::uint8_t> drawn_cells(const std::vector<std::string>& lines) {
 }
 
 std::vector<std::uint8_t> puzzle_piece_cells(const Grid& picture, const PuzzleCut& cut) {
-  std::vector<std::uint8_t> cells(static_cast<std::size_t>(picture.n_cells()), no_material);
+  std::vector<std::uint8_t> cells(picture.n_cells(), no_material);
   const Index3& n = picture.cells();
   const double width = static_cast<double>(n[0]) / cut.pieces[0],
                height = static_cast<double>(n[1]) / cut.pieces[1];

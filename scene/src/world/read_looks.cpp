@@ -48,7 +48,7 @@ void cut_to_visible(Image& image, const Look& look) {
     size[a] = last[a] - first[a] + 1;
   }
   std::vector<float> kept;
-  kept.reserve(static_cast<std::size_t>(std::int64_t{size[0]} * size[1] * size[2]));
+  kept.reserve(std::int64_t{size[0]} * size[1] * size[2]);
   for (int k = first[2]; k <= last[2]; ++k)
     for (int j = first[1]; j <= last[1]; ++j) {
       const auto row = image.values.begin() + (first[0] + std::int64_t{n[0]} * (j + std::int64_t{n[1]} * k));

@@ -19,7 +19,7 @@ std::int64_t n_nodes_of(const Index3& nodes) {
 
 /// Rows of the factor of a layer.
 double unknowns_in_layer(const Index3& nodes) {
-  return 3 * static_cast<double>(n_nodes_of(nodes)) / nodes[static_cast<std::size_t>(longest_axis(nodes))];
+  return 3 * static_cast<double>(n_nodes_of(nodes)) / nodes[longest_axis(nodes)];
 }
 
 bool is_thin_lattice(const Index3& nodes, const Vec3& spacing, std::int64_t n_finest) {
@@ -90,21 +90,19 @@ void BoxLevel::for_each_entry(const CoarsestSolve::Unknowns& unknowns,
   const BoxOperator& A = operator_;
   const List<std::int32_t> number = unknowns.numbers(field_size());
   const std::int64_t n = n_nodes(), in_plane = std::int64_t{A.nodes[0]} * A.nodes[1];
-  std::vector<double> unit(static_cast<std::size_t>(3 * n)), plane(static_cast<std::size_t>(3 * in_plane));
+  std::vector<double> unit(3 * n), plane(static_cast<std::size_t>(3 * in_plane));
   AlignedArray<double> scratch(static_cast<std::size_t>(box_scratch_bytes(A)) / sizeof(double) + 1);
   const auto node_of = [&](int x, int y, int z) {
     return x + A.nodes[0] * (y + std::int64_t{A.nodes[1]} * z);
   };
-  const auto number_at = [&](int c, int x, int y, int z) {
-    return number[static_cast<std::size_t>(offset(c, x, y, z))];
-  };
+  const auto number_at = [&](int c, int x, int y, int z) { return number[offset(c, x, y, z)]; };
   for (int colour = 0; colour < 81; ++colour) {
     const int component = colour / 27, of[3] = {colour % 3, colour / 3 % 3, colour / 9 % 3};
     std::ranges::fill(unit, 0.0);
     for (int z = of[2]; z < A.nodes[2]; z += 3)
       for (int y = of[1]; y < A.nodes[1]; y += 3)
         for (int x = of[0]; x < A.nodes[0]; x += 3)
-          unit[static_cast<std::size_t>(component * n + node_of(x, y, z))] = 1;
+          unit[component * n + node_of(x, y, z)] = 1;
     const auto nearest = [&](int axis, int i) { return i - 1 + ((of[axis] - i + 1) % 3 + 3) % 3; };
     for (int z = 0; z < A.nodes[2]; ++z) {
       apply_box(A, z, unit.data(), plane.data(), scratch.data());
@@ -118,7 +116,7 @@ void BoxLevel::for_each_entry(const CoarsestSolve::Unknowns& unknowns,
           for (int c = 0; c < 3 && column >= 0; ++c)
             if (const std::int32_t row = number_at(c, x, y, z); row >= 0)
               visit(static_cast<std::size_t>(row), static_cast<std::size_t>(column),
-                    plane[static_cast<std::size_t>(c * in_plane + x + y * A.nodes[0])]);
+                    plane[c * in_plane + x + y * A.nodes[0]]);
         }
     }
   }

@@ -30,7 +30,7 @@ bool couples_shears(const Eigen::Matrix<double, 6, 6>& C) {
 BoxCoefficients::BoxCoefficients(const Eigen::Matrix<double, 6, 6>& C, const Vec3& spacing, double unit,
                                  std::uint8_t thin)
     : is_aligned(!couples_shears(C)) {
-  const auto h = [&](int a) { return spacing[static_cast<std::size_t>(a)]; };
+  const auto h = [&](int a) { return spacing[a]; };
   const Eigen::Matrix<double, 6, 6> S = C.inverse();
   const double volume = h(0) * h(1) * h(2) / unit;
   Eigen::Matrix<double, 6, 6> mean = volume / 16 * C; // a mean of four edges, twice

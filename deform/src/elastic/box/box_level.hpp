@@ -44,7 +44,7 @@ public:
 
   const BoxOperator& A() const { return operator_; }
   /// As the transfers of the componentwise multigrid know a level: fields and fixed nodes of one component.
-  const ComponentwiseOperator& component(int c) const { return components_[static_cast<std::size_t>(c)]; }
+  const ComponentwiseOperator& component(int c) const { return components_[c]; }
   const std::array<AxisCoarsening, 3>& transfer() const { return *transfer_; }
   Index3 nodes() const { return {operator_.nodes[0], operator_.nodes[1], operator_.nodes[2]}; }
   std::int64_t n_nodes() const {
@@ -52,7 +52,7 @@ public:
   }
   /// Spacing of the regular cells [m].
   double spacing(int axis) const {
-    const auto& place = place_[static_cast<std::size_t>(axis)];
+    const auto& place = place_[axis];
     return place[1] - place[0];
   }
   /// Place of a node's component in the fields.

@@ -69,10 +69,9 @@ double BoxSolver::work_of_loads() {
   return body_.multigrid->sum_over_planes([&](int z) {
     double sum = 0;
     for (int c = 0; c < 3; ++c)
-      for (int y = 0; y < n[1] && !loads_[static_cast<std::size_t>(c)].empty(); ++y) {
+      for (int y = 0; y < n[1] && !loads_[c].empty(); ++y) {
         const float* const row = direction + level.offset(c, 0, y, z);
-        const double* const load =
-            loads_[static_cast<std::size_t>(c)].data() + task_.scene.specimen.grid.node({0, y, z});
+        const double* const load = loads_[c].data() + task_.scene.specimen.grid.node({0, y, z});
         for (int x = 0; x < n[0]; ++x)
           sum += load[x] * double{row[x]};
       }
@@ -120,8 +119,7 @@ void BoxSolver::begin_on_coarser_grids(Displacement& u) {
   const auto sums = body_.multigrid->sums();
   start.solve(state, pulls, [&](int z) {
     if (is_whole)
-      sums[static_cast<std::size_t>(z)] =
-          begin_box(level.A(), z, pulls, state, level.f.data(), level.scratch());
+      sums[z] = begin_box(level.A(), z, pulls, state, level.f.data(), level.scratch());
     else
       finish_box(level.A(), z, {}, state, state, state, level.f.data(), scale, false, u.values().data());
   });
@@ -170,8 +168,8 @@ double BoxSolver::residual_of_plane(const Displacement& u, int z, double scale, 
 
 MixedSolver::Residual BoxSolver::begin_round(const Displacement& u, double scale) {
   std::vector<double> largest(body_.multigrid->sums().size(), 0);
-  const double energy = body_.multigrid->sum_over_planes(
-      [&](int z) { return residual_of_plane(u, z, scale, largest[static_cast<std::size_t>(z)]); });
+  const double energy =
+      body_.multigrid->sum_over_planes([&](int z) { return residual_of_plane(u, z, scale, largest[z]); });
   body_.fields->restart();
   return {*std::ranges::max_element(largest), energy};
 }
@@ -184,7 +182,7 @@ double BoxSolver::work_from_residual(const Displacement& u, int z) const {
   for (std::size_t b = 0; b < 3; ++b)
     for (std::size_t i = first; i < first + n && !loads_[b].empty(); ++i)
       sum += u(b, i) * loads_[b][i];
-  return sum / body_.unit - work_of_residual_[static_cast<std::size_t>(z)];
+  return sum / body_.unit - work_of_residual_[z];
 }
 
 void BoxSolver::find_energy_and_reactions(const Displacement& u, Answer& answer) {

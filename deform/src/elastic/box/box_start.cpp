@@ -70,7 +70,7 @@ void BoxStart::improve(std::size_t level, float* u, const float* forces) {
   team.run(A.nodes[2], [&](int z, int) { find_box_residual(A, z, pulls, u, f, grid.scratch()); });
   multigrid_.cycle(level);
   const float* const change = grid.u.data();
-  std::vector<double> work(static_cast<std::size_t>(A.nodes[2])), curvature(work.size());
+  std::vector<double> work(A.nodes[2]), curvature(work.size());
   team.run(A.nodes[2], [&](int z, int) {
     const auto plane = static_cast<std::size_t>(z);
     work[plane] = dot_box(A, z, change, f);
@@ -112,7 +112,7 @@ PaddedArray forces_on(const BoxLevel& level, const Grid& grid, const std::array<
     return {};
   PaddedArray forces(level.field_size());
   for (int c = 0; c < 3; ++c) {
-    const auto& of_component = loads[static_cast<std::size_t>(c)];
+    const auto& of_component = loads[c];
     for (int z = 0; z < grid.nodes()[2] && !of_component.empty(); ++z)
       for (int y = 0; y < grid.nodes()[1]; ++y) {
         const double* const load = of_component.data() + grid.node({0, y, z});

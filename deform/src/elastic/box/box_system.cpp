@@ -68,7 +68,7 @@ std::optional<double> BoxGradients::find_step(double beta, double product) {
     if (stage == 0)
       update_box_direction(A, z, z_field, static_cast<float>(beta), step_before, p, state_.data());
     else
-      sums[static_cast<std::size_t>(z)] = apply_box_and_dot(A, z, p, q, level.scratch());
+      sums[z] = apply_box_and_dot(A, z, p, q, level.scratch());
   });
   const double curvature = multigrid_.total();
   return curvature > 0 ? std::optional(product / curvature) : std::nullopt;

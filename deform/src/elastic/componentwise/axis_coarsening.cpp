@@ -17,7 +17,7 @@ AxisCoarsening::AxisCoarsening(const std::vector<double>& place, bool coarsens)
   if (coarsens_ && n > 2)
     kept.push_back(n - 1);
   for (const int i : kept)
-    coarse_place_.push_back(place[static_cast<std::size_t>(i)]);
+    coarse_place_.push_back(place[i]);
 
   const auto n_coarse = kept.size();
   first_.assign(n_coarse, n);
@@ -78,20 +78,19 @@ double AxisCoarsening::part_of_interval(int i) const {
 std::vector<double> AxisCoarsening::coarse_link(const std::vector<double>& fine) const {
   if (!coarsens_)
     return fine;
-  std::vector<double> coarse(static_cast<std::size_t>(n_coarse() - 1), 0);
+  std::vector<double> coarse(n_coarse() - 1, 0);
   for (int i = 0; i + 1 < n_fine() && n_coarse() > 1; ++i)
-    coarse[static_cast<std::size_t>(interval(i))] +=
-        part_of_interval(i) * part_of_interval(i) * fine[static_cast<std::size_t>(i)];
+    coarse[interval(i)] += part_of_interval(i) * part_of_interval(i) * fine[i];
   return coarse;
 }
 
 std::vector<double> AxisCoarsening::coarse_mass(const std::vector<double>& fine) const {
   if (!coarsens_)
     return fine;
-  std::vector<double> coarse(static_cast<std::size_t>(n_coarse()), 0);
+  std::vector<double> coarse(n_coarse(), 0);
   for (int i = 0; i < n_coarse(); ++i)
     for (int k = 0; k < count(i); ++k)
-      coarse[static_cast<std::size_t>(i)] += hat(i, k) * fine[static_cast<std::size_t>(first(i) + k)];
+      coarse[i] += hat(i, k) * fine[first(i) + k];
   return coarse;
 }
 

@@ -22,14 +22,14 @@ public:
   int n_coarse() const { return static_cast<int>(first_.size()); }
   const std::vector<double>& coarse_place() const { return coarse_place_; }
   /// Weights of fine node i on coarse nodes left(i) and left(i) + 1.
-  int left(int i) const { return left_[static_cast<std::size_t>(i)]; }
-  double right_weight(int i) const { return right_[static_cast<std::size_t>(i)]; }
+  int left(int i) const { return left_[i]; }
+  double right_weight(int i) const { return right_[i]; }
   /// Support of a coarse node.
-  int first(int i) const { return first_[static_cast<std::size_t>(i)]; }
-  int count(int i) const { return count_[static_cast<std::size_t>(i)]; }
-  double hat(int i, int k) const { return hat_[static_cast<std::size_t>(i * most_in_support + k)]; }
+  int first(int i) const { return first_[i]; }
+  int count(int i) const { return count_[i]; }
+  double hat(int i, int k) const { return hat_[i * most_in_support + k]; }
   /// The fine node in the place of a coarse one.
-  int fine_place(int i) const { return fine_place_[static_cast<std::size_t>(i)]; }
+  int fine_place(int i) const { return fine_place_[i]; }
   /// The coarse interval that holds the one from fine node i to the next, and the part of it that this is.
   /// @pre two coarse nodes or more
   int interval(int i) const;

@@ -28,11 +28,9 @@ GridPair::Parents GridPair::parents(const Index3& fine) const {
   // Asked for every link of every fixed node: corners without weight are not looked at.
   Parents found;
   for (int k = 0; k < 2; ++k)
-    for (int j = 0; j < 2 && weight[2][static_cast<std::size_t>(k)] != 0; ++j)
-      for (int i = 0; i < 2 && weight[1][static_cast<std::size_t>(j)] != 0; ++i) {
-        const double product = weight[0][static_cast<std::size_t>(i)] *
-                               weight[1][static_cast<std::size_t>(j)] *
-                               weight[2][static_cast<std::size_t>(k)];
+    for (int j = 0; j < 2 && weight[2][k] != 0; ++j)
+      for (int i = 0; i < 2 && weight[1][j] != 0; ++i) {
+        const double product = weight[0][i] * weight[1][j] * weight[2][k];
         if (product == 0)
           continue;
         found.node[found.n] = coarse_node({left[0] + i, left[1] + j, left[2] + k});
@@ -80,7 +78,7 @@ PaddedArray coarse_links_along(const GridPair& grids, std::size_t a) {
   const Index3& coarse_nodes = grids.coarse_nodes();
   const std::int64_t row_stride = padded_row(coarse_nodes[0]), slab_stride = row_stride * coarse_nodes[1];
   PaddedArray target(static_cast<std::size_t>(slab_stride * coarse_nodes[2]));
-  std::vector<float> reduced(static_cast<std::size_t>(coarse_nodes[0])); // along x, of one row
+  std::vector<float> reduced(coarse_nodes[0]); // along x, of one row
   std::vector<Parts> along_x;
   for (int x = 0; x < nodes[0]; ++x)
     along_x.push_back(parts_of_link(grids.axis(0), x, a == 0));
@@ -91,9 +89,8 @@ PaddedArray coarse_links_along(const GridPair& grids, std::size_t a) {
       const float* const row = fine.A().link[a] + fine.offset({0, y, z});
       std::ranges::fill(reduced, 0.0F);
       for (int x = 0; x < nodes[0]; ++x)
-        for (std::size_t i = 0; i < along_x[static_cast<std::size_t>(x)].n; ++i)
-          reduced[static_cast<std::size_t>(along_x[static_cast<std::size_t>(x)].place[i])] +=
-              along_x[static_cast<std::size_t>(x)].weight[i] * row[x];
+        for (std::size_t i = 0; i < along_x[x].n; ++i)
+          reduced[along_x[x].place[i]] += along_x[x].weight[i] * row[x];
       for (std::size_t k = 0; k < in_z.n; ++k)
         for (std::size_t j = 0; j < in_y.n; ++j) {
           float* const to = target.data() + in_y.place[j] * row_stride + in_z.place[k] * slab_stride;
@@ -164,7 +161,7 @@ private:
       of_free_ones += coarse_fixed_(0, parents.node[i]) ? 0 : parents.weight[i];
     for (std::size_t i = 0; i < parents.n; ++i)
       if (!coarse_fixed_(0, parents.node[i]))
-        sum_[static_cast<std::size_t>(parents.node[i])] += weight * parents.weight[i] * of_free_ones;
+        sum_[parents.node[i]] += weight * parents.weight[i] * of_free_ones;
   }
 
   /// What the coarse links count of a fine one. Between two free ends it is nothing to rely on: they may move
@@ -216,12 +213,12 @@ List<FixedNode> coarse_fixed(const GridPair& grids) {
   std::vector<Around> around; // few, as a rule
   AlignedArray<std::int32_t> place(fine.fixed().empty() ? 0 : static_cast<std::size_t>(grids.n_coarse()));
   const auto at_node = [&](std::int64_t node) -> Around& {
-    std::int32_t& number = place[static_cast<std::size_t>(node)];
+    std::int32_t& number = place[node];
     if (number == 0) {
       around.push_back({node});
       number = static_cast<std::int32_t>(around.size());
     }
-    return around[static_cast<std::size_t>(number - 1)];
+    return around[number - 1];
   };
   for (const FixedNode& fixed : fine.fixed()) {
     const Index3 at = fine.node_at(fixed.node);

@@ -207,7 +207,7 @@ double force_on(const ComponentwiseLevel& level, const Index3& at, const double*
   for (int axis = 0; axis < 3; ++axis)
     for (const int side : {-1, 1}) {
       Index3 near = at, other = at;
-      other[static_cast<std::size_t>(axis)] += side;
+      other[axis] += side;
       if (side < 0)
         near = other;
       const double weight = level.weight(near, axis);

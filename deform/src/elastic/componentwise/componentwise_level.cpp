@@ -21,7 +21,7 @@ float* scratch_of(const ComponentwiseOperator& fine) {
 }
 
 double at_or_zero(const std::vector<double>& values, int i) {
-  return i >= 0 && i < static_cast<int>(values.size()) ? values[static_cast<std::size_t>(i)] : 0;
+  return i >= 0 && i < static_cast<int>(values.size()) ? values[i] : 0;
 }
 
 } // namespace
@@ -70,10 +70,10 @@ double ComponentwiseLevel::weight(const Index3& at, int axis) const {
     return 0;
   if (!weights_.is_box())
     return double{weights_.link[a].data()[offset(at)]};
-  double product = weights_.axis_link[a][static_cast<std::size_t>(at[a])];
+  double product = weights_.axis_link[a][at[a]];
   for (std::size_t b = 0; b < 3; ++b)
     if (b != a)
-      product *= weights_.axis_mass[b][static_cast<std::size_t>(at[b])];
+      product *= weights_.axis_mass[b][at[b]];
   return product;
 }
 
@@ -81,7 +81,7 @@ double ComponentwiseLevel::diagonal(const Index3& at) const {
   double sum = 0;
   for (int axis = 0; axis < 3; ++axis) {
     Index3 before = at;
-    --before[static_cast<std::size_t>(axis)];
+    --before[axis];
     sum += weight(at, axis) + weight(before, axis);
   }
   if (!anchors_.empty())
@@ -93,7 +93,7 @@ double ComponentwiseLevel::diagonal(const Index3& at) const {
 void ComponentwiseLevel::lay_out_anchors() {
   if (anchors_.empty())
     return;
-  anchor_rows_.assign(static_cast<std::size_t>(nodes_[1] * nodes_[2]), nullptr);
+  anchor_rows_.assign(nodes_[1] * nodes_[2], nullptr);
   float* row = nullptr;
   std::int64_t row_of = -1;
   for (const auto& [node, value] : anchors_) {
@@ -101,7 +101,7 @@ void ComponentwiseLevel::lay_out_anchors() {
       row_of = node / nodes_[0];
       row_pool_.emplace_back(static_cast<std::size_t>(operator_.row_stride));
       row = row_pool_.back().data();
-      anchor_rows_[static_cast<std::size_t>(row_of)] = row;
+      anchor_rows_[row_of] = row;
     }
     row[node % nodes_[0]] = static_cast<float>(value);
   }
@@ -109,7 +109,7 @@ void ComponentwiseLevel::lay_out_anchors() {
 }
 
 bool ComponentwiseLevel::may_move(const Index3& at) const {
-  const float* const row = inverse_rows_[static_cast<std::size_t>(at[1] + nodes_[1] * at[2])];
+  const float* const row = inverse_rows_[at[1] + nodes_[1] * at[2]];
   return row != nullptr && row[at[0]] > 0;
 }
 
@@ -119,8 +119,7 @@ void ComponentwiseLevel::invert_diagonal_of_box() {
   using Kind = std::pair<double, double>;
   const auto kind = [&](std::size_t axis, int i) {
     const auto& link = weights_.axis_link[axis];
-    return Kind{at_or_zero(link, i - 1) + at_or_zero(link, i),
-                weights_.axis_mass[axis][static_cast<std::size_t>(i)]};
+    return Kind{at_or_zero(link, i - 1) + at_or_zero(link, i), weights_.axis_mass[axis][i]};
   };
   struct Known {
     const float* free = nullptr;
@@ -225,8 +224,8 @@ std::vector<bool> ComponentwiseLevel::axes_to_coarsen() const {
   double strongest = 0;
   std::array<double, 3> strengths{};
   for (int axis = 0; axis < 3; ++axis) {
-    strengths[static_cast<std::size_t>(axis)] = strength(axis);
-    strongest = std::max(strongest, strengths[static_cast<std::size_t>(axis)]);
+    strengths[axis] = strength(axis);
+    strongest = std::max(strongest, strengths[axis]);
   }
   std::vector<bool> chosen;
   for (std::size_t a = 0; a < 3; ++a)
@@ -291,7 +290,7 @@ CoarsestSolve::Unknowns ComponentwiseLevel::unknowns() const {
 void ComponentwiseLevel::for_each_entry(const CoarsestSolve::Unknowns& unknowns,
                                         const CoarsestSolve::Visit& visit) const {
   const List<std::int32_t> number = unknowns.numbers(u.size());
-  const auto number_at = [&](const Index3& at) { return number[static_cast<std::size_t>(offset(at))]; };
+  const auto number_at = [&](const Index3& at) { return number[offset(at)]; };
   for (std::int64_t node = 0; node < n_nodes(); ++node) {
     const Index3 at = node_at(node);
     if (number_at(at) < 0)

@@ -53,7 +53,7 @@ void ComponentwisePreconditioner::set_up(Part& part) const {
     weights.link[axis] = part.weights.link[axis].copy();
   for (const PenaltyLink& link : part.penalties) {
     const Index3 at = grid.node_at(link.node); // rows follow each other, in 2D too
-    float* const of_axis = weights.link[static_cast<std::size_t>(level_axis(grid, link.axis))].data();
+    float* const of_axis = weights.link[level_axis(grid, link.axis)].data();
     of_axis[at[0] + row_stride * (at[1] + std::int64_t{1} * grid.nodes()[1] * at[2])] +=
         static_cast<float>(link.stiffness / part.unit);
   }
@@ -97,7 +97,7 @@ void ComponentwisePreconditioner::precondition(const Displacement& residual, Dis
 }
 
 std::vector<int> all_components(const Scene& scene) {
-  std::vector<int> components(static_cast<std::size_t>(scene.dimension()));
+  std::vector<int> components(scene.dimension());
   std::iota(components.begin(), components.end(), 0);
   return components;
 }
@@ -113,7 +113,7 @@ void BodySystem::prescribe(Displacement& u) {
     const std::span<double> values = u.component(component);
     if (task().start != nullptr)
       for (const FixedNode& f : fixed)
-        values[static_cast<std::size_t>(f.node)] = f.value;
+        values[f.node] = f.value;
     else if (!is_at_rest)
       preconditioner().solver(component).solve(values, {}, std::numeric_limits<double>::infinity(), false,
                                                task().must_stop);

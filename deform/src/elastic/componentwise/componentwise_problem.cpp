@@ -33,8 +33,7 @@ double link_weight(const Specimen& body, const CellModuli& moduli, const Index3&
                    int component) {
   const auto a = static_cast<std::size_t>(axis);
   double sum = 0;
-  body.for_each_cell_at_link(
-      tail, axis, [&](std::int64_t cell) { sum += moduli[cell][a][static_cast<std::size_t>(component)]; });
+  body.for_each_cell_at_link(tail, axis, [&](std::int64_t cell) { sum += moduli[cell][a][component]; });
   return sum * (2 * weight_per_modulus(body.grid)[a] / body.grid.corners_per_cell());
 }
 
@@ -45,8 +44,8 @@ double largest_weight(const Scene& scene, const CellModuli& moduli, int componen
   for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell) {
     if (!body.is_matter(cell))
       continue;
-    for (std::size_t a = 0; a < static_cast<std::size_t>(scene.dimension()); ++a)
-      largest = std::max(largest, factor[a] * moduli[cell][a][static_cast<std::size_t>(component)]);
+    for (int a = 0; a < scene.dimension(); ++a)
+      largest = std::max(largest, factor[a] * moduli[cell][a][component]);
     if (moduli.is_homogeneous_box())
       break;
   }
@@ -66,9 +65,9 @@ LinkWeights weights_of_box(const Grid& grid, const CellModuli& moduli, int compo
       weights.axis_mass[a].front() = weights.axis_mass[a].back() = 0.5;
   }
   const Vec3 factor = weight_per_modulus(grid);
-  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
-    std::ranges::fill(weights.axis_link[static_cast<std::size_t>(level_axis(grid, static_cast<int>(a)))],
-                      factor[a] * moduli.first()[a][static_cast<std::size_t>(component)] / unit);
+  for (int a = 0; a < grid.dimension(); ++a)
+    std::ranges::fill(weights.axis_link[level_axis(grid, static_cast<int>(a))],
+                      factor[a] * moduli.first()[a][component] / unit);
   return weights;
 }
 
@@ -80,7 +79,7 @@ LinkWeights expanded(const LinkWeights& box, const Index3& n) {
     weights.link[a] = PaddedArray(static_cast<std::size_t>(row_stride * n[1] * n[2]));
     const auto factor = [&](std::size_t b, int i) {
       const auto& values = a == b ? box.axis_link[b] : box.axis_mass[b];
-      return static_cast<std::size_t>(i) < values.size() ? values[static_cast<std::size_t>(i)] : 0;
+      return static_cast<std::size_t>(i) < values.size() ? values[i] : 0;
     };
     for (int z = 0; z < n[2]; ++z)
       for (int y = 0; y < n[1]; ++y) {
@@ -124,7 +123,7 @@ LinkWeights weights_per_link(const Scene& scene, const CellModuli& moduli, int c
       continue;
     const Index3 at = grid.cell_at(cell);
     for (int axis = 0; axis < dimension; ++axis) {
-      float* const link = weights.link[static_cast<std::size_t>(level_axis(grid, axis))].data();
+      float* const link = weights.link[level_axis(grid, axis)].data();
       const auto a = static_cast<std::size_t>(axis);
       const auto part = static_cast<float>(share * factor[a] * moduli[cell][a][b]);
       for (int corner = 0; corner < corners; ++corner)
@@ -156,11 +155,11 @@ std::vector<bool> loose_nodes(const Scene& scene, const List<FixedNode>& fixed, 
   if ((!fixed.empty() || !springs.empty()) && body.n_matter_cells() == grid.n_cells())
     return {};
   // Links of a cell join all of its corners, so cells that share a node share their fate.
-  std::vector<bool> reached(static_cast<std::size_t>(grid.n_nodes()), false);
+  std::vector<bool> reached(grid.n_nodes(), false);
   List<std::int64_t> waiting;
   const auto reach = [&](std::int64_t node) {
-    if (!reached[static_cast<std::size_t>(node)]) {
-      reached[static_cast<std::size_t>(node)] = true;
+    if (!reached[node]) {
+      reached[node] = true;
       waiting.push_back(node);
     }
   };
@@ -168,14 +167,14 @@ std::vector<bool> loose_nodes(const Scene& scene, const List<FixedNode>& fixed, 
     reach(f.node);
   for (const auto& spring : springs)
     reach(spring.first);
-  std::vector<bool> is_done(static_cast<std::size_t>(grid.n_cells()), false);
+  std::vector<bool> is_done(grid.n_cells(), false);
   while (!waiting.empty()) {
     const std::int64_t node = waiting.back();
     waiting.pop_back();
     body.for_each_cell_at(grid.node_at(node), [&](std::int64_t cell) {
-      if (is_done[static_cast<std::size_t>(cell)])
+      if (is_done[cell])
         return;
-      is_done[static_cast<std::size_t>(cell)] = true;
+      is_done[cell] = true;
       for (int corner = 0; corner < grid.corners_per_cell(); ++corner)
         reach(grid.corner(grid.cell_at(cell), corner));
     });

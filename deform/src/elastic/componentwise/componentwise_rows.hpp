@@ -15,10 +15,10 @@ struct DoubleBoxRow {
       : along(level.weights().axis_link[0].data()), mass(level.weights().axis_mass[0].data()) {
     const LinkWeights& w = level.weights();
     const auto link = [&](std::size_t axis, int i) {
-      return i >= 0 && i + 1 < level.nodes()[axis] ? w.axis_link[axis][static_cast<std::size_t>(i)] : 0.0;
+      return i >= 0 && i + 1 < level.nodes()[axis] ? w.axis_link[axis][i] : 0.0;
     };
-    const double y_mass = w.axis_mass[1][static_cast<std::size_t>(y)];
-    const double z_mass = w.axis_mass[2][static_cast<std::size_t>(z)];
+    const double y_mass = w.axis_mass[1][y];
+    const double z_mass = w.axis_mass[2][z];
     factor_along = y_mass * z_mass;
     factor_y_below = link(1, y - 1) * z_mass;
     factor_y_above = link(1, y) * z_mass;

@@ -105,7 +105,7 @@ void ComponentwiseSolver::begin_from_coarsest(std::span<double> u) {
         u[i] = double{row[x]};
     }
   for (const FixedNode& fixed : finest.fixed())
-    u[static_cast<std::size_t>(fixed.node)] = fixed.value;
+    u[fixed.node] = fixed.value;
 }
 
 /// Forces as the residual has them, in unit_; null where there are none.
@@ -116,7 +116,7 @@ const double* ComponentwiseSolver::forces_less_springs(std::span<const double> u
   with_springs_ = forces_;
   with_springs_.resize(u.size(), 0);
   for (const auto& [node, stiffness] : springs)
-    with_springs_[static_cast<std::size_t>(node)] -= stiffness * u[static_cast<std::size_t>(node)];
+    with_springs_[node] -= stiffness * u[node];
   return with_springs_.data();
 }
 
@@ -125,10 +125,9 @@ double ComponentwiseSolver::begin_correction(std::span<const double> u, const do
   ComponentwiseLevel& finest = multigrid_->finest();
   const auto find = [&](double scale) {
     double largest = 0;
-    std::vector<double> of_plane(static_cast<std::size_t>(finest.nodes()[2]));
+    std::vector<double> of_plane(finest.nodes()[2]);
     multigrid_->team().run(finest.nodes()[2], [&](int z, int) {
-      of_plane[static_cast<std::size_t>(z)] =
-          find_true_residual(finest, z, u.data(), forces, scale, finest.f.data());
+      of_plane[z] = find_true_residual(finest, z, u.data(), forces, scale, finest.f.data());
     });
     for (const double value : of_plane)
       largest = std::max(largest, value);
@@ -169,8 +168,8 @@ public:
     ComponentwiseLevel& finest = multigrid_.finest();
     const ComponentwiseOperator& A = finest.A();
     multigrid_.team().run(A.nodes[2], [&](int z, int) {
-      sums_[static_cast<std::size_t>(z)] = deform::take_step(A, z, step, scale_, direction_.data(),
-                                                             finest.r.data(), u_.data(), finest.f.data());
+      sums_[z] = deform::take_step(A, z, step, scale_, direction_.data(), finest.r.data(), u_.data(),
+                                   finest.f.data());
     });
   }
   /// The largest of any node, of the last step or of the correction [m].
@@ -225,7 +224,7 @@ void ComponentwiseSolver::apply(std::span<const double> u, std::span<double> for
   multigrid_->team().run(finest.nodes()[2],
                          [&](int z, int) { find_forces(finest, z, u.data(), unit_, forces.data()); });
   for (const auto& [node, stiffness] : finest.anchors())
-    forces[static_cast<std::size_t>(node)] += unit_ * stiffness * u[static_cast<std::size_t>(node)];
+    forces[node] += unit_ * stiffness * u[node];
 }
 
 /// Whether sums of fixed values and forces stay far from the ends of float32.
@@ -269,7 +268,7 @@ SolveOutcome ComponentwiseSolver::solve(std::span<double> u, std::span<const dou
     } else { // corrections are scaled, the start is not
       std::ranges::fill(u, 0.0);
       for (const FixedNode& fixed : multigrid_->finest().fixed())
-        u[static_cast<std::size_t>(fixed.node)] = fixed.value;
+        u[fixed.node] = fixed.value;
     }
     outcome.iterations = 1;
   }
@@ -344,8 +343,7 @@ double ComponentwiseSolver::energy(std::span<const double> u) {
 double ComponentwiseSolver::elastic_force(std::span<const double> u, std::int64_t node) const {
   const ComponentwiseLevel& finest = multigrid_->finest();
   const auto spring = finest.anchors().find(node);
-  const double of_spring =
-      spring == finest.anchors().end() ? 0 : spring->second * u[static_cast<std::size_t>(node)];
+  const double of_spring = spring == finest.anchors().end() ? 0 : spring->second * u[node];
   return unit_ * (force_on(finest, finest.node_at(node), u.data()) + of_spring);
 }
 

@@ -64,9 +64,7 @@ public:
   double elastic_force(std::span<const double> u, std::int64_t node) const;
   /// True where no link joins a node to a prescribed one, and so nothing says where it is. @pre a node of the
   /// body
-  bool is_loose(std::int64_t node) const {
-    return !is_loose_.empty() && is_loose_[static_cast<std::size_t>(node)];
-  }
+  bool is_loose(std::int64_t node) const { return !is_loose_.empty() && is_loose_[node]; }
   /// The sum of the weights of a node's links [N/m].
   double stiffness_at(std::int64_t node) const;
   bool has_loose_nodes() const { return !is_loose_.empty(); }

@@ -68,7 +68,7 @@ struct CorotatedElasticity::Cell {
     gradient.setZero();
     for (int corner = 0; corner < corners; ++corner)
       for (int a = 0; a < dimension; ++a) {
-        const double side = corner & 1 << a ? 1 : -1, h = spacing[static_cast<std::size_t>(a)];
+        const double side = corner & 1 << a ? 1 : -1, h = spacing[a];
         place(a, corner) = 0.5 * side * h;
         gradient(a, corner) = side / (corners / 2 * h);
       }
@@ -77,21 +77,19 @@ struct CorotatedElasticity::Cell {
     u.setZero();
     for (int b = 0; b < dimension; ++b)
       for (int corner = 0; corner < corners; ++corner)
-        u(b, corner) = of_all(b, node + static_cast<std::size_t>(offset[static_cast<std::size_t>(corner)]));
+        u(b, corner) = of_all(b, node + static_cast<std::size_t>(offset[corner]));
   }
   void scatter(Displacement& of_all, std::size_t node, const std::array<std::int64_t, 8>& offset) const {
     for (int b = 0; b < dimension; ++b)
       for (int corner = 0; corner < corners; ++corner)
-        of_all(b, node + static_cast<std::size_t>(offset[static_cast<std::size_t>(corner)])) +=
-            force(b, corner);
+        of_all(b, node + static_cast<std::size_t>(offset[corner])) += force(b, corner);
   }
 };
 
 CorotatedElasticity::CorotatedElasticity(const Scene& scene, const LatticeElasticity& linear)
     : scene_(scene), grid_(scene.specimen.grid), linear_(linear),
       frame_(static_cast<std::size_t>(grid_.n_cells()), Quaterniond::Identity()) {
-  const auto layers =
-      static_cast<std::size_t>(grid_.cells()[static_cast<std::size_t>(grid_.dimension() - 1)]);
+  const auto layers = static_cast<std::size_t>(grid_.cells()[grid_.dimension() - 1]);
   energy_.resize(layers);
   active_energy_.resize(layers);
   inverted_.resize(layers);
@@ -103,7 +101,7 @@ CorotatedElasticity::CorotatedElasticity(const Scene& scene, const LatticeElasti
 
 template<class Work>
 void CorotatedElasticity::for_each_layer(ThreadTeam& team, Work&& work) const {
-  const int d = grid_.dimension(), layers = grid_.cells()[static_cast<std::size_t>(d - 1)];
+  const int d = grid_.dimension(), layers = grid_.cells()[d - 1];
   run_slabs(team, layers, [&](int layer) {
     if (d == 2)
       work.template operator()<2>(layer);
@@ -115,8 +113,7 @@ void CorotatedElasticity::for_each_layer(ThreadTeam& team, Work&& work) const {
 template<class Visit>
 void CorotatedElasticity::for_each_cell(int layer, Visit&& visit) const {
   const Index3& cells = grid_.cells();
-  const std::int64_t in_layer = grid_.n_cells() / cells[static_cast<std::size_t>(grid_.dimension() - 1)],
-                     first = layer * in_layer;
+  const std::int64_t in_layer = grid_.n_cells() / cells[grid_.dimension() - 1], first = layer * in_layer;
   for (std::int64_t row = first; row < first + in_layer; row += cells[0]) {
     const auto node = static_cast<std::size_t>(grid_.corner(grid_.cell_at(row), 0));
     for (std::int64_t x = 0; x < cells[0]; ++x)
@@ -129,7 +126,7 @@ template<int dimension, CorotatedElasticity::Frames frames>
 double CorotatedElasticity::evaluate_cell(std::int64_t cell, Cell<dimension>& at) {
   using Corners = typename Cell<dimension>::Corners;
   at.u.colwise() -= Vector3d(at.u.col(0)); // a body carried far away keeps its digits
-  Quaterniond& frame = frame_[static_cast<std::size_t>(cell)];
+  Quaterniond& frame = frame_[cell];
   const Matrix3d H = at.u * at.gradient.transpose(), F = Matrix3d::Identity() + H;
   if constexpr (frames == Frames::turn)
     frame = nearest_rotation(dimension, F, frame);
@@ -158,7 +155,7 @@ double CorotatedElasticity::evaluate_cell(std::int64_t cell, Cell<dimension>& at
 template<int dimension>
 Matrix3d CorotatedElasticity::active_stress(std::int64_t cell) const {
   Matrix3d sigma = Matrix3d::Zero();
-  const double strength = active_stress_[static_cast<std::size_t>(cell)];
+  const double strength = active_stress_[cell];
   if (strength == 0)
     return sigma;
   const Eigen::VectorXd s = scene_.reduced_active_stress(cell, strength);
@@ -190,9 +187,9 @@ double CorotatedElasticity::evaluate_all(const Displacement& u, Displacement& fo
       at.scatter(forces, node, offset_);
       inverted += at.is_inside_out ? 1 : 0;
     });
-    energy_[static_cast<std::size_t>(layer)] = energy;
-    active_energy_[static_cast<std::size_t>(layer)] = active;
-    inverted_[static_cast<std::size_t>(layer)] = inverted;
+    energy_[layer] = energy;
+    active_energy_[layer] = active;
+    inverted_[layer] = inverted;
   });
   return std::accumulate(energy_.begin(), energy_.end(), 0.0);
 }
@@ -213,7 +210,7 @@ void CorotatedElasticity::apply_in_fixed_frames(const Displacement& p, Displacem
     Cell<dimension> at(grid_.spacing());
     for_each_cell(layer, [&](std::int64_t cell, std::size_t node) {
       at.gather(p, node, offset_);
-      const Matrix3d R = frame_[static_cast<std::size_t>(cell)].toRotationMatrix();
+      const Matrix3d R = frame_[cell].toRotationMatrix();
       at.force = R * linear_.cell_forces<dimension>(cell, R.transpose() * at.u);
       at.scatter(forces, node, offset_);
     });
@@ -221,7 +218,7 @@ void CorotatedElasticity::apply_in_fixed_frames(const Displacement& p, Displacem
   for (const NodalSpring& spring : linear_.springs()) {
     const Vec3 pull = pull_of(spring, p);
     for (int b = 0; b < grid_.dimension(); ++b)
-      forces(b, spring.node) -= pull[static_cast<std::size_t>(b)];
+      forces(b, spring.node) -= pull[b];
   }
 }
 
@@ -230,13 +227,13 @@ void CorotatedElasticity::add_moments(const Displacement& u, const List<Vector3d
   for_each_layer(team, [&]<int dimension>(int layer) {
     Cell<dimension> at(grid_.spacing());
     for_each_cell(layer, [&](std::int64_t cell, std::size_t node) {
-      const Vector3d& moment = moments[static_cast<std::size_t>(cell)];
+      const Vector3d& moment = moments[cell];
       if (moment.isZero(0))
         return;
       at.gather(u, node, offset_);
       at.u.colwise() -= Vector3d(at.u.col(0));
       const Matrix3d F = Matrix3d::Identity() + at.u * at.gradient.transpose(),
-                     R = frame_[static_cast<std::size_t>(cell)].toRotationMatrix();
+                     R = frame_[cell].toRotationMatrix();
       at.force.setZero();
       at.add_moment(R, F, -(R.transpose() * moment));
       at.force = R * at.force;
@@ -249,7 +246,7 @@ void CorotatedElasticity::warp_frames(const Displacement& d) {
   for (std::int64_t cell = 0; cell < grid_.n_cells(); ++cell) {
     if (!scene_.specimen.is_matter(cell))
       continue;
-    Quaterniond& frame = frame_[static_cast<std::size_t>(cell)];
+    Quaterniond& frame = frame_[cell];
     const Matrix3d G =
         displacement_gradient(grid_, d, grid_.cell_at(cell)) * frame.toRotationMatrix().transpose();
     const Vector3d turn = 0.5 * Vector3d(G(2, 1) - G(1, 2), G(0, 2) - G(2, 0), G(1, 0) - G(0, 1));

@@ -14,23 +14,22 @@ CorotatedPreconditioner::CorotatedPreconditioner(const CoupledTask& task,
   may_turn_.assign(n, true);
   rotation_.assign(n, Eigen::Quaterniond::Identity());
   for (const Prescribed& p : task.prescribed)
-    may_turn_[static_cast<std::size_t>(p.node)] = false;
+    may_turn_[p.node] = false;
 }
 
 void CorotatedPreconditioner::turn_with(const CorotatedElasticity& elasticity) {
   const Specimen& body = task_.scene.specimen;
   const Grid& grid = body.grid;
-  const int planes = grid.nodes()[static_cast<std::size_t>(grid.dimension() - 1)];
+  const int planes = grid.nodes()[grid.dimension() - 1];
   const std::int64_t in_plane = grid.n_nodes() / planes;
   task_.team.run(planes, [&](int plane, int) {
     for (std::int64_t node = plane * in_plane; node < (plane + 1) * in_plane; ++node) {
-      if (!may_turn_[static_cast<std::size_t>(node)])
+      if (!may_turn_[node])
         continue;
       MeanRotation mean;
-      body.for_each_cell_at(grid.node_at(node), [&](std::int64_t cell) {
-        mean.add(elasticity.frames()[static_cast<std::size_t>(cell)]);
-      });
-      rotation_[static_cast<std::size_t>(node)] = mean.value();
+      body.for_each_cell_at(grid.node_at(node),
+                            [&](std::int64_t cell) { mean.add(elasticity.frames()[cell]); });
+      rotation_[node] = mean.value();
     }
   });
 }

@@ -74,8 +74,7 @@ double energy_of_unit_strain(const Scene& scene, const LatticeElasticity& linear
   double sum = 0;
   for (std::int64_t cell = 0; cell < scene.specimen.grid.n_cells(); ++cell)
     if (scene.specimen.is_matter(cell))
-      sum += linear.weight(cell) *
-             linear.kinds()[static_cast<std::size_t>(linear.kind_number(cell))].largest_mean();
+      sum += linear.weight(cell) * linear.kinds()[linear.kind_number(cell)].largest_mean();
   return sum;
 }
 
@@ -135,7 +134,7 @@ void CorotatedRelaxation::evaluate(State& state) {
   for (const NodalSpring& spring : linear_.springs()) {
     const Vec3 pull = pull_of(spring, state.u);
     for (int b = 0; b < scene_.dimension(); ++b)
-      state.gradient(b, spring.node) -= pull[static_cast<std::size_t>(b)];
+      state.gradient(b, spring.node) -= pull[b];
   }
   if (loads_.empty())
     return;

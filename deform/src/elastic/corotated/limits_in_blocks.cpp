@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 namespace {
 
 Vector3d at_rest(const Grid& grid, int axis) {
-  return grid.spacing()[static_cast<std::size_t>(axis)] * Vector3d::Unit(axis);
+  return grid.spacing()[axis] * Vector3d::Unit(axis);
 }
 
 /// From tail to head [m].
@@ -35,18 +35,17 @@ LimitsInBlocks::LimitsInBlocks(const Scene& scene, const LinkLimits& limits, Thr
   const Grid& grid = scene.specimen.grid;
   for (int b = 0; b < scene.dimension(); ++b) {
     intervals_.emplace_back(scene, limits, b);
-    y_[static_cast<std::size_t>(b)].assign(fixed_.n_nodes(), Vec3{});
+    y_[b].assign(fixed_.n_nodes(), Vec3{});
   }
-  moments_.resize(static_cast<std::size_t>(grid.n_cells()));
+  moments_.resize(grid.n_cells());
 }
 
 LimitsInBlocks::Measured LimitsInBlocks::measure(const Displacement& u, const CorotatedElasticity& elasticity,
                                                  std::int64_t tail, int axis) const {
   const Grid& grid = scene_.specimen.grid;
   MeanRotation mean;
-  scene_.specimen.for_each_cell_at_link(grid.node_at(tail), axis, [&](std::int64_t cell) {
-    mean.add(elasticity.frames()[static_cast<std::size_t>(cell)]);
-  });
+  scene_.specimen.for_each_cell_at_link(grid.node_at(tail), axis,
+                                        [&](std::int64_t cell) { mean.add(elasticity.frames()[cell]); });
   Measured link{mean.value(), link_vector(grid, u, tail, axis), {}};
   link.change = link.frame.conjugate() * link.now - at_rest(grid, axis);
   return link;
@@ -107,7 +106,7 @@ double LimitsInBlocks::pull(const Pull& pull, const Displacement& u, const Corot
   std::size_t n = 0;
   double sum = 0;
   scene_.specimen.for_each_cell_at_link(grid.node_at(pull.tail), pull.axis, [&](std::int64_t cell) {
-    Quaterniond over = elasticity.frames()[static_cast<std::size_t>(cell)] * link.frame.conjugate();
+    Quaterniond over = elasticity.frames()[cell] * link.frame.conjugate();
     if (over.w() < 0)
       over.coeffs() = -over.coeffs();
     sum += over.w();
@@ -121,10 +120,8 @@ double LimitsInBlocks::pull(const Pull& pull, const Displacement& u, const Corot
 double LimitsInBlocks::evaluate(const Displacement& u, const CorotatedElasticity& elasticity,
                                 Displacement& forces) {
   const int planes = scene_.specimen.grid.nodes()[d() - 1];
-  std::vector<List<Pull>> of_plane(static_cast<std::size_t>(planes));
-  team_.run(planes, [&](int plane, int) {
-    find_in_plane(plane, u, elasticity, of_plane[static_cast<std::size_t>(plane)]);
-  });
+  std::vector<List<Pull>> of_plane(planes);
+  team_.run(planes, [&](int plane, int) { find_in_plane(plane, u, elasticity, of_plane[plane]); });
   pulls_.clear();
   std::size_t n = 0;
   for (const auto& found : of_plane)
@@ -146,14 +143,14 @@ double LimitsInBlocks::evaluate(const Displacement& u, const CorotatedElasticity
 
 void LimitsInBlocks::improve_multipliers() {
   for (const Pull& pull : pulls_)
-    y_[static_cast<std::size_t>(pull.axis)][static_cast<std::size_t>(pull.tail)] = pull.excess;
+    y_[pull.axis][pull.tail] = pull.excess;
 }
 
 double LimitsInBlocks::gap() const {
   double sum = 0;
   for (const Pull& pull : pulls_)
     for (std::size_t b = 0; b < d(); ++b) {
-      const double y = y_[static_cast<std::size_t>(pull.axis)][static_cast<std::size_t>(pull.tail)][b];
+      const double y = y_[pull.axis][pull.tail][b];
       sum += pull.weight[b] * (pull.excess[b] - y) * (pull.excess[b] - y);
     }
   return sum;
@@ -167,7 +164,7 @@ bool LimitsInBlocks::are_penalties_out_of_date() const {
     for (std::size_t b = 0; b < d(); ++b)
       if (pull.excess[b] != 0) {
         ++outside;
-        told += (has_penalty_[static_cast<std::size_t>(pull.tail)] & bit(pull.axis, b)) != 0 ? 1 : 0;
+        told += (has_penalty_[pull.tail] & bit(pull.axis, b)) != 0 ? 1 : 0;
       }
   std::size_t before = 0;
   for (const std::uint16_t bits : has_penalty_)
@@ -235,9 +232,8 @@ void BlockProjection::find_frames(const Displacement& u) {
   const List<Quaterniond> rotation = block_rotations(scene_, u);
   for (BlockLink& link : links_) {
     MeanRotation mean;
-    scene_.specimen.for_each_cell_at_link(
-        scene_.specimen.grid.node_at(link.tail), link.axis,
-        [&](std::int64_t cell) { mean.add(rotation[static_cast<std::size_t>(cell)]); });
+    scene_.specimen.for_each_cell_at_link(scene_.specimen.grid.node_at(link.tail), link.axis,
+                                          [&](std::int64_t cell) { mean.add(rotation[cell]); });
     link.frame = mean.value().toRotationMatrix();
   }
 }

@@ -21,7 +21,7 @@ using Loads = std::array<List<double>, 3>;
 inline Loads loads_of(const Scene& scene) {
   Loads loads;
   for (int c = 0; c < scene.dimension() && scene.has_loads(); ++c)
-    loads[static_cast<std::size_t>(c)] = nodal_forces(scene, c);
+    loads[c] = nodal_forces(scene, c);
   return loads;
 }
 

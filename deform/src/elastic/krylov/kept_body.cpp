@@ -79,12 +79,12 @@ bool EarlierAnswers::find_start(const Scene& scene, const std::vector<Prescribed
     return false;
   const std::array<List<double>, 3> loads = loads_of(scene);
   const auto n = static_cast<Eigen::Index>(answers_.size());
-  const auto earlier = [&](Eigen::Index i) -> const One& { return answers_[static_cast<std::size_t>(i)]; };
+  const auto earlier = [&](Eigen::Index i) -> const One& { return answers_[i]; };
   Products products(n + 1);
   std::vector<double> here(static_cast<std::size_t>(n) + 1);
   for (const Prescribed& p : prescribed) {
     for (Eigen::Index i = 0; i < n; ++i)
-      here[static_cast<std::size_t>(i)] = earlier(i).u(p.component, p.node);
+      here[i] = earlier(i).u(p.component, p.node);
     here.back() = p.value;
     const Eigen::Map<const Eigen::VectorXd> data(here.data(), n + 1);
     products.values.noalias() += data * data.transpose();

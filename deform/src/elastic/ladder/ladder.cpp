@@ -53,10 +53,9 @@ bool solve_by_ranks(const CoupledTask& task, Answer& answer) {
   const auto node = [&](int plane) { return grid.node({0, 0, plane}); };
   const PlaneRange own = slabs.own();
   for (std::size_t c = 0; c < 3; ++c)
-    slabs.gather_planes(
-        part.component(c).subspan(static_cast<std::size_t>(node(own.first) - node(slabs.layers().first)),
-                                  static_cast<std::size_t>(node(own.end) - node(own.first))),
-        slabs.is_first() ? answer.displacement.component(c) : std::span<double>());
+    slabs.gather_planes(part.component(c).subspan(node(own.first) - node(slabs.layers().first),
+                                                  static_cast<std::size_t>(node(own.end) - node(own.first))),
+                        slabs.is_first() ? answer.displacement.component(c) : std::span<double>());
   if (end != CoupledRound::finished)
     answer.reaction.clear();
   return end == CoupledRound::finished;

@@ -48,9 +48,8 @@ void ActiveLinks::find_in_plane(int z, const double* u, double rounding, List<Li
 }
 
 void ActiveLinks::add_violated(std::span<const double> u, double rounding, ThreadTeam& team) {
-  std::vector<List<Link>> of_plane(static_cast<std::size_t>(ranges_.n_planes()));
-  team.run(ranges_.n_planes(),
-           [&](int z, int) { find_in_plane(z, u.data(), rounding, of_plane[static_cast<std::size_t>(z)]); });
+  std::vector<List<Link>> of_plane(ranges_.n_planes());
+  team.run(ranges_.n_planes(), [&](int z, int) { find_in_plane(z, u.data(), rounding, of_plane[z]); });
   const std::size_t before = links_.size();
   std::size_t n = before;
   for (const auto& found : of_plane)

@@ -27,7 +27,7 @@ ConstrainedMinimum::ConstrainedMinimum(const CoupledTask& task, PenalizedOperato
       task_(task), system_(system) {
   links_.reserve(components.size());
   for (std::size_t k = 0; k < components.size(); ++k) {
-    loads_.push_back(std::move(loads[static_cast<std::size_t>(components[k])]));
+    loads_.push_back(std::move(loads[components[k]]));
     links_.emplace_back(task.scene, moduli, *task.limits, components[k], fixed_, k, stiffer * penalty_factor);
   }
 }
@@ -57,9 +57,8 @@ void ConstrainedMinimum::update_forces() {
 }
 
 void ConstrainedMinimum::update_forces_of_known() {
-  task_.team.run(static_cast<int>(links_.size()), [&](int k, int) {
-    links_[static_cast<std::size_t>(k)].update_forces(u_->component(k), residual_.component(k));
-  });
+  task_.team.run(static_cast<int>(links_.size()),
+                 [&](int k, int) { links_[k].update_forces(u_->component(k), residual_.component(k)); });
 }
 
 void ConstrainedMinimum::improve_multipliers() {

@@ -66,9 +66,8 @@ void find_reactions(const CoupledTask& task, PenalizedOperator& system, const Co
   answer.reaction.clear();
   const Loads loads = loads_of(task.scene);
   for (const Prescribed& p : task.scene.prescribed) {
-    const auto& load = loads[static_cast<std::size_t>(p.component)];
-    answer.reaction.push_back(forces(p.component, p.node) -
-                              (load.empty() ? 0 : load[static_cast<std::size_t>(p.node)]));
+    const auto& load = loads[p.component];
+    answer.reaction.push_back(forces(p.component, p.node) - (load.empty() ? 0 : load[p.node]));
   }
 }
 

@@ -22,17 +22,15 @@ IntervalField::IntervalField(const Scene& scene, const LinkLimits& limits, int c
       intervals_.high[a] = {limits.kinds().front()[a].high[b]};
       continue;
     }
-    intervals_.low[a].assign(static_cast<std::size_t>(grid.n_nodes()),
-                             -std::numeric_limits<double>::infinity());
-    intervals_.high[a].assign(static_cast<std::size_t>(grid.n_nodes()),
-                              std::numeric_limits<double>::infinity());
+    intervals_.low[a].assign(grid.n_nodes(), -std::numeric_limits<double>::infinity());
+    intervals_.high[a].assign(grid.n_nodes(), std::numeric_limits<double>::infinity());
   }
   if (is_same)
     return;
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
     if (!scene.specimen.is_matter(cell))
       continue;
-    const LinkLimits::OfCell& of_cell = limits.kinds()[static_cast<std::size_t>(limits.kind_of(cell))];
+    const LinkLimits::OfCell& of_cell = limits.kinds()[limits.kind_of(cell)];
     for (int axis = 0; axis < dimension_; ++axis) {
       const auto a = static_cast<std::size_t>(axis);
       for (int corner = 0; corner < grid.corners_per_cell(); ++corner) {
@@ -122,19 +120,18 @@ bool breaks_limits(const Scene& scene, const LinkLimits& limits, ThreadTeam& tea
   std::array<std::array<double, 2>, 3> ranges_of_u{};
   double largest = 0;
   for (int b = 0; b < scene.dimension(); ++b) {
-    const auto [least, most] = ranges_of_u[static_cast<std::size_t>(b)] = range_of(u.component(b));
+    const auto [least, most] = ranges_of_u[b] = range_of(u.component(b));
     largest = std::max({largest, -least, most});
   }
   const double rounding = std::max(part * largest, rounding_tolerance(scene.specimen.grid, largest));
   for (int b = 0; b < scene.dimension(); ++b) {
-    const auto [least, most] = ranges_of_u[static_cast<std::size_t>(b)];
+    const auto [least, most] = ranges_of_u[b];
     if (cannot_be_reached(limits, b, scene.dimension(), least, most))
       continue;
     const IntervalField ranges(scene, limits, b);
-    std::vector<double> excess(static_cast<std::size_t>(ranges.n_planes()));
+    std::vector<double> excess(ranges.n_planes());
     const double* const values = u.component(b).data();
-    team.run(ranges.n_planes(),
-             [&](int z, int) { excess[static_cast<std::size_t>(z)] = ranges.excess_in_plane(z, values); });
+    team.run(ranges.n_planes(), [&](int z, int) { excess[z] = ranges.excess_in_plane(z, values); });
     if (std::ranges::max(excess) > rounding)
       return true;
   }

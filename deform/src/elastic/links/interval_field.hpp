@@ -47,7 +47,7 @@ public:
 private:
   bool is_same_everywhere() const { return intervals_.low[0].size() == 1; }
   static double at(const std::array<List<double>, 3>& values, int axis, std::size_t node) {
-    const auto& list = values[static_cast<std::size_t>(axis)];
+    const auto& list = values[axis];
     return list.size() == 1 ? list[0] : list[node];
   }
 

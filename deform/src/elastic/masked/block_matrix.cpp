@@ -38,7 +38,7 @@ public:
   void empty_into(const Visit& visit) {
     for (std::size_t i = 0; i < columns_.size(); ++i) {
       visit(columns_[i], sums_.data() + sum_stride * i);
-      place_[static_cast<std::size_t>(columns_[i])] = -1;
+      place_[columns_[i]] = -1;
     }
     columns_.clear();
     sums_.clear();
@@ -61,7 +61,7 @@ public:
 
 private:
   double* at(std::int32_t column) {
-    std::int32_t& place = place_[static_cast<std::size_t>(column)];
+    std::int32_t& place = place_[column];
     if (place < 0) {
       place = static_cast<std::int32_t>(columns_.size());
       columns_.push_back(column);
@@ -87,7 +87,7 @@ void add_row(const BlockMatrix& A, const Weights& P, const Weights& P_transposed
       of_fine.add(A.column[j], weight, A.blocks.data() + 9 * j);
   }
   of_fine.empty_into([&](std::int32_t other, const double* block) {
-    for (auto k = static_cast<std::size_t>(P.first[static_cast<std::size_t>(other)]);
+    for (auto k = static_cast<std::size_t>(P.first[other]);
          k < static_cast<std::size_t>(P.first[static_cast<std::size_t>(other) + 1]); ++k)
       sums.add(P.column[k], double{P.weight[k]}, block);
   });
@@ -98,7 +98,7 @@ void add_row(const BlockMatrix& A, const Weights& P, const Weights& P_transposed
 RoundedBlockMatrix rounded(BlockMatrix& A, ThreadTeam& team) {
   constexpr int exponent_of_largest = 15; // of 2^15 (2 - 2^-10), so that the smallest are normal numbers too
   RoundedBlockMatrix B;
-  B.scale.resize(static_cast<std::size_t>(A.n_rows()));
+  B.scale.resize(A.n_rows());
   constexpr std::size_t padding = line_of_floats / 2;
   B.blocks = AlignedArray<std::uint16_t>(8 * A.column.size() + padding);
   B.last = AlignedArray<std::uint16_t>(A.column.size() + padding);
@@ -126,16 +126,15 @@ RoundedBlockMatrix rounded(BlockMatrix& A, ThreadTeam& team) {
 BlockMatrix galerkin_product(const BlockMatrix& A, const Weights& P, const Weights& P_transposed,
                              ThreadTeam& team) {
   const std::int32_t n = P_transposed.n_rows();
-  std::vector<ProductRows> parts(static_cast<std::size_t>((n + rows_per_item - 1) / rows_per_item));
-  std::vector<BlockRow> sums(static_cast<std::size_t>(team.threads()), BlockRow(n)),
-      of_fine(sums.size(), BlockRow(P.n_rows()));
+  std::vector<ProductRows> parts((n + rows_per_item - 1) / rows_per_item);
+  std::vector<BlockRow> sums(team.threads(), BlockRow(n)), of_fine(sums.size(), BlockRow(P.n_rows()));
   team.run(static_cast<int>(parts.size()), [&](int item, int thread) {
     for (std::int32_t row = item * rows_per_item; row < std::min(n, (item + 1) * rows_per_item); ++row) {
       const auto of_thread = static_cast<std::size_t>(thread);
       add_row(A, P, P_transposed, static_cast<std::size_t>(row), of_fine[of_thread], sums[of_thread]);
-      sums[of_thread].move_to(parts[static_cast<std::size_t>(item)]);
+      sums[of_thread].move_to(parts[item]);
     }
-    parts[static_cast<std::size_t>(item)].blocks.shrink_to_fit();
+    parts[item].blocks.shrink_to_fit();
   });
   BlockMatrix product;
   product.first.reserve(static_cast<std::size_t>(n) + 1);
@@ -143,10 +142,10 @@ BlockMatrix galerkin_product(const BlockMatrix& A, const Weights& P, const Weigh
   for (const ProductRows& part : parts)
     for (const std::int32_t length : part.length)
       product.first.push_back(product.first.back() + length);
-  product.column.resize(static_cast<std::size_t>(product.first.back()));
+  product.column.resize(product.first.back());
   product.blocks = AlignedArray<float>(9 * product.column.size() + 16);
   team.run(static_cast<int>(parts.size()), [&](int item, int) {
-    ProductRows& part = parts[static_cast<std::size_t>(item)];
+    ProductRows& part = parts[item];
     const auto at = static_cast<std::size_t>(
         product.first[static_cast<std::size_t>(item) * static_cast<std::size_t>(rows_per_item)]);
     std::ranges::copy(part.column, product.column.begin() + static_cast<std::ptrdiff_t>(at));
@@ -179,7 +178,7 @@ BlockMatrix sum_of(const BlockMatrix& A, const BlockMatrix& B) {
     for_each_block_of_row(row, [&](std::int32_t, std::size_t, std::size_t) { ++length; });
     sum.first.push_back(sum.first.back() + length);
   }
-  sum.column.reserve(static_cast<std::size_t>(sum.first.back()));
+  sum.column.reserve(sum.first.back());
   sum.blocks = AlignedArray<float>(9 * static_cast<std::size_t>(sum.first.back()) + 16);
   float* out = sum.blocks.data();
   for (std::size_t row = 0; row + 1 < A.first.size(); ++row)

@@ -30,7 +30,7 @@ private:
   int n_planes() const { return static_cast<int>(first_of_plane_.size()) - 1; } ///< of blocks
   int n_slabs() const { return (n_planes() + planes_per_slab - 1) / planes_per_slab; }
   std::int32_t first_of_slab(int slab) const {
-    return first_of_plane_[static_cast<std::size_t>(std::min(slab * planes_per_slab, n_planes()))];
+    return first_of_plane_[std::min(slab * planes_per_slab, n_planes())];
   }
   template<class Work>
   void for_slabs_in_turn(const Work& work);
@@ -50,11 +50,9 @@ private:
   void add_mean(std::span<const HingeStar> star, Weights& weights) const;
   void set_row(std::int32_t place, std::size_t at);
   void interpolate(bool of_hinges_alone);
-  const Index3& place(std::int32_t cell) const { return fine_.cells[static_cast<std::size_t>(cell)].at; }
-  std::int32_t piece(std::int32_t cell) const { return result_.cell_of[static_cast<std::size_t>(cell)]; }
-  int slab_of_piece(std::int32_t piece) const {
-    return result_.complex.cells[static_cast<std::size_t>(piece)].at[2] / planes_per_slab;
-  }
+  const Index3& place(std::int32_t cell) const { return fine_.cells[cell].at; }
+  std::int32_t piece(std::int32_t cell) const { return result_.cell_of[cell]; }
+  int slab_of_piece(std::int32_t piece) const { return result_.complex.cells[piece].at[2] / planes_per_slab; }
 
   const CellComplex& fine_;
   Joining joining_;
@@ -87,12 +85,12 @@ void Coarsening::for_slabs_in_turn(const Work& work) {
 /// its block or in another.
 template<class Visit>
 void Coarsening::for_each_shared_face(std::int32_t cell, bool within, const Visit& visit) const {
-  const std::int32_t* const vertex = fine_.cells[static_cast<std::size_t>(cell)].vertex;
+  const std::int32_t* const vertex = fine_.cells[cell].vertex;
   for (int axis = 0; axis < 3; ++axis) {
-    if ((place(cell)[static_cast<std::size_t>(axis)] % 2 == 0) != within)
+    if ((place(cell)[axis] % 2 == 0) != within)
       continue;
     first_corners_.for_each_at(vertex[1 << axis], [&](std::int32_t other) {
-      const std::int32_t* const of_other = fine_.cells[static_cast<std::size_t>(other)].vertex;
+      const std::int32_t* const of_other = fine_.cells[other].vertex;
       bool is_shared = true;
       for (int k = 0; k < 8; ++k)
         if (!(k & 1 << axis))
@@ -106,7 +104,7 @@ void Coarsening::for_each_shared_face(std::int32_t cell, bool within, const Visi
 /// The cells of a plane of blocks block after block, x fastest; those of one block in their order: sorted by
 /// counting, axis after axis.
 void Coarsening::sort_by_blocks(int plane, List<std::int32_t>& order) const {
-  const std::int32_t begin = first_of_plane_[static_cast<std::size_t>(plane)],
+  const std::int32_t begin = first_of_plane_[plane],
                      end = first_of_plane_[static_cast<std::size_t>(plane) + 1];
   List<std::int32_t> from(static_cast<std::size_t>(end - begin)), to(from.size());
   std::iota(from.begin(), from.end(), begin);
@@ -119,7 +117,7 @@ void Coarsening::sort_by_blocks(int plane, List<std::int32_t>& order) const {
     }
     std::partial_sum(first.begin(), first.end(), first.begin());
     for (const std::int32_t cell : from)
-      to[first[static_cast<std::size_t>(place(cell)[a] / 2)]++] = cell;
+      to[first[place(cell)[a] / 2]++] = cell;
     std::swap(from, to);
   }
   std::ranges::copy(from, order.begin() + begin);
@@ -134,7 +132,7 @@ void Coarsening::find_pieces() {
   std::vector<std::int32_t> first_piece(static_cast<std::size_t>(n_planes()) + 1, 0); // of planes
   team_.run(n_planes(), [&](int plane, int) {
     sort_by_blocks(plane, order);
-    const auto begin = static_cast<std::size_t>(first_of_plane_[static_cast<std::size_t>(plane)]),
+    const auto begin = static_cast<std::size_t>(first_of_plane_[plane]),
                end = static_cast<std::size_t>(first_of_plane_[static_cast<std::size_t>(plane) + 1]);
     for (std::size_t i = begin; i < end; ++i)
       if (joining_ == Joining::faces)
@@ -143,21 +141,21 @@ void Coarsening::find_pieces() {
         sets.join(order[i], order[i - 1]);
     std::int32_t n = 0;
     for (std::size_t i = begin; i < end; ++i) {
-      std::int32_t& piece = number[static_cast<std::size_t>(sets.find(order[i]))];
+      std::int32_t& piece = number[sets.find(order[i])];
       if (piece < 0)
         piece = n++;
-      result_.cell_of[static_cast<std::size_t>(order[i])] = piece;
+      result_.cell_of[order[i]] = piece;
     }
     first_piece[static_cast<std::size_t>(plane) + 1] = n;
   });
   std::partial_sum(first_piece.begin(), first_piece.end(), first_piece.begin());
-  result_.complex.cells.resize(static_cast<std::size_t>(first_piece.back()));
+  result_.complex.cells.resize(first_piece.back());
   team_.run(n_planes(), [&](int plane, int) {
     const auto at = static_cast<std::size_t>(plane);
     for (std::int32_t cell = first_of_plane_[at]; cell < first_of_plane_[at + 1]; ++cell) {
-      std::int32_t& piece = result_.cell_of[static_cast<std::size_t>(cell)];
+      std::int32_t& piece = result_.cell_of[cell];
       piece += first_piece[at];
-      result_.complex.cells[static_cast<std::size_t>(piece)].at = half(place(cell));
+      result_.complex.cells[piece].at = half(place(cell));
     }
   });
 }
@@ -233,7 +231,7 @@ void Coarsening::find_vertices() {
   for_parts(n, team_, [&](std::size_t first, std::size_t end, std::size_t) {
     for (std::size_t i = first; i < end; ++i) {
       std::int32_t& vertex = cells[i / 8].vertex[i % 8];
-      vertex = number[static_cast<std::size_t>(vertex)];
+      vertex = number[vertex];
     }
   });
 }
@@ -248,12 +246,11 @@ std::int32_t Coarsening::place_in_piece(std::int32_t cell, int corner) const {
 /// Whether two places, of one vertex in two pieces, have the same weights: then vertices at the corners that
 /// count are the same, one after another.
 bool Coarsening::are_the_same(std::int32_t one, std::int32_t other) const {
-  const PlaceWeights &at = place_weights[static_cast<std::size_t>(one % PlaceWeights::n_places)],
-                     &there = place_weights[static_cast<std::size_t>(other % PlaceWeights::n_places)];
+  const PlaceWeights &at = place_weights[one % PlaceWeights::n_places],
+                     &there = place_weights[other % PlaceWeights::n_places];
   const auto& cells = result_.complex.cells;
-  const std::int32_t *const vertices = cells[static_cast<std::size_t>(one / PlaceWeights::n_places)].vertex,
-                            *const others =
-                                cells[static_cast<std::size_t>(other / PlaceWeights::n_places)].vertex;
+  const std::int32_t *const vertices = cells[one / PlaceWeights::n_places].vertex,
+                            *const others = cells[other / PlaceWeights::n_places].vertex;
   bool are = at.size == there.size;
   for (int i = 0; i < at.size && are; ++i)
     are = vertices[at.corner[i]] == others[there.corner[i]];
@@ -263,8 +260,8 @@ bool Coarsening::are_the_same(std::int32_t one, std::int32_t other) const {
 /// Calls visit(vertex, weight).
 template<class Visit>
 void Coarsening::for_each_weight(std::int32_t place, const Visit& visit) const {
-  const PlaceWeights& of = place_weights[static_cast<std::size_t>(place % PlaceWeights::n_places)];
-  const ComplexCell& piece = result_.complex.cells[static_cast<std::size_t>(place / PlaceWeights::n_places)];
+  const PlaceWeights& of = place_weights[place % PlaceWeights::n_places];
+  const ComplexCell& piece = result_.complex.cells[place / PlaceWeights::n_places];
   for (int i = 0; i < of.size; ++i)
     visit(piece.vertex[of.corner[i]], of.weight[i]);
 }
@@ -277,7 +274,7 @@ void Coarsening::find_places() {
   for_slabs_in_turn([&](std::int32_t first, std::int32_t end, int) {
     for (std::int32_t cell = first; cell < end; ++cell)
       for (int corner = 0; corner < 8; ++corner) {
-        const auto v = static_cast<std::size_t>(fine_.cells[static_cast<std::size_t>(cell)].vertex[corner]);
+        const auto v = static_cast<std::size_t>(fine_.cells[cell].vertex[corner]);
         if (std::exchange(seen[v], piece(cell)) == piece(cell))
           continue;
         std::int32_t& place = result_.place[v];
@@ -292,13 +289,13 @@ void Coarsening::find_places() {
 
 /// Sorted by vertex, those of one vertex in the order of cells.
 List<HingeStar> Coarsening::hinges() {
-  std::vector<List<HingeStar>> parts(static_cast<std::size_t>(n_slabs()));
+  std::vector<List<HingeStar>> parts(n_slabs());
   for_slabs_in_turn([&](std::int32_t first, std::int32_t end, int slab) {
     for (std::int32_t cell = first; cell < end; ++cell)
       for (int corner = 0; corner < 8; ++corner) {
-        const std::int32_t v = fine_.cells[static_cast<std::size_t>(cell)].vertex[corner];
-        if (result_.is_hinge[static_cast<std::size_t>(v)] != 0)
-          parts[static_cast<std::size_t>(slab)].push_back({v, 8 * cell + corner});
+        const std::int32_t v = fine_.cells[cell].vertex[corner];
+        if (result_.is_hinge[v] != 0)
+          parts[slab].push_back({v, 8 * cell + corner});
       }
   });
   List<HingeStar> all;
@@ -359,7 +356,7 @@ void Coarsening::interpolate(bool of_hinges_alone) {
     while (end < stars.size() && stars[end].vertex == stars[i].vertex)
       ++end;
     hinge.push_back(stars[i].vertex);
-    result_.place[static_cast<std::size_t>(stars[i].vertex)] = -1;
+    result_.place[stars[i].vertex] = -1;
     add_mean(std::span(stars).subspan(i, end - i), means);
   }
   Weights& weights = result_.interpolation;
@@ -368,12 +365,12 @@ void Coarsening::interpolate(bool of_hinges_alone) {
   for_parts(of_hinges_alone ? 0 : n, team_, [&](std::size_t first, std::size_t end, std::size_t) {
     for (std::size_t v = first; v < end; ++v)
       if (const std::int32_t place = result_.place[v]; place >= 0)
-        weights.first[v + 1] = place_weights[static_cast<std::size_t>(place % PlaceWeights::n_places)].size;
+        weights.first[v + 1] = place_weights[place % PlaceWeights::n_places].size;
   });
   for (std::size_t i = 0; i < hinge.size(); ++i)
     weights.first[static_cast<std::size_t>(hinge[i]) + 1] = means.first[i + 1] - means.first[i];
   std::partial_sum(weights.first.begin(), weights.first.end(), weights.first.begin());
-  weights.column.resize(static_cast<std::size_t>(weights.first.back()));
+  weights.column.resize(weights.first.back());
   weights.weight.resize(weights.column.size());
   for_parts(of_hinges_alone ? 0 : n, team_, [&](std::size_t first, std::size_t end, std::size_t) {
     for (std::size_t v = first; v < end; ++v)
@@ -381,7 +378,7 @@ void Coarsening::interpolate(bool of_hinges_alone) {
         set_row(result_.place[v], static_cast<std::size_t>(weights.first[v]));
   });
   for (std::size_t i = 0; i < hinge.size(); ++i) {
-    const std::int32_t to = weights.first[static_cast<std::size_t>(hinge[i])];
+    const std::int32_t to = weights.first[hinge[i]];
     std::copy(means.column.begin() + means.first[i], means.column.begin() + means.first[i + 1],
               weights.column.begin() + to);
     std::copy(means.weight.begin() + means.first[i], means.weight.begin() + means.first[i + 1],
@@ -408,9 +405,9 @@ Weights Weights::transposed(std::int32_t n_columns) const {
   other.weight.resize(column.size());
   List<std::int32_t> next(other.first.begin(), other.first.end() - 1);
   for (std::int32_t row = 0; row < n_rows(); ++row)
-    for (auto i = static_cast<std::size_t>(first[static_cast<std::size_t>(row)]);
+    for (auto i = static_cast<std::size_t>(first[row]);
          i < static_cast<std::size_t>(first[static_cast<std::size_t>(row) + 1]); ++i) {
-      const auto at = static_cast<std::size_t>(next[static_cast<std::size_t>(column[i])]++);
+      const auto at = static_cast<std::size_t>(next[column[i]]++);
       other.column[at] = row;
       other.weight[at] = weight[i];
     }

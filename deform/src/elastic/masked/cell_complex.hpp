@@ -49,7 +49,7 @@ constexpr std::array<PlaceWeights, PlaceWeights::n_places> weights_of_places() {
       for (int a = 0, halves = place; a < 3; ++a, halves /= 3)
         weight *= 0.5F * static_cast<float>((corner >> a & 1) != 0 ? halves % 3 : 2 - halves % 3);
       if (weight > 0) {
-        PlaceWeights& of = all[static_cast<std::size_t>(place)];
+        PlaceWeights& of = all[place];
         of.corner[of.size] = corner;
         of.weight[of.size++] = weight;
       }

@@ -29,7 +29,7 @@ CellCoefficients coefficient_factors(const Vec3& spacing, const Vec3& scale, dou
   CellCoefficients factors{};
   for (int p = 0; p < 6; ++p)
     for (int q = p; q < 6; ++q)
-      factors[static_cast<std::size_t>(mean_coefficient(p, q))] = 1 / (16 * length[p] * length[q] * unit);
+      factors[mean_coefficient(p, q)] = 1 / (16 * length[p] * length[q] * unit);
   for (std::size_t a = 0; a < 3; ++a) {
     factors[MaskedOperator::twist + a] = 1 / (4 * length[3 + a] * length[3 + a] * unit);
     factors[MaskedOperator::edge + a] = 1 / (scale[a] * scale[a] * unit);
@@ -96,8 +96,7 @@ struct CellPull {
   CellPull(const CellCoefficients& c, const CellColumn& column) {
     for (int p = 0; p < 6; ++p)
       for (std::size_t q = 0; q < 3; ++q)
-        strain[static_cast<std::size_t>(p)] +=
-            c[static_cast<std::size_t>(mean_coefficient(p, column.strain[q]))] * column.of_strain[q];
+        strain[p] += c[mean_coefficient(p, column.strain[q])] * column.of_strain[q];
     for (std::size_t q = 0; q < 2; ++q) {
       const auto a = static_cast<std::size_t>(column.across[q]);
       const int own = column.face[q];
@@ -105,20 +104,18 @@ struct CellPull {
       twist[a] = (c[MaskedOperator::twist + a] + c[bending_coefficient(a, 2, 2)]) * column.of_twist[q] +
                  twist_of_face * column.of_face[q];
       for (int f = 0; f < 2; ++f)
-        face[a][static_cast<std::size_t>(f)] =
-            c[bending_coefficient(a, std::min(f, own), std::max(f, own))] * column.of_face[q] +
-            c[bending_coefficient(a, f, 2)] * column.of_twist[q];
+        face[a][f] = c[bending_coefficient(a, std::min(f, own), std::max(f, own))] * column.of_face[q] +
+                     c[bending_coefficient(a, f, 2)] * column.of_twist[q];
     }
   }
   /// The other's part in them: a number of the cell's matrix.
   double at(const CellColumn& other) const {
     double sum = 0;
     for (std::size_t p = 0; p < 3; ++p)
-      sum += other.of_strain[p] * strain[static_cast<std::size_t>(other.strain[p])];
+      sum += other.of_strain[p] * strain[other.strain[p]];
     for (std::size_t p = 0; p < 2; ++p) {
       const auto a = static_cast<std::size_t>(other.across[p]);
-      sum +=
-          other.of_twist[p] * twist[a] + other.of_face[p] * face[a][static_cast<std::size_t>(other.face[p])];
+      sum += other.of_twist[p] * twist[a] + other.of_face[p] * face[a][other.face[p]];
     }
     return sum;
   }
@@ -128,7 +125,7 @@ struct CellPull {
 std::array<CellColumn, 24> cell_columns() {
   std::array<CellColumn, 24> columns;
   for (int i = 0; i < 24; ++i)
-    columns[static_cast<std::size_t>(i)] = cell_column(i / 3, i % 3);
+    columns[i] = cell_column(i / 3, i % 3);
   return columns;
 }
 
@@ -138,15 +135,15 @@ CellMatrix cell_matrix(const CellCoefficients& c) {
   static const std::array<CellColumn, 24> columns = cell_columns();
   CellMatrix K;
   for (int j = 0; j < 24; ++j) {
-    const CellPull pull(c, columns[static_cast<std::size_t>(j)]);
+    const CellPull pull(c, columns[j]);
     for (int i = 0; i <= j; ++i)
-      K(i, j) = K(j, i) = pull.at(columns[static_cast<std::size_t>(i)]);
+      K(i, j) = K(j, i) = pull.at(columns[i]);
   }
   for (int a = 0; a < 3; ++a)
     for (int corner = 0; corner < 8; ++corner)
       if (!(corner & 1 << a)) {
         const int i = 3 * corner + a, j = 3 * (corner | 1 << a) + a;
-        const double edge = c[static_cast<std::size_t>(MaskedOperator::edge + a)];
+        const double edge = c[MaskedOperator::edge + a];
         K(i, i) += edge;
         K(j, j) += edge;
         K(i, j) -= edge;

@@ -17,22 +17,22 @@ class DisjointSets {
 public:
   explicit DisjointSets(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
   std::int32_t find(std::int32_t i) {
-    while (parent_[static_cast<std::size_t>(i)] != i) {
-      std::int32_t& up = parent_[static_cast<std::size_t>(i)];
-      i = up = parent_[static_cast<std::size_t>(up)];
+    while (parent_[i] != i) {
+      std::int32_t& up = parent_[i];
+      i = up = parent_[up];
     }
     return i;
   }
   /// The same for several threads at a time, once all are joined.
   std::int32_t seek(std::int32_t i) const {
-    while (parent_[static_cast<std::size_t>(i)] != i)
-      i = parent_[static_cast<std::size_t>(i)];
+    while (parent_[i] != i)
+      i = parent_[i];
     return i;
   }
   /// The smallest one stands for all, in whatever order they are joined.
   void join(std::int32_t i, std::int32_t j) {
     i = find(i), j = find(j);
-    parent_[static_cast<std::size_t>(std::max(i, j))] = std::min(i, j);
+    parent_[std::max(i, j)] = std::min(i, j);
   }
 
 private:
@@ -45,14 +45,13 @@ public:
   explicit FirstCorners(const CellComplex& complex)
       : first_(static_cast<std::size_t>(complex.n_vertices), -1), next_(complex.cells.size()) {
     for (std::size_t i = complex.cells.size(); i-- > 0;) {
-      std::int32_t& first = first_[static_cast<std::size_t>(complex.cells[i].vertex[0])];
+      std::int32_t& first = first_[complex.cells[i].vertex[0]];
       next_[i] = std::exchange(first, static_cast<std::int32_t>(i));
     }
   }
   template<class Visit>
   void for_each_at(std::int32_t vertex, const Visit& visit) const {
-    for (std::int32_t i = first_[static_cast<std::size_t>(vertex)]; i >= 0;
-         i = next_[static_cast<std::size_t>(i)])
+    for (std::int32_t i = first_[vertex]; i >= 0; i = next_[i])
       visit(i);
   }
 

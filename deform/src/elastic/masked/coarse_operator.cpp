@@ -13,9 +13,7 @@ void PatternedPieces::set_by_pattern(ThreadTeam& team) {
     const auto at = static_cast<std::size_t>(slab);
     std::ranges::stable_sort(
         std::span(by_pattern).subspan(first_of_slab[at], first_of_slab[at + 1] - first_of_slab[at]), {},
-        [&](std::int32_t i) {
-          return static_cast<std::uint32_t>(pieces[static_cast<std::size_t>(i)].pattern);
-        });
+        [&](std::int32_t i) { return static_cast<std::uint32_t>(pieces[i].pattern); });
   });
 }
 

@@ -64,7 +64,7 @@ public:
       int n_of_pair = 0;
       for (const std::size_t k : pairs_[i].coefficients)
         if (k < static_cast<std::size_t>(n)) // they ascend
-          of_pair[static_cast<std::size_t>(n_of_pair++)] = c[k];
+          of_pair[n_of_pair++] = c[k];
       add_columns(pair_size, n_of_pair, tables + pairs_[i].first, of_pair.data(), sum.data() + i * pair_size);
     }
   }
@@ -122,8 +122,7 @@ private:
     return level_.inverse()[component * level_.component_stride() + slot] == 0;
   }
   bool is_plain(const ComplexCell& cell) const {
-    return std::ranges::all_of(
-        cell.vertex, [&](std::int32_t slot) { return is_plain_[static_cast<std::size_t>(slot)] != 0; });
+    return std::ranges::all_of(cell.vertex, [&](std::int32_t slot) { return is_plain_[slot] != 0; });
   }
   void add_cell(const ComplexCell& cell, const Piece& piece, PieceMatrix& sum) const;
 
@@ -160,10 +159,10 @@ CellProducts::CellProducts(const MaskedLevel& level, const LatticeElasticity& el
 }
 
 void CellProducts::find_plain_slots(ThreadTeam& team) {
-  is_plain_.resize(static_cast<std::size_t>(fine_.n_vertices));
+  is_plain_.resize(fine_.n_vertices);
   for_parts(is_plain_.size(), team, [&](std::size_t first, std::size_t end, std::size_t) {
     for (auto slot = static_cast<std::int32_t>(first); slot < static_cast<std::int32_t>(end); ++slot)
-      is_plain_[static_cast<std::size_t>(slot)] =
+      is_plain_[slot] =
           !assembly.is_hinge(slot) && !is_fixed(slot, 0) && !is_fixed(slot, 1) && !is_fixed(slot, 2);
   });
 }
@@ -173,7 +172,7 @@ std::uint64_t CellProducts::pattern(std::size_t piece) const {
     return 0;
   std::uint64_t pattern = 0;
   for (const std::int32_t number : assembly.cells_of(piece)) {
-    const ComplexCell& cell = fine_.cells[static_cast<std::size_t>(number)];
+    const ComplexCell& cell = fine_.cells[number];
     if (!is_plain(cell))
       return 0;
     pattern |= std::uint64_t{kind_of(cell) + 1} << 8 * PieceAssembly::octant(cell);
@@ -194,7 +193,7 @@ const double* CellProducts::matrix(std::size_t number, const Piece& piece, Piece
   sum.setZero(n, n);
   LinearProducts::Sum of_plain{};
   for (const std::int32_t i : assembly.cells_of(number)) {
-    const ComplexCell& cell = fine_.cells[static_cast<std::size_t>(i)];
+    const ComplexCell& cell = fine_.cells[i];
     const std::size_t kind = kind_of(cell);
     if (of_coefficients_.is_empty() || !is_plain(cell) ||
         (!takes_thin_ && elasticity_.kinds()[kind].thin != 0)) {
@@ -280,7 +279,7 @@ public:
     if (place < 0)
       sum.topLeftCorner<24, 24>() += product(pattern, octant);
     else
-      sum.topLeftCorner<24, 24>() += products_[static_cast<std::size_t>(place)].cast<double>();
+      sum.topLeftCorner<24, 24>() += products_[place].cast<double>();
   }
 
 private:
@@ -398,8 +397,8 @@ CoarseOperator galerkin_product(const CoarseOperator& A, const CellComplex& fine
     const auto size = static_cast<Eigen::Index>(3 * piece.vertices.size());
     sum.setZero(size, size);
     for (const std::int32_t i : assembly.cells_of(number)) {
-      const ComplexCell& cell = fine.cells[static_cast<std::size_t>(i)];
-      const std::int32_t pattern = known.pieces[static_cast<std::size_t>(i)].pattern;
+      const ComplexCell& cell = fine.cells[i];
+      const std::int32_t pattern = known.pieces[i].pattern;
       if (pattern == PatternedPiece::no_pattern)
         continue;
       if (std::ranges::any_of(cell.vertex, [&](std::int32_t v) { return assembly.is_hinge(v); }))

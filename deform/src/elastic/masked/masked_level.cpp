@@ -83,7 +83,7 @@ void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity, ThreadTe
     for (CellRun& run : rows_.runs_of_layers(first_layer, end_layer)) {
       run.bends = false;
       for_each_cell(run, [&](int, std::int64_t cell) {
-        run.bends = run.bends || kinds[static_cast<std::size_t>(elasticity.kind_number(cell))].thin != 0;
+        run.bends = run.bends || kinds[elasticity.kind_number(cell)].thin != 0;
       });
     }
   });
@@ -108,8 +108,7 @@ void MaskedLevel::set_table(const LatticeElasticity& elasticity, ThreadTeam& tea
   for_layers(team, [&](int first_layer, int end_layer) {
     for (const CellRun& run : rows_.runs_of_layers(first_layer, end_layer))
       for_each_cell(run, [&](int x, std::int64_t cell) {
-        kind_[static_cast<std::size_t>(run.cell_slot + x)] =
-            static_cast<std::uint8_t>(elasticity.kind_number(cell) + 1);
+        kind_[run.cell_slot + x] = static_cast<std::uint8_t>(elasticity.kind_number(cell) + 1);
       });
   });
   block_kind_ = AlignedArray<std::uint8_t>(n_cells / MaskedRows::block);
@@ -132,8 +131,7 @@ void MaskedLevel::set_own_coefficients(const LatticeElasticity& elasticity, Thre
       const auto n = static_cast<std::size_t>(MaskedOperator::coefficients_of(run.bends));
       float* const of_run = coefficients_.data() + block * static_cast<std::size_t>(run.cell_slot);
       for_each_cell(run, [&](int x, std::int64_t cell) {
-        const CellCoefficients c =
-            coefficients_of(elasticity.kinds()[static_cast<std::size_t>(elasticity.kind_number(cell))]);
+        const CellCoefficients c = coefficients_of(elasticity.kinds()[elasticity.kind_number(cell)]);
         const auto at = static_cast<std::size_t>(x);
         float* const to = of_run + at / block * n * block + at % block;
         for (std::size_t k = 0; k < n; ++k)
@@ -277,7 +275,7 @@ CellComplex MaskedLevel::complex(ThreadTeam& team) const {
   complex.n_vertices = rows_.n_slots();
   complex.cells.resize(first.back());
   team.run(layers, [&](int z, int) {
-    std::size_t next = first[static_cast<std::size_t>(z)];
+    std::size_t next = first[z];
     for (const CellRun& run : rows_.runs_of_layer(begin + z))
       for_each_cell(run, [&](int x, std::int64_t) {
         ComplexCell& cell = complex.cells[next++];

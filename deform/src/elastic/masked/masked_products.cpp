@@ -62,7 +62,7 @@ void MaskedLevel::apply_by_planes(const float* displacement, float* forces, Thre
     for (std::int64_t a = 0; a < 3; ++a) {
       float pull = 0;
       for (std::int64_t b = 0; b < 3; ++b)
-        pull += spring.block[static_cast<std::size_t>(3 * b + a)] * displacement[b * stride + spring.slot];
+        pull += spring.block[3 * b + a] * displacement[b * stride + spring.slot];
       forces[a * stride + spring.slot] += pull;
     }
   team.run(slabs_.own().end, [&](int plane, int) { finish(plane); }); // on one rank
@@ -76,8 +76,7 @@ double MaskedLevel::apply_and_dot(const float* p, float* Ap, ThreadTeam& team) {
   std::ranges::fill(sums_, 0);
   apply_by_planes(p, Ap, team, [&](int plane) {
     for_components(plane, [&](std::int64_t at, std::int64_t n) {
-      sums_[static_cast<std::size_t>(plane - slabs_.own().first)] +=
-          mask_and_dot_entries(n, inverse_.data() + at, p + at, Ap + at);
+      sums_[plane - slabs_.own().first] += mask_and_dot_entries(n, inverse_.data() + at, p + at, Ap + at);
     });
   });
   return sum_over_planes();
@@ -88,7 +87,7 @@ void MaskedLevel::set_noise(ThreadTeam& team) {
   const std::int32_t first = rows_.first_slot(own.first),
                      end = own.end > rows_.layers().end ? rows_.n_slots_of_rows() : rows_.first_slot(own.end);
   const std::vector<double> before = slabs_.first_of_ranks(end - first);
-  const auto offset = static_cast<std::int64_t>(before[static_cast<std::size_t>(slabs_.rank())]) - first;
+  const auto offset = static_cast<std::int64_t>(before[slabs_.rank()]) - first;
   const std::int64_t stride = stride_of(MaskedRows::n_slots_for(static_cast<std::int64_t>(before.back())));
   team.run(3, [&](int c, int) {
     const std::int64_t at = c * component_stride();
@@ -99,7 +98,7 @@ void MaskedLevel::set_noise(ThreadTeam& team) {
 double MaskedLevel::dot(const float* a, const float* b, ThreadTeam& team) {
   const PlaneRange own = slabs_.own();
   team.run(own.end - own.first, [&](int item, int) {
-    double& sum = sums_[static_cast<std::size_t>(item)];
+    double& sum = sums_[item];
     sum = 0;
     for_components(own.first + item,
                    [&](std::int64_t at, std::int64_t n) { sum += dot_entries(n, a + at, b + at); });
@@ -120,7 +119,7 @@ double MaskedLevel::relax_and_dot(float weight, ThreadTeam& team) {
   std::ranges::fill(sums_, 0);
   apply_by_planes(u.data(), r.data(), team, [&](int plane) {
     for_components(plane, [&](std::int64_t at, std::int64_t n) {
-      sums_[static_cast<std::size_t>(plane - slabs_.own().first)] +=
+      sums_[plane - slabs_.own().first] +=
           step_and_dot_entries(n, weight, inverse_.data() + at, f.data() + at, u.data() + at, r.data() + at);
     });
   });

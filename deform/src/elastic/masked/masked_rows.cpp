@@ -55,8 +55,7 @@ void MaskedRows::place_nodes(const Grid& grid) {
   for (int z = layers_.first; z < layers_.end; ++z)
     for (int y = 0; y < cells[1]; ++y) {
       first_of_row.push_back(next);
-      while (next < std::ssize(runs_) && runs_[static_cast<std::size_t>(next)].first[2] == z &&
-             runs_[static_cast<std::size_t>(next)].first[1] == y)
+      while (next < std::ssize(runs_) && runs_[next].first[2] == z && runs_[next].first[1] == y)
         ++next;
     }
   first_of_row.push_back(next);

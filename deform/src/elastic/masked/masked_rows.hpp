@@ -69,14 +69,14 @@ public:
   static constexpr std::int64_t n_slots_for(std::int64_t n) { return (n + 2 * block - 1) / block * block; }
   std::int32_t n_slots_of_rows() const { return n_slots_of_rows_; }
   /// First slot of plane z of nodes, or the end; slots between planes belong to the plane before.
-  std::int32_t first_slot(int z) const { return first_slot_[static_cast<std::size_t>(z - layers_.first)]; }
+  std::int32_t first_slot(int z) const { return first_slot_[z - layers_.first]; }
   std::int32_t n_cell_slots() const { return n_cell_slots_; }
   /// @pre the node is in a row that is kept, as all nodes of matter are whose layers are
   std::int32_t slot(const Index3& node) const;
 
 private:
   std::size_t first_run(int layer) const {
-    return static_cast<std::size_t>(first_run_[static_cast<std::size_t>(layer - layers_.first)]);
+    return static_cast<std::size_t>(first_run_[layer - layers_.first]);
   }
   void place_cells(const Specimen& body);
   void place_nodes(const Grid& grid);

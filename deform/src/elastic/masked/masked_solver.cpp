@@ -171,8 +171,7 @@ MaskedSolver::MaskedSolver(const CoupledTask& task)
   begin(body_.multigrid.finest().unit(), body_.smallest_eigenvalue);
   by_node_.resize(task.prescribed.size());
   std::iota(by_node_.begin(), by_node_.end(), 0);
-  std::ranges::stable_sort(by_node_, {},
-                           [&](std::int32_t i) { return task.prescribed[static_cast<std::size_t>(i)].node; });
+  std::ranges::stable_sort(by_node_, {}, [&](std::int32_t i) { return task.prescribed[i].node; });
 }
 
 template<class Visit>
@@ -194,7 +193,7 @@ void MaskedSolver::find_forces(const Displacement& u, const Visit& visit) {
     double energy;
   };
   std::vector<Part> parts; // of a window
-  energies_.assign(static_cast<std::size_t>(own.end - own.first), 0);
+  energies_.assign(own.end - own.first, 0);
   held_.assign(prescribed.size(), 0);
   const auto visit_window = [&](const LatticeElasticity::Window& window) {
     parts.clear();
@@ -204,7 +203,7 @@ void MaskedSolver::find_forces(const Displacement& u, const Visit& visit) {
            rows = rows.subspan(parts.back().rows.size()))
         parts.push_back({plane, rows.first(std::min<std::size_t>(rows.size(), rows_per_item)), 0});
     task_.team.run(static_cast<int>(parts.size()), [&](int item, int) {
-      Part& part = parts[static_cast<std::size_t>(item)];
+      Part& part = parts[item];
       for (const NodeRow& row : part.rows)
         for (std::size_t c = 0; c < 3; ++c) {
           const std::int64_t node = grid.node(row.first);
@@ -218,12 +217,12 @@ void MaskedSolver::find_forces(const Displacement& u, const Visit& visit) {
         }
     });
     for (const Part& part : parts)
-      energies_[static_cast<std::size_t>(part.plane - own.first)] += part.energy;
+      energies_[part.plane - own.first] += part.energy;
     const std::int64_t first_node = grid.node({0, 0, first_plane});
     for (std::size_t i = 0; i < prescribed.size(); ++i)
       if (const std::int64_t node = prescribed[i].node;
           node >= first_node && node < window.first_node + window.n_nodes)
-        held_[i] = window.forces[static_cast<std::size_t>(prescribed[i].component)][node - window.first_node];
+        held_[i] = window.forces[prescribed[i].component][node - window.first_node];
   };
   if (u.empty())
     body_.elasticity.for_each_window(
@@ -239,12 +238,12 @@ bool MaskedSolver::put_planes(int first_plane, int end_plane, const std::array<d
   const Grid& grid = task_.scene.specimen.grid;
   const std::int64_t first_node = grid.node({0, 0, first_plane}),
                      n_nodes = grid.node({0, 0, end_plane - 1}) + grid.stride(2) - first_node;
-  const auto node_of = [&](std::int32_t i) { return task_.prescribed[static_cast<std::size_t>(i)].node; };
+  const auto node_of = [&](std::int32_t i) { return task_.prescribed[i].node; };
   bool is_moved = false;
   for (auto i = std::ranges::lower_bound(by_node_, first_node, {}, node_of);
        i != by_node_.end() && node_of(*i) < first_node + n_nodes; ++i) {
-    const Prescribed& p = task_.prescribed[static_cast<std::size_t>(*i)];
-    to[static_cast<std::size_t>(p.component)][p.node - first_node] = p.value;
+    const Prescribed& p = task_.prescribed[*i];
+    to[p.component][p.node - first_node] = p.value;
     is_moved = is_moved || p.value != 0;
   }
   const MaskedLevel& level = body_.multigrid.finest();
@@ -281,14 +280,14 @@ double MaskedSolver::work_of_loads() {
   const float* const direction = body_.fields.direction();
   const Grid& grid = task_.scene.specimen.grid;
   const PlaneRange own = level.slabs().own();
-  std::vector<double> works(static_cast<std::size_t>(own.end - own.first), 0); // of planes
+  std::vector<double> works(own.end - own.first, 0); // of planes
   for (const NodeRow& row : level.rows().rows_of_planes(own)) {
     const std::int64_t node = grid.node(row.first);
     const int n = row.nodes;
     for (std::size_t c = 0; c < 3; ++c)
       for (int i = 0; i < n && !loads_[c].empty(); ++i)
-        works[static_cast<std::size_t>(row.first[2] - own.first)] +=
-            loads_[c][static_cast<std::size_t>(node + i)] / (level.unit() * level.scale()[c]) *
+        works[row.first[2] - own.first] +=
+            loads_[c][node + i] / (level.unit() * level.scale()[c]) *
             double{direction[static_cast<std::int64_t>(c) * level.component_stride() + row.slot + i]};
   }
   return level.slabs().total(works);
@@ -354,8 +353,8 @@ void MaskedSolver::find_energy_and_reactions(const Displacement& u, Answer& answ
   answer.strain_energy = 0.5 * energy_ - energy_of_springs(body_.elasticity.springs(), u);
   for (std::size_t i = 0; i < held_.size(); ++i) {
     const Prescribed& p = task_.scene.prescribed[i];
-    const auto& loads = loads_[static_cast<std::size_t>(p.component)];
-    answer.reaction.push_back(held_[i] - (loads.empty() ? 0 : loads[static_cast<std::size_t>(p.node)]));
+    const auto& loads = loads_[p.component];
+    answer.reaction.push_back(held_[i] - (loads.empty() ? 0 : loads[p.node]));
   }
 }
 

@@ -13,8 +13,7 @@ PieceAssembly::PieceAssembly(const CellComplex& fine, const Coarsened& coarsened
   cells_.resize(coarsened_.cell_of.size());
   List<std::int32_t> next(first_.begin(), first_.end() - 1);
   for (std::size_t i = 0; i < cells_.size(); ++i)
-    cells_[static_cast<std::size_t>(next[static_cast<std::size_t>(coarsened_.cell_of[i])]++)] =
-        static_cast<std::int32_t>(i);
+    cells_[next[coarsened_.cell_of[i]]++] = static_cast<std::int32_t>(i);
 }
 
 Piece PieceAssembly::piece(std::size_t number) const {
@@ -22,8 +21,8 @@ Piece PieceAssembly::piece(std::size_t number) const {
   Piece piece{{coarse.vertex, coarse.vertex + 8}};
   const Weights& P = coarsened_.interpolation;
   for (const std::int32_t cell : cells_of(number))
-    for (const std::int32_t vertex : fine_.cells[static_cast<std::size_t>(cell)].vertex)
-      for (auto k = static_cast<std::size_t>(P.first[static_cast<std::size_t>(vertex)]);
+    for (const std::int32_t vertex : fine_.cells[cell].vertex)
+      for (auto k = static_cast<std::size_t>(P.first[vertex]);
            is_hinge(vertex) && k < static_cast<std::size_t>(P.first[static_cast<std::size_t>(vertex) + 1]);
            ++k)
         if (std::ranges::find(piece.vertices, P.column[k]) == piece.vertices.end())
@@ -40,9 +39,8 @@ void PieceAssembly::add_cell(const ComplexCell& cell, const CellMatrix& K, const
     for (int corner = 0; corner < 8; ++corner) {
       const auto vertex = static_cast<std::size_t>(cell.vertex[corner]);
       if (const std::int32_t place = coarsened_.place[vertex]; place >= 0) {
-        const PlaceWeights& of = place_weights[static_cast<std::size_t>(place % PlaceWeights::n_places)];
-        const std::int32_t* const vertices =
-            coarsened_.complex.cells[static_cast<std::size_t>(place / PlaceWeights::n_places)].vertex;
+        const PlaceWeights& of = place_weights[place % PlaceWeights::n_places];
+        const std::int32_t* const vertices = coarsened_.complex.cells[place / PlaceWeights::n_places].vertex;
         for (int i = 0; i < of.size; ++i)
           visit(3 * corner, 3 * piece.local(vertices[of.corner[i]]), double{of.weight[i]});
         continue;
@@ -83,8 +81,7 @@ List<std::size_t> slabs_of(std::span<const std::int32_t> pieces, const List<Comp
   List<std::size_t> first;
   for (int slab = 0; slab <= slabs; ++slab)
     first.push_back(static_cast<std::size_t>(
-        std::ranges::lower_bound(pieces, slab * planes, {},
-                                 [&](std::int32_t i) { return cells[static_cast<std::size_t>(i)].at[2]; }) -
+        std::ranges::lower_bound(pieces, slab * planes, {}, [&](std::int32_t i) { return cells[i].at[2]; }) -
         pieces.begin()));
   return first;
 }
@@ -98,17 +95,15 @@ struct PiecesOfVertices {
       for (const std::int32_t v : piece.vertices)
         ++first[static_cast<std::size_t>(v) + 1];
     std::partial_sum(first.begin(), first.end(), first.begin());
-    pieces_at.resize(static_cast<std::size_t>(first.back()));
+    pieces_at.resize(first.back());
     List<std::int32_t> next(first.begin(), first.end() - 1);
     for (std::size_t i = 0; i < pieces.size(); ++i)
       for (const std::int32_t v : pieces[i].vertices)
-        pieces_at[static_cast<std::size_t>(next[static_cast<std::size_t>(v)]++)] =
-            static_cast<std::int32_t>(i);
+        pieces_at[next[v]++] = static_cast<std::int32_t>(i);
   }
   std::span<const std::int32_t> at(std::int32_t vertex) const {
     const auto v = static_cast<std::size_t>(vertex);
-    return std::span(pieces_at).subspan(static_cast<std::size_t>(first[v]),
-                                        static_cast<std::size_t>(first[v + 1] - first[v]));
+    return std::span(pieces_at).subspan(first[v], static_cast<std::size_t>(first[v + 1] - first[v]));
   }
   List<std::int32_t> first, pieces_at;
 };
@@ -125,25 +120,25 @@ BlockMatrix matrix_for(const List<Piece>& pieces, std::int32_t n_vertices, Block
   const auto n = static_cast<std::size_t>(n_vertices);
   const PiecesOfVertices of_vertices(pieces, n);
   std::vector<ColumnsOfRows> parts((n + rows_per_item - 1) / rows_per_item);
-  std::vector<List<std::int32_t>> seen(static_cast<std::size_t>(team.threads()), List<std::int32_t>(n, -1));
+  std::vector<List<std::int32_t>> seen(team.threads(), List<std::int32_t>(n, -1));
   const auto rows_of = [&](std::size_t part) {
     const auto begin = static_cast<std::int32_t>(part) * rows_per_item;
     return std::pair(begin, std::min(n_vertices, begin + rows_per_item));
   };
   team.run(static_cast<int>(parts.size()), [&](int item, int thread) {
-    ColumnsOfRows& part = parts[static_cast<std::size_t>(item)];
-    List<std::int32_t>& seen_by = seen[static_cast<std::size_t>(thread)];
+    ColumnsOfRows& part = parts[item];
+    List<std::int32_t>& seen_by = seen[thread];
     const auto [begin, end] = rows_of(static_cast<std::size_t>(item));
     for (std::int32_t v = begin; v < end; ++v) {
       const std::size_t before = part.column.size();
       const auto add = [&](std::int32_t other) {
-        if (std::exchange(seen_by[static_cast<std::size_t>(other)], v) != v)
+        if (std::exchange(seen_by[other], v) != v)
           part.column.push_back(other);
       };
       for (const std::int32_t i : of_vertices.at(v))
-        std::ranges::for_each(pieces[static_cast<std::size_t>(i)].vertices, add);
+        std::ranges::for_each(pieces[i].vertices, add);
       if (!others.column.empty())
-        std::for_each(others.column.begin() + others.first[static_cast<std::size_t>(v)],
+        std::for_each(others.column.begin() + others.first[v],
                       others.column.begin() + others.first[static_cast<std::size_t>(v) + 1], add);
       std::sort(part.column.begin() + static_cast<std::ptrdiff_t>(before), part.column.end());
       part.length.push_back(static_cast<std::int32_t>(part.column.size() - before));
@@ -155,12 +150,11 @@ BlockMatrix matrix_for(const List<Piece>& pieces, std::int32_t n_vertices, Block
   for (const ColumnsOfRows& part : parts)
     for (const std::int32_t length : part.length)
       matrix.first.push_back(matrix.first.back() + length);
-  matrix.column.resize(static_cast<std::size_t>(matrix.first.back()));
+  matrix.column.resize(matrix.first.back());
   matrix.blocks = AlignedArray<float>(9 * matrix.column.size() + 16);
   team.run(static_cast<int>(parts.size()), [&](int item, int) {
     const auto [begin, end] = rows_of(static_cast<std::size_t>(item));
-    std::ranges::copy(parts[static_cast<std::size_t>(item)].column,
-                      matrix.column.begin() + matrix.first[static_cast<std::size_t>(begin)]);
+    std::ranges::copy(parts[item].column, matrix.column.begin() + matrix.first[begin]);
     for (auto v = static_cast<std::size_t>(begin);
          v < static_cast<std::size_t>(end) && !others.column.empty(); ++v) {
       auto at = static_cast<std::size_t>(matrix.first[v]);
@@ -182,7 +176,7 @@ void add_piece(const Piece& piece, const double* local, std::vector<std::size_t>
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::ranges::sort(order, {}, [&](std::size_t i) { return piece.vertices[i]; });
   for (std::size_t i = 0; i < n; ++i) {
-    auto at = static_cast<std::size_t>(matrix.first[static_cast<std::size_t>(piece.vertices[i])]);
+    auto at = static_cast<std::size_t>(matrix.first[piece.vertices[i]]);
     for (const std::size_t j : order) {
       while (matrix.column[at] < piece.vertices[j])
         ++at;

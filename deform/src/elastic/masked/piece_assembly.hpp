@@ -46,13 +46,11 @@ public:
 
   std::size_t n_pieces() const { return coarsened_.complex.cells.size(); }
   std::span<const std::int32_t> cells_of(std::size_t piece) const {
-    return std::span(cells_).subspan(static_cast<std::size_t>(first_[piece]),
+    return std::span(cells_).subspan(first_[piece],
                                      static_cast<std::size_t>(first_[piece + 1] - first_[piece]));
   }
   Piece piece(std::size_t number) const;
-  bool is_hinge(std::int32_t vertex) const {
-    return coarsened_.is_hinge[static_cast<std::size_t>(vertex)] != 0;
-  }
+  bool is_hinge(std::int32_t vertex) const { return coarsened_.is_hinge[vertex] != 0; }
   /// Which eighth of its piece a cell is, by bits x y z.
   static std::size_t octant(const ComplexCell& cell) {
     return static_cast<std::size_t>(cell.at[0] % 2 + 2 * (cell.at[1] % 2) + 4 * (cell.at[2] % 2));

@@ -51,7 +51,7 @@ LayerRange Slabs::layers_of_own() const {
 double Slabs::total(std::span<const double> of_own) const {
   if (!are_shared())
     return std::accumulate(of_own.begin(), of_own.end(), 0.0);
-  std::vector<double> numbers(static_cast<std::size_t>(n_planes()));
+  std::vector<double> numbers(n_planes());
   const auto of_rank = [&](int rank) {
     const PlaneRange planes = own_of(rank);
     return std::as_writable_bytes(std::span(numbers).subspan(
@@ -176,7 +176,7 @@ SharedPieces::SharedPieces(const Slabs& slabs, const Coarsened& coarsened)
   of_earlier_ = static_cast<std::int32_t>(parts_.front() / block_stride);
   n_own_ = static_cast<std::int32_t>(parts_.back() / block_stride) - of_earlier_;
   first_of_rank_ = slabs.first_of_ranks(n_own_);
-  first_vertex_ = static_cast<std::int32_t>(first_of_rank_[static_cast<std::size_t>(slabs.rank())]);
+  first_vertex_ = static_cast<std::int32_t>(first_of_rank_[slabs.rank()]);
   n_vertices_ = static_cast<std::int32_t>(first_of_rank_.back());
   const auto around = first_entries_of_planes(cells, {own.first - 2, own.end + 2});
   below_ = slabs.of_ranks(of_earlier_ - static_cast<double>(around.front() / block_stride));
@@ -221,7 +221,7 @@ BlockMatrix SharedPieces::gather(const BlockMatrix& A) const {
   for (const List<std::int32_t>& lengths : slabs_.gather(numbers))
     for (const std::int32_t length : lengths)
       whole.first.push_back(whole.first.back() + length);
-  whole.column.reserve(static_cast<std::size_t>(whole.first.back()));
+  whole.column.reserve(whole.first.back());
   numbers.resize(n_blocks);
   for (std::size_t i = 0; i < n_blocks; ++i)
     numbers[i] = number(A.column[at + i]);
@@ -235,9 +235,7 @@ BlockMatrix SharedPieces::gather(const BlockMatrix& A) const {
     whole.blocks = AlignedArray<float>(9 * whole.column.size() + 16);
     std::ranges::copy(own, whole.blocks.begin());
     for (int rank = 1; rank < slabs_.ranks().size(); ++rank) {
-      const auto row = [&](int of) {
-        return static_cast<std::size_t>(first_of_rank_[static_cast<std::size_t>(of)]);
-      };
+      const auto row = [&](int of) { return static_cast<std::size_t>(first_of_rank_[of]); };
       const auto first = static_cast<std::size_t>(whole.first[row(rank)]),
                  end = static_cast<std::size_t>(whole.first[row(rank + 1)]);
       from.push_back(

@@ -64,9 +64,7 @@ public:
 
 private:
   int n_planes() const { return first_.back(); }
-  PlaneRange own_of(int rank) const {
-    return {first_[static_cast<std::size_t>(rank)], first_[static_cast<std::size_t>(rank) + 1]};
-  }
+  PlaneRange own_of(int rank) const { return {first_[rank], first_[static_cast<std::size_t>(rank) + 1]}; }
   Communicator* all_;
   std::vector<int> first_; ///< plane of every rank, and the end
 };

@@ -13,8 +13,7 @@ Vec3 weights_of(const Scene& scene, std::int64_t cell) {
   Vec3 weights{};
   for (int a = 0; a < 3; ++a)
     for (int i = 0; i < 3; ++i)
-      weights[static_cast<std::size_t>(a)] +=
-          axes(a, i) * axes(a, i) * along_material[static_cast<std::size_t>(i)];
+      weights[a] += axes(a, i) * axes(a, i) * along_material[i];
   return weights;
 }
 
@@ -29,8 +28,7 @@ CellModuli::Table diagonal_of(const Scene& scene, std::int64_t cell, CellModuli:
     for (int b = 0; b < dimension; ++b) {
       // Voigt: xx yy zz yz xz xy in 3D, xx yy xy in 2D
       const int row = a == b ? a : dimension == 3 ? 6 - a - b : 2;
-      table[static_cast<std::size_t>(a)][static_cast<std::size_t>(b)] =
-          scene.specimen.tissue_of(cell) * C(row, row) * (a == b ? weights[static_cast<std::size_t>(a)] : 1);
+      table[a][b] = scene.specimen.tissue_of(cell) * C(row, row) * (a == b ? weights[a] : 1);
     }
   return table;
 }
@@ -44,8 +42,8 @@ CellModuli::CellModuli(const Scene& scene, Weights weights) : specimen_(&scene.s
   std::vector<bool> is_known(scene.materials.size(), false);
   kinds_.resize(turns ? 0 : scene.materials.size());
   if (turns) {
-    per_cell_.assign(static_cast<std::size_t>(n), -1);
-    kinds_.reserve(static_cast<std::size_t>(body.n_matter_cells()));
+    per_cell_.assign(n, -1);
+    kinds_.reserve(body.n_matter_cells());
   }
   bool is_first = true;
   for (std::int64_t cell = 0; cell < n; ++cell) {
@@ -55,7 +53,7 @@ CellModuli::CellModuli(const Scene& scene, Weights weights) : specimen_(&scene.s
     }
     const std::uint8_t material = body.material(cell);
     if (turns) {
-      per_cell_[static_cast<std::size_t>(cell)] = static_cast<std::int32_t>(kinds_.size());
+      per_cell_[cell] = static_cast<std::int32_t>(kinds_.size());
       kinds_.push_back(diagonal_of(scene, cell, weights));
     } else if (!is_known[material]) {
       is_known[material] = true;

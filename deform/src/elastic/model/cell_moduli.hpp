@@ -28,7 +28,7 @@ public:
 private:
   std::size_t kind(std::int64_t cell) const {
     if (!per_cell_.empty())
-      return static_cast<std::size_t>(per_cell_[static_cast<std::size_t>(cell)]);
+      return static_cast<std::size_t>(per_cell_[cell]);
     return specimen_->material(cell);
   }
 

@@ -42,9 +42,9 @@ public:
     return (at(node) >> component & 1) != 0;
   }
   /// Bits of a node.
-  std::uint8_t at(std::integral auto node) const { return bits_[static_cast<std::size_t>(node)]; }
+  std::uint8_t at(std::integral auto node) const { return bits_[node]; }
   void fix(std::integral auto node, std::uint8_t bits) {
-    bits_[static_cast<std::size_t>(node)] = static_cast<std::uint8_t>(at(node) | bits);
+    bits_[node] = static_cast<std::uint8_t>(at(node) | bits);
   }
   const List<std::uint8_t>& bits() const { return bits_; }
   /// The same for fields that have only these components, in this order.

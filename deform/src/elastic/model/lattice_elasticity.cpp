@@ -73,7 +73,7 @@ LatticeElasticity::LatticeElasticity(const Scene& scene, ThreadTeam& team, Layer
 
 /// In the place of kinds, which are not known yet.
 void LatticeElasticity::find_thin(ThreadTeam& team) {
-  few_kinds_of_.assign(static_cast<std::size_t>(end_cell_ - first_cell_), 0);
+  few_kinds_of_.assign(end_cell_ - first_cell_, 0);
   for_parts(few_kinds_of_.size(), team, [&](std::size_t first, std::size_t end, std::size_t) {
     Index3 at = grid_.cell_at(first_cell_ + static_cast<std::int64_t>(first));
     for (std::size_t i = first; i < end; ++i) {
@@ -189,9 +189,9 @@ void LatticeElasticity::set_kind(std::int64_t cell, std::int32_t kind) {
     few_kinds_of_ = {};
   }
   if (kind_of_.empty())
-    few_kinds_of_[static_cast<std::size_t>(cell - first_cell_)] = static_cast<std::uint8_t>(kind);
+    few_kinds_of_[cell - first_cell_] = static_cast<std::uint8_t>(kind);
   else
-    kind_of_[static_cast<std::size_t>(cell - first_cell_)] = kind;
+    kind_of_[cell - first_cell_] = kind;
 }
 
 void LatticeElasticity::renew() {
@@ -218,11 +218,9 @@ LatticeElasticity::Kind LatticeElasticity::kind_for(const Stiffness& C, const Ma
   const Vec3& h = grid_.spacing();
   double volume = 1;
   for (int a = 0; a < d; ++a)
-    volume *= h[static_cast<std::size_t>(a)];
+    volume *= h[a];
   Kind kind;
-  const auto mean = [&](int p, int q) -> double& {
-    return kind.mean[static_cast<std::size_t>(mean_coefficient(p, q))];
-  };
+  const auto mean = [&](int p, int q) -> double& { return kind.mean[mean_coefficient(p, q)]; };
   for (int p = 0; p < C.rows(); ++p)
     for (int q = p; q < C.cols(); ++q)
       mean(p, q) = volume * C(p, q);
@@ -237,7 +235,7 @@ LatticeElasticity::Kind LatticeElasticity::kind_for(const Stiffness& C, const Ma
   kind.bending.assign(thin != 0 ? 3 : 0, Eigen::Matrix3d::Zero());
   for (int c = 0; c < 3; ++c)
     if ((thin >> c & 1) != 0)
-      kind.bending[static_cast<std::size_t>(c)] = volume / 12 * bending_beyond_links(S, c);
+      kind.bending[c] = volume / 12 * bending_beyond_links(S, c);
   return kind;
 }
 
@@ -255,8 +253,7 @@ void LatticeElasticity::add_cell(const Kind& kind, const double* u, double* forc
     for (int b = 0; b < dimension; ++b) {
       double sum = 0;
       for (int k = 0; k < edges; ++k) {
-        const double e = (u[b * corners + (tail[a][k] | 1 << a)] - u[b * corners + tail[a][k]]) /
-                         h[static_cast<std::size_t>(a)];
+        const double e = (u[b * corners + (tail[a][k] | 1 << a)] - u[b * corners + tail[a][k]]) / h[a];
         difference[a][b][k] = e;
         sum += e;
       }
@@ -285,14 +282,14 @@ void LatticeElasticity::add_cell(const Kind& kind, const double* u, double* forc
         jump += (tail[a][k] & 1 << c ? 0.5 : -0.5) * difference[a][b][k];
         jump += (tail[b][k] & 1 << c ? 0.5 : -0.5) * difference[b][a][k];
       }
-      twist[c] = kind.shear[static_cast<std::size_t>(c)] * jump;
+      twist[c] = kind.shear[c] * jump;
       if ((kind.thin >> c & 1) != 0) {
         Eigen::Vector3d faces(0, 0, jump);
         for (int k = 0; k < edges; ++k) {
           faces[0] += (tail[a][k] & 1 << c ? 0.5 : -0.5) * difference[a][a][k];
           faces[1] += (tail[b][k] & 1 << c ? 0.5 : -0.5) * difference[b][b][k];
         }
-        const Eigen::Vector3d moment = kind.bending[static_cast<std::size_t>(c)] * faces;
+        const Eigen::Vector3d moment = kind.bending[c] * faces;
         bend[c][a] = moment[0];
         bend[c][b] = moment[1];
         twist[c] += moment[2];
@@ -300,14 +297,14 @@ void LatticeElasticity::add_cell(const Kind& kind, const double* u, double* forc
     }
   for (int a = 0; a < dimension; ++a)
     for (int b = 0; b < dimension; ++b) {
-      const double step = h[static_cast<std::size_t>(a)];
+      const double step = h[a];
       const double even =
           stress[a == b ? a : shear_row<dimension>(a < b ? a : b, a < b ? b : a)] / edges / step;
       const int c = dimension == 3 && a != b ? 3 - a - b : 0;
       for (int k = 0; k < edges; ++k) {
         double pull = even;
         if (a == b) {
-          pull += kind.edge[static_cast<std::size_t>(a)] * step * difference[a][a][k];
+          pull += kind.edge[a] * step * difference[a][a][k];
           if (dimension == 3 && kind.thin != 0)
             for (int across = 0; across < 3; ++across)
               pull += (tail[a][k] & 1 << across ? 0.5 : -0.5) * bend[across][a] / step;
@@ -414,7 +411,7 @@ void LatticeElasticity::apply(const Displacement& u, Displacement& forces, Threa
   Nodes<double> to;
   for (std::size_t c = 0; c < forces.n_components(); ++c)
     to.values[c] = forces.component(c).data();
-  const int d = grid_.dimension(), layers = grid_.cells()[static_cast<std::size_t>(d - 1)];
+  const int d = grid_.dimension(), layers = grid_.cells()[d - 1];
   run_slabs(team, layers, [&](int layer) {
     if (d == 1)
       apply_to_layer<1>(from, to, layer);
@@ -426,7 +423,7 @@ void LatticeElasticity::apply(const Displacement& u, Displacement& forces, Threa
   for (const NodalSpring& spring : springs_) {
     const Vec3 pull = pull_of(spring, u);
     for (int b = 0; b < d; ++b)
-      forces(b, spring.node) -= pull[static_cast<std::size_t>(b)];
+      forces(b, spring.node) -= pull[b];
   }
 }
 
@@ -469,7 +466,7 @@ void LatticeElasticity::visit_windows(const Planes& planes_of, ThreadTeam& team,
     }
     visit(window);
     team.run(3, [&](int b, int) {
-      double* const of = to.values[static_cast<std::size_t>(b)];
+      double* const of = to.values[b];
       std::copy_n(of + window.n_nodes, end < asked.end ? in_plane : 0, of);
       std::fill(of + in_plane, of + stride, 0.0);
     });
@@ -556,7 +553,7 @@ Displacement LatticeElasticity::diagonal() const {
       if (!scene_.specimen.is_matter(row + x))
         continue;
       const double part = weight(row + x);
-      const double* value = of_kind[static_cast<std::size_t>(kind_number(row + x))].data();
+      const double* value = of_kind[kind_number(row + x)].data();
       for (int b = 0; b < d; ++b)
         for (const std::size_t corner : offset)
           sum(b, first + static_cast<std::size_t>(x) + corner) += part * *value++;

@@ -98,7 +98,7 @@ public:
     List<Eigen::Matrix3d> bending;
     std::uint8_t thin = 0; ///< bit c for an axis across which it is
 
-    double mean_at(int p, int q) const { return mean[static_cast<std::size_t>(mean_coefficient(p, q))]; }
+    double mean_at(int p, int q) const { return mean[mean_coefficient(p, q)]; }
     double largest_mean() const; ///< of the diagonal
   };
   const List<Kind>& kinds() const { return kinds_; }
@@ -133,7 +133,7 @@ private:
   class Stiffnesses;
   template<class Stiffness>
   Kind kind_for(const Stiffness& C, const Eigen::Matrix<double, 6, 6>& S, std::uint8_t thin) const;
-  const Kind& kind(std::int64_t cell) const { return kinds_[static_cast<std::size_t>(kind_number(cell))]; }
+  const Kind& kind(std::int64_t cell) const { return kinds_[kind_number(cell)]; }
   /// Numbers of nodes by component, of first_node on.
   template<class Number>
   struct Nodes {

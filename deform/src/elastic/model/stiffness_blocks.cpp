@@ -33,7 +33,7 @@ StiffnessBlocks::StiffnessBlocks(const Specimen& body, const LatticeElasticity& 
                                  const std::vector<std::int64_t>& nodes)
     : grid_(body.grid), place_(static_cast<std::size_t>(grid_.n_nodes()), -1), rows_(nodes.size()) {
   for (std::size_t i = 0; i < nodes.size(); ++i)
-    place_[static_cast<std::size_t>(nodes[i])] = static_cast<std::int32_t>(i);
+    place_[nodes[i]] = static_cast<std::int32_t>(i);
   const int d = grid_.dimension();
   std::map<std::int32_t, Eigen::MatrixXd> by_kind;
   for (std::int64_t cell = 0; cell < grid_.n_cells(); ++cell) {
@@ -51,26 +51,25 @@ StiffnessBlocks::StiffnessBlocks(const Specimen& body, const LatticeElasticity& 
         if (after < 0)
           continue;
         Block& of_both = block(grid_.corner(index, near), after);
-        of_both.node = place_[static_cast<std::size_t>(grid_.corner(index, far))];
+        of_both.node = place_[grid_.corner(index, far)];
         of_both.values.topLeftCorner(d, d) +=
             elasticity.weight(cell) * entry->second.block(d * far, d * near, d, d);
       }
   }
   for (const NodalSpring& spring : elasticity.springs())
-    if (place_[static_cast<std::size_t>(spring.node)] >= 0)
+    if (place_[spring.node] >= 0)
       block(spring.node, 0).values += spring.stiffness;
 }
 
 StiffnessBlocks::Block& StiffnessBlocks::block(std::int64_t near, int after) {
-  return rows_[static_cast<std::size_t>(place_[static_cast<std::size_t>(near)])]
-              [static_cast<std::size_t>(after)];
+  return rows_[place_[near]][static_cast<std::size_t>(after)];
 }
 
 void StiffnessBlocks::add_spring(std::int64_t node, int axis, int component, double stiffness) {
   constexpr std::array<int, 3> next{1, 3, 9};
   block(node, 0).values(component, component) += stiffness;
   block(node + grid_.stride(axis), 0).values(component, component) += stiffness;
-  block(node, next[static_cast<std::size_t>(axis)]).values(component, component) -= stiffness;
+  block(node, next[axis]).values(component, component) -= stiffness;
 }
 
 Eigen::SparseMatrix<double> StiffnessBlocks::lower(const FixedMask& fixed,

@@ -19,9 +19,7 @@ std::uint8_t thin_axes(const Specimen& body, const Index3& cell);
 
 /// The same of every cell of a full grid. @param cells of a 3D grid
 inline std::uint8_t thin_axes_of_box(const Index3& cells) {
-  const auto bit = [&](int a) {
-    return (cells[static_cast<std::size_t>(a)] <= most_cells_of_thin ? 1 : 0) << a;
-  };
+  const auto bit = [&](int a) { return (cells[a] <= most_cells_of_thin ? 1 : 0) << a; };
   return static_cast<std::uint8_t>(bit(0) | bit(1) | bit(2));
 }
 

@@ -52,7 +52,7 @@ Eigen::MatrixXd shifted_inverse(Eigen::MatrixXd K) {
 List<std::int32_t> CoarsestSolve::Unknowns::numbers(std::size_t field_size) const {
   List<std::int32_t> number(field_size, -1);
   for (std::size_t i = 0; i < place.size(); ++i)
-    number[static_cast<std::size_t>(place[i])] = static_cast<std::int32_t>(i);
+    number[place[i]] = static_cast<std::int32_t>(i);
   return number;
 }
 

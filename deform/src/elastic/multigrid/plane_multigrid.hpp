@@ -36,7 +36,7 @@ void go_down_planes(Level& fine, Level& coarse, ThreadTeam& team, CycleStart sta
     else if (step == 0 && !start.from_coarser)
       fine.start(z, weights[0], start.step, after(0)); // which leaves r as it is for other planes
     else if (step < steps)
-      fine.relax(z, weights[static_cast<std::size_t>(step)], after(step - 1), after(step));
+      fine.relax(z, weights[step], after(step - 1), after(step));
     else if (step == steps)
       fine.find_residual(z);
     else
@@ -55,7 +55,7 @@ void come_up_planes(Level& fine, const Level& coarse, ThreadTeam& team, double* 
     if (stage == 0)
       fine.prolong_from(coarse, z, coarse.u.data(), false, u);
     else if (stage <= steps)
-      fine.relax(z, weights[static_cast<std::size_t>(steps - stage)], after(stage - 1), after(stage));
+      fine.relax(z, weights[steps - stage], after(stage - 1), after(stage));
     else
       products[z] = fine.dot(z, after(steps), fine.f.data());
   });
@@ -80,7 +80,7 @@ public:
     }
     if (!is_factored)
       this->factor_coarsest();
-    sums_.resize(static_cast<std::size_t>(finest_planes()));
+    sums_.resize(finest_planes());
   }
 
   Level& finest() { return this->level(0); }
@@ -98,8 +98,7 @@ public:
   /// Calls work(z) for all planes of the finest level. @return the sum of what it returns
   template<class Work>
   double sum_over_planes(Work&& work) {
-    this->team_for(finest()).run(finest_planes(),
-                                 [&](int z, int) { sums_[static_cast<std::size_t>(z)] = work(z); });
+    this->team_for(finest()).run(finest_planes(), [&](int z, int) { sums_[z] = work(z); });
     return total();
   }
   /// The sum over planes of what was put into sums(), in their order.

@@ -31,7 +31,7 @@ void coarsen_matter(const Specimen& fine, Specimen& coarse) {
       Index3 place{};
       for (std::size_t a = 0; a < 3; ++a)
         place[a] = static_cast<int>(a) < grid.dimension() ? 2 * at[a] + (child >> a & 1) : 0;
-      children[static_cast<std::size_t>(child)] = fine.grid.cell(place);
+      children[child] = fine.grid.cell(place);
     }
     const auto end = children.begin() + corners;
     for (auto child = children.begin(); child != end; ++child) {
@@ -46,7 +46,7 @@ void coarsen_matter(const Specimen& fine, Specimen& coarse) {
     const auto first =
         std::find_if(children.begin(), end, [&](std::int64_t child) { return fine.material(child) == most; });
     if (!fine.fibres.empty())
-      coarse.fibres.push_back(fine.fibres[static_cast<std::size_t>(*first)]);
+      coarse.fibres.push_back(fine.fibres[*first]);
   }
 }
 
@@ -55,7 +55,7 @@ std::vector<FaceLoad> coarse_tractions(const Scene& fine, const Specimen& coarse
   std::vector<FaceLoad> loads;
   for (FaceLoad load : fine.tractions) {
     Index3 at = fine.specimen.grid.cell_at(load.cell);
-    const bool is_outer = (at[static_cast<std::size_t>(load.axis)] & 1) == (load.upper ? 1 : 0);
+    const bool is_outer = (at[load.axis] & 1) == (load.upper ? 1 : 0);
     for (int& i : at)
       i /= 2;
     load.cell = coarse.grid.cell(at);
@@ -69,7 +69,7 @@ std::vector<FaceLoad> coarse_tractions(const Scene& fine, const Specimen& coarse
 
 /// The mean of the fine cells of matter in a coarse one.
 std::vector<double> coarse_active_stress(const Scene& fine, const Grid& coarse) {
-  std::vector<double> stress(static_cast<std::size_t>(coarse.n_cells()), 0);
+  std::vector<double> stress(coarse.n_cells(), 0);
   std::vector<int> count(stress.size(), 0);
   for (std::int64_t cell = 0; cell < fine.specimen.grid.n_cells(); ++cell) {
     if (!fine.specimen.is_matter(cell))
@@ -78,7 +78,7 @@ std::vector<double> coarse_active_stress(const Scene& fine, const Grid& coarse) 
     for (int& i : at)
       i /= 2;
     const auto parent = static_cast<std::size_t>(coarse.cell(at));
-    stress[parent] += fine.active_stress[static_cast<std::size_t>(cell)];
+    stress[parent] += fine.active_stress[cell];
     ++count[parent];
   }
   for (std::size_t cell = 0; cell < stress.size(); ++cell)
@@ -93,9 +93,9 @@ Index3 half_of(const Index3& at) {
 bool is_same_contraction(const Scene& coarse, const Scene& fine) {
   const Grid& grid = fine.specimen.grid;
   for (std::int64_t cell = 0; cell < grid.n_cells() && fine.contracts(); ++cell)
-    if (fine.specimen.is_matter(cell) && coarse.active_stress[static_cast<std::size_t>(
-                                             coarse.specimen.grid.cell(half_of(grid.cell_at(cell))))] !=
-                                             fine.active_stress[static_cast<std::size_t>(cell)])
+    if (fine.specimen.is_matter(cell) &&
+        coarse.active_stress[coarse.specimen.grid.cell(half_of(grid.cell_at(cell)))] !=
+            fine.active_stress[cell])
       return false;
   return true;
 }
@@ -120,11 +120,10 @@ bool is_same_matter(const Scene& coarse, const Scene& fine) {
 
 /// Values of one component by node; NaN where it is free.
 std::vector<double> values_by_node(const Scene& scene, int component) {
-  std::vector<double> value(static_cast<std::size_t>(scene.specimen.grid.n_nodes()),
-                            std::numeric_limits<double>::quiet_NaN());
+  std::vector<double> value(scene.specimen.grid.n_nodes(), std::numeric_limits<double>::quiet_NaN());
   for (const Prescribed& p : scene.prescribed)
     if (p.component == component)
-      value[static_cast<std::size_t>(p.node)] = p.value;
+      value[p.node] = p.value;
   return value;
 }
 
@@ -133,9 +132,8 @@ std::vector<double> values_by_node(const Scene& scene, int component) {
 double mean_around(const Grid& coarse, const std::vector<double>& value, const Index3& fine) {
   double sum = 0;
   for (int corner = 0; corner < 8; ++corner)
-    sum += value[static_cast<std::size_t>(
-        coarse.node({(fine[0] + (corner & 1)) / 2, (fine[1] + (corner >> 1 & 1)) / 2,
-                     (fine[2] + (corner >> 2 & 1)) / 2}))];
+    sum += value[coarse.node({(fine[0] + (corner & 1)) / 2, (fine[1] + (corner >> 1 & 1)) / 2,
+                              (fine[2] + (corner >> 2 & 1)) / 2})];
   return sum / 8;
 }
 
@@ -230,7 +228,7 @@ std::optional<Scene> coarser_scene(const Scene& fine, const std::vector<Prescrib
   const Grid& grid = fine.specimen.grid;
   Index3 cells = grid.cells();
   Vec3 spacing = grid.spacing();
-  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a) {
+  for (int a = 0; a < grid.dimension(); ++a) {
     if (cells[a] % 2 != 0 || cells[a] < 2 * fewest_cells)
       return std::nullopt;
     cells[a] /= 2;

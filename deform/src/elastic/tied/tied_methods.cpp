@@ -71,7 +71,7 @@ private:
       for (std::size_t a = 0; a < 3; ++a)
         for (int i = 0; i < nodes[a]; ++i)
           place[a].push_back(i);
-      links[static_cast<std::size_t>(b)] = std::make_unique<ComponentwiseLevel>(
+      links[b] = std::make_unique<ComponentwiseLevel>(
           nodes, std::move(place), weights_per_link(scene, moduli, b, 1), List<FixedNode>());
     }
     return links;

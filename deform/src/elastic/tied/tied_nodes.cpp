@@ -61,14 +61,14 @@ TiedNodes::TiedNodes(const NodeTies& ties, const FixedMask& fixed_components, co
         for (const auto& [node, sign] : {std::pair(tie->one, 1.0), std::pair(tie->other, -1.0)}) {
           const auto at = 3 * (std::ranges::lower_bound(nodes[c], node) - nodes[c].begin());
           for (int b = 0; b < 3; ++b)
-            row[at + b] += sign * along[static_cast<std::size_t>(b)];
+            row[at + b] += sign * along[b];
         }
         rows.push_back(row);
       }
     Cluster cluster;
     std::vector<Eigen::Index> free, fixed;
     for (Eigen::Index i = 0; i < size; ++i) {
-      const std::int64_t node = nodes[c][static_cast<std::size_t>(i / 3)];
+      const std::int64_t node = nodes[c][i / 3];
       const int b = static_cast<int>(i % 3);
       const bool is_held = fixed_components(b, node);
       (is_held ? fixed : free).push_back(i);
@@ -79,9 +79,9 @@ TiedNodes::TiedNodes(const NodeTies& ties, const FixedMask& fixed_components, co
     cluster.of_fixed.resize(m, static_cast<Eigen::Index>(fixed.size()));
     for (Eigen::Index r = 0; r < m; ++r) {
       for (std::size_t i = 0; i < free.size(); ++i)
-        cluster.of_free(r, static_cast<Eigen::Index>(i)) = rows[static_cast<std::size_t>(r)][free[i]];
+        cluster.of_free(r, static_cast<Eigen::Index>(i)) = rows[r][free[i]];
       for (std::size_t i = 0; i < fixed.size(); ++i)
-        cluster.of_fixed(r, static_cast<Eigen::Index>(i)) = rows[static_cast<std::size_t>(r)][fixed[i]];
+        cluster.of_fixed(r, static_cast<Eigen::Index>(i)) = rows[r][fixed[i]];
     }
     // D^-1 C^T (C D^-1 C^T)^+, of ties that say the same once, and nothing of those between fixed components.
     Eigen::VectorXd flexible(static_cast<Eigen::Index>(free.size()));

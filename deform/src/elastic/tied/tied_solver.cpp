@@ -83,15 +83,15 @@ Loads TiedSystem::forces_of_loads(const std::vector<Vec3>& pulls) const {
   const NodeTies& tied = task().scene.tied;
   Loads forces = loads_of(task().scene);
   for (int b = 0; b < 3; ++b) {
-    List<double>& along = forces[static_cast<std::size_t>(b)];
+    List<double>& along = forces[b];
     for (std::size_t t = 0; t < pulls.size(); ++t) {
-      const double pull = pulls[t][static_cast<std::size_t>(b)];
+      const double pull = pulls[t][b];
       if (pull == 0)
         continue;
       if (along.empty())
-        along.assign(static_cast<std::size_t>(task().scene.specimen.grid.n_nodes()), 0);
-      along[static_cast<std::size_t>(tied.ties[t].one)] += pull;
-      along[static_cast<std::size_t>(tied.ties[t].other)] -= pull;
+        along.assign(task().scene.specimen.grid.n_nodes(), 0);
+      along[tied.ties[t].one] += pull;
+      along[tied.ties[t].other] -= pull;
     }
   }
   return forces;

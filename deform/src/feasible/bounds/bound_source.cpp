@@ -108,7 +108,7 @@ std::array<LinkIntervals<double>, 3> intervals_by_axis(const Scene& scene, const
   const Index3 corner = corner_of_matter(scene.specimen);
   for (int axis = 0; axis < scene.dimension(); ++axis) {
     const LinkIntervals<double> link = limits.intervals(corner, axis).value();
-    for (std::size_t b = 0; b < static_cast<std::size_t>(scene.dimension()); ++b) {
+    for (int b = 0; b < scene.dimension(); ++b) {
       of_component[b].low[axis] = link.low[b];
       of_component[b].high[axis] = link.high[b];
     }

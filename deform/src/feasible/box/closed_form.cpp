@@ -32,7 +32,7 @@ double safe_margin(const Index3& nodes, double largest) {
 
 template<class T>
 ClosedForm<T>::ClosedForm(const Grid& grid) {
-  for (std::size_t b = 0; b < static_cast<std::size_t>(grid.dimension()); ++b)
+  for (int b = 0; b < grid.dimension(); ++b)
     row_[b] = AlignedArray<T>(row_size(grid));
 }
 

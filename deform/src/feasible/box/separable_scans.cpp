@@ -56,7 +56,7 @@ void SeparableScans<T>::prepare() {
       slab = AlignedArray<T>(static_cast<std::size_t>(slab_row(n[0]) * n[1]));
     workspace.row = AlignedArray<T>(static_cast<std::size_t>(n_blocks(n[0]) * nodes_per_block));
   }
-  for (std::size_t b = 0; b < static_cast<std::size_t>(grid_.dimension()); ++b)
+  for (int b = 0; b < grid_.dimension(); ++b)
     for (std::size_t side = 0; side < 2; ++side)
       components_[b].row_paths[side].fill(Slopes(bounds_[b], sides[side]), n[0]);
 }
@@ -74,7 +74,7 @@ void SeparableScans<T>::add(int component, const Field<T>& field, std::span<cons
   const std::ptrdiff_t n_rising = std::ranges::count_if(handles, rises);
   for (auto& seeds : c.seeds)
     seeds.clear();
-  c.seeds[0].reserve(static_cast<std::size_t>(n_rising));
+  c.seeds[0].reserve(n_rising);
   c.seeds[1].reserve(handles.size() - static_cast<std::size_t>(n_rising));
   for (const HandleValue& handle : handles) {
     const T target = static_cast<T>(handle.value) + T{0}; // no negative zero

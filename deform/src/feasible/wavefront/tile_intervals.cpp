@@ -121,7 +121,7 @@ const std::int32_t* TileIntervals::make_block(std::int32_t tile) {
 
 double slack_across(const Grid& grid, const LinkLimits& limits, int component) {
   double sum = 0;
-  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a) {
+  for (int a = 0; a < grid.dimension(); ++a) {
     double largest = 0;
     for (const LinkLimits::OfCell& cell : limits.kinds())
       largest = std::max({largest, cell[a].high[index(component)], -cell[a].low[index(component)]});

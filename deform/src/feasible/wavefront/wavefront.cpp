@@ -131,7 +131,7 @@ void TiledBody::move_in_place(std::span<Prescribed> values, int threads) {
   const auto move_component = [&](int b, int) {
     List<Target>& targets = parts_->targets[index(b)];
     targets.clear();
-    targets.reserve(static_cast<std::size_t>(std::ranges::count(values, b, &Prescribed::component)));
+    targets.reserve(std::ranges::count(values, b, &Prescribed::component));
     for (const Prescribed& p : values)
       if (p.component == b)
         targets.push_back({p.node, p.value, p.held});
@@ -163,8 +163,7 @@ std::int64_t TiledBody::n_visits() const {
 }
 std::vector<double> wavefront_paths(const Scene& scene, const LinkLimits& limits, int component,
                                     std::span<const PathEnd> ends, PathDirection direction) {
-  std::vector<double> length(static_cast<std::size_t>(scene.specimen.grid.n_nodes()),
-                             std::numeric_limits<double>::infinity());
+  std::vector<double> length(scene.specimen.grid.n_nodes(), std::numeric_limits<double>::infinity());
   if (ends.empty())
     return length;
   const Tiling tiling(scene.specimen);

@@ -41,7 +41,7 @@ std::int64_t product(const Index3& n) {
 
 Tiling::Tiling(const Specimen& specimen)
     : specimen_(&specimen), layers_(layers_of(specimen.grid)), n_along_(tiles_along(specimen.grid)) {
-  tile_at_.reserve(static_cast<std::size_t>(product(n_along_)));
+  tile_at_.reserve(product(n_along_));
   for (int z = 0; z < n_along_[2]; ++z)
     for (int y = 0; y < n_along_[1]; ++y)
       for (int x = 0; x < n_along_[0]; ++x)
@@ -121,7 +121,7 @@ std::int64_t Tiling::n_tiles_of(const Specimen& specimen) {
   const Index3 along = tiles_along(specimen.grid);
   if (specimen.n_matter_cells() == specimen.grid.n_cells())
     return product(along);
-  std::vector<bool> has_nodes(static_cast<std::size_t>(product(along)));
+  std::vector<bool> has_nodes(product(along));
   // A cell's nodes are at its lower and its upper corners.
   const auto last = [](int cell, int tiles) { return std::min((cell + 1) / tile_edge, tiles - 1); };
   std::int64_t cell = 0;

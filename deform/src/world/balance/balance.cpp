@@ -39,7 +39,7 @@ Balance::Balance(WorldObjects& world) : world_(world) {
   cell_ = std::numeric_limits<double>::infinity();
   double stiffest = 0;
   for (int object = 0; object < world.n_objects(); ++object) {
-    const WorldObject& what = world.scene.objects[static_cast<std::size_t>(object)];
+    const WorldObject& what = world.scene.objects[object];
     const auto fail = [&](const std::string& why) {
       throw std::invalid_argument("World: contact = \"surfaces\": object `" + what.name + "` " + why);
     };
@@ -129,27 +129,25 @@ double Balance::missed(int number, std::int64_t component) const {
   const bool is_hold = std::ranges::any_of(body.scene().prescribed, [&](const Prescribed& p) {
     return p.node == lattice.node(voxel) && p.component == b;
   });
-  const double wanted =
-      is_hold || handle == body.handles().end() ? 0 : handle->second.at[static_cast<std::size_t>(b)];
-  return now[static_cast<std::size_t>(b)] - wanted;
+  const double wanted = is_hold || handle == body.handles().end() ? 0 : handle->second.at[b];
+  return now[b] - wanted;
 }
 
 Vec3 Balance::pull_at(int number, std::int64_t node) const {
   const SurfaceObject& one = object(number);
   Vec3 force{};
   for (int b = 0; b < one.dimension; ++b)
-    force[static_cast<std::size_t>(b)] =
-        one.soft->pull_at(std::int64_t{one.dimension} * world_.body(number).lattice().voxel(node) + b);
+    force[b] = one.soft->pull_at(std::int64_t{one.dimension} * world_.body(number).lattice().voxel(node) + b);
   return force;
 }
 
 void Balance::hand_back() {
   const auto start = std::chrono::steady_clock::now();
   catch_up();
-  std::vector<Pose> poses(static_cast<std::size_t>(world_.rigid.n_objects()));
+  std::vector<Pose> poses(world_.rigid.n_objects());
   for (int i = 0; i < world_.n_objects(); ++i)
     if (!world_.is_body(i))
-      poses[static_cast<std::size_t>(world_.member(i).index)] = object(i).pose;
+      poses[world_.member(i).index] = object(i).pose;
   world_.rigid.place(poses);
   world_.is_map_outdated = true;
   for (int i = 0; i < world_.n_objects(); ++i) {

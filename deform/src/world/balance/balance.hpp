@@ -67,8 +67,8 @@ public:
   explicit Balance(WorldObjects& world);
 
   const std::vector<SurfaceObject>& objects() const { return objects_; }
-  SurfaceObject& object(int number) { return objects_[static_cast<std::size_t>(number)]; }
-  const SurfaceObject& object(int number) const { return objects_[static_cast<std::size_t>(number)]; }
+  SurfaceObject& object(int number) { return objects_[number]; }
+  const SurfaceObject& object(int number) const { return objects_[number]; }
   const std::vector<Touch>& touches() const { return touches_; }
   double cell() const { return cell_; }
   /// Updates which objects and nodes are driven; to be called when handles or drives have changed.

@@ -33,7 +33,7 @@ void Balance::push_apart(const Touch& touch, const Eigen::Vector3d& along, int r
   const auto push = [&](int object, std::int32_t node, const Eigen::Vector3d& force) {
     const SurfaceObject& one = this->object(object);
     const auto i = static_cast<std::size_t>(node);
-    program.pushes[static_cast<std::size_t>(object)].push_back(
+    program.pushes[object].push_back(
         {row, object, force, one.at[i], one.is_body() ? one.soft->first(node) : std::int64_t{-1}});
   };
   push(touch.object, touch.node, along);
@@ -60,7 +60,7 @@ Balance::Program Balance::program() const {
       const auto voxel = static_cast<std::int32_t>(component / one.dimension);
       const Eigen::Vector3d rest =
           lattice.pose().rotation.transpose() * (lattice.rest(voxel) - lattice.pose().position);
-      program.pushes[static_cast<std::size_t>(i)].push_back(
+      program.pushes[i].push_back(
           {static_cast<int>(gap.size()), i, lattice.pose().rotation.col(axis),
            one.pose.position + one.pose.rotation * (rest + one.soft->displacement_at(component - axis)),
            component - axis});
@@ -90,20 +90,20 @@ Balance::Program Balance::part_of(const Program& whole, const std::vector<char>&
   for (const std::vector<Push>& pushes : whole.pushes) {
     std::vector<Push>& own = part.pushes.emplace_back();
     for (Push push : pushes)
-      if (const int row = place[static_cast<std::size_t>(push.row)]; row >= 0) {
+      if (const int row = place[push.row]; row >= 0) {
         push.row = row;
         own.push_back(push);
       }
   }
   for (FrictionRows rub : whole.rubs) {
-    rub.normal = place[static_cast<std::size_t>(rub.normal)];
-    rub.first = place[static_cast<std::size_t>(rub.first)];
+    rub.normal = place[rub.normal];
+    rub.first = place[rub.first];
     part.rubs.push_back(rub);
   }
   part.compliance = Eigen::MatrixXd::Zero(part.gap.size(), part.gap.size());
   part.compliance.diagonal().setConstant(1 / (contact_over_cell_stiffness * stiffness_));
   for (int i = 0; i < world_.n_objects(); ++i) {
-    if (part.pushes[static_cast<std::size_t>(i)].empty())
+    if (part.pushes[i].empty())
       continue;
     if (object(i).is_body())
       add_compliance_of_body(i, part);
@@ -142,7 +142,7 @@ void Balance::grip() {
 }
 
 Balance::Grip Balance::grip_at(const Touch& touch) const {
-  return {touch.nodes, touch.weights, object(touch.object).at[static_cast<std::size_t>(touch.node)]};
+  return {touch.nodes, touch.weights, object(touch.object).at[touch.node]};
 }
 
 Eigen::Vector3d Balance::place_of(const Touch& touch, const Grip& grip) const {
@@ -151,7 +151,7 @@ Eigen::Vector3d Balance::place_of(const Touch& touch, const Grip& grip) const {
   Eigen::Vector3d place = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < 4; ++i)
     if (grip.weights[i] > 0)
-      place += grip.weights[i] * object(touch.other).at[static_cast<std::size_t>(grip.nodes[i])];
+      place += grip.weights[i] * object(touch.other).at[grip.nodes[i]];
   return place;
 }
 
@@ -170,10 +170,9 @@ void Balance::add_friction(Program& program, std::vector<double>& gap) const {
     tangents[0] = world_.scene.dimension == 2 ? Eigen::Vector3d(-touch.normal[1], touch.normal[0], 0)
                                               : touch.normal.unitOrthogonal();
     tangents[1] = touch.normal.cross(tangents[0]);
-    const Eigen::Vector3d off =
-        object(touch.object).at[static_cast<std::size_t>(touch.node)] - place_of(touch, grip->second);
+    const Eigen::Vector3d off = object(touch.object).at[touch.node] - place_of(touch, grip->second);
     for (int k = 0; k < rows.n; ++k) {
-      const Eigen::Vector3d& tangent = tangents[static_cast<std::size_t>(k)];
+      const Eigen::Vector3d& tangent = tangents[k];
       push_apart(touch, tangent, static_cast<int>(gap.size()), program);
       gap.push_back(tangent.dot(off));
       program.may_pull.push_back(0);
@@ -186,7 +185,7 @@ void Balance::add_friction(Program& program, std::vector<double>& gap) const {
 
 void Balance::add_compliance_of_body(int number, Program& program) {
   SurfaceObject& one = object(number);
-  const auto& pushes = program.pushes[static_cast<std::size_t>(number)];
+  const auto& pushes = program.pushes[number];
   const int d = one.dimension;
   std::vector<std::int64_t> components; // that are pushed
   std::vector<Eigen::Index> rows;       // contacts that do not concern the body have none
@@ -214,7 +213,7 @@ void Balance::add_compliance_of_body(int number, Program& program) {
   forces.setFromTriplets(entries.begin(), entries.end());
   Eigen::VectorXd missing(n); // of what it would be without contacts
   for (Eigen::Index i = 0; i < n; ++i)
-    missing[i] = one.soft->missing(components[static_cast<std::size_t>(i)]);
+    missing[i] = one.soft->missing(components[i]);
   const Eigen::MatrixXd& compliance = one.soft->compliance(components);
   const Eigen::MatrixXd half = forces * compliance; // rows x components
   const Eigen::MatrixXd given_way = forces * half.transpose();
@@ -237,7 +236,7 @@ void Balance::add_compliance_as_a_whole(int number, Program& program) const {
   const SurfaceObject& one = object(number);
   Eigen::MatrixXd wrenches = Eigen::MatrixXd::Zero(program.gap.size(), 6);
   std::vector<Eigen::Index> rows;
-  for (const Push& push : program.pushes[static_cast<std::size_t>(number)]) {
+  for (const Push& push : program.pushes[number]) {
     wrenches.row(push.row) += wrench(push.force, push.at, one.rigid.middle()).transpose();
     rows.push_back(push.row);
   }
@@ -250,7 +249,7 @@ void Balance::add_compliance_as_a_whole(int number, Program& program) const {
 Response Balance::response(int number, const Program& program, const Eigen::VectorXd& force) {
   SurfaceObject& one = object(number);
   Response response;
-  const auto& pushes = program.pushes[static_cast<std::size_t>(number)];
+  const auto& pushes = program.pushes[number];
   if (one.is_body()) {
     std::map<std::int64_t, double> forces;
     for (const Push& push : pushes)
@@ -278,7 +277,7 @@ std::vector<Response> Balance::responses() {
   for (std::size_t i = 0; i < n_touches; ++i)
     is_chosen[i] = asked.active[i];
   for (const FrictionRows& rub : asked.rubs)
-    is_chosen[static_cast<std::size_t>(rub.normal)] = 1;
+    is_chosen[rub.normal] = 1;
   Eigen::VectorXd force = Eigen::VectorXd::Zero(asked.gap.size());
   std::vector<Response> responses;
   for (bool is_whole = false; !is_whole;) {
@@ -290,7 +289,7 @@ std::vector<Response> Balance::responses() {
     Eigen::Index next = 0;
     for (std::size_t row = 0; row < n; ++row)
       if (is_chosen[row] != 0) {
-        asked.active[row] = part.active[static_cast<std::size_t>(next)];
+        asked.active[row] = part.active[next];
         force[static_cast<Eigen::Index>(row)] = of_part[next++];
       }
     responses.clear();
@@ -311,8 +310,7 @@ std::vector<Response> Balance::responses() {
   }
   for (std::size_t i = 0; i < asked.rubs.size(); ++i)
     for (int k = 0; k < asked.rubs[i].n; ++k)
-      touches_[static_cast<std::size_t>(asked.rubs[i].normal)].rubbing +=
-          force[asked.rubs[i].first + k] * asked.tangents[i][static_cast<std::size_t>(k)];
+      touches_[asked.rubs[i].normal].rubbing += force[asked.rubs[i].first + k] * asked.tangents[i][k];
   Eigen::Index row = static_cast<Eigen::Index>(touches_.size());
   for (SurfaceObject& one : objects_)
     if (one.soft) {

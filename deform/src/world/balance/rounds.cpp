@@ -127,9 +127,9 @@ void Balance::keep_free() {
   std::vector<double> sums(objects_.size(), 0);
   for (const Touch& touch : touches_) {
     const double force = touch.force + touch.rubbing.norm();
-    sums[static_cast<std::size_t>(touch.object)] += force;
+    sums[touch.object] += force;
     if (touch.other >= 0)
-      sums[static_cast<std::size_t>(touch.other)] += force;
+      sums[touch.other] += force;
   }
   for (std::size_t i = 0; i < objects_.size(); ++i)
     objects_[i].rigid.begin_round(sums[i], drag_of_forces * sums[i] / cell_);
@@ -230,9 +230,9 @@ void Balance::remember(double furthest, double not_done) {
   std::vector<Eigen::Vector3d> forces(objects_.size(), Eigen::Vector3d::Zero());
   for (const Touch& touch : touches_) {
     const Eigen::Vector3d force = touch.force * touch.normal + touch.rubbing;
-    forces[static_cast<std::size_t>(touch.object)] += force;
+    forces[touch.object] += force;
     if (touch.other >= 0)
-      forces[static_cast<std::size_t>(touch.other)] -= force;
+      forces[touch.other] -= force;
   }
   force_change_ = 0;
   for (std::size_t i = 0; i < forces_.size(); ++i)
@@ -286,7 +286,7 @@ double Balance::round() {
   share_forces(part);
   for (int i = 0; i < world_.n_objects(); ++i) {
     SurfaceObject& one = object(i);
-    const Response& response = responses[static_cast<std::size_t>(i)];
+    const Response& response = responses[i];
     if (one.is_body())
       one.soft->go(response, part);
     if (one.rigid.moves()) {

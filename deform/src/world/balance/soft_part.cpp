@@ -73,12 +73,12 @@ bool holds(const Scene& scene, const PosedLattice& lattice, const std::vector<st
 
 SoftPart::SoftPart(const DeformableObject& body, const Skin& skin)
     : body_(&body), dimension_(body.lattice().dimension()) {
-  std::vector<char> of_node(static_cast<std::size_t>(body.scene().specimen.grid.n_nodes()), 0);
+  std::vector<char> of_node(body.scene().specimen.grid.n_nodes(), 0);
   for (const Prescribed& p : body.scene().prescribed)
-    of_node[static_cast<std::size_t>(p.node)] |= static_cast<char>(1 << p.component);
+    of_node[p.node] |= static_cast<char>(1 << p.component);
   for (std::int32_t node = 0; node < skin.n_nodes(); ++node) {
     first_.push_back(std::int64_t{dimension_} * body.lattice().voxel(skin.node(node)));
-    held_.push_back(of_node[static_cast<std::size_t>(skin.node(node))]);
+    held_.push_back(of_node[skin.node(node)]);
   }
   state_.displacement = Eigen::VectorXd::Zero(dimension_ * body.lattice().n_voxels());
   state_.unloaded = state_.contact_forces = state_.displacement;
@@ -124,7 +124,7 @@ double SoftPart::prescribe() {
     const PosedLattice& lattice = body_->lattice();
     for (const auto& [node, handle] : body_->handles())
       for (int b = 0; b < dimension_; ++b)
-        given[dimension_ * lattice.voxel(node) + b] = handle.at[static_cast<std::size_t>(b)];
+        given[dimension_ * lattice.voxel(node) + b] = handle.at[b];
     for (const Prescribed& p : body_->scene().prescribed)
       given[dimension_ * lattice.voxel(p.node) + p.component] = 0;
   }
@@ -173,7 +173,7 @@ Eigen::VectorXd SoftPart::way_to(const Eigen::VectorXd& displacement) const {
 }
 
 Eigen::VectorXd SoftPart::way_at(std::int64_t first, const Eigen::VectorXd& displacement) const {
-  const Eigen::Index place = dimension_ * place_of_[static_cast<std::size_t>(first / dimension_)];
+  const Eigen::Index place = dimension_ * place_of_[first / dimension_];
   return displacement.segment(place, dimension_) - state_.displacement.segment(first, dimension_);
 }
 
@@ -223,14 +223,14 @@ bool SoftPart::watch(std::vector<std::int32_t> nodes_of_skin) {
   way_.resize(0);
   std::ranges::fill(place_of_, -1);
   for (std::size_t k = 0; k < moved_.size(); ++k)
-    place_of_[static_cast<std::size_t>(moved_[k])] = static_cast<std::int32_t>(k);
+    place_of_[moved_[k]] = static_cast<std::int32_t>(k);
   return true;
 }
 
 void SoftPart::watch_all() {
   if (moved_.size() == place_of_.size() && flexibility_ && flexibility_->watches_all())
     return;
-  moved_.resize(static_cast<std::size_t>(body_->lattice().n_voxels()));
+  moved_.resize(body_->lattice().n_voxels());
   std::iota(moved_.begin(), moved_.end(), 0);
   place_of_ = moved_;
   way_.resize(0);

@@ -39,14 +39,10 @@ public:
   }
   void set_displacement(Eigen::VectorXd displacement) { state_.displacement = std::move(displacement); }
   /// Components of a node of the skin begin with this.
-  std::int64_t first(std::int32_t node) const { return first_[static_cast<std::size_t>(node)]; }
+  std::int64_t first(std::int32_t node) const { return first_[node]; }
   /// True if the scene's holds have a node of the skin, along an axis of the frame or all.
-  bool is_held(std::int32_t node, int axis) const {
-    return (held_[static_cast<std::size_t>(node)] >> axis & 1) != 0;
-  }
-  bool is_held(std::int32_t node) const {
-    return held_[static_cast<std::size_t>(node)] == (1 << dimension_) - 1;
-  }
+  bool is_held(std::int32_t node, int axis) const { return (held_[node] >> axis & 1) != 0; }
+  bool is_held(std::int32_t node) const { return held_[node] == (1 << dimension_) - 1; }
 
   /// What holds and handles have now. @return whether the body responds differently from now on
   bool hold(bool is_elsewhere, int threads);

@@ -225,11 +225,10 @@ void SurfaceFrame::report(bool has_settled) {
     contact.other = touch.other;
     set_axis(contact, touch.normal);
     contact.force = touch.force * touch.normal + touch.rubbing;
-    contact.at = one.at[static_cast<std::size_t>(touch.node)];
+    contact.at = one.at[touch.node];
     if (touch.other >= 0) {
       const auto heaviest = std::ranges::max_element(touch.weights) - touch.weights.begin();
-      contact.other_voxel =
-          balance_.object(touch.other).voxel(touch.nodes[static_cast<std::size_t>(heaviest)]);
+      contact.other_voxel = balance_.object(touch.other).voxel(touch.nodes[heaviest]);
       WorldContact back = contact;
       std::swap(back.object, back.other);
       std::swap(back.voxel, back.other_voxel);

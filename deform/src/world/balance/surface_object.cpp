@@ -88,9 +88,9 @@ SurfaceObject::SurfaceObject(const WorldObjects& world, int object)
     const int index = world.member(object).index;
     pose = world.rigid.pose(index);
     const RigidShape& shape = world.rigid.shape(index);
-    std::vector<std::int32_t> by_cell(static_cast<std::size_t>(grid.n_cells()), -1);
+    std::vector<std::int32_t> by_cell(grid.n_cells(), -1);
     for (std::int32_t i = 0; i < shape.n_voxels(); ++i)
-      by_cell[static_cast<std::size_t>(grid.cell(shape.index_of(i)))] = i;
+      by_cell[grid.cell(shape.index_of(i))] = i;
     std::ranges::copy_if(by_cell, std::back_inserter(voxel_), [](std::int32_t i) { return i >= 0; });
     if (world.object(object).is_smooth)
       make_smooth(*specimen_, rest);
@@ -108,7 +108,7 @@ Eigen::Vector3d SurfaceObject::rest_of(const Index3& node) const {
     return Eigen::Vector3d::Map(specimen_->position(node).data());
   Eigen::Vector3d x = Eigen::Vector3d::Zero();
   for (int a = 0; a < dimension; ++a)
-    x[a] = node[static_cast<std::size_t>(a)] * specimen_->grid.spacing()[static_cast<std::size_t>(a)];
+    x[a] = node[a] * specimen_->grid.spacing()[a];
   return x;
 }
 
@@ -122,7 +122,7 @@ bool SurfaceObject::is_held_along(std::int32_t node, const Eigen::Vector3d& dire
 }
 
 std::int64_t SurfaceObject::voxel(std::int32_t node) const {
-  return is_body() ? skin.node(node) : voxel_[static_cast<std::size_t>(skin.cell_at(node))];
+  return is_body() ? skin.node(node) : voxel_[skin.cell_at(node)];
 }
 
 void SurfaceObject::place(std::int32_t node) {
@@ -138,7 +138,7 @@ void SurfaceObject::place() {
   box.setEmpty();
   for (std::int32_t node = 0; node < skin.n_nodes(); ++node) {
     place(node);
-    box.extend(at[static_cast<std::size_t>(node)]);
+    box.extend(at[node]);
   }
   rigid.place(centre ? Eigen::Vector3d(pose.position + pose.rotation * *centre) : box.center(),
               0.5 * box.diagonal().norm());
@@ -175,16 +175,16 @@ std::vector<Eigen::Vector3d> SurfaceObject::corners(std::int32_t cell) {
     for (std::int64_t i = 0; i < grid.n_cells(); ++i)
       if (specimen_->is_matter(i))
         matter_.push_back(i);
-    skin_node_.assign(static_cast<std::size_t>(grid.n_nodes()), -1);
+    skin_node_.assign(grid.n_nodes(), -1);
     for (std::int32_t node = 0; node < skin.n_nodes(); ++node)
-      skin_node_[static_cast<std::size_t>(skin.node(node))] = node;
+      skin_node_[skin.node(node)] = node;
   }
-  const Index3 low = grid.cell_at(matter_[static_cast<std::size_t>(cell)]);
+  const Index3 low = grid.cell_at(matter_[cell]);
   std::vector<Eigen::Vector3d> corners;
   for (int corner = 0; corner < 1 << dimension; ++corner) {
     const Index3 node{low[0] + (corner & 1), low[1] + (corner >> 1 & 1), low[2] + (corner >> 2)};
-    if (const std::int32_t known = skin_node_[static_cast<std::size_t>(grid.node(node))]; known >= 0) {
-      corners.push_back(at[static_cast<std::size_t>(known)]);
+    if (const std::int32_t known = skin_node_[grid.node(node)]; known >= 0) {
+      corners.push_back(at[known]);
       continue;
     }
     Eigen::Vector3d x = rest_of(node);

@@ -97,7 +97,7 @@ public:
   /// The node's number among the voxels of a rigid object, or in the grid of a body.
   std::int64_t voxel(std::int32_t node) const;
   /// True if a node of a rigid object is within a plane of its faces.
-  bool is_flat(std::int32_t node) const { return !is_body() && is_flat_[static_cast<std::size_t>(node)]; }
+  bool is_flat(std::int32_t node) const { return !is_body() && is_flat_[node]; }
   /// Puts the skin where pose and displacement say.
   void place();
   /// The same for the nodes that rounds move.

@@ -54,7 +54,7 @@ void Balance::look_around() {
       NearBorder border{static_cast<int>(i), axis, {}};
       if (one.box.min()[axis] <= within || one.box.max()[axis] >= end - within)
         for (std::int32_t node = 0; node < one.skin.n_nodes(); ++node)
-          if (const double x = one.at[static_cast<std::size_t>(node)][axis]; x <= within || x >= end - within)
+          if (const double x = one.at[node][axis]; x <= within || x >= end - within)
             border.nodes.push_back(node);
       if (!border.nodes.empty())
         near_borders_.push_back(std::move(border));
@@ -81,8 +81,8 @@ void Balance::watch() {
   for (const SurfaceObject& one : objects_)
     is_watched.emplace_back(one.is_body() ? one.rest.size() : 0, 0);
   const auto mark = [&](int object, std::int32_t node) {
-    if (std::vector<char>& of = is_watched[static_cast<std::size_t>(object)]; !of.empty())
-      of[static_cast<std::size_t>(node)] = 1;
+    if (std::vector<char>& of = is_watched[object]; !of.empty())
+      of[node] = 1;
   };
   const auto mark_about = [&](int object, std::int32_t face) {
     const Skin& skin = this->object(object).skin;
@@ -111,7 +111,7 @@ void Balance::watch() {
       continue;
     std::vector<std::int32_t> watched;
     for (std::int32_t node = 0; node < one.skin.n_nodes(); ++node)
-      if (is_watched[i][static_cast<std::size_t>(node)] != 0)
+      if (is_watched[i][node] != 0)
         watched.push_back(node);
     if (one.soft->watch(std::move(watched)))
       past_.clear(); // whose displacements are of other nodes
@@ -147,9 +147,8 @@ void Balance::add_touches(int object, int other, std::span<const NearFaces::OfNo
   for (const NearFaces::OfNode& of_node : nodes) {
     if (one.is_flat(of_node.node))
       continue;
-    for (const PlacedSkin::Near& near :
-         skin.near(one.at[static_cast<std::size_t>(of_node.node)], near_faces.faces(of_node),
-                   two.is_body() ? nullptr : &own, of_node.node)) {
+    for (const PlacedSkin::Near& near : skin.near(one.at[of_node.node], near_faces.faces(of_node),
+                                                  two.is_body() ? nullptr : &own, of_node.node)) {
       Touch touch;
       touch.object = object;
       touch.other = other;
@@ -174,7 +173,7 @@ void Balance::add_border(const NearBorder& border) {
   const double reach = reach_over_cell * cell_, end = world_.scene.cells[a] * world_.scene.spacing[a];
   for (const std::int32_t node : border.nodes)
     for (const int direction : {1, -1}) {
-      const double x = one.at[static_cast<std::size_t>(node)][border.axis];
+      const double x = one.at[node][border.axis];
       Touch touch;
       touch.gap = direction > 0 ? x : end - x;
       if (touch.gap > reach)

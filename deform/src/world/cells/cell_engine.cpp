@@ -56,7 +56,7 @@ void drive_nodes(WorldObjects& world, const Drive& drive, const RigidMotion& par
     if (!body.lattice().is_turned() && part.angle == 0) // components that do not move stay to the bit
       for (int a = 0; a < world.scene.dimension; ++a)
         if (part.by[a] == 0)
-          handle.at[static_cast<std::size_t>(a)] = body.displacement()(a, node);
+          handle.at[a] = body.displacement()(a, node);
   }
 }
 

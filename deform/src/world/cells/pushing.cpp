@@ -100,7 +100,7 @@ void Pushing::take_along(const std::vector<std::pair<int, std::size_t>>& gripped
                                   to.rotation * (from.rotation.transpose() * (x - from.position)) - x;
     for (int b = 0; b < world_.scene.dimension; ++b)
       if (b != pin.axis && shift[b] != 0) {
-        pin.at[static_cast<std::size_t>(b)] += shift[b];
+        pin.at[b] += shift[b];
         unsettled.insert(object);
       }
   }
@@ -213,7 +213,7 @@ Pin Pushing::pin_of(const DeformableObject& body, const DeformableObject::Carrie
   const PosedLattice& lattice = body.lattice();
   Pin pin{.voxel = carrier.voxel, .axis = axis, .direction = direction, .is_asked = true};
   if (carrier.is_between) {
-    to += lattice.place(carrier.voxel, body.displacement())[static_cast<std::size_t>(axis)] - carrier.place;
+    to += lattice.place(carrier.voxel, body.displacement())[axis] - carrier.place;
     pin.wall = wall;
   }
   pin.at = lattice.moved_along(carrier.voxel, body.displacement(), axis, to);
@@ -345,7 +345,7 @@ bool Pushing::ask(int object, const std::vector<PinRequest>& asked) {
   bool has_moved = false;
   for (std::size_t i = 0; i < asked.size(); ++i) {
     const auto& [pin, by] = asked[i];
-    const double size = world_.scene.spacing[static_cast<std::size_t>(pin.axis)];
+    const double size = world_.scene.spacing[pin.axis];
     HandOver hand_over{by.from,  by.from_voxel,      object, body.lattice().node(pin.voxel),
                        pin.axis, by.movement * size, 0};
     hand_over.moved = body.lattice().position(pin.voxel, body.displacement())[pin.axis] - before[i];

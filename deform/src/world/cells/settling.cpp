@@ -104,7 +104,7 @@ bool Settling::run_without_friction() {
 }
 
 void Settling::begin() {
-  changes_.assign(static_cast<std::size_t>(3 * body_.lattice().n_voxels()), 0);
+  changes_.assign(3 * body_.lattice().n_voxels(), 0);
   largest_before_ = 0;
   std::erase_if(body_.pins(), [](const Pin& pin) { return pin.self.has_value(); }); // found anew
   if (!body_.knows_forces()) // a node that still wants in will meet the wall again
@@ -214,7 +214,7 @@ double Settling::meet_itself(const std::vector<SelfHit>& hits, const Displacemen
     goes_away.push_back(
         (lattice.position(hit.voxel, to) - lattice.position(hit.voxel, body_.displacement()))[hit.axis] *
             hit.direction <
-        -tolerance * lattice.cell_size()[static_cast<std::size_t>(hit.axis)]);
+        -tolerance * lattice.cell_size()[hit.axis]);
   if (std::ranges::all_of(goes_away, std::identity()))
     goes_away.assign(goes_away.size(), false);
   const double part = body_.go_towards(map_, to, hits.front().time);

@@ -65,7 +65,7 @@ private:
   void add_contact(const Hit& hit, bool at_face);
   double meet_itself(const std::vector<SelfHit>& hits, const Displacement& to);
   Pin pin_of(const Hit& hit) const;
-  int& changes_of(const Pin& pin) { return changes_[static_cast<std::size_t>(3 * pin.voxel + pin.axis)]; }
+  int& changes_of(const Pin& pin) { return changes_[3 * pin.voxel + pin.axis]; }
 
   OccupancyMap& map_;
   DeformableObject& body_;

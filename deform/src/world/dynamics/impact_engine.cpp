@@ -45,7 +45,7 @@ void ImpactEngine::put(const State& state) {
   moving_ = state.moving;
   for (int object = 0; object < world().n_objects(); ++object) {
     SurfaceObject& one = balance_.object(object);
-    one.pose = state.poses[static_cast<std::size_t>(object)];
+    one.pose = state.poses[object];
     if (one.kind != ObjectKind::fixed)
       one.place();
   }
@@ -59,8 +59,7 @@ double ImpactEngine::look() {
 double ImpactEngine::least_gap() const {
   double least = std::numeric_limits<double>::infinity();
   for (const Touch& touch : balance_.touches())
-    if (moving_[static_cast<std::size_t>(touch.object)].has_mass ||
-        (touch.other >= 0 && moving_[static_cast<std::size_t>(touch.other)].has_mass) ||
+    if (moving_[touch.object].has_mass || (touch.other >= 0 && moving_[touch.other].has_mass) ||
         world().member(touch.object).is_driven || (touch.other >= 0 && world().member(touch.other).is_driven))
       least = std::min(least, touch.gap);
   return least;
@@ -69,20 +68,20 @@ double ImpactEngine::least_gap() const {
 void ImpactEngine::hold(std::span<LedObject> led, double seconds) {
   look();
   for (int object = 0; object < world().n_objects(); ++object) {
-    MovingObject& one = moving_[static_cast<std::size_t>(object)];
+    MovingObject& one = moving_[object];
     one.has_mass = world().member(object).kind == ObjectKind::rigid && !world().member(object).is_driven;
     if (!one.has_mass)
       one.velocity = one.spin = Eigen::Vector3d::Zero();
   }
   for (const LedObject& drive : led) {
-    MovingObject& one = moving_[static_cast<std::size_t>(drive.object)];
+    MovingObject& one = moving_[drive.object];
     one.spin += drive.motion.angle / seconds * drive.motion.axis;
     one.velocity += drive.motion.by / seconds + one.spin.cross(one.place(drive.from) - drive.motion.about);
   }
 }
 
 void ImpactEngine::stop(int object) {
-  MovingObject& one = moving_[static_cast<std::size_t>(object)];
+  MovingObject& one = moving_[object];
   one.velocity = one.spin = Eigen::Vector3d::Zero();
 }
 
@@ -95,7 +94,7 @@ std::vector<ImpactPoint> ImpactEngine::points(double within) const {
     point.object = touch.object;
     point.other = touch.other;
     point.node = touch.node;
-    point.at = balance_.object(touch.object).at[static_cast<std::size_t>(touch.node)];
+    point.at = balance_.object(touch.object).at[touch.node];
     point.normal = touch.normal;
     point.gap = touch.gap;
     if (point.other > point.object) { // each pair once
@@ -128,7 +127,7 @@ void ImpactEngine::resolve(std::span<ImpactPoint> points, std::vector<MovingObje
     for (LedObject& drive : led) {
       drive.is_stopped = true;
       stop(drive.object);
-      moving[static_cast<std::size_t>(drive.object)] = moving_[static_cast<std::size_t>(drive.object)];
+      moving[drive.object] = moving_[drive.object];
     }
     resolve_impacts(points, poses, moving, 0);
   }
@@ -139,7 +138,7 @@ double ImpactEngine::longest_step(double most) const {
   const double way = round_over_cell * balance_.cell();
   double step = most;
   for (int object = 0; object < world().n_objects(); ++object) {
-    const MovingObject& one = moving_[static_cast<std::size_t>(object)];
+    const MovingObject& one = moving_[object];
     const double radius = balance_.object(object).rigid.radius();
     const double speed = one.velocity.norm() + 2 * radius * one.spin.norm(),
                  gravity = one.has_mass ? fall_.gravity.norm() : 0;
@@ -163,7 +162,7 @@ ImpactEngine::State ImpactEngine::moved(const State& from, std::span<const char>
       fall_.move(one, to.poses[i], time);
   }
   for (const LedObject& drive : led)
-    to.poses[static_cast<std::size_t>(drive.object)] =
+    to.poses[drive.object] =
         drive.motion.moved(drive.from, std::min(1.0, drive.done + (drive.is_stopped ? 0 : time / seconds)));
   return to;
 }
@@ -255,7 +254,7 @@ double ImpactEngine::energy() const {
 }
 
 ObjectMotion ImpactEngine::motion(int object) const {
-  const MovingObject& one = moving_[static_cast<std::size_t>(object)];
+  const MovingObject& one = moving_[object];
   return {one.mass, one.velocity, one.spin, one.place(balance_.object(object).pose)};
 }
 

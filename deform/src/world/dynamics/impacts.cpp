@@ -45,8 +45,8 @@ public:
       pairs_.back().push_back(i);
     }
     for (auto& [object, rows] : of_object) {
-      MovingObject& one = moving[static_cast<std::size_t>(object)];
-      const Pose& pose = poses[static_cast<std::size_t>(object)];
+      MovingObject& one = moving[object];
+      const Pose& pose = poses[object];
       Eigen::MatrixXd pushes(std::ssize(rows), 6); // force and moment of an impulse of 1
       for (std::size_t k = 0; k < rows.size(); ++k) {
         const ImpactPoint& point = at(rows[k]);
@@ -105,7 +105,7 @@ private:
     std::vector<Eigen::Index> rows;
     Eigen::MatrixXd speeds; ///< for impulses of 1 in these
   };
-  ImpactPoint& at(Eigen::Index i) const { return *points_[static_cast<std::size_t>(i)]; }
+  ImpactPoint& at(Eigen::Index i) const { return *points_[i]; }
 
   void press(const std::vector<Eigen::Index>& rows, double restitution) {
     Eigen::MatrixXd answer = answer_(rows, rows);
@@ -113,7 +113,7 @@ private:
     const Eigen::VectorXd before = opening_(rows);
     std::vector<char> active;
     for (const Eigen::Index row : rows)
-      active.push_back(active_[static_cast<std::size_t>(row)]);
+      active.push_back(active_[row]);
     const std::vector<char> may_pull(rows.size(), 0);
     const auto impulses = [&](double part) {
       return contact_forces(answer, before + part * before.cwiseMin(0.0), may_pull, active);
@@ -126,7 +126,7 @@ private:
     opening_ += answer_(Eigen::all, rows) * impulse;
     added_(rows) += impulse;
     for (std::size_t k = 0; k < rows.size(); ++k)
-      active_[static_cast<std::size_t>(rows[k])] = active[k];
+      active_[rows[k]] = active[k];
   }
 
   void finish() const {
@@ -229,13 +229,13 @@ double resolve_impacts(std::span<ImpactPoint> points, std::span<const Pose> pose
   std::vector<int> group(moving.size()); // of an object with mass, by a number that leads to its own
   std::iota(group.begin(), group.end(), 0);
   const auto group_of = [&](int object) {
-    while (object >= 0 && group[static_cast<std::size_t>(object)] != object)
-      object = group[static_cast<std::size_t>(object)];
-    return object >= 0 && moving[static_cast<std::size_t>(object)].has_mass ? object : -1;
+    while (object >= 0 && group[object] != object)
+      object = group[object];
+    return object >= 0 && moving[object].has_mass ? object : -1;
   };
   for (const ImpactPoint& point : points)
     if (const int one = group_of(point.object), other = group_of(point.other); one >= 0 && other >= 0)
-      group[static_cast<std::size_t>(std::max(one, other))] = std::min(one, other);
+      group[std::max(one, other)] = std::min(one, other);
   std::map<int, std::vector<ImpactPoint*>> groups;
   for (ImpactPoint& point : points)
     groups[std::max(group_of(point.object), group_of(point.other))].push_back(&point);

@@ -34,14 +34,14 @@ InertiaEngine::InertiaEngine(std::unique_ptr<WorldObjects> of)
                                 "their elasticity");
   const int d = world().scene.dimension;
   for (int object = 0; object < world().n_objects(); ++object) {
-    const WorldObject& what = world().scene.objects[static_cast<std::size_t>(object)];
+    const WorldObject& what = world().scene.objects[object];
     moving_.emplace_back(what, d, world().member(object).kind != ObjectKind::fixed);
     if (!world().is_body(object))
       continue;
     const PosedLattice& lattice = world().body(object).lattice();
     const Specimen& body = what.scene.specimen;
     const Grid& grid = body.grid;
-    Nodes& nodes = nodes_[static_cast<std::size_t>(object)];
+    Nodes& nodes = nodes_[object];
     const std::int64_t n = lattice.n_voxels();
     nodes.mass = nodes.velocity = nodes.before = Eigen::VectorXd::Zero(d * n);
     nodes.rest.resize(3, n);
@@ -68,7 +68,7 @@ bool InertiaEngine::is_held(int object) const {
 
 Eigen::Matrix3Xd InertiaEngine::displaced(int object) const {
   const SurfaceObject& one = balance_.object(object);
-  Eigen::Matrix3Xd at = nodes_[static_cast<std::size_t>(object)].rest;
+  Eigen::Matrix3Xd at = nodes_[object].rest;
   for (Eigen::Index node = 0; node < at.cols(); ++node)
     at.col(node) += one.soft->displacement_at(one.dimension * node);
   return at;
@@ -82,15 +82,14 @@ Eigen::Matrix3Xd InertiaEngine::places(int object) const {
 void InertiaEngine::hold(double step) {
   for (int object = 0; object < world().n_objects(); ++object) {
     SurfaceObject& one = balance_.object(object);
-    MovingObject& moving = moving_[static_cast<std::size_t>(object)];
+    MovingObject& moving = moving_[object];
     if (one.is_body()) {
       const Pose& at_first = world().body(object).lattice().pose();
       if (is_held(object) &&
           (one.pose.rotation != at_first.rotation || one.pose.position != at_first.position))
         put_into_frame(object, at_first);
       // Damping draws at the speed of the step's end, as inertia does.
-      one.soft->set_inertia((1 + damping_ * step) / (step * step) *
-                            nodes_[static_cast<std::size_t>(object)].mass);
+      one.soft->set_inertia((1 + damping_ * step) / (step * step) * nodes_[object].mass);
       continue;
     }
     moving.has_mass = one.kind == ObjectKind::rigid && !world().member(object).is_driven;
@@ -150,7 +149,7 @@ void InertiaEngine::arrive(double step) {
 }
 
 Pose InertiaEngine::nearest_frame(int object) const {
-  const Nodes& nodes = nodes_[static_cast<std::size_t>(object)];
+  const Nodes& nodes = nodes_[object];
   const int d = world().scene.dimension;
   const Eigen::Matrix3Xd at = places(object);
   Eigen::VectorXd mass(at.cols());
@@ -169,7 +168,7 @@ Pose InertiaEngine::nearest_frame(int object) const {
 /// The same places and speeds, in another frame.
 void InertiaEngine::put_into_frame(int object, const Pose& frame) {
   SurfaceObject& one = balance_.object(object);
-  Nodes& nodes = nodes_[static_cast<std::size_t>(object)];
+  Nodes& nodes = nodes_[object];
   const int d = one.dimension;
   const Eigen::Matrix3Xd at = places(object);
   const Eigen::Matrix3d turn = frame.rotation.transpose() * one.pose.rotation;

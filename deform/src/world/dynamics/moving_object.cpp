@@ -15,7 +15,7 @@ MovingObject::MovingObject(const WorldObject& object, int dimension, bool with_m
   Eigen::Vector3d edge = Eigen::Vector3d::Zero();
   double volume = 1; // of a cell; of 1 m of thickness in two dimensions
   for (int a = 0; a < dimension; ++a) {
-    edge[a] = grid.spacing()[static_cast<std::size_t>(a)];
+    edge[a] = grid.spacing()[a];
     volume *= edge[a];
   }
   const double of_cell = object.density * volume;
@@ -38,7 +38,7 @@ MovingObject::MovingObject(const WorldObject& object, int dimension, bool with_m
     }
   inertia = second.trace() * Eigen::Matrix3d::Identity() - second;
   for (int a = 0; a < dimension; ++a)
-    velocity[a] = object.velocity[static_cast<std::size_t>(a)];
+    velocity[a] = object.velocity[a];
 }
 
 double MovingObject::energy(const Pose& pose) const {

@@ -68,7 +68,7 @@ bool is_in_cell(std::span<const Eigen::Vector3d> corners, const Eigen::Vector3d&
     Eigen::Matrix3d edges = Eigen::Matrix3d::Identity();
     std::size_t corner = 0;
     for (int i = 0; i < dimension; ++i) {
-      const std::size_t next = corner + (std::size_t{1} << axes[static_cast<std::size_t>(i)]);
+      const std::size_t next = corner + (std::size_t{1} << axes[i]);
       edges.col(i).head(dimension) = (corners[next] - corners[corner]).head(dimension);
       corner = next;
     }
@@ -111,7 +111,7 @@ BodyMatter::BodyMatter(const Specimen& specimen, const PosedLattice& lattice)
     for (int axis = 0; dimension_ > 1 && axis < dimension_; ++axis)
       for (const bool upper : {false, true}) {
         Index3 beside = at;
-        beside[static_cast<std::size_t>(axis)] += upper ? 1 : -1;
+        beside[axis] += upper ? 1 : -1;
         if (grid.has_cell(beside) && specimen.is_matter(grid.cell(beside)))
           continue;
         add_face(lattice, grid, parts, axis, upper, at);
@@ -238,8 +238,7 @@ template<class... Places>
 std::vector<BodyMatter::Point> BodyMatter::points_of_stretched(const Places&... places) const {
   std::vector<Point> list;
   for (const Face& face : faces_)
-    if (const Index3 parts = stretched_parts(
-            face, [&](std::int32_t node) { return places[static_cast<std::size_t>(node)]; }...);
+    if (const Index3 parts = stretched_parts(face, [&](std::int32_t node) { return places[node]; }...);
         parts != Index3{1, 1, 1})
       cut(face, parts[0], parts[1], list);
   return list;
@@ -274,7 +273,7 @@ void BodyMatter::put(OccupancyMap& map, VoxelId first, std::span<const InCells> 
       taken_.push_back(cell);
   };
   const auto take_at = [&](const Point& point) {
-    const auto place_of = [&](std::int32_t node) { return places[static_cast<std::size_t>(node)]; };
+    const auto place_of = [&](std::int32_t node) { return places[node]; };
     if (const Index3 cell = cell_at(between_places(point, place_of)); map.has_cell(cell))
       take_free(cell, point.cell);
   };
@@ -285,7 +284,7 @@ void BodyMatter::put(OccupancyMap& map, VoxelId first, std::span<const InCells> 
     Eigen::Vector3d low = Eigen::Vector3d::Constant(1e9), high = -low;
     const auto nodes = corners(number);
     for (std::size_t i = 0; i < nodes.size(); ++i) {
-      at[i] = Eigen::Vector3d::Map(places[static_cast<std::size_t>(nodes[i])].data());
+      at[i] = Eigen::Vector3d::Map(places[nodes[i]].data());
       low = low.cwiseMin(at[i]);
       high = high.cwiseMax(at[i]);
     }

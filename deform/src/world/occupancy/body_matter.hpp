@@ -35,7 +35,7 @@ public:
   }
   /// The corners of a cell of matter, nodes of the lattice, x fastest. @return 2^dimension
   std::span<const std::int32_t> corners(std::int32_t cell) const {
-    return std::span(corners_[static_cast<std::size_t>(cell)]).first(n_corners_);
+    return std::span(corners_[cell]).first(n_corners_);
   }
   /// A point between the corners of a face.
   struct Point {

@@ -8,7 +8,7 @@
 namespace maille::deform {
 
 void NodeCells::put(OccupancyMap& map, std::int32_t voxel, const Index3& cell) {
-  cells_[static_cast<std::size_t>(voxel)] = cell;
+  cells_[voxel] = cell;
   const VoxelId id = map.occupant(cell);
   if (id == no_voxel) {
     map.put(cell, first_ + voxel);
@@ -53,8 +53,7 @@ std::vector<std::int32_t> NodeCells::voxels_in(const OccupancyMap& map, const In
   std::vector<std::int32_t> list;
   if (!is_node(map.occupant(cell)))
     return list;
-  for (std::int32_t voxel = this->voxel(map.occupant(cell)); voxel >= 0;
-       voxel = next_[static_cast<std::size_t>(voxel)])
+  for (std::int32_t voxel = this->voxel(map.occupant(cell)); voxel >= 0; voxel = next_[voxel])
     list.push_back(voxel);
   return list;
 }

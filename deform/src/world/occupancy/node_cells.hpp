@@ -32,7 +32,7 @@ public:
   /// Whether a number of the object's is a node's.
   bool is_node(VoxelId id) const { return id - first_ < static_cast<VoxelId>(cells_.size()); }
   std::int32_t voxel(VoxelId id) const { return id - first_; }
-  const Index3& cell(std::int32_t voxel) const { return cells_[static_cast<std::size_t>(voxel)]; }
+  const Index3& cell(std::int32_t voxel) const { return cells_[voxel]; }
   /// Whether a node cannot go there: another object's, or outside the world.
   bool is_blocked(const OccupancyMap& map, const Index3& cell) const {
     return map.is_blocked(cell) && (!map.has_cell(cell) || !is_own(map.occupant(cell)));
@@ -50,7 +50,7 @@ public:
   }
 
 private:
-  std::int32_t& next(std::int32_t voxel) { return next_[static_cast<std::size_t>(voxel)]; }
+  std::int32_t& next(std::int32_t voxel) { return next_[voxel]; }
   void take(OccupancyMap& map, std::int32_t voxel);
 
   VoxelId first_;

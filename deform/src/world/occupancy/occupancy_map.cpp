@@ -45,8 +45,7 @@ OccupancyMap::OccupancyMap(const Index3& cells) : cells_(cells) {
       throw std::invalid_argument("OccupancyMap: 1 to 32768 cells along every axis");
     n_bricks_[a] = (cells[a] + brick_edge - 1) / brick_edge;
   }
-  bricks_.assign(static_cast<std::size_t>(std::int64_t{1} * n_bricks_[0] * n_bricks_[1] * n_bricks_[2]),
-                 empty);
+  bricks_.assign(std::int64_t{1} * n_bricks_[0] * n_bricks_[1] * n_bricks_[2], empty);
   masks_.emplace_back();
   ids_.emplace_back();
   counts_.push_back(0);
@@ -73,7 +72,7 @@ bool OccupancyMap::is_any_occupied(const Index3& first, const Index3& last) cons
         const std::int32_t brick = bricks_[brick_of({16 * bx, 16 * by, 16 * bz})];
         if (brick == empty)
           continue;
-        const Mask& mask = masks_[static_cast<std::size_t>(brick)];
+        const Mask& mask = masks_[brick];
         const std::uint32_t wanted =
             bits_between(std::max(low[0] - 16 * bx, 0), std::min(high[0] - 16 * bx, 15));
         for (int z = std::max(low[2], 16 * bz); z <= std::min(high[2], 16 * bz + 15); ++z)

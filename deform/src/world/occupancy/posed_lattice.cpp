@@ -18,12 +18,12 @@ PosedLattice::PosedLattice(const Specimen& specimen, const Pose& pose, const Vec
     : pose_(pose), cell_size_(cell_size), dimension_(specimen.grid.dimension()),
       is_turned_(pose.rotation != Eigen::Matrix3d::Identity()) {
   const Grid& grid = specimen.grid;
-  voxels_.assign(static_cast<std::size_t>(grid.n_nodes()), -1);
+  voxels_.assign(grid.n_nodes(), -1);
   for (std::int64_t node = 0; node < grid.n_nodes(); ++node) {
     const Index3 at = grid.node_at(node);
     if (!specimen.is_node(at))
       continue;
-    voxels_[static_cast<std::size_t>(node)] = n_voxels();
+    voxels_[node] = n_voxels();
     nodes_.push_back(node);
     const Vec3 x = specimen.position(at);
     const Eigen::Vector3d within(x[0], x[1], x[2]);
@@ -42,7 +42,7 @@ InCells PosedLattice::place(std::int32_t voxel, const Displacement& displacement
   const Eigen::Vector3d x = position(voxel, displacement);
   InCells place{0.5, 0.5, 0.5};
   for (int a = 0; a < dimension_; ++a)
-    place[static_cast<std::size_t>(a)] = x[a] / cell_size_[static_cast<std::size_t>(a)];
+    place[a] = x[a] / cell_size_[a];
   return place;
 }
 
@@ -63,11 +63,11 @@ Vec3 PosedLattice::displacement_at(std::int32_t voxel, const Eigen::Vector3d& po
 Vec3 PosedLattice::moved_along(std::int32_t voxel, const Displacement& displacement, int axis,
                                double to) const {
   Eigen::Vector3d x = position(voxel, displacement);
-  x[axis] = to * cell_size_[static_cast<std::size_t>(axis)];
+  x[axis] = to * cell_size_[axis];
   if (is_turned_)
     return displacement_at(voxel, x);
   Vec3 u = displacement.at(node(voxel)); // the other components stay to the bit
-  u[static_cast<std::size_t>(axis)] = x[axis] - rest(voxel)[axis];
+  u[axis] = x[axis] - rest(voxel)[axis];
   return u;
 }
 

@@ -27,9 +27,9 @@ public:
   PosedLattice(const Specimen& specimen, const Pose& pose, const Vec3& cell_size);
 
   std::int32_t n_voxels() const { return static_cast<std::int32_t>(nodes_.size()); }
-  std::int64_t node(std::int32_t voxel) const { return nodes_[static_cast<std::size_t>(voxel)]; }
+  std::int64_t node(std::int32_t voxel) const { return nodes_[voxel]; }
   /// @return -1 where the grid's node is not of the body
-  std::int32_t voxel(std::int64_t node) const { return voxels_[static_cast<std::size_t>(node)]; }
+  std::int32_t voxel(std::int64_t node) const { return voxels_[node]; }
 
   /// Whether the object's axes are not the world's.
   bool is_turned() const { return is_turned_; }
@@ -38,7 +38,7 @@ public:
   /// Places of all voxels.
   std::vector<InCells> places(const Displacement& displacement) const;
   Eigen::Vector3d position(std::int32_t voxel, const Displacement& displacement) const;
-  Eigen::Vector3d rest(std::int32_t voxel) const { return rest_[static_cast<std::size_t>(voxel)]; }
+  Eigen::Vector3d rest(std::int32_t voxel) const { return rest_[voxel]; }
   /// The displacement in the object's frame that changes a place along one axis of the world to `to` [cells].
   Vec3 moved_along(std::int32_t voxel, const Displacement& displacement, int axis, double to) const;
   /// The displacement in the object's frame that takes a node to a position in the world.

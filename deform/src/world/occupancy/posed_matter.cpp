@@ -80,7 +80,7 @@ void set_face(HeldCell& held, const PosedMatter& matter, const Pose& pose, const
   const std::uint8_t open = matter.shape().open_sides(held.voxel);
   for (int a = 0; a < 3; ++a)
     for (const int side : {0, 1}) {
-      const double depth = std::abs(in[a] - index[static_cast<std::size_t>(a)] - side);
+      const double depth = std::abs(in[a] - index[a] - side);
       if ((open >> (2 * a + side) & 1) == 0 || depth >= least)
         continue;
       least = depth;
@@ -241,7 +241,7 @@ std::vector<HeldCell> held_nearly(const OccupancyMap& map, const Vec3& cell_size
             continue;
           Eigen::Vector3d off = matter.in_lattice(cell);
           for (int a = 0; a < 3; ++a)
-            off[a] -= index[static_cast<std::size_t>(a)] + 0.5;
+            off[a] -= index[a] + 0.5;
           if ((off.cwiseAbs().array() > within.array()).any())
             continue;
           set_face(list.emplace_back(HeldCell{.voxel = voxel, .cell = cell}), matter, pose, nullptr);

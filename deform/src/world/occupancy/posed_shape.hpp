@@ -96,8 +96,8 @@ void for_each_box(const PosedShape& posed, Visit&& visit) {
     return;
   }
   for (const RigidShape::Block& block : shape.blocks()) {
-    const auto rows = shape.rows().subspan(static_cast<std::size_t>(block.first_row),
-                                           static_cast<std::size_t>(block.end_row - block.first_row));
+    const auto rows =
+        shape.rows().subspan(block.first_row, static_cast<std::size_t>(block.end_row - block.first_row));
     if (block.is_full())
       visit(posed.cell_of_row(rows.front()), block.size, block.first);
     else

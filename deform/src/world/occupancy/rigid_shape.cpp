@@ -19,7 +19,7 @@ public:
   Matter(const Index3& size, std::span<const std::uint8_t> values) : size_(size), values_(values) {}
   bool operator()(int x, int y, int z) const {
     return x >= 0 && y >= 0 && z >= 0 && x < size_[0] && y < size_[1] && z < size_[2] &&
-           values_[static_cast<std::size_t>(x + size_[0] * (y + std::int64_t{1} * size_[1] * z))] != 0;
+           values_[x + size_[0] * (y + std::int64_t{1} * size_[1] * z)] != 0;
   }
 
 private:
@@ -113,8 +113,7 @@ double furthest_corner(const RigidShape& shape, const Pose& pose, const Eigen::V
   for (int corner = 0; corner < 8; ++corner) {
     Eigen::Vector3d rest;
     for (int a = 0; a < 3; ++a)
-      rest[a] = (corner >> a & 1) * shape.size()[static_cast<std::size_t>(a)] *
-                shape.spacing()[static_cast<std::size_t>(a)];
+      rest[a] = (corner >> a & 1) * shape.size()[a] * shape.spacing()[a];
     furthest = std::max(furthest, (pose.position + pose.rotation * rest - from).norm());
   }
   return furthest;

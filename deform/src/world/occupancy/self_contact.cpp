@@ -98,11 +98,11 @@ double range_of(int dimension, std::int32_t n_nodes, Value&& value) {
 
 /// Numbers of cells of matter in the order of the grid, -1 elsewhere.
 std::vector<std::int32_t> numbers_of_matter(const Specimen& specimen) {
-  std::vector<std::int32_t> number(static_cast<std::size_t>(specimen.grid.n_cells()), -1);
+  std::vector<std::int32_t> number(specimen.grid.n_cells(), -1);
   std::int32_t n = 0;
   for (std::int64_t cell = 0; cell < specimen.grid.n_cells(); ++cell)
     if (specimen.is_matter(cell))
-      number[static_cast<std::size_t>(cell)] = n++;
+      number[cell] = n++;
   return number;
 }
 
@@ -129,9 +129,8 @@ SelfContact::SelfContact(const Specimen& specimen, const PosedLattice& lattice, 
     Eigen::Vector3d middle = Eigen::Vector3d::Zero();
     const auto corners = matter.corners(face.cell);
     for (const std::int32_t corner : corners)
-      middle += rest[static_cast<std::size_t>(corner)] / static_cast<double>(corners.size());
-    face.outwards =
-        normal(face, rest).dot(rest[static_cast<std::size_t>(face.node[0])] - middle) > 0 ? 1 : -1;
+      middle += rest[corner] / static_cast<double>(corners.size());
+    face.outwards = normal(face, rest).dot(rest[face.node[0]] - middle) > 0 ? 1 : -1;
   }
   find_neighbours(specimen);
   find_edges();
@@ -141,14 +140,14 @@ SelfContact::SelfContact(const Specimen& specimen, const PosedLattice& lattice, 
 void SelfContact::find_neighbours(const Specimen& specimen) {
   const Grid& grid = specimen.grid;
   const std::vector<std::int32_t> number = numbers_of_matter(specimen);
-  beside_.assign(static_cast<std::size_t>(specimen.n_matter_cells()), {-1, -1, -1, -1, -1, -1});
+  beside_.assign(specimen.n_matter_cells(), {-1, -1, -1, -1, -1, -1});
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
-    const std::int32_t own = number[static_cast<std::size_t>(cell)];
+    const std::int32_t own = number[cell];
     for (std::size_t side = 0; own >= 0 && side < 6; ++side) {
       Index3 next = grid.cell_at(cell);
       next[side / 2] += side % 2 == 0 ? -1 : 1;
       if (grid.has_cell(next))
-        beside_[static_cast<std::size_t>(own)][side] = number[static_cast<std::size_t>(grid.cell(next))];
+        beside_[own][side] = number[grid.cell(next)];
     }
   }
 }
@@ -178,7 +177,7 @@ std::vector<std::int32_t> SelfContact::near(std::int32_t cell) const {
   std::size_t begin = 0;
   for (int step = 0; step < near_steps; ++step)
     for (const std::size_t end = known.size(); begin < end; ++begin)
-      for (const std::int32_t next : beside_[static_cast<std::size_t>(known[begin])])
+      for (const std::int32_t next : beside_[known[begin]])
         if (next >= 0 && std::ranges::find(known, next) == known.end())
           known.push_back(next);
   std::ranges::sort(known);
@@ -204,7 +203,7 @@ void SelfContact::find_clearance(const Specimen& specimen) {
       continue;
     last = face.cell;
     const std::vector<std::int32_t> known = near(face.cell);
-    const Index3 here = at[static_cast<std::size_t>(face.cell)];
+    const Index3 here = at[face.cell];
     const int reach = gap_looked_at;
     const int reach_z = dimension_ == 3 ? reach : 0;
     for (int z = -reach_z; z <= reach_z; ++z)
@@ -213,7 +212,7 @@ void SelfContact::find_clearance(const Specimen& specimen) {
           const Index3 there{here[0] + x, here[1] + y, here[2] + z};
           if (!grid.has_cell(there))
             continue;
-          const std::int32_t other = number[static_cast<std::size_t>(grid.cell(there))];
+          const std::int32_t other = number[grid.cell(there)];
           if (other < 0 || std::ranges::binary_search(known, other))
             continue;
           const double gap = std::max({std::abs(x), std::abs(y), std::abs(z)}) - 1.0;
@@ -233,10 +232,9 @@ bool SelfContact::may_meet(std::span<const double> displacement, double margin) 
   if (is_never_)
     return false;
   const auto n = static_cast<std::int32_t>(displacement.size()) / dimension_;
-  return range_of(dimension_, n,
-                  [&](int component, std::int32_t node) {
-                    return displacement[static_cast<std::size_t>(dimension_ * node + component)];
-                  }) +
+  return range_of(
+             dimension_, n,
+             [&](int component, std::int32_t node) { return displacement[dimension_ * node + component]; }) +
              margin >=
          clearance_;
 }
@@ -245,9 +243,7 @@ bool SelfContact::do_cross(const Edge& edge, const Face& face, const Places& at)
   for (const std::int32_t node : face.node)
     if (node == edge.node[0] || node == edge.node[1])
       return false;
-  const auto place = [&](std::int32_t node) -> const Eigen::Vector3d& {
-    return at[static_cast<std::size_t>(node)];
-  };
+  const auto place = [&](std::int32_t node) -> const Eigen::Vector3d& { return at[node]; };
   const Eigen::Vector3d &a = place(edge.node[0]), &b = place(edge.node[1]);
   if (dimension_ == 2)
     return do_segments_cross(a, b, place(face.node[0]), place(face.node[1]));
@@ -261,7 +257,7 @@ std::vector<SelfContact::Crossing> SelfContact::crossings(const Places& at) cons
     Eigen::AlignedBox3d box;
     for (const std::int32_t node : nodes)
       if (node >= 0)
-        box.extend(at[static_cast<std::size_t>(node)]);
+        box.extend(at[node]);
     return box;
   };
   std::vector<Eigen::AlignedBox3d> boxes;
@@ -276,8 +272,8 @@ std::vector<SelfContact::Crossing> SelfContact::crossings(const Places& at) cons
     const Eigen::AlignedBox3d box = box_of(edge.node);
     const std::size_t n_before = list.size();
     bins.visit(box, [&](std::int32_t number) {
-      const Face& face = faces_[static_cast<std::size_t>(number)];
-      if (!boxes[static_cast<std::size_t>(number)].intersects(box) || !do_cross(edge, face, at))
+      const Face& face = faces_[number];
+      if (!boxes[number].intersects(box) || !do_cross(edge, face, at))
         return;
       const bool is_known = std::any_of(list.begin() + static_cast<std::ptrdiff_t>(n_before), list.end(),
                                         [&](const Crossing& known) { return known.face == number; });
@@ -289,9 +285,7 @@ std::vector<SelfContact::Crossing> SelfContact::crossings(const Places& at) cons
 }
 
 Eigen::Vector3d SelfContact::normal(const Face& face, const Places& at) const {
-  const auto place = [&](std::size_t i) -> const Eigen::Vector3d& {
-    return at[static_cast<std::size_t>(face.node[i])];
-  };
+  const auto place = [&](std::size_t i) -> const Eigen::Vector3d& { return at[face.node[i]]; };
   if (dimension_ == 2) {
     const Eigen::Vector3d along = place(1) - place(0);
     return face.outwards * Eigen::Vector3d(along[1], -along[0], 0);
@@ -300,14 +294,14 @@ Eigen::Vector3d SelfContact::normal(const Face& face, const Places& at) const {
 }
 
 Eigen::Vector3d SelfContact::from_face_to_edge(const Crossing& crossing, const Places& at) const {
-  const Edge& edge = edges_[static_cast<std::size_t>(crossing.edge)];
-  const Face& face = faces_[static_cast<std::size_t>(crossing.face)];
+  const Edge& edge = edges_[crossing.edge];
+  const Face& face = faces_[crossing.face];
   Eigen::Vector3d off = Eigen::Vector3d::Zero();
   const std::size_t n = dimension_ == 3 ? 4 : 2;
   for (const std::int32_t node : edge.node)
-    off += 0.5 * at[static_cast<std::size_t>(node)];
+    off += 0.5 * at[node];
   for (std::size_t i = 0; i < n; ++i)
-    off -= at[static_cast<std::size_t>(face.node[i])] / static_cast<double>(n);
+    off -= at[face.node[i]] / static_cast<double>(n);
   return off;
 }
 
@@ -322,7 +316,7 @@ std::vector<SelfContact::Crossing> SelfContact::from_outside(const Places& at, c
     const auto place = std::ranges::lower_bound(known, crossing);
     if (place != known.end() && *place == crossing)
       continue;
-    const Face& face = faces_[static_cast<std::size_t>(crossing.face)];
+    const Face& face = faces_[crossing.face];
     if (normal(face, before).dot(from_face_to_edge(crossing, before)) > 0 || is_apart)
       list.push_back(crossing);
     else
@@ -342,8 +336,8 @@ std::vector<SelfHit> SelfContact::hits_of(const std::vector<Crossing>& crossed, 
   };
   const std::size_t n = dimension_ == 3 ? 4 : 2;
   for (const Crossing& crossing : crossed) {
-    const Edge& edge = edges_[static_cast<std::size_t>(crossing.edge)];
-    const Face& face = faces_[static_cast<std::size_t>(crossing.face)];
+    const Edge& edge = edges_[crossing.edge];
+    const Face& face = faces_[crossing.face];
     const Eigen::Vector3d across = normal(face, free);
     int axis = 0;
     across.cwiseAbs().maxCoeff(&axis);

@@ -39,7 +39,7 @@ Eigen::VectorXd forces_by_interior_point(const Eigen::MatrixXd& compliance, cons
   const Eigen::Index n = gap0.size();
   Eigen::ArrayXd presses(n); // 1, or 0 where a force may pull
   for (Eigen::Index i = 0; i < n; ++i)
-    presses[i] = may_pull[static_cast<std::size_t>(i)] == 0 ? 1 : 0;
+    presses[i] = may_pull[i] == 0 ? 1 : 0;
   const double n_press = std::max(1.0, presses.sum()), length = gap0.cwiseAbs().maxCoeff();
   const double size = length / compliance.diagonal().mean(); // of a force [N]
   if (!(length > 0))

@@ -30,8 +30,7 @@ Eigen::MatrixXd rigid_motions(const Specimen& body, const std::vector<std::int64
   const auto n = static_cast<Eigen::Index>(nodes.size());
   Eigen::MatrixXd places(3, n);
   for (Eigen::Index i = 0; i < n; ++i)
-    places.col(i) =
-        Eigen::Vector3d::Map(body.position(body.grid.node_at(nodes[static_cast<std::size_t>(i)])).data());
+    places.col(i) = Eigen::Vector3d::Map(body.position(body.grid.node_at(nodes[i])).data());
   places.colwise() -= places.rowwise().mean().eval();
   Eigen::MatrixXd motions = Eigen::MatrixXd::Zero(d * n, d == 2 ? 3 : 6);
   for (Eigen::Index i = 0; i < n; ++i)
@@ -118,7 +117,7 @@ FactoredStiffness::FactoredStiffness(const Scene& scene, const std::vector<std::
   stiffness_ = blocks.lower(FixedMask(nodes.size())).selfadjointView<Eigen::Lower>();
   Eigen::SparseMatrix<double> lower = blocks.lower(fixed);
   for (Eigen::Index column = 0; column < lower.cols() && inertia.size() > 0; ++column)
-    lower.coeffRef(column, column) += inertia[factor_.free()[static_cast<std::size_t>(column)]];
+    lower.coeffRef(column, column) += inertia[factor_.free()[column]];
   if (!factor_.make(simplicial_cholesky(lower), lower))
     throw std::invalid_argument("Flexibility: a body that is held so that no rigid motion is left");
 }
@@ -261,7 +260,7 @@ Eigen::VectorXd MultigridStiffness::forces(const Eigen::VectorXd& displacement) 
 }
 
 double MultigridStiffness::force_at(std::int64_t component, const Eigen::VectorXd& displacement) const {
-  const std::int64_t node = nodes_[static_cast<std::size_t>(component / 3)];
+  const std::int64_t node = nodes_[component / 3];
   double force = 0;
   body_.for_each_cell_at(body_.grid.node_at(node), [&](std::int64_t cell) {
     Eigen::Matrix<double, 3, 8> u;

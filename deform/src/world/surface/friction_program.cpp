@@ -25,7 +25,7 @@ public:
         along_(contacts.size(), Eigen::Vector2d::Zero()) {
     for (const FrictionRows& rows : contacts)
       for (int k = 0; k < rows.n; ++k)
-        is_tangent_[static_cast<std::size_t>(rows.first + k)] = 1;
+        is_tangent_[rows.first + k] = 1;
   }
 
   Eigen::VectorXd run(std::vector<char>& active) {
@@ -33,15 +33,15 @@ public:
     std::vector<Eigen::Index> plain;
     std::vector<char> pull, set;
     for (Eigen::Index i = 0; i < gap0_.size(); ++i)
-      if (!is_tangent_[static_cast<std::size_t>(i)]) {
+      if (!is_tangent_[i]) {
         plain.push_back(i);
-        pull.push_back(may_pull_[static_cast<std::size_t>(i)]);
-        set.push_back(active[static_cast<std::size_t>(i)]);
+        pull.push_back(may_pull_[i]);
+        set.push_back(active[i]);
       }
     const Eigen::VectorXd begin = contact_forces(compliance_(plain, plain), gap0_(plain), pull, set);
     active_.assign(active.size(), 0);
     for (std::size_t i = 0; i < plain.size(); ++i)
-      active_[static_cast<std::size_t>(plain[i])] = set[i];
+      active_[plain[i]] = set[i];
     for (std::size_t i = 0; i < contacts_.size(); ++i)
       states_[i] = presses(contacts_[i]) ? State::sticks : State::open;
     Eigen::VectorXd force = Eigen::VectorXd::Zero(gap0_.size());
@@ -57,21 +57,21 @@ public:
     }
     active = active_;
     for (Eigen::Index i = 0; i < force.size(); ++i)
-      if (!is_tangent_[static_cast<std::size_t>(i)] && may_pull_[static_cast<std::size_t>(i)] == 0)
+      if (!is_tangent_[i] && may_pull_[i] == 0)
         force[i] = std::max(0.0, force[i]);
     limit(force);
     return force;
   }
 
 private:
-  bool presses(const FrictionRows& rows) const { return active_[static_cast<std::size_t>(rows.normal)] != 0; }
+  bool presses(const FrictionRows& rows) const { return active_[rows.normal] != 0; }
 
   /// Forces of the contacts that press, for the present split into sticking and slipping.
   Eigen::VectorXd forces() const {
     std::vector<Eigen::Index> rows;
     Eigen::MatrixXd columns = compliance_; // for a force of a normal with what slips with it
     for (Eigen::Index i = 0; i < gap0_.size(); ++i)
-      if (active_[static_cast<std::size_t>(i)] != 0)
+      if (active_[i] != 0)
         rows.push_back(i);
     for (std::size_t i = 0; i < contacts_.size(); ++i) {
       const FrictionRows& contact = contacts_[i];
@@ -176,7 +176,7 @@ private:
   /// goes in circles.
   void sweep(Eigen::VectorXd& force) const {
     for (Eigen::Index i = 0; i < force.size(); ++i)
-      if (!is_tangent_[static_cast<std::size_t>(i)] && may_pull_[static_cast<std::size_t>(i)] == 0)
+      if (!is_tangent_[i] && may_pull_[i] == 0)
         force[i] = std::max(0.0, force[i]);
     limit(force);
     Eigen::VectorXd gap = gap0_ + compliance_ * force;
@@ -190,11 +190,10 @@ private:
     for (int turn = 0; turn < iteration_cap; ++turn) {
       double largest = 0;
       for (Eigen::Index i = 0; i < force.size(); ++i) {
-        if (is_tangent_[static_cast<std::size_t>(i)])
+        if (is_tangent_[i])
           continue;
         const double to = force[i] - gap[i] / compliance_(i, i);
-        largest =
-            std::max(largest, give(i, may_pull_[static_cast<std::size_t>(i)] != 0 ? to : std::max(0.0, to)));
+        largest = std::max(largest, give(i, may_pull_[i] != 0 ? to : std::max(0.0, to)));
       }
       for (const FrictionRows& rows : contacts_) {
         const double give_way = compliance_.diagonal().segment(rows.first, rows.n).maxCoeff(),
@@ -252,7 +251,7 @@ private:
 Eigen::VectorXd frictional_forces(const Eigen::MatrixXd& compliance, const Eigen::VectorXd& gap0,
                                   const std::vector<char>& may_pull, std::vector<char>& active,
                                   std::span<const FrictionRows> contacts, double friction) {
-  active.resize(static_cast<std::size_t>(gap0.size()), 0);
+  active.resize(gap0.size(), 0);
   return FrictionProgram(compliance, gap0, may_pull, contacts, friction).run(active);
 }
 

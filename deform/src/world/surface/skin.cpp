@@ -59,26 +59,26 @@ std::array<double, 3> nearest_in_triangle(const Eigen::Vector3d& p, const Eigen:
 
 Skin::Skin(const Specimen& specimen) : dimension_(specimen.grid.dimension()) {
   const Grid& grid = specimen.grid;
-  std::vector<std::int32_t> number(static_cast<std::size_t>(grid.n_cells()), -1);
+  std::vector<std::int32_t> number(grid.n_cells(), -1);
   std::int32_t n = 0;
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell)
     if (specimen.is_matter(cell))
-      number[static_cast<std::size_t>(cell)] = n++;
-  beside_.assign(static_cast<std::size_t>(n), {-1, -1, -1, -1, -1, -1});
+      number[cell] = n++;
+  beside_.assign(n, {-1, -1, -1, -1, -1, -1});
   add_faces(specimen, number);
   at_node_.resize(nodes_.size());
   for (std::size_t face = 0; face < faces_.size(); ++face)
     for (const std::int32_t node : faces_[face].node)
       if (node >= 0)
-        at_node_[static_cast<std::size_t>(node)].push_back(static_cast<std::int32_t>(face));
+        at_node_[node].push_back(static_cast<std::int32_t>(face));
 }
 
 void Skin::add_faces(const Specimen& specimen, const std::vector<std::int32_t>& cell_number) {
   const Grid& grid = specimen.grid;
   const auto d = static_cast<std::size_t>(dimension_);
-  std::vector<std::int32_t> number_of(static_cast<std::size_t>(grid.n_nodes()), -1);
+  std::vector<std::int32_t> number_of(grid.n_nodes(), -1);
   const auto number = [&](const Index3& node) {
-    std::int32_t& known = number_of[static_cast<std::size_t>(grid.node(node))];
+    std::int32_t& known = number_of[grid.node(node)];
     if (known < 0) {
       known = n_nodes();
       nodes_.push_back(grid.node(node));
@@ -86,7 +86,7 @@ void Skin::add_faces(const Specimen& specimen, const std::vector<std::int32_t>& 
     return known;
   };
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
-    const std::int32_t own = cell_number[static_cast<std::size_t>(cell)];
+    const std::int32_t own = cell_number[cell];
     if (own < 0)
       continue;
     const Index3 at = grid.cell_at(cell);
@@ -95,10 +95,8 @@ void Skin::add_faces(const Specimen& specimen, const std::vector<std::int32_t>& 
       const bool is_upper = side % 2 == 1;
       Index3 beside = at;
       beside[a] += is_upper ? 1 : -1;
-      if (const std::int32_t next =
-              grid.has_cell(beside) ? cell_number[static_cast<std::size_t>(grid.cell(beside))] : -1;
-          next >= 0) {
-        beside_[static_cast<std::size_t>(own)][side] = next;
+      if (const std::int32_t next = grid.has_cell(beside) ? cell_number[grid.cell(beside)] : -1; next >= 0) {
+        beside_[own][side] = next;
         continue;
       }
       Index3 first = at;
@@ -124,15 +122,15 @@ void Skin::add_faces(const Specimen& specimen, const std::vector<std::int32_t>& 
 void Skin::mark_near(std::int32_t node, std::int32_t mark, std::vector<std::int32_t>& marks) const {
   std::vector<std::int32_t> known;
   const auto add = [&](std::int32_t cell) {
-    if (cell >= 0 && std::exchange(marks[static_cast<std::size_t>(cell)], mark) != mark)
+    if (cell >= 0 && std::exchange(marks[cell], mark) != mark)
       known.push_back(cell);
   };
   for (const std::int32_t face : faces_at(node))
-    add(faces_[static_cast<std::size_t>(face)].cell);
+    add(faces_[face].cell);
   std::size_t begin = 0;
   for (int step = 0; step < near_steps; ++step)
     for (const std::size_t end = known.size(); begin < end; ++begin)
-      for (const std::int32_t next : beside_[static_cast<std::size_t>(known[begin])])
+      for (const std::int32_t next : beside_[known[begin]])
         add(next);
 }
 
@@ -163,13 +161,12 @@ void NearFaces::update(const Skin& of_nodes, std::span<const Eigen::Vector3d> no
                           corner_is_moved = moved(faces, faces_then_, margin / 4);
   std::vector<std::int32_t> moved_nodes, other_nodes, moved_faces, all_faces;
   for (std::int32_t node = 0; node < of_nodes.n_nodes(); ++node)
-    (is_moved[static_cast<std::size_t>(node)] != 0 ? moved_nodes : other_nodes).push_back(node);
+    (is_moved[node] != 0 ? moved_nodes : other_nodes).push_back(node);
   std::vector<char> face_is_moved;
   for (const Skin::Face& face : of_faces.faces()) {
     const auto number = static_cast<std::int32_t>(all_faces.size());
-    face_is_moved.push_back(std::ranges::any_of(face.node, [&](std::int32_t node) {
-      return node >= 0 && corner_is_moved[static_cast<std::size_t>(node)] != 0;
-    }));
+    face_is_moved.push_back(std::ranges::any_of(
+        face.node, [&](std::int32_t node) { return node >= 0 && corner_is_moved[node] != 0; }));
     if (face_is_moved.back() != 0)
       moved_faces.push_back(number);
     all_faces.push_back(number);
@@ -179,8 +176,7 @@ void NearFaces::update(const Skin& of_nodes, std::span<const Eigen::Vector3d> no
   std::vector<Pair> pairs;
   for (const OfNode& one : nodes_)
     for (const std::int32_t face : this->faces(one))
-      if (is_moved[static_cast<std::size_t>(one.node)] == 0 &&
-          face_is_moved[static_cast<std::size_t>(face)] == 0)
+      if (is_moved[one.node] == 0 && face_is_moved[face] == 0)
         pairs.emplace_back(one.node, face);
   find(of_nodes, moved_nodes, of_faces, all_faces, reach + margin, pairs);
   find(of_nodes, other_nodes, of_faces, moved_faces, reach + margin, pairs);
@@ -201,14 +197,14 @@ void NearFaces::find(const Skin& of_nodes, std::span<const std::int32_t> nodes, 
   const Eigen::Vector3d around = Eigen::Vector3d::Constant(reach);
   Eigen::AlignedBox3d of_all_nodes, of_all_faces;
   for (const std::int32_t node : nodes)
-    of_all_nodes.extend(nodes_then_[static_cast<std::size_t>(node)]);
+    of_all_nodes.extend(nodes_then_[node]);
   std::vector<std::pair<std::int32_t, Eigen::AlignedBox3d>> boxes;
   double edge = 0;
   for (const std::int32_t face : faces) {
     Eigen::AlignedBox3d box;
     for (const std::int32_t node : of_faces.face(face).node)
       if (node >= 0)
-        box.extend(faces_then_[static_cast<std::size_t>(node)]);
+        box.extend(faces_then_[node]);
     box = Eigen::AlignedBox3d(box.min() - around, box.max() + around);
     if (!box.intersects(of_all_nodes))
       continue;
@@ -221,20 +217,20 @@ void NearFaces::find(const Skin& of_nodes, std::span<const std::int32_t> nodes, 
     bins.add(static_cast<std::int32_t>(i), boxes[i].second);
   bins.sort();
   const bool is_itself = &of_nodes == &of_faces;
-  std::vector<std::int32_t> marks(static_cast<std::size_t>(is_itself ? of_faces.n_cells() : 0), -1);
+  std::vector<std::int32_t> marks(is_itself ? of_faces.n_cells() : 0, -1);
   for (const std::int32_t node : nodes) {
-    const Eigen::Vector3d& point = nodes_then_[static_cast<std::size_t>(node)];
+    const Eigen::Vector3d& point = nodes_then_[node];
     if (!of_all_faces.contains(point))
       continue;
     bool is_marked = !is_itself;
     bins.visit({point, point}, [&](std::int32_t i) {
-      const auto& [face, box] = boxes[static_cast<std::size_t>(i)];
+      const auto& [face, box] = boxes[i];
       if (!box.contains(point))
         return;
       if (!std::exchange(is_marked, true))
         of_faces.mark_near(node, node, marks);
       const std::int32_t cell = of_faces.face(face).cell;
-      if (!is_itself || marks[static_cast<std::size_t>(cell)] != node)
+      if (!is_itself || marks[cell] != node)
         pairs.emplace_back(node, face);
     });
   }

@@ -28,17 +28,13 @@ public:
   int dimension() const { return dimension_; }
   std::int32_t n_nodes() const { return static_cast<std::int32_t>(nodes_.size()); }
   /// Node of the grid.
-  std::int64_t node(std::int32_t number) const { return nodes_[static_cast<std::size_t>(number)]; }
+  std::int64_t node(std::int32_t number) const { return nodes_[number]; }
   std::span<const Face> faces() const { return faces_; }
-  const Face& face(std::int32_t number) const { return faces_[static_cast<std::size_t>(number)]; }
+  const Face& face(std::int32_t number) const { return faces_[number]; }
   /// Faces at a node.
-  std::span<const std::int32_t> faces_at(std::int32_t node) const {
-    return at_node_[static_cast<std::size_t>(node)];
-  }
+  std::span<const std::int32_t> faces_at(std::int32_t node) const { return at_node_[node]; }
   /// A cell of matter that has the node.
-  std::int32_t cell_at(std::int32_t node) const {
-    return faces_[static_cast<std::size_t>(faces_at(node).front())].cell;
-  }
+  std::int32_t cell_at(std::int32_t node) const { return faces_[faces_at(node).front()].cell; }
   std::int32_t n_cells() const { return static_cast<std::int32_t>(beside_.size()); }
   /// Puts `mark` on the cells near a node: those of its faces, and what is within two steps of one of them
   /// through faces of cells. All cells that meet at a corner are near it, whatever is between them.
@@ -96,7 +92,7 @@ private:
     double distance;
     bool is_within; ///< the face, not on its border
   };
-  const Eigen::Vector3d& at(std::int32_t node) const { return places_[static_cast<std::size_t>(node)]; }
+  const Eigen::Vector3d& at(std::int32_t node) const { return places_[node]; }
   bool is_edge(std::int32_t face, std::int32_t other) const;
   Closest closest(std::int32_t face, const Eigen::Vector3d& point) const;
   Eigen::Vector3d smooth_normal(const Closest& one) const;

@@ -50,7 +50,7 @@ Mean gaussian_mean(const Specimen& body, const Eigen::Vector3d& place, double de
   const Grid& grid = body.grid;
   std::array<Parts, 3> along;
   Index3 first{0, 0, 0}, last{0, 0, 0};
-  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a) {
+  for (int a = 0; a < grid.dimension(); ++a) {
     along[a] = parts_about(place[static_cast<Eigen::Index>(a)], deviation);
     first[a] = std::max(0, along[a].first);
     last[a] = std::min(grid.cells()[a] - 1, along[a].first + 2 * reach);
@@ -107,8 +107,8 @@ void make_smooth(const Specimen& body, std::vector<Eigen::Vector3d>& corners) {
   const Vec3 cut = body.position({0, 0, 0});
   Eigen::Vector3d middle = Eigen::Vector3d::Zero(), axes = Eigen::Vector3d::Ones();
   for (int a = 0; a < d; ++a) {
-    middle[a] = 0.5 * grid.cells()[static_cast<std::size_t>(a)] * spacing[a];
-    axes[a] = middle[a] + cut[static_cast<std::size_t>(a)];
+    middle[a] = 0.5 * grid.cells()[a] * spacing[a];
+    axes[a] = middle[a] + cut[a];
   }
   for (Eigen::Vector3d& corner : corners) {
     if (body.shape == "ellipsoid") {

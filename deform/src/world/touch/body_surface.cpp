@@ -40,9 +40,9 @@ BodySurface::BodySurface(const Scene& scene, const Displacement& displacement, c
 void BodySurface::add_faces(const Scene& scene) {
   const Specimen& body = scene.specimen;
   const Grid& grid = body.grid;
-  std::vector<std::int32_t> corner_of(static_cast<std::size_t>(grid.n_nodes()), -1);
+  std::vector<std::int32_t> corner_of(grid.n_nodes(), -1);
   const auto corner = [&](const Index3& node) {
-    std::int32_t& number = corner_of[static_cast<std::size_t>(grid.node(node))];
+    std::int32_t& number = corner_of[grid.node(node)];
     if (number < 0) {
       number = static_cast<std::int32_t>(nodes_.size());
       nodes_.push_back(grid.node(node));
@@ -105,7 +105,7 @@ void BodySurface::sort_into_boxes() {
   begins_.assign(number_of({0, 0, n_boxes_[2]}) + 2, 0);
   const auto for_each_box = [&](std::int32_t face, auto&& visit) {
     Eigen::Vector3d least = Eigen::Vector3d::Constant(std::numeric_limits<double>::max()), most = -least;
-    for (const std::int32_t corner : faces_[static_cast<std::size_t>(face)].corners)
+    for (const std::int32_t corner : faces_[face].corners)
       least = least.cwiseMin(position(corner)), most = most.cwiseMax(position(corner));
     const Index3 first = box_of(least - 8 * Eigen::Vector3d::Constant(skin_)),
                  last = box_of(most + 8 * Eigen::Vector3d::Constant(skin_));
@@ -119,10 +119,9 @@ void BodySurface::sort_into_boxes() {
     for_each_box(face, [&](std::size_t box) { ++begins_[box + 2]; });
   for (std::size_t box = 2; box < begins_.size(); ++box)
     begins_[box] += begins_[box - 1];
-  sorted_.resize(static_cast<std::size_t>(begins_.back()));
+  sorted_.resize(begins_.back());
   for (std::int32_t face = 0; face < n_faces; ++face)
-    for_each_box(face,
-                 [&](std::size_t box) { sorted_[static_cast<std::size_t>(begins_[box + 1]++)] = face; });
+    for_each_box(face, [&](std::size_t box) { sorted_[begins_[box + 1]++] = face; });
 }
 
 Index3 BodySurface::box_of(const Eigen::Vector3d& point) const {
@@ -139,12 +138,12 @@ std::span<const std::int32_t> BodySurface::faces_in(const Index3& box) const {
     if (box[a] < 0 || box[a] >= n_boxes_[a])
       return {};
   const std::size_t number = number_of(box);
-  return std::span(sorted_).subspan(static_cast<std::size_t>(begins_[number]),
+  return std::span(sorted_).subspan(begins_[number],
                                     static_cast<std::size_t>(begins_[number + 1] - begins_[number]));
 }
 
 BodySurface::Triangle BodySurface::triangle(std::int32_t face, int half) const {
-  const auto& corners = faces_[static_cast<std::size_t>(face)].corners;
+  const auto& corners = faces_[face].corners;
   return half == 0 ? Triangle{&position(corners[0]), &position(corners[1]), &position(corners[2])}
                    : Triangle{&position(corners[0]), &position(corners[2]), &position(corners[3])};
 }

@@ -31,10 +31,10 @@ std::optional<Eigen::Vector3d> multipliers(const Eigen::Vector3d& wanted,
   Eigen::Matrix3d gram = Eigen::Matrix3d::Identity();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
   for (int i = 0; i < n; ++i) {
-    const auto& normal = normals[static_cast<std::size_t>(i)];
+    const auto& normal = normals[i];
     right[i] = -normal.dot(wanted);
     for (int j = 0; j < n; ++j)
-      gram(i, j) = normal.dot(normals[static_cast<std::size_t>(j)]);
+      gram(i, j) = normal.dot(normals[j]);
   }
   if (!(gram.determinant() > 1e-10))
     return std::nullopt;
@@ -55,8 +55,8 @@ AllowedStep allowed_step(const Eigen::Vector3d& wanted, std::span<const Constrai
     int n_chosen = 0;
     for (std::size_t i = 0; i < n && n_chosen <= 3; ++i)
       if ((chosen >> i & 1) != 0 && n_chosen++ < 3) {
-        normals[static_cast<std::size_t>(n_chosen - 1)] = constraints[i].obstacle.normal;
-        numbers[static_cast<std::size_t>(n_chosen - 1)] = i;
+        normals[n_chosen - 1] = constraints[i].obstacle.normal;
+        numbers[n_chosen - 1] = i;
       }
     if (n_chosen > 3)
       continue;
@@ -68,7 +68,7 @@ AllowedStep allowed_step(const Eigen::Vector3d& wanted, std::span<const Constrai
     bool is_allowed = true;
     for (int i = 0; i < n_chosen; ++i) {
       is_allowed = is_allowed && (*added)[i] >= 0;
-      trial.depth[numbers[static_cast<std::size_t>(i)]] = (*added)[i];
+      trial.depth[numbers[i]] = (*added)[i];
     }
     for (const Constraint& constraint : constraints)
       is_allowed = is_allowed && constraint.obstacle.normal.dot(trial.step) >= -rounding;

@@ -69,7 +69,7 @@ void add_touched(const Surroundings& surroundings, const RigidShape& tool, const
       const int side = below > 0.5 ? 1 : -1;
       Index3 next{static_cast<int>(std::floor(at[0])), static_cast<int>(std::floor(at[1])),
                   static_cast<int>(std::floor(at[2]))};
-      next[static_cast<std::size_t>(a)] += side;
+      next[a] += side;
       if (!map.is_blocked(next))
         continue;
       const Eigen::Vector3d face = -side * Eigen::Vector3d::Unit(a);

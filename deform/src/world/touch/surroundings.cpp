@@ -59,7 +59,7 @@ void for_each_point(const RigidShape& tool, std::int32_t voxel, const Pose& pose
     for (int a = 0; a < 3; ++a) {
       const int upper = corner >> a & 1;
       sticks_out = sticks_out && (open >> (2 * a + upper) & 1) != 0;
-      x[a] = (i[static_cast<std::size_t>(a)] + upper) * tool.spacing()[static_cast<std::size_t>(a)];
+      x[a] = (i[a] + upper) * tool.spacing()[a];
     }
     if (sticks_out)
       visit(pose.position + pose.rotation * x);

@@ -44,7 +44,7 @@ void share_from_first(Communicator& all, std::span<Number> numbers) {
 /// One number of every rank, by rank.
 template<class Number>
 std::vector<Number> from_every_rank(Communicator& all, Number own) {
-  std::vector<Number> numbers(static_cast<std::size_t>(all.size()), own);
+  std::vector<Number> numbers(all.size(), own);
   std::vector<Communicator::Part> to, from;
   for (int other = 0; other < all.size(); ++other)
     if (other != all.rank()) {

@@ -139,7 +139,7 @@ private:
     std::unique_ptr<ContactSolver> solver;
   };
 
-  const Body& at(int body) const { return bodies_[static_cast<std::size_t>(body)]; }
+  const Body& at(int body) const { return bodies_[body]; }
   void add_body(const std::string& name, const Scene& scene, const Pose& pose, double radius);
   void surround(const OccupancyMap* map, const Vec3& cell_size);
 

@@ -39,11 +39,9 @@ public:
   };
   std::span<const Face> faces() const { return faces_; }
   /// A corner's node, a number of the scene's grid.
-  std::int64_t node(std::int32_t corner) const { return nodes_[static_cast<std::size_t>(corner)]; }
+  std::int64_t node(std::int32_t corner) const { return nodes_[corner]; }
   /// Where a corner is, in the world [m].
-  const Eigen::Vector3d& position(std::int32_t corner) const {
-    return positions_[static_cast<std::size_t>(corner)];
-  }
+  const Eigen::Vector3d& position(std::int32_t corner) const { return positions_[corner]; }
   const Pose& pose() const { return pose_; }
 
   struct Hit {
@@ -125,7 +123,7 @@ public:
   const OccupancyMap* map() const { return map_; }
   const Vec3& cell_size() const { return cell_size_; }
   int n_bodies() const { return static_cast<int>(bodies_.size()); }
-  const BodySurface& body(int number) const { return *bodies_[static_cast<std::size_t>(number)]; }
+  const BodySurface& body(int number) const { return *bodies_[number]; }
 
   /// Moves a tool as far as it can go: up to just before what it first meets.
   /// @param pose where it is, in no matter; then where it has come to, in no matter either @param done of the

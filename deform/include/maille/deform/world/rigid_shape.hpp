@@ -44,7 +44,7 @@ public:
   const Vec3& spacing() const { return spacing_; }
   std::int32_t n_voxels() const { return static_cast<std::int32_t>(index_[0].size()); }
   /// Lattice indices of voxels along an axis.
-  std::span<const std::int16_t> index(int axis) const { return index_[static_cast<std::size_t>(axis)]; }
+  std::span<const std::int16_t> index(int axis) const { return index_[axis]; }
   Index3 index_of(std::int32_t voxel) const;
   /// In the object's frame [m].
   Eigen::Vector3d centre_of(std::int32_t voxel) const;
@@ -53,7 +53,7 @@ public:
   std::span<const Row> rows() const { return rows_; }
   std::span<const Block> blocks() const { return blocks_; }
   /// Bit 2 a + (1 if upwards) is set where a voxel has no voxel of its own beside it along axis a.
-  std::uint8_t open_sides(std::int32_t voxel) const { return open_[static_cast<std::size_t>(voxel)]; }
+  std::uint8_t open_sides(std::int32_t voxel) const { return open_[voxel]; }
   std::int64_t bytes() const;
 
 private:

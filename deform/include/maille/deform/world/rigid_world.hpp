@@ -96,8 +96,8 @@ private:
     std::vector<Index3> between; ///< cells that are its own though no voxel's middle lies in them
   };
 
-  const Object& at(int object) const { return objects_[static_cast<std::size_t>(object)]; }
-  Object& at(int object) { return objects_[static_cast<std::size_t>(object)]; }
+  const Object& at(int object) const { return objects_[object]; }
+  Object& at(int object) { return objects_[object]; }
   void put(Object& object);
   void take(Object& object);
   std::optional<Contact> find_refusal(const RigidShape& shape, const Pose& pose, bool may_meet) const;
