@@ -1,6 +1,6 @@
 """Runs every Python snippet of one page, in the order of the page, as one program: python_of_page.py SOURCES PAGE
 
-In a folder with what such a page speaks of: labels.nii.gz (a block of label 17), scan.nii.gz, strip.toml, world.toml and world_path.toml. The module
+In a folder with what such a page speaks of: labels.nii.gz (a block of label 17), scan.nii.gz, strip.toml, world.toml, world_path.toml, and the folder of `maille new calf`. The module
 is looked for in MAILLE_PYTHON_PATH. Snippets that need a package which is not there are skipped, and it says so.
 """
 import importlib.util
@@ -46,6 +46,9 @@ def prepare(folder, sources):
     (folder / "strip.toml").write_text(STRIP)
     (folder / "world.toml").write_text(text_of_new(sources, "world.toml"))
     (folder / "world_path.toml").write_text(text_of_new(sources, "path.toml"))
+    command = pathlib.Path(os.environ["MAILLE_PYTHON_PATH"]).parent / "maille"
+    if command.exists():
+        subprocess.run([command, "new", "calf"], cwd=folder, check=True, stdout=subprocess.DEVNULL)
 
 
 def main():

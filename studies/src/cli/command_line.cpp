@@ -199,12 +199,12 @@ void add_check(CLI::App* command, CheckOptions& options) {
 }
 
 void add_new(CLI::App* command, NewOptions& options) {
-  command->add_option("KIND", options.kind, "strip, image or world")
+  command->add_option("KIND", options.kind, "strip, calf, image or world")
       ->required()
-      ->check(CLI::IsMember({"strip", "image", "world"}));
+      ->check(CLI::IsMember({"strip", "calf", "image", "world"}));
   command->add_option("LABELS", options.labels, "of an image: the file with its labels");
   add_file(command, "--out", options.out,
-           "file to write; default: strip.toml, world.toml, or the image's name");
+           "file to write, of a calf a folder; default: strip.toml, calf, world.toml, or the image's name");
   command->add_flag("--overwrite", options.overwrite, "replace a file that is there");
 }
 

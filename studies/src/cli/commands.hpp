@@ -229,7 +229,7 @@ struct ChooseOptions {
 };
 
 struct NewOptions {
-  std::string kind;             ///< strip, image or world
+  std::string kind;             ///< strip, calf, image or world
   std::filesystem::path labels; ///< of an image
   std::optional<std::string> out;
   bool overwrite = false; ///< a file that is there
@@ -294,6 +294,8 @@ bool is_word_of_tissue(const std::string& word);
 [[gnu::weak]] bool is_recorded_hand(const std::filesystem::path& file);
 [[gnu::weak]] int render_command(const RenderOptions& options);
 [[gnu::weak]] int new_command(const NewOptions& options);
+/// A calf of closed formulas with scan, labels, names, landmarks and a scene, in a folder.
+void new_calf(const std::filesystem::path& folder, bool overwrite);
 [[gnu::weak]] int trade_command(const TradeOptions& options);
 [[gnu::weak]] int choose_command(const ChooseOptions& options);
 [[gnu::weak]] int study_command(const StudyCommandOptions& options);

@@ -3,6 +3,7 @@
 #include "maille/materials/fault.hpp"
 #include "view/seen_scene.hpp"
 
+#include <chrono>
 #include <stdexcept>
 #include <string_view>
 
@@ -19,10 +20,18 @@ deform::World world_of(const WorldScene& scene, const std::filesystem::path& fil
 }
 
 PlacedWorld placed(const WorldScene& scene, const std::filesystem::path& file) {
-  const deform::World world = world_of(scene, file);
-  PlacedWorld found{world.map().bytes(), world.bytes() - world.map().bytes(), {}};
+  const auto start = std::chrono::steady_clock::now();
+  deform::World world = world_of(scene, file);
+  PlacedWorld found;
+  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+  found.set_up_seconds = taken.count();
+  found.map = world.map().bytes();
+  found.objects = world.bytes() - found.map;
   for (int object = 0; object < world.n_objects(); ++object)
     found.thin.push_back(100 * world.thin_part(object));
+  deform::FrameBudget budget;
+  budget.seconds = longest_first_frame;
+  found.frame_seconds = world.advance({}, budget).seconds;
   return found;
 }
 

@@ -246,6 +246,10 @@ int new_command(const NewOptions& options) {
   if (!options.labels.empty())
     throw UsageError(fmt::format("expected nothing more for a new {}, found \"{}\"", options.kind,
                                  options.labels.string()));
+  if (options.kind == "calf") {
+    new_calf(options.out.value_or("calf"), options.overwrite);
+    return exit_done;
+  }
   const fs::path out = options.out.value_or(options.kind + ".toml");
   if (options.kind == "strip") {
     write_new(out, with_name(std::string(strip_toml()), "NAME", out.string()), options.overwrite);
