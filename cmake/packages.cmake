@@ -34,7 +34,7 @@ if(TARGET maille_command)
  finite elements (deal.II), written for ParaView and 3D Slicer.")
   # What programs and plugins are linked to, by dpkg-shlibdeps; plugins find each other without it.
   set(CPACK_DEBIAN_COMMAND_PACKAGE_SHLIBDEPS ON)
-  set(CPACK_DEBIAN_COMMAND_PACKAGE_RECOMMENDS "gnuplot-nox, libegl1, libgl1-mesa-dri, openmpi-bin") # plots, pictures without a screen, ranks
+  set(CPACK_DEBIAN_COMMAND_PACKAGE_RECOMMENDS "libegl1, libgl1-mesa-dri, openmpi-bin, python3-maille, python3-jinja2, python3-matplotlib, python3-scipy")
   set(CPACK_DEBIAN_COMMAND_PACKAGE_SUGGESTS "calculix-ccx, ffmpeg, paraview")
 endif()
 
@@ -48,6 +48,6 @@ if("python" IN_LIST components)
  The module maille: scenes from arrays, files and dictionaries, answers without copies.")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.11), python3 (<< 3.12), python3-numpy")
-  set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "python3-nibabel")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "python3-jinja2, python3-matplotlib, python3-nibabel, python3-scipy")
 endif()
 include(CPack)

@@ -10,7 +10,7 @@ in millimetres, as nibabel has them. Start with help(maille.Scene) and help(mail
 
 from __future__ import annotations
 
-from typing import List
+from typing import Any, List
 
 import numpy as _numpy
 
@@ -44,5 +44,18 @@ def materials() -> List[str]:
     return _core.materials()
 
 
+# Functions that need SciPy or the command, by module: it is imported by their first use.
+_LATER = {"choose": "_choose", "fit": "_fit", "identify": "_identify", "pareto_front": "_trade", "report": "_report", "sensitivity": "_study"}
+
+
+def __getattr__(name: str) -> Any:
+    if name in _LATER:
+        from importlib import import_module
+
+        return getattr(import_module(f"{__name__}.{_LATER[name]}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
 __all__ = ["Answer", "Comparison", "Drag", "Errors", "Fault", "Frame", "Image", "MailleWarning", "Report", "Scene",
-           "SceneFaults", "World", "box", "compare", "drive", "hold", "load", "load_on", "materials", "measure", "methods", "move"]
+           "SceneFaults", "World", "box", "choose", "compare", "drive", "fit", "hold", "identify", "load", "load_on", "materials", "measure", "methods", "move",
+           "pareto_front", "report", "sensitivity"]

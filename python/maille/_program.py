@@ -11,9 +11,11 @@ from __future__ import annotations
 
 import importlib
 import json
+import math
 import os
+import secrets
+import signal
 import sys
-import tempfile
 import warnings
 from pathlib import Path
 from typing import Any, Dict, Optional
@@ -25,33 +27,89 @@ class UsageError(ValueError):
     """The request or a file of the user is faulty: one line, exit code 2."""
 
 
+def _output(text: str = "") -> None:
+    """Prints; without a text, sees that all is printed. @raises RuntimeError  after which the interpreter keeps quiet of it"""
+    try:
+        sys.stdout.write(text) if text else sys.stdout.flush()
+    except OSError as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        raise RuntimeError(f"cannot write to standard output: {error.strerror}") from None
+
+
+def print_safely(text: str, stream: Any = None) -> None:
+    """Prints for people. Control characters of names and files do not reach the terminal."""
+    (stream.write if stream else _output)("".join(c if c.isprintable() or c in "\n\t" else "?" for c in text))
+
+
 def complain(message: str) -> None:
-    """Prints a message as the command does. Control characters of names and files do not reach the terminal."""
-    for line in message.splitlines() or [""]:
-        print("".join(c if c.isprintable() or c == "\t" else "?" for c in line), file=sys.stderr)
+    """Prints a message as the command does."""
+    print_safely(message.rstrip("\n") + "\n", sys.stderr)
+
+
+def in_json(value: Any) -> str:
+    """As the command writes it. Numbers that are not finite are null."""
+
+    def finite(item: Any) -> Any:
+        if isinstance(item, dict):
+            return {key: finite(member) for key, member in item.items()}
+        if isinstance(item, (list, tuple)):
+            return [finite(member) for member in item]
+        return None if isinstance(item, float) and not math.isfinite(item) else item
+
+    return json.dumps(finite(value), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+# What tells a picture of Maille from another program's, at a place from the file's end (studies/src/export/own_results.cpp).
+_MARKS = {".svg": (16, b"<!-- maille -->\n"), ".png": (39, b"\0\0\0\x0ftEXtSoftware\0maille\x32\x57\x26\x53")}
 
 
 def write_whole(file: Path, text: "str | bytes") -> None:
-    """Writes a file so that it is whole or not there: a new file beside it takes its name."""
-    handle, name = tempfile.mkstemp(prefix="." + file.name + ".", dir=file.parent)
+    """Writes a file so that it is whole or not there: a new file beside it takes its name, and its mode.
+
+    A symbolic link stays one; the file that it leads to is replaced. Pictures get the mark of Maille's.
+    """
+    file = Path(os.path.realpath(file))
+    data = text.encode(errors="replace") if isinstance(text, str) else text
+    place, mark = _MARKS.get(file.suffix, (0, b""))
+    if mark and not data[-place:].startswith(mark):
+        end = len(data) - place + len(mark)
+        data = data[:end] + mark + data[end:]
+    if file.exists() and not file.is_file():  # a pipe or a device
+        file.write_bytes(data)
+        return
+    # The command knows the name, and removes the file where this process is killed.
+    part = file.parent / f".{file.stem}.{os.getpid()}.{os.uname().nodename.replace('.', '_')}-{secrets.token_hex(4)}.part{file.suffix}"
+    mode = file.stat().st_mode & 0o777 if file.is_file() else None
     try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(text.encode() if isinstance(text, str) else text)
-        umask = os.umask(0)
-        os.umask(umask)
-        os.chmod(name, 0o666 & ~umask)
-        os.replace(name, file)
+        with open(part, "xb") as stream:
+            stream.write(data)
+        if mode is not None:
+            os.chmod(part, mode)
+        os.replace(part, file)
     except BaseException:
-        os.unlink(name)
+        part.unlink(missing_ok=True)
         raise
+
+
+def no_picture(why: str, file: "str | Path", is_kept: bool = False) -> None:
+    """Says why there is none. An earlier picture of Maille's would show other results: it goes, unless it is kept."""
+    complain(f"no picture: {why}")
+    file = Path(file)
+    place, mark = _MARKS.get(file.suffix, (0, b""))
+    if mark and not is_kept and file.is_file() and not file.is_symlink() and file.read_bytes()[-place:].startswith(mark):
+        file.unlink()
 
 
 def deliver(text: str, file: Optional[str]) -> None:
     """Prints to standard output (None, "-"), or writes the file."""
     if file is None or file == "-":
-        sys.stdout.write(text if text.endswith("\n") else text + "\n")
+        print_safely(text if text.endswith("\n") else text + "\n")
     else:
         write_whole(Path(file), text)
+
+
+def _stop(number: int, frame: Any) -> None:
+    raise KeyboardInterrupt(number)
 
 
 def _show_warning(message: Any, category: Any, filename: str, lineno: int, file: Any = None, line: Any = None) -> None:
@@ -61,10 +119,13 @@ def _show_warning(message: Any, category: Any, filename: str, lineno: int, file:
 def run_program(name: str) -> int:
     """Runs ``main(request)`` of ``maille._NAME``. @return the exit code"""
     warnings.showwarning = _show_warning
+    for one in (signal.SIGTERM, signal.SIGHUP):  # as Ctrl-C
+        if signal.getsignal(one) is signal.SIG_DFL:
+            signal.signal(one, _stop)
     try:
         request: Dict[str, Any] = json.load(sys.stdin)
         code = int(importlib.import_module(f"maille._{name}").main(request))
-        sys.stdout.flush()
+        _output()
         return code
     except (UsageError, SceneFaults) as error:
         complain(str(error))
@@ -73,9 +134,6 @@ def run_program(name: str) -> int:
         complain(f"{name} needs the Python module {error.name}: apt install python3-{(error.name or '').split('.')[0]}")
     except KeyboardInterrupt:
         complain("interrupted; unfinished files are removed")
-    except BrokenPipeError:
-        sys.stdout = None  # type: ignore[assignment]
-        complain("cannot write to standard output")
     except MemoryError:
         complain("out of memory")
     except (OSError, RuntimeError, ValueError) as error:

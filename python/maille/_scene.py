@@ -18,6 +18,7 @@ from . import _core, _toml
 from ._answer import Answer, Floats, Progress, Record, axes_of, compare, vectors_in
 from ._faults import MailleWarning, SceneFaults, existing
 from ._images import Image, Rows
+from ._program import write_whole
 
 Table = Dict[str, Any]
 Where = Union[str, Mapping[str, Any]]
@@ -336,7 +337,7 @@ class Scene:
             document["specimen"] = {"shape": "image", "image": image.name, **specimen}
         elif path.parent.resolve() != Path(self._folder).resolve():
             _move_paths(document, Path(self._folder).resolve(), path.parent.resolve())
-        path.write_text(_toml.dumps(document), encoding="utf-8")
+        write_whole(path, _toml.dumps(document))
 
     def _own_image(self) -> Any:
         """The labels that the body is of: of a file an array on its grid."""

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 def _module() -> Any:
     try:
-        from . import _fem  # type: ignore[attr-defined]
+        from . import _fem
     except ImportError as error:
         raise ImportError("finite elements are not part of this build of maille: build the target _fem, which needs "
                           "deal.II (cmake --preset release), or install with MAILLE_PYTHON_FEM=ON") from error

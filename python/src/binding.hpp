@@ -121,6 +121,7 @@ std::vector<py::ssize_t> shape_of(const Grid& grid, const Index3& size);
 py::array displacement_view(py::handle owner, const Grid& grid, const Displacement& displacement);
 
 /// The parts of the module.
+void bind_fits(py::module_& module);
 void bind_scenes(py::module_& module);
 void bind_answers(py::module_& module);
 void bind_warps(py::module_& module);

@@ -47,6 +47,7 @@ PYBIND11_MODULE(_core, module) {
   });
   module.def("length", [](const std::string& text) { return parse_quantity(text, Dimension::length); });
   bind_scenes(module);
+  bind_fits(module);
   bind_answers(module);
   bind_warps(module);
   bind_worlds(module);

@@ -343,6 +343,11 @@ void bind_scenes(py::module_& module) {
                                return labels;
                              })
       .def("check", [](const SceneHandle& s) { return checked(s.scene()); })
+      .def("scaled",
+           [](const SceneHandle& s, double fraction) -> SceneHandle {
+             return {std::make_shared<const SceneAndMeasures>(
+                 SceneAndMeasures{scaled(s.scene(), fraction), s.asked->measures})};
+           })
       .def("nodes_in",
            [](const SceneHandle& s, const std::string& where) {
              const auto nodes = nodes_in(s.scene(), where);

@@ -1,6 +1,5 @@
 #include "maille/scene/scene.hpp"
 
-#include "arc.hpp"
 #include "time_course.hpp"
 
 #include "maille/materials/elasticity.hpp"

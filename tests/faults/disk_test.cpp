@@ -83,10 +83,7 @@ void DiskContract::kill_it() const {
         std::pair{"rename", n_calls.at("rename")}}) {
     const std::string when = fmt::format("killed in {} {} of {}", call, at, n_calls.at(call));
     const Outcome killed = fail_at(call, std::min(at, n_calls.at(call)), "KILL");
-    // 1: the call was gnuplot's, and the command says that its picture failed.
-    EXPECT_TRUE(killed.code == 128 + 9 ||
-                (killed.code == 1 && killed.err.find("gnuplot") != std::string::npos))
-        << when << killed.code << killed.err;
+    EXPECT_EQ(killed.code, 128 + 9) << when << killed.err;
     expect_whole_files(when, true);
   }
 }

@@ -59,8 +59,8 @@ inline bool is_whole(const std::string& name, const std::string& text, const std
   const std::string ending = std::filesystem::path(name).extension().string();
   if (text.empty()) // a table that has no rows yet
     return example.empty();
-  if (ending == ".svg") // gnuplot ends it with an empty line
-    return text.find("</svg>") != std::string::npos;
+  if (ending == ".svg")
+    return text.ends_with("</svg>\n<!-- maille -->\n");
   if (ending == ".json")
     return nlohmann::json::accept(text);
   if (ending == ".jsonl") {

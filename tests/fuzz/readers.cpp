@@ -1,10 +1,8 @@
 /// The readers that are fuzzed, a function each; target.cpp calls one of them. A reader may return or throw
 /// InputError; anything else ends the fuzzer, which is a find.
 
-#include "choose/choose.hpp"
 #include "conditions/places_in_files.hpp"
 #include "conditions/voxelise.hpp"
-#include "identify/identify.hpp"
 #include "maille/deform/probe/device.hpp"
 #include "maille/images/image.hpp"
 #include "maille/live/live.hpp"
@@ -17,7 +15,6 @@
 #include "maille/scene/world/trajectory.hpp"
 #include "maille/scene/world/world_scene.hpp"
 #include "picture/read_picture.hpp"
-#include "report/report.hpp"
 #include "study/plan/study.hpp"
 #include "study/plan/study_table.hpp"
 #include "support/temporary_folder.hpp"
@@ -196,7 +193,7 @@ int read_nrrd(std::string_view text) {
   return read_one_image(path);
 }
 
-/// Headers of a DICOM series, as the process that reads the files hands them over (stand_ins.cpp).
+/// Headers of a DICOM series, as the process that reads the files hands them over (small_machine.cpp).
 int read_dicom(std::string_view text) {
   constexpr std::size_t bytes_of_header = 128, most_slices = 8;
   static const test::TemporaryFolder folder;
@@ -371,21 +368,6 @@ int read_jpeg(std::string_view text) {
   });
 }
 
-/// Pages of results: files of a folder, one after the other, each behind the sign RS (0x1e) but the first.
-int read_report(std::string_view text) {
-  set_file_scope(FileScope::sandbox);
-  static const test::TemporaryFolder folder;
-  for (const char* name : {"a_compare_results.json", "a.json", "b.jsonl", "b_about.json"}) {
-    const std::size_t end = std::min(text.find('\x1e'), text.size());
-    folder.write(name, text.substr(0, end));
-    text.remove_prefix(std::min(end + 1, text.size()));
-  }
-  return tried([&] {
-    const auto report = studies::make_report(folder.path(), "maille report");
-    require(report.html.ends_with("</html>\n"), "a page");
-  });
-}
-
 /// Arrays of results that VTK's writers wrote (.vti, .vtu), on eight nodes.
 int read_field_file(std::string_view text) {
   static const ScratchFile file("a.vti");
@@ -405,23 +387,6 @@ int read_events(std::string_view text) {
       require(event.at >= before, "times that do not fall");
       before = event.at;
     }
-  });
-}
-
-/// Measured numbers, as `identify` reads them.
-int read_measured(std::string_view text) {
-  return tried([&] {
-    for (const auto& one : studies::read_observations(text, "a.csv", {{"force", "N"}, {"u", "m"}, {"e", ""}}))
-      require(std::isfinite(one.value) && (!one.sigma || *one.sigma > 0), "numbers that are some");
-  });
-}
-
-/// Tables of trades, which `maille choose --table` reads.
-int read_trade_table(std::string_view text) {
-  return tried([&] {
-    for (const studies::StoredRow& row : studies::parse_trade_table(text, "table.csv"))
-      require(std::isfinite(row.error) && row.error > 0 && std::isfinite(row.seconds) && row.seconds > 0,
-              "rows with figures that count");
   });
 }
 

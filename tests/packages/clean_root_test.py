@@ -46,7 +46,7 @@ with tempfile.TemporaryDirectory() as name:
 
     inside("apt-get", "update", "-q")
     wanted = [f"/packages/{file}" for file in packages if not file.startswith("libmaille-dev")]
-    inside("apt-get", "install", "-y", "-q", "--no-install-recommends", *wanted)
+    inside("apt-get", "install", "-y", "-q", "--no-install-recommends", *wanted, "python3-jinja2", "python3-matplotlib")
     scene = "/usr/share/maille/scenes/strip_pulled.toml"
     if not inside("maille", "--version").startswith("maille "):
         raise SystemExit("expected a version")

@@ -35,6 +35,8 @@ for light in (["--version"], ["--help"], ["run", "--help"], ["help", "methods"],
               ["check", "--why", strip], ["run", strip, "--methods", "coupled"], ["run", strip, "--methods", "limits,relaxed", "--json", "out.json"],
               ["study", "choose", strip, "--error", "99%", "--time", "1min", "--level", "50%"]):
     found = heavy(loaded(light)) - {name for name in loaded(light) if name.endswith("/maille-studies")}
+    if "choose" in light:  # goes on in Python, whose numpy has a BLAS
+        found = {name for name in found if "openblas" not in name}
     if found:
         failures.append(f"maille {' '.join(map(str, light))} loads {sorted(found)[:5]} and {max(0, len(found) - 5)} more")
 

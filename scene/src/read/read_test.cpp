@@ -1,5 +1,5 @@
-#include "arc.hpp"
 #include "read/reader.hpp"
+#include "time_course.hpp"
 
 #include <Eigen/Geometry>
 

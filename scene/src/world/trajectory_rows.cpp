@@ -3,7 +3,6 @@
 #include "maille/base/csv.hpp"
 #include "maille/materials/text_file.hpp"
 #include "read/reader.hpp"
-#include "world/world_settings.hpp"
 
 #include <fmt/format.h>
 

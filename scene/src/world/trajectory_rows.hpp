@@ -1,10 +1,12 @@
 #pragma once
-/// Trajectories as tables: a row an object and frame, as a device records them.
+/// Trajectories as tables: a row an object and frame, as a device records them; and constants of the world
+/// that a hand has changed on the way.
 
 #include "maille/materials/toml_reader.hpp"
 #include "maille/scene/world/trajectory.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -19,5 +21,11 @@ Trajectory read_trajectory_rows(std::string_view text, const WorldScene& world, 
 std::optional<std::size_t> object_named(const std::string& name, const WorldScene& world);
 /// The names of objects that can be driven, for messages.
 std::string movable_names(const WorldScene& world);
+
+/// What the setting's value ought to be, or where it may stand; nothing where it is right.
+std::optional<std::string> expected_of(const WorldSetting& setting, const WorldScene& world);
+
+/// @pre expected_of(setting, world) is nothing
+void apply(const WorldSetting& setting, WorldScene& world);
 
 } // namespace maille::reader

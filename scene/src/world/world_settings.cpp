@@ -1,4 +1,4 @@
-#include "world/world_settings.hpp"
+#include "world/trajectory_rows.hpp"
 
 #include "maille/base/csv.hpp"
 #include "maille/materials/quantity.hpp"

@@ -1,14 +1,13 @@
 #include "choose/choose.hpp"
 
-#include "maille/base/arena.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/fem_ref/solve.hpp"
+#include "results/result_table.hpp"
 #include "trade/measure.hpp"
-#include "trade/probes.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
-#include <algorithm>
 #include <cmath>
 
 namespace maille::studies {
@@ -26,134 +25,103 @@ std::int64_t bytes_for(const Scene& scene, const std::string& method) {
   return static_cast<std::int64_t>(fem_ref::estimate(scene, options).bytes);
 }
 
-/// Without the table, the promised range is the expected value times and divided by this factor.
-constexpr double margin_without_table = 2;
-
-/// Why nothing is said about a way on a lattice that exists; empty where something is.
-std::string why_left_out(const Probes& probes, const Way& way) {
-  const auto probed = probes.of.find(way.method);
-  if (const auto lost = probes.lost.find(way.halvings); lost != probes.lost.end())
-    return lost->second;
-  if (is_finite_elements(way.method) && !probes.quantity.empty())
+/// Why nothing is said about a method, whatever its lattice; empty where something is.
+std::string why_left_out(const Probes& probes, const std::string& method) {
+  if (is_finite_elements(method) && !probes.quantity.empty())
     return fmt::format("of finite elements the table alone knows, and it holds no errors of {}",
                        probes.quantity);
-  if (is_finite_elements(way.method))
+  if (is_finite_elements(method))
     return probes.growth ? "of finite elements the table alone knows, and the scene is unlike its own" : "";
+  const auto probed = probes.of.find(method);
   return probed == probes.of.end() ? "it is not probed" : probed->second.why_not;
 }
 
-/// Looks through the ways of one scene.
-class Search {
-public:
-  Search(Lattices& lattices, const Calibration& calibration, Choice& choice)
-      : lattices_(lattices), calibration_(calibration), choice_(choice) {}
+bool is_too_large(const Scene& scene, int halvings) {
+  return halvings > 0 &&
+         static_cast<double>(scene.specimen.grid.n_cells()) * std::exp2(halvings * scene.dimension()) >
+             most_cells;
+}
 
-  void consider(const Way& way) {
-    if (std::string reason = why_left_out(choice_.probes, way); !reason.empty())
-      return leave_out(way, reason);
-    const double growth = std::exp2(way.halvings * lattices_.scene().dimension());
-    if (growth > 1 && static_cast<double>(lattices_.scene().specimen.grid.n_cells()) * growth > most_cells)
-      return leave_out(way, "its lattice is too large to look at");
-    const LatticeScene lattice = lattices_.at(way.halvings);
-    if (!lattice.scene)
-      return leave_out(way, lattice.why_not);
-    add(way, *lattice.scene);
-  }
+/// Fills the entry. @return why nothing is said
+std::string fill(nlohmann::ordered_json& entry, Lattices& lattices, const Probes& probes, const Way& way) {
+  if (const auto lost = probes.lost.find(way.halvings); lost != probes.lost.end())
+    return lost->second;
+  if (std::string reason = why_left_out(probes, way.method); !reason.empty())
+    return reason;
+  if (is_too_large(lattices.scene(), way.halvings))
+    return "its lattice is too large to look at";
+  const LatticeScene lattice = lattices.at(way.halvings);
+  if (!lattice.scene)
+    return lattice.why_not;
+  const Grid& grid = lattice.scene->specimen.grid;
+  const std::int64_t nodes = lattice.scene->specimen.n_matter_nodes();
+  const RawPrediction raw = predict_raw(probes, way, lattice.scene.get(), nodes);
+  if (!raw.error || !raw.seconds)
+    return "nothing is known about it";
+  const auto along_axes = [&](const auto& list) {
+    return std::vector(list.begin(), list.begin() + grid.dimension());
+  };
+  entry["cells"] = along_axes(grid.cells());
+  entry["spacing"] = along_axes(grid.spacing());
+  entry["nodes"] = nodes;
+  entry["error"] = *raw.error;
+  entry["seconds"] = *raw.seconds;
+  entry["bytes"] = bytes_for(*lattice.scene, way.method);
+  return {};
+}
 
-private:
-  void leave_out(const Way& way, const std::string& reason) {
-    std::string line =
-        fmt::format("{} at {:g} times the spacing: {}", way.method, std::exp2(-way.halvings), reason);
-    if (std::ranges::find(choice_.left_out, line) == choice_.left_out.end()) // once for all tolerances
-      choice_.left_out.push_back(std::move(line));
-  }
+const ResultTable<Probes::OfMethod>& columns_of_probed() {
+  static const ResultTable<Probes::OfMethod> table([](ResultTable<Probes::OfMethod>& columns) {
+    using Probed = Probes::OfMethod;
+    const auto answers = [](const Probed& of) { return of.why_not.empty(); };
+    columns.add({"", "model_error", "", "relative L2 distance from coupled"}, &Probed::model_error)
+        .json_where(answers);
+    columns.add({"", "seconds", "s", "of an answer"}, &Probed::seconds).json_where(answers);
+    columns.add({"", "message", "", "why the method has no answer"}, &Probed::why_not)
+        .json_where([=](const Probed& of) { return !answers(of); });
+  });
+  return table;
+}
 
-  void add(const Way& way, const Scene& scene) {
-    Candidate candidate;
-    candidate.way = way;
-    candidate.cells = scene.specimen.grid.cells();
-    candidate.spacing = scene.specimen.grid.spacing();
-    candidate.nodes = scene.specimen.n_matter_nodes();
-    const RawPrediction raw = predict_raw(choice_.probes, way, &scene, candidate.nodes);
-    if (!raw.error || !raw.seconds)
-      return leave_out(way, "nothing is known about it");
-    const double level = choice_.wish.level;
-    const Way known = as_in_the_table(way);
-    candidate.seconds = calibration_.seconds(
-        is_finite_elements(way.method) && calibration_.knows(way) ? way : known, *raw.seconds, level);
-    if (choice_.probes.growth)
-      candidate.error = {*raw.error, *raw.error / margin_without_table, *raw.error * margin_without_table};
-    else if (known.halvings == way.halvings - shift())
-      candidate.error = calibration_.error(known, *raw.error, level);
-    else
-      return leave_out(way, "the table does not know it for probes so fine");
-    candidate.bytes = bytes_for(scene, way.method);
-    choice_.candidates.push_back(std::move(candidate));
-  }
+Value methods_of(const Probes& probes) {
+  Value methods = Value::object();
+  for (const auto& [method, probed] : probes.of)
+    methods[method] = columns_of_probed().json(probed);
+  return methods;
+}
 
-  /// Lattices by which the probes are finer than those of the table, at twice the spacing.
-  int shift() const { return choice_.probes.halvings + 1; }
-  /// The way of the table that is as much finer than its probes as `way` is than these; the nearest that it
-  /// has.
-  Way as_in_the_table(const Way& way) const {
-    Way known = way;
-    for (known.halvings -= shift(); known.halvings < way.halvings && !calibration_.knows(known);)
-      ++known.halvings;
-    return known;
-  }
-
-  Lattices& lattices_;
-  const Calibration& calibration_;
-  Choice& choice_;
-};
+const ResultTable<Probes>& columns_of_probes() {
+  static const ResultTable<Probes> table([](ResultTable<Probes>& columns) {
+    columns.add({"", "seconds", "s", "of all probes"}, &Probes::seconds);
+    columns.add({"", "spacing_factor", "", "of the finer lattice over the scene's"},
+                [](const Probes& probes) { return std::exp2(-probes.halvings); });
+    columns.add({"", "nodes", "", "of the finer lattice"}, &Probes::nodes);
+    columns.add({"", "difference", "", "relative L2, between the two lattices"}, &Probes::difference);
+    columns.add({"", "unlike_the_table", "", "in what the scene is"}, &Probes::unlike)
+        .json_where([](const Probes& of) { return !of.unlike.empty(); });
+    columns.add({"", "growth", "", "of that difference with the spacing"}, &Probes::growth).omitted();
+    columns.add({"", "methods", "", "model_error and seconds, or message, of each"}, methods_of)
+        .json_where([](const Probes& of) { return !of.of.empty(); });
+  });
+  return table;
+}
 
 } // namespace
 
-bool Candidate::meets(const Wish& wish) const {
-  return error.high <= wish.error && seconds.high <= wish.seconds && (!wish.bytes || bytes <= *wish.bytes);
+nlohmann::ordered_json json(const Probes& probes) {
+  return columns_of_probes().json(probes);
 }
 
-void pick(Choice& choice) {
-  const Wish& wish = choice.wish;
-  const auto keep_if_better = [](std::optional<Candidate>& best, const Candidate& candidate, double value,
-                                 double best_value) {
-    if (!best || value < best_value)
-      best = candidate;
-  };
-  for (const Candidate& candidate : choice.candidates) {
-    if (candidate.meets(wish)) {
-      choice.chosen = candidate;
-      choice.most_exact_in_time.reset();
-      choice.quickest_to_error.reset();
-      return;
+nlohmann::ordered_json prospects(Lattices& lattices, const Probes& probes, int coarsest, int finest) {
+  auto list = nlohmann::ordered_json::array();
+  for (int halvings = coarsest; halvings <= finest; ++halvings)
+    for (const char* method : {"limits", "relaxed", "coupled", "fem_q1", "fem_q2"}) {
+      nlohmann::ordered_json& entry =
+          list.emplace_back(nlohmann::ordered_json{{"method", method}, {"halvings", halvings}});
+      if (const std::string why_not = fill(entry, lattices, probes, {method, halvings, {}}); !why_not.empty())
+        entry["why_not"] = why_not;
     }
-    if (wish.bytes && candidate.bytes > *wish.bytes)
-      continue;
-    auto &exact = choice.most_exact_in_time, &quick = choice.quickest_to_error;
-    if (candidate.seconds.high <= wish.seconds)
-      keep_if_better(exact, candidate, candidate.error.high, exact ? exact->error.high : 0);
-    if (candidate.error.high <= wish.error)
-      keep_if_better(quick, candidate, candidate.seconds.high, quick ? quick->seconds.high : 0);
-  }
-}
-
-Choice choose(Lattices& lattices, const Wish& wish, const Calibration& calibration, const Control& control,
-              bool judge_kind) {
-  Choice choice;
-  choice.wish = wish;
-  if (!choice.wish.bytes)
-    choice.wish.bytes = available_memory();
-  choice.scenes = calibration.n_scenes();
-  choice.probes = wish.of.is_displacement() ? probe(lattices, control, judge_kind)
-                                            : probe_quantity(lattices, wish.of, control);
-  if (!choice.probes.why_not.empty())
-    return choice;
-  Search search(lattices, calibration, choice);
-  for (const Way& way : calibration.ways())
-    search.consider(way);
-  std::ranges::stable_sort(choice.candidates, {}, [](const Candidate& c) { return c.seconds.median; });
-  pick(choice);
-  return choice;
+  return list;
 }
 
 } // namespace maille::studies

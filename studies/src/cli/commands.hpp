@@ -301,7 +301,6 @@ void new_calf(const std::filesystem::path& folder, bool overwrite);
 [[gnu::weak]] int study_command(const StudyCommandOptions& options);
 [[gnu::weak]] int merge_command(const MergeOptions& options);
 [[gnu::weak]] int fit_command(const FitOptions& options);
-[[gnu::weak]] int identify_command(const FitOptions& options);
 [[gnu::weak]] int report_command(const ReportOptions& options);
 [[gnu::weak]] int manual_command(const ManualOptions& options);
 

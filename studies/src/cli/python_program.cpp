@@ -16,6 +16,7 @@
 #include <cstring>
 #include <stdexcept>
 #include <sys/mman.h>
+#include <sys/time.h>
 #include <unistd.h>
 
 namespace maille::studies {
@@ -32,6 +33,8 @@ int become_python_program(const std::string& name, const nlohmann::ordered_json&
   close(memory);
   say_file_warnings();
   std::fflush(nullptr);
+  const itimerval none{}; // a timer of stop_signals.cpp would go on, and end the program
+  setitimer(ITIMER_PROF, &none, nullptr);
   char* const words[] = {file.data(), nullptr};
   execv(file.c_str(), words);
   throw std::runtime_error(

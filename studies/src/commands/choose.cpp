@@ -4,9 +4,9 @@
 
 #include "choose/choose.hpp"
 #include "compare/comparison.hpp"
-#include "export/whole_file.hpp"
-#include "maille/deform/solve.hpp"
+#include "maille/base/arena.hpp"
 #include "maille/scene/read_scene.hpp"
+#include "maille/studies/version.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -91,51 +91,41 @@ Quantity asked_quantity(const ChooseOptions& options, const Lattices& lattices) 
                                did_you_mean(options.of, names)));
 }
 
-/// All of it but what the error is of.
-Wish wish_of(const ChooseOptions& options) {
-  Wish wish;
+/// What is asked for, but what the error is of.
+nlohmann::ordered_json wish_json(const ChooseOptions& options) {
   constexpr const char* an_error = "a percentage such as 5%, or a part of 1 such as 0.05";
-  wish.error = with_unit("--error", options.error, error_units, an_error);
-  if (wish.error >= 1 && !options.error.ends_with('%')) // 5 would be 500 %
+  const double error = with_unit("--error", options.error, error_units, an_error);
+  if (error >= 1 && !options.error.ends_with('%')) // 5 would be 500 %
     throw UsageError(fmt::format("--error: expected {}, found \"{}\"", an_error, options.error));
-  wish.seconds =
+  const double seconds =
       with_unit("--time", options.time, time_units, "a time > 0 such as 16ms (units: s, ms, us, min)");
-  if (options.memory) {
-    const double bytes = with_unit("--memory", *options.memory, memory_units,
-                                   "a size > 0 such as 1GiB (units: B, KiB, MiB, GiB, kB, MB, GB)");
-    wish.bytes = static_cast<std::int64_t>(std::min(bytes, 9e18));
-  }
-  wish.level = with_unit("--level", options.level, error_units, "a number between 0 and 1 such as 95%");
-  if (wish.level >= 1)
+  std::int64_t bytes = available_memory();
+  if (options.memory)
+    bytes = static_cast<std::int64_t>(
+        std::min(with_unit("--memory", *options.memory, memory_units,
+                           "a size > 0 such as 1GiB (units: B, KiB, MiB, GiB, kB, MB, GB)"),
+                 9e18));
+  const double level =
+      with_unit("--level", options.level, error_units, "a number between 0 and 1 such as 95%");
+  if (level >= 1)
     throw UsageError(
         fmt::format("--level: expected a number between 0 and 1 such as 95%, found \"{}\"", options.level));
-  return wish;
+  return {{"error", error}, {"seconds", seconds}, {"bytes", bytes}, {"level", level}};
 }
 
-/// What to type to have the choice done; writes the scene where --write asks for it.
-std::string how_to_do_it(const ChooseOptions& options, const Lattices& lattices, const Candidate& chosen) {
-  const Way& way = chosen.way;
-  const bool has_own_tolerance = way.method != "fem_q1" && way.method != "fem_q2" && way.tolerance &&
-                                 *way.tolerance != lattices.scene().relaxation.tolerance;
-  if (!options.write && way.halvings == 0 && !has_own_tolerance)
-    return fmt::format("    maille run {} --methods {}\n", in_shell(options.scene.string()), way.method);
-  const auto text = lattices.text(way.halvings, has_own_tolerance ? way.tolerance : std::nullopt);
-  if (!text)
-    return "    no scene file says its lattice: finer ones are those of the scene's own cells, halved\n";
-  const std::filesystem::path default_name =
-      options.scene.parent_path() / (options.scene.stem().string() + "_chosen.toml");
-  const std::filesystem::path file = options.write ? std::filesystem::path(*options.write) : default_name;
-  const std::string then =
-      fmt::format("    maille run {} --methods {}\n", in_shell(file.string()), way.method);
-  if (options.write) {
-    (void)parse_scene(*text, file); // its files have to be found from there
-    write_whole(file, *text);
-    return fmt::format("wrote {}\n{}", file.string(), then);
+/// Stands for the tolerance in texts of scenes until it is chosen.
+constexpr double tolerance_mark = 1.25e-300;
+
+/// The scene file of every lattice that a file can describe, as it is and with the mark as tolerance.
+nlohmann::ordered_json texts_json(Lattices& lattices, int coarsest, int finest) {
+  nlohmann::ordered_json texts;
+  for (int halvings = coarsest; halvings <= finest; ++halvings) {
+    const auto text = lattices.text(halvings, {}), marked = lattices.text(halvings, tolerance_mark);
+    texts[fmt::format("{}", halvings)] = {
+        {"text", text ? nlohmann::ordered_json(*text) : nlohmann::ordered_json()},
+        {"with_tolerance", marked ? nlohmann::ordered_json(*marked) : nlohmann::ordered_json()}};
   }
-  return fmt::format("    maille study choose {} --error {}{} --time {} --write {}\n{}",
-                     in_shell(options.scene.string()), in_shell(options.error),
-                     options.of == Quantity{}.name ? "" : " --of " + options.of, in_shell(options.time),
-                     in_shell(file.string()), then);
+  return texts;
 }
 
 } // namespace
@@ -143,28 +133,46 @@ std::string how_to_do_it(const ChooseOptions& options, const Lattices& lattices,
 int choose_command(const ChooseOptions& options) {
   keep_inputs({options.scene});
   keep_inputs(options.tables);
-  Wish wish = wish_of(options);
-  std::vector<StoredRow> rows;
-  for (const auto& file : options.tables) {
-    const auto more = read_trade_table(file);
-    rows.insert(rows.end(), more.begin(), more.end());
-  }
-  if (options.tables.empty())
-    rows = built_in_trade_table();
+  nlohmann::ordered_json wish = wish_json(options);
   Lattices lattices(options.scene);
-  wish.of = asked_quantity(options, lattices);
+  const Quantity of = asked_quantity(options, lattices);
+  wish["of"] = of.name;
   prepare_file("--json", options.json);
   prepare_file("--write", options.write);
-  const Choice choice =
-      choose(lattices, wish, Calibration(rows), terminal_control(options.threads), options.tables.empty());
+  if (options.write) // the scene's files have to be found from there
+    (void)parse_scene(lattices.text(0, {}).value_or(""), *options.write);
+  const Control control = terminal_control(options.threads);
+  const Probes probes = of.is_displacement() ? probe(lattices, control, options.tables.empty())
+                                             : probe_quantity(lattices, of, control);
+  // The lattices of the built-in table, and those that a table can have.
+  const int coarsest = options.tables.empty() ? -3 : -10, finest = options.tables.empty() ? 1 : 10;
+  nlohmann::ordered_json request{{"kind", "choose"},
+                                 {"scene", lattices.scene().name},
+                                 {"title", lattices.scene().title},
+                                 {"maille", version},
+                                 {"wish", std::move(wish)},
+                                 {"probes", json(probes)},
+                                 {"probe_halvings", probes.halvings},
+                                 {"why_not", probes.why_not},
+                                 {"prospects", nlohmann::ordered_json::array()},
+                                 {"texts", nlohmann::ordered_json::object()},
+                                 {"tables", nlohmann::ordered_json::array()},
+                                 {"json", options.json.value_or("")}};
+  if (probes.why_not.empty()) {
+    request["prospects"] = prospects(lattices, probes, coarsest, finest);
+    request["texts"] = texts_json(lattices, coarsest, finest);
+  }
+  for (const auto& table : options.tables)
+    request["tables"].push_back(table.string());
+  request["options"] = {{"scene", options.scene.string()},
+                        {"error", options.error},
+                        {"time", options.time},
+                        {"of", options.of},
+                        {"write", options.write.value_or("")},
+                        {"tolerance", lattices.scene().relaxation.tolerance},
+                        {"tolerance_mark", fmt::format("{}", tolerance_mark)}};
   end_progress();
-  const std::string way =
-      choice.chosen ? "\nto do it:\n" + how_to_do_it(options, lattices, *choice.chosen) : "";
-  if (options.json != "-")
-    deliver(table(lattices.scene(), choice) + way, std::nullopt);
-  if (options.json)
-    deliver(json_text(json(lattices.scene(), choice)), options.json);
-  return choice.chosen ? exit_done : exit_run_failed;
+  return become_python_program("statistics", request);
 }
 
 } // namespace maille::studies

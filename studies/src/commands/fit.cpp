@@ -1,19 +1,27 @@
+// `maille fit`: checks, finds the references, then becomes maille-fit (python/maille/_fit.py).
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
 
 #include "compare/methods.hpp"
-#include "export/whole_file.hpp"
-#include "fit/fit.hpp"
+#include "maille/deform/solve.hpp"
+#include "maille/materials/quantity.hpp"
+#include "maille/materials/text_file.hpp"
 #include "maille/scene/read_scene.hpp"
+#include "maille/scene/warp/displacement_field.hpp"
+#include "maille/studies/version.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <map>
 #include <random>
+#include <sys/mman.h>
+#include <unistd.h>
 
 namespace maille::studies {
 
@@ -106,7 +114,7 @@ public:
       : options_(options), control_(control), methods_(check_fem_solver(options.fem_solver)) {}
 
   /// @throws std::runtime_error where the reference has no answer
-  FitCase operator()(const Scene& scene) {
+  Displacement operator()(const Scene& scene) {
     Control control = control_;
     if (control.progress)
       control.progress = [this, &scene](double part, std::string_view what) {
@@ -119,11 +127,10 @@ public:
       throw std::runtime_error(fmt::format("{}: the reference {} ended {}{}{}", scene.name,
                                            options_.reference, to_string(answer.status),
                                            answer.message.empty() ? "" : ": ", answer.message));
-    FitCase one{scene, std::move(answer.displacement)};
-    if (compare(scene, Displacement(scene.specimen.grid), one.reference).rms == 0)
+    if (compare(scene, Displacement(scene.specimen.grid), answer.displacement).rms == 0)
       throw UsageError(
           fmt::format("{}: expected a scene in which nodes are free and move, found none", scene.name));
-    return one;
+    return std::move(answer.displacement);
   }
 
 private:
@@ -171,37 +178,55 @@ void check_options(const FitOptions& options) {
   prepare_file("--json", options.json);
 }
 
-FitReport fit_family(const std::vector<Scene>& fitted, const std::vector<Scene>& held_out,
-                     const FitOptions& options, const Control& control) {
-  References references(options, control);
-  std::vector<FitCase> cases, others;
-  for (const Scene& scene : fitted)
-    cases.push_back(references(scene));
-  for (const Scene& scene : held_out)
-    others.push_back(references(scene));
-  FitReport report;
-  report.method = options.method;
-  report.reference = options.reference;
-  report.fit = fit(cases, {options.method, options.trials}, control);
-  Control quiet; // measured in any case, also after Ctrl-C
-  quiet.threads = control.threads;
-  for (std::size_t i = 0; i < cases.size(); ++i)
-    report.fitted.push_back(fit_row(
-        cases[i], report.fit.fitted[i],
-        report.fit.alone.empty() ? std::nullopt : std::optional(report.fit.alone[i]), options.method, quiet));
-  for (const FitCase& one : others)
-    report.held_out.push_back(fit_row(one, fit_error(one, report.fit.materials, options.method, quiet),
-                                      std::nullopt, options.method, quiet));
-  report.reasons = reasons_for(report, cases);
-  if (cases.size() < 3)
-    report.reasons.push_back(fmt::format(
-        "fitted to {} scene{}: that few say little about any other; three or more, with pulls, bends "
-        "and pokes among them, are a family",
-        cases.size(), cases.size() == 1 ? "" : "s"));
-  if (others.empty())
-    report.reasons.push_back(
-        "no scene was kept from the fit: how it does on others is not known (--test SCENE, --holdout PART)");
-  return report;
+/// Displacements of the reference, one component after the other, in memory that outlives exec.
+/// @return its file
+std::string kept_reference(const Displacement& reference) {
+  const int memory = memfd_create("reference", 0);
+  const auto bytes = std::as_bytes(reference.values());
+  for (std::size_t written = 0; memory >= 0 && written < bytes.size();) {
+    const ssize_t n = write(memory, bytes.data() + written, bytes.size() - written);
+    if (n < 0)
+      throw std::runtime_error(fmt::format("cannot keep a reference: {}", std::strerror(errno)));
+    written += static_cast<std::size_t>(n);
+  }
+  if (memory < 0)
+    throw std::runtime_error(fmt::format("cannot keep a reference: {}", std::strerror(errno)));
+  return fmt::format("/proc/self/fd/{}", memory);
+}
+
+std::optional<double> sigma_of(const FitOptions& options) {
+  if (!options.sigma)
+    return std::nullopt;
+  const auto sigma = parse_quantity(*options.sigma, Dimension::length);
+  if (!sigma || !(*sigma > 0))
+    throw UsageError("--sigma: expected a length > 0 such as \"0.1 mm\", found \"" + *options.sigma + "\"");
+  return sigma;
+}
+
+/// With --measured, which python/maille/_identify.py goes on with.
+int identify_command(const FitOptions& options) {
+  if (options.scenes.size() != 1)
+    throw UsageError(fmt::format("--measured: expected one scene, found {}", options.scenes.size()));
+  const std::string method = options.method.empty() ? "coupled" : options.method;
+  keep_inputs({options.scenes.front(), options.measured});
+  check_methods({method}, "--method");
+  if (!has_stress(method) || method == "calculix")
+    throw UsageError("--method: expected one that knows forces, such as coupled, found \"" + method + "\"");
+  const auto sigma = sigma_of(options);
+  read_scene(options.scenes.front()); // its faults, and the files that it names
+  if (!is_image_file(options.measured))
+    read_text_file(options.measured, "a table of measured numbers");
+  prepare_file("--json", options.json);
+  prepare_file("--out", options.out);
+  return become_python_program("fit",
+                               {{"scene", options.scenes.front().string()},
+                                {"measured", options.measured.string()},
+                                {"unknowns", options.unknowns},
+                                {"method", method},
+                                {"sigma", sigma ? nlohmann::ordered_json(*sigma) : nullptr},
+                                {"threads", options.threads},
+                                {"json", options.json ? nlohmann::ordered_json(*options.json) : nullptr},
+                                {"out", options.out ? nlohmann::ordered_json(*options.out) : nullptr}});
 }
 
 } // namespace
@@ -223,19 +248,28 @@ int fit_command(const FitOptions& asked) {
     check_scene(scene, fitted.front(), options);
   check_materials(fitted, held_out);
   const Control control = terminal_control(options.threads);
-  const FitReport report = fit_family(fitted, held_out, options, control);
-  end_progress();
-  const bool quiet = options.json == "-";
-  if (!quiet)
-    deliver(table(report), std::nullopt);
+  References references(options, control);
+  const auto cases = [&](const std::vector<std::filesystem::path>& files, const std::vector<Scene>& scenes) {
+    auto list = nlohmann::ordered_json::array();
+    for (std::size_t i = 0; i < files.size(); ++i)
+      list.push_back({{"scene", files[i].string()}, {"reference", kept_reference(references(scenes[i]))}});
+    return list;
+  };
+  nlohmann::ordered_json request{{"maille", version},
+                                 {"fitted", cases(family.fitted, fitted)},
+                                 {"held_out", cases(family.held_out, held_out)},
+                                 {"method", options.method},
+                                 {"reference", options.reference},
+                                 {"trials", options.trials},
+                                 {"threads", options.threads},
+                                 {"json", nullptr},
+                                 {"out", nullptr}};
   if (options.json)
-    deliver(json_text(json(report)), options.json);
-  if (options.out) {
-    write_whole(*options.out, material_file(report.fit, notes(report)));
-    if (!quiet)
-      fmt::print("wrote {}\n", *options.out);
-  }
-  return report.fit.status == Status::done ? exit_done : exit_run_failed;
+    request["json"] = *options.json;
+  if (options.out)
+    request["out"] = *options.out;
+  end_progress();
+  return become_python_program("fit", request);
 }
 
 } // namespace maille::studies

@@ -5,7 +5,6 @@
 #include "maille/scene/read_scene.hpp"
 #include "study/plan/study_table.hpp"
 #include "study/study_run.hpp"
-#include "study/study_sensitivity.hpp"
 #include "study/table_files.hpp"
 
 #include <fmt/format.h>
@@ -13,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <thread>
@@ -77,6 +77,10 @@ struct StudyResult {
   const StudyOutcome* outcome;
 };
 
+std::filesystem::path about_file(const StudyFile& study, const StudyOptions& options) {
+  return table_stem(study, options).string() + "_about.json";
+}
+
 std::vector<std::string> files_of(const StudyOutcome& outcome) {
   return {outcome.files.begin(), outcome.files.end()};
 }
@@ -100,22 +104,16 @@ const ResultTable<StudyResult>& columns_of_result() {
   return table;
 }
 
-nlohmann::ordered_json json(const StudyFile& study, const StudyOutcome& outcome,
-                            const std::vector<StudySensitivity>& sensitivity) {
-  nlohmann::ordered_json out = columns_of_result().json({&study, &outcome});
-  out["sensitivity"] = json(sensitivity);
-  return out;
-}
-
-std::string words(const StudyFile& study, const StudyOutcome& outcome,
-                  const std::vector<StudySensitivity>& sensitivity) {
-  std::string text = fmt::format(
+std::string head_in_words(const StudyFile& study, const StudyOutcome& outcome) {
+  return fmt::format(
       "{}\n{} cases in {}{}{}{}\n\n", study.title, outcome.n_cases, time_in_words(outcome.seconds),
       outcome.is_interrupted ? ", interrupted" : "",
       outcome.n_reused > 0 ? fmt::format(", {} rows were there", outcome.n_reused) : "",
       outcome.n_left_over > 0 ? fmt::format(", {} rows of other scenes put aside", outcome.n_left_over) : "");
-  text += summary(outcome.rows);
-  text += in_words(sensitivity, default_response(outcome.rows));
+}
+
+std::string notes_in_words(const StudyFile& study, const StudyOutcome& outcome) {
+  std::string text;
   for (const StudyRow& row : outcome.rows)
     if (lacks_file(study, row))
       text += fmt::format("case {}, {}: {}; --resume tries again\n", row.number, row.method, row.message);
@@ -126,29 +124,50 @@ std::string words(const StudyFile& study, const StudyOutcome& outcome,
   return text;
 }
 
-/// What `maille report` says about the study beside its table. @return the file
-std::filesystem::path write_about(const StudyFile& study, const StudyOptions& options,
-                                  const std::vector<StudySensitivity>& sensitivity) {
+nlohmann::ordered_json parameter_json(const StudyParameter& parameter) {
+  nlohmann::ordered_json out{{"column", parameter.column()}};
+  if (parameter.values.empty() && parameter.range) {
+    out["range"] = {parameter.range->from, parameter.range->to};
+    out["logarithmic"] = parameter.range->is_logarithmic;
+    return out;
+  }
+  out["values"] = nlohmann::ordered_json::array();
+  for (const StudyValue& value : parameter.values)
+    std::visit([&](const auto& shown) { out["values"].push_back(shown); }, value.shown);
+  return out;
+}
+
+/// How the points are laid out, which decides the estimator of sensitivity.
+nlohmann::ordered_json plan_json(const StudyFile& study) {
+  constexpr std::array names{"grid", "zip", "latin_hypercube", "sobol", "saltelli"};
+  nlohmann::ordered_json plan{{"combine", names.at(static_cast<std::size_t>(study.combination))},
+                              {"points", n_cases(study) / static_cast<std::int64_t>(study.scenes.size())},
+                              {"scenes", nlohmann::ordered_json::array()},
+                              {"methods", study.row_methods()},
+                              {"parameters", nlohmann::ordered_json::array()}};
+  for (const StudyScene& scene : study.scenes)
+    plan["scenes"].push_back(scene.name());
+  for (const StudyParameter& parameter : study.parameters)
+    plan["parameters"].push_back(parameter_json(parameter));
+  return plan;
+}
+
+/// What the program that continues needs of either command: rows, plan, and the file for `maille report`.
+nlohmann::ordered_json request_of(const char* kind, const StudyFile& study, const StudyOptions& options,
+                                  nlohmann::ordered_json document, int exit_code) {
   std::string explained;
   for (const StudyScene& scene : study.scenes)
     explained += fmt::format("{}\n{}\n", scene.file.filename().string(),
                              explanation(parse_scene(scene.text, scene.file)));
   nlohmann::ordered_json about{{"kind", "study"}, {"study", study.name()}, {"title", study.title}};
   about.update(asked_about(study.file, explained));
-  about["sensitivity"] = json(sensitivity);
-  const std::filesystem::path file = table_stem(study, options).string() + "_about.json";
-  write_whole(file, about.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
-  return file;
-}
-
-/// Draws the picture; on failure says why on stderr.
-bool draw(const StudyFile& study, const StudyOutcome& outcome, const StudyCommandOptions& asked) {
-  const auto why_not = draw_study(outcome.rows, study.title, *asked.picture, asked.picture_of);
-  if (why_not)
-    no_picture(*why_not, *asked.picture);
-  else if (asked.json != "-")
-    fmt::print("wrote {}\n", *asked.picture);
-  return !why_not;
+  const bool is_whole = options.shards == 1;
+  return {{"kind", kind},
+          {"document", std::move(document)},
+          {"plan", is_whole ? plan_json(study) : nlohmann::ordered_json()},
+          {"about", std::move(about)},
+          {"about_file", about_file(study, options).string()},
+          {"exit_code", exit_code}};
 }
 
 } // namespace
@@ -184,17 +203,18 @@ int study_command(const StudyCommandOptions& asked) {
     throw UsageError(fmt::format("--out {}", error.what()));
   }
   end_progress();
-  const auto sensitivity =
-      options.shards == 1 ? sensitivities(study, outcome.rows) : std::vector<StudySensitivity>();
-  outcome.files.push_back(write_about(study, options, sensitivity));
-  if (asked.json != "-")
-    deliver(words(study, outcome, sensitivity), std::nullopt);
-  if (asked.json)
-    deliver(json_text(json(study, outcome, sensitivity)), asked.json);
-  const bool is_drawn = !asked.picture || draw(study, outcome, asked);
+  outcome.files.push_back(about_file(study, options));
   const bool any_failed = std::ranges::any_of(
       outcome.rows, [&](const StudyRow& row) { return is_failed(row) || lacks_file(study, row); });
-  return !is_drawn || outcome.is_interrupted || any_failed ? exit_run_failed : exit_done;
+  nlohmann::ordered_json request =
+      request_of("study", study, options, columns_of_result().json({&study, &outcome}),
+                 outcome.is_interrupted || any_failed ? exit_run_failed : exit_done);
+  request["head"] = head_in_words(study, outcome);
+  request["notes"] = notes_in_words(study, outcome);
+  request["json"] = asked.json.value_or("");
+  request["picture"] = asked.picture.value_or("");
+  request["picture_of"] = asked.picture_of;
+  return become_python_program("statistics", request);
 }
 
 int merge_command(const MergeOptions& options) {
@@ -217,6 +237,7 @@ int merge_command(const MergeOptions& options) {
     keep_inputs({*options.study});
   prepare_folder(options.out);
   bool is_whole = true;
+  nlohmann::ordered_json request; // of the study's table
   for (const MergedTable& table : merge_study_tables(files, options.out)) {
     const auto written = write_study_table(table.rows, options.out / table.study);
     std::string text =
@@ -227,14 +248,16 @@ int merge_command(const MergeOptions& options) {
     if (study && study->name() == table.study) {
       StudyOptions whole;
       whole.out = options.out;
-      const auto sensitivity = sensitivities(*study, table.rows);
-      text += fmt::format("wrote {}\n", write_about(*study, whole, sensitivity).string()) +
-              in_words(sensitivity, default_response(table.rows));
+      request = request_of("merge", *study, whole, {{"rows", columns_of_study().json_rows(table.rows)}}, 0);
     }
     deliver(text, std::nullopt);
     is_whole = is_whole && table.missing == 0;
   }
-  return is_whole ? exit_done : exit_run_failed;
+  const int exit_code = is_whole ? exit_done : exit_run_failed;
+  if (request.is_null())
+    return exit_code;
+  request["exit_code"] = exit_code;
+  return become_python_program("statistics", request);
 }
 
 } // namespace maille::studies

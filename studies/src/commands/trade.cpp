@@ -45,27 +45,6 @@ TradeSettings settings_of(const TradeOptions& options) {
   return settings;
 }
 
-/// The table as JSON and CSV, and the fronts as SVG and PNG.
-void write_files(const Scene& scene, const Trade& trade, const TradeOptions& options, bool quiet) {
-  const std::filesystem::path stem = *options.out / (scene.name + "_trade");
-  const auto file = [&](const char* ending) { return std::filesystem::path(stem.string() + ending); };
-  const auto say = [&](const std::filesystem::path& written) {
-    if (!quiet)
-      fmt::print("wrote {}\n", written.string());
-  };
-  auto all = json(scene, trade);
-  all.update(asked_about(options.scene, explanation(scene)));
-  write_whole(file(".json"), json_text(all));
-  say(file(".json"));
-  write_whole(file(".csv"), csv(scene, trade));
-  say(file(".csv"));
-  for (const char* ending : {".svg", ".png"})
-    if (const auto why_not = draw_trade(scene, trade, file(ending)))
-      no_picture(*why_not, file(ending));
-    else
-      say(file(ending));
-}
-
 } // namespace
 
 int trade_command(const TradeOptions& options) {
@@ -82,16 +61,21 @@ int trade_command(const TradeOptions& options) {
   prepare_file("--csv", options.csv);
   const Trade trade = measure_trade(lattices, settings, terminal_control(options.threads));
   end_progress();
-  const bool quiet = options.json == "-" || options.csv == "-";
-  if (!quiet)
-    deliver(table(lattices.scene(), trade, options.all), std::nullopt);
-  if (options.json)
-    deliver(json_text(json(lattices.scene(), trade)), options.json);
-  if (options.csv)
-    deliver(csv(lattices.scene(), trade), options.csv);
-  if (options.out)
-    write_files(lattices.scene(), trade, options, quiet);
-  return trade.any_failed() ? exit_run_failed : exit_done;
+  const Scene& scene = lattices.scene();
+  const nlohmann::ordered_json request{
+      {"kind", "trade"},
+      {"document", json(scene, trade)},
+      {"csv_text", csv(scene, trade)},
+      {"head", head_in_words(scene, trade)},
+      {"notes", notes_in_words(trade)},
+      {"about", asked_about(options.scene, explanation(scene))},
+      {"all", options.all},
+      {"json", options.json.value_or("")},
+      {"csv", options.csv.value_or("")},
+      {"stem", options.out ? (std::filesystem::path(*options.out) / (scene.name + "_trade")).string() : ""},
+      {"exit_code", trade.any_failed() ? exit_run_failed : exit_done}};
+  lock.reset(); // its file goes before this process does
+  return become_python_program("statistics", request);
 }
 
 } // namespace maille::studies

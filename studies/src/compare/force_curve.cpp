@@ -1,8 +1,7 @@
 #include "compare/force_curve.hpp"
 #include "mechanics/mechanics_report.hpp"
 
-#include "export/whole_file.hpp"
-#include "gnuplot.hpp"
+#include "compare/plots.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "text.hpp"
 
@@ -21,110 +20,9 @@ void add_force_of_curve(ResultTable<CurvePoint>& columns, const std::string& nam
               [](const Vec3& of) { return force_in_words(of); });
 }
 
-double force_of(const CurvePoint& point) {
-  const Vec3& force = *(point.move_force ? point.move_force : point.hold_force);
-  return std::hypot(force[0], force[1], force[2]);
-}
-
-double energy_of(const CurvePoint& point) {
-  return *point.strain_energy;
-}
-
-bool has_force(const CurvePoint& point) {
-  return point.move_force || point.hold_force;
-}
-
-bool has_energy(const CurvePoint& point) {
-  return point.strain_energy.has_value();
-}
-
-/// What one of the two plots has along y.
-struct Axis {
-  const char *quantity, *unit;
-  bool (*is_there)(const CurvePoint&);
-  double (*value)(const CurvePoint&);
-};
-constexpr std::array<Axis, 2> axes{
-    {{"force", "N", has_force, force_of}, {"strain energy", "J", has_energy, energy_of}}};
-
-/// A unit that leaves numbers from 1 to 1000.
-struct Scale {
-  double factor;
-  const char* prefix;
-};
-Scale scale_for(double largest) {
-  constexpr std::array<Scale, 6> scales{
-      {{1e3, "k"}, {1, ""}, {1e-3, "m"}, {1e-6, "\xC2\xB5"}, {1e-9, "n"}, {1e-12, "p"}}};
-  for (const Scale& scale : scales)
-    if (largest >= scale.factor)
-      return scale;
-  return {1, ""};
-}
-
-double largest(const std::vector<ForceCurve>& curves, bool (*is_there)(const CurvePoint&),
-               double (*value)(const CurvePoint&)) {
-  double most = 0;
-  for (const ForceCurve& curve : curves)
-    for (const CurvePoint& point : curve.points)
-      most = is_there(point) ? std::max(most, value(point)) : most;
-  return most;
-}
-
-double displacement_of(const CurvePoint& point) {
-  return point.largest_displacement;
-}
-
-std::string plot(const std::vector<ForceCurve>& curves, std::size_t number, const char* what,
-                 const char* per_metre) {
-  const Axis& axis = axes[number];
-  const double most_x = largest(curves, axis.is_there, displacement_of),
-               most_y = largest(curves, axis.is_there, axis.value);
-  const Scale along = scale_for(most_x), up = scale_for(most_y);
-  std::string blocks, lines;
-  for (std::size_t i = 0; i < curves.size(); ++i) {
-    const ForceCurve& curve = curves[i];
-    if (std::ranges::none_of(curve.points, axis.is_there))
-      continue;
-    blocks += fmt::format("${}{} << EOD\n0 0\n", curve.method, number);
-    for (const CurvePoint& point : curve.points)
-      if (axis.is_there(point))
-        blocks += fmt::format("{:.9g} {:.9g}\n", point.largest_displacement / along.factor,
-                              axis.value(point) / up.factor);
-    blocks += "EOD\n";
-    const MethodLook look = look_of(curve.method);
-    // Where two methods agree, the larger point of the first looks out from behind.
-    lines += fmt::format("{}${}{} using 1:2 with linespoints pt {} ps {:.2g} lw 1.8 lc '{}' title '{}'",
-                         lines.empty() ? "" : ", ", curve.method, number, look.point, i == 0 ? 1.3 : 0.8,
-                         look.colour, curve.method);
-  }
-  return fmt::format(
-      "{}set xrange [0:{:.6g}]\nset yrange [0:{:.6g}]\nset xlabel 'largest displacement [{}m]'\n"
-      "set ylabel '{} [{}{}{}]' offset -1\nplot {}\n",
-      blocks, 1.04 * most_x / along.factor, 1.06 * most_y / up.factor, along.prefix,
-      number == 0 ? what : axis.quantity, up.prefix, axis.unit, per_metre, lines);
-}
-
-std::string script(const Scene& scene, const std::vector<ForceCurve>& curves,
-                   const std::filesystem::path& file) {
-  const bool is_svg = file.extension() == ".svg";
-  const bool is_moved = std::ranges::any_of(curves, [](const ForceCurve& curve) {
-    return std::ranges::any_of(curve.points, [](const CurvePoint& p) { return p.move_force.has_value(); });
-  });
-  const char* const per_metre = scene.dimension() == 2 ? "/m" : "";
-  std::string text =
-      fmt::format("set terminal {} size 1000,420 font 'DejaVu Sans,{}' background '#FFFFFF' noenhanced\n"
-                  "set encoding utf8\nset output {}\nset multiplot layout 1,2 title {}\n",
-                  is_svg ? "svg" : "pngcairo", is_svg ? 13 : 10, gnuplot_quoted(file.string()),
-                  gnuplot_quoted(scene.title));
-  text += "set format x '%g'\nset format y '%g'\n"
-          "set grid xtics ytics lc '#CCCCCC' lw 0.8 dt 3\nset border 3\nset tics nomirror scale 0.6\n"
-          "set key left top Left reverse samplen 2 spacing 1.25\n"
-          "set lmargin at screen 0.085\nset rmargin at screen 0.485\nset tmargin at screen 0.87\n"
-          "set bmargin at screen 0.15\n";
-  text += plot(curves, 0, is_moved ? "force on moves" : "force on holds", per_metre);
-  text += "set lmargin at screen 0.575\nset rmargin at screen 0.985\nunset key\n";
-  text += plot(curves, 1, "", per_metre);
-  return text + "unset multiplot\nset output\n";
+std::optional<double> force_of(const CurvePoint& point) {
+  const std::optional<Vec3>& force = point.move_force ? point.move_force : point.hold_force;
+  return force ? std::optional(std::hypot((*force)[0], (*force)[1], (*force)[2])) : std::nullopt;
 }
 
 } // namespace
@@ -178,13 +76,24 @@ const ResultTable<CurvePoint>& columns_of_curve() {
 
 std::optional<std::string> draw_curves(const Scene& scene, const std::vector<ForceCurve>& curves,
                                        const std::filesystem::path& file) {
-  for (const Axis& axis : axes)
-    if (!(largest(curves, axis.is_there, axis.value) > 0))
-      return fmt::format("no step has a {} to draw", axis.quantity);
-  if (auto reason = why_no_gnuplot())
-    return reason;
-  write_whole(file, [&](const std::filesystem::path& part) { run_gnuplot(script(scene, curves, part)); });
-  return std::nullopt;
+  bool has_force = false, has_energy = false, is_moved = false;
+  nlohmann::ordered_json lines = nlohmann::ordered_json::object();
+  for (const ForceCurve& curve : curves)
+    for (const CurvePoint& point : curve.points) {
+      const std::optional<double> force = force_of(point);
+      has_force = has_force || force.value_or(0) > 0;
+      has_energy = has_energy || point.strain_energy.value_or(0) > 0;
+      is_moved = is_moved || point.move_force.has_value();
+      lines[curve.method].push_back(
+          {point.largest_displacement, json_number(force), json_number(point.strain_energy)});
+    }
+  if (!has_force || !has_energy)
+    return fmt::format("no step has a {} to draw", has_force ? "strain energy" : "force");
+  return draw_curves({{"title", scene.title},
+                      {"curves", std::move(lines)},
+                      {"what", is_moved ? "force on moves" : "force on holds"},
+                      {"per_metre", scene.dimension() == 2 ? "/m" : ""}},
+                     file);
 }
 
 } // namespace maille::studies

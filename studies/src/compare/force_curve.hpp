@@ -35,8 +35,7 @@ const ResultTable<CurvePoint>& columns_of_curve();
 /// Draws the size of the force on moves, on holds where there are no moves, and the strain energy over the
 /// largest displacement: a line a method, from the body at rest on.
 /// @param file *.svg, else PNG; replaced at once
-/// @return why there is no picture: no method has forces, or no gnuplot
-/// @throws std::runtime_error where gnuplot fails; std::filesystem::filesystem_error
+/// @return why there is no picture @throws std::filesystem::filesystem_error
 std::optional<std::string> draw_curves(const Scene& scene, const std::vector<ForceCurve>& curves,
                                        const std::filesystem::path& file);
 

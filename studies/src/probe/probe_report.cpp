@@ -1,5 +1,4 @@
-#include "export/whole_file.hpp"
-#include "gnuplot.hpp"
+#include "compare/plots.hpp"
 #include "probe/probe_run.hpp"
 #include "results/result_table.hpp"
 
@@ -7,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace maille::studies {
 
@@ -162,37 +162,6 @@ std::string bars_of(const LatencyHistogram& histogram) {
   return text;
 }
 
-std::string script(const ProbeRun& run, const std::string& title, const std::filesystem::path& file) {
-  const bool is_svg = file.extension() == ".svg";
-  std::string text =
-      fmt::format("set terminal {}\nset output {}\n",
-                  is_svg ? "svg size 1100,620 font 'DejaVu Sans,13' background '#FFFFFF' noenhanced"
-                         : "pngcairo size 1100,620 font 'DejaVu Sans,10' background '#FFFFFF' noenhanced",
-                  gnuplot_quoted(file.string()));
-  text += "$samples << EOD\n";
-  for (const ServoSample& sample : run.servo.samples) {
-    const auto& f = sample.state.force.force;
-    text += fmt::format("{:.6g} {:.6g} {:.6g} {:.6g} {:.6g} {:.6g}\n", sample.time, f[0], f[1], f[2],
-                        f.norm(), microseconds(sample.latency));
-  }
-  text += fmt::format("EOD\nset multiplot title {}\n", gnuplot_quoted(title));
-  text += "set grid xtics ytics lc '#E4E4E4' lw 0.8\nset border 3\nset tics nomirror scale 0.6\n"
-          "set lmargin at screen 0.08\nset rmargin at screen 0.86\n"
-          "set key outside right top Left reverse samplen 1.5 spacing 1.25\n";
-  text += "set tmargin at screen 0.92\nset bmargin at screen 0.46\nset ylabel 'force on the hand [N]'\nset "
-          "format x ''\n"
-          "plot $samples using 1:2 with lines lw 1.2 lc '#0072B2' title 'x', "
-          "$samples using 1:3 with lines lw 1.2 lc '#009E73' title 'y', "
-          "$samples using 1:4 with lines lw 1.2 lc '#D55E00' title 'z', "
-          "$samples using 1:5 with lines lw 1.6 lc '#222222' title 'size'\n";
-  text +=
-      "set tmargin at screen 0.38\nset bmargin at screen 0.10\nset ylabel 'latency [us]'\nset xlabel 'time "
-      "[s]'\n"
-      "set format x '%g'\nset logscale y\nunset key\n"
-      "plot $samples using 1:6 with dots lc '#555555' notitle, 1000 with lines dt 2 lc '#D55E00' notitle\n";
-  return text + "unset multiplot\nset output\n";
-}
-
 } // namespace
 
 std::string table(const deform::ProbedWorld& world, const ProbeRun& run, const ProbeRunSettings& settings) {
@@ -235,10 +204,20 @@ std::string csv(const ProbeRun& run) {
 
 std::optional<std::string> draw_probe_run(const ProbeRun& run, const std::string& title,
                                           const std::filesystem::path& file) {
-  if (auto reason = why_no_gnuplot())
-    return reason;
-  write_whole(file, [&](const std::filesystem::path& part) { run_gnuplot(script(run, title, part)); });
-  return std::nullopt;
+  nlohmann::ordered_json samples = nlohmann::ordered_json::array();
+  // Of many ticks those with the largest force and the largest latency are seen.
+  constexpr std::size_t most = 20000;
+  const std::span<const ServoSample> all(run.servo.samples);
+  const std::size_t together = all.size() / most + 1;
+  for (std::size_t i = 0; i < all.size(); i += together) {
+    const auto some = all.subspan(i, std::min(together, all.size() - i));
+    const auto norm = [](const ServoSample& of) { return of.state.force.force.norm(); };
+    const ServoSample& sample = *std::ranges::max_element(some, {}, norm);
+    const auto& force = sample.state.force.force;
+    samples.push_back({sample.time, force[0], force[1], force[2],
+                       microseconds(std::ranges::max_element(some, {}, &ServoSample::latency)->latency)});
+  }
+  return draw_curves({{"title", title}, {"samples", std::move(samples)}}, file);
 }
 
 } // namespace maille::studies

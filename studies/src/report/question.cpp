@@ -1,6 +1,6 @@
 /// What a scene asks, in a sentence.
 
-#include "page_parts.hpp"
+#include "report/body_pictures.hpp"
 #include "text.hpp"
 
 #include <fmt/format.h>

@@ -158,14 +158,6 @@ int Columns::width_of(std::size_t column, const std::vector<Values>& rows) const
   return is_text ? -static_cast<int>(width) : static_cast<int>(width);
 }
 
-std::string Columns::text_line_of(const Values& values, std::string_view absent) const {
-  const auto places = places_shown({values});
-  std::vector<int> widths;
-  for (const std::size_t i : places)
-    widths.push_back(list_[i].shown.width);
-  return side_by_side(places, widths, [&](std::size_t i) { return in_words(i, values, absent); });
-}
-
 std::string Columns::text_of(const std::vector<Values>& rows) const {
   const auto places = places_shown(rows);
   std::vector<int> widths;

@@ -66,8 +66,6 @@ public:
   std::string csv_line_of(const Values& values) const;
   /// The headings, and a line a row.
   std::string text_of(const std::vector<Values>& rows) const;
-  /// One line of it. @param absent stands where there is no value
-  std::string text_line_of(const Values& values, std::string_view absent = "-") const;
 
   /// What an object of JSON says; discarded where it has no such key and need not have it.
   Values values_of(const nlohmann::ordered_json& row) const;

@@ -82,6 +82,12 @@ bool read_measure_units(StudyRow& row, const Value& units) {
   return true;
 }
 
+/// Columns whose numbers say how a case came out.
+bool is_response(const Column& column) {
+  return !column.csv.empty() && (column.is_real || column.csv == "bytes" || column.csv == "iterations") &&
+         column.csv != "processor_share" && column.csv != "load_average";
+}
+
 void add_measures(Table& columns) {
   columns
       .add({"", "measures", "", "NAME of each [[measure]], of vectors NAME_x, _y, _z; NAME_error"},
@@ -202,6 +208,14 @@ std::vector<std::string> study_columns() {
   return columns_of_study().csv_names();
 }
 
+std::vector<std::string> study_responses() {
+  std::vector<std::string> names;
+  for (const Column& column : columns_of_study().list())
+    if (is_response(column))
+      names.push_back(column.csv);
+  return names;
+}
+
 std::string csv_header(const StudyRow& row) {
   return columns_of_study().csv_header(row);
 }
@@ -219,8 +233,8 @@ void name_case(StudyRow& row, const StudyFile& study, const StudyCase& one) {
   row.scene = study.scenes[one.scene].name();
   row.number = one.number;
   row.parameters.clear();
-  for (std::size_t p = 0; p < study.parameters.size(); ++p)
-    row.parameters.emplace_back(study.parameters[p].column(), one.values[p].shown);
+  for (std::size_t p = 0; p < study.n_varied(); ++p)
+    row.parameters.emplace_back(study.varied(p).column(), one.values[p].shown);
   std::vector<StudyMeasure> measures; // rows that stand in one table have the same columns
   for (const MeasureColumn& column : study.measures) {
     const auto known = std::ranges::find(row.measures, column.name, &StudyMeasure::name);

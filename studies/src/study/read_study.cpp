@@ -5,6 +5,7 @@
 #include "maille/materials/toml_reader.hpp"
 #include "maille/scene/measure/measure.hpp"
 #include "maille/scene/read_scene.hpp"
+#include "study/plan/formula.hpp"
 #include "study/plan/read_parameter.hpp"
 #include "study/plan/study.hpp"
 
@@ -169,12 +170,20 @@ void StudyReader::read_parameters(StudyFile& study) {
   for (std::size_t i = 0; i < list->size(); ++i) {
     TableReader table(*(*list)[i].as_table(), fmt::format("parameter[{}]", i + 1), faults_, "parameter");
     if (auto parameter = read_parameter(table, study))
-      study.parameters.push_back(std::move(*parameter));
+      (parameter->formula.empty() ? study.parameters : study.formulas).push_back(std::move(*parameter));
   }
-  for (const StudyParameter& parameter : study.parameters)
+  std::set<std::string> named;
+  for (const StudyParameter& formula : study.formulas)
+    for (const std::string& name : names_in_formula(formula.formula))
+      named.insert(name);
+  for (std::size_t i = 0; i < study.n_varied(); ++i) {
+    const StudyParameter& parameter = study.varied(i);
     if (std::ranges::find(study.measures, parameter.column(), &MeasureColumn::name) != study.measures.end())
       root_.fault("parameter", "parameters whose names are no columns of a measure of the scenes",
                   "\"" + parameter.column() + "\"");
+    if (parameter.keys.empty() && !named.contains(parameter.label) && faults_.empty())
+      root_.fault("parameter", "a key, or a formula that names the parameter", "\"" + parameter.label + "\"");
+  }
   check_sizes(study);
 }
 

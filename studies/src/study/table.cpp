@@ -3,9 +3,6 @@
 #include "export/vtk_files.hpp"
 #include "export/whole_file.hpp"
 #include "maille/materials/fault.hpp"
-#include "median.hpp"
-#include "study/measures.hpp"
-#include "text.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -43,14 +40,6 @@ std::vector<PvdEntry> pvd_entries(const std::vector<StudyRow>& rows, const fs::p
 
 int place(const std::string& method, const std::vector<std::string>& methods) {
   return static_cast<int>(std::find(methods.begin(), methods.end(), method) - methods.begin());
-}
-
-std::vector<std::string> methods_of(const std::vector<StudyRow>& rows) {
-  std::vector<std::string> methods;
-  for (const StudyRow& row : rows)
-    if (std::find(methods.begin(), methods.end(), row.method) == methods.end())
-      methods.push_back(row.method);
-  return methods;
 }
 
 /// Adds a row unless it is there; @throws InputError where another stands in its place
@@ -146,52 +135,21 @@ std::vector<MergedTable> merge_study_tables(const std::vector<fs::path>& files, 
   return merged;
 }
 
-std::string summary(const std::vector<StudyRow>& rows) {
-  const auto middle = [](const std::vector<double>& values) {
-    return values.empty() ? "-" : fmt::format("{:.3g}", upper_median(values));
-  };
-  const bool has_forces =
-      std::ranges::any_of(rows, [](const StudyRow& row) { return row.force.has_value(); });
-  std::string text = fmt::format("{:<9} {:>6} {:>8} {:>13} {:>13} {:>13} {:>12}{}\n", "method", "cases",
-                                 "settled", "least L2 %", "median L2 %", "largest L2 %", "median time",
-                                 has_forces ? "  force on moves [N]" : "");
-  for (const std::string& method : methods_of(rows)) {
-    std::vector<double> errors, seconds, forces;
-    int n = 0, settled = 0;
-    for (const StudyRow& row : rows)
-      if (row.method == method) {
-        ++n;
-        settled += is_converged(row.status);
-        if (row.error)
-          errors.push_back(100 * row.error->relative_l2);
-        if (has_displacement(row.status))
-          seconds.push_back(row.total_seconds);
-        if (row.force)
-          forces.push_back(*row.force);
-      }
-    const auto [least, largest] = std::minmax_element(errors.begin(), errors.end());
-    const auto [weakest, strongest] = std::ranges::minmax_element(forces);
-    text += fmt::format("{:<9} {:>6} {:>8} {:>13} {:>13} {:>13} {:>12}{}\n", method, n, settled,
-                        errors.empty() ? "-" : fmt::format("{:.3g}", *least), middle(errors),
-                        errors.empty() ? "-" : fmt::format("{:.3g}", *largest),
-                        seconds.empty() ? "-" : in_seconds(upper_median(seconds)),
-                        forces.empty() ? "" : fmt::format("  {:.4g} to {:.4g}", *weakest, *strongest));
-  }
-  if (const std::string measures = measures_in_words(rows); !measures.empty())
-    text += "\n" + measures;
-  text += "\n";
-  const auto doubtful = std::count_if(rows.begin(), rows.end(),
-                                      [](const StudyRow& row) { return row.timing != Timing::alone; });
-  if (doubtful > 0)
-    text += fmt::format("seconds of {} of {} rows were taken beside other work\n", doubtful, rows.size());
-  std::map<std::string, int> reasons;
+std::vector<StudyRow> with_same_measures(std::vector<StudyRow> rows) {
+  std::vector<StudyMeasure> columns; // without values
   for (const StudyRow& row : rows)
-    if (!is_converged(row.status))
-      ++reasons[fmt::format("{} {}{}{}", row.method, to_string(row.status), row.message.empty() ? "" : ": ",
-                            row.message)];
-  for (const auto& [reason, n] : reasons)
-    text += fmt::format("{} x {}\n", n, reason);
-  return text;
+    for (const StudyMeasure& measure : row.measures)
+      if (std::ranges::find(columns, measure.name, &StudyMeasure::name) == columns.end())
+        columns.push_back({measure.name, measure.unit, std::nullopt});
+  for (StudyRow& row : rows) {
+    std::vector<StudyMeasure> all = columns;
+    for (StudyMeasure& measure : all) {
+      const auto known = std::ranges::find(row.measures, measure.name, &StudyMeasure::name);
+      measure.value = known == row.measures.end() ? std::nullopt : known->value;
+    }
+    row.measures = std::move(all);
+  }
+  return rows;
 }
 
 } // namespace maille::studies

@@ -29,27 +29,15 @@ Value along_axes(const TradeRecord& record, const List& list) {
   return std::vector(list.begin(), list.begin() + record.dimension);
 }
 
-std::string fronts_of(const TradeRow& of) {
-  return std::string(of.on_time_front ? "t" : "") + (of.on_memory_front ? "m" : "");
-}
-
-std::string lattice_in_words(double halvings) {
-  return spacing_in_words(static_cast<int>(halvings));
-}
-
 void add_way(Table& columns) {
   columns.add({"scene", "", "", "its name"}, &TradeRecord::scene);
   add_method(columns, row, &TradeRow::way, &Way::method);
-  columns.add({"halvings", "", "", "of the scene's spacing"}, {"spacing", 7, lattice_in_words}, row,
-              &TradeRow::way, &Way::halvings);
+  columns.add({"halvings", "", "", "of the scene's spacing"}, row, &TradeRow::way, &Way::halvings);
   columns.add({"", "spacing_factor", "", "of the lattice over the scene's"}, row, &TradeRow::way,
               [](const Way& way) { return std::exp2(-way.halvings); });
-  columns.add({"nodes", "", "", "of matter"},
-              {"nodes", 9, [](double nodes) { return nodes > 0 ? fmt::format("{}", nodes) : "-"; }}, row,
-              &TradeRow::nodes);
-  columns.add({"tolerance", "tolerance", "", "of methods that have one"},
-              {"tol.", 7, [](double tolerance) { return fmt::format("{:g}", tolerance); }}, row,
-              &TradeRow::way, &Way::tolerance);
+  columns.add({"nodes", "", "", "of matter"}, row, &TradeRow::nodes);
+  columns.add({"tolerance", "tolerance", "", "of methods that have one"}, row, &TradeRow::way,
+              &Way::tolerance);
   add_status(columns, row, &TradeRow::status);
 }
 
@@ -69,10 +57,7 @@ void add_lattice(Table& columns) {
 
 void add_cost(Table& columns) {
   add_seconds(columns, seconds_of);
-  add_total(columns, seconds_of, &Seconds::total)
-      .read_by("a number", [](TradeRecord& record, const Value& value) {
-        return value.is_null() || read_value(value, record.row.seconds.solve);
-      });
+  add_total(columns, seconds_of, &Seconds::total);
   columns
       .add({"wall_s", "wall_seconds", "s", "total_s by the clock"},
            [](const TradeRecord& of) {
@@ -114,11 +99,13 @@ void add_measures(Table& columns) {
       .open();
 }
 
+/// The fronts are found afterwards (python/maille/_trade.py), which fills these in.
 void add_front(Table& columns) {
-  columns.add({"front", "", "", "nothing is nearer and quicker (t), nearer and smaller (m)"}, {"front", 6},
-              row, fronts_of);
-  columns.add({"", "on_front.time", "", "nothing is nearer and quicker"}, row, &TradeRow::on_time_front);
-  columns.add({"", "on_front.memory", "", "nothing is nearer and smaller"}, row, &TradeRow::on_memory_front);
+  const auto none = [](const TradeRecord&) { return false; };
+  columns.add({"front", "", "", "nothing is nearer and quicker (t), nearer and smaller (m)"},
+              [](const TradeRecord&) { return ""; });
+  columns.add({"", "on_front.time", "", "nothing is nearer and quicker"}, none);
+  columns.add({"", "on_front.memory", "", "nothing is nearer and smaller"}, none);
   columns.add({"reference", "", "", "that errors are measured against"}, &TradeRecord::reference);
   columns.add({"reference_l2", "", "", "the reference's own error"}, &TradeRecord::reference_l2).digits(3);
 }
@@ -126,10 +113,6 @@ void add_front(Table& columns) {
 /// Lattice of the finer probe, where a prediction exists.
 Value probe_halvings_of(const TradeRow& of) {
   return of.predicted.error ? Value(of.predicted.probe_halvings) : Value();
-}
-
-bool read_probe_halvings(TradeRecord& record, const Value& value) {
-  return value.is_null() || read_value(value, record.row.predicted.probe_halvings);
 }
 
 } // namespace
@@ -144,8 +127,7 @@ const Table& columns_of_trade() {
     add_measures(columns);
     add_prediction(columns);
     add_front(columns);
-    columns.add({"probe_halvings", "", "", "of the finer probe's lattice"}, row, probe_halvings_of)
-        .read_by(expected_of<int>(), read_probe_halvings);
+    columns.add({"probe_halvings", "", "", "of the finer probe's lattice"}, row, probe_halvings_of);
     columns.add({"message", "message", "", "why the method ended"}, row, &TradeRow::message)
         .json_behind("status")
         .json_where([](const TradeRecord& of) { return !of.row.message.empty(); });
@@ -162,10 +144,6 @@ std::vector<TradeRecord> records_of(const Scene& scene, const Trade& trade) {
          trade.reference_error ? std::optional(trade.reference_error->relative_l2) : std::nullopt, of,
          scene.dimension()});
   return records;
-}
-
-std::string spacing_in_words(int halvings) {
-  return halvings > 0 ? fmt::format("1/{}", 1 << halvings) : fmt::format("{}", 1 << -halvings);
 }
 
 } // namespace maille::studies

@@ -1,6 +1,5 @@
 #pragma once
-/// One answer of one way, measured, and the row that it makes: `maille study trade` writes it, `maille study
-/// choose` reads it.
+/// One answer of one way, measured, and the row of `maille study trade` that it makes.
 
 #include "results/result_table.hpp"
 #include "trade/trade.hpp"
@@ -39,8 +38,5 @@ struct TradeRecord {
 std::vector<TradeRecord> records_of(const Scene& scene, const Trade& trade);
 
 const ResultTable<TradeRecord>& columns_of_trade();
-
-/// A lattice by its spacing over the scene's: 2, 1, 1/2.
-std::string spacing_in_words(int halvings);
 
 } // namespace maille::studies

@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 namespace maille::studies {
 
@@ -57,7 +56,6 @@ public:
       measure_all();
     }
     trade_.is_whole = is_converged(trade_.reference_status) && !control_.should_stop();
-    mark_fronts(trade_.rows);
     return std::move(trade_);
   }
 
@@ -252,21 +250,6 @@ Trade measure_trade(Lattices& lattices, const TradeSettings& settings, const Con
   if (with_methods.methods.empty())
     with_methods.methods = default_trade_methods();
   return Measurement(lattices, with_methods, control).run();
-}
-
-void mark_fronts(std::vector<TradeRow>& rows) {
-  std::vector<CostAndError> over_time, over_memory;
-  for (const TradeRow& row : rows) {
-    constexpr double none = std::numeric_limits<double>::quiet_NaN();
-    const bool counts = is_converged(row.status) && row.error;
-    const double error = counts ? row.error->relative_l2 : none;
-    over_time.push_back({row.seconds.total(), error});
-    over_memory.push_back({row.bytes > 0 ? static_cast<double>(row.bytes) : none, error});
-  }
-  for (const std::size_t i : pareto_front(over_time))
-    rows[i].on_time_front = true;
-  for (const std::size_t i : pareto_front(over_memory))
-    rows[i].on_memory_front = true;
 }
 
 } // namespace maille::studies

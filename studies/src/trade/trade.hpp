@@ -1,6 +1,6 @@
 #pragma once
 /// Error against cost on one scene: every method on several lattices and to several tolerances, against the
-/// best reference; the Pareto fronts over time and memory are the trade-offs worth having.
+/// best reference. The Pareto fronts over time and memory are marked afterwards (python/maille/_trade.py).
 
 #include "maille/scene/answer.hpp"
 #include "results/measure_values.hpp"
@@ -8,10 +8,8 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include <cstddef>
 #include <filesystem>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -52,7 +50,6 @@ struct TradeRow {
       error; ///< over the scene's own nodes that are neither held nor moved; none of the reference itself
   std::vector<MeasureRow> measures; ///< of the scene, on the lattice of the row
   RawPrediction predicted;
-  bool on_time_front = false, on_memory_front = false;
 };
 
 struct TradeSettings {
@@ -86,36 +83,17 @@ struct Trade {
   bool any_failed() const;
 };
 
-/// Measures every way once, then the quick ones again, in turns, up to `settings.repetitions` times; marks
-/// the two fronts. Errors: the answer is carried to the scene's own nodes (between_lattices) and compared
+/// Measures every way once, then the quick ones again, in turns, up to `settings.repetitions` times.
+/// Errors: the answer is carried to the scene's own nodes (between_lattices) and compared
 /// there. Each measurement of finite elements makes its mesh, matrix and factor anew.
 /// @pre  all are methods; tolerances lie between 0 and 1
 Trade measure_trade(Lattices& lattices, const TradeSettings& settings, const Control& control);
 
-/// Marks the rows on the fronts of error over time and error over memory: settled ones with an error.
-void mark_fronts(std::vector<TradeRow>& rows);
-
-/// For people: the rows of the fronts, `t` on that over time, `m` on that over memory; all of them where
-/// asked for, and where no row is on a front.
-std::string table(const Scene& scene, const Trade& trade, bool all);
 nlohmann::ordered_json json(const Scene& scene, const Trade& trade);
-/// A header line and one line a row: what choose() learns from.
+/// For people: the question and the reference, above the rows; and below them what is missing.
+std::string head_in_words(const Scene& scene, const Trade& trade);
+std::string notes_in_words(const Trade& trade);
+/// A header line and one line a row, without fronts: what `maille study choose` learns from.
 std::string csv(const Scene& scene, const Trade& trade);
-
-/// Draws both fronts, over time and over memory, beside each other: one colour a method, the front as a step
-/// line, the reference's own error as a floor. By gnuplot, as SVG or PNG by the file's ending.
-/// @return why the picture could not be drawn; nothing on success
-std::optional<std::string> draw_trade(const Scene& scene, const Trade& trade,
-                                      const std::filesystem::path& file);
-
-/// One way to answer: what it costs and how far off it is; less is better in both.
-struct CostAndError {
-  double cost = 0, error = 0;
-};
-
-/// The points that no other point dominates (better in one, not worse in both), from the cheapest to the
-/// dearest. Equal points are all included; points with a coordinate that is not finite are not.
-/// Cost  O(n log n)
-std::vector<std::size_t> pareto_front(std::span<const CostAndError> points);
 
 } // namespace maille::studies

@@ -196,8 +196,6 @@ TEST(MechanicsCommandContract, APictureNeedsSteps) {
                         {run + folder.path("nowhere/a.png") + " --steps 2", "nowhere"}});
   const Outcome no_forces = test::done(run + folder.path("a.png") + " --steps 2 --methods limits", 1);
   EXPECT_TRUE(test::has(no_forces.err, "no picture"));
-  if (std::system("gnuplot --version > /dev/null 2>&1") != 0)
-    GTEST_SKIP() << "no gnuplot";
   const Outcome drawn = test::done(run + folder.path("a.svg") + " --steps 2 --methods coupled,relaxed");
   for (const char* word : {"force on moves [mN]", "strain energy [nJ]", "largest displacement", "relaxed"})
     EXPECT_TRUE(test::has(test::text_of(folder.path("a.svg")), word));

@@ -198,8 +198,6 @@ TEST_F(StudyCommandContract, CasesSideBySideAreTheSameAndMarked) {
 }
 
 TEST_F(StudyCommandContract, DrawsAPlotAParameterThatVaries) {
-  if (test::shell("command -v gnuplot").code != 0)
-    GTEST_SKIP() << "there is no gnuplot: install the package gnuplot-nox";
   const std::string file = study(moves + "[[parameter]]\nkey = \"specimen.fibre.angle\"\n"
                                          "values = [\"0 deg\", \"30 deg\"]\n");
   const std::string line =
@@ -218,8 +216,6 @@ TEST_F(StudyCommandContract, DrawsAPlotAParameterThatVaries) {
 }
 
 TEST_F(StudyCommandContract, DrawsTheForceOverTwoParametersAsAMap) {
-  if (test::shell("command -v gnuplot").code != 0)
-    GTEST_SKIP() << "there is no gnuplot: install the package gnuplot-nox";
   const std::string over_two =
       "scene = \"strip.toml\"\nmethods = [\"coupled\"]\nreference = \"fem_q1\"\n" +
       test::parameter("specimen.material.E_fibre", "values = [\"20 kPa\", \"40 kPa\", \"80 kPa\"]") +

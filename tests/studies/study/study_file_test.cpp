@@ -2,6 +2,7 @@
 
 #include "maille/scene/read_scene.hpp"
 #include "studies/study/study_scenes.hpp"
+#include "study/plan/formula.hpp"
 #include "study/plan/sampling.hpp"
 #include "study/plan/study.hpp"
 #include "support/kit.hpp"
@@ -270,6 +271,48 @@ TEST(StudyPlanAnalytic, DrawnPlansUseRangesAndLists) {
   for (const StudyCase& one : all)
     ones += shown(one, 1) == 1;
   EXPECT_EQ(ones, 4) << "2^3 points are spread evenly over two values";
+}
+
+TEST(StudyPlanAnalytic, SaltellisBlocksMixTwoPoints) {
+  const UnitPoints points = saltelli_points(8, 3);
+  ASSERT_EQ(points.size(), 8u * 5);
+  for (std::size_t first = 0; first < points.size(); first += 5)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      for (std::size_t d = 0; d < 3; ++d)
+        EXPECT_EQ(points[first + 2 + axis][d], points[first + (d == axis ? 1 : 0)][d]);
+}
+
+TEST(FormulaAnalytic, HasTheUsualPrecedence) {
+  const NamedNumbers known{{"a", 2}, {"move[1].by", 3}};
+  for (const auto& [formula, value] : {std::pair{"a + move[1].by * a", 8.0},
+                                       {"-a ^ 2", -4.0},
+                                       {"2 ^ 3 ^ a / (1 + 1)", 256.0},
+                                       {" ( a-1 ) - 1e-1 ", 0.9},
+                                       {"8 / a / a", 2.0},
+                                       {"+a - -a", 4.0}})
+    EXPECT_DOUBLE_EQ(value_of_formula(formula, known), value) << formula;
+  for (const std::string& formula :
+       std::vector<std::string>{"", "a +", "b", "(a", "a a", "1..2", "a)", "*", "nan", "inf",
+                                std::string(200, '('), std::string(999, '-')})
+    EXPECT_THROW((void)value_of_formula(formula, known), std::invalid_argument) << formula;
+}
+
+TEST_F(StudyFileContract, FormulasFollowFromParameters) {
+  const std::string fibre = "specimen.material.E_fibre",
+                    ratio = "[[parameter]]\nlabel = \"ratio\"\nvalues = [1, 4]\n",
+                    cross = parameter("specimen.material.E_cross",
+                                      "label = \"E\"\nvalues = [\"5 kPa\", \"8 kPa\"]");
+  const StudyFile study = parse(head + cross + ratio + parameter(fibre, "values = \"E * ratio\""));
+  const auto all = cases(study);
+  ASSERT_EQ(all.size(), 4u) << "formulas make no cases";
+  EXPECT_EQ(study.formulas[0].column(), "specimen.material.E_fibre [kPa]");
+  EXPECT_EQ(all[3].values[2].toml, "\"32 kPa\"");
+  EXPECT_TRUE(test::has(resolved_scene(study, all[1]), "E_fibre = '20 kPa'"));
+  expect_fault(head + cross + ratio, "parameter", "a key, or a formula that names the parameter");
+  expect_fault(head + parameter(fibre, "values = \"E * 2\"") + cross, "parameter[1].values",
+               "\"E\", which is none");
+  expect_fault(head + cross + parameter(fibre, "values = \"E *\""), "parameter[2].values",
+               "the end in place of");
 }
 
 } // namespace

@@ -4,7 +4,6 @@
 #include "maille/base/csv.hpp"
 #include "studies/commands/command_scenes.hpp"
 #include "studies/study/study_scenes.hpp"
-#include "study/measures.hpp"
 #include "study/plan/study_table.hpp"
 #include "study/study_run.hpp"
 #include "study/table_files.hpp"
@@ -292,17 +291,6 @@ TEST(StudyMeasuresContract, AParameterOfTheSameNameIsAFault) {
                      "\"specimen.material.poisson_ratio\"\nvalues = [0.2, 0.3]\nlabel = \"pull_x\"\n");
   });
   EXPECT_TRUE(test::says_only(faults, {.found = "pull_x"}));
-}
-
-TEST(StudyMeasuresContract, TheSummaryHasThem) {
-  const std::string text =
-      measures_in_words({row_with({{"pull", "N", 1.0}, {"pull_x", "N", 1.0}, {"pull_error", "", 0.5}}),
-                         row_with({{"pull", "N", 3.0}, {"pull_x", "N", 3.0}, {"pull_error", "", 0.25}})});
-  EXPECT_TRUE(test::has(text, "1 N"));
-  EXPECT_TRUE(test::has(text, "3 N"));
-  EXPECT_TRUE(test::has(text, "50 %"));
-  EXPECT_FALSE(test::has(text, "pull_x")) << text;
-  EXPECT_EQ(measures_in_words({row_with({})}), "");
 }
 
 // A measure of the name of a column would hide it, or be hidden by it.

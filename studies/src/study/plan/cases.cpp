@@ -7,6 +7,7 @@
 /// is resumed.
 
 #include "maille/materials/toml_reader.hpp"
+#include "study/plan/formula.hpp"
 #include "study/plan/read_parameter.hpp"
 #include "study/plan/sampling.hpp"
 #include "study/plan/study.hpp"
@@ -54,12 +55,26 @@ std::vector<Point> drawn_points(const StudyFile& study) {
   return points;
 }
 
+/// Appends what formulas give.
+void add_formulas(const StudyFile& study, Point& point) {
+  NamedNumbers known;
+  for (std::size_t i = 0; i < study.n_varied(); ++i) {
+    const StudyParameter& of = study.varied(i);
+    if (!of.formula.empty())
+      point.push_back(drawn(value_of_formula(of.formula, known), of.unit));
+    if (const double* number = std::get_if<double>(&point[i].shown))
+      known.emplace_back(of.label, *number);
+  }
+}
+
 } // namespace
 
 std::vector<StudyCase> cases(const StudyFile& study) {
-  const std::vector<Point> points = is_drawn_plan(study.combination)        ? drawn_points(study)
-                                    : study.combination == Combination::zip ? zipped_points(study)
-                                                                            : grid_points(study);
+  std::vector<Point> points = is_drawn_plan(study.combination)        ? drawn_points(study)
+                              : study.combination == Combination::zip ? zipped_points(study)
+                                                                      : grid_points(study);
+  for (Point& point : points)
+    add_formulas(study, point);
   std::vector<StudyCase> all;
   for (std::size_t scene = 0; scene < study.scenes.size(); ++scene)
     for (const Point& point : points)
@@ -84,8 +99,8 @@ std::int64_t n_cases(const StudyFile& study) {
 std::string resolved_scene(const StudyFile& study, const StudyCase& one) {
   const StudyScene& scene = study.scenes[one.scene];
   toml::table document = parse_toml(scene.text, scene.file.string());
-  for (std::size_t p = 0; p < study.parameters.size(); ++p)
-    for (const std::string& key : study.parameters[p].keys)
+  for (std::size_t p = 0; p < study.n_varied(); ++p)
+    for (const std::string& key : study.varied(p).keys)
       replace_dotted(document, key, one.values[p].toml);
   std::ostringstream text;
   text << toml::toml_formatter(document) << "\n";

@@ -2,6 +2,7 @@
 
 #include "study/plan/read_parameter.hpp"
 
+#include "study/plan/formula.hpp"
 #include "study/plan/study_table.hpp"
 
 #include <fmt/format.h>
@@ -16,13 +17,6 @@
 namespace maille::studies {
 
 namespace {
-
-/// Twelve digits: what is drawn from a range ought to be legible, and nothing is known better.
-StudyValue drawn(double value, const std::string& unit) {
-  const std::string number = fmt::format("{:.12g}", value);
-  return {unit.empty() ? number : fmt::format("\"{} {}\"", number, unit),
-          std::strtod(number.c_str(), nullptr)};
-}
 
 /// With every `[i]`, counted from 1, as the older `.i` from 0: `move[1].by` becomes `move.0.by`.
 std::string with_dots(std::string_view key) {
@@ -65,6 +59,12 @@ void put(toml::node& parent, std::string_view name, const toml::node& value) {
 }
 
 } // namespace
+
+StudyValue drawn(double value, const std::string& unit) {
+  const std::string number = fmt::format("{:.12g}", value);
+  return {unit.empty() ? number : fmt::format("\"{} {}\"", number, unit),
+          std::strtod(number.c_str(), nullptr)};
+}
 
 std::optional<NumberWithUnit> number_with_unit(const toml::node& node) {
   if (const auto number = node.is_number() ? node.value<double>() : std::nullopt)
@@ -154,17 +154,17 @@ void check_overlap(TableReader& table, const StudyParameter& parameter, const St
     return (with_dots(inner) + ".").starts_with(with_dots(outer) + ".");
   };
   std::vector<std::string> earlier;
-  for (const StudyParameter& other : study.parameters)
-    earlier.insert(earlier.end(), other.keys.begin(), other.keys.end());
+  for (std::size_t i = 0; i < study.n_varied(); ++i)
+    earlier.insert(earlier.end(), study.varied(i).keys.begin(), study.varied(i).keys.end());
   for (const std::string& key : parameter.keys) {
     for (const std::string& other : earlier)
       if (is_within(key, other) || is_within(other, key))
         table.fault("key", "every key of the scene once", fmt::format("\"{}\" beside \"{}\"", key, other));
     earlier.push_back(key);
   }
-  for (const StudyParameter& other : study.parameters)
-    if (other.label == parameter.label)
-      table.fault("label", "a label for each parameter", fmt::format("\"{}\" twice", other.label));
+  for (std::size_t i = 0; i < study.n_varied(); ++i)
+    if (study.varied(i).label == parameter.label)
+      table.fault("label", "a label for each parameter", fmt::format("\"{}\" twice", parameter.label));
   const auto is_control = [](unsigned char c) { return std::iscntrl(c) != 0; };
   if (!parameter.keys.empty() &&
       (parameter.label.empty() || std::ranges::any_of(parameter.label, is_control)))
@@ -172,6 +172,32 @@ void check_overlap(TableReader& table, const StudyParameter& parameter, const St
   if (const auto columns = study_columns(); std::ranges::find(columns, parameter.label) != columns.end())
     table.fault("label", "a label that is no other column's of the table",
                 fmt::format("\"{}\"", parameter.label));
+}
+
+bool is_of_numbers(const StudyParameter& parameter) {
+  return std::ranges::all_of(
+      parameter.values, [](const StudyValue& value) { return std::holds_alternative<double>(value.shown); });
+}
+
+/// A text in place of a list. Its unit is that of the first parameter in it that has one.
+bool read_formula(TableReader& table, const StudyFile& study, StudyParameter& parameter) {
+  parameter.formula = table.text("values").value_or("");
+  try {
+    for (const std::string& name : names_in_formula(parameter.formula)) {
+      std::size_t i = 0;
+      while (i < study.n_varied() && (study.varied(i).label != name || !is_of_numbers(study.varied(i))))
+        ++i;
+      if (i == study.n_varied())
+        throw std::invalid_argument(fmt::format("\"{}\", which is none", name));
+      if (parameter.unit.empty())
+        parameter.unit = study.varied(i).unit;
+    }
+  } catch (const std::invalid_argument& error) {
+    table.fault("values", "a list of values, or a formula of labels of earlier parameters of numbers",
+                error.what());
+    return false;
+  }
+  return true;
 }
 
 bool read_list(TableReader& table, StudyParameter& parameter) {
@@ -246,7 +272,8 @@ bool read_values(TableReader& table, const StudyFile& study, StudyParameter& par
     table.fault("count", is_list ? "no count beside a list of values" : "no count: samples says how many",
                 describe(*count));
   if (is_list)
-    return read_list(table, parameter);
+    return table.find("values")->is_string() ? read_formula(table, study, parameter)
+                                             : read_list(table, parameter);
   const bool is_whole = read_range(table, given.front(), parameter);
   if (is_drawn || !is_whole)
     return is_whole;
@@ -281,14 +308,15 @@ std::vector<std::string> texts_of(const toml::node& node, const std::string& pat
 std::optional<StudyParameter> read_parameter(TableReader& table, const StudyFile& study) {
   StudyParameter parameter;
   constexpr const char* expected = "a dotted key of the scene such as \"move[1].by\", or a list of them";
-  if (const toml::node* node = table.require("key", expected))
+  const bool is_for_formulas = !table.find("key") && table.find("label");
+  if (const toml::node* node = is_for_formulas ? nullptr : table.require("key", expected))
     parameter.keys = texts_of(*node, table.path_of("key"), expected, table.faults());
   parameter.label = table.text("label").value_or(parameter.keys.empty() ? "" : parameter.keys.front());
   const bool has_values = read_values(table, study, parameter);
   check_keys(table, parameter, study);
   check_overlap(table, parameter, study);
   table.finish();
-  return has_values && !parameter.keys.empty() ? std::optional(parameter) : std::nullopt;
+  return has_values && (is_for_formulas || !parameter.keys.empty()) ? std::optional(parameter) : std::nullopt;
 }
 
 DottedNode find_dotted(toml::table& root, std::string_view asked) {

@@ -39,6 +39,9 @@ std::string toml_text(const toml::node& node);
 /// A value of a list: any TOML value.
 StudyValue value_of(const toml::node& node);
 
+/// A number with its unit, of twelve digits: what is drawn ought to be legible, and nothing is known better.
+StudyValue drawn(double value, const std::string& unit);
+
 /// `count` values from one end to the other, evenly or by equal factors. @pre parameter.range
 std::vector<StudyValue> values_of_range(const StudyParameter& parameter, int count);
 

@@ -32,7 +32,8 @@ struct StudyParameter {
   std::string unit;              ///< of all its values, as the study writes it; empty: numbers in SI, or text
   std::optional<StudyRange> range;
   std::vector<StudyValue>
-      values; ///< of a list, and of a range with a count; empty where plans draw from a range
+      values;          ///< of a list, and of a range with a count; empty where plans draw from a range
+  std::string formula; ///< of labels of earlier parameters, see value_of_formula; empty: none
 
   /// The name of its column: `label [unit]`.
   std::string column() const;
@@ -60,8 +61,9 @@ struct StudyFile {
   std::filesystem::path file;
   std::string title;
   std::vector<StudyScene> scenes;
-  std::vector<MeasureColumn> measures; ///< of any of the scenes, each once
-  std::vector<StudyParameter> parameters;
+  std::vector<MeasureColumn> measures;    ///< of any of the scenes, each once
+  std::vector<StudyParameter> parameters; ///< without keys: for formulas alone
+  std::vector<StudyParameter> formulas;   ///< what follows from parameters, case by case
   Combination combination = Combination::grid;
   int samples = 0;        ///< of latin_hypercube and sobol; of saltelli pairs of points
   std::uint64_t seed = 1; ///< of latin_hypercube
@@ -76,13 +78,18 @@ struct StudyFile {
   bool wants_vtk(int number) const;
   /// The methods of a case's rows in their order: methods, then the reference where it is not among them.
   std::vector<std::string> row_methods() const;
+  /// Parameters, then formulas.
+  std::size_t n_varied() const { return parameters.size() + formulas.size(); }
+  const StudyParameter& varied(std::size_t i) const {
+    return i < parameters.size() ? parameters[i] : formulas[i - parameters.size()];
+  }
 };
 
 /// One point of the study.
 struct StudyCase {
   int number = 0;                 ///< from 1
   std::size_t scene = 0;          ///< index into StudyFile::scenes
-  std::vector<StudyValue> values; ///< one a parameter
+  std::vector<StudyValue> values; ///< one a parameter, then one a formula
 };
 
 /// Reads a study file and its base scenes, which are relative to its folder.

@@ -1,5 +1,5 @@
 #pragma once
-/// The rows of a study, their picture, and the two files that hold them: JSON lines, which are read again,
+/// The rows of a study, and the two files that hold them: JSON lines, which are read again,
 /// and CSV for everyone else.
 
 #include "maille/scene/answer.hpp"
@@ -117,26 +117,11 @@ struct MergedTable {
 std::vector<MergedTable> merge_study_tables(const std::vector<std::filesystem::path>& files,
                                             const std::filesystem::path& folder);
 
-/// For people: a line a method with its errors and seconds over the cases, then what failed.
-std::string summary(const std::vector<StudyRow>& rows);
+/// Rows of one table have the same columns of measures: those that some row lacks are added to it, empty.
+std::vector<StudyRow> with_same_measures(std::vector<StudyRow> rows);
 
 /// The columns of numbers that say how cases came out: what a picture can be of, beside the columns of
 /// measures.
 std::vector<std::string> study_responses();
-/// Default response of a study: the result of the scene's `[test]`, else its first measure, else the force on
-/// the moved part, else the error.
-std::string default_response(const std::vector<StudyRow>& rows);
-
-/// Draws a column of every method over what was varied. Two parameters on a whole grid: a plot a scene and
-/// method, coloured by the value, with lines of equal value. Else a plot a scene and parameter that has
-/// several values: a curve a method through the medians of the cases that share a value, in a band from the
-/// least of them to the most. All plots of a picture have one scale; errors below 0.001 % stand at the
-/// bottom.
-/// @param title above all plots @param file *.svg, else PNG; replaced at once
-/// @param column one of study_responses(), or of a measure; empty: default_response
-/// @return why there is no picture: no numbers at several values, or no gnuplot
-/// @throws std::runtime_error where gnuplot fails; std::filesystem::filesystem_error
-std::optional<std::string> draw_study(const std::vector<StudyRow>& rows, const std::string& title,
-                                      const std::filesystem::path& file, const std::string& column = "");
 
 } // namespace maille::studies
