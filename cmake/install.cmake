@@ -7,9 +7,7 @@ install(TARGETS maille_plugins maille_materials maille_images maille_scene maill
   FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
 if(TARGET maille_command)
   maille_runpath(maille_command "$ORIGIN/${from_programs_to_plugins}" "$ORIGIN/plugins")
-  maille_runpath(maille_studies_program "$ORIGIN")
   install(TARGETS maille_command RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT command)
-  install(TARGETS maille_studies_program RUNTIME DESTINATION ${maille_plugin_folder} COMPONENT command)
 endif()
 install(DIRECTORY scene/scenes DESTINATION ${CMAKE_INSTALL_DATADIR}/maille COMPONENT command)
 

@@ -10,7 +10,7 @@ function(maille_runpath target)
   set_target_properties(${target} PROPERTIES INSTALL_RPATH "${ARGN}" BUILD_WITH_INSTALL_RPATH ON)
 endfunction()
 file(RELATIVE_PATH from_programs_to_plugins ${CMAKE_CURRENT_SOURCE_DIR}/${CMAKE_INSTALL_BINDIR} ${CMAKE_CURRENT_SOURCE_DIR}/${maille_plugin_folder})
-file(RELATIVE_PATH from_plugins_to_data ${CMAKE_CURRENT_SOURCE_DIR}/${maille_plugin_folder} ${CMAKE_CURRENT_SOURCE_DIR}/${CMAKE_INSTALL_DATADIR})
+file(RELATIVE_PATH from_programs_to_data ${CMAKE_CURRENT_SOURCE_DIR}/${CMAKE_INSTALL_BINDIR} ${CMAKE_CURRENT_SOURCE_DIR}/${CMAKE_INSTALL_DATADIR})
 set(maille_plugin_exports ${CMAKE_CURRENT_BINARY_DIR}/plugin_exports.map)
 file(WRITE ${maille_plugin_exports} "{ global: maille_plugin; local: *; };\n")
 

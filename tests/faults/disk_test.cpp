@@ -346,7 +346,7 @@ TEST(PluginContract, OneThatIsCutShortIsRefused) {
   const CommandFolder folder;
   const auto plugins = std::filesystem::path(MAILLE_COMMAND).parent_path() / "plugins";
   for (const auto& [name, arguments] : {std::pair("maille-fem.so", "run IN/box.toml --methods fem_q1"),
-                                        {"maille-studies", "study trade --help"}}) {
+                                        {"maille-vtk.so", "run IN/box.toml --out out"}}) {
     const std::string whole = test::text_of(plugins / name);
     for (const std::size_t left : {std::size_t{0}, std::size_t{64}, whole.size() / 2, whole.size() - 1}) {
       folder.write(name, whole.substr(0, left));

@@ -88,7 +88,7 @@ with tempfile.TemporaryDirectory(dir=BUILD) as name:
 
     # A part that is not there is named, with where it was looked for, and the rest works.
     for part, words in (("maille-fem.so", ["run", scene, "--methods", "fem_q1"]), ("maille-vtk.so", ["run", scene, "--out", "out2"]),
-                        ("maille-studies", ["report", "out"])):
+                        ("maille-report", ["report", "out"])):
         (plugins / part).rename(folder / part)
         said = run(["maille", *words], code=1, env=clean, cwd=work)
         check(part in said and str(plugins.resolve()) in str(pathlib.Path(said)).replace(f"{root}/usr/bin/../lib", str(plugins.parent)), said)

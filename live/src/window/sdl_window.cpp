@@ -2,6 +2,7 @@
 
 #include "window/imgui_parts.hpp"
 #include "window/screen_density.hpp"
+#include "window/window_functions.hpp"
 
 #include <backends/imgui_impl_sdl.h>
 
@@ -340,12 +341,14 @@ private:
 
 } // namespace
 
-bool has_windows() {
-  return true;
-}
-
-std::unique_ptr<Window> open_window(const WindowSettings& settings) {
-  return std::make_unique<SdlWindow>(settings);
-}
-
 } // namespace maille::live
+
+extern "C" const void* maille_plugin(std::size_t layout, const void* host);
+
+extern "C" const void* maille_plugin(std::size_t layout, const void* /*host*/) {
+  using namespace maille::live;
+  static constexpr WindowFunctions functions{[](const WindowSettings& settings) -> std::unique_ptr<Window> {
+    return std::make_unique<SdlWindow>(settings);
+  }};
+  return layout == window_layout ? &functions : nullptr;
+}

@@ -19,10 +19,10 @@ void add_warp(CLI::App* command, WarpCommandOptions& options);
 void add_play(CLI::App* command, PlayOptions& options);
 void add_render(CLI::App* command, RenderOptions& options);
 /// Where a picture of volumes is taken from, and for how many eyes. Weak, as the commands that take them.
-[[gnu::weak]] void add_camera(CLI::App* command, CameraOptions& camera);
-[[gnu::weak]] void add_stereo(CLI::App* command, std::string& stereo);
+void add_camera(CLI::App* command, CameraOptions& camera);
+void add_stereo(CLI::App* command, std::string& stereo);
 /// How a recorded hand feels a scene. Weak too. @return the options
-[[gnu::weak]] std::vector<CLI::Option*> add_feeling(CLI::App* command, FeelOptions& options);
+std::vector<CLI::Option*> add_feeling(CLI::App* command, FeelOptions& options);
 void add_fit(CLI::App* command, FitOptions& options);
 void add_trade(CLI::App* command, TradeOptions& options);
 void add_choose(CLI::App* command, ChooseOptions& options);

@@ -276,33 +276,27 @@ int run_command(const RunOptions& options);
 int check_any_command(const CheckOptions& options);
 int explain_command(const CheckOptions& options);
 
-/// Whether a word means a tissue of the library, `muscle/soleus`, or `library`: it is no file, and has no
-/// dot.
-bool is_word_of_tissue(const std::string& word);
-
-/// Weak: only maille-studies is linked with these. Elsewhere they are null, and the program that is asked for
-/// one becomes maille-studies (cli/other_programs.cpp).
-[[gnu::weak]] int materials_command(const MaterialsOptions& options);
+int materials_command(const MaterialsOptions& options);
 /// @param file "-": stdout
-[[gnu::weak]] void write_deck(const Scene& scene, const std::string& file);
-[[gnu::weak]] int warp_command(const WarpCommandOptions& options);
+void write_deck(const Scene& scene, const std::string& file);
+int warp_command(const WarpCommandOptions& options);
 /// @throws UsageError for formats that are none. The images are kept from being written over.
-[[gnu::weak]] WarpRequest warp_request(const WarpOptions& options);
-[[gnu::weak]] int play_command(const PlayOptions& options);
-[[gnu::weak]] int feel_command(const PlayOptions& options);
+WarpRequest warp_request(const WarpOptions& options);
+int play_command(const PlayOptions& options);
+int feel_command(const PlayOptions& options);
 /// True for a CSV file whose columns begin with time,x,y,z, in place of a trajectory of frames.
-[[gnu::weak]] bool is_recorded_hand(const std::filesystem::path& file);
-[[gnu::weak]] int render_command(const RenderOptions& options);
-[[gnu::weak]] int new_command(const NewOptions& options);
+bool is_recorded_hand(const std::filesystem::path& file);
+int render_command(const RenderOptions& options);
+int new_command(const NewOptions& options);
 /// A calf of closed formulas with scan, labels, names, landmarks and a scene, in a folder.
 void new_calf(const std::filesystem::path& folder, bool overwrite);
-[[gnu::weak]] int trade_command(const TradeOptions& options);
-[[gnu::weak]] int choose_command(const ChooseOptions& options);
-[[gnu::weak]] int study_command(const StudyCommandOptions& options);
-[[gnu::weak]] int merge_command(const MergeOptions& options);
-[[gnu::weak]] int fit_command(const FitOptions& options);
-[[gnu::weak]] int report_command(const ReportOptions& options);
-[[gnu::weak]] int manual_command(const ManualOptions& options);
+int trade_command(const TradeOptions& options);
+int choose_command(const ChooseOptions& options);
+int study_command(const StudyCommandOptions& options);
+int merge_command(const MergeOptions& options);
+int fit_command(const FitOptions& options);
+int report_command(const ReportOptions& options);
+int manual_command(const ManualOptions& options);
 
 /// What `explain` says about a scene, for people.
 std::string explanation(const Scene& scene);

@@ -207,11 +207,9 @@ void add_sandbox(CLI::App& app) {
       "of others");
 }
 
-/// Options that live as long as what runs the command with them. @param run null: another program has it
+/// Options that live as long as what runs the command with them.
 template<class Options>
 AddCommand taking(void (*add)(CLI::App*, Options&), int (*run)(const Options&)) {
-  if (run == nullptr)
-    return {};
   return [add, run](CLI::App* command) {
     const auto options = std::make_shared<Options>();
     add(command, *options);
@@ -235,8 +233,6 @@ std::unique_ptr<CLI::App> whole_command_line(int& code) {
   for (const Command& command : all_commands()) {
     CLI::App* const added = app->add_subcommand(command.name, command.description);
     added->group(command.group);
-    if (!command.add)
-      continue;
     added->final_callback([run = command.add(added), &code] { code = run(); });
     added->footer(footer_of(command));
     if (command.reads_scenes)
@@ -244,6 +240,16 @@ std::unique_ptr<CLI::App> whole_command_line(int& code) {
   }
   app->footer(footer_of_all());
   return app;
+}
+
+std::optional<Command> asked_command(const std::vector<std::string>& words) {
+  const auto word = std::ranges::find_if(words, [](const std::string& one) { return one != "--sandbox"; });
+  if (word == words.end())
+    return std::nullopt;
+  for (Command& command : all_commands())
+    if (command.name == *word)
+      return std::move(command);
+  return std::nullopt;
 }
 
 std::vector<Command> all_commands() {

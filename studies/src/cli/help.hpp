@@ -23,8 +23,8 @@ struct Command {
   const char* group;
   std::string name, description; ///< `study-trade` is shown as `study trade`
   std::string example, page;     ///< at the end of its help; the page is in docs/
-  AddCommand add;                ///< empty: another program has it, see become_program_of
-  bool reads_scenes = true;      ///< --sandbox keeps their files together
+  AddCommand add;
+  bool reads_scenes = true; ///< --sandbox keeps their files together
 };
 
 /// The parser of the whole command line. @param code  what the command that was asked for answers with
@@ -32,15 +32,6 @@ std::unique_ptr<CLI::App> whole_command_line(int& code);
 
 /// The one that a command line asks for, or about; nothing where it names none.
 std::optional<Command> asked_command(const std::vector<std::string>& words);
-
-/// False where maille-studies has the command, or has what it is asked of: only that places worlds.
-bool is_of_this_program(const Command& command, const std::vector<std::string>& words);
-
-/// @brief The process becomes the program that has a command which this one has not.
-///
-/// Before it has done anything else: MPI can be started once. Such programs stand where plugins do.
-/// @throws std::runtime_error where it is not there, or cannot be started
-void become_program_of(const Command& command, char** argv);
 
 /// All of them, in the order of the help.
 std::vector<Command> all_commands();

@@ -25,7 +25,6 @@ struct LiveOptions {
 };
 
 void add_live(CLI::App* command, LiveOptions& options);
-/// Weak as those of cli/commands.hpp: maille-studies has it.
-[[gnu::weak]] int live_command(const LiveOptions& options);
+int live_command(const LiveOptions& options);
 
 } // namespace maille::studies

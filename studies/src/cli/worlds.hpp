@@ -1,5 +1,5 @@
 #pragma once
-/// What commands take from the rooms of worlds and of volumes, and maille-studies alone has whole.
+/// What commands take from the rooms of worlds and of volumes.
 
 #include "maille/deform/world/world.hpp"
 #include "picture/comparison_picture.hpp"
@@ -25,10 +25,10 @@ struct PlacedWorld {
   std::vector<double> thin;
 };
 
-/// Weak, as the commands of which maille-studies alone has the whole (cli/commands.hpp). @throws InputError
-[[gnu::weak]] PlacedWorld placed(const WorldScene& scene, const std::filesystem::path& file);
+/// @throws InputError
+PlacedWorld placed(const WorldScene& scene, const std::filesystem::path& file);
 
-/// Weak, as `placed`: draw_grey_values (view/seen_scene.hpp) where this program has it. @throws InputError
-[[gnu::weak]] DrawBody grey_bodies(const Scene& scene, const std::filesystem::path& file, int threads);
+/// draw_grey_values (view/seen_scene.hpp). @throws InputError
+DrawBody grey_bodies(const Scene& scene, const std::filesystem::path& file, int threads);
 
 } // namespace maille::studies

@@ -292,6 +292,12 @@ FileKind kind_of(const fs::path& file) {
   }
 }
 
+/// A word means a tissue of the library, `muscle/soleus`, or `library`, where it is no file and has no dot.
+bool is_word_of_tissue(const std::string& word) {
+  return !word.empty() && word.front() != '-' && word.find('.') == std::string::npos &&
+         !std::filesystem::exists(word);
+}
+
 } // namespace
 
 int check_any_command(const CheckOptions& options) {

@@ -75,7 +75,7 @@ bool draw(const Scene& scene, const Comparison& comparison, const CompareOptions
   }
   PictureSettings settings;
   settings.title = scene.title;
-  if (options.picture_of == "displacement" && grey_bodies != nullptr)
+  if (options.picture_of == "displacement")
     settings.draw_body = grey_bodies(scene, options.scene, options.threads);
   settings.is_anatomical = is_of_a_patient(options.scene);
   if (options.picture_of == "strain") {

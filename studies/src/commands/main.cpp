@@ -152,9 +152,7 @@ int main(int argc, char** argv) {
     if (!words.empty() && (words[0] == "bench" || words[0] == "verify" || words[0] == "stability"))
       throw UsageError(fmt::format("maille {} is now studies/lab/run {} of the source tree", words[0],
                                    words[0] == "bench" ? "SUBJECT" : words[0]));
-    if (const auto asked = asked_command(words); asked && !is_of_this_program(*asked, words))
-      become_program_of(*asked, argv);
-    maille::keep_opened_files(); // not before: the choice of the program looks at every word, outputs too
+    maille::keep_opened_files();
     maille::fem_ref::start_ranks();
     is_shared = is_for_all_ranks(argc, argv);
     if (!ranks_agree({{"command", is_shared ? asked_command(words)->name : "(of the first rank alone)"}}))

@@ -1,7 +1,7 @@
 /// The calf that `maille new calf` writes: closed formulas, so that everyone has the same one.
 ///
-/// A right lower leg, 240 mm from ankle to knee, in RAS millimetres with the ankle at the origin. Each part is
-/// an ellipse across the leg whose middle and half axes follow the height; a part is there between two
+/// A right lower leg, 240 mm from ankle to knee, in RAS millimetres with the ankle at the origin. Each part
+/// is an ellipse across the leg whose middle and half axes follow the height; a part is there between two
 /// heights, and the later one of the list counts where two overlap. The scan has the grey values of a
 /// T1-weighted MRI with noise of a fixed sequence. Sizes are those of a slender adult, rounded; it is a
 /// drawing of a calf, not an atlas.

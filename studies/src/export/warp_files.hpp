@@ -24,9 +24,8 @@ struct WarpRequest {
   LengthUnit unit = LengthUnit::millimetre; ///< of those
 };
 
-/// Why a scene cannot be warped; empty where it can: it has three dimensions, and there is an image. Weak, as
-/// all of this: in the program maille-studies alone.
-[[gnu::weak]] std::string why_no_warp(const Scene& scene, const WarpRequest& request);
+/// Why a scene cannot be warped; empty where it can: it has three dimensions, and there is an image.
+std::string why_no_warp(const Scene& scene, const WarpRequest& request);
 
 struct WarpedFiles {
   std::vector<std::filesystem::path> files; ///< in the order of their making
@@ -44,7 +43,7 @@ struct WarpedFiles {
 /// A world that the file does not state is the one that ITK takes it for: LPS of MetaImage, else RAS.
 /// @pre   why_no_warp is empty, and the answer has a displacement
 /// @throws InputError for faulty images; as write_whole where a file cannot be written
-[[gnu::weak]] WarpedFiles write_warp(const Scene& scene, const Answer& answer, const WarpRequest& request,
-                                     const std::filesystem::path& stem);
+WarpedFiles write_warp(const Scene& scene, const Answer& answer, const WarpRequest& request,
+                       const std::filesystem::path& stem);
 
 } // namespace maille::studies

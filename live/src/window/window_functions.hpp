@@ -1,0 +1,16 @@
+#pragma once
+/// What the plugin of windows has.
+
+#include "maille/live/window.hpp"
+#include "maille/plugins/open_plugin.hpp"
+
+namespace maille::live {
+
+struct WindowFunctions {
+  std::unique_ptr<Window> (*open)(const WindowSettings& settings);
+};
+
+inline constexpr std::size_t window_layout =
+    layout_of<WindowFunctions, WindowSettings, Event, Widget, OverlayLine, OverlayText, Shown>();
+
+} // namespace maille::live

@@ -1,0 +1,35 @@
+/// Windows for a program that starts without SDL2: the first one opens the plugin maille-window.so, which a
+/// build has where libsdl2-dev and libimgui-dev are.
+
+#include "maille/plugins/open_plugin.hpp"
+#include "window/window_functions.hpp"
+
+#include <filesystem>
+#include <stdexcept>
+
+namespace maille::live {
+
+namespace {
+
+constexpr const char* plugin = "maille-window.so";
+
+} // namespace
+
+bool has_windows() {
+  for (const std::string& folder : plugin_folders())
+    if (std::error_code none; std::filesystem::exists(folder + "/" + plugin, none))
+      return true;
+  return false;
+}
+
+std::unique_ptr<Window> open_window(const WindowSettings& settings) {
+  if (!has_windows())
+    throw std::runtime_error(
+        "this build has no windows: install libsdl2-dev and libimgui-dev and build again, "
+        "or give --headless with --script");
+  static const auto* const functions =
+      static_cast<const WindowFunctions*>(open_plugin(plugin, "a window (SDL2)", window_layout));
+  return functions->open(settings);
+}
+
+} // namespace maille::live
