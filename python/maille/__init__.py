@@ -45,7 +45,8 @@ def materials() -> List[str]:
 
 
 # Functions that need SciPy or the command, by module: it is imported by their first use.
-_LATER = {"choose": "_choose", "fit": "_fit", "identify": "_identify", "pareto_front": "_trade", "report": "_report", "sensitivity": "_study"}
+_LATER = {"choose": "_choose", "design": "_study", "fit": "_fit", "identify": "_identify", "pareto_front": "_trade", "report": "_report",
+          "sensitivity": "_study"}
 
 
 def __getattr__(name: str) -> Any:
@@ -57,5 +58,6 @@ def __getattr__(name: str) -> Any:
 
 
 __all__ = ["Answer", "Comparison", "Drag", "Errors", "Fault", "Frame", "Image", "MailleWarning", "Report", "Scene",
-           "SceneFaults", "World", "box", "choose", "compare", "drive", "fit", "hold", "identify", "load", "load_on", "materials", "measure", "methods", "move",
+           "SceneFaults", "World", "box", "choose", "compare", "design", "drive", "fit", "hold", "identify", "load", "load_on", "materials",
+           "measure", "methods", "move",
            "pareto_front", "report", "sensitivity"]

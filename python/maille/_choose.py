@@ -362,7 +362,7 @@ def choose(scene: "Scene | str | os.PathLike[str]", error: float, time: float, *
     ``memory``  [bytes]; None: what is free
     ``level``   how often the promise is kept, from 0 to 1
     ``tables``  CSV files of ``study trade`` in place of the built-in one
-    @raises FileNotFoundError where the command is not installed; ValueError with its message
+    @raises ValueError with the command's message; FileNotFoundError without the command
 
     "chosen" is None where nothing is expected to meet both. Cost: about three times ``coupled`` on the finest lattice probed.
     Source: Lei and others 2018.

@@ -36,9 +36,12 @@ def _output(text: str = "") -> None:
         raise RuntimeError(f"cannot write to standard output: {error.strerror}") from None
 
 
+_CONTROLS = {code: "?" for code in (*range(9), 11, 12, *range(14, 32), *range(127, 160))}
+
+
 def print_safely(text: str, stream: Any = None) -> None:
     """Prints for people. Control characters of names and files do not reach the terminal."""
-    (stream.write if stream else _output)("".join(c if c.isprintable() or c in "\n\t" else "?" for c in text))
+    (stream.write if stream else _output)(text.translate(_CONTROLS))
 
 
 def complain(message: str) -> None:

@@ -7,7 +7,7 @@ logarithm where that is what is varied), or equally likely among the values of a
 * ``by_grid``: the analysis of variance of a whole table, exact for values that are equally likely.
 * ``by_pairs``: Saltelli's blocks of points. First order by Saltelli and others 2010, table 2 (b), about the mean, total
   by Jansen 1999. No assumption of smoothness. Intervals: percentiles of 1000 bootstraps of the blocks.
-* ``by_chaos``: samples that lie anyhow. Orthonormal polynomials of rising total degree (Legendre's; Gram's on levels),
+* ``by_chaos``: samples that lie anyhow. Orthonormal polynomials of rising total degree (Legendre's; Hermite's; Gram's on levels),
   taken one by one by orthogonal matching pursuit, as many and of the degree that five-fold cross-validation asks
   for; squares of coefficients are the indices (Sudret 2008; Blatman and Sudret 2011). ``unexplained`` is the error of
   cross-validation. Intervals: 400 wild bootstraps of the coefficients (Wu 1986), widened by it.
@@ -20,11 +20,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from itertools import islice
-from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
+from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 import numpy.typing as npt
-from numpy.polynomial import legendre
+from numpy.polynomial import hermite_e, legendre
 from scipy.linalg import qr, solve_triangular
 
 HIGHEST_DEGREE = 20
@@ -32,7 +32,8 @@ MOST_UNEXPLAINED = 1 / 3
 FEWEST_BLOCKS = 10
 
 Array = npt.NDArray[Any]
-Levels = Sequence[Optional[Sequence[float]]]  # positions in [-1, 1] of each axis, equally likely; None: a range
+# Positions in [-1, 1], equally likely; None: anywhere there alike; "normal": a standard normal variable.
+Axis = Union[None, str, Sequence[float]]
 Degrees = Tuple[int, ...]  # of a product of polynomials, one an axis
 
 
@@ -184,10 +185,13 @@ def by_pairs(n_parameters: int, values: npt.ArrayLike) -> Sensitivity:
     return found
 
 
-def _polynomials(at: Array, levels: Optional[Sequence[float]], n_degrees: int) -> Any:
+def _polynomials(at: Array, levels: Axis, n_degrees: int) -> Any:
     """Orthonormal ones at positions, a column a degree from 0: as many as asked for, or as there are different levels."""
     vander: Any = legendre.legvander
-    if levels is None:
+    if levels == "normal":
+        hermite: Any = hermite_e.hermevander
+        return hermite(at, n_degrees - 1) / np.sqrt([float(math.factorial(n)) for n in range(n_degrees)])
+    if levels is None or isinstance(levels, str):
         return vander(at, n_degrees - 1) * np.sqrt(2 * np.arange(n_degrees) + 1)
     n = min(n_degrees, len(set(levels)))
     triangle = qr(vander(np.asarray(levels), n - 1) / math.sqrt(len(levels)), mode="r")[0][:n]
@@ -217,45 +221,58 @@ def _products(of_axes: Sequence[Array], degrees: Sequence[Degrees]) -> Array:
 
 
 class _Pursuit:
-    """Orthogonal matching pursuit: takes one polynomial after another, that which is nearest to the rest of the values."""
+    """Orthogonal matching pursuits side by side, each on the samples that it sees: takes one polynomial after another, that
+    which is nearest to the rest of the values.
 
-    def __init__(self, products: Array, values: Array, order: Array, n_seen: int) -> None:
-        self.products = products[order]  # less what those that were taken span
-        self.rest = values[order]
-        self.n_seen = n_seen
-        self.sizes = np.sum(self.products[:n_seen] ** 2, axis=0)
+    A direction is a polynomial less what those before it span. Products of directions and polynomials suffice for the
+    gains of the next step: a step costs one product of matrices.
+    """
+
+    def __init__(self, products: Array, values: Array, seen: Array) -> None:
+        """@param seen  (n_pursuits, n_samples), 0 or 1"""
+        self.products, self.seen = products, seen
+        self.rest = np.tile(values, (len(seen), 1))
+        self.gains: Any = (seen * values) @ products
+        self.sizes: Any = seen @ products**2
         self.least_sizes = 1e-8 * self.sizes
-        self.taken: List[int] = []
+        self.directions, self.shares = np.empty((0, *seen.shape)), np.empty((0, *self.sizes.shape))
+        self.taken: List[Array] = []  # a polynomial a pursuit; -1: none is left
 
-    def take_next(self) -> bool:
-        seen, following = self.products[: self.n_seen], 0  # the constant first, whatever it explains
+    def take_next(self) -> None:
+        each = np.arange(len(self.seen))
+        following = np.zeros(len(each), int)  # the constant first, whatever it explains
         if self.taken:
-            with np.errstate(divide="ignore", invalid="ignore"):
-                gains = np.where(self.sizes > self.least_sizes, (self.rest[: self.n_seen] @ seen) ** 2 / self.sizes, -1)
-            following = int(np.argmax(gains))
-            if gains[following] <= 0:
-                return False
-        direction = self.products[:, following] / np.linalg.norm(seen[:, following])
-        self.rest = self.rest - (direction[: self.n_seen] @ self.rest[: self.n_seen]) * direction
-        self.products -= np.outer(direction, direction[: self.n_seen] @ seen)
-        self.sizes = np.einsum("ij,ij->j", seen, seen)
-        self.sizes[following] = 0  # a direction is taken once
+            usable = self.sizes > self.least_sizes
+            gains = np.where(usable, self.gains**2 / np.where(usable, self.sizes, 1), -1)
+            following = np.where(gains.max(axis=1) > 0, gains.argmax(axis=1), -1)
+        direction = self.products.T[following]
+        direction = direction - np.einsum("kp,kpn->pn", self.shares[:, each, following], self.directions)
+        again = np.einsum("kpn,pn->kp", self.directions, self.seen * direction)  # against rounding
+        direction -= np.einsum("kp,kpn->pn", again, self.directions)
+        size = np.linalg.norm(self.seen * direction, axis=1)
+        direction *= np.where((following >= 0) & (size > 0), 1 / np.where(size > 0, size, 1), 0)[:, np.newaxis]
+        shares = (self.seen * direction) @ self.products
+        step = np.sum(self.seen * direction * self.rest, axis=1)[:, np.newaxis]
+        self.rest -= step * direction
+        self.gains -= step * shares
+        self.sizes -= shares**2
+        self.sizes[each, following] = 0  # a direction is taken once
+        self.directions = np.concatenate([self.directions, direction[np.newaxis]])
+        self.shares = np.concatenate([self.shares, shares[np.newaxis]])
         self.taken.append(following)
-        return True
 
 
 def _validation(products: Array, values: Array, order: Array, enough: float) -> Tuple[int, float]:
     """Five pursuits, each without a fifth of the samples, until errors there no longer fall. @return terms, mean square"""
-    n, pursuits = len(values), []
+    n = len(values)
+    seen = np.ones((5, n))
     for fold in range(5):
-        begin, end = n * fold // 5, n * (fold + 1) // 5
-        of_fold = np.concatenate([order[:begin], order[end:], order[begin:end]])
-        pursuits.append(_Pursuit(products, values, of_fold, n - (end - begin)))
+        seen[fold, order[n * fold // 5 : n * (fold + 1) // 5]] = 0
+    pursuits = _Pursuit(products, values, seen)
     best, least, k = 1, math.inf, 1
     while k <= min(n // 2, products.shape[1], 300, best + 10 + best // 4) and least > enough:
-        for pursuit in pursuits:
-            pursuit.take_next()
-        error = sum(float(np.sum(pursuit.rest[pursuit.n_seen :] ** 2)) for pursuit in pursuits) / n
+        pursuits.take_next()
+        error = float(np.sum((1 - seen) * pursuits.rest**2)) / n
         if error < least:
             best, least = k, error
         k += 1
@@ -279,17 +296,18 @@ def _best_model(of_axes: Sequence[Array], values: Array, order: Array) -> Tuple[
             n_terms, least, last_better, chosen = terms, error, degree, list(candidates)
     if not chosen:
         return [], least
-    pursuit = _Pursuit(_products(of_axes, chosen), values, order, n)
-    while len(pursuit.taken) < n_terms and pursuit.take_next():
-        pass
-    return [chosen[i] for i in pursuit.taken], least
+    pursuit = _Pursuit(_products(of_axes, chosen), values, np.ones((1, n)))
+    for _ in range(n_terms):
+        pursuit.take_next()
+    return [chosen[int(i)] for (i,) in pursuit.taken if i >= 0], least
 
 
-def by_chaos(points: npt.ArrayLike, values: npt.ArrayLike, levels: Optional[Levels] = None) -> Sensitivity:
+def by_chaos(points: npt.ArrayLike, values: npt.ArrayLike, levels: Optional[Sequence[Axis]] = None) -> Sensitivity:
     """From samples that lie anyhow: a Latin hypercube, Sobol's points, a grid with gaps.
 
     @param points  (n, d) in [-1, 1] @param values  n numbers; those that are not finite are left out and counted
-    @param levels  of axes that take the values of a list, each as often as it is listed
+    @param levels  of each axis: None, or the values of a list, each as often as it is listed; "normal": points there are
+                   numbers of deviations from the middle
     Undetermined  by fewer than 10 samples or 3 a parameter, and where more than a third of the variance is unexplained
     Cost  samples x polynomials tried x polynomials taken; with 1000 samples some seconds
     """

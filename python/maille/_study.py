@@ -112,13 +112,15 @@ def _parameter(row: Row, name: str) -> "Union[float, str]":
 # Sensitivity
 
 
-def _positions(parameter: Dict[str, Any]) -> Tuple[Callable[[Any], float], Optional[List[float]]]:
-    """The position of a value in [-1, 1], and those of all values of a list."""
+def _positions(parameter: Dict[str, Any]) -> Tuple[Callable[[Any], float], Union[None, str, List[float]]]:
+    """The position of a value, and the axis as ``by_chaos`` takes it."""
     values: Optional[List[Any]] = parameter.get("values")
     place: Callable[[Any], float] = float
     if values is None:
         begin, end = parameter["range"]
         is_logarithmic = parameter["logarithmic"]
+        if parameter.get("normal"):  # mean and deviation, or median and factor
+            return lambda value: float(math.log(value / begin) / math.log(end) if is_logarithmic else (value - begin) / end), "normal"
     else:
         shown = [math.inf if value is None else value for value in values]
         if all(isinstance(value, (int, float)) and math.isfinite(value) for value in shown):
@@ -145,7 +147,7 @@ def sensitivities(rows: Rows, plan: Dict[str, Any]) -> List[Dict[str, Any]]:
     """Sensitivities of every mechanical column and of the error, as ``study --json`` has them.
 
     @param plan  "combine", "points" (of one scene), "scenes", "methods" and "parameters", each with its "column", and
-                 "values" or "range" and "logarithmic"
+                 "values" or "range", "logarithmic" and "normal"
     """
     from . import _sensitivity as estimators
 
@@ -210,7 +212,7 @@ def sensitivity(table: "str | os.PathLike[str] | Rows", plan: Optional[Dict[str,
 
     ``table``  OUT/NAME.jsonl, beside OUT/NAME_about.json; or its rows
     ``plan``   of rows: what OUT/NAME_about.json has under "plan"
-    @raises FileNotFoundError; ValueError for another file, or without a plan
+    @raises ValueError for another file, or without a plan
 
     An entry a response, scene and method, as ``study --json`` has it. Cost: with 1000 cases some seconds an entry. Sources:
     Saltelli and others 2010; Sudret 2008.
@@ -224,6 +226,24 @@ def sensitivity(table: "str | os.PathLike[str] | Rows", plan: Optional[Dict[str,
     if plan is None:
         raise ValueError("sensitivity: expected the plan of the study, as NAME_about.json beside its table has it, found none")
     return sensitivities(table, plan)
+
+
+def design(table: "str | os.PathLike[str] | Rows", response: str = "", scene: str = "",
+           method: str = "") -> Tuple[List[str], npt.NDArray[np.float64], npt.NDArray[np.float64]]:  # fmt: skip
+    """Names, points (n, d) and values (n) of a study for other programs: ``openturns.Sample(points)``; for files ``numpy.savetxt``.
+
+    Default: ``default_response`` of the first row's scene by the first method with values.
+    @raises ValueError for parameters of texts, or no values
+    """
+    rows = table if isinstance(table, list) else read_rows(table)
+    column = response_of(response or default_response(rows), rows)
+    known = [row for row in rows if column.value(row) is not None and row["scene"] == (scene or rows[0]["scene"])]
+    known = [row for row in known if row["method"] == (method or known[0]["method"])]
+    names = list(known[0]["parameters"]) if known else []
+    points = [[_parameter(row, name) for name in names] for row in known]
+    if not known or any(isinstance(value, str) for point in points for value in point):
+        raise ValueError(f"design: expected numbers of parameters and of {column.name}, found {'texts' if known else 'none'}")
+    return names, np.array(points, float), np.array([column.value(row) for row in known], float)
 
 
 # Words

@@ -7,6 +7,7 @@ import random
 import numpy as np
 import pytest
 from conftest import STRIP
+from scipy.stats import norm as Normal
 from scipy.stats import qmc
 
 import maille
@@ -183,6 +184,16 @@ def test_study_sensitivity_analytic_ranges_are_taken_as_they_are_drawn(combine, 
         np.testing.assert_allclose(values, [0.8, 0.2], atol=0.1 if combine == "saltelli" else 1e-8)
 
 
+# f = z + log x over normal deviations z and a lognormal x, of 1 and of log 2: shares 1 : log(2)^2, without interaction.
+def test_study_sensitivity_analytic_of_normal_distributions():
+    z = Normal().ppf(latin_hypercube(60, 2, 1))
+    parameters = [{"column": "z", "range": [3, 2], "logarithmic": False, "normal": True},
+                  {"column": "x", "range": [5, 2], "logarithmic": True, "normal": True}]  # fmt: skip
+    found = maille.sensitivity(*study("latin_hypercube", parameters, [(3 + 2 * a, 5 * 2**b) for a, b in z], lambda a, b: (a - 3) / 2 + math.log(b)))
+    shares = np.array([1, math.log(2) ** 2]) / (1 + math.log(2) ** 2)
+    assert [row["total"] for row in found[0]["parameters"]] == pytest.approx(shares, abs=1e-8)
+
+
 def test_study_sensitivity_analytic_lists_and_texts_count_every_value_alike():
     points = [(plane, by) for plane in ("xy", "yx") for by in (1.0, 2.0, 3.0)]
     parameters = [{"column": "plane", "values": ["xy", "yx"]}, {"column": "by", "values": [1, 2, 3]}]
@@ -197,6 +208,18 @@ def test_study_sensitivity_contract_zipped_parameters_are_not_told_apart():
     rows, plan = study("zip", [STIFFNESS, ANGLE], [(1, 0), (2, 9)], lambda e, angle: e)
     found = maille.sensitivity(rows, plan)
     assert "zipped" in found[0]["undetermined"] and found[0]["parameters"][0]["first"] is None
+
+
+def test_study_designs_contract_are_points_and_values(tmp_path):
+    rows, _ = study("sobol", [STIFFNESS, ANGLE], [(1.0, 0.0), (2.0, 9.0), (3.0, 4.0)], lambda e, angle: e + angle)
+    rows[1]["force"] = None
+    names, points, values = maille.design(rows)
+    assert (names, points.tolist(), values.tolist()) == (["E [kPa]", "angle [deg]"], [[2, 9], [3, 4]], [11, 7])
+    with pytest.raises(ValueError, match="found none"):
+        maille.design(rows, method="limits")
+    rows[3]["parameters"]["E [kPa]"] = "soft"
+    with pytest.raises(ValueError, match="found texts"):
+        maille.design(rows, "force")
 
 
 def test_study_tables_contract_are_read_or_refused(tmp_path):

@@ -5,6 +5,7 @@
 #include "choose/choose.hpp"
 #include "compare/comparison.hpp"
 #include "maille/base/arena.hpp"
+#include "maille/materials/text_file.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/studies/version.hpp"
 
@@ -134,6 +135,8 @@ int choose_command(const ChooseOptions& options) {
   keep_inputs({options.scene});
   keep_inputs(options.tables);
   nlohmann::ordered_json wish = wish_json(options);
+  for (const auto& table : options.tables) // what else is wrong in one is said behind the probes
+    (void)read_text_file(table, "a table", std::int64_t{1} << 28);
   Lattices lattices(options.scene);
   const Quantity of = asked_quantity(options, lattices);
   wish["of"] = of.name;

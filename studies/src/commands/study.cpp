@@ -129,6 +129,7 @@ nlohmann::ordered_json parameter_json(const StudyParameter& parameter) {
   if (parameter.values.empty() && parameter.range) {
     out["range"] = {parameter.range->from, parameter.range->to};
     out["logarithmic"] = parameter.range->is_logarithmic;
+    out["normal"] = parameter.range->is_normal;
     return out;
   }
   out["values"] = nlohmann::ordered_json::array();
@@ -209,6 +210,11 @@ int study_command(const StudyCommandOptions& asked) {
   nlohmann::ordered_json request =
       request_of("study", study, options, columns_of_result().json({&study, &outcome}),
                  outcome.is_interrupted || any_failed ? exit_run_failed : exit_done);
+  if (!asked.json) // statistics do not look at the rest, and rows may be many
+    for (nlohmann::ordered_json& row : request["document"]["rows"])
+      for (const char* key : {"study", "cases", "hash", "maille", "algorithm", "vtk", "threads", "dimension",
+                              "cells", "nodes", "repetitions", "processor_share", "load_average"})
+        row.erase(key);
   request["head"] = head_in_words(study, outcome);
   request["notes"] = notes_in_words(study, outcome);
   request["json"] = asked.json.value_or("");

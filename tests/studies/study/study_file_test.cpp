@@ -297,6 +297,25 @@ TEST(FormulaAnalytic, HasTheUsualPrecedence) {
     EXPECT_THROW((void)value_of_formula(formula, known), std::invalid_argument) << formula;
 }
 
+// Analytic: quartiles of a normal variable are 0.6745 deviations from its mean.
+TEST_F(StudyFileContract, DistributionsAreDrawnByTheirQuantiles) {
+  const auto law = [&](const std::string& text,
+                       const std::string& plan = "combine = \"sobol\"\nsamples = 4\n") {
+    return head + plan + parameter("specimen.material.E_fibre", "values = \"" + text + "\"");
+  };
+  const StudyFile normal = parse(law("normal(20 kPa, 4 kPa)")), other = parse(law("lognormal(20 kPa, 2)"));
+  constexpr double quartile = 0.674489750196; // Sobol's second to fourth points: 1/2, 3/4, 1/4
+  const auto all = cases(normal), logs = cases(other);
+  EXPECT_EQ(all[1].values[0].toml, "\"20 kPa\"");
+  EXPECT_NEAR(shown(all[2], 0), 20 + 4 * quartile, 1e-9);
+  EXPECT_NEAR(shown(logs[3], 0), 20 * std::exp2(-quartile), 1e-9);
+  EXPECT_GT(shown(all[0], 0), 20 - 4 * 4) << "the first point is 0, and no case is infinite";
+  for (const char* text : {"normal(20 kPa, 4)", "normal(20 kPa, -4 kPa)", "normal(20 kPa)",
+                           "lognormal(0 kPa, 2)", "lognormal(20 kPa, 1)", "normal(a, b)"})
+    expect_fault(law(text), "parameter[1].values", "normal(mean, deviation) in one unit");
+  expect_fault(law("normal(20 kPa, 4 kPa)", ""), "parameter[1].values", "alone draw distributions");
+}
+
 TEST_F(StudyFileContract, FormulasFollowFromParameters) {
   const std::string fibre = "specimen.material.E_fibre",
                     ratio = "[[parameter]]\nlabel = \"ratio\"\nvalues = [1, 4]\n",

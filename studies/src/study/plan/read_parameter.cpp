@@ -5,6 +5,7 @@
 #include "study/plan/formula.hpp"
 #include "study/plan/study_table.hpp"
 
+#include <boost/math/distributions/normal.hpp>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,6 +13,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
+#include <regex>
 #include <sstream>
 
 namespace maille::studies {
@@ -103,6 +105,17 @@ StudyValue value_of(const toml::node& node) {
           number ? std::variant<double, std::string>(number->number) : node.value_or(toml_text(node))};
 }
 
+namespace {
+
+/// What a standard normal variable is below with probability u. Sobol's points begin at 0: no u is nearer to
+/// an end than 2^-14, 3.8 deviations from the middle.
+double normal_quantile(double u) {
+  constexpr double least = 0x1p-14;
+  return boost::math::quantile(boost::math::normal(), std::clamp(u, least, 1 - least));
+}
+
+} // namespace
+
 std::vector<StudyValue> values_of_range(const StudyParameter& parameter, int count) {
   std::vector<StudyValue> values;
   const StudyRange& range = *parameter.range;
@@ -116,6 +129,11 @@ StudyValue StudyParameter::at(double u) const {
   if (!range)
     return values[std::min(values.size() - 1,
                            static_cast<std::size_t>(u * static_cast<double>(values.size())))];
+  if (range->is_normal) {
+    const double z = normal_quantile(u);
+    return drawn(range->is_logarithmic ? range->from * std::pow(range->to, z) : range->from + range->to * z,
+                 unit);
+  }
   return drawn(range->is_logarithmic ? range->from * std::pow(range->to / range->from, u)
                                      : range->from + u * (range->to - range->from),
                unit);
@@ -177,6 +195,31 @@ void check_overlap(TableReader& table, const StudyParameter& parameter, const St
 bool is_of_numbers(const StudyParameter& parameter) {
   return std::ranges::all_of(
       parameter.values, [](const StudyValue& value) { return std::holds_alternative<double>(value.shown); });
+}
+
+/// `normal(20 kPa, 4 kPa)`, `lognormal(20 kPa, 1.3)`.
+bool read_law(TableReader& table, bool is_drawn, StudyParameter& parameter) {
+  static const std::regex form(R"((normal|lognormal)\(([^,()]+),\s*([^,()]+)\)\s*)");
+  const std::string text = table.text("values").value_or("");
+  std::smatch parts;
+  std::optional<NumberWithUnit> middle, spread;
+  if (text.size() < 200 && std::regex_match(text, parts, form)) {
+    middle = number_with_unit(toml::value(parts[2].str()));
+    spread = number_with_unit(toml::value(parts[3].str()));
+  }
+  const bool is_logarithmic = text.starts_with("log");
+  const bool is_right = is_drawn && middle && spread &&
+                        (is_logarithmic ? middle->number > 0 && spread->number > 1 && spread->unit.empty()
+                                        : spread->number > 0 && spread->unit == middle->unit);
+  if (!is_right) {
+    table.fault("values",
+                is_drawn ? "normal(mean, deviation) in one unit, or lognormal(median, factor > 1)"
+                         : "a list of values: latin_hypercube, sobol and saltelli alone draw distributions");
+    return false;
+  }
+  parameter.range = StudyRange{middle->number, spread->number, is_logarithmic, true};
+  parameter.unit = middle->unit;
+  return true;
 }
 
 /// A text in place of a list. Its unit is that of the first parameter in it that has one.
@@ -254,6 +297,14 @@ bool read_range(TableReader& table, const char* key, StudyParameter& parameter) 
   return true;
 }
 
+bool read_text_or_list(TableReader& table, const StudyFile& study, StudyParameter& parameter) {
+  const std::string text = table.find("values")->value_or(std::string());
+  if (text.starts_with("normal(") || text.starts_with("lognormal("))
+    return read_law(table, is_drawn_plan(study.combination), parameter);
+  return table.find("values")->is_string() ? read_formula(table, study, parameter)
+                                           : read_list(table, parameter);
+}
+
 /// The three ways to give values, of which one must be there.
 bool read_values(TableReader& table, const StudyFile& study, StudyParameter& parameter) {
   const bool is_drawn = is_drawn_plan(study.combination);
@@ -272,8 +323,7 @@ bool read_values(TableReader& table, const StudyFile& study, StudyParameter& par
     table.fault("count", is_list ? "no count beside a list of values" : "no count: samples says how many",
                 describe(*count));
   if (is_list)
-    return table.find("values")->is_string() ? read_formula(table, study, parameter)
-                                             : read_list(table, parameter);
+    return read_text_or_list(table, study, parameter);
   const bool is_whole = read_range(table, given.front(), parameter);
   if (is_drawn || !is_whole)
     return is_whole;

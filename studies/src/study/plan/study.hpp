@@ -19,10 +19,11 @@ struct StudyValue {
   friend bool operator==(const StudyValue&, const StudyValue&) = default;
 };
 
-/// What a range runs over; both ends belong to it.
+/// What a range runs over; both ends belong to it. A normal distribution has its mean and deviation there, a
+/// lognormal one its median and the factor of one deviation.
 struct StudyRange {
   double from = 0, to = 0; ///< in the parameter's unit
-  bool is_logarithmic = false;
+  bool is_logarithmic = false, is_normal = false;
 };
 
 /// One thing that varies: one or more keys of the scene that take the same value.
