@@ -254,7 +254,8 @@ std::optional<Command> asked_command(const std::vector<std::string>& words) {
 
 std::vector<Command> all_commands() {
   return {
-      {to_model, "new", "Write a commented scene, ready to run: a strip, the labels of an image, or a world",
+      {to_model, "new",
+       "Write a commented scene, ready to run: a strip, a sample calf, the labels of an image, or a world",
        "maille new image labels.nii.gz", "scene.md", taking(add_new, new_command), false},
       {to_model, "check",
        "Report every fault of a scene, a world, a study, a trajectory or a material; show a tissue of the "
