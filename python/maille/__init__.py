@@ -22,6 +22,7 @@ if int(_numpy.__version__.split(".")[0]) >= 2 and not _core.knows_numpy_2:
 from ._answer import Answer, Errors, compare
 from ._faults import Fault, MailleWarning, SceneFaults
 from ._images import Image
+from ._series import Series
 from ._scene import Comparison, Drag, Report, Scene, PathLike, box, hold, load_on, measure, move
 from ._world import Frame, World, drive
 
@@ -46,7 +47,7 @@ def materials() -> List[str]:
 
 # Functions that need SciPy or the command, by module: it is imported by their first use.
 _LATER = {"choose": "_choose", "design": "_study", "fit": "_fit", "identify": "_identify", "pareto_front": "_trade", "report": "_report",
-          "sensitivity": "_study"}
+          "sensitivity": "_study", "Study": "_cases", "study": "_cases"}
 
 
 def __getattr__(name: str) -> Any:
@@ -58,6 +59,5 @@ def __getattr__(name: str) -> Any:
 
 
 __all__ = ["Answer", "Comparison", "Drag", "Errors", "Fault", "Frame", "Image", "MailleWarning", "Report", "Scene",
-           "SceneFaults", "World", "box", "choose", "compare", "design", "drive", "fit", "hold", "identify", "load", "load_on", "materials",
-           "measure", "methods", "move",
-           "pareto_front", "report", "sensitivity"]
+           "SceneFaults", "Series", "Study", "World", "box", "choose", "compare", "design", "drive", "fit", "hold", "identify", "load",
+           "load_on", "materials", "measure", "methods", "move", "pareto_front", "report", "sensitivity", "study"]

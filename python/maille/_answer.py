@@ -74,7 +74,8 @@ class Answer:
     If an answer was refused or failed, ``message`` says why, and arrays raise ValueError.
     """
 
-    def __init__(self, core: _core.Answer, scene: "Scene", frame: str = "world") -> None:
+    def __init__(self, core: _core.Answer, scene: "Scene", frame: str = "world", fraction: float = 1.0) -> None:
+        self.fraction = fraction  #: of the scene's moves and loads that it answers, see ``Series``
         self._core = core
         self._scene = scene
         self._frame = frame
@@ -86,6 +87,15 @@ class Answer:
 
     def __repr__(self) -> str:
         return f"<maille.Answer by {self.method}: {self.status} in {self.seconds:.3g} s>"
+
+    def _repr_html_(self) -> str:
+        from ._html import answer_html
+
+        return answer_html(self)
+
+    def __reduce__(self) -> Any:
+        """Pickles: the scene is read anew where the answer is used."""
+        return _restored, (self._scene, self._core.state(), self._frame, self.fraction)
 
     @property
     def scene(self) -> "Scene":
@@ -131,7 +141,7 @@ class Answer:
 
     def in_frame(self, frame: str) -> "Answer":
         """The same answer, with arrays in ``world`` or ``grid``."""
-        return Answer(self._core, self._scene, frame)
+        return Answer(self._core, self._scene, frame, self.fraction)
 
     @property
     def seconds(self) -> float:
@@ -320,6 +330,22 @@ class Answer:
 
         return image_data(self, unit)
 
+    def plot(self, field: Any = "displacement", *, axis: Optional[int] = None, at: Optional[int] = None,
+             file: Optional[Union[str, "os.PathLike[str]"]] = None) -> Any:
+        """A slice of the deformed body in the grid's axes, to scale, as a Matplotlib figure.
+
+        ``field`` the colour: displacement (its size), von_mises, fibre_strain, fibre_stress, label, or an array of cells
+        ``axis``  across the slice: 0, 1 or 2 for x, y or z; default: the one with the fewest cells
+        ``at``    the cell's number along it; default: the middle
+        ``file``  .svg or .png, written too
+        """
+        from ._plots import save, slice_figure
+
+        figure = slice_figure(self, field, axis, at)
+        if file is not None:
+            save(figure, os.fspath(file))
+        return figure
+
     def warp(self, image: Any, *, labels: Optional[bool] = None, background: float = 0.0) -> Any:
         """The image where its matter has gone, on the same grid: what is no matter is ``background``.
 
@@ -387,6 +413,11 @@ class Answer:
             raise ValueError(f"expected an image of three axes, found {values.ndim}")
         i, j, k = values.shape
         return values, ((i, j, k), rows, world)
+
+
+def _restored(scene: "Scene", state: Any, frame: str, fraction: float) -> Answer:
+    asked = scene._built if fraction == 1 else scene._built.scaled(fraction)
+    return Answer(_core.answer_of(asked, state), scene, frame, fraction)
 
 
 def _planes(values: npt.NDArray[Any]) -> npt.NDArray[np.float32]:

@@ -347,7 +347,7 @@ def command() -> str:
             return str(place)
     found = shutil.which("maille")
     if found is None:
-        raise FileNotFoundError("choose needs the program maille, which is neither beside the Python module nor in PATH")
+        raise FileNotFoundError("expected the program maille beside the Python module or in PATH, found none")
     return found
 
 

@@ -20,7 +20,7 @@ import io
 import logging
 import warnings
 from pathlib import Path
-from typing import Any, Dict, Tuple
+from typing import Any, Dict, Optional, Tuple
 
 logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it tells of its caches
 
@@ -30,6 +30,8 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from matplotlib.text import Text
+
+import numpy as np
 
 from ._program import UsageError, write_whole
 
@@ -82,7 +84,7 @@ def look(method: str, number: "int | None" = None) -> Dict[str, Any]:
 def new_figure(width: float = 10, height: float = 4.2, title: str = "", rows: int = 1, columns: int = 1,
                **subplots: Any) -> "Tuple[Figure, Any]":  # fmt: skip
     """@param width, height  in inches; 100 pixels each. @return the figure, its axes (rows x columns)"""
-    figure = Figure(figsize=(width, height), layout="constrained")
+    figure = Picture(figsize=(width, height), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False, **subplots)
     if title:
         figure.suptitle(title, fontsize=12)
@@ -110,6 +112,59 @@ def unit_for(largest: float, unit: str) -> Tuple[float, str]:
         if largest >= factor:
             return factor, prefix + unit
     return 1.0, unit
+
+
+class Picture(Figure):  # type: ignore[misc]
+    """A figure that notebooks show without pyplot."""
+
+    def _repr_png_(self) -> bytes:
+        return bytes_of(self, "png")
+
+
+_FIELDS = {"displacement": ("displacement", "m"), "von_mises": ("von Mises stress", "Pa"), "fibre_strain": ("fibre strain", "%"),
+           "fibre_stress": ("fibre stress", "Pa"), "label": ("label", "")}  # fmt: skip
+
+
+def slice_figure(answer: Any, field: Any, axis: Optional[int], at: Optional[int]) -> Figure:
+    """See ``Answer.plot``. Points go where the two layers of nodes beside the slice go on average; colours are those of cells."""
+    scene = answer.scene
+    if scene.dimension == 1:
+        raise ValueError("expected a body in two or three dimensions, found one in one")
+    u = answer.in_frame("grid").displacement
+    if isinstance(field, str) and field not in _FIELDS:
+        raise ValueError(f"field: expected one of {', '.join(_FIELDS)} or an array of cells, found {field!r}")
+    name, unit = _FIELDS[field] if isinstance(field, str) else ("", "")
+    if name == "displacement":
+        values = np.linalg.norm(u, axis=-1)
+        for along in range(scene.dimension):  # of a cell the mean of its corners
+            first, last = (np.take(values, range(begin, values.shape[along] - 1 + begin), along) for begin in (0, 1))
+            values = (first + last) / 2
+    else:
+        values = getattr(answer, field) if isinstance(field, str) else np.asarray(field)
+    matter = scene.material_id != 255
+    if values is None or values.shape != matter.shape:
+        raise ValueError(f"field: expected an array of cells, {matter.shape}, found {'none' if values is None else values.shape}")
+    x, y = 0, 1
+    if scene.dimension == 3:
+        across = int(np.argmin(scene.cells)) if axis is None else axis
+        x, y = (one for one in range(3) if one != across)
+        middle = scene.cells[across] // 2 if at is None else at
+        if not 0 <= middle < scene.cells[across]:
+            raise ValueError(f"at: expected a cell from 0 to {scene.cells[across] - 1}, found {middle}")
+        u = np.take(u, (middle, middle + 1), 2 - across).mean(axis=2 - across)
+        values, matter = np.take(values, middle, 2 - across), np.take(matter, middle, 2 - across)
+    places = [(scene.spacing[one] * np.arange(scene.nodes[one])) for one in (x, y)]
+    across_page, up = (1e3 * (rest + u[..., one]) for rest, one in zip(np.meshgrid(*places), (x, y)))
+    largest = float(np.abs(values[matter]).max()) if matter.any() else 0.0
+    factor, unit = (0.01, "%") if unit == "%" else unit_for(largest, unit) if unit else (1.0, "")
+    with style():
+        figure = Picture(figsize=(8, 4.5), layout="constrained")
+        axes = figure.subplots()
+        drawn = axes.pcolormesh(across_page, up, np.where(matter, values / factor, np.nan), rasterized=True)
+        axes.set(aspect="equal", title=f"{scene.title} by {answer.method}", xlabel=f"{'xyz'[x]} [mm]", ylabel=f"{'xyz'[y]} [mm]")
+        axes.grid(False)
+        figure.colorbar(drawn, ax=axes, label=f"{name} [{unit}]" if unit else name)
+    return figure
 
 
 def bytes_of(figure: Figure, kind: str = "svg") -> bytes:

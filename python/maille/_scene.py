@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import copy
-import itertools
 import os
 import re
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import TYPE_CHECKING, Any, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple, Union, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +18,10 @@ from ._answer import Answer, Floats, Progress, Record, axes_of, compare, vectors
 from ._faults import MailleWarning, SceneFaults, existing
 from ._images import Image, Rows
 from ._program import write_whole
+from ._series import Series, run_steps
+
+if TYPE_CHECKING:
+    from ._cases import Study
 
 Table = Dict[str, Any]
 Where = Union[str, Mapping[str, Any]]
@@ -152,6 +155,11 @@ class Scene:
     def __repr__(self) -> str:
         return f"<maille.Scene {self._name!r}>"
 
+    def _repr_html_(self) -> str:
+        from ._html import scene_html
+
+        return scene_html(self)
+
     # ---- what it is --------------------------------------------------------------------------------------------
 
     @property
@@ -171,7 +179,7 @@ class Scene:
 
     def __getstate__(self) -> Dict[str, Any]:
         """Without what was read: a copy, in another process too, reads it anew."""
-        return {**self.__dict__, "_made": None}
+        return {**self.__dict__, "_made": None, "_folder": os.path.abspath(self._folder)}
 
     @property
     def name(self) -> str:
@@ -243,11 +251,20 @@ class Scene:
         """
         return Report(**self._built.check())
 
-    def run(self, method: str = "coupled", *, tolerance: Optional[float] = None, threads: Optional[int] = None,
+    @overload
+    def run(self, method: str = "coupled", *, steps: None = None, tolerance: Optional[float] = None, threads: Optional[int] = None,
+            seconds: Optional[float] = None, bytes: Optional[int] = None, progress: Optional[Progress] = None, frame: str = "world") -> Answer: ...
+
+    @overload
+    def run(self, method: str = "coupled", *, steps: int, tolerance: Optional[float] = None, threads: Optional[int] = None,
+            seconds: Optional[float] = None, bytes: Optional[int] = None, progress: Optional[Progress] = None, frame: str = "world") -> Series: ...
+
+    def run(self, method: str = "coupled", *, steps: Optional[int] = None, tolerance: Optional[float] = None, threads: Optional[int] = None,
             seconds: Optional[float] = None, bytes: Optional[int] = None,
-            progress: Optional[Progress] = None, frame: str = "world") -> Answer:
+            progress: Optional[Progress] = None, frame: str = "world") -> Union[Answer, Series]:
         """Answers the scene by one method; see ``maille.methods()``, and ``maille.fem`` for fem_q1 and fem_q2.
 
+        ``steps``     a Series of that many answers, from rest; ``seconds`` is then a step's. Ctrl-C keeps what is there
         ``tolerance`` estimated remaining error over the largest prescribed displacement, 0 to 1
         ``threads``   default: as many as there are processors; the same bits for any number
         ``seconds``   a budget: what is there by then, with status budget_reached
@@ -258,14 +275,19 @@ class Scene:
         ``progress`` raises stops it too.
         """
         count = threads or os.cpu_count() or 1
+        if method not in (*_core.methods(), *FEM_METHODS):
+            raise ValueError(f"expected one of {', '.join([*_core.methods(), *FEM_METHODS])}, found {method!r}")
+        if steps is not None:
+            series = run_steps(self, method, steps, tolerance, count, seconds, bytes, progress, frame)
+            for warning in dict.fromkeys(warning for answer in series for warning in answer.warnings):
+                warnings.warn(warning, MailleWarning, stacklevel=2)
+            return series
         if method in FEM_METHODS:
             from . import fem
 
             answer = fem.run(self, method, threads=count, seconds=seconds, progress=progress).in_frame(frame)
-        elif method in _core.methods():
-            answer = Answer(self._built.run(method, tolerance, count, seconds, bytes, progress), self, frame)
         else:
-            raise ValueError(f"expected one of {', '.join([*_core.methods(), *FEM_METHODS])}, found {method!r}")
+            answer = Answer(self._built.run(method, tolerance, count, seconds, bytes, progress), self, frame)
         for warning in answer.warnings:
             warnings.warn(warning, MailleWarning, stacklevel=2)
         return answer
@@ -286,28 +308,14 @@ class Scene:
             rows.append(row)
         return Comparison(answers, reference, rows)
 
-    def study(self, vary: Mapping[str, Sequence[Any]], methods: Sequence[str] = ("coupled",), *,
-              threads: Optional[int] = None,
-              progress: Optional[Callable[[float, str], object]] = None) -> List[Record]:
-        """Answers the scene with every combination of the values that ``vary`` has for its keys; a record a case and method.
+    def study(self, vary: Mapping[str, Any], **options: Any) -> "Study":
+        """``maille.study`` of this scene."""
+        from ._cases import study
 
-        Keys are those of scene files, lists counted from 1: ``specimen.material.youngs_modulus``, ``move[1].by``,
-        ``specimen.labels.17``. A record has the values by their keys, status, seconds, strain_energy [J], the force on
-        the moves (force_x, ... [N]) and every measure by its name. ``pandas.DataFrame`` reads the list.
-        """
-        cases = list(itertools.product(*vary.values()))
-        rows: List[Record] = []
-        for number, case in enumerate(cases):
-            chosen = dict(zip(vary, case))
-            varied = self.with_values(chosen)
-            for method in methods:
-                if progress is not None:
-                    progress(number / len(cases), method)
-                rows.append({**chosen, **_figures(varied.run(method, threads=threads))})
-        return rows
+        return study(self, vary, **options)
 
     def with_values(self, values: Mapping[str, Any]) -> "Scene":
-        """A copy with other values of some keys; see ``study`` for their names."""
+        """A copy with other values of some keys, named as in files, lists counted from 1: ``move[1].by``, ``specimen.labels.17``."""
         varied = copy.copy(self)
         varied._document = copy.deepcopy(self._document)
         varied._text = varied._made = None
@@ -434,18 +442,6 @@ def _set(document: Table, key: str, value: Any) -> None:
         place[last] = value
     except (KeyError, IndexError, TypeError, ValueError):
         raise ValueError(f"expected a key that the scene has, found {key!r}") from None
-
-
-def _figures(answer: Answer) -> Record:
-    row: Record = {"method": answer.method, "status": answer.status, "seconds": answer.seconds,
-                   "iterations": answer.iterations, "bytes": answer.bytes}
-    if not answer._core.has_displacement:
-        return {**row, "message": answer.message}
-    row["strain_energy"] = answer.strain_energy
-    forces = answer.moves or answer.holds
-    for axis, name in enumerate("xyz"):
-        row["force_" + name] = sum(force["force"][axis] for force in forces) if forces else None
-    return {**row, **answer.measures}
 
 
 def _move_paths(document: Table, old: Path, new: Path) -> None:

@@ -73,6 +73,11 @@ class World:
     def __repr__(self) -> str:
         return f"<maille.World {self.name!r}: {', '.join(name for name in self.objects)}>"
 
+    def _repr_html_(self) -> str:
+        from ._html import world_html
+
+        return world_html(self)
+
     @property
     def name(self) -> str:
         return self._core.name

@@ -8,7 +8,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <iterator>
+#include <type_traits>
 
 namespace maille::python {
 
@@ -222,11 +224,99 @@ py::dict estimate(const AnswerHandle& handle, int threads, py::object progress) 
   return out;
 }
 
+// Pickles: everything that an answer has but its scene, which is asked anew for the rest.
+
+py::bytes packed(const void* data, std::size_t bytes) {
+  return py::bytes(static_cast<const char*>(data), bytes);
+}
+
+/// @throws ValueError where the bytes are no whole values
+template<class Values>
+Values unpacked(const py::handle& packed) {
+  using Value = typename Values::value_type;
+  static_assert(std::is_trivially_copyable_v<Value>);
+  const auto text = packed.cast<std::string_view>();
+  if (text.size() % sizeof(Value) != 0)
+    throw py::value_error("expected an answer's state, found one of other values");
+  Values values(text.size() / sizeof(Value));
+  std::memcpy(values.data(), text.data(), text.size());
+  return values;
+}
+
+/// Calls `visit` with each list of an answer but its displacement.
+void each_list(auto& answer, const auto& visit) {
+  visit(answer.reaction);
+  visit(answer.cell_energy);
+  visit(answer.cell_strain);
+  visit(answer.split);
+  visit(answer.tie_press);
+  visit(answer.rubbing);
+  visit(answer.nodal_strain);
+  visit(answer.nodal_stress);
+}
+
+py::tuple state_of(const AnswerHandle& handle) {
+  const Answer& a = handle.answer;
+  py::list lists;
+  each_list(a, [&](const auto& list) { lists.append(packed(list.data(), list.size() * sizeof(list[0]))); });
+  const auto u = a.displacement.values();
+  return py::make_tuple(handle.scene().relaxation.tolerance, a.method, a.algorithm,
+                        static_cast<int>(a.status), a.message, a.displacement.n_components(),
+                        packed(u.data(), u.size_bytes()), a.n_cut, a.iterations, a.residual, a.seconds.setup,
+                        a.seconds.solve, a.strain_energy, a.extrapolated, a.bytes, lists);
+}
+
+/// @param handle the scene that was answered, scaled to the answer's step
+/// @throws ValueError where the state is of another body
+AnswerHandle answer_of(const SceneHandle& handle, const py::tuple& state) {
+  AnswerHandle made{handle.asked, {}};
+  std::size_t i = 0;
+  const auto next = [&]<class T>(T& value) { value = state[i++].cast<T>(); };
+  Answer& a = made.answer;
+  int status = 0;
+  std::size_t n_components = 0;
+  double tolerance = 0;
+  next(tolerance);
+  if (tolerance != handle.scene().relaxation.tolerance) {
+    auto asked = std::make_shared<SceneAndMeasures>(*handle.asked);
+    asked->scene.relaxation.tolerance = tolerance;
+    made.asked = std::move(asked);
+  }
+  next(a.method);
+  next(a.algorithm);
+  next(status);
+  a.status = static_cast<Status>(std::clamp(status, 0, static_cast<int>(Status::failed)));
+  next(a.message);
+  next(n_components);
+  const auto u = unpacked<std::vector<double>>(state[i++]);
+  const auto n_nodes = static_cast<std::size_t>(made.scene().specimen.grid.n_nodes());
+  if (!u.empty() && (n_components != static_cast<std::size_t>(made.scene().dimension()) ||
+                     u.size() != n_components * n_nodes))
+    throw py::value_error("expected the scene that was answered, found one of another grid");
+  if (!u.empty()) {
+    a.displacement = Displacement(n_components, n_nodes);
+    std::ranges::copy(u, a.displacement.values().begin());
+  }
+  next(a.n_cut);
+  next(a.iterations);
+  next(a.residual);
+  next(a.seconds.setup);
+  next(a.seconds.solve);
+  next(a.strain_energy);
+  next(a.extrapolated);
+  next(a.bytes);
+  const auto lists = state[i].cast<py::list>();
+  std::size_t number = 0;
+  each_list(a, [&](auto& list) { list = unpacked<std::decay_t<decltype(list)>>(lists[number++]); });
+  return made;
+}
+
 } // namespace
 
 void bind_answers(py::module_& module) {
   using Handle = AnswerHandle;
   module.def("compare", &compared);
+  module.def("answer_of", &answer_of);
   py::class_<Handle>(module, "Answer")
       .def_property_readonly("method", [](const Handle& a) { return a.answer.method; })
       .def_property_readonly("algorithm", [](const Handle& a) { return a.answer.algorithm; })
@@ -260,6 +350,7 @@ void bind_answers(py::module_& module) {
                                return cells_view(self, grid, fields_of(self).von_mises.data(), 1);
                              })
       .def_property_readonly("has_stress", [](const Handle& a) { return has_stress(a.answer.method); })
+      .def("state", &state_of)
       .def("warnings", &warnings)
       .def("mechanics", &mechanics)
       .def("measures", &measures)

@@ -147,28 +147,89 @@ py::dict checked(const Scene& scene) {
   return out;
 }
 
-AnswerHandle run(const SceneHandle& handle, const std::string& method, std::optional<double> tolerance,
-                 int threads, std::optional<double> seconds, std::optional<std::int64_t> bytes,
-                 py::object progress) {
+using Solve = std::function<Answer(const Scene&, const Control&)>;
+
+std::shared_ptr<const SceneAndMeasures> with_tolerance(std::shared_ptr<const SceneAndMeasures> asked,
+                                                       std::optional<double> tolerance) {
+  if (!tolerance || *tolerance == asked->scene.relaxation.tolerance)
+    return asked;
+  if (const auto wanted = wanted_in_range("relaxation", "tolerance", *tolerance))
+    throw py::value_error("expected a tolerance, " + *wanted);
+  auto changed = std::make_shared<SceneAndMeasures>(*asked);
+  changed->scene.relaxation.tolerance = *tolerance;
+  return changed;
+}
+
+void require_method(const std::string& method) {
   if (std::ranges::find(deform::methods(), method) == deform::methods().end())
     throw py::value_error("expected a method of this module, found \"" + method + "\"");
-  if (const auto wanted = tolerance ? wanted_in_range("relaxation", "tolerance", *tolerance) : std::nullopt)
-    throw py::value_error("expected a tolerance, " + *wanted);
-  Steering steering(threads, seconds, bytes, std::move(progress));
-  AnswerHandle made{handle.asked, {}};
+}
+
+/// @param prepared  makes the scene that is solved; without the interpreter's lock, as `solve`
+AnswerHandle solved(const std::function<std::shared_ptr<const SceneAndMeasures>()>& prepared,
+                    const Solve& solve, Steering& steering) {
+  AnswerHandle made;
   {
     const py::gil_scoped_release unlocked;
-    if (tolerance && *tolerance != handle.scene().relaxation.tolerance) {
-      auto changed = std::make_shared<SceneAndMeasures>(*handle.asked);
-      changed->scene.relaxation.tolerance = *tolerance;
-      made.asked = std::move(changed);
-    }
-    made.answer = deform::solve(made.scene(), method, steering.control());
+    made.asked = prepared();
+    made.answer = solve(made.scene(), steering.control());
     fail_where_inside_out(made.scene(), made.answer);
   }
   steering.finish();
   return made;
 }
+
+AnswerHandle run(const SceneHandle& handle, const std::string& method, std::optional<double> tolerance,
+                 int threads, std::optional<double> seconds, std::optional<std::int64_t> bytes,
+                 py::object progress) {
+  require_method(method);
+  Steering steering(threads, seconds, bytes, std::move(progress));
+  return solved(
+      [&] { return with_tolerance(handle.asked, tolerance); },
+      [&](const Scene& scene, const Control& control) { return deform::solve(scene, method, control); },
+      steering);
+}
+
+/// A scene step by step: a quasi-static answer from rest to a fraction of moves and loads, as `run --steps`.
+/// The body of `coupled` stays from step to step, and limits that the scene asks for are those of the whole.
+class StepsHandle {
+public:
+  StepsHandle(const SceneHandle& handle, std::string method, std::optional<double> tolerance)
+      : whole_(with_tolerance(handle.asked, tolerance)), method_(std::move(method)) {
+    require_method(method_);
+    const Scene& scene = whole_->scene;
+    const bool feels = method_ == "coupled"   ? scene.limits_bind_coupled()
+                       : method_ == "relaxed" ? scene.limits_bind_relaxed() ||
+                                                    scene.relaxation.mode == RelaxationMode::deformable
+                                              : true;
+    if (!feels)
+      return;
+    auto known = std::make_shared<SceneAndMeasures>(*whole_);
+    known->scene.limits.taut_scale = with_limits(scene).limits.taut_scale;
+    whole_ = std::move(known);
+  }
+
+  AnswerHandle run(double fraction, int threads, std::optional<double> seconds,
+                   std::optional<std::int64_t> bytes, py::object progress) {
+    const SoleUse use(is_used_, "series");
+    Steering steering(threads, seconds, bytes, std::move(progress));
+    return solved(
+        [&] {
+          return std::make_shared<const SceneAndMeasures>(
+              SceneAndMeasures{scaled(whole_->scene, fraction), whole_->measures});
+        },
+        [&](const Scene& scene, const Control& control) {
+          return method_ == "coupled" ? body_.answer(scene, control) : deform::solve(scene, method_, control);
+        },
+        steering);
+  }
+
+private:
+  std::shared_ptr<const SceneAndMeasures> whole_;
+  std::string method_;
+  deform::ElasticBody body_;
+  std::atomic<bool> is_used_{false};
+};
 
 /// A body that is dragged interactively, with its limits.
 class DragHandle {
@@ -359,6 +420,9 @@ void bind_scenes(py::module_& module) {
              return py::array_t<std::int64_t>(static_cast<py::ssize_t>(nodes.size()), nodes.data());
            })
       .def("run", &run);
+  py::class_<StepsHandle>(module, "Steps")
+      .def(py::init<const SceneHandle&, std::string, std::optional<double>>())
+      .def("run", &StepsHandle::run);
   py::class_<DragHandle>(module, "Drag")
       .def(py::init<const SceneHandle&, int>())
       .def("move", &DragHandle::move)

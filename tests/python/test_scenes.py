@@ -114,16 +114,14 @@ def test_scenes_contract_the_world_of_an_affine_is_the_patients():
         maille.Scene(maille.Image(labels, labels={17: "muscle/soleus"}, fibre=(1, 0, 0)), **ends).check()
 
 
-def test_studies_contract_a_record_a_case_and_method(strip):
+def test_values_contract_are_put_at_keys_of_files(strip):
     scene = maille.load(strip)
-    rows = scene.study({"specimen.material.youngs_modulus": ["10 kPa", "20 kPa"], "move[1].by": [["0.2 mm", 0, 0]]},
-                       methods=("coupled", "relaxed"))
-    assert [row["method"] for row in rows] == ["coupled", "relaxed"] * 2
-    assert rows[2]["force_x"] == pytest.approx(2 * rows[0]["force_x"], rel=1e-3)
+    forces = [scene.with_values({"specimen.material.youngs_modulus": value}).run().moves[0]["force"][0] for value in ("10 kPa", "20 kPa")]
+    assert forces[1] == pytest.approx(2 * forces[0], rel=1e-3)
     assert scene.document()["move"][0]["by"][0] == "0.4 mm"
     for key in ("move[2].by", "move[0].by", "move.1.by", "move[1].by[4]", "move.by"):
         with pytest.raises(ValueError, match="expected a key"):
-            scene.study({key: [[0, 0, 0]]})
+            scene.with_values({key: [0, 0, 0]})
     for key in ("move[1].by[1]", "move.0.by.0"):  # counted from 1, and the older form
         assert scene.with_values({key: "0.2 mm"}).document()["move"][0]["by"] == ["0.2 mm", 0, 0]
 
