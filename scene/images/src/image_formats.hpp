@@ -171,7 +171,7 @@ std::vector<float> read_values(const OpenImage& image, const Faults& faults);
 
 /// The grid of an image in the file's unit of length.
 struct FileGeometry {
-  const char* name = "";                ///< of what states it, e.g. sform
+  const char* name = ""; ///< of what states it, e.g. sform
   bool states_spacing = true;
   WorldAxes world = WorldAxes::unknown; ///< as the header states
   WorldAxes fallback = WorldAxes::lps;  ///< where it does not: that of ITK, of NIfTI ras
