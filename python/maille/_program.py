@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import importlib
 import json
+import mmap
 import math
 import os
 import secrets
@@ -119,12 +120,26 @@ def _show_warning(message: Any, category: Any, filename: str, lineno: int, file:
     complain(f"warning: {message}")
 
 
+_LEAST_MEMORY = 192 << 20  # bytes; OpenBLAS asks for a buffer of 128 MiB, and again without end where a limit refuses it
+
+
+def _has_memory() -> bool:
+    try:
+        mmap.mmap(-1, _LEAST_MEMORY, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS).close()
+        return True
+    except (OSError, MemoryError):
+        return False
+
+
 def run_program(name: str) -> int:
     """Runs ``main(request)`` of ``maille._NAME``. @return the exit code"""
     warnings.showwarning = _show_warning
     for one in (signal.SIGTERM, signal.SIGHUP):  # as Ctrl-C
         if signal.getsignal(one) is signal.SIG_DFL:
             signal.signal(one, _stop)
+    if not _has_memory():
+        complain(f"out of memory: {name} needs {_LEAST_MEMORY >> 20} MiB more than the limit leaves")
+        return 1
     try:
         request: Dict[str, Any] = json.load(sys.stdin)
         code = int(importlib.import_module(f"maille._{name}").main(request))

@@ -140,7 +140,7 @@ def main():
         folder = pathlib.Path(temporary)
         prepare(folder, sources)
         for language, lines in blocks(sources / name):
-            if language != "toml" or (lines and re.match(r"#\s+(?:example:\s+)?[\w.-]+\.(?:toml|csv)\b", lines[0])):
+            if language != "toml" or (lines and re.match(r"#\s+(?:example:\s+)?[\w./-]+\.(?:toml|csv)\b", lines[0])):
                 continue
             is_trajectory = any(re.match(r"frame_time\s*=|frames\s*=", line) for line in lines)
             is_world = any(line.startswith("[world]") for line in lines)

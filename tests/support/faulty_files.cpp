@@ -66,7 +66,16 @@ std::atomic<long>& n_calls_of(std::string_view call) {
   return n_calls[i];
 }
 
+std::string kept_in(const char* call) {
+  return std::string("MAILLE_FAULT_COUNT_") + call;
+}
+
 struct Count {
+  Count() { // of the program that this process was before
+    for (const char* call : calls)
+      if (const char* const kept = std::getenv(kept_in(call).c_str()))
+        n_calls_of(call) = std::atol(kept);
+  }
   ~Count() {
     const char* file = std::getenv("MAILLE_FAULT_COUNT");
     const int descriptor = file ? open(file, O_WRONLY | O_CREAT | O_TRUNC, 0600) : -1;
@@ -235,3 +244,10 @@ int rename(const char* from, const char* to) {
 }
 
 } // extern "C"
+
+/// A command goes on as a Python program: so do the numbers of its calls.
+extern "C" int execv(const char* path, char* const* words) noexcept {
+  for (const char* call : calls)
+    setenv(kept_in(call).c_str(), std::to_string(n_calls_of(call).load()).c_str(), 1);
+  return next<int(const char*, char* const*)>("execv")(path, words);
+}

@@ -55,6 +55,8 @@ std::uint8_t material_of(float value, const std::vector<LabelRange>& ranges) {
 void check_labels_exist(const std::vector<LabelRange>& ranges, const Specimen& body,
                         const std::function<float(std::int64_t)>& label_of, int line, const std::string& path,
                         FaultList& faults) {
+  if (ranges.empty())
+    return;
   LabelCensus census(ranges);
   for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
     if (body.is_matter(cell))

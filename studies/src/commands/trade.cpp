@@ -74,6 +74,8 @@ int trade_command(const TradeOptions& options) {
       {"csv", options.csv.value_or("")},
       {"stem", options.out ? (std::filesystem::path(*options.out) / (scene.name + "_trade")).string() : ""},
       {"exit_code", trade.any_failed() ? exit_run_failed : exit_done}};
+  if (options.out) // refused where another program's file is there; written again with its fronts
+    write_whole(std::filesystem::path(*options.out) / (scene.name + "_trade.csv"), csv(scene, trade));
   lock.reset(); // its file goes before this process does
   return become_python_program("statistics", request);
 }

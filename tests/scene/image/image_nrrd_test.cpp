@@ -100,7 +100,7 @@ TEST_F(NrrdAnalytic, DirectionsSpacingAndOriginAreThoseOfTheHeader) {
   EXPECT_EQ(metres.info.world, WorldAxes::ras);
   expect_near(metres.info.origin, {1, -2, 4}, 1e-12);
   const std::string ends = "type: uchar\ndimension: 3\nsizes: 1 2 3\nencoding: raw\naxis mins: 5 0 0\n"
-                           "axis maxs: 7 3 2\ncentering: cell cell node\n";
+                           "axis maxs: 7 3 2\ncenterings: cell cell node\n";
   const Image old = read(header(ends) + "123456");
   expect_near(old.info.spacing, {2e-3, 1.5e-3, 1e-3}, 1e-15);
   expect_near(old.info.origin, {6e-3, 0.75e-3, 0}, 1e-15);
