@@ -438,12 +438,9 @@ TEST(VoxeliseContract, LostPartsAreSaid) {
     return lost;
   };
   EXPECT_TRUE(said(3e-3, {0.03, 0, 0}).empty());
-  const auto small = said(2e-4, {0.03, 0, 0});
-  ASSERT_EQ(small.size(), 1U);
-  EXPECT_TRUE(test::has(small[0], "1 of 2 closed shells"));
-  const auto overlap = said(0.02, {0.002, 0, 0});
-  ASSERT_EQ(overlap.size(), 1U);
-  EXPECT_TRUE(test::has(overlap[0], "encloses"));
+  const auto small = said(2e-4, {0.03, 0, 0}), overlap = said(0.02, {0.002, 0, 0});
+  ASSERT_TRUE(small.size() == 1 && overlap.size() == 1);
+  EXPECT_TRUE(test::has(small[0], "1 of 2 closed shells") && test::has(overlap[0], "encloses"));
 }
 
 TEST(VoxeliseContract, AHoleIsAFaultThatSaysWhere) {
