@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 import maille
+from conftest import STRIP
 
 for needed in ("jinja2", "matplotlib", "scipy"):
     pytest.importorskip(needed)
@@ -72,18 +73,8 @@ def page_of(folder):
 def compared(tmp_path_factory):
     """A box whose title is not to be taken for HTML, compared, and its page."""
     folder = tmp_path_factory.mktemp("compared")
-    (folder / "box.toml").write_text('''title = "<b>pull</b> & \\"turn\\""
-[specimen]
-shape = "box"
-cells = [8, 8, 8]
-spacing = "1 mm"
-material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }
-[[hold]]
-where = "x-"
-[[move]]
-where = "x+"
-by = ["0.4 mm", 0, "0.2 mm"]
-[[measure]]
+    body = STRIP.replace("[8, 4, 4]", "[8, 8, 8]").replace('"0.4 mm", 0, 0', '"0.4 mm", 0, "0.2 mm"')
+    (folder / "box.toml").write_text('title = "<b>pull</b> & \\"turn\\""' + body + '''[[measure]]
 name = "pull"
 force = "move[1]"
 [[measure]]
