@@ -25,7 +25,7 @@ import numpy.typing as npt
 from . import _core, _toml
 from ._answer import Answer, Floats, Record
 from ._identify import main as _identify_main
-from ._program import UsageError, deliver, in_json, write_whole
+from ._program import UsageError, deliver, in_json, print_safely, write_whole
 from ._scene import PathLike, Scene
 from ._words import Column, in_percent, table
 
@@ -471,14 +471,12 @@ def main(request: Record) -> int:
     if progress is not None:
         print("\r\x1b[K", end="", file=sys.stderr, flush=True)
     is_quiet = request["json"] == "-"
-    if not is_quiet:
-        deliver(str(found), None)
+    if request["out"]:  # files first: they stay where nothing can be printed
+        found.save(request["out"], request["maille"])
     if request["json"]:
         deliver(in_json({"maille": request["maille"], **found.record()}), request["json"])
-    if request["out"]:
-        found.save(request["out"], request["maille"])
-        if not is_quiet:
-            print("wrote", request["out"])
+    if not is_quiet:
+        print_safely(f"{found}\n" + (f"wrote {request['out']}\n" if request["out"] else ""))
     return 0 if found.status == "done" else 1
 
 

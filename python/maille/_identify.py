@@ -28,7 +28,7 @@ import numpy as np
 from . import _core
 from ._answer import Answer, Floats, Record
 from ._faults import Fault, SceneFaults, existing
-from ._program import UsageError, deliver, in_json
+from ._program import UsageError, deliver, in_json, print_safely
 from ._scene import FEM_METHODS, PathLike, Scene, Table, _metres, _set
 from ._words import in_percent, in_unit, table
 
@@ -579,6 +579,8 @@ def identify(scene: Union[Scene, Sequence[Scene]], measured: Union[Measured, Seq
     deviation = None if sigma is None else _metres(sigma)
     constants = constants_in([unknown] if isinstance(unknown, str) else unknown)
     names = [f"{constant} of {material}" if material else constant for constant, material in constants]
+    if not names or len(set(names)) < len(names):
+        raise UsageError(f"unknown: expected constants, each once, found {', '.join(names) or 'none'}")
     data = [_data_of(one, file, deviation) for one, file in zip(scenes, files)]
     changed = [_ChangedScene(one, constants) for one in scenes]
     starts = []
@@ -672,14 +674,13 @@ def main(request: Record) -> int:
     except UsageError as error:
         raise UsageError(re.sub(r"\A(?=unknown:|measured:|sigma:)", "--", str(error))) from None
     is_quiet = request["json"] == "-"
-    if not is_quiet:
-        deliver(str(found), None)
+    has_scene = request["out"] and found.status == "done"
+    if has_scene:  # files first: they stay where nothing can be printed
+        found.scenes[0].save(request["out"])
     if request["json"]:
         deliver(in_json(_in_json(found, scene.name, request["method"])), request["json"])
-    if request["out"] and found.status == "done":
-        found.scenes[0].save(request["out"])
-        if not is_quiet:
-            print("wrote", request["out"])
+    if not is_quiet:
+        print_safely(f"{found}\n" + (f"wrote {request['out']}\n" if has_scene else ""))
     return 0 if found.status == "done" else 1
 
 

@@ -10,6 +10,7 @@ Exit codes are the command's: 0 done, 1 the run failed, 2 faulty input.
 from __future__ import annotations
 
 import importlib
+import io
 import json
 import mmap
 import math
@@ -90,6 +91,9 @@ def write_whole(file: Path, text: "str | bytes") -> None:
         if mode is not None:
             os.chmod(part, mode)
         os.replace(part, file)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        raise RuntimeError(f"{file}: cannot write: {error.strerror}") from None
     except BaseException:
         part.unlink(missing_ok=True)
         raise
@@ -134,6 +138,8 @@ def _has_memory() -> bool:
 def run_program(name: str) -> int:
     """Runs ``main(request)`` of ``maille._NAME``. @return the exit code"""
     warnings.showwarning = _show_warning
+    if isinstance(sys.stdout, io.TextIOWrapper):  # names of files may be no UTF-8
+        sys.stdout.reconfigure(errors="surrogateescape")
     for one in (signal.SIGTERM, signal.SIGHUP):  # as Ctrl-C
         if signal.getsignal(one) is signal.SIG_DFL:
             signal.signal(one, _stop)
@@ -150,6 +156,8 @@ def run_program(name: str) -> int:
         return 2
     except ModuleNotFoundError as error:
         complain(f"{name} needs the Python module {error.name}: apt install python3-{(error.name or '').split('.')[0]}")
+    except ImportError as error:
+        complain(f"{name} needs a Python module that cannot be used: {error}")
     except KeyboardInterrupt:
         complain("interrupted; unfinished files are removed")
     except MemoryError:

@@ -277,8 +277,6 @@ int check_any_command(const CheckOptions& options);
 int explain_command(const CheckOptions& options);
 
 int materials_command(const MaterialsOptions& options);
-/// @param file "-": stdout
-void write_deck(const Scene& scene, const std::string& file);
 int warp_command(const WarpCommandOptions& options);
 /// @throws UsageError for formats that are none. The images are kept from being written over.
 WarpRequest warp_request(const WarpOptions& options);
@@ -288,7 +286,7 @@ int feel_command(const PlayOptions& options);
 bool is_recorded_hand(const std::filesystem::path& file);
 int render_command(const RenderOptions& options);
 int new_command(const NewOptions& options);
-/// A calf of closed formulas with scan, labels, names, landmarks and a scene, in a folder.
+/// A calf of closed formulas, in a folder.
 void new_calf(const std::filesystem::path& folder, bool overwrite);
 int trade_command(const TradeOptions& options);
 int choose_command(const ChooseOptions& options);
@@ -328,8 +326,7 @@ bool is_cut_short(const Control& control, bool has_answers, bool has_files);
 /// Prints warnings of files that the command's own output does not have.
 void say_file_warnings();
 /// Replaces this process by the program `maille-NAME` (python/program.py.in), which has the request on its
-/// standard input and ends with the command's exit code. Call it last: locks of folders stay, nothing else.
-/// @throws std::runtime_error where there is no such program. It never returns a value.
+/// standard input and ends with the command's exit code. Call it last: it never returns a value.
 int become_python_program(const std::string& name, const nlohmann::ordered_json& request);
 
 /// Threads, signals that ask to stop (see catch_stop_signals) and a progress line on stderr where that is a
@@ -354,6 +351,9 @@ void prepare_folder(const std::filesystem::path& folder);
 /// @throws UsageError
 void prepare_file(const std::string& option, const std::optional<std::string>& file,
                   const std::optional<ResultsFolder>& results = {});
+/// Refuses a file of an option under the name of a result in `folder`. @throws UsageError
+void refuse_name_in(const std::filesystem::path& folder, const std::string& stem, const std::string& option,
+                    const std::optional<std::string>& file);
 /// What commands ask where nothing is said.
 inline constexpr const char* default_run_method = "coupled";
 std::vector<std::string> default_compare_methods();

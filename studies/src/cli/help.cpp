@@ -242,16 +242,6 @@ std::unique_ptr<CLI::App> whole_command_line(int& code) {
   return app;
 }
 
-std::optional<Command> asked_command(const std::vector<std::string>& words) {
-  const auto word = std::ranges::find_if(words, [](const std::string& one) { return one != "--sandbox"; });
-  if (word == words.end())
-    return std::nullopt;
-  for (Command& command : all_commands())
-    if (command.name == *word)
-      return std::move(command);
-  return std::nullopt;
-}
-
 std::vector<Command> all_commands() {
   return {
       {to_model, "new",

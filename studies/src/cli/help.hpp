@@ -30,9 +30,6 @@ struct Command {
 /// The parser of the whole command line. @param code  what the command that was asked for answers with
 std::unique_ptr<CLI::App> whole_command_line(int& code);
 
-/// The one that a command line asks for, or about; nothing where it names none.
-std::optional<Command> asked_command(const std::vector<std::string>& words);
-
 /// All of them, in the order of the help.
 std::vector<Command> all_commands();
 
@@ -75,6 +72,6 @@ std::string shown_name(std::string name);
 
 /// The files of cli/texts, compiled in (cmake/embed_texts.cmake): a program needs no path at run time.
 std::string_view bash_txt(), zsh_txt(), methods_txt(), results_txt();
-std::string_view path_toml(), strip_toml(), world_toml();
+std::string_view calf_toml(), landmarks_fcsv(), path_toml(), strip_toml(), world_toml();
 
 } // namespace maille::studies

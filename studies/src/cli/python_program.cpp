@@ -2,8 +2,7 @@
 ///
 /// C++ checks the command line, measures and keeps inputs safe. It then replaces its process by the program
 /// `maille-NAME`, which stands beside the plugins (python/program.py.in) and runs the module `maille._NAME`.
-/// The request is one JSON object on the program's standard input; standard output, standard error, locks of
-/// folders and the exit code are those of the command.
+/// The request is one JSON object on its standard input.
 
 #include "cli/commands.hpp"
 #include "maille/plugins/open_plugin.hpp"
@@ -11,6 +10,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -20,12 +20,53 @@
 #include <unistd.h>
 
 namespace maille::studies {
+namespace {
+
+/// Names of files may be no UTF-8. Python has such a byte b as the surrogate U+DC00 + b (PEP 383), which JSON
+/// can write, but not from a text: it is marked, and the mark replaced in the document.
+constexpr std::string_view mark = "\x01\x02", mark_in_json = "\\u0001\\u0002";
+
+/// Bytes of the first character in UTF-8; 0: no character.
+std::size_t length_of_character(std::string_view text) {
+  if (static_cast<signed char>(text[0]) >= 0)
+    return 1;
+  for (std::size_t n = 2; n <= std::min<std::size_t>(4, text.size()); ++n)
+    if (nlohmann::json::accept(fmt::format("\"{}\"", text.substr(0, n))))
+      return n;
+  return 0;
+}
+
+void mark_bytes(nlohmann::ordered_json& value) {
+  if (value.is_structured())
+    for (auto& one : value)
+      mark_bytes(one);
+  if (!value.is_string())
+    return;
+  std::string marked;
+  for (std::string_view text = value.get_ref<const std::string&>(); !text.empty();) {
+    const std::size_t n = length_of_character(text);
+    marked += n > 0 ? std::string(text.substr(0, n))
+                    : fmt::format("{}{:02x}", mark, static_cast<unsigned char>(text[0]));
+    text.remove_prefix(n > 0 ? n : 1);
+  }
+  value = marked;
+}
+
+std::string request_text(nlohmann::ordered_json request) {
+  mark_bytes(request);
+  std::string text = json_text(request);
+  for (std::size_t at = 0; (at = text.find(mark_in_json, at)) != std::string::npos;)
+    text.replace(at, mark_in_json.size(), "\\udc");
+  return text;
+}
+
+} // namespace
 
 int become_python_program(const std::string& name, const nlohmann::ordered_json& request) {
   const std::string program = "maille-" + name;
   std::string file = find_plugin(program.c_str(), name + " needs the program",
                                  "; a build with the Python module makes it (python3, pybind11)");
-  const std::string text = json_text(request);
+  const std::string text = request_text(request);
   const int memory = memfd_create("request", 0);
   if (memory < 0 || write(memory, text.data(), text.size()) != static_cast<ssize_t>(text.size()) ||
       lseek(memory, 0, SEEK_SET) != 0 || dup2(memory, STDIN_FILENO) < 0)

@@ -127,6 +127,15 @@ void ResultsFolder::refuse_name_of_result(const std::string& option,
         fmt::format("{} {}: expected a file of its own, found the name of a result of --out", option, *file));
 }
 
+void refuse_name_in(const fs::path& folder, const std::string& stem, const std::string& option,
+                    const std::optional<std::string>& file) {
+  const fs::path path = file && *file != "-" ? fs::weakly_canonical(fs::absolute(*file)) : fs::path();
+  if (!folder.empty() && !path.empty() && path.parent_path() == fs::weakly_canonical(fs::absolute(folder)) &&
+      is_name_of_result(path.filename().string(), stem))
+    throw UsageError(
+        fmt::format("{} {}: expected a file of its own, found the name of a result of --out", option, *file));
+}
+
 /// What a list says of other names, folders and files that have changed since is not believed.
 void ResultsFolder::add_stale(const std::string& name, const std::string& scene, const std::string& digest) {
   if (is_name_of_result(name, scene))

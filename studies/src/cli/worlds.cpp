@@ -1,7 +1,6 @@
 #include "cli/worlds.hpp"
 
 #include "maille/materials/fault.hpp"
-#include "view/seen_scene.hpp"
 
 #include <chrono>
 #include <stdexcept>
@@ -23,8 +22,7 @@ PlacedWorld placed(const WorldScene& scene, const std::filesystem::path& file) {
   const auto start = std::chrono::steady_clock::now();
   deform::World world = world_of(scene, file);
   PlacedWorld found;
-  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
-  found.set_up_seconds = taken.count();
+  found.set_up_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   found.map = world.map().bytes();
   found.objects = world.bytes() - found.map;
   for (int object = 0; object < world.n_objects(); ++object)
@@ -33,10 +31,6 @@ PlacedWorld placed(const WorldScene& scene, const std::filesystem::path& file) {
   budget.seconds = longest_first_frame;
   found.frame_seconds = world.advance({}, budget).seconds;
   return found;
-}
-
-DrawBody grey_bodies(const Scene& scene, const std::filesystem::path& file, int threads) {
-  return draw_grey_values(scene, file, threads);
 }
 
 } // namespace maille::studies

@@ -2,7 +2,6 @@
 /// What commands take from the rooms of worlds and of volumes.
 
 #include "maille/deform/world/world.hpp"
-#include "picture/comparison_picture.hpp"
 
 #include <cstdint>
 #include <filesystem>
@@ -25,10 +24,6 @@ struct PlacedWorld {
   std::vector<double> thin;
 };
 
-/// @throws InputError
 PlacedWorld placed(const WorldScene& scene, const std::filesystem::path& file);
-
-/// draw_grey_values (view/seen_scene.hpp). @throws InputError
-DrawBody grey_bodies(const Scene& scene, const std::filesystem::path& file, int threads);
 
 } // namespace maille::studies

@@ -9,6 +9,7 @@
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/scene/measure/measure.hpp"
 #include "picture/comparison_picture.hpp"
+#include "view/seen_scene.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -76,7 +77,7 @@ bool draw(const Scene& scene, const Comparison& comparison, const CompareOptions
   PictureSettings settings;
   settings.title = scene.title;
   if (options.picture_of == "displacement")
-    settings.draw_body = grey_bodies(scene, options.scene, options.threads);
+    settings.draw_body = draw_grey_values(scene, options.scene, options.threads);
   settings.is_anatomical = is_of_a_patient(options.scene);
   if (options.picture_of == "strain") {
     settings.quantity = "largest principal strain";

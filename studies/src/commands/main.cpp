@@ -40,11 +40,14 @@ int fail(std::string_view message, int exit_code) {
 
 /// Several ranks share finite elements and the objects of pictures, which only these commands ask for;
 /// anything else the first does alone.
+std::string command_in(const std::vector<std::string>& words) {
+  const auto word = std::ranges::find_if(words, [](const std::string& one) { return one != "--sandbox"; });
+  return word == words.end() ? "" : *word;
+}
+
 bool is_for_all_ranks(int argc, char** argv) {
-  const std::vector<std::string> words = in_parsers_words({argv + 1, argv + argc});
-  const auto command =
-      std::ranges::find_if(words, [](const std::string& word) { return word != "--sandbox"; });
-  return command != words.end() && (*command == "compare" || *command == "run" || *command == "render");
+  const std::string command = command_in(in_parsers_words({argv + 1, argv + argc}));
+  return command == "compare" || command == "run" || command == "render";
 }
 
 int run(int argc, char** argv) {
@@ -155,7 +158,7 @@ int main(int argc, char** argv) {
     maille::keep_opened_files();
     maille::fem_ref::start_ranks();
     is_shared = is_for_all_ranks(argc, argv);
-    if (!ranks_agree({{"command", is_shared ? asked_command(words)->name : "(of the first rank alone)"}}))
+    if (!ranks_agree({{"command", is_shared ? command_in(words) : "(of the first rank alone)"}}))
       return exit_faulty_input;
     if (!is_shared)
       meet_no_more();

@@ -3,6 +3,7 @@
 #include "cli/outputs.hpp"
 #include "cli/warp_report.hpp"
 #include "compare/force_curve.hpp"
+#include "export/calculix/calculix.hpp"
 #include "json_parts.hpp"
 #include "mechanics/mechanics_report.hpp"
 
@@ -280,6 +281,12 @@ bool film(const Scene& scene, const std::string& method, const std::vector<Compa
   else if (options.json != "-")
     fmt::print("wrote {}\n", *options.film);
   return !why_not;
+}
+
+void write_deck(const Scene& scene, const std::string& file) {
+  if (const std::string reason = why_no_deck(scene); !reason.empty())
+    throw UsageError("--write: expected a scene that a deck of CalculiX can say: " + reason);
+  deliver(calculix_deck(scene), file);
 }
 
 } // namespace

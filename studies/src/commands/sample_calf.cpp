@@ -7,6 +7,7 @@
 /// drawing of a calf, not an atlas.
 
 #include "cli/commands.hpp"
+#include "cli/help.hpp"
 #include "export/whole_file.hpp"
 #include "maille/images/write_image.hpp"
 
@@ -75,7 +76,6 @@ Image empty_image() {
   return image;
 }
 
-/// Labels of the parts, and their grey values.
 std::array<Image, 2> drawn() {
   std::array<Image, 2> both{empty_image(), empty_image()};
   std::mt19937 random(1995);
@@ -112,46 +112,18 @@ std::vector<std::pair<std::string, std::string>> segments() {
   return keys;
 }
 
-constexpr const char* landmarks =
-    "# Markups fiducial file version = 4.11\n# CoordinateSystem = RAS\n"
-    "# columns = id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,desc,associatedNodeID\n"
-    "1,1.3,-12.4,30,0,0,0,1,1,1,0,soleus distal,,\n2,2,-18,204,0,0,0,1,1,1,0,soleus proximal,,\n"
-    "3,0.7,-24,4,0,0,0,1,1,1,0,Achilles tendon,,\n";
-
-constexpr const char* scene =
-    R"(# A calf of closed formulas, and what this project is for: pull one muscle, over the scan.
-# Run it:          maille run {0} --maps --out out/calf
-# Over the scan:   maille run {0} --warp --image {1} --out out/calf_warped
-title = "soleus, pulled by 4 mm"
-
-[specimen]
-shape  = "image"
-image  = "labels.seg.nrrd"            # labels.nii.gz has the same voxels without names
-labels = {{ soleus = "muscle/soleus" }} # a segment's name, or its number = material; `maille check library` lists them
-fibre  = [0, 0, 1]
-
-[[hold]]
-where = {{ label = 3, end = "distal", depth = "10 mm" }}
-
-[[move]]
-where = {{ label = 3, end = "proximal", depth = "10 mm" }}
-by    = [0, 0, "4 mm"]
-frame = "world"                       # right, anterior, superior, as a viewer shows them
-)";
-
 } // namespace
 
 void new_calf(const fs::path& folder, bool overwrite) {
   const std::array<std::string, 5> names{"labels.nii.gz", "labels.seg.nrrd", "scan.nii.gz", "landmarks.fcsv",
                                          "calf.toml"};
-  std::error_code error;
-  for (const std::string& name : names)
-    if (!overwrite && fs::exists(folder / name, error))
+  prepare_folder(folder);
+  for (const std::string& name : names) {
+    if (!overwrite && fs::exists(folder / name))
       throw UsageError(fmt::format("{}: expected no such file, found one; --overwrite replaces it",
                                    (folder / name).string()));
-  prepare_folder(folder);
-  for (const std::string& name : names)
     prepare_file("--out", (folder / name).string());
+  }
   const auto images = drawn();
   const auto write_to = [&](const std::string& name, const Image& image, const ImageFileOptions& options) {
     write_whole(folder / name, [&](const fs::path& file) { write_image(image, file, options); });
@@ -160,10 +132,9 @@ void new_calf(const fs::path& folder, bool overwrite) {
   write_to(names[0], images[0], {StoredAs::labels, {}});
   write_to(names[1], images[0], {StoredAs::labels, segments()});
   write_to(names[2], images[1], {StoredAs::labels, {}});
-  write_whole(folder / names[3], std::string_view(landmarks));
-  write_whole(folder / names[4],
-              fmt::format(fmt::runtime(scene), (folder / names[4]).string(), (folder / names[2]).string()));
-  fmt::print("wrote {}\nwrote {}\n", (folder / names[3]).string(), (folder / names[4]).string());
+  write_whole(folder / names[3], landmarks_fcsv());
+  write_whole(folder / names[4], calf_toml());
+  fmt::print("wrote {0}/{1}\nwrote {0}/{2}\n", folder.string(), names[3], names[4]);
 }
 
 } // namespace maille::studies

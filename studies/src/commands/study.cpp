@@ -189,6 +189,8 @@ int study_command(const StudyCommandOptions& asked) {
   prepare_folder(options.out);
   prepare_file("--picture", asked.picture);
   prepare_file("--json", asked.json);
+  refuse_name_in(options.out, study.name(), "--json", asked.json);
+  refuse_name_in(options.out, study.name(), "--picture", asked.picture);
   const Control control = terminal_control(options.threads);
   StudyProgress progress;
   if (control.progress)

@@ -59,6 +59,8 @@ int trade_command(const TradeOptions& options) {
   }
   prepare_file("--json", options.json);
   prepare_file("--csv", options.csv);
+  for (const auto& [option, file] : {std::pair("--json", options.json), std::pair("--csv", options.csv)})
+    refuse_name_in(options.out.value_or(""), lattices.scene().name + "_trade", option, file);
   const Trade trade = measure_trade(lattices, settings, terminal_control(options.threads));
   end_progress();
   const Scene& scene = lattices.scene();
