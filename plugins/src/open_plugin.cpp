@@ -72,6 +72,13 @@ std::vector<std::string> plugin_folders() {
   return folders;
 }
 
+bool has_plugin(const char* file) {
+  std::error_code none;
+  return std::ranges::any_of(plugin_folders(), [&](const std::string& folder) {
+    return std::filesystem::exists(folder + "/" + file, none);
+  });
+}
+
 std::string find_plugin(const char* file, const std::string& needs, const char* advice) {
   const std::vector<std::string> folders = plugin_folders();
   std::error_code none;

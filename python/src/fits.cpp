@@ -215,7 +215,7 @@ private:
   std::atomic<bool> is_used_{false};
 };
 
-/// What a unit of a measure is one of; nothing for those that no text may have.
+/// The dimension of a unit of a measure; none for units that no text may have.
 std::optional<Dimension> dimension_of(const std::string& unit) {
   if (unit == "m")
     return Dimension::length;

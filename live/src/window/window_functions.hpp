@@ -1,5 +1,5 @@
 #pragma once
-/// What the plugin of windows has.
+/// The functions that maille-window.so exports.
 
 #include "maille/live/window.hpp"
 #include "maille/plugins/open_plugin.hpp"

@@ -4,22 +4,14 @@
 #include "maille/plugins/open_plugin.hpp"
 #include "window/window_functions.hpp"
 
-#include <filesystem>
 #include <stdexcept>
 
 namespace maille::live {
 
-namespace {
-
 constexpr const char* plugin = "maille-window.so";
 
-} // namespace
-
 bool has_windows() {
-  for (const std::string& folder : plugin_folders())
-    if (std::error_code none; std::filesystem::exists(folder + "/" + plugin, none))
-      return true;
-  return false;
+  return has_plugin(plugin);
 }
 
 std::unique_ptr<Window> open_window(const WindowSettings& settings) {

@@ -131,7 +131,7 @@ bool says_metres(std::string_view text) {
   return false;
 }
 
-/// What Maille's own files state behind their units.
+/// The world that Maille's own files state behind their units.
 WorldAxes world_in(std::string_view units) {
   return units.ends_with("world: RAS")   ? WorldAxes::ras
          : units.ends_with("world: LPS") ? WorldAxes::lps

@@ -41,7 +41,7 @@ std::optional<std::size_t> n_binary_triangles(std::string_view bytes) {
                                                                             : std::nullopt;
 }
 
-/// What a binary file that is cut short says of its length.
+/// The length that the header of a cut binary file implies.
 std::string count_in_words(std::string_view bytes) {
   std::uint32_t n = 0;
   if (bytes.size() < header_bytes + 4)

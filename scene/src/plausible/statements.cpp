@@ -13,7 +13,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <map>
 #include <numbers>
 #include <set>
@@ -350,9 +349,7 @@ std::vector<std::string> world_warnings(const WorldScene& world) {
                              std::ranges::any_of(world.objects, [](const WorldObject& object) {
                                return object.kind == ObjectKind::deformable;
                              });
-  if (takes_factors && std::ranges::none_of(plugin_folders(), [](const std::string& folder) {
-        return std::filesystem::exists(std::filesystem::path(folder) / "maille-cholmod.so");
-      }))
+  if (takes_factors && !has_plugin("maille-cholmod.so"))
     warnings.push_back("maille-cholmod.so is not there: multigrid takes the place of factors of bodies in "
                        "contact, many times as slow");
   for (const WorldObject& object : world.objects) {

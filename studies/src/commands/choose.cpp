@@ -92,7 +92,7 @@ Quantity asked_quantity(const ChooseOptions& options, const Lattices& lattices) 
                                did_you_mean(options.of, names)));
 }
 
-/// What is asked for, but what the error is of.
+/// The wish, without the quantity that its error is of.
 nlohmann::ordered_json wish_json(const ChooseOptions& options) {
   constexpr const char* an_error = "a percentage such as 5%, or a part of 1 such as 0.05";
   const double error = with_unit("--error", options.error, error_units, an_error);

@@ -28,7 +28,7 @@ vtkSmartPointer<vtkDoubleArray> tensor_array(const char* name,
 
 void add_text(vtkFieldData& arrays, const char* name, const std::string& text);
 /// The array Units: `text` and, where the body's place says it, what the world's axes point to, which image
-/// readers take (says_world).
+/// readers take (world_in).
 void add_units(vtkFieldData& arrays, const Placement& placement, const std::string& text);
 
 /// Places, displacements and what Units says of them, from metres to millimetres.

@@ -35,7 +35,7 @@ std::string text_of(const Data& object, std::string_view key) {
   return text.is_string() ? text.get<std::string>() : "";
 }
 
-/// Draws, in a folder that goes again.
+/// Draws into a temporary folder.
 class Pictures {
 public:
   Pictures(const Data& results, const fs::path& folder);

@@ -33,6 +33,9 @@ const void* open_plugin(const char* file, const char* what, std::size_t layout, 
 /// Folders in which open_plugin looks, in that order.
 std::vector<std::string> plugin_folders();
 
+/// Whether one of these folders has the file.
+bool has_plugin(const char* file);
+
 /// The path there of a plugin or a program that is as long as its ELF headers say: a shorter one, of an
 /// interrupted copy, would end the process by a signal.
 /// @param needs  the beginning of the message: "finite elements need"

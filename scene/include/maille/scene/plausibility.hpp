@@ -63,8 +63,8 @@ std::vector<MaterialSummary> materials_of(const Scene& scene);
 /// conditions that others cover, pieces and voxels that are left out, moduli and densities in another unit,
 /// gravity that lifts. plausibility() has these, too.
 std::vector<std::string> statement_warnings(const Scene& scene);
-/// What a run by these methods makes nothing of: settings of [relaxation] that none of them reads, `cut`
-/// without limits, a scene that neither moves nor loads the body.
+/// Warns of settings of [relaxation] that none of the methods reads, of `cut` without limits, and of a scene
+/// that neither moves nor loads the body.
 std::vector<std::string> unused_settings(const Scene& scene, const std::vector<std::string>& methods);
 /// The same for a world: warnings of its objects, and objects at its border.
 std::vector<std::string> world_warnings(const WorldScene& world);

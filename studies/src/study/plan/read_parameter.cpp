@@ -107,7 +107,7 @@ StudyValue value_of(const toml::node& node) {
 
 namespace {
 
-/// What a standard normal variable is below with probability u. Sobol's points begin at 0: no u is nearer to
+/// The quantile of the standard normal distribution at u. Sobol's points begin at 0: no u is nearer to
 /// an end than 2^-14, 3.8 deviations from the middle.
 double normal_quantile(double u) {
   constexpr double least = 0x1p-14;
