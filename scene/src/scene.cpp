@@ -338,10 +338,10 @@ Eigen::VectorXd Scene::reduced_active_stress(std::int64_t cell, double of_fibre)
   if (stress.isZero(0))
     return Eigen::VectorXd::Zero(dimension() == 2 ? 3 : 1);
   // What is free gives way to it, and by that pulls at the directions that the scene knows.
-  Vector6 strain = Vector6::Zero();
+  Vector6 lateral = Vector6::Zero();
   const Matrix6 C = object_stiffness(cell);
-  release_free_directions(C, stress, dimension(), plane, strain);
-  stress += C * strain;
+  release_free_directions(C, stress, dimension(), plane, lateral);
+  stress += C * lateral;
   if (dimension() == 1)
     return stress.head<1>();
   return Eigen::Vector3d(stress(0), stress(1), stress(5));

@@ -31,7 +31,7 @@ struct Case {
 std::vector<Case> cases() {
   Scene blocks = test::box_scene(3, {16, 16, 16});
   test::hold_and_move_ends(blocks, {1e-3, 0, 0.5e-3});
-  blocks.relaxation.frame = StrainFrame::blocks;
+  blocks.strain = Strain::finite;
   Scene nested = box();
   nested.relaxation.extrapolation = Extrapolation::nested;
   const Scene carved = test::carved_body({32, 32, 36}, test::Fibres::turning);

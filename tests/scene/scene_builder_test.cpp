@@ -91,7 +91,7 @@ extrapolation = "nested"
   limits.from = LimitSource::given;
   limits.given = {{1.3, 1.1, 1.2}, {0.5, 0.5, 0.5}, {{{0, 0.3, 0.3}, {0.3, 0, 0.3}, {0.3, 0.3, 0}}}};
   limits.cut_is_allowed = true;
-  const RelaxationSettings relaxation{RelaxationMode::deformable, StrainFrame::blocks, 3, 0.001, 77,
+  const RelaxationSettings relaxation{RelaxationMode::deformable, 3, 0.001, 77,
                                       Extrapolation::nested};
   const Scene built = SceneBuilder()
                           .title("everything")
@@ -107,6 +107,7 @@ extrapolation = "nested"
                           .contraction(300, BoxRegion{{0, 0, 0}, {2e-3, 6e-3, 6e-3}})
                           .limits(limits)
                           .relaxation(relaxation)
+                          .strain(Strain::finite)
                           .build();
   expect_same_scene(built, by_text);
   EXPECT_FALSE(built.tractions.empty());

@@ -86,6 +86,7 @@ void SceneBuilder::Assembly::read_limits() {
 }
 
 void SceneBuilder::Assembly::read_relaxation() {
+  scene_.strain = asked_.strain_;
   scene_.relaxation = asked_.relaxation_;
   const RelaxationSettings& asked = scene_.relaxation;
   add_if_out_of_range("relaxation", "tolerance", asked.tolerance);

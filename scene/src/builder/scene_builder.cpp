@@ -187,6 +187,11 @@ SceneBuilder& SceneBuilder::limits(const LimitSettings& settings) {
   return *this;
 }
 
+SceneBuilder& SceneBuilder::strain(Strain strain) {
+  strain_ = strain;
+  return *this;
+}
+
 SceneBuilder& SceneBuilder::relaxation(const RelaxationSettings& settings) {
   relaxation_ = settings;
   return *this;

@@ -70,10 +70,11 @@ void reader::read_relaxation(TableReader& root, Scene& scene) {
   table.read("tolerance", relaxation.tolerance);
   table.read("extrapolation", relaxation.extrapolation);
   table.read("sweeps", relaxation.sweeps);
-  table.read("frame", relaxation.frame);
+  if (table.choice("frame") == "blocks") // the word for it while laws were linear
+    scene.strain = Strain::finite;
   table.read("increments", relaxation.increments);
-  if (table.has("increments") && scene.relaxation.frame != StrainFrame::blocks)
-    scene.left_out.push_back({0, table.path_of("increments") + " has no effect without frame = \"blocks\""});
+  if (table.has("increments") && scene.strain != Strain::finite)
+    scene.left_out.push_back({0, table.path_of("increments") + " has no effect without strain = \"finite\""});
   table.finish();
 }
 
@@ -101,6 +102,7 @@ SceneAndMeasures read_root(const toml::table& document, const std::filesystem::p
   }
   read_units(root);
   scene.title = root.text("title").value_or(scene.name);
+  root.read("strain", scene.strain);
   bool body = false;
   int turned_lattice_line = 0;
   std::vector<float> labels; // of cells, where loads name them

@@ -309,7 +309,7 @@ std::vector<Condition> TestConditions::made() {
 bool fits_body(const Scene& scene, const TestRequest& request, const Asked& asked, FaultList& faults) {
   const StandardTest& test = request.test;
   // Small strains know no turn: 2 % too soft at this angle, and of the wrong sign at a right one.
-  const double largest = scene.relaxation.frame == StrainFrame::blocks ? largest_turn : 0.2;
+  const double largest = scene.strain == Strain::finite ? largest_turn : 0.2;
   if (test.kind == TestKind::bend && !(std::abs(test.angle()) <= largest)) {
     faults.add(asked.line, asked.key + ".strain",
                fmt::format("an end that turns by {:.4g} rad at most (a strain of {:.3g} %){}", largest,

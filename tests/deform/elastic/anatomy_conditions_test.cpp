@@ -330,7 +330,7 @@ TEST(ContractionAnalytic, FibresThatTurnWithTheirCellsPullAlongThemselves) {
   test::sort_prescribed(scene);
   scene.specimen.fibre = {0, 0, 1};
   scene.active_stress.assign(54, 10e3);
-  scene.relaxation.frame = StrainFrame::blocks;
+  scene.strain = Strain::finite;
   const Answer answer = test::solved(scene, "coupled");
   EXPECT_NEAR(answer.displacement(2, scene.specimen.grid.node({1, 1, 6})), -6 * h * 10e3 / E1,
               1e-4 * 6 * h * 0.1);

@@ -206,7 +206,7 @@ TEST(BlocksConsistent, SmallMovesWithinLimitsAreThoseOfCoupled) {
   for (const int dimension : {2, 3}) {
     Scene scene = pulled_halves(dimension, dimension == 2 ? 4 : 2, 0.3, 1e-3, 1e-3);
     const Answer blocks = solve(scene, "coupled");
-    scene.relaxation.frame = StrainFrame::object;
+    scene.strain = Strain::small;
     const Answer object = solve(scene, "coupled");
     ASSERT_EQ(blocks.status, Status::done) << blocks.message;
     ASSERT_EQ(object.status, Status::done) << object.message;

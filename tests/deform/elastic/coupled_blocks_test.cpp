@@ -85,7 +85,7 @@ TEST(BlocksConsistent, SmallMovesAreThoseOfCoupledToSecondOrder) {
       make_fibrous(scene);
       scene.relaxation.tolerance = 1e-6;
       const Answer blocks = solve(scene, "coupled");
-      scene.relaxation.frame = StrainFrame::object;
+      scene.strain = Strain::small;
       scene.relaxation.tolerance = 1e-9;
       const Answer object = solve(scene, "coupled");
       ASSERT_EQ(blocks.status, Status::done) << blocks.message;
@@ -113,7 +113,7 @@ TEST(BlocksAnalytic, ABarBentToAQuarterIsAnArc) {
                 0.02 * test::beam_energy(scene, angle));
     const double off = test::distance_from_arc(scene, blocks.displacement, angle);
     EXPECT_LT(off, 0.02 * test::bar_length);
-    scene.relaxation.frame = StrainFrame::object;
+    scene.strain = Strain::small;
     const Answer object = test::solved(scene, "coupled");
     EXPECT_GT(test::distance_from_arc(scene, object.displacement, angle), 5 * off);
     EXPECT_GT(*object.strain_energy, 3 * *blocks.strain_energy);
@@ -130,7 +130,7 @@ TEST(BlocksAnalytic, ACantileverUnderALargeLoadIsAnElastica) {
     constexpr int length = 60, across = 2;
     Scene scene = test::box_scene(2, {length, across, 1});
     scene.materials[0].elasticity = ElasticConstants::isotropic(1e6, 0);
-    scene.relaxation.frame = StrainFrame::blocks;
+    scene.strain = Strain::finite;
     test::hold_face(scene, 0, false);
     const double h = across * 1e-3, L = length * 1e-3, traction = point.load * 1e6 * h * h / (12 * L * L);
     for (int y = 0; y < across; ++y)

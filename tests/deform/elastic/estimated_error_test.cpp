@@ -229,7 +229,7 @@ TEST(EstimatedErrorContract, SameBitsForAnyNumberOfThreads) {
 
 TEST(EstimatedErrorContract, ThereIsNoneAgainstABodyThatBends) {
   Scene scene = pushed(3, {8, 8, 8});
-  scene.relaxation.frame = StrainFrame::blocks;
+  scene.strain = Strain::finite;
   const ErrorEstimation estimation = estimate_error(scene, Displacement(scene.specimen.grid));
   EXPECT_FALSE(estimation.estimate);
   EXPECT_NE(estimation.reason.find("blocks"), std::string::npos);

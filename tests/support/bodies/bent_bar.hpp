@@ -29,7 +29,7 @@ inline Scene straight_bar(int dimension, int cells) {
   const double h = bar_height / cells;
   Scene scene = box_scene(dimension, {4 * cells, cells, dimension == 3 ? cells : 1}, {h, h, h});
   scene.materials[0].elasticity = ElasticConstants::isotropic(10e3, 0);
-  scene.relaxation.frame = StrainFrame::blocks;
+  scene.strain = Strain::finite;
   return scene;
 }
 

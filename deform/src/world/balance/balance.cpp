@@ -51,7 +51,7 @@ Balance::Balance(WorldObjects& world) : world_(world) {
     const DeformableObject& body = world.body(object);
     if (body.limits_bind())
       fail("has limits that bind: contact = \"cells\" keeps them");
-    if (what.scene.relaxation.frame == StrainFrame::blocks)
+    if (what.scene.strain == Strain::finite)
       fail("measures strains in blocks: contact = \"cells\" knows them");
     if (world.scene.dimension == 2 && 2 * body.lattice().n_voxels() > most_components_2d)
       fail("has too many nodes to factor its stiffness: contact = \"cells\", or a coarser body");

@@ -3,6 +3,7 @@
 /// and what is wrong with one that a program has put together.
 
 #include "maille/materials/elasticity.hpp"
+#include "maille/materials/law.hpp"
 
 #include <array>
 #include <optional>
@@ -71,6 +72,7 @@ NeighbourLimits limits_before_failure(const Damage& damage);
 struct Material {
   std::string name;                      ///< "muscle/soleus", or the key where a scene defines it
   ElasticConstants elasticity;           ///< in the material frame, axis 1 = fibre
+  std::optional<Law> law;                ///< of large strain; none: corotated linear elasticity
   double density = 1000;                 ///< kg/m^3, > 0
   std::optional<NeighbourLimits> limits; ///< in the material frame
   std::optional<Damage> damage;          ///< nothing where no figure is known; in the material frame

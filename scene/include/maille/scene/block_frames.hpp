@@ -17,7 +17,7 @@ namespace maille {
 
 /// True if the scene asks for them: in 1D there is nothing to turn.
 inline bool in_blocks(const Scene& scene) {
-  return scene.relaxation.frame == StrainFrame::blocks && scene.dimension() > 1;
+  return scene.strain == Strain::finite && scene.dimension() > 1;
 }
 
 /// The mean displacement gradient of a cell [component][axis], from its corners [1]; zero outside of the

@@ -249,14 +249,12 @@ enum class RelaxationMode { elastic, deformable };
 /// Whether `coupled` solves coarser lattices too, to go from them towards ever finer ones where they show
 /// how.
 enum class Extrapolation { none, nested };
-/// What `coupled` measures strains in: one frame for the whole body, or one for every cell, which turns with
-/// it.
-enum class StrainFrame { object, blocks };
+/// Which question a scene asks of elasticity: small strain, or finite strain by the laws of its materials.
+enum class Strain { small, finite };
 
 struct RelaxationSettings {
   RelaxationMode mode = RelaxationMode::elastic;
-  StrainFrame frame = StrainFrame::object;
-  int increments = 0;            ///< of StrainFrame::blocks; 0: as many as the turns ask for
+  int increments = 0;            ///< of finite strain; 0: as many as moves and loads ask for
   double tolerance = 1e-4;       ///< estimated remaining error / largest prescribed displacement
   std::int64_t sweeps = 1000000; ///< limit; then status budget_reached
   Extrapolation extrapolation = Extrapolation::none;
@@ -274,6 +272,7 @@ struct Scene {
   Specimen specimen;
   std::vector<Material> materials;                 ///< at most 255; indexed by material_id
   PlaneAssumption plane = PlaneAssumption::strain; ///< 2D only
+  Strain strain = Strain::small;                   ///< `coupled` and finite elements answer it
   std::vector<Prescribed> prescribed;              ///< sorted by (component, node), unique
   std::vector<Turn> turns;                         ///< the moves among them that turn, for steps of a series
   std::vector<FaceLoad> tractions;

@@ -145,6 +145,8 @@ public:
   SceneBuilder& limits(const LimitSettings& settings);
   /// Tolerance between 0 and 1, sweeps from 1 to 10^9, increments from 0 (as many as needed) to 10^4.
   SceneBuilder& relaxation(const RelaxationSettings& settings);
+  /// Default: small.
+  SceneBuilder& strain(Strain strain);
 
   /// A quantity that is asked of answers, by the keys of a `[[measure]]` of a scene file, in TOML:
   /// measure("pull", R"(force = "move[1]")"). Lengths and angles without a unit are in SI. Places are in the
@@ -220,6 +222,7 @@ private:
   std::vector<std::pair<std::string, std::string>> measures_; ///< name, keys
   LimitSettings limits_;
   RelaxationSettings relaxation_;
+  Strain strain_ = Strain::small;
   std::optional<std::string> keys_;
   std::shared_ptr<const KeyTable> table_; ///< in place of keys_
   std::filesystem::path folder_;          ///< of keys_
