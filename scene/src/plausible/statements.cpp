@@ -322,10 +322,10 @@ std::vector<std::string> unused_settings(const Scene& scene, const std::vector<s
     std::vector<std::string> methods;
   };
   const std::array<Setting, 4> settings{{
-      {asked.mode != usual.mode, "mode = \"deformable\"", {"sweep", "relaxed"}},
-      {asked.sweeps != usual.sweeps, "sweeps", {"sweep"}},
-      {asked.extrapolation != usual.extrapolation, "extrapolation = \"nested\"", {"coupled"}},
-      {asked.frame != usual.frame, "frame = \"blocks\"", {"coupled"}},
+      {asked.mode != usual.mode, "[relaxation] mode = \"deformable\"", {"sweep", "relaxed"}},
+      {asked.sweeps != usual.sweeps, "[relaxation] sweeps", {"sweep"}},
+      {asked.extrapolation != usual.extrapolation, "[relaxation] extrapolation = \"nested\"", {"coupled"}},
+      {scene.strain == Strain::finite, "strain = \"finite\"", {"coupled", "fem_q1", "fem_q2"}},
   }};
   std::vector<std::string> unused;
   const bool is_moved =
@@ -338,7 +338,7 @@ std::vector<std::string> unused_settings(const Scene& scene, const std::vector<s
     if (setting.is_asked && std::ranges::none_of(methods, [&](const std::string& method) {
           return std::ranges::find(setting.methods, method) != setting.methods.end();
         }))
-      unused.push_back(fmt::format("[relaxation] {} has no effect here: it is of {}", setting.words,
+      unused.push_back(fmt::format("{} has no effect here: it is of {}", setting.words,
                                    fmt::join(setting.methods, " and ")));
   return unused;
 }
