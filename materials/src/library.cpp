@@ -25,7 +25,7 @@ void read_text(TableReader& table, std::string_view key, std::string& into) {
 
 void read_elasticity(TableReader& root, Material& material) {
   if (auto table = root.open("elasticity")) {
-    material.elasticity = read_elastic_constants(*table).value_or(ElasticConstants{});
+    read_mechanics(*table, material);
     table->finish();
   }
 }

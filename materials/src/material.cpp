@@ -177,8 +177,31 @@ std::vector<BrokenRule> broken_rules(const NeighbourLimits& limits) {
   return found;
 }
 
+std::vector<BrokenRule> broken_rules(Law law) {
+  std::vector<BrokenRule> found;
+  for (const auto& [name, value] : parameters(law))
+    if (const auto wanted = wanted_in_range("law", name, *value))
+      found.push_back({std::string(name), *wanted, fmt::format("{}", *value)});
+  const auto require = [&](bool is_met, const char* key, const char* rule, double value) {
+    if (!is_met && found.empty())
+      found.push_back({key, rule, fmt::format("{}", value)});
+  };
+  if (const auto* of = std::get_if<NeoHookean>(&law))
+    require(of->lambda > -2 * of->mu / 3, "lambda", "lambda > -2/3 mu", of->lambda);
+  if (const auto* of = std::get_if<Muscle>(&law))
+    require(of->lam_max >= of->Lofl, "lam_max", "lam_max >= Lofl", of->lam_max);
+  return found;
+}
+
+bool is_isotropic(const Material& material) {
+  return material.elasticity.is_isotropic() && (!material.law || is_isotropic(*material.law));
+}
+
 std::vector<BrokenRule> broken_rules(const Material& material) {
   std::vector<BrokenRule> found = broken_rules(material.elasticity);
+  if (material.law)
+    for (const BrokenRule& rule : broken_rules(*material.law))
+      found.push_back({"law." + rule.key, rule.expected, rule.found});
   if (material.limits)
     std::ranges::move(broken_rules(*material.limits), std::back_inserter(found));
   check(material.density, "density", "density", found);

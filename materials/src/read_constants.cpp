@@ -1,4 +1,5 @@
-/// Elastic constants from a TOML table: which of the three forms it is, and whether the numbers are valid.
+/// Elastic constants from a TOML table: which of the three forms it is, and whether the numbers are valid; or
+/// a law of large strain and its parameters.
 
 #include "maille/materials/material.hpp"
 #include "maille/materials/toml_reader.hpp"
@@ -101,17 +102,18 @@ bool is_positive_definite(TableReader& table, const ElasticConstants& constants)
   return violated.empty();
 }
 
-std::optional<ElasticConstants> read_isotropic(TableReader& table) {
-  const auto E = table.number("youngs_modulus");
-  const auto nu = table.number("poisson_ratio");
+std::optional<ElasticConstants> read_isotropic(TableReader& table, std::string_view modulus,
+                                               std::string_view ratio) {
+  const auto E = table.number(modulus);
+  const auto nu = table.number(ratio);
   constexpr double round_off = 1e-9;
   if (nu && !(*nu > -1 + round_off && *nu < 0.5 - round_off)) {
-    std::string expected = "-1 < poisson_ratio < 0.5";
+    std::string expected = fmt::format("-1 < {} < 0.5", ratio);
     if (*nu > -1 && *nu < 0.5)
       expected += fmt::format(", by {:g} at least", round_off);
     if (std::abs(*nu - 0.5) < near_limit)
-      expected += fmt::format(incompressible_advice, "poisson_ratio", "0.49");
-    table.fault("poisson_ratio", expected);
+      expected += fmt::format(incompressible_advice, ratio, "0.49");
+    table.fault(ratio, expected);
     return std::nullopt;
   }
   return E && nu ? std::optional(ElasticConstants::isotropic(*E, *nu)) : std::nullopt;
@@ -166,12 +168,83 @@ std::optional<ElasticConstants> read_elastic_constants(TableReader& table) {
   if (!form)
     return std::nullopt;
   // The keys that are there are read even where one is missing, so that their faults are told too.
-  const auto constants = form == &forms()[0]   ? read_isotropic(table)
+  const auto constants = form == &forms()[0]   ? read_isotropic(table, "youngs_modulus", "poisson_ratio")
                          : form == &forms()[1] ? read_transversely_isotropic(table)
                                                : read_orthotropic(table);
   if (!constants || !is_positive_definite(table, *constants))
     return std::nullopt;
   return table.faults().size() == before ? constants : std::nullopt;
+}
+
+namespace {
+
+/// One fault for all constants of the linear forms that stand beside a law; E and nu are of neo_hookean.
+void refuse_linear_constants(TableReader& table, bool takes_E_and_nu) {
+  std::vector<std::string_view> beside;
+  for (const Form& form : forms())
+    for (const std::string_view key : keys_present(table, form))
+      if (table.find(key) && !(takes_E_and_nu && (key == "E" || key == "nu")))
+        beside.push_back(key);
+  if (!beside.empty())
+    table.fault(beside.front(), "no elastic constants beside a law, which has its own at rest",
+                fmt::format("{}", fmt::join(beside, ", ")));
+}
+
+/// E and nu as the law has them.
+void read_parameters(TableReader& table, NeoHookean& law) {
+  table.require("E", "Young's modulus of the law, a pressure");
+  table.require("nu", "Poisson's ratio of the law");
+  const auto constants = read_isotropic(table, "E", "nu");
+  if (constants && !(constants->youngs_modulus[0] > 0))
+    table.fault("E", "E > 0");
+  if (constants)
+    law = {constants->G12, 2 * constants->G12 * constants->nu12 / (1 - 2 * constants->nu12)};
+}
+
+template<class Other>
+void read_parameters(TableReader& table, Other& of) {
+  Law law = of;
+  std::string names;
+  for (const auto& [name, place] : parameters(law))
+    names += (names.empty() ? "" : ", ") + std::string(name);
+  table.require("parameters", fmt::format("the parameters of {}: {{ {} }}", name_of(law), names));
+  const toml::table* const values = table.subtable("parameters");
+  if (!values)
+    return;
+  TableReader reader(*values, table.path_of("parameters"), table.faults(), "law");
+  const std::size_t before = table.faults().size();
+  for (const auto& [name, place] : parameters(law))
+    reader.read(name, *place);
+  reader.finish();
+  if (table.faults().size() == before)
+    for (const BrokenRule& rule : broken_rules(law))
+      reader.fault(rule.key, rule.expected, rule.found);
+  of = std::get<Other>(law);
+}
+
+} // namespace
+
+bool read_mechanics(TableReader& table, Material& material) {
+  const std::size_t before = table.faults().size();
+  if (!table.has("law")) {
+    const auto constants = read_elastic_constants(table);
+    material.elasticity = constants.value_or(material.elasticity);
+    return constants.has_value();
+  }
+  const auto word = table.word("law");
+  refuse_linear_constants(table, !word || *word == 0);
+  if (!word) {
+    table.find("parameters");
+    return false;
+  }
+  std::array<Law, 5> laws{NeoHookean{}, MooneyRivlin{}, Guccione{}, HolzapfelGasserOgden{}, Muscle{}};
+  Law& law = laws[*word];
+  std::visit([&](auto& of) { read_parameters(table, of); }, law);
+  if (table.faults().size() > before || !is_positive_definite(table, rest_constants(law)))
+    return false;
+  material.law = law;
+  material.elasticity = rest_constants(law);
+  return true;
 }
 
 } // namespace maille

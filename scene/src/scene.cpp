@@ -157,7 +157,7 @@ double Scene::largest_prescribed() const {
 
 bool Scene::has_fibres() const {
   return contracts() || !specimen.fibres.empty() ||
-         std::ranges::any_of(materials, [](const Material& m) { return !m.elasticity.is_isotropic(); });
+         std::ranges::any_of(materials, [](const Material& m) { return !is_isotropic(m); });
 }
 
 LimitSource Scene::limit_source() const {

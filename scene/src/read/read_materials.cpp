@@ -18,7 +18,7 @@ std::optional<Material> from_table(const toml::table& values, const std::string&
   TableReader table(values, path, faults, "material");
   Material material;
   material.name = table.text("name").value_or(path);
-  const auto elasticity = read_elastic_constants(table);
+  const bool is_valid = read_mechanics(table, material);
   material.limits = read_neighbour_limits(table);
   material.relaxed_weights = table.three("relaxed_weights").value_or(material.relaxed_weights);
   if (auto damage = table.open("damage")) {
@@ -27,10 +27,7 @@ std::optional<Material> from_table(const toml::table& values, const std::string&
   }
   table.read("density", material.density);
   table.finish();
-  if (!elasticity)
-    return std::nullopt;
-  material.elasticity = *elasticity;
-  return material;
+  return is_valid ? std::optional(material) : std::nullopt;
 }
 
 /// The tables of a file of several materials, by name; empty where it holds one.
@@ -140,7 +137,7 @@ bool is_same(const Material& a, const Material& b) {
   const auto failure = [](const Damage& d) {
     return std::tie(d.stretch, d.compress, d.shear, d.of, d.source, d.verified);
   };
-  return a.name == b.name && constants(a) == constants(b) && a.limits == b.limits &&
+  return a.name == b.name && constants(a) == constants(b) && a.law == b.law && a.limits == b.limits &&
          a.damage.has_value() == b.damage.has_value() &&
          (!a.damage || failure(*a.damage) == failure(*b.damage));
 }

@@ -105,8 +105,8 @@ bool read_generated(TableReader& table, const std::string& shape, const BodyDefa
 }
 
 void require_fibre(TableReader& table, const std::vector<Material>& materials) {
-  const auto needs = std::ranges::find_if(
-      materials, [](const Material& material) { return !material.elasticity.is_isotropic(); });
+  const auto needs =
+      std::ranges::find_if(materials, [](const Material& material) { return !is_isotropic(material); });
   if (needs != materials.end() && !table.has("fibre"))
     add_lack_of_fibre(table.line(), needs->name + ", which is not the same along all axes", table.faults());
 }

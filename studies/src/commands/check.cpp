@@ -246,7 +246,7 @@ bool has_any(const toml::table& table, std::initializer_list<std::string_view> k
 }
 
 bool is_material(const toml::table& table) {
-  return has_any(table, {"youngs_modulus", "E", "E_fibre"});
+  return has_any(table, {"youngs_modulus", "E", "E_fibre", "law"});
 }
 
 /// A material is read as scenes read it: by a scene of one cell that names it.

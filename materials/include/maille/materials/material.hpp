@@ -72,7 +72,8 @@ NeighbourLimits limits_before_failure(const Damage& damage);
 struct Material {
   std::string name;                      ///< "muscle/soleus", or the key where a scene defines it
   ElasticConstants elasticity;           ///< in the material frame, axis 1 = fibre
-  std::optional<Law> law;                ///< of large strain; none: corotated linear elasticity
+  std::optional<Law> law;                ///< of large strain; none: corotated linear elasticity. With one,
+                                         ///< elasticity is rest_constants(law)
   double density = 1000;                 ///< kg/m^3, > 0
   std::optional<NeighbourLimits> limits; ///< in the material frame
   std::optional<Damage> damage;          ///< nothing where no figure is known; in the material frame
@@ -81,9 +82,12 @@ struct Material {
   std::array<double, 3> relaxed_weights{1, 1, 1};
 };
 
+/// True if the fibre changes neither the elasticity nor the law.
+bool is_isotropic(const Material& material);
+
 /// A rule that a number breaks: which number, the rule, and what stands there instead.
 struct BrokenRule {
-  std::string key; ///< e.g. `E`, `stretch`, `damage.stretch`, `density`
+  std::string key; ///< e.g. `E`, `stretch`, `damage.stretch`, `law.c1`, `density`
   std::string expected, found;
 };
 
@@ -91,9 +95,11 @@ struct BrokenRule {
 ///
 /// Constants must be finite and of positive strain energy (see violated_inequalities); keys E, nu, G. Limits
 /// must be finite, with 0 <= compress <= 1 <= stretch and shear >= 0. A material must also have a finite
-/// density > 0, finite weights > 0, and, if its damage is known, stretches > 1 at failure.
+/// density > 0, finite weights > 0, and, if its damage is known, stretches > 1 at failure. Parameters of a
+/// law must be in the ranges that the law states; keys are their names.
 std::vector<BrokenRule> broken_rules(const ElasticConstants& constants);
 std::vector<BrokenRule> broken_rules(const NeighbourLimits& limits);
+std::vector<BrokenRule> broken_rules(Law law);
 std::vector<BrokenRule> broken_rules(const Material& material);
 
 } // namespace maille
