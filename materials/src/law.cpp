@@ -109,7 +109,7 @@ public:
   /// ln w, w = (I1~ I4~ - I5~) / (2 sqrt I4~); (I1 I4 - I5) / 2 - 1 = tr E + E_ff + 2 tr E E_ff - 2 |E f|^2
   LawResponse log_cosh_B2() const {
     const LawResponse tr{trace, one, Matrix6::Zero()}, ff = fibre_strain();
-    return log(tr + ff + 2 * (tr * ff) + -2 * fibre_square(), 2.0 / 3) + -0.5 * log_I4();
+    return log(tr + ff + 2 * (tr * ff) + -2 * fibre_square(), 4.0 / 3) + -0.5 * log_I4();
   }
 
 private:
