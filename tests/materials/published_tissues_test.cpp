@@ -126,7 +126,8 @@ TEST(LibraryReference, DensitiesAreThoseOfOneTable) {
   // Truth: PMC3233242, table 3 [kg/m^3].
   for (const auto& [group, density] :
        {std::pair{"muscle/", 1050.0}, std::pair{"fat/", 950.0}, std::pair{"skin/", 1090.0},
-        std::pair{"liver/", 1060.0}, std::pair{"brain/", 1040.0}, std::pair{"tendon/", 1130.0}}) {
+        std::pair{"liver/", 1060.0}, std::pair{"brain/", 1040.0}, std::pair{"tendon/", 1130.0},
+        std::pair{"heart/", 1060.0}}) {
     int found = 0;
     for (const LibraryEntry& entry : material_library()) {
       if (entry.material.name.starts_with(group)) {
@@ -172,6 +173,17 @@ TEST(LibraryAnalytic, CorticalBoneHasThePublishedStiffness) {
 TEST(LibraryAnalytic, CartilageHasThePublishedAggregateModulus) {
   // Truth: the stiffness of a pull with the sides held is the aggregate modulus, 0.82 MPa.
   EXPECT_NEAR(stiffness(material("cartilage/femoral_condyle").elasticity)(0, 0), 0.82e6, 1e3);
+}
+
+TEST(LibraryReference, LawsAreThosePublished) {
+  // Truth: FEBio's test mu02 (g3 is a choice), Land and others 2015, PMC6305050 table 2, Sims and others 2010.
+  const auto law = [](std::string_view name) { return material(name).law.value(); };
+  EXPECT_EQ(law("muscle/blemker_2005"), Law(Muscle{500, 500, 0.05, 6.6, 1.4, 1.4, 3e5, 0, 1e7, 667}));
+  EXPECT_EQ(law("heart/land_2015"), Law(Guccione{2e3, 8, 2, 4, 4e5}));
+  EXPECT_EQ(law("muscle/face_wu"), Law(MooneyRivlin{2500, 1175, 147e3}));
+  EXPECT_NEAR(std::get<NeoHookean>(law("fat/subdermal_pig")).mu, 530, 0.1);
+  for (const LibraryEntry& entry : material_library())
+    EXPECT_TRUE(broken_rules(entry.material).empty()) << entry.material.name;
 }
 
 TEST(LibraryContract, EveryTissueIsWholeAndValid) {

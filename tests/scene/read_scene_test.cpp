@@ -72,6 +72,23 @@ TEST(ReadSceneContract, OneTwoAndThreeNumbersOfCellsGiveTheDimension) {
   EXPECT_EQ(parse_scene(scene_with(head + "[7, 3, 2]")).specimen.n_matter_nodes(), 8 * 4 * 3);
 }
 
+// Truth: the scene below and the file of the library.
+TEST(ReadSceneContract, LawsOfLargeStrain) {
+  const std::string head = "shape = \"box\"\ncells = [4, 2, 2]\nspacing = \"1 mm\"\nmaterial = ";
+  const Scene neo = parse_scene(scene_with(head + "{ law = \"neo_hookean\", E = \"10 kPa\", nu = 0.25 }"));
+  EXPECT_EQ(neo.materials.at(0).law, Law(NeoHookean{4e3, 4e3}));
+  EXPECT_FALSE(neo.has_fibres());
+  const Scene heart = parse_scene(scene_with(head + "\"heart/land_2015\"\nfibre = [0, 1, 0]"));
+  EXPECT_EQ(heart.materials.at(0).law, Law(Guccione{2e3, 8, 2, 4, 4e5}));
+  EXPECT_TRUE(heart.has_fibres());
+  EXPECT_TRUE(test::says_only(
+      test::faults_found_by([&] {
+        parse_scene(
+            scene_with(head + "{ law = \"mooney_rivlin\", parameters = { c1 = 1, c2 = 0, k = 1, bf = 8 } }"));
+      }),
+      {.key = "specimen.material.parameters.bf"}));
+}
+
 TEST(ReadSceneContract, RegionsSelectFacesAndBoxesInclusively) {
   const Scene scene = parse_scene(scene_with(box, R"(
 [[hold]]
