@@ -61,7 +61,8 @@ TABLES = {
     MATERIAL: [scene(BOX.replace('"muscle/soleus"', form.replace(" }", INSIDE + " }"))) for form in (
         OWN, '{ E = ["1 kPa", "1 kPa", "1 kPa"], nu = [0.3, 0.3, 0.3], G = ["1 kPa", "1 kPa", "1 kPa"] }',
         '{ E_fibre = "20 kPa", E_cross = "10 kPa", G_fibre = "5 kPa", nu_fibre = 0.3, nu_cross = 0.3 }',
-        "{ youngs_modulus = '10 kPa', poisson_ratio = 0.3, stretch = 1.2, compress = 0.8, shear = 0.1 }")],
+        "{ youngs_modulus = '10 kPa', poisson_ratio = 0.3, stretch = 1.2, compress = 0.8, shear = 0.1 }",
+        "{ law = 'neo_hookean', E = '10 kPa', nu = 0.3 }", "{ law = 'mooney_rivlin', parameters = {c1 = 1, c2 = 0, k = 9} }")],
     "definitions/damage": [
         scene(BOX.replace('"muscle/soleus"', f"{{ youngs_modulus = '10 kPa', poisson_ratio = 0.3, damage = {{ stretch = 1.4{INSIDE} }} }}"))],
     "definitions/fibre/anyOf/1": [

@@ -91,8 +91,7 @@ extrapolation = "nested"
   limits.from = LimitSource::given;
   limits.given = {{1.3, 1.1, 1.2}, {0.5, 0.5, 0.5}, {{{0, 0.3, 0.3}, {0.3, 0, 0.3}, {0.3, 0.3, 0}}}};
   limits.cut_is_allowed = true;
-  const RelaxationSettings relaxation{RelaxationMode::deformable, 3, 0.001, 77,
-                                      Extrapolation::nested};
+  const RelaxationSettings relaxation{RelaxationMode::deformable, 3, 0.001, 77, Extrapolation::nested};
   const Scene built = SceneBuilder()
                           .title("everything")
                           .box(3, {4, 3, 2}, {1e-3, 2e-3, 3e-3})
@@ -260,6 +259,18 @@ TEST(SceneBuilderContract, OneSliceIsATwoDimensionalSceneAndEqualMaterialsAreOne
                         .build();
   EXPECT_EQ(two.materials.size(), 2u);
   EXPECT_EQ(two.specimen.material_id, (std::vector<std::uint8_t>{no_material, 0, 1, 0, 1, 0}));
+  Material lawful = named;
+  lawful.law = NeoHookean{1e3, 1e3};
+  EXPECT_EQ(SceneBuilder()
+                .labels(labels, ArrayLayout::x_fastest({3, 2, 1}), affine_of({1e-3, 1e-3, 1e-3}))
+                .material(1, named)
+                .material(2, lawful)
+                .material(3, named)
+                .hold("x-")
+                .build()
+                .materials.size(),
+            2u)
+      << "a law makes a difference";
 }
 
 TEST(SceneBuilderContract, ListsOfNodesSelectWhatTheyNameInAnyOrderAndOnce) {

@@ -168,6 +168,14 @@ std::string ratios(const std::array<double, 3>& values) {
                                                           : fmt::format("{:.4g}", fmt::join(values, " "));
 }
 
+/// The law and its parameters, in SI units.
+std::string law_in_words(Law law) {
+  std::string text;
+  for (const auto& [name, value] : parameters(law))
+    text += fmt::format("{}{} {:.4g}", text.empty() ? "" : ", ", name, *value);
+  return wrapped("law", fmt::format("{}: {} (Pa or ratios); at rest:", name_of(law), text));
+}
+
 /// Where it fails, and what follows for `[limits] from = "failure"`.
 std::string damage_in_words(const Damage& damage) {
   const NeighbourLimits limits = limits_before_failure(damage);
@@ -192,7 +200,8 @@ std::string details(const LibraryEntry& entry) {
       text += wrapped(label, *value);
   text += fmt::format("{:<12} {}\n", "verified",
                       entry.verified ? "yes" : "NO: do not quote these numbers as fact");
-  text += fmt::format("\nE1 E2 E3     {}  {}  {}\n", in_pascals(e.youngs_modulus[0]),
+  text += m.law ? "\n" + law_in_words(*m.law) : "\n";
+  text += fmt::format("E1 E2 E3     {}  {}  {}\n", in_pascals(e.youngs_modulus[0]),
                       in_pascals(e.youngs_modulus[1]), in_pascals(e.youngs_modulus[2]));
   text += fmt::format("nu12 13 23   {:.4g}  {:.4g}  {:.4g}\n", e.nu12, e.nu13, e.nu23);
   text += fmt::format("G12 13 23    {}  {}  {}\n", in_pascals(e.G12), in_pascals(e.G13), in_pascals(e.G23));
