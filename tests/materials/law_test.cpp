@@ -1,5 +1,5 @@
 /// Laws of large strain against their published energies, written anew in long double and differentiated, and
-/// against closed forms of nominal stress; and what the reader says about them.
+/// against closed forms of nominal stress; and the faults of their reader.
 
 #include "maille/materials/law.hpp"
 #include "maille/materials/library.hpp"
@@ -306,7 +306,7 @@ TEST(LawAnalytic, GuccioneNominalStress) {
 TEST(LawAnalytic, HolzapfelNominalStress) {
   const HolzapfelGasserOgden law{1, 2, 1.5, 0, 1e8};
   for (const double l : {0.7, 0.9, 1.1, 1.3}) {
-    // Truth: incompressible with parallel fibres: c (l - l^-2) + 2 k1 l A exp(k2 A^2), A = l^2 - 1 in tension.
+    // Truth: incompressible with parallel fibres, c (l - l^-2) + 2 k1 l A exp(k2 A^2), A = l^2 - 1 if > 0.
     const double A = std::max(l * l - 1, 0.0);
     EXPECT_NEAR(nominal(law, 0, l, {1, 2}), l - 1 / (l * l) + 4 * l * A * std::exp(1.5 * A * A), 2e-5) << l;
   }
@@ -326,8 +326,8 @@ TEST(LawAnalytic, MuscleNominalStress) {
 TEST(LawAnalytic, MuscleShear) {
   const Muscle law{500, 600, 0.05, 6.6, 1.4, 1.5, 3e5, 0, 2e4, 700};
   for (const double size : {1e-9, 1e-3, 0.1, 0.14, 0.16, 0.7}) {
-    // Truth: a shear gamma along the fibre has B1 = gamma and B2 = 0; a pure shear across, diag(1, l, 1/l), has
-    // B1 = 0 and B2 = 2 ln l.
+    // Truth: a shear gamma along the fibre has B1 = gamma and B2 = 0; a pure shear across it,
+    // diag(1, l, 1/l), has B1 = 0 and B2 = 2 ln l.
     Matrix3d along = Matrix3d::Zero(), across = Matrix3d::Zero();
     along(0, 1) = along(1, 0) = 0.5 * size, along(1, 1) = 0.5 * size * size;
     across.diagonal() << 0, 0.5 * std::expm1(2 * size), 0.5 * std::expm1(-2 * size);

@@ -176,7 +176,7 @@ TEST(LibraryAnalytic, CartilageHasThePublishedAggregateModulus) {
 }
 
 TEST(LibraryReference, LawsAreThosePublished) {
-  // Truth: FEBio's test mu02 (g3 is a choice), Land and others 2015, PMC6305050 table 2, Sims and others 2010.
+  // Truth: FEBio's test mu02 (g3 is a choice), Land 2015, PMC6305050 table 2, Sims 2010.
   const auto law = [](std::string_view name) { return material(name).law.value(); };
   EXPECT_EQ(law("muscle/blemker_2005"), Law(Muscle{500, 500, 0.05, 6.6, 1.4, 1.4, 3e5, 0, 1e7, 667}));
   EXPECT_EQ(law("heart/land_2015"), Law(Guccione{2e3, 8, 2, 4, 4e5}));

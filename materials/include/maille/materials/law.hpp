@@ -1,17 +1,17 @@
 #pragma once
 /// Large-strain laws of matter: energy, stress and tangent of a point from its Green-Lagrange strain.
 ///
-/// F is the deformation gradient, C = F^T F, E = (C - I) / 2, J = det F, f the unit fibre at rest. A law is an
-/// energy W(E, f) per volume at rest. Its stress is S = dW/dE, the second Piola-Kirchhoff stress; P = F S is
-/// nominal and F S F^T / J Cauchy's. Its tangent is dS/dE. All of them are in the frame of E, in Voigt order
-/// 11, 22, 33, 23, 13, 12 with engineering shears in E. Names of parameters are those of FEBio.
+/// F is the deformation gradient, C = F^T F, E = (C - I) / 2, J = det F, f the unit fibre at rest. A law is
+/// an energy W(E, f) per volume at rest. Its stress is S = dW/dE, the second Piola-Kirchhoff stress; P = F S
+/// is nominal and F S F^T / J Cauchy's. Its tangent is dS/dE. All of them are in the frame of E, in Voigt
+/// order 11, 22, 33, 23, 13, 12 with engineering shears in E. Names of parameters are those of FEBio.
 ///
-/// Exact: closed forms, no differences. At rest the stress is 0, and the tangent is the stiffness of the law's
-/// own linear material (rest_constants); an active muscle alone pulls at rest. A law is isotropic or
-/// transversely isotropic about f. A parameter has FEBio's name.
+/// Exact: closed forms, no differences. At rest the stress is 0, and the tangent is the stiffness of the
+/// law's own linear material (rest_constants); an active muscle alone pulls at rest. A law is isotropic or
+/// transversely isotropic about f.
 ///
-/// Invariants: I1 = tr C, I2 = (I1^2 - tr C^2) / 2, I4 = f.C f, I5 = f.C^2 f; I1~ = J^-2/3 I1, I2~ = J^-4/3 I2,
-/// I4~ = J^-2/3 I4 do not see the volume.
+/// Invariants: I1 = tr C, I2 = (I1^2 - tr C^2) / 2, I4 = f.C f, I5 = f.C^2 f; I1~ = J^-2/3 I1,
+/// I2~ = J^-4/3 I2, I4~ = J^-2/3 I4, I5~ = J^-4/3 I5 do not see the volume.
 
 #include "maille/materials/elasticity.hpp"
 
