@@ -165,7 +165,8 @@ std::optional<double> read_quantity(const toml::node& node, const std::string& p
 std::optional<ElasticConstants> read_elastic_constants(TableReader& table);
 
 /// Elastic constants, or a `law` of large strain: neo_hookean with E and nu, others with a table
-/// `parameters`. A law also sets the elasticity, to its own at rest. @return false, and faults, where any is faulty
+/// `parameters`. A law also sets the elasticity, to its own at rest.
+/// @return false, and faults, where any is faulty
 bool read_mechanics(TableReader& table, Material& material);
 
 /// `units = "mm"`, `"mm, deg"`: what lengths and angles without a unit are in, put where every read_quantity
