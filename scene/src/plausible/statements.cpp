@@ -26,6 +26,8 @@ constexpr double least_modulus = 100, greatest_modulus = 1e12, least_density = 5
 constexpr double largest_small_turn = 15 * std::numbers::pi / 180;
 /// Least shares of the mean cross-section: below, a test's plate is uneven, a face's hold or move tiny.
 constexpr double least_plate = 0.8, least_face = 0.05;
+/// Share of a sliding border's nodes above which one hold or move keeps its sides together.
+constexpr double most_of_border = 0.5;
 
 double norm(const Vec3& v) {
   return std::hypot(v[0], v[1], v[2]);
@@ -168,6 +170,7 @@ public:
       warn("[test] beside loads: its stiffness and its modulus are of both, not of the material");
     about_turns();
     about_time();
+    about_sliding();
     about_materials();
     about_directions();
     return std::move(found_);
@@ -244,6 +247,42 @@ private:
     if (scene_.timed.empty() && scene_.contracts() &&
         std::ranges::all_of(scene_.active_stress, [](double stress) { return stress == 0; }))
       warn("a contraction of 0 pulls at nothing");
+    else if (scene_.dimension() == 2 && scene_.contracts() && pulls_across_the_plane())
+      warn("the contraction has no effect: its fibres lie across the plane, and plane strain keeps that "
+           "fixed");
+  }
+
+  bool pulls_across_the_plane() const {
+    double along = 0, all = 0;
+    for (std::int64_t cell = 0; cell < scene_.specimen.grid.n_cells(); ++cell)
+      if (scene_.specimen.is_matter(cell)) {
+        all = std::max(all, scene_.active_stress[cell]);
+        along = std::max(along, scene_.cell_active_stress(cell).cwiseAbs().maxCoeff());
+      }
+    return along < 1e-9 * all;
+  }
+
+  void about_sliding() {
+    const Specimen& body = scene_.specimen;
+    for (const SlidingBorder& border : scene_.sliding) {
+      double n_nodes = 0;
+      std::vector<double> n_kept(stated_.size());
+      for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node) {
+        std::set<std::int32_t> labels;
+        body.for_each_cell_at(body.grid.node_at(node),
+                              [&](std::int64_t cell) { labels.insert(body.label[cell]); });
+        if (!labels.contains(border.one) || !labels.contains(border.other))
+          continue;
+        ++n_nodes;
+        for (std::size_t i = 0; i < stated_.size(); ++i)
+          n_kept[i] += !stated_[i].is_load && stated_[i].nodes.contains(node) ? 1 : 0;
+      }
+      for (std::size_t i = 0; i < stated_.size(); ++i)
+        if (n_kept[i] > most_of_border * n_nodes)
+          warn("{} has {} of {} nodes of the border of labels {} and {}: both sides stay together there, and "
+               "do not slide",
+               scene_.conditions[i].name, n_kept[i], n_nodes, border.one, border.other);
+    }
   }
 
   void about_materials() {

@@ -102,7 +102,15 @@ bool read_surface_specimen(TableReader& table, bool has_material,
   Image& image = std::get<Image>(made);
   if (frame)
     image.info.world = *frame == CoordinateFrame::lps ? WorldAxes::lps : WorldAxes::ras;
-  return read_image_specimen(table, has_material, materials, scene, labels, &image);
+  if (!read_image_specimen(table, has_material, materials, scene, labels, &image))
+    return false;
+  for (std::size_t i = 0; table.has("labels") && i < names.size(); ++i)
+    if (std::ranges::find(scene.specimen.label, static_cast<std::int32_t>(i + 1)) ==
+        scene.specimen.label.end())
+      scene.left_out.push_back(
+          {0,
+           fmt::format("surface {} has no cells: is its label, {}, in [specimen] labels?", names[i], i + 1)});
+  return true;
 }
 
 } // namespace maille::reader

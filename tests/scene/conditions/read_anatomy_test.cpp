@@ -2,6 +2,7 @@
 /// and the faults of all.
 
 #include "maille/materials/density_law.hpp"
+#include "maille/scene/plausibility.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/sliding.hpp"
 #include "maille/scene/warp/displacement_field.hpp"
@@ -226,6 +227,23 @@ TEST(ReadAnatomyAnalytic, ADriveFollowsRecordedPoses) {
   EXPECT_TRUE(test::has(found, "drive[1].poses"));
   files.folder().write("poses.csv", "time [s],dx,dy\n0,0,0\n1,1,0\n");
   EXPECT_TRUE(test::has(files.faults("units = \"mm\"\n" + text), "a unit, such as dx [mm]"));
+}
+
+// Truth: by hand. The border has 13 x 13 nodes, of which a box from x = 0 to 7 has 8 x 13 and one to 4 has 5 x 13.
+TEST(ReadAnatomyContract, AConditionThatKeepsABorderTogetherIsNamed) {
+  const Anatomy files;
+  const auto warnings = [&](const std::string& to) {
+    return plausibility(files.read(two_blocks + hold_below +
+                                   "[[sliding]]\nbetween = [1, 2]\nfriction = 0.3\n[[move]]\nwhere = { box = "
+                                   "[[\"0 mm\", \"0 mm\", \"6 mm\"], [\"" +
+                                   to + "\", \"12 mm\", \"6 mm\"]] }\nby = [\"0.1 mm\", 0, 0]\n"))
+        .warnings;
+  };
+  const std::string words = "move[1] has 104 of 169 nodes of the border of labels 1 and 2";
+  EXPECT_TRUE(
+      std::ranges::any_of(warnings("7 mm"), [&](const auto& text) { return test::has(text, words); }));
+  for (const std::string& text : warnings("4 mm"))
+    EXPECT_FALSE(test::has(text, "of the border")) << text;
 }
 
 // Truth: by hand. A border that rubs holds what would be free without.

@@ -1,6 +1,7 @@
 /// Where voxels of a deformed image come from.
 
 #include "conditions/voxelise.hpp"
+#include "maille/scene/plausibility.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/warp/surface.hpp"
 #include "maille/scene/warp/warp.hpp"
@@ -345,6 +346,37 @@ TEST(SurfaceContract, WhatIsWrittenAsStlIsReadAsABodyOfTheSameVoxels) {
   const Vec3 there = point_in_world(body.scene.specimen.placement, body.scene.specimen.origin);
   for (std::size_t a = 0; a < 3; ++a)
     EXPECT_NEAR(here[a], there[a], 1e-8);
+}
+
+// Truth: a surface of its own label that `labels` leaves out is no matter, which a warning says.
+TEST(SurfaceContract, ASurfaceWithoutAMaterialIsNamed) {
+  const auto write = [](const test::TemporaryFolder& folder, const char* name, int first) {
+    ImagedBody body = test::imaged_body(test::grid_of({12, 4, 4}, {2e-3, 2e-3, 2e-3}),
+                                        [&](int i, int, int) { return i >= first && i < first + 4 ? 1 : 0; });
+    write_surfaces(surfaces_of(body.bodies()[0], body.scene.materials), folder.path() / name,
+                   LengthUnit::millimetre);
+  };
+  const test::TemporaryFolder folder;
+  write(folder, "a.stl", 0);
+  write(folder, "b.stl", 6);
+  const auto warnings = [&](const std::string& labels) {
+    return plausibility(parse_scene("[specimen]\nshape = \"surface\"\nsurface = [\"a.stl\", \"b.stl\"]\n"
+                                    "spacing = \"2 mm\"\n" +
+                                        labels + "[[hold]]\nwhere = \"z-\"\n",
+                                    folder.path() / "scene.toml"))
+        .warnings;
+  };
+  const auto one = warnings("labels = { 1 = \"fat/subcutaneous\" }\n");
+  EXPECT_EQ(
+      std::ranges::count_if(one, [](const std::string& text) { return test::has(text, "surface b.stl"); }),
+      1);
+  EXPECT_EQ(
+      std::ranges::count_if(one, [](const std::string& text) { return test::has(text, "surface a.stl"); }),
+      0);
+  for (const char* both :
+       {"labels = { \"1..2\" = \"fat/subcutaneous\" }\n", "material = \"fat/subcutaneous\"\n"})
+    for (const std::string& text : warnings(both))
+      EXPECT_FALSE(test::has(text, "has no cells")) << text;
 }
 
 TEST(SurfaceContract, EveryFormatSaysItsUnitAndItsNames) {
