@@ -15,7 +15,7 @@ from typing import Any, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
 from . import _toml
 from ._answer import Record
 from ._choose import command
-from ._faults import MailleWarning, existing
+from ._faults import MailleWarning, count, existing
 from ._scene import PathLike, Scene
 
 Body = Union[Scene, PathLike]
@@ -69,10 +69,15 @@ def study(of: Union[Body, Sequence[Body]], vary: Optional[Mapping[str, Any]] = N
     ``combine`` grid, zip, latin_hypercube, sobol or saltelli, the last three with ``samples``
     ``jobs``    cases at a time
     ``out``     a folder that keeps the table; with ``resume`` the study goes on there
-    @raises FileNotFoundError where the command is not installed; ValueError with its message
+    @raises FileNotFoundError where the command is not installed; TypeError, ValueError  a faulty argument, or with the command's message
 
     Rows that failed say so in ``status``. Ctrl-C: the rows so far, and a MailleWarning.
     """
+    if vary is None and not isinstance(of, (str, os.PathLike)):
+        raise TypeError(f"vary: expected keys of the scene and their values, as only a study file goes without, found none beside {of!r}")
+    if vary is not None and not isinstance(vary, Mapping):
+        raise TypeError(f"vary: expected a mapping from keys to values, found {vary!r}")
+    jobs, threads = count("jobs", jobs), threads if threads is None else count("threads", threads)
     with tempfile.TemporaryDirectory() as temporary:
         file = Path(existing(of)) if vary is None else _written(of, vary, Path(temporary), methods=list(methods), reference=reference,  # type: ignore[arg-type]
                                                                 combine=combine, samples=samples, seed=seed)  # fmt: skip

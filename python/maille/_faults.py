@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import errno
+import math
+import numbers
 import os
-from typing import NamedTuple, Sequence, Tuple, Union
+from typing import Any, NamedTuple, Sequence, Tuple, Union
 
 
 class Fault(NamedTuple):
@@ -35,6 +37,22 @@ class SceneFaults(ValueError):
     def __init__(self, message: str, faults: Sequence[Tuple[str, int, str, str, str]] = ()) -> None:
         super().__init__(message)
         self.faults = [Fault(*fault) for fault in faults]
+
+
+def number_above_0(name: str, value: Any, example: str) -> float:
+    """A finite argument > 0. @raises TypeError, ValueError"""
+    is_number = isinstance(value, numbers.Real) and not isinstance(value, bool)
+    if is_number and math.isfinite(value) and value > 0:
+        return float(value)
+    raise (ValueError if is_number else TypeError)(f"{name}: expected a number > 0 such as {example}, found {value!r}")
+
+
+def count(name: str, value: Any) -> int:
+    """A whole argument from 1. @raises TypeError, ValueError"""
+    is_whole = isinstance(value, numbers.Integral) and not isinstance(value, bool)
+    if is_whole and value >= 1:
+        return int(value)
+    raise (ValueError if is_whole else TypeError)(f"{name}: expected a whole number from 1, found {value!r}")
 
 
 def existing(file: Union[str, "os.PathLike[str]"]) -> str:

@@ -83,7 +83,7 @@ class Image:
     ``array``   along i, j, k, as nibabel has it; any strides, byte order and type of whole numbers (float too)
     ``affine``  4 x 4, from indices of voxels to their middles, in ``unit`` (millimetres unless told otherwise);
                 columns perpendicular; its world is right, anterior, superior, as nibabel's. Without one, ``spacing`` says how far voxels are apart:
-                "1 mm", three such, or numbers in a ``unit`` that is given
+                "1 mm" (default), three such, or numbers in a ``unit`` that is given; with one it has to agree
     ``labels``  which label is which material: a name of the library or a table of constants. Without it,
                 ``material`` is that of every voxel that is not 0
     ``fibre``   how fibres run, as ``fibre`` of scene files: a direction, or a mapping
@@ -95,22 +95,27 @@ class Image:
     affine: Optional[Any] = None
     labels: Optional[Mapping[int, Any]] = None
     material: Optional[Any] = None
-    spacing: Union[float, str, Sequence[Union[float, str]]] = "1 mm"
+    spacing: Optional[Union[float, str, Sequence[Union[float, str]]]] = None
     unit: Optional[str] = None
     fibre: Optional[Any] = None
     coarsen: Union[int, Tuple[int, int, int]] = 1
     keys: Mapping[str, Any] = field(default_factory=dict)
 
     def rows(self) -> Rows:
-        """The affine in metres. @raises ValueError where a spacing has no unit"""
-        if self.affine is not None:
-            return metres(self.affine, self.unit or "mm")
-        given = [self.spacing] * 3 if isinstance(self.spacing, (int, float, str)) else list(self.spacing)
-        return metres(np.diag([*(self._metres(step) for step in given), 1.0]), "m")
+        """The affine in metres. @raises ValueError where a spacing has no unit, or is not the affine's"""
+        spacing = "1 mm" if self.spacing is None else self.spacing
+        given = [spacing] * 3 if isinstance(spacing, (int, float, str)) else list(spacing)
+        if self.affine is None:
+            return metres(np.diag([*(self._metres(step, self.unit) for step in given), 1.0]), "m")
+        rows = metres(self.affine, self.unit or "mm")
+        own = np.linalg.norm(np.array(rows)[:3, :3], axis=0)
+        if self.spacing is not None and not np.allclose(own, [self._metres(step, self.unit or "mm") for step in given], rtol=1e-5, atol=0):
+            raise ValueError(f"spacing: expected that of the affine, {', '.join(f'{1e3 * step:.6g}' for step in own)} mm, or none, found {self.spacing!r}")
+        return rows
 
-    def _metres(self, step: Union[float, str]) -> float:
-        if not isinstance(step, str) and self.unit is not None:
-            return metres(np.diag([float(step)] * 3 + [1.0]), self.unit)[0][0]
+    def _metres(self, step: Union[float, str], unit: Optional[str]) -> float:
+        if not isinstance(step, str) and unit is not None:
+            return metres(np.diag([float(step)] * 3 + [1.0]), unit)[0][0]
         length = _core.length(step) if isinstance(step, str) else None
         if length is None:
             raise ValueError(f'spacing: expected a length such as "1 mm", or a number and unit=, found {step!r}')

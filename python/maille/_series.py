@@ -9,7 +9,7 @@ import numpy as np
 
 from . import _core
 from ._answer import Answer, Floats, Progress, Record
-from ._faults import MailleWarning
+from ._faults import MailleWarning, count
 
 if TYPE_CHECKING:
     from ._scene import Scene
@@ -90,8 +90,7 @@ def _force(answer: Answer, on: str) -> Optional[List[float]]:
 def run_steps(scene: "Scene", method: str, steps: int, tolerance: Optional[float], threads: int, seconds: Optional[float],
               bytes: Optional[int], progress: Optional[Progress], frame: str) -> Series:
     """See ``Scene.run``."""
-    if steps < 1:
-        raise ValueError(f"steps: expected 1 or more, found {steps}")
+    steps = count("steps", steps)
     series = Series(steps=steps)
     is_fem = method.startswith("fem_")
     course = None if is_fem else _core.Steps(scene._built, method, tolerance)

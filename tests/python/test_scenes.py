@@ -132,6 +132,12 @@ def test_units_contract_a_bare_length_is_refused_unless_units_are_given(tmp_path
         maille.Scene(maille.box((3, 3, 3), 1, solid), holds=[maille.hold("x-")]).check()
     with pytest.raises(ValueError, match="spacing: expected a length"):
         maille.Scene(maille.Image(plain, material=solid, spacing=1), holds=[maille.hold("x-")]).check()
+    two = np.diag([2.0, 2, 2, 1])
+    for spacing in ("2 mm", 2, (2, "2 mm", 2.0)):
+        assert maille.Image(plain, affine=two, spacing=spacing).rows() == maille.Image(plain, affine=two).rows()
+    for spacing in ("1 mm", 2e-3, (2, 2, 1)):
+        with pytest.raises(ValueError, match="spacing: expected that of the affine, 2, 2, 2 mm, or none"):
+            maille.Image(plain, affine=two, spacing=spacing).rows()
     for body in (maille.box((3, 3, 3), 1, solid), maille.Image(plain, material=solid, spacing=1, unit="mm"),
                  maille.Image(plain, material=solid, spacing="1 mm")):
         for units, by in ((None, 2), ("mm", 2)):
