@@ -69,7 +69,7 @@ def study(of: Union[Body, Sequence[Body]], vary: Optional[Mapping[str, Any]] = N
     ``combine`` grid, zip, latin_hypercube, sobol or saltelli, the last three with ``samples``
     ``jobs``    cases at a time
     ``out``     a folder that keeps the table; with ``resume`` the study goes on there
-    @raises FileNotFoundError where the command is not installed; TypeError, ValueError  a faulty argument, or with the command's message
+    @raises FileNotFoundError without the command; TypeError, ValueError  a faulty argument; the command's message
 
     Rows that failed say so in ``status``. Ctrl-C: the rows so far, and a MailleWarning.
     """

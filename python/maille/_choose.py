@@ -27,7 +27,7 @@ import tempfile
 from pathlib import Path
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple, Union
 
-from ._faults import Fault, SceneFaults
+from ._faults import Fault, SceneFaults, count, number_above_0
 from ._program import deliver, in_json, print_safely, write_whole
 from ._scene import Scene
 from ._words import in_bytes, in_percent, in_seconds
@@ -316,7 +316,8 @@ def _how_to_do_it(request: Dict[str, Any], chosen: Dict[str, Any]) -> str:
     file = write or str(Path(scene).with_name(Path(scene).stem + "_chosen.toml"))
     run = f"    maille run {shlex.quote(file)} --methods {way.method}\n"
     if write:
-        write_whole(Path(file), text.replace(options["tolerance_mark"], repr(way.tolerance)) if has_own_tolerance else text)
+        text = text.replace(options["tolerance_mark"], repr(way.tolerance)) if has_own_tolerance else text
+        write_whole(Path(file), f"# Made by maille study choose {request['maille']}.\n{text}")
         return f"wrote {file}\n{run}"
     of = "" if options["of"] == "displacement" else f" --of {options['of']}"
     return (f"    maille study choose {shlex.quote(scene)} --error {shlex.quote(options['error'])}{of} --time {shlex.quote(options['time'])} "
@@ -324,8 +325,11 @@ def _how_to_do_it(request: Dict[str, Any], chosen: Dict[str, Any]) -> str:
 
 
 def finish(request: Dict[str, Any]) -> int:
-    """``maille study choose`` once the scene is probed. @return the exit code"""
-    choice = choice_of(request, read_trade_tables(request["tables"]))
+    """``maille study choose``: its tables alone, then all once the scene is probed. @return the exit code"""
+    rows = read_trade_tables(request["tables"])
+    if request["kind"] == "tables":  # nothing but their faults was asked
+        return 0
+    choice = choice_of(request, rows)
     how = "\nto do it:\n" + _how_to_do_it(request, choice["chosen"]) if choice["chosen"] else ""
     if request["json"] != "-":
         print_safely(choice_in_words(choice, request["title"]) + how)
@@ -362,11 +366,13 @@ def choose(scene: "Scene | str | os.PathLike[str]", error: float, time: float, *
     ``memory``  [bytes]; None: what is free
     ``level``   how often the promise is kept, from 0 to 1
     ``tables``  CSV files of ``study trade`` in place of the built-in one
-    @raises ValueError with the command's message; FileNotFoundError without the command
+    @raises TypeError, ValueError  a faulty argument; the command's message. FileNotFoundError without the command
 
     "chosen" is None where nothing is expected to meet both. Cost: about three times ``coupled`` on the finest lattice probed.
     Source: Lei and others 2018.
     """
+    error, time, level = (number_above_0(*one) for one in (("error", error, "0.05"), ("time", time, "10"), ("level", level, "0.95")))
+    threads, memory = count("threads", threads), memory if memory is None else count("memory", memory)
     with tempfile.TemporaryDirectory() as folder:
         file = str(Path(folder) / f"{scene.name}.toml") if isinstance(scene, Scene) else os.fspath(scene)
         if isinstance(scene, Scene):

@@ -36,6 +36,7 @@ _DIFFERENCE = 1e-2  # of logarithms: far above the rounding of the model's algeb
 _LEAST_INFLUENCE = 1e-4  # over the greatest, that is more than that rounding
 _LONGEST_STEP = 2.3  # a factor of ten
 _WIDEST = 4.6  # of logarithms: an interval of a factor of 100 from end to end
+_LEAST_SIGMA = float(np.finfo(float).eps)  # over the largest value
 _ASSUMED_SIGMA = 0.01  # of each value, where none is given: weights alone
 _NEAR = 0.1  # beyond, steps are taken on logarithms of the data
 _FAR_AWAY = 1.4  # other starts: a factor of 4
@@ -595,6 +596,13 @@ def identify(scene: Union[Scene, Sequence[Scene]], measured: Union[Measured, Seq
                     for scene, part in zip(scenes, data) for one in part.observations]
     if len(observations) < len(names):
         raise UsageError(f"measured: expected at least as many numbers as there are unknowns, {len(names)}, found {len(observations)}")
+    largest: Dict[str, float] = {}
+    for seen in observations:
+        largest[seen.unit] = max(largest.get(seen.unit, 0), abs(seen.value))
+    for seen in observations:  # squares of 1 / sigma have to be numbers
+        least = max(1e-100, _LEAST_SIGMA * largest[seen.unit])
+        if seen.sigma is not None and seen.sigma < least:
+            raise UsageError(f"measured: expected a sigma of {least:.2g} or more, the rounding of the largest value, found {seen.sigma:g} of {seen.column}")
     if all(one.value == 0 and one.sigma is None for one in observations):
         raise UsageError("measured: expected a number that is not 0, or sigmas, found zeros alone")
     refusals: List[str] = []
@@ -676,7 +684,7 @@ def main(request: Record) -> int:
     is_quiet = request["json"] == "-"
     has_scene = request["out"] and found.status == "done"
     if has_scene:  # files first: they stay where nothing can be printed
-        found.scenes[0].save(request["out"])
+        found.scenes[0].save(request["out"], f"Made by maille fit {request['maille']}.")
     if request["json"]:
         deliver(in_json(_in_json(found, scene.name, request["method"])), request["json"])
     if not is_quiet:

@@ -83,7 +83,7 @@ class Image:
     ``array``   along i, j, k, as nibabel has it; any strides, byte order and type of whole numbers (float too)
     ``affine``  4 x 4, from indices of voxels to their middles, in ``unit`` (millimetres unless told otherwise);
                 columns perpendicular; its world is right, anterior, superior, as nibabel's. Without one, ``spacing`` says how far voxels are apart:
-                "1 mm" (default), three such, or numbers in a ``unit`` that is given; with one it has to agree
+                "1 mm" (default), three such, or numbers in a ``unit`` that is given; else they agree
     ``labels``  which label is which material: a name of the library or a table of constants. Without it,
                 ``material`` is that of every voxel that is not 0
     ``fibre``   how fibres run, as ``fibre`` of scene files: a direction, or a mapping

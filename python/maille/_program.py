@@ -4,7 +4,7 @@ The command `maille` checks its options, then becomes the program `maille-NAME`.
 object from standard input, and calls ``main(request)`` of the module ``maille._NAME``, which returns the exit
 code. The function that does the work is public (``maille.report``), so that the command and a notebook share it.
 
-Exit codes are the command's: 0 done, 1 the run failed, 2 faulty input.
+Exit codes are the command's: 0 done, 1 the run failed, 2 faulty input, 128 + N stopped by signal N.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import signal
 import sys
 import warnings
 from pathlib import Path
-from typing import Any, Dict, Optional
+from typing import Any, Dict, List, Optional
 
 from ._faults import SceneFaults
 
@@ -116,10 +116,6 @@ def deliver(text: str, file: Optional[str]) -> None:
         write_whole(Path(file), text)
 
 
-def _stop(number: int, frame: Any) -> None:
-    raise KeyboardInterrupt(number)
-
-
 def _show_warning(message: Any, category: Any, filename: str, lineno: int, file: Any = None, line: Any = None) -> None:
     complain(f"warning: {message}")
 
@@ -140,14 +136,27 @@ def run_program(name: str) -> int:
     warnings.showwarning = _show_warning
     if isinstance(sys.stdout, io.TextIOWrapper):  # names of files may be no UTF-8
         sys.stdout.reconfigure(errors="surrogateescape")
-    for one in (signal.SIGTERM, signal.SIGHUP):  # as Ctrl-C
-        if signal.getsignal(one) is signal.SIG_DFL:
-            signal.signal(one, _stop)
+    signals: List[int] = []  # that asked to stop
+
+    def stop(number: int, frame: Any) -> None:
+        signals.append(number)
+        raise KeyboardInterrupt(number)
+
+    for one in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(one) in (signal.SIG_DFL, signal.default_int_handler):
+            signal.signal(one, stop)
+    code = _exit_code(name, signals)
+    return 128 + signals[0] if signals and code < 2 else code
+
+
+def _exit_code(name: str, signals: List[int]) -> int:
+    """That of ``main``, or of what it raised. @param signals  gets the one that had stopped the command before"""
     if not _has_memory():
         complain(f"out of memory: {name} needs {_LEAST_MEMORY >> 20} MiB more than the limit leaves")
         return 1
     try:
         request: Dict[str, Any] = json.load(sys.stdin)
+        signals += request.pop("stopped_by", [])
         code = int(importlib.import_module(f"maille._{name}").main(request))
         _output()
         return code

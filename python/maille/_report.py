@@ -197,13 +197,8 @@ def page(folder: Path, file: Path, command: str, version: str, drawn: Dict[str, 
 def main(request: Data) -> int:
     """Continues `maille report`: the command has checked the options."""
     folder, file = Path(request["folder"]), Path(request["out"])
-    try:
-        html, notes = page(folder, file, request["command"], request["version"], request["drawn"])
-        write_whole(file, html.encode(errors="replace"))
-    except KeyboardInterrupt as stop:  # as the command ends where its work takes seconds: by the signal
-        number = stop.args[0] if stop.args else signal.SIGINT
-        signal.signal(number, signal.SIG_DFL)
-        os.kill(os.getpid(), number)
+    html, notes = page(folder, file, request["command"], request["version"], request["drawn"])
+    write_whole(file, html.encode(errors="replace"))
     for note in notes:
         complain(note)
     print_safely(f"wrote {file}\n")

@@ -329,10 +329,10 @@ class Scene:
 
     # ---- files -------------------------------------------------------------------------------------------------
 
-    def save(self, file: PathLike) -> None:
+    def save(self, file: PathLike, note: str = "") -> None:
         """Writes the scene as a file, and labels in memory as ``NAME_labels.nii.gz`` beside it.
 
-        Files that it names are written as paths from there. ``load`` reads it back.
+        Files that it names are written as paths from there; ``note`` heads it. ``load`` reads it back.
         """
         path = Path(file)
         self._built  # a faulty scene is no file
@@ -345,7 +345,7 @@ class Scene:
             document["specimen"] = {"shape": "image", "image": image.name, **specimen}
         elif path.parent.resolve() != Path(self._folder).resolve():
             _move_paths(document, Path(self._folder).resolve(), path.parent.resolve())
-        write_whole(path, _toml.dumps(document))
+        write_whole(path, (f"# {note}\n" if note else "") + _toml.dumps(document))
 
     def _own_image(self) -> Any:
         """The labels that the body is of: of a file an array on its grid."""

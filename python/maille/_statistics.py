@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 from typing import Any, Dict
 
-_MODULES = {"study": "_study", "merge": "_study", "trade": "_trade", "choose": "_choose"}
+_MODULES = {"study": "_study", "merge": "_study", "trade": "_trade", "choose": "_choose", "tables": "_choose"}
 
 
 def main(request: Dict[str, Any]) -> int:

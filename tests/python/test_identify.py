@@ -188,6 +188,9 @@ def test_commands_analytic_find_the_constants_of_their_own_answer(truth, tmp_pat
     assert [one["value"] for one in answer["unknowns"]] == pytest.approx([30, 5], rel=1e-2)
     for row in answer["observations"]:
         assert row["computed"] == pytest.approx(row["measured"], rel=1e-3)
+    assert fitted.read_text().startswith("# Made by maille fit ")
+    run = command(start, "--measured", tmp_path / "data.csv", "--unknown", f"{E},{G}", "--out", fitted)
+    assert run.returncode == 0, run.stderr
     # The written scene says what was computed.
     again = maille.load(fitted).run("coupled", tolerance=1e-7).measures
     assert again["pull"][0] == pytest.approx(answer["observations"][0]["computed"], rel=1e-6)
@@ -229,9 +232,13 @@ def test_commands_contract_say_what_is_wrong_and_what_is_open(truth, tmp_path):
             (file("odd.csv", "measure,value\npush,1\n"), [E], "odd.csv:2: measure: expected a measure of the scene: pull, pull_x"),
             (tmp_path / "nowhere.csv", [E], "nowhere.csv"),
             (data, [E, "--out", data], "--out"),
+            (file("tiny.csv", "measure,value,sigma\npull_x,0.02,1e-300\n"), [E], "--measured: expected a sigma of 4.4e-18 or more"),
             (file("zero.csv", "measure,value\npull_x,0\n"), [E], "zeros alone")):
         run = command(scene, "--measured", measured, "--unknown", *words)
-        assert run.returncode == 2 and wanted in run.stderr, (words, run)
+        assert run.returncode == 2 and wanted in run.stderr and "warning" not in run.stderr, (words, run)
+    anothers = file("anothers.toml", "title = 'mine'\n")
+    run = command(scene, "--measured", data, "--unknown", E, "--out", anothers)
+    assert run.returncode == 2 and "that Maille wrote" in run.stderr and anothers.read_text() == "title = 'mine'\n", run
     # Stiffness alone changes no displacement where all that is done to a body is to move it.
     isotropic = BLOCK[:BLOCK.index("material =")] + 'material = { youngs_modulus = "10 kPa", poisson_ratio = 0.3 }\n' + BLOCK[BLOCK.index("[[hold]]"):]
     side = file("side.csv", "measure,value,sigma\nside,-0.05 mm,0.01 mm\n")

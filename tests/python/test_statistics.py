@@ -404,6 +404,21 @@ def test_choose_contract_a_wish_with_room_is_met_and_one_without_is_not(tmp_path
         maille.choose(scene, 0.2, 100, of="colour")
 
 
+def test_arguments_contract_of_a_wrong_kind_are_named():
+    scene = maille.Scene(maille.box((3, 3, 3), "1 mm", "muscle/soleus"), [maille.hold("x-")], name="cube")
+    for error, words, call in (
+            (TypeError, r"error: expected a number > 0 such as 0.05, found '5%'", lambda: maille.choose(scene, "5%", 1)),
+            (ValueError, r"time: expected a number > 0 such as 10, found -1", lambda: maille.choose(scene, 0.1, -1)),
+            (TypeError, r"steps: expected a whole number from 1, found 2.5", lambda: scene.run(steps=2.5)),
+            (TypeError, r"steps: expected a whole number from 1, found '3'", lambda: scene.run(steps="3")),
+            (ValueError, r"steps: expected a whole number from 1, found 0", lambda: scene.run(steps=0)),
+            (TypeError, r"jobs: expected a whole number from 1, found True", lambda: maille.study(scene, {"move[1].by": []}, jobs=True)),
+            (TypeError, r"vary: expected a mapping from keys to values, found 3", lambda: maille.study(scene, 3)),
+            (TypeError, r"vary: expected keys of the scene and their values, .*<maille.Scene 'cube'>", lambda: maille.study(scene))):
+        with pytest.raises(error, match=words):
+            call()
+
+
 def test_choose_contract_says_on_what_the_promise_rests(tmp_path):
     scene = tmp_path / "bent.toml"
     scene.write_text(STRIP.replace("[8, 4, 4]", "[16, 8, 8]").replace('["0.4 mm", 0, 0]', '[0, 0, "1 mm"]'))

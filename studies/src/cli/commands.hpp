@@ -1,7 +1,8 @@
 #pragma once
 /// The commands of `maille`, each as a struct of options and a function that returns an exit code.
 ///
-/// Exit codes: 0 done, 1 the run failed, 2 wrong usage or a faulty input. cli/help.cpp lists the commands.
+/// Exit codes: 0 done, 1 the run failed, 2 wrong usage or a faulty input, 128 + N stopped by signal N.
+/// cli/help.cpp lists the commands.
 /// ResultsFolder is what the commands that write results share: one lock, one list, one rule for what may
 /// go.
 
@@ -14,6 +15,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
@@ -50,8 +52,8 @@ public:
   std::filesystem::path file(const std::string& ending) const;
   /// Says that the command will write `SCENE` and this.
   void plan(const std::string& ending) { planned_.insert(scene_ + ending); }
-  /// @throws UsageError where an option's file has the name of a result that this command will write
-  void refuse_name_of_result(const std::string& option, const std::optional<std::string>& file) const;
+  /// Whether it will.
+  bool is_planned(const std::string& name) const { return planned_.contains(name); }
   /// Says that a file has been written.
   void add(const std::filesystem::path& file);
   void add(const std::vector<std::filesystem::path>& files);
@@ -63,6 +65,7 @@ public:
 
 private:
   void look_at(const std::filesystem::path& list, bool overwrite);
+  void refuse_older_than(const std::filesystem::path& scene_file) const;
   void add_stale(const std::string& name, const std::string& scene, const std::string& digest = "");
   void add_stale_of(const nlohmann::ordered_json& list);
   bool is_stale(const std::filesystem::path& file) const;
@@ -328,6 +331,8 @@ void say_file_warnings();
 /// Replaces this process by the program `maille-NAME` (python/program.py.in), which has the request on its
 /// standard input and ends with the command's exit code. Call it last: it never returns a value.
 int become_python_program(const std::string& name, const nlohmann::ordered_json& request);
+/// Runs the same as a process of its own, to its end. @return its exit code
+int run_python_program(const std::string& name, const nlohmann::ordered_json& request);
 
 /// Threads, signals that ask to stop (see catch_stop_signals) and a progress line on stderr where that is a
 /// terminal.
@@ -351,9 +356,14 @@ void prepare_folder(const std::filesystem::path& folder);
 /// @throws UsageError
 void prepare_file(const std::string& option, const std::optional<std::string>& file,
                   const std::optional<ResultsFolder>& results = {});
+/// The same for a file with an ending that only Maille's file of that ending, or an empty one, makes way for.
+/// @throws UsageError
+void prepare_own_file(const std::string& option, const std::optional<std::string>& file,
+                      std::string_view ending);
 /// Refuses a file of an option under the name of a result in `folder`. @throws UsageError
-void refuse_name_in(const std::filesystem::path& folder, const std::string& stem, const std::string& option,
-                    const std::optional<std::string>& file);
+void refuse_name_of_result(const std::string& option, const std::optional<std::string>& file,
+                           const std::filesystem::path& folder,
+                           const std::function<bool(const std::string&)>& is_result);
 /// What commands ask where nothing is said.
 inline constexpr const char* default_run_method = "coupled";
 std::vector<std::string> default_compare_methods();
@@ -372,10 +382,11 @@ std::string provenance(const Scene& scene, const Answer& answer, int threads);
 void catch_stop_signals();
 /// From now on the first of them is only noted; a second one, more than 0.2 s later, ends the process.
 void hear_stop_signals();
-/// Whether one has been noted.
-bool is_stop_asked();
+/// The one that has been noted; 0: none.
+int stop_signal();
 /// Flushes the C library's buffers and ends the process, without the clean-up of libraries if an abandoned
-/// thread still uses one of them. @return `exit_code` without such a thread
+/// thread still uses one of them. @return without such a thread `exit_code`, or 128 + the signal that
+/// stopped what ran
 int leave(int exit_code);
 
 } // namespace maille::studies

@@ -47,7 +47,7 @@ void no_picture(const std::string& why, const fs::path& file) {
   fmt::print(stderr, "{}{}\n", why.starts_with(prefix) ? "" : prefix, why);
   // An earlier picture would show other results. After a signal it stays, as all earlier files do.
   std::error_code error;
-  if (!is_stop_asked() && is_own_result(file) && !is_kept_input(file))
+  if (stop_signal() == 0 && is_own_result(file) && !is_kept_input(file))
     fs::remove(file, error);
 }
 
@@ -91,8 +91,19 @@ void prepare_file(const std::string& option, const std::optional<std::string>& f
     throw UsageError(
         fmt::format("{} {}: expected a file that can be written, found {}", option, *file, found));
   if (results)
-    results->refuse_name_of_result(option, file);
+    refuse_name_of_result(option, file, results->path(),
+                          [&](const std::string& name) { return results->is_planned(name); });
   reserve_output(option, path);
+}
+
+void prepare_own_file(const std::string& option, const std::optional<std::string>& file,
+                      std::string_view ending) {
+  prepare_file(option, file);
+  if (file && *file != "-" && fs::is_regular_file(*file) &&
+      (!file->ends_with(ending) || !is_own_result(*file)))
+    throw UsageError(
+        fmt::format("{} {}: expected a new file, or a file ({}) that Maille wrote, found another file",
+                    option, *file, ending));
 }
 
 void write_lines_of_measures(const std::string& method, const std::vector<MeasureRow>& rows,

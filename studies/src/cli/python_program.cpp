@@ -17,6 +17,7 @@
 #include <stdexcept>
 #include <sys/mman.h>
 #include <sys/time.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 namespace maille::studies {
@@ -66,7 +67,10 @@ int become_python_program(const std::string& name, const nlohmann::ordered_json&
   const std::string program = "maille-" + name;
   std::string file = find_plugin(program.c_str(), name + " needs the program",
                                  "; a build with the Python module makes it (python3, pybind11)");
-  const std::string text = request_text(request);
+  nlohmann::ordered_json whole = request;
+  if (const int signal = stop_signal())
+    whole["stopped_by"] = {signal};
+  const std::string text = request_text(std::move(whole));
   const int memory = memfd_create("request", 0);
   if (memory < 0 || write(memory, text.data(), text.size()) != static_cast<ssize_t>(text.size()) ||
       lseek(memory, 0, SEEK_SET) != 0 || dup2(memory, STDIN_FILENO) < 0)
@@ -80,6 +84,17 @@ int become_python_program(const std::string& name, const nlohmann::ordered_json&
   execv(file.c_str(), words);
   throw std::runtime_error(
       fmt::format("{} needs the program {}, which cannot be started: {}", name, file, std::strerror(errno)));
+}
+
+int run_python_program(const std::string& name, const nlohmann::ordered_json& request) {
+  std::fflush(nullptr);
+  const pid_t process = fork();
+  if (process == 0)
+    become_python_program(name, request);
+  int status = 0;
+  if (process < 0 || waitpid(process, &status, 0) < 0)
+    throw std::runtime_error(fmt::format("{} cannot be started: {}", name, std::strerror(errno)));
+  return WIFEXITED(status) ? WEXITSTATUS(status) : exit_run_failed;
 }
 
 } // namespace maille::studies

@@ -82,6 +82,8 @@ ResultsFolder::ResultsFolder(fs::path folder, std::string scene, const fs::path&
   std::sort(lists.begin(), lists.end());
   for (const fs::path& list : lists)
     look_at(list, overwrite);
+  if (!overwrite && !fs::exists(file(fmt::format("_{}_results.json", kind_))))
+    refuse_older_than(scene_file);
   if (kind_ == "compare")
     add_stale(scene_ + ".pvd", scene_); // methods are no time steps
   // What a run that was killed has left stands in no list.
@@ -118,22 +120,25 @@ void ResultsFolder::look_at(const fs::path& file, bool overwrite) {
   }
 }
 
-void ResultsFolder::refuse_name_of_result(const std::string& option,
-                                          const std::optional<std::string>& file) const {
-  const fs::path path = file ? fs::weakly_canonical(fs::absolute(*file)) : fs::path();
-  const std::string name = path.filename().string();
-  if (path.parent_path() == fs::weakly_canonical(fs::absolute(folder_)) && planned_.contains(name))
+void refuse_name_of_result(const std::string& option, const std::optional<std::string>& file,
+                           const fs::path& folder, const std::function<bool(const std::string&)>& is_result) {
+  const fs::path path = file && *file != "-" ? fs::weakly_canonical(fs::absolute(*file)) : fs::path();
+  if (!path.empty() && path.parent_path() == fs::weakly_canonical(fs::absolute(folder)) &&
+      is_result(path.filename().string()))
     throw UsageError(
         fmt::format("{} {}: expected a file of its own, found the name of a result of --out", option, *file));
 }
 
-void refuse_name_in(const fs::path& folder, const std::string& stem, const std::string& option,
-                    const std::optional<std::string>& file) {
-  const fs::path path = file && *file != "-" ? fs::weakly_canonical(fs::absolute(*file)) : fs::path();
-  if (!folder.empty() && !path.empty() && path.parent_path() == fs::weakly_canonical(fs::absolute(folder)) &&
-      is_name_of_result(path.filename().string(), stem))
-    throw UsageError(
-        fmt::format("{} {}: expected a file of its own, found the name of a result of --out", option, *file));
+/// A run that was killed leaves no list, hence no text of its scene: times tell whether that has changed.
+void ResultsFolder::refuse_older_than(const fs::path& scene_file) const {
+  std::error_code none;
+  const auto changed = fs::last_write_time(scene_file, none);
+  for (const std::string& name : planned_)
+    if (const fs::path file = folder_ / name;
+        !none && has_provenance(file) && fs::last_write_time(file) < changed)
+      throw UsageError(fmt::format("--out {}: expected no files of a run that was cut short before the scene "
+                                   "changed, found {}; --overwrite replaces them",
+                                   folder_.string(), name));
 }
 
 /// What a list says of other names, folders and files that have changed since is not believed.

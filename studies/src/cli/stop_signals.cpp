@@ -16,8 +16,10 @@
 namespace maille::studies {
 namespace {
 
-std::atomic<bool> is_heard{false}, is_asked{false}, is_alone{true};
-static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may touch it");
+std::atomic<bool> is_heard{false}, is_alone{true};
+std::atomic<int> asked_by{0}; ///< the first signal that is heard; 0: none
+static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free,
+              "a signal handler may touch it");
 
 /// What follows within this time means the same: timeout and mpirun send a signal to a process and to its
 /// group, a session that ends sends SIGHUP and SIGTERM.
@@ -48,7 +50,7 @@ void on_end_of_grace(int) {
   remove_unfinished_files();
   constexpr std::string_view message = "maille: interrupted; unfinished files are removed\n";
   static_cast<void>(!write(STDERR_FILENO, message.data(), message.size()));
-  _exit(exit_run_failed);
+  _exit(128 + asked_by);
 }
 
 void end_by(int signal) {
@@ -63,9 +65,9 @@ void end_by(int signal) {
 void on_stop(int signal) {
   if (!is_heard)
     end_by(signal);
-  else if (!is_asked) {
+  else if (asked_by == 0) {
     clock_gettime(CLOCK_MONOTONIC, &first_wish);
-    is_asked = true;
+    asked_by = signal;
     end_programs();
     if (is_alone)
       limit_grace(grace_us);
@@ -95,13 +97,13 @@ void hear_stop_signals() {
   is_heard = true;
 }
 
-bool is_stop_asked() {
-  return is_asked;
+int stop_signal() {
+  return asked_by;
 }
 
 int leave(int exit_code) {
-  if (is_asked && exit_code == exit_done)
-    exit_code = exit_run_failed;
+  if (asked_by != 0 && exit_code <= exit_run_failed)
+    exit_code = 128 + asked_by;
   if (fem_ref::works_left_behind() == 0)
     return exit_code;
   std::fflush(nullptr);

@@ -26,7 +26,7 @@ Control terminal_control(int threads) {
   hear_stop_signals();
   Control control;
   control.threads = threads;
-  control.stop_requested = is_stop_asked;
+  control.stop_requested = [] { return stop_signal() != 0; };
   if (stderr_is_terminal()) {
     using Clock = std::chrono::steady_clock;
     control.progress = [last = Clock::time_point{}](double fraction, std::string_view what) mutable {

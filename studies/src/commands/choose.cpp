@@ -5,7 +5,6 @@
 #include "choose/choose.hpp"
 #include "compare/comparison.hpp"
 #include "maille/base/arena.hpp"
-#include "maille/materials/text_file.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/studies/version.hpp"
 
@@ -135,13 +134,18 @@ int choose_command(const ChooseOptions& options) {
   keep_inputs({options.scene});
   keep_inputs(options.tables);
   nlohmann::ordered_json wish = wish_json(options);
-  for (const auto& table : options.tables) // what else is wrong in one is said behind the probes
-    (void)read_text_file(table, "a table", std::int64_t{1} << 28);
+  auto tables = nlohmann::ordered_json::array();
+  for (const auto& table : options.tables)
+    tables.push_back(table.string());
+  if (const int code = tables.empty()
+                           ? exit_done
+                           : run_python_program("statistics", {{"kind", "tables"}, {"tables", tables}}))
+    return code;
   Lattices lattices(options.scene);
   const Quantity of = asked_quantity(options, lattices);
   wish["of"] = of.name;
   prepare_file("--json", options.json);
-  prepare_file("--write", options.write);
+  prepare_own_file("--write", options.write, ".toml");
   if (options.write) // the scene's files have to be found from there
     (void)parse_scene(lattices.text(0, {}).value_or(""), *options.write);
   const Control control = terminal_control(options.threads);
@@ -159,14 +163,12 @@ int choose_command(const ChooseOptions& options) {
                                  {"why_not", probes.why_not},
                                  {"prospects", nlohmann::ordered_json::array()},
                                  {"texts", nlohmann::ordered_json::object()},
-                                 {"tables", nlohmann::ordered_json::array()},
+                                 {"tables", std::move(tables)},
                                  {"json", options.json.value_or("")}};
   if (probes.why_not.empty()) {
     request["prospects"] = prospects(lattices, probes, coarsest, finest);
     request["texts"] = texts_json(lattices, coarsest, finest);
   }
-  for (const auto& table : options.tables)
-    request["tables"].push_back(table.string());
   request["options"] = {{"scene", options.scene.string()},
                         {"error", options.error},
                         {"time", options.time},

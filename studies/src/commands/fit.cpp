@@ -17,7 +17,6 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <map>
 #include <random>
 #include <sys/mman.h>
@@ -146,23 +145,6 @@ std::vector<Scene> read_all(const std::vector<std::filesystem::path>& files) {
   return scenes;
 }
 
-/// What stands in the place of the fitted material must be one, too: any scene ends in .toml.
-void check_is_fitted_or_new(const std::optional<std::string>& file) {
-  if (!file || !std::filesystem::is_regular_file(*file))
-    return;
-  std::ifstream stream(*file);
-  std::string line;
-  bool is_empty = true, is_fitted = false; // of several materials, each says so below its name
-  while (!is_fitted && std::getline(stream, line)) {
-    is_empty = false;
-    is_fitted = line.starts_with("# Made by maille fit");
-  }
-  if (!is_empty && !is_fitted)
-    throw UsageError(fmt::format("--out {}: expected a new file, or one that fit has written, "
-                                 "found another",
-                                 *file));
-}
-
 void check_options(const FitOptions& options) {
   if (options.method != "limits" && options.method != "relaxed")
     throw UsageError(fmt::format("--method: expected limits or relaxed, found \"{}\"", options.method));
@@ -173,8 +155,7 @@ void check_options(const FitOptions& options) {
     throw UsageError(fmt::format("--holdout: expected a part from 0 to below 1, found {}", *options.holdout));
   if (options.out && !options.out->ends_with(".toml"))
     throw UsageError(fmt::format("--out: expected a name that ends in .toml, found \"{}\"", *options.out));
-  prepare_file("--out", options.out);
-  check_is_fitted_or_new(options.out);
+  prepare_own_file("--out", options.out, ".toml");
   prepare_file("--json", options.json);
 }
 
@@ -217,9 +198,10 @@ int identify_command(const FitOptions& options) {
   if (!is_image_file(options.measured))
     read_text_file(options.measured, "a table of measured numbers");
   prepare_file("--json", options.json);
-  prepare_file("--out", options.out);
+  prepare_own_file("--out", options.out, ".toml");
   return become_python_program("fit",
-                               {{"scene", options.scenes.front().string()},
+                               {{"maille", version},
+                                {"scene", options.scenes.front().string()},
                                 {"measured", options.measured.string()},
                                 {"unknowns", options.unknowns},
                                 {"method", method},

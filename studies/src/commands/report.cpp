@@ -40,11 +40,7 @@ int report_command(const ReportOptions& options) {
   if (!fs::is_directory(options.folder))
     throw UsageError(fmt::format("OUT: expected a folder of results, found \"{}\"", options.folder.string()));
   const auto file = options.out.empty() ? options.folder / "report.html" : options.out;
-  prepare_file("--out", file.string());
-  // A page is replaced by a page alone: a scene or a table may lie beside the results.
-  if (fs::is_regular_file(file) && (file.extension() != ".html" || !is_own_result(file)))
-    throw UsageError(fmt::format(
-        "--out {}: expected a new file, or a page that report has written, found another", file.string()));
+  prepare_own_file("--out", file.string(), ".html");
   return become_python_program("report",
                                {{"folder", options.folder.lexically_normal().string()},
                                 {"out", file.string()},

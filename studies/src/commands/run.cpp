@@ -305,7 +305,7 @@ int run_command(const RunOptions& options) {
   check_maps(options, scene);
   check_warp(options, scene);
   if (options.write) {
-    prepare_file("--write", options.write);
+    prepare_own_file("--write", options.write, ".inp");
     write_deck(scene, *options.write);
     if (options.methods.empty() && !options.out && !options.json) // nothing else is asked
       return exit_done;

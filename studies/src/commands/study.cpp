@@ -187,10 +187,11 @@ int study_command(const StudyCommandOptions& asked) {
     throw UsageError(fmt::format("--picture-of: expected one of {}, found \"{}\"", fmt::join(names, ", "),
                                  asked.picture_of));
   prepare_folder(options.out);
-  prepare_file("--picture", asked.picture);
-  prepare_file("--json", asked.json);
-  refuse_name_in(options.out, study.name(), "--json", asked.json);
-  refuse_name_in(options.out, study.name(), "--picture", asked.picture);
+  for (const auto& [option, file] : {std::pair("--picture", asked.picture), {"--json", asked.json}}) {
+    prepare_file(option, file);
+    refuse_name_of_result(option, file, options.out,
+                          [&](const std::string& name) { return is_name_of_result(name, study.name()); });
+  }
   const Control control = terminal_control(options.threads);
   StudyProgress progress;
   if (control.progress)

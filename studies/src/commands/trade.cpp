@@ -56,11 +56,18 @@ int trade_command(const TradeOptions& options) {
     prepare_folder(*options.out);
     lock.emplace(*options.out, lattices.scene().name, FolderLock::Sharing::none,
                  std::vector<std::string>{"_trade.json", "_trade.svg", "_trade.png"});
+    Trade blank;
+    blank.rows.resize(1);
+    const std::string table = csv(lattices.scene(), blank); // its first line is that of every trade's
+    check_replaced(*options.out / (lattices.scene().name + "_trade.csv"), table.substr(0, table.find('\n')));
   }
-  prepare_file("--json", options.json);
-  prepare_file("--csv", options.csv);
-  for (const auto& [option, file] : {std::pair("--json", options.json), std::pair("--csv", options.csv)})
-    refuse_name_in(options.out.value_or(""), lattices.scene().name + "_trade", option, file);
+  for (const auto& [option, file] : {std::pair("--json", options.json), {"--csv", options.csv}}) {
+    prepare_file(option, file);
+    if (options.out)
+      refuse_name_of_result(option, file, *options.out, [&](const std::string& name) {
+        return is_name_of_result(name, lattices.scene().name + "_trade");
+      });
+  }
   const Trade trade = measure_trade(lattices, settings, terminal_control(options.threads));
   end_progress();
   const Scene& scene = lattices.scene();
@@ -76,8 +83,6 @@ int trade_command(const TradeOptions& options) {
       {"csv", options.csv.value_or("")},
       {"stem", options.out ? (std::filesystem::path(*options.out) / (scene.name + "_trade")).string() : ""},
       {"exit_code", trade.any_failed() ? exit_run_failed : exit_done}};
-  if (options.out) // refused where another program's file is there; written again with its fronts
-    write_whole(std::filesystem::path(*options.out) / (scene.name + "_trade.csv"), csv(scene, trade));
   lock.reset(); // its file goes before this process does
   return become_python_program("statistics", request);
 }

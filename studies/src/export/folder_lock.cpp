@@ -14,7 +14,6 @@
 #include <fmt/format.h>
 
 #include <cerrno>
-#include <fstream>
 #include <map>
 #include <mutex>
 #include <set>
@@ -84,7 +83,7 @@ bool is_still_there(int descriptor, const fs::path& file) {
 
 } // namespace
 
-void check_replaced(const fs::path& link, const fs::path& by) {
+void check_replaced(const fs::path& link, std::string_view head) {
   std::error_code none;
   const fs::path folder = fs::weakly_canonical(fs::absolute(link).parent_path(), none),
                  file = folder / link.filename();
@@ -98,10 +97,8 @@ void check_replaced(const fs::path& link, const fs::path& by) {
   if (at == guard().folders.end() || guard().written.contains(file) ||
       !is_name_of_result(name, at->second.stem))
     return;
-  std::string head;
-  std::getline(std::ifstream(by, std::ios::binary), head);
   // Tables without rows have no head: they are those of studies.
-  require_own(file, at->second, head.empty() ? "study,case," : head + '\n');
+  require_own(file, at->second, head.empty() ? "study,case," : fmt::format("{}\n", head));
   guard().written.insert(file);
 }
 

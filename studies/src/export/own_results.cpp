@@ -60,6 +60,7 @@ constexpr std::array forms{
     Form{".mha", 0, "ObjectType = Image\nComment = maille\n"}, Form{".stl", 0, "maille;"},
     Form{".ply", 0, "ply\nformat binary_little_endian 1.0\ncomment maille;"},
     Form{".html", anywhere, "<meta name=\"generator\" content=\"maille"},
+    Form{".toml", 0, "# Made by maille "}, Form{".inp", 0, "*HEADING\n** scene "},
     // A chunk tEXt, `Software` and `maille`, before the last one, IEND (12 bytes).
     Form{".png", -39, "\0\0\0\x0ftEXtSoftware\0maille\x32\x57\x26\x53"sv},
     Form{".svg", -16, "<!-- maille -->\n"},

@@ -86,7 +86,7 @@ fs::path behind_links(fs::path file) {
 
 void write_whole(const fs::path& link, const std::function<void(const fs::path&)>& write) {
   if (fs::is_symlink(link))
-    check_replaced(link, {});
+    check_replaced(link, "");
   const fs::path file = behind_links(link);
   if (is_kept_input(file))
     throw UsageError(file.string() + ": cannot write: this command reads that file");
@@ -99,7 +99,9 @@ void write_whole(const fs::path& link, const std::function<void(const fs::path&)
   write(temporary.path());
   if (fs::is_regular_file(temporary.path()))
     add_mark(temporary.path());
-  check_replaced(link, temporary.path());
+  std::string head;
+  std::getline(std::ifstream(temporary.path(), std::ios::binary), head);
+  check_replaced(link, head);
   if (!fs::is_regular_file(temporary.path()))
     throw fs::filesystem_error("cannot write", file, std::make_error_code(std::errc::io_error));
   temporary.move_to(file);

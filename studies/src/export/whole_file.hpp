@@ -68,8 +68,8 @@ bool is_name_of_result(std::string_view name, std::string_view stem);
 /// of that ending. @param head_of_table of CSV, which has no place for a mark: a table begins with it
 bool is_own_result(const std::filesystem::path& file, std::string_view head_of_table = "");
 /// @throws FolderTaken where a name of a result, in a folder that a FolderLock holds, is a link's or another
-/// program's file. @param by the file that takes the place
-void check_replaced(const std::filesystem::path& file, const std::filesystem::path& by);
+/// program's file. @param head first line of what takes the place
+void check_replaced(const std::filesystem::path& file, std::string_view head);
 /// Marks a PNG, SVG or MP4, which other libraries write, as Maille's. @throws
 /// std::filesystem::filesystem_error where it cannot be written or is not whole
 void add_mark(const std::filesystem::path& file);

@@ -190,7 +190,7 @@ TEST(CommandContract, InterruptEndsARunWithItsStatusAndNoStepOfTheSeries) {
   const Outcome run =
       shell("timeout --preserve-status -s INT -k 30 5 " + std::string(MAILLE_COMMAND) + " run " +
             file.string() + " --methods sweep --json --out " + folder.path().string());
-  EXPECT_EQ(run.code, 1) << run.err;
+  EXPECT_EQ(run.code, 128 + 2) << run.err;
   EXPECT_EQ(json::parse(run.out)["results"][0]["status"], "interrupted");
   EXPECT_FALSE(std::filesystem::exists(folder / "slow_sweep_0001.vti")) << "a partial state is no step";
 }

@@ -154,7 +154,7 @@ TEST_F(FitCommandContract, AnInterruptEndsWithTheBestSoFar) {
       test::shell("timeout --preserve-status -s INT -k 60 " + seconds + std::string(MAILLE_COMMAND) +
                   " fit " + large("a", "[0, 0, \"1 mm\"]") + " --test " + large("b", "[0, \"1 mm\", 0]") +
                   " --method limits --reference relaxed --json --out " + found);
-  ASSERT_EQ(run.code, 1) << run.err;
+  ASSERT_EQ(run.code, 128 + 2) << run.err;
   EXPECT_EQ(json::parse(run.out)["status"], "interrupted");
   EXPECT_TRUE(std::filesystem::exists(found));
 }
@@ -250,7 +250,7 @@ TEST_F(TradeCommandContract, AnInterruptLeavesWhatIsThere) {
   const Outcome run =
       test::shell("timeout --preserve-status -s INT -k 60 4 " + std::string(MAILLE_COMMAND) + " trade " +
                   large + " --methods limits,sweep --reference relaxed --repetitions 100 --json");
-  ASSERT_EQ(run.code, 1) << run.err;
+  ASSERT_EQ(run.code, 128 + 2) << run.err;
   EXPECT_EQ(json::parse(run.out)["whole"], false);
 }
 
@@ -276,6 +276,8 @@ TEST_F(TradeCommandContract, WrongUseIsExitCodeTwoAndSaysWhat) {
        {"study choose " + scene + " --error 5% --time 16ms --level 100%", "--level"},
        {"study choose " + scene + " --error 5% --time 16ms --table none.csv", "none.csv"},
        {"study choose " + scene + " --error 5% --time 16ms --table " + bad, "bad.csv:1: method"},
+       {"study choose " + faulty + " --error 5% --time 16ms --table " + bad,
+        "bad.csv:1: method"}, // first of all
        {"study choose none.toml --error 5% --time 16ms", "none.toml"}});
 }
 

@@ -239,6 +239,44 @@ TEST(OutputFileContract, NoOptionPutsAResultInThePlaceOfWhatIsRead) {
   }
 }
 
+TEST(OutputFileContract, OnlyWhatMailleWroteMakesWay) {
+  const Folder folder;
+  const std::string fit = "fit " + folder.scene + " --test " + folder.other +
+                          " --reference relaxed --trials 2 --out ",
+                    deck = "run " + folder.scene + " --write ", page = "report " + folder.out + " --out ",
+                    chosen = "study choose " + folder.scene + " --error 90% --time 60s --write ";
+  test::done("run " + folder.scene + " --methods limits --out " + folder.out);
+  for (const auto& [line, name, code] :
+       {std::tuple{fit, "m.toml", 1}, {deck, "m.inp", 0}, {page, "m.html", 0}, {chosen, "c.toml", 0}}) {
+    const std::string file = folder.write(name, "another's\n").string();
+    EXPECT_TRUE(test::has(test::refused(line + file).err, "that Maille wrote")) << line;
+    EXPECT_EQ(folder.text(name), "another's\n");
+    fs::remove(file);
+    for (int time = 0; time < 2; ++time) {
+      test::done(line + file, code);
+      EXPECT_GT(folder.text(name).size(), 20U) << line << time;
+    }
+  }
+}
+
+// What a killed run leaves: files, and no list that tells of which text they are.
+TEST(OutputFolderContract, FilesOlderThanTheSceneNeedOverwrite) {
+  const Folder folder;
+  const std::string run = "run " + folder.scene + " --methods limits --out " + folder.out;
+  test::done(run);
+  fs::remove(fs::path(folder.out) / "box_run_results.json");
+  test::done(run);
+  fs::remove(fs::path(folder.out) / "box_run_results.json");
+  folder.write("box.toml", box_of("0.3 mm"));
+  fs::last_write_time(folder.scene, fs::file_time_type::clock::now() + std::chrono::seconds(2));
+  const std::string before = folder.text("out/box_limits_0001.vti"), err = test::refused(run).err;
+  EXPECT_TRUE(test::has(err, "--overwrite")) << err;
+  EXPECT_EQ(std::ranges::count(err, '\n'), 1);
+  EXPECT_EQ(folder.text("out/box_limits_0001.vti"), before);
+  test::done(run + " --overwrite");
+  EXPECT_NE(folder.text("out/box_limits_0001.vti"), before);
+}
+
 TEST(OutputFileContract, EachOptionHasAFileOfItsOwn) {
   const Folder folder;
   const std::string same = (folder / "same").string(), out = (folder / "own").string();
@@ -248,6 +286,10 @@ TEST(OutputFileContract, EachOptionHasAFileOfItsOwn) {
        {"run " + folder.scene + " --methods limits --out " + out + " --json " + out + "/box_run_results.json",
         "the name of a result"},
        {"compare " + folder.scene + " --methods limits --out " + out + " --csv " + out + "/box_limits.vti",
+        "the name of a result"},
+       {"study " + folder.study() + " --out " + out + " --json " + out + "/study_about.json",
+        "the name of a result"},
+       {"study trade " + folder.scene + " --out " + out + " --csv " + out + "/box_trade.csv",
         "the name of a result"}});
 }
 

@@ -159,7 +159,7 @@ TEST(PlayCommandContract, InterruptLeavesAListThatCanBeOpened) {
   const Outcome run = test::shell("timeout --preserve-status -s INT -k 60 8 " + std::string(MAILLE_COMMAND) +
                                   " play " + (folder / "box.toml").string() + " " + endless.string() +
                                   " --no-pictures --out " + folder.out());
-  EXPECT_EQ(run.code, 1) << run.err;
+  EXPECT_EQ(run.code, 128 + 2) << run.err;
   const std::string pvd = folder.text("box.pvd");
   EXPECT_TRUE(test::has(pvd, "</VTKFile>"));
   EXPECT_GT(count(pvd, "<DataSet"), 2u);
