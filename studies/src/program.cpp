@@ -35,8 +35,7 @@ static_assert(std::atomic<pid_t>::is_always_lock_free, "a signal handler may tou
 /// A shell in a process group of its own, known to end_programs() while this lives.
 class Program {
 public:
-  /// @param output  its standard output; -1: that of this process
-  explicit Program(const std::string& line, int output = -1) {
+  explicit Program(const std::string& line) {
     std::string shell = "sh", option = "-c", command = line;
     const std::array<char*, 4> words{shell.data(), option.data(), command.data(), nullptr};
     posix_spawnattr_t attributes;
@@ -46,13 +45,8 @@ public:
     sigemptyset(&usual);
     sigaddset(&usual, SIGPIPE);
     posix_spawnattr_setsigdefault(&attributes, &usual);
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    if (output >= 0)
-      posix_spawn_file_actions_adddup2(&actions, output, STDOUT_FILENO);
-    if (posix_spawn(&process_, "/bin/sh", &actions, &attributes, words.data(), environ) != 0)
+    if (posix_spawn(&process_, "/bin/sh", nullptr, &attributes, words.data(), environ) != 0)
       process_ = -1;
-    posix_spawn_file_actions_destroy(&actions);
     posix_spawnattr_destroy(&attributes);
     for (std::atomic<pid_t>& group : running_groups)
       if (pid_t none = 0; has_started() && group.compare_exchange_strong(none, process_)) {
@@ -101,20 +95,6 @@ void end_programs() noexcept {
   for (const std::atomic<pid_t>& group : running_groups)
     if (const pid_t process = group; process > 0)
       kill(-process, SIGKILL);
-}
-
-std::optional<std::string> output_of(const std::string& line) {
-  std::array<int, 2> ends{};
-  if (pipe2(ends.data(), O_CLOEXEC) != 0)
-    return std::nullopt;
-  Program program(line, ends[1]);
-  close(ends[1]);
-  std::string text;
-  std::array<char, 1 << 14> some{};
-  for (ssize_t n = 0; (n = read(ends[0], some.data(), some.size())) > 0 || (n < 0 && errno == EINTR);)
-    text.append(some.data(), n < 0 ? 0U : static_cast<unsigned>(n));
-  close(ends[0]);
-  return program.has_started() && program.wait() == 0 ? std::optional(std::move(text)) : std::nullopt;
 }
 
 std::optional<int> run_program(const std::string& line, const std::function<bool()>& should_stop) {

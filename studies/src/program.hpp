@@ -14,9 +14,6 @@ std::string shell_word(std::string_view text);
 /// Whether the shell finds a program of that name.
 bool has_program(std::string_view name);
 
-/// What a line of the shell prints; nothing where it fails.
-std::optional<std::string> output_of(const std::string& line);
-
 /// Runs a line of the shell and asks some times in a tenth of a second whether to stop; then it is killed
 /// with all that it has started.
 /// @return its exit code, 128 + N where signal N ended it, 127 where it cannot be started; nothing where it

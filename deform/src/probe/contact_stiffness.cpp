@@ -188,12 +188,6 @@ Answer ContactSolver::answer(const Scene& scene, const Control& control) const {
   return kept_->answers.answer(scene, control);
 }
 
-Answer ContactSolver::press(const ContactSite& site, const Control& control) const {
-  Scene scene = *scene_;
-  return add_moves(site, scene) == 0 ? refusal("coupled", "held where it is pressed")
-                                     : answer(scene, control);
-}
-
 ContactStiffness ContactSolver::solve(const ContactSite& site, const Control& control) const {
   const auto begin = std::chrono::steady_clock::now();
   ContactStiffness result = estimate();

@@ -29,14 +29,6 @@ void LatencyHistogram::add(std::int64_t nanoseconds) {
   largest_ = std::max(largest_, nanoseconds);
 }
 
-void LatencyHistogram::add(const LatencyHistogram& other) {
-  for (std::size_t bin = 0; bin < counts_.size(); ++bin)
-    counts_[bin] += other.counts_[bin];
-  n_ += other.n_;
-  sum_ += other.sum_;
-  largest_ = std::max(largest_, other.largest_);
-}
-
 std::int64_t LatencyHistogram::quantile(double share) const {
   const auto wanted = static_cast<std::int64_t>(std::ceil(share * static_cast<double>(n_)));
   std::int64_t sum = 0;

@@ -116,26 +116,6 @@ std::vector<WorldContact> World::touched(int object, double reach) const {
   return list;
 }
 
-std::vector<World::Occupant> World::voxels_in(const Index3& cell) const {
-  std::vector<Occupant> list;
-  const int object = engine_->world().object_in(cell);
-  if (object < 0)
-    return list;
-  if (engine_->world().is_body(object)) {
-    const DeformableObject& body = engine_->world().body(object);
-    for (const std::int32_t voxel : body.cells().voxels_in(map(), cell))
-      list.push_back({object, body.lattice().node(voxel)});
-    return list;
-  }
-  const PosedShape posed(shape(object), pose(object), cell_size());
-  any_voxel(posed, 0, shape(object).n_voxels(), [&](std::int32_t voxel, const Index3& at) {
-    if (at == cell)
-      list.push_back({object, voxel});
-    return false;
-  });
-  return list;
-}
-
 std::int64_t World::n_shared_cells() const {
   if (scene().is_open)
     return 0;

@@ -277,7 +277,7 @@ TEST(ClosedFormOracle, SuccessiveDragsEqualDijkstra) {
     }
     for (const std::int64_t target : targets) {
       const ForcedVectors forced(target);
-      ASSERT_STREQ(kind_of_vectors(), hwy::TargetName(target));
+      ASSERT_EQ(hwy::SupportedTargets(), target);
       for (const int threads : {1, 2, 3, 7}) {
         DraggedBody dragged(scene, threads);
         for (std::size_t k = 0; k < handles.size(); ++k) {

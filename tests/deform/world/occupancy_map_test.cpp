@@ -37,7 +37,7 @@ TEST(OccupancyMapContract, AnEmptyWorldCostsLittleAndWhatIsTakenOutIsGivenBack) 
   OccupancyMap map({512, 512, 512});
   EXPECT_LE(map.bytes(), 132 * 1024); // contract: 32^3 bricks of 4 bytes
   for (int z = 0; z < 512; ++z)       // one brick at a time: one brick's memory is enough
-    map.put_row({100, 100, z}, 8, 8 * z), map.take_row({100, 100, z}, 8);
+    map.put_box({100, 100, z}, {8, 1, 1}, 8 * z), map.take_box({100, 100, z}, {8, 1, 1});
   EXPECT_EQ(map.n_occupied(), 0);
   EXPECT_LE(map.bytes(), 160 * 1024);
 }
@@ -45,7 +45,7 @@ TEST(OccupancyMapContract, AnEmptyWorldCostsLittleAndWhatIsTakenOutIsGivenBack) 
 TEST(OccupancyMapContract, TheFirstInACellStays) {
   OccupancyMap map({20, 1, 1});
   map.put({5, 0, 0}, 3);
-  map.put_row({4, 0, 0}, 3, 10);
+  map.put_box({4, 0, 0}, {3, 1, 1}, 10);
   EXPECT_EQ(map.occupant({4, 0, 0}), 10);
   EXPECT_EQ(map.occupant({5, 0, 0}), 3);
   EXPECT_EQ(map.occupant({6, 0, 0}), 12);

@@ -71,7 +71,4 @@ Plan plan_limits(const Scene& scene, const LinkLimits& limits, int threads = 1);
 /// Checked by  tests/deform/feasible/drag_test.cpp
 Answer solve_by_cheapest_way(const Scene& scene, const Control& control = {});
 
-/// The kind of vectors that the machine offers and the loops use: `AVX3`, `AVX2`, `SSE4`, ...
-const char* kind_of_vectors();
-
 } // namespace maille::deform

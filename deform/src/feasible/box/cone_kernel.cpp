@@ -201,10 +201,6 @@ int64_t apply_double(const Cone<double>& cone, int z_begin, int z_end) {
   return apply_slabs(cone, z_begin, z_end);
 }
 
-const char* target_name() {
-  return hwy::TargetName(HWY_TARGET);
-}
-
 } // namespace HWY_NAMESPACE
 } // namespace maille::deform
 HWY_AFTER_NAMESPACE();
@@ -217,11 +213,6 @@ HWY_EXPORT(enclose_double);
 HWY_EXPORT(apply_float);
 HWY_EXPORT(apply_double);
 
-HWY_EXPORT(target_name);
-
-const char* kind_of_vectors() {
-  return HWY_DYNAMIC_DISPATCH(target_name)();
-}
 void enclose(Cone<float>& cone) {
   HWY_DYNAMIC_DISPATCH(enclose_float)(cone);
 }

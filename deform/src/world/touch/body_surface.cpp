@@ -200,14 +200,6 @@ std::optional<BodySurface::Hit> BodySurface::first_hit(const Eigen::Vector3d& fr
   }
 }
 
-std::optional<BodySurface::Hit> BodySurface::first_hit_of_every_triangle(const Eigen::Vector3d& from,
-                                                                         const Eigen::Vector3d& to) const {
-  std::optional<Hit> hit;
-  for (std::int32_t face = 0; face < static_cast<std::int32_t>(faces_.size()); ++face)
-    ask(face, from, to, hit);
-  return hit;
-}
-
 std::optional<int> BodySurface::n_crossings(const Eigen::Vector3d& from, const Eigen::Vector3d& to) const {
   const Eigen::Vector3d way = to - from;
   CellWalk walk((from - low_) / edge_, way / edge_, box_of(from));

@@ -111,9 +111,6 @@ public:
   ContactStiffness estimate() const;
   /// @return status as of solve_coupled; where that has no answer, the estimate
   ContactStiffness solve(const ContactSite& site, const Control& control = {}) const;
-  /// The whole answer, with the displacement of all nodes [m]. Refused where every node of the footprint is
-  /// held.
-  Answer press(const ContactSite& site, const Control& control = {}) const;
 
   bool depends_on_depth() const { return scene_->limits_bind_coupled(); }
   const BodySurface& surface() const { return *surface_; }

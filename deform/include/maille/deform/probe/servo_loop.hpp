@@ -25,7 +25,6 @@ namespace maille::deform {
 class LatencyHistogram {
 public:
   void add(std::int64_t nanoseconds);
-  void add(const LatencyHistogram& other);
 
   std::int64_t n() const { return n_; }
   std::int64_t largest() const { return largest_; }                           ///< exactly [ns]

@@ -54,9 +54,6 @@ public:
   /// Where a straight path first comes in from outside; of places at the same time, the face of the smallest
   /// number.
   std::optional<Hit> first_hit(const Eigen::Vector3d& from, const Eigen::Vector3d& to) const;
-  /// The same by asking every triangle: the oracle.
-  std::optional<Hit> first_hit_of_every_triangle(const Eigen::Vector3d& from,
-                                                 const Eigen::Vector3d& to) const;
   /// Whether a point is in the body: by how often a straight way out crosses the skin. Ways that come near an
   /// edge are not believed; where four of them do, every triangle is asked.
   /// Cost  1 us, and with the body's size along one axis

@@ -55,12 +55,10 @@ public:
   /// The voxels numbered from `id` on, x fastest, into the cells of a box, each unless its cell is taken.
   /// @pre the cells are of this map
   void put_box(const Index3& first, const Index3& size, VoxelId id);
-  void put_row(const Index3& first, int n, VoxelId id) { put_box(first, {n, 1, 1}, id); }
   /// @return whether its cell was free
   bool put(const Index3& at, VoxelId id);
   /// Frees the cells of a box, taken or not. @pre the cells are of this map
   void take_box(const Index3& first, const Index3& size);
-  void take_row(const Index3& first, int n) { take_box(first, {n, 1, 1}); }
   void take(const Index3& at);
   /// Whether any of n cells along x is taken or outside the world.
   bool is_row_blocked(const Index3& first, int n) const { return n_blocked_in_row(first, n) > 0; }

@@ -190,8 +190,6 @@ public:
   };
   /// Who is meant by a number in the map.
   Occupant occupant(VoxelId id) const;
-  /// All voxels of one object in a cell, in order; empty where it is free. @pre map().has_cell(cell)
-  std::vector<Occupant> voxels_in(const Index3& cell) const;
 
   /// What the voxels' boxes of a rigid object touch, within `reach` [cells], beside what their middles do
   /// (see RigidWorld::touched).
