@@ -211,6 +211,14 @@ Answer solve(const Scene& scene, std::string_view method, const Control& asked) 
                                                   fmt::join(methods(), ", ")));
 }
 
+bool feels_limits(const Scene& scene, std::string_view method) {
+  if (method == "coupled")
+    return scene.limits_bind_coupled();
+  if (method == "relaxed")
+    return scene.limits_bind_relaxed() || scene.relaxation.mode == RelaxationMode::deformable;
+  return std::ranges::find(methods(), method) != methods().end();
+}
+
 Answer solve(const Scene& scene, Method method, const Control& control) {
   return solve(scene, to_string(method), control);
 }

@@ -198,11 +198,7 @@ public:
       : whole_(with_tolerance(handle.asked, tolerance)), method_(std::move(method)) {
     require_method(method_);
     const Scene& scene = whole_->scene;
-    const bool feels = method_ == "coupled"   ? scene.limits_bind_coupled()
-                       : method_ == "relaxed" ? scene.limits_bind_relaxed() ||
-                                                    scene.relaxation.mode == RelaxationMode::deformable
-                                              : true;
-    if (!feels)
+    if (!deform::feels_limits(scene, method_))
       return;
     auto known = std::make_shared<SceneAndMeasures>(*whole_);
     known->scene.limits.taut_scale = with_limits(scene).limits.taut_scale;

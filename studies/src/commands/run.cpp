@@ -12,6 +12,7 @@
 #include "export/voxel_maps.hpp"
 #include "export/vtk_files.hpp"
 #include "export/whole_file.hpp"
+#include "maille/deform/solve.hpp"
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/images/image.hpp"
 #include "maille/scene/measure/measure.hpp"
@@ -176,7 +177,7 @@ std::vector<Comparison> run_in_steps(const SceneAndMeasures& asked, const std::s
   const Scene& scene = asked.scene;
   std::vector<Comparison> steps;
   std::optional<Scene> known, scaled_down; // copies only where they differ: large bodies leave no room
-  if (options.steps > 1 && feels_limits(scene, method))
+  if (options.steps > 1 && deform::feels_limits(scene, method))
     known = with_known_limits(scene);
   for (int step = 1; step <= options.steps && !fem_ref::agree(control.should_stop()); ++step) {
     const double fraction = static_cast<double>(step) / options.steps;

@@ -22,7 +22,8 @@ class LimitsOnce {
 public:
   LimitsOnce(const Scene& asked, const std::vector<std::string>& methods) {
     const auto start = std::chrono::steady_clock::now();
-    const bool any = std::ranges::any_of(methods, [&](const auto& m) { return feels_limits(asked, m); });
+    const bool any =
+        std::ranges::any_of(methods, [&](const auto& m) { return deform::feels_limits(asked, m); });
     const bool is_taut = asked.limit_source() == LimitSource::taut;
     if (any && is_taut)
       known_.emplace(with_known_limits(asked));
@@ -55,14 +56,6 @@ double violation_of(const Scene& scene, const LinkLimits& limits, const Answer& 
 }
 
 } // namespace
-
-bool feels_limits(const Scene& scene, std::string_view method) {
-  if (method == "coupled")
-    return scene.limits_bind_coupled();
-  if (method == "relaxed")
-    return scene.limits_bind_relaxed() || scene.relaxation.mode == RelaxationMode::deformable;
-  return std::ranges::find(deform::methods(), method) != deform::methods().end();
-}
 
 Scene with_known_limits(const Scene& scene) {
   Scene known = scene;
@@ -116,7 +109,7 @@ Comparison compare_methods(const Scene& scene, std::vector<std::string> names, c
     if (!fem_ref::ranks().is_first() && !is_shared)
       continue;
     ComparisonRow row;
-    const bool feels = feels_limits(scene, method);
+    const bool feels = deform::feels_limits(scene, method);
     Control of_method = control;
     of_method.communicator = is_shared ? fem_ref::communicator() : nullptr;
     row.answer = methods.answer(feels ? limits.known(scene) : scene, method, of_method);

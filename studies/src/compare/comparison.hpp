@@ -47,9 +47,6 @@ struct Comparison {
   bool any_failed() const;
 };
 
-/// True if the method stays within limits of links: `relaxed` and `coupled` where the scene asks for some,
-/// the other lattice methods always.
-bool feels_limits(const Scene& scene, std::string_view method);
 /// A copy of `scene` in which the scale of the taut limits is known that methods feel, asked for or not: its
 /// steps keep the whole's.
 Scene with_known_limits(const Scene& scene);

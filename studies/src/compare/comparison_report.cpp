@@ -17,7 +17,7 @@ namespace {
 
 /// Sum of the reactions of holds, or of moves, along every axis of the object [N].
 std::vector<double> total_reaction(const Scene& scene, const Answer& answer, bool held) {
-  std::vector<double> total(static_cast<std::size_t>(scene.dimension()), 0);
+  std::vector<double> total(scene.dimension(), 0);
   for (std::size_t i = 0; i < scene.prescribed.size(); ++i)
     if (scene.prescribed[i].held == held)
       total[scene.prescribed[i].component] += answer.reaction[i];
@@ -104,11 +104,11 @@ std::string test_in_words(const Scene& scene, const std::vector<Line>& lines) {
     if (line.test) {
       const bool is_moment = scene.test->kind == TestKind::bend;
       const std::string per = scene.dimension() == 2 ? "/m" : "";
-      text += fmt::format("{:<9} {} test along {} to a strain of {}: {} {:.4g} {}{}, stiffness {:.4g} {}{}",
-                          line.row->answer.method, to_string(scene.test->kind),
-                          "xyz"[static_cast<std::size_t>(scene.test->axis)], in_percent(scene.test->strain),
-                          is_moment ? "moment" : "force", line.test->reaction, is_moment ? "N m" : "N", per,
-                          line.test->stiffness, is_moment ? "N m/rad" : "N/m", per);
+      text +=
+          fmt::format("{:<9} {} test along {} to a strain of {}: {} {:.4g} {}{}, stiffness {:.4g} {}{}",
+                      line.row->answer.method, to_string(scene.test->kind), "xyz"[scene.test->axis],
+                      in_percent(scene.test->strain), is_moment ? "moment" : "force", line.test->reaction,
+                      is_moment ? "N m" : "N", per, line.test->stiffness, is_moment ? "N m/rad" : "N/m", per);
       if (line.test->apparent_modulus)
         text += fmt::format(", apparent modulus {:.4g} kPa", 1e-3 * *line.test->apparent_modulus);
       if (line.test->failure)

@@ -43,7 +43,7 @@ double largest_poisson_ratio(const Scene& scene) {
 double cells_across(const Scene& scene) {
   const Specimen& body = scene.specimen;
   double least = static_cast<double>(body.grid.n_cells());
-  for (std::size_t axis = 0; axis < static_cast<std::size_t>(scene.dimension()); ++axis) {
+  for (int axis = 0; axis < scene.dimension(); ++axis) {
     std::int64_t n_rows = 0; // a row begins at a cell that has none before it
     for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell) {
       if (!body.is_matter(cell))

@@ -17,6 +17,10 @@ namespace maille::deform {
 /// Names of the methods here: limits, dijkstra (its oracle), literal, sweep, relaxed, coupled.
 const std::vector<std::string_view>& methods();
 
+/// True if the method stays within limits of links: `relaxed` and `coupled` where the scene asks for some,
+/// the others of methods() always.
+bool feels_limits(const Scene& scene, std::string_view method);
+
 /// Answers `scene` by `method`, within the object's frame (see object_frame): where the moves turn a body
 /// that nothing holds, the method works in the turned frame, and its answer is turned with it.
 /// @return status refused where the method cannot carry the scene (loads; unknown method), or where it would
