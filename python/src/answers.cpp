@@ -289,7 +289,7 @@ AnswerHandle answer_of(const SceneHandle& handle, const py::tuple& state) {
   next(a.message);
   next(n_components);
   const auto u = unpacked<std::vector<double>>(state[i++]);
-  const auto n_nodes = static_cast<std::size_t>(made.scene().specimen.grid.n_nodes());
+  const std::size_t n_nodes = made.scene().specimen.grid.n_nodes();
   if (!u.empty() && (n_components != static_cast<std::size_t>(made.scene().dimension()) ||
                      u.size() != n_components * n_nodes))
     throw py::value_error("expected the scene that was answered, found one of another grid");

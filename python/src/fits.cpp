@@ -60,7 +60,7 @@ public:
                             " numbers, one a node and component, found " + std::to_string(reference.size()));
     std::copy_n(reference.data(), reference.size(), reference_.values().begin());
     const Grid& grid = scene_.specimen.grid;
-    std::vector<bool> is_prescribed(static_cast<std::size_t>(grid.n_nodes()), false);
+    std::vector<bool> is_prescribed(grid.n_nodes(), false);
     for (const Prescribed& p : scene_.prescribed)
       is_prescribed[p.node] = true;
     for (std::int64_t node = 0; node < grid.n_nodes(); ++node)
@@ -126,7 +126,7 @@ public:
       return {};
     Vec3 least{}, greatest{};
     for (const Prescribed& p : scene_.prescribed) {
-      const auto b = static_cast<std::size_t>(p.component);
+      const std::size_t b = p.component;
       least[b] = std::min(least[b], p.value);
       greatest[b] = std::max(greatest[b], p.value);
     }
@@ -136,7 +136,7 @@ public:
         greatest[b] = INFINITY;
       }
     return relative([&](int b, std::int64_t node) {
-      const auto c = static_cast<std::size_t>(b);
+      const std::size_t c = b;
       return reference_(b, node) - std::clamp(reference_(b, node), least[c], greatest[c]);
     });
   }
@@ -192,7 +192,7 @@ private:
     for (const std::int64_t node : free_)
       for (int b = 0; b < scene_.dimension(); ++b) {
         const double d = difference(b, node);
-        sums[static_cast<std::size_t>(b)] += d * d;
+        sums[b] += d * d;
       }
     for (double& sum : sums)
       sum = std::sqrt(sum / sum_of_reference_);

@@ -96,9 +96,9 @@ std::vector<Bytes> SharedRenderer::cast(std::span<const SceneObject> objects, co
   parts.objects.assign(objects.begin(), objects.end());
   parts.prepared.clear();
   parts.prepared.resize(objects.size());
-  const auto size = static_cast<std::size_t>(parts.size);
+  const std::size_t size = parts.size;
   std::vector<Bytes> to(size);
-  for (auto o = static_cast<std::size_t>(parts.rank); o < objects.size(); o += size) {
+  for (std::size_t o = parts.rank; o < objects.size(); o += size) {
     std::vector<TileRuns> tiles;
     parts.counters.rays += cast_tiles(parts.prepared_of(o), view, parts.threads, tiles);
     ++parts.counters.objects;

@@ -27,7 +27,7 @@ Picture empty_picture(int width, int height) {
   Picture picture;
   picture.width = width;
   picture.height = height;
-  const auto n = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  const auto n = static_cast<std::size_t>(width) * height;
   picture.rgba.resize(n);
   picture.depth.assign(n, std::numeric_limits<float>::infinity());
   picture.object.assign(n, -1);
@@ -97,7 +97,7 @@ void RingOfViews::prepare(std::span<const SceneObject> objects) {
 }
 
 const Picture& RingOfViews::render(int which, std::span<const SceneObject> objects) {
-  const auto i = static_cast<std::size_t>(which);
+  const std::size_t i = which;
   return renderers_.at(i).render(objects, views_[i]);
 }
 

@@ -31,7 +31,7 @@ Index3 half_of(const Index3& at) {
 Specimen refine(const Specimen& coarse) {
   Specimen fine = coarse;
   fine.grid = halved(coarse.grid);
-  const auto n = static_cast<std::size_t>(fine.grid.n_cells());
+  const std::size_t n = fine.grid.n_cells();
   if (!coarse.material_id.empty())
     fine.material_id.resize(n);
   if (!coarse.fibres.empty())

@@ -19,7 +19,7 @@ double step_length(const LinkIntervals<double>& link, std::size_t component, boo
 List<double> shortest_paths(const Scene& scene, const LinkLimits& limits, int component,
                             std::span<const PathEnd> ends, PathDirection direction) {
   const Grid& grid = scene.specimen.grid;
-  const auto b = static_cast<std::size_t>(component);
+  const std::size_t b = component;
   List<double> distance(static_cast<std::size_t>(grid.n_nodes()), std::numeric_limits<double>::infinity());
   std::priority_queue<Entry, List<Entry>, std::greater<>> queue;
   const auto offer = [&](std::int64_t node, double length) {
@@ -41,7 +41,7 @@ List<double> shortest_paths(const Scene& scene, const LinkLimits& limits, int co
       continue;
     const Index3 at = grid.node_at(node);
     for (int axis = 0; axis < grid.dimension(); ++axis) {
-      const auto a = static_cast<std::size_t>(axis);
+      const std::size_t a = axis;
       if (at[a] + 1 < grid.nodes()[a]) {
         if (const auto link = limits.intervals(at, axis))
           offer(node + grid.stride(axis), length + step_length(*link, b, !reversed));

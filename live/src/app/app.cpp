@@ -65,7 +65,7 @@ Looking first_looking(const WorldScene& scene, int width, int height) {
       for (int corner = 0; corner < 8; ++corner) {
         Eigen::Vector3d x;
         for (int a = 0; a < 3; ++a) {
-          const auto i = static_cast<std::size_t>(a);
+          const std::size_t i = a;
           x[a] = body.origin[i] + ((corner >> a) & 1) * body.grid.cells()[i] * body.grid.spacing()[i];
         }
         const Eigen::Vector3d at = frame.position + frame.rotation * x;

@@ -337,7 +337,7 @@ void App::refresh_field() {
   const int object = soft_object();
   if (colour_by_ == ColourBy::look || object < 0)
     return;
-  const auto i = static_cast<std::size_t>(object);
+  const std::size_t i = object;
   auto field = std::make_shared<Field>();
   field->object = object;
   const Scene& scene = scene_->objects[i].scene;

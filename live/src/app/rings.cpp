@@ -50,7 +50,7 @@ Vec3 in_window(const WorldScene& scene, const Looking& looking, int width, int h
 }
 
 std::pair<Eigen::Vector3d, double> ball_about(const WorldScene& scene, const WorldState& state, int object) {
-  const auto i = static_cast<std::size_t>(object);
+  const std::size_t i = object;
   const Specimen& body = scene.objects[i].scene.specimen;
   double radius = 0;
   for (int a = 0; a < body.grid.dimension(); ++a)

@@ -50,7 +50,7 @@ Eigen::Vector3d App::on_view_plane(double x, double y, const Eigen::Vector3d& th
 std::vector<std::int64_t> App::patch_at(int object, const Vec3& rest) const {
   const Specimen& body = scene_->objects[object].scene.specimen;
   const Grid& grid = body.grid;
-  const auto d = static_cast<std::size_t>(grid.dimension());
+  const std::size_t d = grid.dimension();
   std::vector<std::pair<double, std::int64_t>> found;
   double nearest = 1e300;
   std::int64_t nearest_node = -1;
@@ -358,15 +358,14 @@ void App::add_tool(double radius_in_cells) {
   Vec3 place{};
   if (scene_->is_open) {
     const Specimen& body = scene_->objects.front().scene.specimen;
-    for (std::size_t a = 0; a < static_cast<std::size_t>(scene_->dimension); ++a)
+    for (int a = 0; a < scene_->dimension; ++a)
       place[a] = body.origin[a] + 0.5 * body.grid.cells()[a] * cell[a];
-    const auto last = static_cast<std::size_t>(scene_->dimension - 1);
+    const std::size_t last = scene_->dimension - 1;
     place[last] = body.origin[last] + (body.grid.cells()[last] + radius_in_cells + 2) * cell[last];
   } else {
-    for (std::size_t a = 0; a < static_cast<std::size_t>(scene_->dimension); ++a)
-      place[a] = a + 1 == static_cast<std::size_t>(scene_->dimension)
-                     ? (scene_->cells[a] - radius_in_cells - 1.5) * cell[a]
-                     : (radius_in_cells + 1.5) * cell[a];
+    for (int a = 0; a < scene_->dimension; ++a)
+      place[a] = a + 1 == scene_->dimension ? (scene_->cells[a] - radius_in_cells - 1.5) * cell[a]
+                                            : (radius_in_cells + 1.5) * cell[a];
   }
   session_->change({std::nullopt, "tool",
                     fmt::format("{:.9g} {:.9g} {:.9g} {:.9g}", radius, place[0], place[1], place[2])});

@@ -34,8 +34,7 @@ struct Canvas {
   std::vector<std::int32_t> object;
 
   void put(int x, int y, int of, const std::array<float, 3>& colour) {
-    const std::size_t pixel =
-        static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+    const std::size_t pixel = static_cast<std::size_t>(y) * width + x;
     for (std::size_t c = 0; c < 3; ++c)
       rgba[4 * pixel + c] = static_cast<std::uint8_t>(std::clamp(255 * colour[c], 0.0f, 255.0f));
     object[pixel] = of;
@@ -99,8 +98,7 @@ public:
     Painted painted;
     painted.width = looking.view.width;
     painted.height = looking.view.height;
-    const std::size_t pixels =
-        static_cast<std::size_t>(painted.width) * static_cast<std::size_t>(painted.height);
+    const std::size_t pixels = static_cast<std::size_t>(painted.width) * painted.height;
     Canvas canvas{painted.width, painted.height, std::vector<std::uint8_t>(4 * pixels),
                   std::vector<std::int32_t>(pixels, -1)};
     const Mapping mapping(looking, painted.width, painted.height);
@@ -126,9 +124,7 @@ private:
         const bool is_in =
             scene.is_open || (wx >= 0 && wx < right && (scene.dimension < 2 || (wy >= 0 && wy < top)));
         const auto& colour = is_in ? ground : beyond;
-        std::uint8_t* const at =
-            canvas.rgba.data() + 4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(canvas.width) +
-                                      static_cast<std::size_t>(x));
+        std::uint8_t* const at = canvas.rgba.data() + 4 * (static_cast<std::size_t>(y) * canvas.width + x);
         std::copy(colour.begin(), colour.end(), at);
         at[3] = 255;
       }

@@ -18,9 +18,7 @@ bool is_name_of_picture(const std::string& name) {
 }
 
 std::string write_png(const std::string& file, int width, int height, const std::vector<std::uint8_t>& rgba) {
-  if (width < 1 || height < 1 ||
-      rgba.size() <
-          static_cast<std::size_t>(4) * static_cast<std::size_t>(width) * static_cast<std::size_t>(height))
+  if (width < 1 || height < 1 || rgba.size() < std::size_t{4} * width * height)
     return file + ": there is no picture";
   png_image image{};
   image.version = PNG_IMAGE_VERSION;

@@ -47,10 +47,7 @@ std::optional<Painted::Under> Painted::under(double x, double y, double reach) c
   if (looking.stereo == Stereo::side_by_side) // what is under both eyes' pictures is picked in the left one
     in_eye = x < 0.5 ? 2 * x : 2 * x - 1;
   const int eye_width = depth.empty() ? width : static_cast<int>(object.size()) / height;
-  const auto pixel_at = [&](int at_x, int at_y) {
-    return static_cast<std::size_t>(at_y) * static_cast<std::size_t>(eye_width) +
-           static_cast<std::size_t>(at_x);
-  };
+  const auto pixel_at = [&](int at_x, int at_y) { return static_cast<std::size_t>(at_y) * eye_width + at_x; };
   const auto whose = [&](int at_x, int at_y) {
     const std::size_t pixel = pixel_at(at_x, at_y);
     const std::int32_t found = pixel < object.size() ? object[pixel] : -1;
@@ -85,7 +82,7 @@ std::optional<Painted::Under> Painted::under(double x, double y, double reach) c
     for (std::size_t a = 0; a < 3; ++a)
       under.world[a] = ray.origin[a] + depth[pixel_at(px, py)] * ray.direction[a];
   }
-  const auto i = static_cast<std::size_t>(under.object);
+  const std::size_t i = under.object;
   const deform::Pose& frame = state->frames[i];
   const Eigen::Vector3d own =
       frame.rotation.transpose() *

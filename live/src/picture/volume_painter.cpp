@@ -224,8 +224,7 @@ private:
   static void take(const render::Picture& picture, Painted& painted) {
     painted.width = picture.width;
     painted.height = picture.height;
-    auto rgba = std::make_shared<std::vector<std::uint8_t>>(static_cast<std::size_t>(4) *
-                                                            static_cast<std::size_t>(picture.width) *
+    auto rgba = std::make_shared<std::vector<std::uint8_t>>(std::size_t{4} * picture.width *
                                                             static_cast<std::size_t>(picture.height));
     picture.rgba8(background, rgba->data());
     painted.rgba = std::move(rgba);

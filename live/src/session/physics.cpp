@@ -311,7 +311,7 @@ void Physics::publish(bool is_busy) {
   state->n_frames = timeline_.n_frames();
   const bool is_same_scene = old && old->scene_number == scene_number_;
   for (int object = 0; object < world.n_objects(); ++object) {
-    const auto i = static_cast<std::size_t>(object);
+    const std::size_t i = object;
     if (world.kind(object) != ObjectKind::deformable) {
       state->frames.push_back(timeline_.drives().frame_now(world, i));
       state->displacements.push_back(nullptr);

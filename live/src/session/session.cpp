@@ -36,7 +36,7 @@ void Session::grip(Grip grip, double event_time) {
   wish.is_rigid = grip.nodes.empty();
   wish.event_time = event_time;
   const std::shared_ptr<const WorldState> now = state();
-  const auto object = static_cast<std::size_t>(grip.object);
+  const std::size_t object = grip.object;
   if (grip.object < 0 || object >= now->frames.size())
     return;
   if (grip.nodes.empty()) {

@@ -65,16 +65,13 @@ std::vector<std::uint8_t> HeadlessWindow::screenshot() {
   std::vector<std::uint8_t> out;
   if (width_ < 1 || height_ < 1 || !shown_.rgba || shown_.width < 1 || shown_.height < 1)
     return out;
-  out.resize(static_cast<std::size_t>(4) * static_cast<std::size_t>(width_) *
-             static_cast<std::size_t>(height_));
+  out.resize(std::size_t{4} * width_ * height_);
   for (int y = 0; y < height_; ++y)
     for (int x = 0; x < width_; ++x) {
-      const auto from = static_cast<std::size_t>(y) * static_cast<std::size_t>(shown_.height) /
-                            static_cast<std::size_t>(height_) * static_cast<std::size_t>(shown_.width) +
-                        static_cast<std::size_t>(x) * static_cast<std::size_t>(shown_.width) /
-                            static_cast<std::size_t>(width_);
-      const auto to =
-          static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
+      const auto from =
+          static_cast<std::size_t>(y) * shown_.height / static_cast<std::size_t>(height_) * shown_.width +
+          x * shown_.width / static_cast<std::size_t>(width_);
+      const auto to = static_cast<std::size_t>(y) * width_ + x;
       std::copy_n(shown_.rgba->begin() + static_cast<std::ptrdiff_t>(4 * from), 4,
                   out.begin() + static_cast<std::ptrdiff_t>(4 * to));
     }

@@ -194,8 +194,7 @@ private:
 
   void upload(const Shown& shown) {
     if (!shown.rgba || shown.picture_number == uploaded_ || shown.width < 1 || shown.height < 1 ||
-        shown.rgba->size() < static_cast<std::size_t>(4) * static_cast<std::size_t>(shown.width) *
-                                 static_cast<std::size_t>(shown.height))
+        shown.rgba->size() < std::size_t{4} * shown.width * shown.height)
       return;
     if (picture_ == nullptr || shown.width != picture_width_ || shown.height != picture_height_) {
       if (picture_ != nullptr)
@@ -211,8 +210,7 @@ private:
   }
 
   std::vector<std::uint8_t> read_pixels() const {
-    std::vector<std::uint8_t> pixels(static_cast<std::size_t>(4) * static_cast<std::size_t>(width()) *
-                                     static_cast<std::size_t>(height()));
+    std::vector<std::uint8_t> pixels(std::size_t{4} * width() * height());
     if (SDL_RenderReadPixels(renderer_, nullptr, SDL_PIXELFORMAT_ABGR8888, pixels.data(), 4 * width()) != 0)
       return {};
     for (std::size_t i = 3; i < pixels.size(); i += 4)

@@ -76,7 +76,7 @@ std::vector<SeenBox> seen_boxes(const Volume& volume, const TransferTable& table
   std::vector<std::vector<SeenBox>> in_plane(n[2]);
   for_each_item(threads, n[2], [&](int plane, int) {
     Index3 at{0, 0, plane};
-    std::size_t brick = static_cast<std::size_t>(stride[2]) * static_cast<std::size_t>(plane);
+    std::size_t brick = static_cast<std::size_t>(stride[2]) * plane;
     for (at[1] = 0; at[1] < n[1]; ++at[1])
       for (at[0] = 0; at[0] < n[0]; ++at[0], ++brick) {
         if (distances[brick] != 0 || (is_full[brick] != 0 && !is_at_end(at, brick)))
@@ -123,7 +123,7 @@ BrickDepths::BrickDepths(const VoxelGrid& grid, const std::vector<SeenBox>& boxe
   const Vec3 first = seen({0, 0, 0});
   const std::array<Vec3, 3> along{minus(seen({1, 0, 0}), first), minus(seen({0, 1, 0}), first),
                                   minus(seen({0, 0, 1}), first)};
-  const auto n_squares = static_cast<std::size_t>(squares_x_) * static_cast<std::size_t>(squares_y_);
+  const auto n_squares = static_cast<std::size_t>(squares_x_) * squares_y_;
   const int n_parts = boxes.size() < few_boxes ? 1 : threads;
   std::vector<std::vector<Range>> parts(n_parts);
   std::atomic<bool> is_near = false; // the eye may be within

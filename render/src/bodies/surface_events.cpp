@@ -112,7 +112,7 @@ SurfaceEvents::SurfaceEvents(const Deformation& deformation, const Surface& surf
   scale_ = 0.5 * height_ / camera.half_height();
   const auto in_chunks = [&](std::size_t n, auto&& act) {
     for_each_item(threads, n_chunks, [&](int chunk, int) {
-      const auto c = static_cast<std::size_t>(chunk);
+      const std::size_t c = chunk;
       act(c, n * c / n_chunks, n * (c + 1) / n_chunks);
     });
   };
@@ -138,7 +138,7 @@ SurfaceEvents::SurfaceEvents(const Deformation& deformation, const Surface& surf
           for (int x = range[0]; x <= range[1]; ++x)
             list.emplace_back(static_cast<std::uint32_t>(x + tiles_x_ * y), static_cast<std::uint32_t>(face));
   });
-  const auto n_tiles = static_cast<std::size_t>(tiles_x_) * static_cast<std::size_t>(tiles_y_);
+  const auto n_tiles = static_cast<std::size_t>(tiles_x_) * tiles_y_;
   from_.assign(n_tiles + 1, 0);
   for (const auto& list : found)
     for (const auto& [tile, face] : list)

@@ -94,7 +94,7 @@ public:
     change(close_, started.close_);
     change(cut, started.cut);
     for_each_lane(change.lanes(), [&](std::size_t lane) {
-      const auto pixel = static_cast<std::size_t>(in_tile[lane]);
+      const std::size_t pixel = in_tile[lane];
       next_[lane] = stretches_.first[pixel];
       end_[lane] = stretches_.first[pixel + 1];
     });

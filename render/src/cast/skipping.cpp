@@ -26,7 +26,7 @@ void pass(std::vector<std::uint8_t>& distance, const Index3& n, int order) {
           const int x = i + di, y = j + dj, z = k + dk;
           if (before * order >= 0 || x < 0 || y < 0 || z < 0 || x >= n[0] || y >= n[1] || z >= n[2])
             continue;
-          const auto other = static_cast<std::size_t>(x + std::int64_t{n[0]} * (y + std::int64_t{n[1]} * z));
+          const std::size_t other = x + std::int64_t{n[0]} * (y + std::int64_t{n[1]} * z);
           least = std::min(least, distance[other] + 1);
         }
     distance[brick] = static_cast<std::uint8_t>(least);

@@ -10,7 +10,7 @@ namespace maille::render {
 void clear(Picture& picture, const View& view) {
   picture.width = view.width;
   picture.height = view.height;
-  const auto n = static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
+  const auto n = static_cast<std::size_t>(view.width) * view.height;
   picture.rgba.assign(n, {});
   picture.depth.assign(n, std::numeric_limits<float>::infinity());
   picture.object.assign(n, -1);
@@ -48,7 +48,7 @@ public:
 private:
   void gather(std::int32_t pixel) {
     pieces_.clear();
-    const auto p = static_cast<std::size_t>(pixel);
+    const std::size_t p = pixel;
     for (std::size_t layer = 0; layer < layers_.size(); ++layer) {
       const TileRuns& of = *layers_[layer].runs;
       for (std::uint32_t r = of.first[p]; r < of.first[p + 1]; ++r)

@@ -56,7 +56,7 @@ CoarseCarrier::CoarseCarrier(const Specimen& body, int stride) {
           lattice->carries[i + std::int64_t{n_cells[0]} * (j + std::int64_t{n_cells[1]} * k)] = 1;
   }
   // Nodes with a node of the body near them go with it, the others with those beside them.
-  const auto n = static_cast<std::size_t>(lattice->n_nodes());
+  const std::size_t n = lattice->n_nodes();
   node_of_.assign(n, -1);
   at_rest_.resize(n);
   std::vector<std::int64_t> front, next;

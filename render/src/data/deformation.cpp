@@ -78,7 +78,7 @@ void carry_along(const Specimen& body, const Displacement& displacement, Deforma
   const Grid& grid = body.grid;
   const Index3 around{(lattice.cells[0] - grid.cells()[0]) / 2, (lattice.cells[1] - grid.cells()[1]) / 2,
                       (lattice.cells[2] - grid.cells()[2]) / 2};
-  const auto n_nodes = static_cast<std::size_t>(lattice.n_nodes());
+  const std::size_t n_nodes = lattice.n_nodes();
   std::vector<Vec3> u(n_nodes, Vec3{});
   std::vector<std::int32_t> ring(n_nodes, -1); ///< steps from the body; -1: not reached
   std::vector<std::int64_t> front, next, outer;

@@ -28,7 +28,7 @@ Vec3 VoxelGrid::point_of(const Vec3& index) const {
 Volume::Volume(const VoxelGrid& grid, std::span<const float> values, double low, double high, Depth depth,
                bool with_gradients)
     : grid_(grid), low_(low), high_(high > low ? high : low + 1), depth_(depth) {
-  const auto n = static_cast<std::size_t>(grid.n_voxels());
+  const std::size_t n = grid.n_voxels();
   const double scale = largest_code() / (high_ - low_);
   const auto code_of = [&](float value) {
     const double code = (static_cast<double>(value) - low_) * scale + 0.5;
@@ -49,7 +49,7 @@ Volume::Volume(const VoxelGrid& grid, std::span<const float> values, double low,
 }
 
 int Volume::code(std::int64_t voxel) const {
-  const auto v = static_cast<std::size_t>(voxel);
+  const std::size_t v = voxel;
   return depth_ == Depth::bits8 ? codes8_[v] : codes16_[v];
 }
 

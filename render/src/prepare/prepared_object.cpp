@@ -327,13 +327,13 @@ PixelBox PreparedObject::box_on(const View& view) const {
 std::int64_t PreparedObject::cast_pixels(int tile, std::span<const std::int32_t> in_tile,
                                          const TileStretches* stretches, bool one_by_one,
                                          RunSink& sink) const {
-  const auto lanes = static_cast<std::size_t>(lanes_of_cast());
+  const std::size_t lanes = lanes_of_cast();
   const int x = tile % tiles_x_ * tile_edge, y = tile / tiles_x_ * tile_edge;
   std::vector<PixelBlock> blocks;
   for (std::size_t first = 0; first < in_tile.size(); first += lanes) {
     PixelBlock& block = blocks.emplace_back();
     block.n = static_cast<int>(std::min(lanes, in_tile.size() - first));
-    for (std::size_t lane = 0; lane < static_cast<std::size_t>(block.n); ++lane) {
+    for (int lane = 0; lane < block.n; ++lane) {
       const std::int32_t pixel = in_tile[first + lane];
       block.in_tile[lane] = pixel;
       block.x[lane] = x + pixel % tile_edge;
@@ -389,7 +389,7 @@ std::optional<Vec3> PreparedObject::rest_at(int x, int y, double depth) const {
   if (!events_)
     return plus(ray.origin, times(depth, ray.direction));
   const int tile = x / tile_edge + tiles_x_ * (y / tile_edge);
-  const auto pixel = static_cast<std::size_t>(x % tile_edge + tile_edge * (y % tile_edge));
+  const std::size_t pixel = x % tile_edge + tile_edge * (y % tile_edge);
   TileStretches of;
   events_->stretches(tile, of);
   for (std::uint32_t s = of.first[pixel]; s < of.first[pixel + 1]; ++s)

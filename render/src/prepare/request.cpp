@@ -73,7 +73,7 @@ void check_request(std::span<const SceneObject> objects, const View& view) {
 std::int64_t cast_tiles(const PreparedObject& prepared, const View& view, int threads,
                         std::vector<TileRuns>& tiles) {
   const int tiles_x = tiles_along(view.width), tiles_y = tiles_along(view.height);
-  tiles.resize(static_cast<std::size_t>(tiles_x) * static_cast<std::size_t>(tiles_y));
+  tiles.resize(static_cast<std::size_t>(tiles_x) * tiles_y);
   const PixelBox& box = prepared.box();
   std::vector<int> seen;
   for (int ty = 0; ty < tiles_y; ++ty)

@@ -46,8 +46,8 @@ DisplacementImage::DisplacementImage(const std::filesystem::path& file, double m
 void DisplacementImage::continue_matter(const std::filesystem::path& file, const Specimen& body) {
   const ImageInfo& info = image_.info;
   const Index3& n = info.size;
-  const auto n_voxels = static_cast<std::size_t>(info.n_voxels());
-  const auto components = static_cast<std::size_t>(info.components);
+  const std::size_t n_voxels = info.n_voxels();
+  const std::size_t components = info.components;
   std::vector<bool> is_known(n_voxels, true), is_matter(n_voxels, false);
   std::int64_t n_unknown = 0, n_matter = 0;
   std::size_t voxel = 0;
@@ -140,7 +140,7 @@ std::optional<Vec3> DisplacementImage::at(const Vec3& point) const {
     part[a] = index - low[a];
   }
   Vec3 sum{};
-  const auto n = static_cast<std::size_t>(info.n_voxels());
+  const std::size_t n = info.n_voxels();
   for (int corner = 0; corner < 8; ++corner) {
     double weight = 1;
     Index3 at = low;

@@ -287,12 +287,12 @@ void report_loose_body(FaultList& faults) {
 
 void prescribe_components(const std::vector<Condition>& conditions, Scene& scene, FaultList& faults) {
   constexpr int none = -1;
-  const auto n = static_cast<std::size_t>(scene.specimen.grid.n_nodes());
+  const std::size_t n = scene.specimen.grid.n_nodes();
   const auto first = static_cast<std::int32_t>(scene.conditions.size());
   for (const Condition& condition : conditions)
     name_condition(scene, condition.asked.key, condition.asked.text);
   for (int component = 0; component < scene.dimension(); ++component) {
-    const auto b = static_cast<std::size_t>(component);
+    const std::size_t b = component;
     std::map<std::int64_t, Prescribed> of_node;
     for (std::size_t i = 0; i < conditions.size(); ++i) {
       const Condition& condition = conditions[i];

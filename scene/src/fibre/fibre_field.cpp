@@ -134,7 +134,7 @@ void FibreField::fill(FibreReport& report) {
   for (std::int64_t cell = 0; cell < body_.grid.n_cells(); ++cell) {
     if (!body_.is_matter(cell))
       continue;
-    const auto i = static_cast<std::size_t>(cell);
+    const std::size_t i = cell;
     if (!is_known_[i]) {
       unknown.push_back(cell);
       continue;
@@ -146,7 +146,7 @@ void FibreField::fill(FibreReport& report) {
   while (const std::int64_t filled = fill_layer(unknown, offsets))
     report.from_neighbours += filled;
   for (const std::int64_t cell : unknown) {
-    const auto i = static_cast<std::size_t>(cell);
+    const std::size_t i = cell;
     const auto known = of_region.find(region_[i]);
     ++(known != of_region.end() ? report.from_label : report.from_body);
     body_.fibres[i] = largest_eigenvector(known != of_region.end() ? known->second : of_body);

@@ -46,7 +46,7 @@ Specimen TurnedLattice::turned_body() const {
   const Specimen& old = scene_.specimen;
   Specimen body = old;
   body.grid = grid(body.origin);
-  const auto n = static_cast<std::size_t>(body.grid.n_cells());
+  const std::size_t n = body.grid.n_cells();
   body.material_id.assign(n, no_material);
   body.fibre = turned_fibre(old.fibre);
   body.fibres.assign(old.fibres.empty() ? 0 : n, {1, 0, 0});
@@ -115,7 +115,7 @@ Grid TurnedLattice::grid(Vec3& origin) const {
   Index3 cells{1, 1, 1};
   origin = {0, 0, 0};
   for (int axis = 0; axis < grid.dimension(); ++axis) {
-    const auto a = static_cast<std::size_t>(axis);
+    const std::size_t a = axis;
     cells[a] = std::max(1, static_cast<int>(std::ceil(2 * reach[axis] / spacing_[a] - rounding)));
     origin[a] = middle[axis] - 0.5 * cells[a] * spacing_[a];
   }

@@ -31,7 +31,7 @@ Vec3 displacement_at(const Specimen& body, const Displacement& u, const Material
   for (int corner = 0; corner < grid.corners_per_cell(); ++corner) {
     double weight = 1;
     for (int a = 0; a < grid.dimension(); ++a) {
-      const auto axis = static_cast<std::size_t>(a);
+      const std::size_t axis = a;
       const double upper = in_cells(body, point.place, axis) - cell[axis];
       weight *= corner >> a & 1 ? upper : 1 - upper;
     }
@@ -234,7 +234,7 @@ private:
   }
 
   double figure_of(const Measure& measure, std::int64_t cell) const {
-    const auto c = static_cast<std::size_t>(cell);
+    const std::size_t c = cell;
     const Tensor& t = measure.kind == MeasureKind::stress ? fields_->stress[c] : fields_->strain[c];
     const auto in_world = [&](std::size_t row, std::size_t column) {
       return component_in_world(body_.placement, t, row, column);
@@ -364,7 +364,7 @@ std::vector<MeasuredValue> measured(const Scene& scene, const std::vector<Measur
 }
 
 MaterialPoint located(const Specimen& body, const Vec3& place) {
-  const auto d = static_cast<std::size_t>(body.grid.dimension());
+  const std::size_t d = body.grid.dimension();
   Index3 low{}, high{};
   for (std::size_t a = 0; a < d; ++a) {
     const double at = in_cells(body, place, a), n = body.grid.cells()[a];

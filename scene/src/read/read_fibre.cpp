@@ -209,7 +209,7 @@ bool place_fibres(FibreRequest request, Specimen& body, FaultList& faults) {
   const std::optional<FibreCurve> curve =
       request.curve.empty() ? std::nullopt : std::optional<FibreCurve>(request.curve);
   Bipennate halves = request.bipennate.value_or(Bipennate{});
-  const auto n = static_cast<std::size_t>(grid.n_cells());
+  const std::size_t n = grid.n_cells();
   const std::size_t across = halves.axis;
   const double length = grid.spacing()[across] * grid.cells()[across];
   const double meet = halves.at.value_or(body.origin[across] + length / 2);

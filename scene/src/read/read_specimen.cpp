@@ -154,7 +154,7 @@ std::optional<Vec3> read_spacing(TableReader& table, int dimension, const std::o
     return std::nullopt;
   Vec3 spacing{};
   const auto* list = node->as_array();
-  const auto n = static_cast<std::size_t>(dimension);
+  const std::size_t n = dimension;
   if (list && list->size() != n && list->size() != 3) {
     table.fault("spacing", fmt::format("one length or {} of them", dimension));
     return std::nullopt;

@@ -99,7 +99,7 @@ constexpr double beyond_last_node = 0.25;
 double square_from_middle(const Grid& grid, const StandardTest& test, const Index3& node) {
   double square = 0;
   for (int axis = 0; axis < grid.dimension(); ++axis) {
-    const auto a = static_cast<std::size_t>(axis);
+    const std::size_t a = axis;
     const double off = axis == test.axis ? 0 : grid.spacing()[a] * (node[a] - 0.5 * grid.cells()[a]);
     square += off * off;
   }
@@ -109,7 +109,7 @@ double square_from_middle(const Grid& grid, const StandardTest& test, const Inde
 /// Takes the nodes of the face whose round punch is nearest to the one that is asked for. Every node has
 /// its own cell, half a spacing to each side, which is more than the punch reaches.
 void span_punch(const Grid& grid, TestRequest& request) {
-  const auto axis = static_cast<std::size_t>(request.test.axis);
+  const std::size_t axis = request.test.axis;
   const double h = spacing_across(grid, request.test.axis), asked = request.test.radius;
   std::vector<double> squares;
   for (std::int64_t node = 0; node < grid.n_nodes(); ++node)
@@ -240,7 +240,7 @@ void TestConditions::pin_against_sliding() {
   if (d() < 3)
     return;
   const Vec3 place = body_.position(body_.grid.node_at(pinned));
-  const auto second = static_cast<std::size_t>(test_.along);
+  const std::size_t second = test_.along;
   // Farthest along `along`, so that a turn would move it across.
   const std::int64_t guide = *std::ranges::max_element(nodes, {}, [&](std::int64_t node) {
     return std::abs(body_.position(body_.grid.node_at(node))[second] - place[second]);

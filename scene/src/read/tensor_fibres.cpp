@@ -32,7 +32,7 @@ constexpr Order own_order{0, 1, 2, 3, 4, 5}, order_of_fsl{0, 3, 5, 1, 2, 4};
 
 /// The tensor of one voxel, component slowest.
 Tensor voxel_tensor(const Image& image, std::size_t voxel, const Order& order = own_order) {
-  const auto n = static_cast<std::size_t>(image.info.n_voxels());
+  const std::size_t n = image.info.n_voxels();
   std::array<double, 6> t{};
   for (std::size_t c = 0; c < 6; ++c)
     t[c] = double{image.values[order[c] * n + voxel]};
@@ -132,12 +132,12 @@ PositiveTensors count_positive(const Image& image, const LabelCells& labels) {
 /// Directions of the cells whose tensors have one, and which those are.
 std::vector<bool> read_directions(const Image& image, const Tensor& turn, const LabelCells& labels,
                                   Specimen& body) {
-  const auto n = static_cast<std::size_t>(body.grid.n_cells());
+  const std::size_t n = body.grid.n_cells();
   FibreReport& report = body.fibre_report;
   body.fibres.assign(n, {0, 0, 0});
   std::vector<bool> is_known(n, false);
   labels.for_each_cell([&](std::int64_t number, const std::vector<std::size_t>& voxels) {
-    const auto cell = static_cast<std::size_t>(number);
+    const std::size_t cell = number;
     Lack lack{};
     const Tensor tensor = sum_of_tensors(image, voxels, lack);
     if (lack == Lack::nothing) {
@@ -161,7 +161,7 @@ constexpr double most_sums = 5e10; // some half a minute
 double sums_of_smoothing(const Specimen& body, double radius) {
   double cells = 1;
   for (int a = 0; a < body.grid.dimension(); ++a) {
-    const auto axis = static_cast<std::size_t>(a);
+    const std::size_t axis = a;
     cells *= std::min(2 * radius / body.grid.spacing()[axis] + 1, 2.0 * body.grid.cells()[axis]);
   }
   return cells * static_cast<double>(body.n_matter_cells());

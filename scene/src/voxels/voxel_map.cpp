@@ -85,7 +85,7 @@ on_voxels(const ImageInfo& info, const Specimen& body, int components,
   Image image;
   image.info = info;
   image.info.components = components;
-  const auto n = static_cast<std::size_t>(info.n_voxels());
+  const std::size_t n = info.n_voxels();
   image.values.assign(n * static_cast<std::size_t>(components), 0);
   std::vector<float> of_cell(components);
   for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell) {

@@ -136,7 +136,7 @@ Image push_field(const ImageInfo& grid, std::span<const DeformedBody> bodies) {
   std::vector<Eigen::Matrix3d> to_voxels;
   for (const DeformedBody& body : bodies)
     to_voxels.push_back(body_to_voxels(grid, body.specimen->placement).linear);
-  const auto n = static_cast<std::size_t>(grid.n_voxels());
+  const std::size_t n = grid.n_voxels();
   std::vector<std::int32_t> known(n, -1);
   std::vector<float> shift(3 * n, 0);
   for_each_voxel(grid, [&](std::size_t voxel, const Vector3d& at) {

@@ -162,7 +162,7 @@ Pull pull_of(const ImageInfo& grid, std::span<const DeformedBody> bodies) {
   Pull pull;
   pull.grid = grid;
   pull.grid.components = 1;
-  const auto n = static_cast<std::size_t>(grid.n_voxels());
+  const std::size_t n = grid.n_voxels();
   pull.shift.assign(3 * n, 0);
   pull.source.assign(n, Pull::nothing);
   Inversion inversion(pull);

@@ -23,7 +23,7 @@ using namespace warping;
 using Eigen::Vector3d;
 
 void check_grid(const Pull& pull, const Image& image) {
-  const auto n = static_cast<std::size_t>(pull.grid.n_voxels());
+  const std::size_t n = pull.grid.n_voxels();
   if (image.info.size != pull.grid.size || image.info.components < 1 ||
       image.values.size() != n * static_cast<std::size_t>(image.info.components))
     throw std::invalid_argument("expected an image on the grid of the pull");
@@ -170,7 +170,7 @@ Image warped(const Pull& pull, const Image& image, float background) {
 
 Image warped_labels(const Pull& pull, const Image& labels, float background) {
   check_grid(pull, labels);
-  const auto n = static_cast<std::size_t>(pull.grid.n_voxels());
+  const std::size_t n = pull.grid.n_voxels();
   Image out{labels.info, std::vector<float>(labels.values.size(), background)};
   for (std::size_t first = 0; first < labels.values.size(); first += n)
     for (std::size_t voxel = 0; voxel < n; ++voxel)

@@ -151,7 +151,7 @@ Displacement nodal_sizes(const Scene& scene, const Displacement& displacement, b
     double sum = 0;
     int n = 0;
     body.for_each_cell_at(body.grid.node_at(node), [&](std::int64_t cell) {
-      const auto c = static_cast<std::size_t>(cell);
+      const std::size_t c = cell;
       sum += of_stress ? fields.von_mises[c] : largest_principal(fields.strain[c]);
       ++n;
     });
@@ -176,7 +176,7 @@ std::int64_t count(const WorldScene& scene, ObjectKind kind) {
 
 std::string cells_in_words(const WorldScene& scene) {
   std::string text = fmt::format("{}", scene.cells[0]);
-  for (std::size_t a = 1; a < static_cast<std::size_t>(scene.dimension); ++a)
+  for (int a = 1; a < scene.dimension; ++a)
     text += fmt::format(" x {}", scene.cells[a]);
   return text;
 }

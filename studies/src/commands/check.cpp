@@ -154,7 +154,7 @@ std::vector<BodyPart> parts_of(const Scene& scene) {
       content.tissue += body.tissue_of(cell);
     }
   double of_cell = 1;
-  for (std::size_t a = 0; a < static_cast<std::size_t>(scene.dimension()); ++a)
+  for (int a = 0; a < scene.dimension(); ++a)
     of_cell *= body.grid.spacing()[a];
   std::vector<BodyPart> parts;
   for (const auto& [key, content] : contents)

@@ -319,7 +319,7 @@ std::optional<double> taut_scale_of(const Explanation& about) {
 /// A word a component of the displacement.
 Value algorithms_of(const Explanation& about) {
   Value words = Value::array();
-  for (std::size_t b = 0; b < static_cast<std::size_t>(about.scene->dimension()); ++b)
+  for (int b = 0; b < about.scene->dimension(); ++b)
     words.push_back(deform::to_string(about.plan.of_component[b]));
   return words;
 }

@@ -129,7 +129,7 @@ public:
     for (std::size_t to = 0; to < cast.size(); ++to)
       bytes_sent_ += to == static_cast<std::size_t>(ranks.rank) ? 0 : std::ssize(cast[to]);
     const auto runs = fem_ref::exchange(std::move(cast));
-    std::vector<render::SharedRenderer::Bytes> pixels(static_cast<std::size_t>(ranks.size));
+    std::vector<render::SharedRenderer::Bytes> pixels(ranks.size);
     pixels.front() = together_.compose(runs);
     bytes_sent_ += ranks.is_first() ? 0 : std::ssize(pixels.front());
     const auto received = fem_ref::exchange(std::move(pixels));
@@ -144,7 +144,7 @@ public:
     static_assert(std::is_trivially_copyable_v<Work>);
     const Work of_this{together_.counters(), bytes_sent_};
     const auto bytes = std::as_bytes(std::span(&of_this, 1));
-    std::vector<render::SharedRenderer::Bytes> own(static_cast<std::size_t>(ranks.size));
+    std::vector<render::SharedRenderer::Bytes> own(ranks.size);
     own.front().assign(bytes.begin(), bytes.end());
     Work sum;
     for (const auto& of : fem_ref::exchange(std::move(own))) {

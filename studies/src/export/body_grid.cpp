@@ -30,7 +30,7 @@ vtkSmartPointer<vtkImageData> image_grid(const Specimen& specimen) {
   auto image = vtkSmartPointer<vtkImageData>::New();
   image->SetDimensions(grid.nodes().data());
   Vec3 spacing = grid.spacing();
-  for (auto axis = static_cast<std::size_t>(grid.dimension()); axis < 3; ++axis)
+  for (std::size_t axis = grid.dimension(); axis < 3; ++axis)
     spacing[axis] = spacing[0]; // of no extent, but VTK inverts the matrix of the spacings
   image->SetSpacing(spacing.data());
   const Vec3 origin = sum(placement.origin, to_world(placement, specimen.origin));
@@ -51,7 +51,7 @@ vtkSmartPointer<vtkUnstructuredGrid> cell_grid(const Specimen& specimen, const B
   points->SetNumberOfPoints(static_cast<vtkIdType>(numbering.nodes.size()));
   const std::int64_t first = numbering.nodes.empty() ? 0 : numbering.nodes.front(),
                      end = numbering.nodes.empty() ? 0 : numbering.nodes.back() + 1;
-  std::vector<vtkIdType> point_of(static_cast<std::size_t>(end - first), -1);
+  std::vector<vtkIdType> point_of(end - first, -1);
   vtkIdType next = 0;
   for (const std::int64_t node : numbering.nodes) {
     Vec3 position = specimen.position(grid.node_at(node));

@@ -6,8 +6,8 @@ namespace maille::studies {
 
 BodyNumbering whole_grid(const Grid& grid) {
   BodyNumbering numbering;
-  numbering.nodes.resize(static_cast<std::size_t>(grid.n_nodes()));
-  numbering.cells.resize(static_cast<std::size_t>(grid.n_cells()));
+  numbering.nodes.resize(grid.n_nodes());
+  numbering.cells.resize(grid.n_cells());
   std::iota(numbering.nodes.begin(), numbering.nodes.end(), std::int64_t{0});
   std::iota(numbering.cells.begin(), numbering.cells.end(), std::int64_t{0});
   return numbering;
@@ -16,7 +16,7 @@ BodyNumbering whole_grid(const Grid& grid) {
 BodyNumbering matter_only(const Specimen& specimen) {
   const Grid& grid = specimen.grid;
   BodyNumbering numbering;
-  std::vector<bool> used(static_cast<std::size_t>(grid.n_nodes()));
+  std::vector<bool> used(grid.n_nodes());
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
     if (!specimen.is_matter(cell))
       continue;

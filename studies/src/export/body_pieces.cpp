@@ -95,7 +95,7 @@ BodyNumbering numbering_of(const Specimen& specimen, const Layers& piece) {
   const Grid& grid = specimen.grid;
   BodyNumbering numbering;
   const std::int64_t first_node = grid.node({0, 0, piece.first});
-  std::vector<bool> used(static_cast<std::size_t>((piece.end - piece.first + 1) * grid.stride(2)));
+  std::vector<bool> used((piece.end - piece.first + 1) * grid.stride(2));
   for (std::int64_t cell = grid.cell({0, 0, piece.first}); cell < grid.cell({0, 0, piece.end}); ++cell) {
     if (!specimen.is_matter(cell))
       continue;

@@ -62,7 +62,7 @@ void SignTree::offer_neighbours(std::int64_t cell) {
       if (!grid.has_cell(beside))
         continue;
       const std::int64_t next = grid.cell(beside);
-      const auto n = static_cast<std::size_t>(next);
+      const std::size_t n = next;
       if (specimen_.is_matter(next) && !has_joined_[n])
         candidates_.push({std::abs(dot(fibre_[n], fibre_[cell])), next, cell});
     }
@@ -74,7 +74,7 @@ void SignTree::grow_from(std::int64_t seed) {
   while (!candidates_.empty()) {
     const Candidate next = candidates_.top();
     candidates_.pop();
-    const auto n = static_cast<std::size_t>(next.cell);
+    const std::size_t n = next.cell;
     if (has_joined_[n])
       continue;
     has_joined_[n] = true;

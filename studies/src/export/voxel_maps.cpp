@@ -44,7 +44,7 @@ std::optional<Image> displacement_of_voxels(const ImageInfo& info, const Scene& 
   image->info = in_world(image->info, WorldAxes::ras);
   image->info.vectors_to_world = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   const DisplacementOfCells u(body, answer);
-  const auto n = static_cast<std::size_t>(info.n_voxels());
+  const std::size_t n = info.n_voxels();
   for (std::size_t voxel = 0; voxel < n; ++voxel) {
     const auto row = static_cast<std::int64_t>(voxel) / info.size[0];
     const Index3 at{static_cast<int>(static_cast<std::int64_t>(voxel) % info.size[0]),

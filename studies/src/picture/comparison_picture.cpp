@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 namespace {
 
 void require_fit(const Scene& scene, const std::vector<PicturePanel>& panels) {
-  const auto n_nodes = static_cast<std::size_t>(scene.specimen.grid.n_nodes());
+  const std::size_t n_nodes = scene.specimen.grid.n_nodes();
   for (const PicturePanel& panel : panels) {
     const auto fits = [&](const Displacement& field) {
       return field.n_components() == static_cast<std::size_t>(scene.dimension()) &&

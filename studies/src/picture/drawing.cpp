@@ -90,7 +90,7 @@ void add_triad(vtkRenderer& renderer, const View& view, const Scene& scene, bool
   constexpr std::array<std::array<const char*, 2>, 3> ends{{{"R", "L"}, {"A", "P"}, {"S", "I"}}};
   constexpr std::array<Vec3, 3> colours{{{0.75, 0.15, 0.15}, {0.10, 0.50, 0.20}, {0.15, 0.30, 0.75}}};
   const auto axes = world_axes(view, scene.specimen.placement);
-  for (std::size_t axis = 0; axis < static_cast<std::size_t>(scene.dimension()); ++axis)
+  for (int axis = 0; axis < scene.dimension(); ++axis)
     for (const int sign : {1, -1}) {
       if (sign < 0 && !is_anatomical)
         continue;

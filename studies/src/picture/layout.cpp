@@ -59,7 +59,7 @@ View upright(const Placement& placement) {
 
 std::size_t longest_axis(const Grid& grid) {
   std::size_t longest = 0;
-  for (std::size_t axis = 1; axis < static_cast<std::size_t>(grid.dimension()); ++axis)
+  for (int axis = 1; axis < grid.dimension(); ++axis)
     if (grid.cells()[axis] * grid.spacing()[axis] > grid.cells()[longest] * grid.spacing()[longest])
       longest = axis;
   return longest;

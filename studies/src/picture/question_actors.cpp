@@ -100,7 +100,7 @@ std::vector<SeenFace> seen_faces(const Scene& scene, const View& view) {
       continue;
     const Index3 at = grid.cell_at(cell);
     Vec3 middle = body.position(at);
-    for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+    for (int a = 0; a < grid.dimension(); ++a)
       middle[a] += 0.5 * grid.spacing()[a];
     if (grid.dimension() < 3) {
       faces.push_back({cell, at, 2, middle});
@@ -149,7 +149,7 @@ std::vector<SeenFace> thinned(const std::vector<SeenFace>& faces, int& stride) {
 
 /// By cell: its fibres pull, at whatever time.
 std::vector<bool> contracting_cells(const Scene& scene) {
-  std::vector<bool> contracts(static_cast<std::size_t>(scene.specimen.grid.n_cells()), false);
+  std::vector<bool> contracts(scene.specimen.grid.n_cells(), false);
   for (std::size_t cell = 0; cell < scene.active_stress.size(); ++cell)
     contracts[cell] = scene.active_stress[cell] > 0;
   for (const TimedContraction& timed : scene.timed)

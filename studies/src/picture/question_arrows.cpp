@@ -34,7 +34,7 @@ Vec3 centre_of(const Scene& scene) {
     if (scene.specimen.is_matter(cell))
       mean.add(scene.specimen.position(grid.cell_at(cell)));
   Vec3 centre = mean.value();
-  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a)
+  for (int a = 0; a < grid.dimension(); ++a)
     centre[a] += 0.5 * grid.spacing()[a];
   return centre;
 }
@@ -131,7 +131,7 @@ std::vector<Arrow> arrows_of(const Scene& scene, double length) {
     add_arrows(scene, move, centre, length, arrows);
   std::vector<Mean> at(scene.conditions.size() + 1), pull(scene.conditions.size() + 1);
   for (const FaceLoad& load : scene.tractions) {
-    const auto place = static_cast<std::size_t>(load.condition + 1);
+    const std::size_t place = load.condition + 1;
     at[place].add(middle_of_face(scene.specimen, load));
     pull[place].add(load.traction);
   }

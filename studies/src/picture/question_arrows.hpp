@@ -29,7 +29,7 @@ inline Vec3 plus(const Vec3& a, double factor, const Vec3& b) {
 template<class Face>
 Vec3 middle_of_face(const Specimen& body, const Face& face) {
   Vec3 middle = body.position(body.grid.cell_at(face.cell));
-  for (std::size_t a = 0; a < static_cast<std::size_t>(body.grid.dimension()); ++a)
+  for (int a = 0; a < body.grid.dimension(); ++a)
     middle[a] += (static_cast<int>(a) == face.axis ? (face.upper ? 1 : 0) : 0.5) * body.grid.spacing()[a];
   return middle;
 }

@@ -70,7 +70,7 @@ ColourPicture read_picture(const std::filesystem::path& file) {
   ColourPicture picture;
   picture.width = image->GetDimensions()[0];
   picture.height = image->GetDimensions()[1];
-  picture.rgb.reserve(std::size_t{3} * static_cast<std::size_t>(image->GetNumberOfPoints()));
+  picture.rgb.reserve(std::size_t{3} * image->GetNumberOfPoints());
   for (int y = picture.height - 1; y >= 0; --y) // VTK's rows begin at the bottom
     for (int x = 0; x < picture.width; ++x) {
       const auto* pixel = static_cast<const std::uint8_t*>(image->GetScalarPointer(x, y, 0));

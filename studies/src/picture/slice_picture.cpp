@@ -84,7 +84,7 @@ class LayerSide {
 public:
   LayerSide(const Scene& scene, const std::vector<std::int64_t>& cells, const Slice& slice, const View& view)
       : scene_(scene), cells_(cells) {
-    const auto normal = static_cast<std::size_t>(slice.axis);
+    const std::size_t normal = slice.axis;
     const std::size_t a = (normal + 1) % 3, b = (normal + 2) % 3;
     const int upper = scene.dimension() == 3 && view.toward[normal] > 0 ? 1 : 0;
     for (const auto& [u, v] : {std::pair(0, 0), std::pair(1, 0), std::pair(1, 1), std::pair(0, 1)})
@@ -194,8 +194,8 @@ Slice middle_slice(const Scene& scene) {
   for (std::size_t axis = 0; axis < 3; ++axis)
     if (side(axis) < side(static_cast<std::size_t>(slice.axis)))
       slice.axis = static_cast<int>(axis);
-  const auto normal = static_cast<std::size_t>(slice.axis);
-  std::vector<std::int64_t> matter(static_cast<std::size_t>(grid.cells()[normal]));
+  const std::size_t normal = slice.axis;
+  std::vector<std::int64_t> matter(grid.cells()[normal]);
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell)
     if (scene.specimen.is_matter(cell))
       ++matter[grid.cell_at(cell)[normal]];

@@ -31,7 +31,7 @@ View view_of(const WorldScene& world) {
   if (world.dimension == 3)
     look_from_above(view);
   Vec3 size{};
-  for (std::size_t a = 0; a < static_cast<std::size_t>(world.dimension); ++a)
+  for (int a = 0; a < world.dimension; ++a)
     size[a] = world.cells[a] * world.spacing[a];
   view.centre = {size[0] / 2, size[1] / 2, size[2] / 2};
   const auto extent = [&](const Vec3& direction) {
@@ -70,7 +70,7 @@ vtkSmartPointer<vtkProp> outline_of(const WorldScene& world, double pixels_per_m
   vtkNew<vtkPoints> points;
   vtkNew<vtkCellArray> lines;
   Vec3 size{};
-  for (std::size_t a = 0; a < static_cast<std::size_t>(world.dimension); ++a)
+  for (int a = 0; a < world.dimension; ++a)
     size[a] = world.cells[a] * world.spacing[a];
   if (world.dimension == 1)
     size[1] = 1 / pixels_per_metre; // a line, not nothing

@@ -30,7 +30,7 @@ std::vector<Vec3> nodes_at_start(const WorldObject& object) {
   const Specimen& body = object.scene.specimen;
   const Pose frame = deform::frame_of(object);
   std::vector<Vec3> nodes;
-  nodes.reserve(static_cast<std::size_t>(body.grid.n_nodes()));
+  nodes.reserve(body.grid.n_nodes());
   for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node)
     nodes.push_back(array(apply(frame, vector(body.position(body.grid.node_at(node))))));
   return nodes;
@@ -66,7 +66,7 @@ void add_touching(const deform::World& world, int object, std::vector<deform::Wo
     for (std::size_t a = 0; a < 3; ++a)
       cell[a] = static_cast<int>(std::floor(x[static_cast<Eigen::Index>(a)] / world.cell_size()[a]));
     for (int axis = 0; axis < world.scene().dimension; ++axis) {
-      const auto a = static_cast<std::size_t>(axis);
+      const std::size_t a = axis;
       const double within = x[axis] / world.cell_size()[a] - cell[a];
       const int direction = within < reach ? -1 : within > 1 - reach ? 1 : 0;
       Index3 next = cell;

@@ -154,8 +154,8 @@ std::string bars_of(const LatencyHistogram& histogram) {
   }
   std::string text;
   for (std::size_t octave = 0; octave < counts.size(); ++octave) {
-    const auto length = static_cast<std::size_t>((most * counts[octave] + histogram.n() - 1) /
-                                                 std::max<std::int64_t>(histogram.n(), 1));
+    const std::size_t length =
+        (most * counts[octave] + histogram.n() - 1) / std::max<std::int64_t>(histogram.n(), 1);
     text += fmt::format("  {:>8} us  {:>9}  {}\n", fmt::format("< {}", std::int64_t{2} << octave),
                         counts[octave], std::string(length, '#'));
   }

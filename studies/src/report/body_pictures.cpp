@@ -135,7 +135,7 @@ void Pictures::add(Data& list, const std::optional<std::string>& why_not, std::s
   const int length =
       EVP_EncodeBlock(reinterpret_cast<unsigned char*>(base64.data()),
                       reinterpret_cast<const unsigned char*>(bytes.data()), static_cast<int>(bytes.size()));
-  base64.resize(static_cast<std::size_t>(length));
+  base64.resize(length);
   list.push_back({{"source", "data:image/png;base64," + base64},
                   {"look", "picture"},
                   {"alt", std::move(alt)},

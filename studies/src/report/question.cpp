@@ -44,7 +44,7 @@ std::string body_of(const Scene& scene) {
                             : body.shape == "image"     ? "A body from an image"
                                                         : "A body";
   std::vector<double> sides;
-  for (std::size_t axis = 0; axis < static_cast<std::size_t>(scene.dimension()); ++axis)
+  for (int axis = 0; axis < scene.dimension(); ++axis)
     sides.push_back(body.grid.cells()[axis] * body.grid.spacing()[axis]);
   std::set<std::uint8_t> used;
   std::set<int> labels;
@@ -84,7 +84,7 @@ std::string movement_of(const Scene& scene, std::int32_t condition) {
   double least = INFINITY, most = 0;
   for (const Prescribed& one : scene.prescribed)
     if (!one.held && one.condition == condition) {
-      const auto c = static_cast<std::size_t>(one.component);
+      const std::size_t c = one.component;
       sums[c] += one.value;
       ++n[c];
       least = std::min(least, std::abs(one.value));
@@ -96,7 +96,7 @@ std::string movement_of(const Scene& scene, std::int32_t condition) {
         }))
       return fmt::format("turned by {:.4g}°", turn.angle * 180 / std::numbers::pi);
   std::vector<double> by;
-  for (std::size_t c = 0; c < static_cast<std::size_t>(scene.dimension()); ++c)
+  for (int c = 0; c < scene.dimension(); ++c)
     by.push_back(n[c] > 0 ? sums[c] / n[c] : 0);
   std::string text = lengths(by, ", ");
   const std::size_t unit = text.rfind(' ');

@@ -30,7 +30,7 @@ void append_whole(int descriptor, std::string_view text) {
     const ssize_t n = write(descriptor, text.data(), text.size());
     if (n < 0 && errno != EINTR)
       fail("cannot write the table");
-    text.remove_prefix(static_cast<std::size_t>(std::max<ssize_t>(n, 0)));
+    text.remove_prefix(std::max<ssize_t>(n, 0));
   }
   if (fdatasync(descriptor) != 0 && errno != EINVAL) // a pipe or a device has nothing to synchronise
     fail("cannot write the table");

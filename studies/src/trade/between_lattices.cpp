@@ -82,7 +82,7 @@ Displacement between_lattices(const Scene& from, const Displacement& displacemen
       continue;
     const Vec3 x = to.specimen.position(at);
     Vec3 place{};
-    for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a) {
+    for (int a = 0; a < grid.dimension(); ++a) {
       place[a] = (x[a] - from.specimen.origin[a]) / grid.spacing()[a];
       if (const double whole = std::round(place[a]);
           std::abs(place[a] - whole) < 1e-9 * (1 + std::abs(whole)))
@@ -91,7 +91,7 @@ Displacement between_lattices(const Scene& from, const Displacement& displacemen
     const Index3 cell = nearest(place);
     for (int corner = 0; corner < grid.corners_per_cell(); ++corner) {
       double weight = 1;
-      for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a) {
+      for (int a = 0; a < grid.dimension(); ++a) {
         const double upper = place[a] - cell[a];
         weight *= corner >> a & 1 ? upper : 1 - upper;
       }

@@ -41,7 +41,7 @@ std::vector<std::int64_t> cells_of(const Scene& scene) {
 
 double volume_of_cell(const Scene& scene) {
   double volume = 1;
-  for (std::size_t a = 0; a < static_cast<std::size_t>(scene.dimension()); ++a)
+  for (int a = 0; a < scene.dimension(); ++a)
     volume *= scene.specimen.grid.spacing()[a];
   return volume;
 }
@@ -58,7 +58,7 @@ double largest_contraction(const ElasticConstants& constants) {
 
 double thickness_in_cells(const Scene& scene) {
   const Specimen& body = scene.specimen;
-  const auto dimension = static_cast<std::size_t>(scene.dimension());
+  const std::size_t dimension = scene.dimension();
   if (!is_image(scene))
     return *std::min_element(body.grid.cells().begin(),
                              body.grid.cells().begin() + static_cast<std::ptrdiff_t>(dimension));
@@ -101,7 +101,7 @@ std::string what_is_lost(const Scene& scene, double thickness, const Scene& on_l
 std::vector<std::string> how_unlike_the_table(const Scene& scene) {
   std::vector<std::string> words;
   const Grid& grid = scene.specimen.grid;
-  const auto dimension = static_cast<std::size_t>(scene.dimension());
+  const std::size_t dimension = scene.dimension();
   if (is_image(scene))
     words.emplace_back("a body from an image");
   if (scene.has_loads())

@@ -57,7 +57,7 @@ bool coarsen_generated(toml::table& specimen, const Grid& grid, int factor) {
 void refine_box(toml::table& specimen, const Grid& grid, int factor) {
   std::vector<std::int64_t> cells;
   std::vector<std::string> spacing;
-  for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension()); ++a) {
+  for (int a = 0; a < grid.dimension(); ++a) {
     cells.push_back(std::int64_t{grid.cells()[a]} * factor);
     spacing.push_back(fmt::format("{} m", grid.spacing()[a] / factor));
   }

@@ -21,7 +21,7 @@ double equivalent(const std::array<double, 6>& e) {
 
 std::vector<float> values_of(const Scene& scene, const Displacement* displacement, const std::string& field) {
   const Specimen& body = scene.specimen;
-  const auto n = static_cast<std::size_t>(body.grid.n_cells());
+  const std::size_t n = body.grid.n_cells();
   std::vector<float> values(n, 0);
   if (displacement != nullptr && (field == "displacement" || field == "error")) {
     for (std::size_t cell = 0; cell < n; ++cell) {
@@ -79,7 +79,7 @@ void spread(const Specimen& body, std::vector<float>& values) {
 /// For each cell the one whose colour it has: its own, or, without matter, a neighbour's with it, so that
 /// colours go on to the surface.
 std::vector<std::int64_t> coloured_by(const Specimen& body) {
-  std::vector<std::int64_t> from(static_cast<std::size_t>(body.grid.n_cells()));
+  std::vector<std::int64_t> from(body.grid.n_cells());
   for (std::int64_t cell = 0; cell < std::ssize(from); ++cell) {
     from[cell] = cell;
     const Index3 at = body.grid.cell_at(cell);
@@ -125,7 +125,7 @@ std::shared_ptr<const render::Paint> paint_of_numbers(const Specimen& body) {
     colours[i] = hues[i % hues.size()];
   std::vector<std::uint8_t> numbers;
   for (const std::int64_t cell : coloured_by(body)) {
-    const auto c = static_cast<std::size_t>(cell);
+    const std::size_t c = cell;
     numbers.push_back(!body.label.empty()    ? static_cast<std::uint8_t>(body.label[c] & 255)
                       : body.is_matter(cell) ? body.material(cell)
                                              : std::uint8_t{0});
@@ -138,7 +138,7 @@ std::shared_ptr<const render::Paint> paint_of_numbers(const Specimen& body) {
 std::shared_ptr<const render::Paint> paint_of_labels(const Specimen& body, const Look& look) {
   std::array<Rgb, 256> colours{};
   constexpr std::size_t most = render::Paint::own_colour; // that many have colours of their own
-  std::vector<std::uint8_t> numbers(static_cast<std::size_t>(body.grid.n_cells()), render::Paint::own_colour);
+  std::vector<std::uint8_t> numbers(body.grid.n_cells(), render::Paint::own_colour);
   // The body's own surface lies between its cells and those without matter; grey values do not end there.
   const std::vector<std::int64_t> from = coloured_by(body);
   for (std::size_t l = 0; l < std::min(look.label_colours.size(), most); ++l) {

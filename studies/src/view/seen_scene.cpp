@@ -144,7 +144,7 @@ void follow(const deform::World& world, SeenScene& seen) {
     const int object = static_cast<int>(o);
     const deform::Pose pose = seen.deformations[o] ? world.pose(object) : deform::frame_of(world, o);
     for (int row = 0; row < 3; ++row) {
-      const auto r = static_cast<std::size_t>(row);
+      const std::size_t r = row;
       seen.objects[o].pose.position[r] = pose.position[row];
       for (int column = 0; column < 3; ++column)
         seen.objects[o].pose.rotation[r][column] = pose.rotation(row, column);

@@ -229,7 +229,7 @@ TEST(ReadAnatomyAnalytic, ADriveFollowsRecordedPoses) {
   EXPECT_TRUE(test::has(files.faults("units = \"mm\"\n" + text), "a unit, such as dx [mm]"));
 }
 
-// Truth: by hand. The border has 13 x 13 nodes, of which a box from x = 0 to 7 has 8 x 13 and one to 4 has 5 x 13.
+// Truth: by hand. The border has 13 x 13 nodes, a box to x = 7 has 8 x 13 of them, one to x = 4 has 5 x 13.
 TEST(ReadAnatomyContract, AConditionThatKeepsABorderTogetherIsNamed) {
   const Anatomy files;
   const auto warnings = [&](const std::string& to) {

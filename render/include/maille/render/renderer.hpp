@@ -48,9 +48,7 @@ struct Picture {
   std::vector<float> depth;         ///< along the ray, where half of the light is spent [m]; or infinity
   std::vector<std::int32_t> object; ///< whose surface that is; -1: background
 
-  std::size_t pixel(int x, int y) const {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
-  }
+  std::size_t pixel(int x, int y) const { return static_cast<std::size_t>(y) * width + x; }
   /// Three bytes a pixel over a background.
   std::vector<std::uint8_t> rgb8(const Rgb& background = {1, 1, 1}) const;
   /// Four bytes a pixel, red first, into `out` (4 width height bytes): opaque, for windows.

@@ -43,7 +43,7 @@ Displacement read_calculix_displacement(const Scene& scene, std::istream& printe
     if (!(fields >> id >> value[0] >> value[1] >> value[2]) || id < 1 ||
         id > static_cast<std::int64_t>(nodes.size()))
       continue;
-    const auto i = static_cast<std::size_t>(id - 1);
+    const std::size_t i = id - 1;
     is_known[i] = true;
     for (int b = 0; b < scene.dimension(); ++b)
       u(b, nodes[i]) = value[b];

@@ -84,7 +84,7 @@ private:
     double number = 0;
     const auto [end, error] = std::from_chars(text_.data(), text_.data() + text_.size(), number);
     if (error == std::errc{} && std::isfinite(number) && !text_.starts_with('i') && !text_.starts_with('n')) {
-      text_.remove_prefix(static_cast<std::size_t>(end - text_.data()));
+      text_.remove_prefix(end - text_.data());
       return number;
     }
     const auto is_of_name = [](unsigned char c) {

@@ -10,8 +10,8 @@ namespace maille::studies {
 UnitPoints latin_hypercube(int n, int dimensions, std::uint64_t seed) {
   std::mt19937_64 lot(seed);
   UnitPoints points(static_cast<std::size_t>(n), std::vector<double>(static_cast<std::size_t>(dimensions)));
-  std::vector<std::size_t> slice(static_cast<std::size_t>(n));
-  for (std::size_t d = 0; d < static_cast<std::size_t>(dimensions); ++d) {
+  std::vector<std::size_t> slice(n);
+  for (int d = 0; d < dimensions; ++d) {
     std::iota(slice.begin(), slice.end(), std::size_t{0});
     for (std::size_t i = slice.size(); i > 1; --i)
       std::swap(slice[i - 1], slice[lot() % i]);
