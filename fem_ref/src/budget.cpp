@@ -1,5 +1,6 @@
 #include "kept_problem.hpp"
 
+#include "finite/finite_problem.hpp"
 #include "maille/base/arena.hpp"
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/mechanics/friction.hpp"
@@ -13,7 +14,7 @@
 namespace maille::fem_ref {
 
 bool wants_multigrid(const Scene& scene, const Options& options) {
-  if (options.shape)
+  if (options.shape || scene.strain == Strain::finite)
     return false;
   constexpr std::int64_t largest_bottom = 6000;
   constexpr double least_nodes = 4000; // a factor is quicker below
@@ -51,6 +52,8 @@ std::string why_refused(const Scene& scene, const Options& options) {
   if (options.degree == 2 && has_friction(scene.tied))
     return "friction of sliding borders is between the corners of cells: linear elements and coupled know "
            "it, quadratic ones do not";
+  if (std::string reason = why_no_finite_strain(scene, options); !reason.empty())
+    return reason;
   if (options.shape && (options.body_force || options.exact))
     return "a shape cannot be combined with a body force or an exact solution";
   if (options.solver == LinearSolver::gmg)

@@ -1,5 +1,6 @@
 #include "kept_problem.hpp"
 
+#include "finite/finite_problem.hpp"
 #include "maille/mechanics/friction.hpp"
 #include "problem.hpp"
 #include "solvers/linear_system.hpp"
@@ -30,9 +31,12 @@ bool Solver::Kept::serves(const Scene& scene) const {
     return p.cell == q.cell && p.axis == q.axis && p.upper == q.upper && p.stiffness == q.stiffness &&
            p.direction == q.direction;
   };
-  if (!(s.grid.cells() == t.grid.cells() && s.grid.spacing() == t.grid.spacing() && s.origin == t.origin &&
-        s.material_id == t.material_id && s.fibre == t.fibre && s.fibres == t.fibres &&
-        s.tissue == t.tissue && s.stiffness_ratio == t.stiffness_ratio &&
+  if (scene.strain == Strain::finite) // each increment has a tangent of its own
+    return false;
+  if (!(kept.strain == scene.strain && s.grid.cells() == t.grid.cells() &&
+        s.grid.spacing() == t.grid.spacing() && s.origin == t.origin && s.material_id == t.material_id &&
+        s.fibre == t.fibre && s.fibres == t.fibres && s.tissue == t.tissue &&
+        s.stiffness_ratio == t.stiffness_ratio &&
         std::ranges::equal(kept.springs, scene.springs, is_same_spring) && kept.sliding == scene.sliding &&
         s.label == t.label && std::ranges::equal(kept.tied.ties, scene.tied.ties, is_same_tie) &&
         kept.plane == scene.plane && kept.materials.size() == scene.materials.size() &&
@@ -245,6 +249,8 @@ void KeptProblem<dim>::fill(const Prescription& prescription, double size, Watch
 
 std::unique_ptr<Solver::Kept> keep(const Scene& scene, const Options& options, Watch& watch) {
   watch.report(0, "meshing");
+  if (scene.strain == Strain::finite)
+    return keep_finite(scene, options);
   switch (scene.dimension()) {
   case 1:
     return std::make_unique<KeptProblem<1>>(scene, options, watch);

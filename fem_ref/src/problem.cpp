@@ -44,7 +44,8 @@ void Problem<dim>::for_each_rubbing(
 }
 
 template<int dim>
-void Problem<dim>::assemble(LinearSystem& system, const std::vector<bool>& is_prescribed, const Ties& ties) {
+void Problem<dim>::outline(LinearSystem& system, const std::vector<bool>& is_prescribed,
+                           const Ties& ties) const {
   const Index3& cells = scene_->specimen.grid.cells();
   system.dimension = dim;
   system.degree = options_->degree;
@@ -55,10 +56,15 @@ void Problem<dim>::assemble(LinearSystem& system, const std::vector<bool>& is_pr
   ties.constrain(is_prescribed, system.constraints);
   system.constraints.close();
   make_pattern(system, ties);
+  system.positions = body_.positions();
+}
+
+template<int dim>
+void Problem<dim>::assemble(LinearSystem& system, const std::vector<bool>& is_prescribed, const Ties& ties) {
+  outline(system, is_prescribed, ties);
   body_.release_mesh(); // as large as the matrix; cells and nodes are known by now
   system.matrix.reinit(system.pattern);
   add_cells(system);
-  system.positions = body_.positions();
 }
 
 template<int dim>

@@ -31,6 +31,8 @@ public:
   /// loads.
   void ask(const Scene& scene) { scene_ = &scene; }
   Prescription prescription() const;
+  /// Fills in everything of `system` but the matrix's numbers. @pre the mesh is there
+  void outline(LinearSystem& system, const std::vector<bool>& is_prescribed, const Ties& ties) const;
   /// Fills `system` with the stiffness matrix, prescribed unknowns taken out. Once only: the mesh is given up
   /// on the way.
   void assemble(LinearSystem& system, const std::vector<bool>& is_prescribed, const Ties& ties);
@@ -49,6 +51,14 @@ public:
   /// L2 norm over the body of u - exact.
   double l2_error(const dealii::Vector<double>& u) const;
   const Body<dim>& body() const { return body_; }
+  /// Unknowns of a cell, in the order of Element.
+  void unknowns(int cell, std::vector<dealii::types::global_dof_index>& unknowns) const;
+  /// Calls visit(node of the mesh, stiffness [N/m]) for the springs of every face at its nodes: by the
+  /// integrals of their shape functions, so that those at mid points have the larger part.
+  void
+  for_each_spring(const std::function<void(unsigned, const Eigen::Matrix<double, dim, dim>&)>& visit) const;
+  /// Adds springs to the ground, and those of ties that rub.
+  void add_springs(LinearSystem& system) const;
 
 private:
   void prescribe_by_scene(Prescription& prescription) const;
@@ -59,17 +69,11 @@ private:
   Eigen::MatrixXd positions(int cell) const;
   std::function<Eigen::MatrixXd(int)> mapped_positions() const;
   Eigen::VectorXd face_load(const FaceLoad& face) const;
-  /// Calls visit(node of the mesh, stiffness [N/m]) for the springs of every face at its nodes: by the
-  /// integrals of their shape functions, so that those at mid points have the larger part.
-  void
-  for_each_spring(const std::function<void(unsigned, const Eigen::Matrix<double, dim, dim>&)>& visit) const;
-  void add_springs(LinearSystem& system) const;
   /// Calls visit(first node of the mesh, second, tie) for ties that rub.
   void for_each_rubbing(const std::function<void(unsigned, unsigned, const NodeTie&)>& visit) const;
   /// What a cell's contracting fibres pull its nodes with.
   void add_active_stress(int cell, dealii::Vector<double>& load) const;
   void add_body_force(int cell, const Samples& samples, dealii::Vector<double>& load) const;
-  void unknowns(int cell, std::vector<dealii::types::global_dof_index>& unknowns) const;
 
   const Scene* scene_;
   const Options* options_;

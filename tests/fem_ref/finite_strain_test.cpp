@@ -1,0 +1,271 @@
+// Finite strain: total Lagrange with laws by automatic differentiation.
+
+#include "fem_ref/bodies.hpp"
+#include "finite/energy.hpp"
+#include "support/bodies/bent_bar.hpp"
+#include "support/kit.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include <numbers>
+#include <random>
+
+namespace maille {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using test::options_of;
+
+constexpr double E = 10e3, nu = 0.45, L = 4e-3, h = 1e-3;
+constexpr double mu = E / (2 * (1 + nu)), lambda = E * nu / ((1 + nu) * (1 - 2 * nu));
+
+Material with_law(const Law& law) {
+  Material material = test::material_of(rest_constants(law));
+  material.law = law;
+  return material;
+}
+
+/// A root of a continuous function that is below zero at `low` and above at `high`.
+double root(const std::function<double(double)>& of, double low, double high) {
+  for (int i = 0; i < 200; ++i)
+    (of(0.5 * (low + high)) < 0 ? low : high) = 0.5 * (low + high);
+  return 0.5 * (low + high);
+}
+
+/// Nominal stress along an axis that is stretched by l where the volume is J: of neo-Hookean matter.
+double nominal(double l, double J) {
+  return mu * (l - 1 / l) + lambda * std::log(J) / l;
+}
+
+/// Stretch of the `n_across` axes without stress while the others make `held` of the volume.
+double stretch_across(double held, int n_across) {
+  return root([&](double a) { return nominal(a, held * std::pow(a, n_across)); }, 0.2, 5);
+}
+
+/// 4 x 2 x 2 cells of neo-Hookean matter that slide along the planes x = 0, y = 0 and z = 0.
+Scene block(int dimension, PlaneAssumption plane = PlaneAssumption::strain) {
+  Scene scene = test::box_scene(dimension, {4, 2, dimension == 3 ? 2 : 1}, {h, h, h});
+  scene.plane = plane;
+  scene.strain = Strain::finite;
+  scene.materials[0] = with_law(NeoHookean{mu, lambda});
+  for (int axis = 0; axis < dimension; ++axis)
+    test::prescribe_face(scene, axis, false, axis, 0, true);
+  return scene;
+}
+
+void expect_stretched(const Scene& scene, const Vec3& stretch, double pull, const std::string& what) {
+  const double section = scene.dimension() == 3 ? 4 * h * h : 2 * h;
+  for (const int degree : {1, 2}) {
+    SCOPED_TRACE(fmt::format("{}, Q{}", what, degree));
+    const Answer answer = test::solved(scene, options_of(degree)).answer;
+    const auto exact = [&](const Vec3& x) -> Vec3 {
+      return {(stretch[0] - 1) * x[0], (stretch[1] - 1) * x[1], (stretch[2] - 1) * x[2]};
+    };
+    EXPECT_LT(test::largest_error(scene, answer.displacement, exact), 1e-9 * L);
+    EXPECT_NEAR(test::total_reaction(scene, answer, 0, true), -pull * section, 1e-8 * E * section);
+  }
+}
+
+// Truth: neo-Hookean matter in closed form; the stretch across by a root in one unknown.
+TEST(FiniteStretchAnalytic, Uniaxial) {
+  for (const double l : {0.6, 0.8, 1.2, 1.4, 1.6}) {
+    const double a = stretch_across(l, 2), pull = nominal(l, l * a * a);
+    Scene scene = block(3), plate = block(2, PlaneAssumption::stress);
+    test::prescribe_face(scene, 0, true, 0, (l - 1) * L, false);
+    test::prescribe_face(plate, 0, true, 0, (l - 1) * L, false);
+    expect_stretched(scene, {l, a, a}, pull, fmt::format("3D by {}", l));
+    expect_stretched(plate, {l, a, a}, pull, fmt::format("plane stress by {}", l));
+  }
+}
+
+TEST(FiniteStretchAnalytic, PlaneStrain) {
+  for (const double l : {0.6, 0.8, 1.2, 1.4}) {
+    const double a = stretch_across(l, 1);
+    Scene scene = block(2);
+    test::prescribe_face(scene, 0, true, 0, (l - 1) * L, false);
+    expect_stretched(scene, {l, a, 1}, nominal(l, l * a), fmt::format("by {}", l));
+  }
+}
+
+TEST(FiniteStretchAnalytic, Biaxial) {
+  const double l = 1.3, m = 1.15, a = stretch_across(l * m, 1);
+  Scene scene = block(3), plate = block(2, PlaneAssumption::stress);
+  for (Scene* of : {&scene, &plate}) {
+    test::prescribe_face(*of, 0, true, 0, (l - 1) * L, false);
+    test::prescribe_face(*of, 1, true, 1, (m - 1) * 2 * h, false);
+    expect_stretched(*of, {l, m, a}, nominal(l, l * m * a), fmt::format("{}D", of->dimension()));
+  }
+}
+
+// Truth: nominal stress = traction per area at rest, which is what dead tractions and springs are.
+TEST(FiniteStretchAnalytic, TractionSpringsAndContraction) {
+  const double l = 1.3, a = stretch_across(l, 2), pull = nominal(l, l * a * a);
+  Scene scene = block(3);
+  test::pull_face(scene, 0, true, {pull, 0, 0});
+  expect_stretched(scene, {l, a, a}, pull, "traction");
+
+  Scene held = block(3);
+  const double stiffness = 5e5;
+  for (const FaceLoad& face : scene.tractions)
+    held.springs.push_back({face.cell, face.axis, face.upper, stiffness, {1, 0, 0}});
+  test::pull_face(held, 0, true, {pull + stiffness * (l - 1) * L, 0, 0});
+  expect_stretched(held, {l, a, a}, pull, "springs");
+
+  const double s = 0.8, b = stretch_across(s, 2);
+  Scene muscle = block(3);
+  muscle.active_stress.assign(static_cast<std::size_t>(muscle.specimen.grid.n_cells()),
+                              -nominal(s, s * b * b));
+  expect_stretched(muscle, {s, b, b}, 0, "contraction");
+}
+
+// Truth: a hanging bar carries the weight below every section, and its whole weight at the hold.
+TEST(FiniteStretchAnalytic, WeightIsThatAtRest) {
+  Scene scene = block(3);
+  scene.gravity = {40, 0, 0};
+  scene.specimen.tissue.assign(static_cast<std::size_t>(scene.specimen.grid.n_cells()), 0.5F);
+  const Answer answer = test::solved(scene, options_of(2)).answer;
+  const double weight = 0.5 * scene.materials[0].density * 40 * 4 * L * h * h;
+  EXPECT_NEAR(test::total_reaction(scene, answer, 0, true), -weight, 1e-9 * weight);
+}
+
+// Truth: energy is in proportion to tissue, and to tissue times stiffness.
+TEST(FiniteStretchAnalytic, PartialVolumeAndStiffnessScaleForces) {
+  const double l = 1.3, a = stretch_across(l, 2), pull = nominal(l, l * a * a);
+  for (const bool has_law : {true, false}) {
+    Scene scene = block(3);
+    test::prescribe_face(scene, 0, true, 0, (l - 1) * L, false);
+    if (!has_law)
+      scene.materials[0].law.reset();
+    const Answer whole = test::solved(scene, options_of(1)).answer;
+    const auto n = static_cast<std::size_t>(scene.specimen.grid.n_cells());
+    scene.specimen.tissue.assign(n, 0.5F);
+    scene.specimen.stiffness_ratio.assign(n, 3);
+    const Answer part = test::solved(scene, options_of(1)).answer;
+    EXPECT_NEAR(*part.strain_energy, 1.5 * *whole.strain_energy, 1e-9 * *whole.strain_energy);
+    const double whole_pull = test::total_reaction(scene, whole, 0, true);
+    EXPECT_NEAR(test::total_reaction(scene, part, 0, true), 1.5 * whole_pull, -1e-8 * whole_pull);
+    if (has_law) {
+      EXPECT_NEAR(whole_pull, -pull * 4 * h * h, 1e-8 * pull * 4 * h * h);
+    }
+  }
+}
+
+/// Every node of the surface where an affine map has it.
+Scene mapped_block(int dimension, const Matrix3d& F) {
+  Scene scene = block(dimension);
+  scene.prescribed.clear();
+  const Grid& grid = scene.specimen.grid;
+  for (std::int64_t node = 0; node < grid.n_nodes(); ++node) {
+    const Index3 at = grid.node_at(node);
+    bool is_inside = true;
+    for (int a = 0; a < dimension; ++a)
+      is_inside = is_inside && at[a] > 0 && at[a] < grid.cells()[a];
+    const Vec3 x = scene.specimen.position(at);
+    for (int c = 0; c < dimension && !is_inside; ++c) {
+      double value = -x[c];
+      for (int a = 0; a < 3; ++a)
+        value += F(c, a) * x[a];
+      scene.prescribed.push_back({node, c, value, at[1] == 0});
+    }
+  }
+  test::sort_prescribed(scene);
+  return scene;
+}
+
+// Truth: P = mu (F - F^-T) at constant volume, so the shear stress is mu gamma and nothing pulls at the
+// plane y = 0 along y.
+TEST(FiniteStretchAnalytic, SimpleShear) {
+  const double gamma = 0.5;
+  Matrix3d F = Matrix3d::Identity();
+  F(0, 1) = gamma;
+  const Scene scene = mapped_block(3, F);
+  for (const int degree : {1, 2}) {
+    const Answer answer = test::solved(scene, options_of(degree)).answer;
+    EXPECT_LT(test::largest_error(scene, answer.displacement,
+                                  [&](const Vec3& x) -> Vec3 {
+                                    return {gamma * x[1], 0, 0};
+                                  }),
+              1e-10 * L);
+    EXPECT_NEAR(*answer.strain_energy, mu / 2 * gamma * gamma * 4 * L * h * h, 1e-9 * mu * L * h * h);
+    Vec3 held{};
+    for (std::size_t i = 0; i < scene.prescribed.size(); ++i)
+      if (scene.prescribed[i].held)
+        held[std::size_t(scene.prescribed[i].component)] += answer.reaction[i];
+    EXPECT_NEAR(held[0], -mu * gamma * L * 2 * h, 1e-8 * mu * L * h);
+    EXPECT_NEAR(held[1], 0, 1e-8 * mu * L * h);
+  }
+}
+
+// Truth: turned matter is not strained.
+TEST(FiniteStretchAnalytic, RigidTurnCostsNothing) {
+  const Matrix3d R =
+      Eigen::AngleAxisd(std::numbers::pi / 3, Vector3d(1, 2, -1).normalized()).toRotationMatrix();
+  for (const bool has_law : {true, false}) {
+    Scene scene = mapped_block(3, R);
+    if (!has_law)
+      scene.materials[0] = test::material_of(test::fibrous());
+    for (const int degree : {1, 2}) {
+      const Answer answer = test::solved(scene, options_of(degree)).answer;
+      EXPECT_LT(*answer.strain_energy, 1e-14 * E * 4 * L * h * h);
+      EXPECT_LT(std::abs(test::total_reaction(scene, answer, 0, true)), 1e-10 * E * h * h);
+    }
+  }
+}
+
+struct NamedMatter {
+  std::string name;
+  std::optional<Law> law;
+};
+
+// Truth: the closed forms of stress and tangent in materials/, of which the energies here share nothing:
+// P = F S, dP = dF S + F dS.
+TEST(FiniteLawOracle, AutomaticDerivativesAgreeWithClosedForms) {
+  const std::vector<NamedMatter> all{{"neo-Hookean", NeoHookean{3e3, 20e3}}, {"corotated", std::nullopt}};
+  constexpr int at[6][2]{{0, 0}, {1, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}};
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> any(-1, 1);
+  for (const auto& [name, law] : all)
+    for (int trial = 0; trial < 100; ++trial) {
+      SCOPED_TRACE(fmt::format("{}, trial {}", name, trial));
+      const Matrix3d noise = Matrix3d::NullaryExpr([&] { return 0.25 * any(random); }),
+                     turn = Eigen::Quaterniond(any(random), any(random), any(random), any(random))
+                                .normalized()
+                                .toRotationMatrix();
+      const Matrix3d F = turn * (Matrix3d::Identity() + noise),
+                     strain = 0.5 * (F.transpose() * F - Matrix3d::Identity());
+      fem_ref::Matter matter;
+      matter.law = law ? &*law : nullptr;
+      matter.stiffness = turned(stiffness(test::orthotropic()), turn);
+      matter.fibre = Vector3d(any(random), any(random), any(random)).normalized();
+      const LawResponse closed =
+          law ? respond(*law, strain, matter.fibre) : respond_corotated(matter.stiffness, strain);
+      const fem_ref::PointResponse found = respond_at(matter, F, std::nullopt);
+      Matrix3d S;
+      for (int p = 0; p < 6; ++p)
+        S(at[p][0], at[p][1]) = S(at[p][1], at[p][0]) = closed.stress[p];
+      const double size = closed.tangent.cwiseAbs().maxCoeff();
+      EXPECT_NEAR(found.strain_energy, closed.energy, 1e-12 * size);
+      const Matrix3d P = F * S;
+      for (int k = 0; k < 9; ++k) {
+        Matrix3d dF = Matrix3d::Zero();
+        dF(k / 3, k % 3) = 1;
+        EXPECT_NEAR(found.gradient(k), P(k / 3, k % 3), 1e-10 * size);
+        const Matrix3d dE = 0.5 * (dF.transpose() * F + F.transpose() * dF);
+        Vector6 e;
+        for (int p = 0; p < 6; ++p)
+          e[p] = (p < 3 ? 1 : 2) * dE(at[p][0], at[p][1]);
+        const Vector6 s = closed.tangent * e;
+        Matrix3d dS;
+        for (int p = 0; p < 6; ++p)
+          dS(at[p][0], at[p][1]) = dS(at[p][1], at[p][0]) = s[p];
+        const Matrix3d dP = dF * S + F * dS;
+        for (int j = 0; j < 9; ++j)
+          EXPECT_NEAR(found.hessian(k, j), dP(j / 3, j % 3), 1e-10 * size);
+      }
+    }
+}
+
+} // namespace
+} // namespace maille
