@@ -222,14 +222,20 @@ struct NamedMatter {
 // Truth: the closed forms of stress and tangent in materials/, of which the energies here share nothing:
 // P = F S, dP = dF S + F dS.
 TEST(FiniteLawOracle, AutomaticDerivativesAgreeWithClosedForms) {
-  const std::vector<NamedMatter> all{{"neo-Hookean", NeoHookean{3e3, 20e3}}, {"corotated", std::nullopt}};
+  const std::vector<NamedMatter> all{{"neo-Hookean", NeoHookean{3e3, 20e3}},
+                                     {"Mooney-Rivlin", MooneyRivlin{2e3, 1e3, 50e3}},
+                                     {"Guccione", Guccione{2e3, 8, 2, 4, 100e3}},
+                                     {"Holzapfel", HolzapfelGasserOgden{3e3, 5e3, 2, 0.1, 100e3}},
+                                     {"muscle", Muscle{500, 600, 0.05, 6.6, 1.1, 1.4, 300e3, 0.5, 1e6, 700}},
+                                     {"corotated", std::nullopt}};
   constexpr int at[6][2]{{0, 0}, {1, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}};
   std::mt19937 random(11);
   std::uniform_real_distribution<double> any(-1, 1);
   for (const auto& [name, law] : all)
     for (int trial = 0; trial < 100; ++trial) {
       SCOPED_TRACE(fmt::format("{}, trial {}", name, trial));
-      const Matrix3d noise = Matrix3d::NullaryExpr([&] { return 0.25 * any(random); }),
+      const Matrix3d noise =
+                         Matrix3d::NullaryExpr([&] { return (trial % 3 == 0 ? 1e-6 : 0.25) * any(random); }),
                      turn = Eigen::Quaterniond(any(random), any(random), any(random), any(random))
                                 .normalized()
                                 .toRotationMatrix();

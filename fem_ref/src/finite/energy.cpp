@@ -4,6 +4,7 @@
 #include <Sacado.hpp>
 
 #include <algorithm>
+#include <cmath>
 
 namespace {
 
@@ -31,9 +32,97 @@ double value_of(const Dual& x) {
   return x.val().val();
 }
 
-Dual energy(const NeoHookean& law, const Dual3& F, const Eigen::Vector3d&) {
-  const Dual log_J = log(Dual(F.determinant())), I1 = F.squaredNorm();
-  return law.mu / 2 * (I1 - 3.) - law.mu * log_J + law.lambda / 2 * log_J * log_J;
+/// What laws say of F and the fibre.
+struct Deformed {
+  Dual J, log_J;
+  Dual3 C;
+  Dual I1, I2, I4, I5; ///< invariants of C, and f.C f, f.C^2 f
+  Dual shape;          ///< J^(-2/3), which takes the volume out of C
+  Eigen::Vector3d fibre;
+
+  Deformed(const Dual3& F, const Eigen::Vector3d& f)
+      : J(F.determinant()), log_J(log(J)), C(F.transpose() * F), I1(C.trace()),
+        I2(0.5 * (I1 * I1 - Dual(C.squaredNorm()))), shape(exp(Dual(log_J * (-2. / 3)))), fibre(f) {
+    const Eigen::Matrix<Dual, 3, 1> Cf = C * f.cast<Dual>();
+    I4 = Cf.dot(f.cast<Dual>());
+    I5 = Cf.squaredNorm();
+  }
+};
+
+Dual square(const Dual& x) {
+  return x * x;
+}
+
+Dual energy(const NeoHookean& law, const Deformed& at) {
+  return law.mu / 2 * (at.I1 - 3.) - law.mu * at.log_J + law.lambda / 2 * square(at.log_J);
+}
+
+Dual energy(const MooneyRivlin& law, const Deformed& at) {
+  return law.c1 * (at.shape * at.I1 - 3.) + law.c2 * (square(at.shape) * at.I2 - 3.) +
+         law.k / 2 * square(at.log_J);
+}
+
+/// With the strain's components in a frame of the fibre.
+Dual energy(const Guccione& law, const Deformed& at) {
+  Eigen::Matrix3d axes;
+  axes.col(0) = at.fibre;
+  axes.col(1) = at.fibre.unitOrthogonal();
+  axes.col(2) = at.fibre.cross(axes.col(1));
+  const Dual3 C = axes.transpose().cast<Dual>() * at.C * axes.cast<Dual>();
+  const Dual Q =
+      law.bf * square(0.5 * (C(0, 0) - 1.)) +
+      law.bt * (square(0.5 * (C(1, 1) - 1.)) + square(0.5 * (C(2, 2) - 1.)) + 2. * square(0.5 * C(1, 2))) +
+      2. * law.bfs * (square(0.5 * C(0, 1)) + square(0.5 * C(0, 2)));
+  return law.C / 2 * (exp(Q) - 1.) + law.k / 2 * square(at.log_J);
+}
+
+Dual energy(const HolzapfelGasserOgden& law, const Deformed& at) {
+  const Dual I1 = at.shape * at.I1 - 3.;
+  Dual A = law.kappa * I1 + (1 - 3 * law.kappa) * (at.shape * at.I4 - 1.);
+  if (value_of(A) < 0) // fibres bear no pressure
+    A = 0.;
+  return law.c / 2 * I1 + law.k1 / (2 * law.k2) * (exp(Dual(law.k2 * square(A))) - 1.) +
+         law.k / 2 * ((square(at.J) - 1.) / 2. - at.log_J);
+}
+
+/// (arcosh(1 + e))^2; by its series near e = 0, where arcosh has no derivative.
+Dual squared_arcosh(const Dual& e) {
+  constexpr double near = 0.1; // the series' 14th term is 1e-18 there
+  if (value_of(e) > near)
+    return square(log(Dual(1. + e + sqrt(Dual(e * (e + 2.))))));
+  Dual sum = 0., power = -1.;
+  double binomial = 1; // of 2 n over n
+  for (int n = 1; n < 14; ++n) {
+    binomial *= 2. * (2 * n - 1) / n;
+    power *= -2. * e;
+    sum += 2 / (n * n * binomial) * power;
+  }
+  return sum;
+}
+
+/// Integrals of a fibre's passive and active force from r = 1 on.
+Dual fibre_work(const Muscle& law, const Dual& r) {
+  const Dual v = r - 1., a = value_of(v) < 0 ? Dual(-v) : v;
+  Dual active = a - 4. / 3 * a * a * a;
+  if (value_of(a) > 0.4)
+    active = 0.4 - 4. / 3 * 0.064 + 3 * 0.008 + 3. * pow(Dual(a - 0.6), 3);
+  if (value_of(a) > 0.6)
+    active = 0.4 - 4. / 3 * 0.064 + 3 * 0.008;
+  Dual work = (value_of(v) < 0 ? -law.activation : law.activation) * active;
+  if (value_of(v) <= 0)
+    return work;
+  const double bend = law.lam_max / law.Lofl - 1, steep = law.p1 * std::exp(law.p2 * bend);
+  if (value_of(v) < bend)
+    return work + law.p1 / law.p2 * (exp(Dual(law.p2 * v)) - 1.) - law.p1 * v;
+  work += (steep - law.p1) / law.p2 - law.p1 * bend;
+  return work + (steep - law.p1) * (v - bend) + 0.5 * law.p2 * steep * square(v - bend);
+}
+
+Dual energy(const Muscle& law, const Deformed& at) {
+  const Dual stretch = sqrt(Dual(at.shape * at.I4)), along = at.I5 / square(at.I4) - 1.,
+             cosh = square(at.shape) * (at.I1 * at.I4 - at.I5) / (2. * stretch);
+  return law.g1 * along + law.g2 * squared_arcosh(cosh - 1.) + 9. / 4 * law.g3 * square(log(stretch)) +
+         law.smax * fibre_work(law, stretch / law.Lofl) + law.k / 2 * square(at.log_J);
 }
 
 /// The rotation of F = R U. Newton's iteration doubles the digits of values and derivatives alike.
@@ -93,7 +182,8 @@ PointResponse respond_at(const Matter& matter, const Eigen::Matrix3d& at, std::o
   if (theta)
     strained *= Dual(cbrt(Dual(input(9, *theta) / F.determinant())));
   Dual W = matter.law
-               ? std::visit([&](const auto& law) { return energy(law, strained, matter.fibre); }, *matter.law)
+               ? std::visit([&](const auto& law) { return energy(law, Deformed(strained, matter.fibre)); },
+                            *matter.law)
                : corotated_energy(matter.stiffness, strained);
   W *= matter.weight;
   PointResponse response;
