@@ -214,6 +214,105 @@ TEST(FiniteStretchAnalytic, RigidTurnCostsNothing) {
   }
 }
 
+/// A bar of 12 x 4 x 4 cells or coarser, clamped at one end, pulled across at the other.
+Scene bent_bar(int cells_across, double poisson_ratio) {
+  const int n = cells_across;
+  const double spacing = 4 * h / n;
+  Scene scene = test::box_scene(3, {3 * n, n, 1}, {spacing, spacing, 2 * h});
+  scene.strain = Strain::finite;
+  const double G = E / (2 * (1 + poisson_ratio));
+  scene.materials[0] = with_law(NeoHookean{G, 2 * G * poisson_ratio / (1 - 2 * poisson_ratio)});
+  test::hold_face(scene, 0, false);
+  test::pull_face(scene, 0, true, {0, 0.02 * E, 0});
+  return scene;
+}
+
+double tip(const Scene& scene, int degree) {
+  const Index3& n = scene.specimen.grid.cells();
+  return test::solved(scene, options_of(degree))
+      .answer.displacement(1, scene.specimen.grid.node({n[0], n[1] / 2, 0}));
+}
+
+// Truth: the same by cells a quarter as large. Linear elements of full integration lose two thirds of the
+// deflection here.
+TEST(FiniteBarConsistent, DoesNotLockNearIncompressibility) {
+  const double fine = tip(bent_bar(8, 0.4999), 2);
+  EXPECT_NEAR(tip(bent_bar(2, 0.4999), 2), fine, 0.03 * fine);
+  EXPECT_NEAR(tip(bent_bar(4, 0.4999), 1), fine, 0.12 * fine);
+  Scene linear = bent_bar(4, 0.4999);
+  linear.strain = Strain::small;
+  EXPECT_LT(tip(linear, 1), 0.7 * tip(bent_bar(4, 0.4999), 1));
+}
+
+// Truth: linear elasticity, from which finite strain differs in proportion to the load. Plane stress has no
+// pressure of its own, so that the elements agree too.
+TEST(FiniteBarConsistent, SmallLoadsGiveTheLinearAnswer) {
+  for (const bool has_law : {true, false})
+    for (const int degree : {1, 2}) {
+      std::array<double, 2> difference{};
+      for (const int i : {0, 1}) {
+        Scene scene = test::box_scene(2, {6, 3, 1}, {h, h, h});
+        scene.plane = PlaneAssumption::stress;
+        scene.materials[0] = with_law(NeoHookean{mu, lambda});
+        if (!has_law)
+          scene.materials[0].law.reset();
+        test::hold_face(scene, 0, false);
+        test::pull_face(scene, 0, true, {i == 0 ? 1e-3 * E : 1e-4 * E, 1e-4 * E, 0});
+        const Answer linear = test::solved(scene, options_of(degree)).answer;
+        scene.strain = Strain::finite;
+        difference[i] =
+            compare(scene, test::solved(scene, options_of(degree)).answer.displacement, linear.displacement)
+                .relative_max;
+      }
+      EXPECT_LT(difference[0], 0.05);
+      EXPECT_LT(difference[1], 0.3 * difference[0]);
+    }
+}
+
+// Truth: the promise of finite_problem.cpp: increments halve, and a shortened one is no answer.
+TEST(FiniteIncrementsContract, ReachLargeStretchOrSayWhatTheyReach) {
+  Scene scene = test::box_scene(3, {6, 2, 2}, {h, h, h});
+  scene.strain = Strain::finite;
+  scene.materials[0] = with_law(NeoHookean{mu, lambda});
+  test::hold_face(scene, 0, false);
+  Scene torn = scene;
+  test::move_face(scene, 0, true, {0.4 * 6 * h, 0, 0});
+  const Answer answer = test::solved(scene, options_of(2)).answer;
+  EXPECT_EQ(answer.algorithm.substr(0, 21), "total Lagrange, Q2-P1");
+  EXPECT_LT(answer.residual, 1e-8);
+  test::move_face(torn, 0, true, {-1.2 * 6 * h, 0, 0});
+  const Answer failed = fem_ref::solve(torn, options_of(1)).answer;
+  EXPECT_EQ(failed.status, Status::failed);
+  EXPECT_EQ(failed.message.substr(0, 18), "no balance beyond ");
+  EXPECT_TRUE(failed.displacement.empty());
+}
+
+TEST(FiniteIncrementsContract, StopWhereTheyAreAsked) {
+  Scene scene = bent_bar(4, 0.3);
+  Control control;
+  int asked = 0;
+  control.stop_requested = [&] { return ++asked > 2; };
+  const Answer answer = fem_ref::solve(scene, options_of(1), control).answer;
+  EXPECT_EQ(answer.status, Status::interrupted);
+}
+
+TEST(FiniteRefusalContract, SaysWhatFiniteStrainCannot) {
+  Scene line = test::box_scene(1, {4, 1, 1});
+  test::hold_face(line, 0, false);
+  line.strain = Strain::finite;
+  EXPECT_EQ(fem_ref::solve(line, options_of(1)).answer.message,
+            "finite strain is for bodies of two and three dimensions");
+  Scene sliding = bent_bar(2, 0.3);
+  sliding.specimen.label.assign(static_cast<std::size_t>(sliding.specimen.grid.n_cells()), 1);
+  for (std::int64_t cell = 0; cell < sliding.specimen.grid.n_cells(); ++cell)
+    if (sliding.specimen.grid.cell_at(cell)[1] == 1)
+      sliding.specimen.label[static_cast<std::size_t>(cell)] = 2;
+  sliding.sliding = {{1, 2}};
+  const Answer refused = fem_ref::solve(sliding, options_of(1)).answer;
+  EXPECT_EQ(refused.status, Status::refused);
+  EXPECT_EQ(refused.message, "finite strain knows no sliding borders");
+}
+
 struct NamedMatter {
   std::string name;
   std::optional<Law> law;

@@ -151,6 +151,12 @@ Dual corotated_energy(const Matrix6& stiffness, const Dual3& F) {
   return W;
 }
 
+/// That of the average over all turns. Source  Voigt 1889 (Ann. Phys. 274)
+double shear_modulus(const Matrix6& C) {
+  const auto normal = C.topLeftCorner<3, 3>();
+  return (3 * normal.trace() - normal.sum() + 6 * C.bottomRightCorner<3, 3>().trace()) / 30;
+}
+
 } // namespace
 
 Matter matter_of(const Scene& scene, std::int64_t cell) {
@@ -162,9 +168,11 @@ Matter matter_of(const Scene& scene, std::int64_t cell) {
   if (material.law) {
     matter.law = &*material.law;
     matter.weight = body.weight_of(cell);
+    matter.shear = shear_modulus(stiffness(material.elasticity));
   } else { // which has the ratio of stiffness in it
     matter.stiffness = scene.object_stiffness(cell);
     matter.weight = body.tissue_of(cell);
+    matter.shear = shear_modulus(matter.stiffness);
   }
   if (scene.contracts())
     matter.tension = body.tissue_of(cell) * scene.active_stress[cell];
@@ -179,12 +187,15 @@ PointResponse respond_at(const Matter& matter, const Eigen::Matrix3d& at, std::o
   for (int i = 0; i < 9; ++i)
     F(i / 3, i % 3) = input(i, at(i / 3, i % 3));
   Dual3 strained = F;
-  if (theta)
-    strained *= Dual(cbrt(Dual(input(9, *theta) / F.determinant())));
-  Dual W = matter.law
-               ? std::visit([&](const auto& law) { return energy(law, Deformed(strained, matter.fibre)); },
-                            *matter.law)
-               : corotated_energy(matter.stiffness, strained);
+  Dual W = 0.;
+  if (theta) {
+    const Dual ratio = input(9, *theta) / F.determinant();
+    strained *= Dual(cbrt(ratio));
+    W = matter.shear / 2 * square(log(ratio));
+  }
+  W += matter.law ? std::visit([&](const auto& law) { return energy(law, Deformed(strained, matter.fibre)); },
+                               *matter.law)
+                  : corotated_energy(matter.stiffness, strained);
   W *= matter.weight;
   PointResponse response;
   response.strain_energy = value_of(W);

@@ -6,8 +6,10 @@
 /// of F and by the dilatation theta. materials/src/law.cpp has the same laws as closed forms of stress and
 /// tangent; the two share no formula, and tests hold one against the other.
 ///
-/// Near incompressibility elements lock unless the change of volume is the same over (a part of) a cell. So
-/// the energy is W((theta / J)^(1/3) F) with the cell's theta in place of J: exact where theta = J.
+/// Near incompressibility elements lock unless a smooth dilatation theta stands for J: the energy is
+/// W((theta / J)^(1/3) F) + G/2 ln^2(theta / J), exact where theta = J. The second term, G the shear modulus
+/// at rest, holds J to theta between the modes of theta. Without it a block of quadratic elements buckles
+/// cell by cell at a stretch of 0.67, with it as halfspaces do, at 0.5.
 /// Source  Simo, Taylor, Pister 1985 (Comput. Methods Appl. Mech. Eng. 51); Phipps, Pawlowski 2012 (Sacado)
 
 #include "maille/scene/scene.hpp"
@@ -23,6 +25,7 @@ struct Matter {
   const Law* law = nullptr;            ///< none: linear elasticity of U - I, U = sqrt(F^T F)
   Matrix6 stiffness = Matrix6::Zero(); ///< of that, object's frame [Pa]
   Eigen::Vector3d fibre{1, 0, 0};      ///< unit vector
+  double shear = 0;                    ///< G [Pa]
   double weight = 1;                   ///< on the energy of law or stiffness
   double tension = 0;                  ///< energy tension (|F f| - 1) of contracting fibres [Pa]
 };

@@ -53,6 +53,7 @@ private:
   std::int64_t bytes_ = 0;
   std::int64_t iterations_ = 0;
   double change_ = 0; ///< relative size of the last correction
+  double error_ = 0;  ///< what is left of it after that, estimated
 };
 
 /// Forces, energy and tangent at a state. @param move [m] of what is prescribed in the next correction
@@ -119,7 +120,9 @@ std::string FiniteProblem<dim>::correct(const Scene& step, double fraction, Stat
   solver_ =
       preparation.algorithm.substr(std::min<std::size_t>(2, preparation.algorithm.size())); // but the degree
   if (!preparation.solver)
-    return preparation.message;
+    return preparation.status == Status::failed
+               ? "the tangent is not positive definite, as where a body buckles"
+               : preparation.message;
   Solution correction = preparation.solver->solve(right, watch);
   if (correction.status != Status::done)
     return correction.message;
@@ -131,38 +134,39 @@ std::string FiniteProblem<dim>::correct(const Scene& step, double fraction, Stat
 }
 
 /// From a state in balance to that at another fraction of moves and loads. The first correction takes what is
-/// prescribed along. Newton's corrections square from one to the next, so the last says that the error behind
-/// it is smaller still; of slender bodies they end at rounding instead.
+/// prescribed along. Corrections fall faster and faster, so the error behind one is less than it times its
+/// ratio to the one before; of slender bodies they end at rounding instead.
 /// @return why not, with `state` of no use
 template<int dim>
 std::string FiniteProblem<dim>::advance(const Scene& step, double fraction, State& state, Watch& watch) {
   constexpr int most_corrections = 20;
-  constexpr double settled = 1e-8, most_error = 1e-5; ///< of corrections; the error of elements is far above
+  constexpr double settled = 1e-8, most_error = 1e-5; ///< of u; the error of elements is far above
   problem_.ask(step);
   const Prescription prescription = problem_.prescription();
   Vector move = prescription.values;
   for (unsigned i = 0; i < move.size(); ++i)
     move[i] = prescription.is_prescribed[i] ? move[i] - state.u[i] : 0;
-  double before = std::numeric_limits<double>::infinity();
+  double before = 1;
   for (int i = 0; i < most_corrections; ++i) {
     if (watch.should_stop())
       return "stopped";
     if (std::string reason = correct(step, fraction, state, move, watch); !reason.empty())
       return reason;
-    if (change_ <= settled || (change_ <= most_error && change_ > 0.5 * before)) {
+    if (!(change_ < 2 * before))
+      return "Newton's corrections grow";
+    error_ = change_ * std::min(1.0, change_ / before);
+    if (error_ <= settled || (change_ <= most_error && change_ > 0.5 * before)) {
       system_.matrix.clear();
       Vector right;
       return evaluate(step, fraction, state, move = 0, right) ? "" : "a cell turns inside out";
     }
-    if (!(change_ < 2 * before))
-      return "Newton's corrections grow";
     before = change_;
     move = 0;
   }
   return fmt::format("Newton's method does not settle in {} corrections", most_corrections);
 }
 
-/// Increments halve where they find no balance, and double where they do.
+/// Increments halve where they find no balance, and double after two that do.
 template<int dim>
 Result FiniteProblem<dim>::solve(const Scene& scene, Watch& watch) {
   constexpr double least_increment = 1.0 / 1024; ///< of moves and loads
@@ -181,6 +185,7 @@ Result FiniteProblem<dim>::solve(const Scene& scene, Watch& watch) {
   const double most = 1.0 / std::max(1, scene.relaxation.increments);
   double reached = 0, increment = most;
   int n_increments = 0;
+  bool was_balanced = false;
   while (reached < 1 && watch.status() == Status::done) {
     watch.report(0.1 + 0.9 * reached, "balancing an increment");
     const double next = reached + increment + least_increment / 2 < 1 ? reached + increment : 1;
@@ -190,16 +195,21 @@ Result FiniteProblem<dim>::solve(const Scene& scene, Watch& watch) {
     if (reason.empty()) {
       state = std::move(trial);
       reached = next;
-      increment = std::min(most, 2 * increment);
       ++n_increments;
-    } else if (increment *= 0.5; increment < least_increment && watch.status() == Status::done) {
+      if (std::exchange(was_balanced, !was_balanced))
+        increment = std::min(most, 2 * increment);
+      continue;
+    }
+    was_balanced = false;
+    increment *= 0.5;
+    if (increment < least_increment && watch.status() == Status::done) {
       answer.status = Status::failed;
       answer.message =
           fmt::format("no balance beyond {:.3g} % of moves and loads: {}", 100 * reached, reason);
       break;
     }
   }
-  if (watch.status() != Status::done) {
+  if (reached < 1 && watch.status() != Status::done) {
     answer.status = watch.status();
     answer.message = fmt::format("stopped at {:.3g} % of moves and loads", 100 * reached);
   }
@@ -214,7 +224,7 @@ Result FiniteProblem<dim>::solve(const Scene& scene, Watch& watch) {
   if (has_displacement(answer.status))
     answer.displacement = problem_.at_grid_nodes(state.u);
   if (is_converged(answer.status)) {
-    answer.residual = change_;
+    answer.residual = error_;
     answer.strain_energy = state.strain_energy;
     answer.cell_energy = std::move(state.cell_energy);
     answer.reaction = problem_.reactions(state.forces);
