@@ -90,12 +90,39 @@ bool FiniteCell<dim>::find_director(const Matter& matter, Eigen::Matrix3d& F, Po
   return false;
 }
 
+/// Newton's step in theta and pressure that goes with the step in u since the fields were linearised.
 template<int dim>
-auto FiniteCell<dim>::respond(const Matter& matter, const Eigen::VectorXd& u) const
+void FiniteCell<dim>::update(const Eigen::VectorXd& gradient, Fields& fields) const {
+  const auto n = static_cast<Eigen::Index>(weights_.size());
+  Eigen::VectorXd by_theta(n), dJ(n);
+  const Eigen::VectorXd step = gradient - fields.gradient;
+  for (Eigen::Index q = 0; q < n; ++q)
+    dJ(q) = fields.cofactor.row(q).dot(step.segment(n_entries * q, n_entries));
+  const Eigen::VectorXd change = fields.gap + projection_ * dJ;
+  for (Eigen::Index q = 0; q < n; ++q)
+    by_theta(q) = fields.by_theta(q, n_rows) +
+                  fields.by_theta.row(q).head(n_entries).dot(step.segment(n_entries * q, n_entries)) +
+                  fields.by_theta(q, n_entries) * change(q);
+  fields.theta += change;
+  fields.pressure = projection_ * by_theta;
+}
+
+template<int dim>
+auto FiniteCell<dim>::respond(const Matter& matter, const Eigen::VectorXd& u, Fields& fields) const
     -> std::optional<Response> {
   constexpr auto of_point = entries_of_gradient<dim>();
   const auto n = static_cast<Eigen::Index>(weights_.size());
   const Eigen::VectorXd gradient = gradients_ * u;
+  if (fields.theta.size() > 0)
+    update(gradient, fields);
+  else
+    fields = {gradient,
+              Eigen::VectorXd::Ones(n),
+              Eigen::VectorXd::Zero(n),
+              Eigen::VectorXd::Zero(n),
+              Eigen::MatrixXd(n, n_entries),
+              Eigen::MatrixXd(n, n_rows + 1)};
+  fields.gradient = gradient;
   std::vector<Eigen::Matrix3d> F(weights_.size(), Eigen::Matrix3d::Identity());
   Eigen::VectorXd J(n);
   Eigen::MatrixXd volume(n, u.size()); // dJ by u
@@ -103,45 +130,40 @@ auto FiniteCell<dim>::respond(const Matter& matter, const Eigen::VectorXd& u) co
     for (int i = 0; i < n_entries; ++i)
       F[q](of_point[i] / 3, of_point[i] % 3) += gradient(n_entries * q + i);
     J(q) = F[q].determinant();
-    if (!(J(q) > 0))
+    if (!(J(q) > 0 && (is_plane_stress_ || fields.theta(q) > 0)))
       return std::nullopt;
     const Eigen::Matrix3d cofactor = J(q) * F[q].inverse(); // by columns what the others are by rows
-    volume.row(q) =
-        cofactor.reshaped()(of_point).transpose() * gradients_.middleRows(n_entries * q, n_entries);
+    fields.cofactor.row(q) = cofactor.reshaped()(of_point).transpose();
+    volume.row(q) = fields.cofactor.row(q) * gradients_.middleRows(n_entries * q, n_entries);
   }
-  const Eigen::VectorXd theta = projection_ * J;
-  if (!(theta.minCoeff() > 0))
-    return std::nullopt;
   const Eigen::MatrixXd dilatation = projection_ * volume;
-
-  Response response;
-  std::vector<PointResponse> points(weights_.size());
-  Eigen::VectorXd by_theta(n);
-  for (Eigen::Index q = 0; q < n; ++q) {
-    if (!is_plane_stress_)
-      points[q] = respond_at(matter, F[q], theta(q));
-    else if (!find_director(matter, F[q], points[q]))
-      return std::nullopt;
-    by_theta(q) = weights_[q] * points[q].gradient(9);
-    response.strain_energy += weights_[q] * points[q].strain_energy;
-  }
-  const Eigen::VectorXd pressure = projection_.transpose() * by_theta;
+  if (!is_plane_stress_)
+    fields.gap = projection_ * J - fields.theta;
 
   std::array<int, n_rows> rows;
   std::ranges::copy(of_point, rows.begin());
   rows.back() = 9;
+  Response response;
   Eigen::MatrixXd inputs(n_rows * n, u.size()), outputs(n_rows * n, u.size());
   Eigen::VectorXd stress(n_rows * n);
   for (Eigen::Index q = 0; q < n; ++q) {
-    Eigen::Matrix<double, n_rows, n_rows> tangent = weights_[q] * points[q].hessian(rows, rows);
+    PointResponse point;
+    if (!is_plane_stress_)
+      point = respond_at(matter, F[q], fields.theta(q));
+    else if (!find_director(matter, F[q], point))
+      return std::nullopt;
+    response.strain_energy += weights_[q] * point.strain_energy;
+    Eigen::Matrix<double, n_rows, n_rows> tangent = point.hessian(rows, rows);
+    const Eigen::Vector<double, n_rows> of_energy = point.gradient(rows);
+    stress.segment(n_rows * q, n_rows) = weights_[q] * (of_energy + fields.gap(q) * tangent.col(n_entries));
+    fields.by_theta.row(q) << tangent.row(n_entries), of_energy(n_entries);
     if (!is_plane_stress_)
       tangent.template topLeftCorner<n_entries, n_entries>() +=
-          pressure(q) * curvature_of_volume(F[q])(of_point, of_point);
+          fields.pressure(q) * curvature_of_volume(F[q])(of_point, of_point);
     auto input = inputs.middleRows(n_rows * q, n_rows);
     input.topRows(n_entries) = gradients_.middleRows(n_entries * q, n_entries);
     input.bottomRows(1) = dilatation.row(q); // times 0 in plane stress
-    outputs.middleRows(n_rows * q, n_rows).noalias() = tangent * input;
-    stress.segment(n_rows * q, n_rows) = weights_[q] * points[q].gradient(rows);
+    outputs.middleRows(n_rows * q, n_rows).noalias() = weights_[q] * tangent * input;
   }
   response.force = inputs.transpose() * stress;
   response.stiffness.noalias() = inputs.transpose() * outputs;

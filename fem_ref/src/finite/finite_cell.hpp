@@ -1,14 +1,16 @@
 #pragma once
 /// A cell of large strain: forces and tangent of its nodes, in total Lagrange.
 ///
-/// Displacements are Q1 or Q2; the dilatation theta is the projection of J = det F onto the constants (Q1-P0)
-/// or onto the linear polynomials of the cell (Q2-P1), in L2 at rest. Pressure and theta of the three-field
-/// principle are thereby condensed exactly: with theta = M J at the points of the Gauss rule, M the
-/// projection, the energy sum_q w_q W(F_q, theta_q) depends on displacements alone. Its gradient is
+/// Displacements u are Q1 or Q2; dilatation theta and pressure p are constant in a cell (Q1-P0) or linear
+/// (Q2-P1), and no two cells share theirs. Balance is where
 ///
-///   sum_q w_q (dW/dF_q : dF_q + dW/dtheta_q dtheta_q),   dtheta = M dJ,   dJ_q = cof F_q : dF_q
+///   sum_q w_q (W(F_q, theta_q) + p_q (J_q - theta_q)),   J_q = det F_q
 ///
-/// and its second derivative has, beside W's own, sum_r p_r d2J_r with p = M^T (w dW/dtheta).
+/// has no slope in u, theta and p, at the points q of a Gauss rule. Newton's method for all three: with M the
+/// projection onto the fields, dtheta = M (J + dJ) - theta and p = M (linearised dW/dtheta) follow cell by
+/// cell from du, so that du alone is solved for; the tangent is symmetric. At balance theta = M J, and the
+/// energy depends on u alone. To keep theta and p is what makes large steps possible: were theta = M J all
+/// the way, the error of a step in J times the bulk modulus would stand in the next tangent as a pressure.
 /// Plane stress has no theta: F13, F23 and F33 are where they have no stress, found by Newton's method at
 /// every point, so that J is free.
 /// Source  Simo, Taylor, Pister 1985 (Comput. Methods Appl. Mech. Eng. 51); Q2-P1: Brezzi, Fortin 1991
@@ -31,14 +33,22 @@ public:
     Eigen::VectorXd force;     ///< gradient of all energy [N], order of Element
     Eigen::MatrixXd stiffness; ///< its derivative [N/m]
   };
-  /// @param u displacement of the nodes [m]
+  /// Theta and pressure at the points, and what they were linearised at. Empty: at rest.
+  struct Fields {
+    Eigen::VectorXd gradient;             ///< of u, points x entries of F
+    Eigen::VectorXd theta, pressure, gap; ///< [1], [Pa], M J - theta
+    Eigen::MatrixXd cofactor;             ///< dJ/dF, points x entries of F
+    Eigen::MatrixXd by_theta;             ///< d2W/dtheta dF, d2W/dtheta2, dW/dtheta, a row a point
+  };
+  /// @param u displacement of the nodes [m] @param fields those of the last u, brought along
   /// @return nothing where the cell is turned inside out at a point of the Gauss rule (3 points per axis Q2,
   /// 2 Q1), or plane stress has no balance there
-  std::optional<Response> respond(const Matter& matter, const Eigen::VectorXd& u) const;
+  std::optional<Response> respond(const Matter& matter, const Eigen::VectorXd& u, Fields& fields) const;
 
 private:
   static constexpr int n_entries = dim * dim, n_rows = n_entries + 1; ///< at a point: of F, and theta
 
+  void update(const Eigen::VectorXd& gradient, Fields& fields) const;
   bool find_director(const Matter& matter, Eigen::Matrix3d& F, PointResponse& response) const;
 
   bool is_plane_stress_;

@@ -16,11 +16,13 @@ namespace {
 
 using Vector = dealii::Vector<double>;
 
+template<int dim>
 struct State {
   Vector u;                        ///< with what is prescribed [m]
   Vector forces;                   ///< that keep every unknown where it is, beside the loads [N]
   double strain_energy = 0;        ///< [J]
   std::vector<double> cell_energy; ///< its parts, a cell of the grid each
+  std::vector<typename FiniteCell<dim>::Fields> fields; ///< by cell of the mesh
 };
 
 template<int dim>
@@ -40,9 +42,10 @@ public:
 
 private:
   unsigned n_unknowns() const { return dim * problem_.body().n_nodes(); }
-  bool evaluate(const Scene& step, double fraction, State& state, const Vector& move, Vector& right);
-  std::string advance(const Scene& step, double fraction, State& state, Watch& watch);
-  std::string correct(const Scene& step, double fraction, State& state, const Vector& move, Watch& watch);
+  bool evaluate(const Scene& step, double fraction, State<dim>& state, const Vector& move, Vector& right);
+  std::string advance(const Scene& step, double fraction, State<dim>& state, Watch& watch);
+  std::string correct(const Scene& step, double fraction, State<dim>& state, const Vector& move,
+                      Watch& watch);
 
   Options options_;
   Problem<dim> problem_;
@@ -52,14 +55,14 @@ private:
   std::string solver_;  ///< in words
   std::int64_t bytes_ = 0;
   std::int64_t iterations_ = 0;
-  double change_ = 0; ///< relative size of the last correction
+  double change_ = 0; ///< size of the last correction, the larger of u's, relative, and theta's
   double error_ = 0;  ///< what is left of it after that, estimated
 };
 
 /// Forces, energy and tangent at a state. @param move [m] of what is prescribed in the next correction
 /// @param right  what pulls at free unknowns then @return false where a cell is turned inside out
 template<int dim>
-bool FiniteProblem<dim>::evaluate(const Scene& step, double fraction, State& state, const Vector& move,
+bool FiniteProblem<dim>::evaluate(const Scene& step, double fraction, State<dim>& state, const Vector& move,
                                   Vector& right) {
   const Body<dim>& body = problem_.body();
   const auto n = static_cast<unsigned>(body.element().n_unknowns());
@@ -77,7 +80,7 @@ bool FiniteProblem<dim>::evaluate(const Scene& step, double fraction, State& sta
       of_cell[i] = state.u[at[i]];
       moved[i] = move[at[i]];
     }
-    const auto response = cell_.respond(matter_of(step, body.grid_cell(cell)), of_cell);
+    const auto response = cell_.respond(matter_of(step, body.grid_cell(cell)), of_cell, state.fields[cell]);
     if (!response)
       return false;
     state.strain_energy += state.cell_energy[body.grid_cell(cell)] = response->strain_energy;
@@ -106,8 +109,8 @@ bool FiniteProblem<dim>::evaluate(const Scene& step, double fraction, State& sta
 
 /// One correction by Newton's method. @return why there is none
 template<int dim>
-std::string FiniteProblem<dim>::correct(const Scene& step, double fraction, State& state, const Vector& move,
-                                        Watch& watch) {
+std::string FiniteProblem<dim>::correct(const Scene& step, double fraction, State<dim>& state,
+                                        const Vector& move, Watch& watch) {
   if (system_.pattern.empty()) // never made, or given up for memory
     problem_.outline(system_, problem_.prescription().is_prescribed, {});
   system_.matrix.reinit(system_.pattern);
@@ -130,6 +133,8 @@ std::string FiniteProblem<dim>::correct(const Scene& step, double fraction, Stat
   state.u += correction.u;
   ++iterations_;
   change_ = correction.u.l2_norm() / std::max(state.u.l2_norm(), std::numeric_limits<double>::min());
+  for (const auto& of_cell : state.fields) // which may move on where u stays
+    change_ = std::max(change_, of_cell.gap.cwiseAbs().maxCoeff());
   return {};
 }
 
@@ -138,7 +143,7 @@ std::string FiniteProblem<dim>::correct(const Scene& step, double fraction, Stat
 /// ratio to the one before; of slender bodies they end at rounding instead.
 /// @return why not, with `state` of no use
 template<int dim>
-std::string FiniteProblem<dim>::advance(const Scene& step, double fraction, State& state, Watch& watch) {
+std::string FiniteProblem<dim>::advance(const Scene& step, double fraction, State<dim>& state, Watch& watch) {
   constexpr int most_corrections = 20;
   constexpr double settled = 1e-8, most_error = 1e-5; ///< of u; the error of elements is far above
   problem_.ask(step);
@@ -180,8 +185,9 @@ Result FiniteProblem<dim>::solve(const Scene& scene, Watch& watch) {
   silent.stop_requested = [&] { return watch.should_stop(); };
   Watch inner(silent);
 
-  State state;
+  State<dim> state;
   state.u.reinit(n_unknowns());
+  state.fields.resize(static_cast<std::size_t>(problem_.body().n_cells()));
   const double most = 1.0 / std::max(1, scene.relaxation.increments);
   double reached = 0, increment = most;
   int n_increments = 0;
@@ -189,8 +195,7 @@ Result FiniteProblem<dim>::solve(const Scene& scene, Watch& watch) {
   while (reached < 1 && watch.status() == Status::done) {
     watch.report(0.1 + 0.9 * reached, "balancing an increment");
     const double next = reached + increment + least_increment / 2 < 1 ? reached + increment : 1;
-    State trial;
-    trial.u = state.u;
+    State<dim> trial = state;
     const std::string reason = advance(scaled(scene, next), next, trial, inner);
     if (reason.empty()) {
       state = std::move(trial);
