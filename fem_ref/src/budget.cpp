@@ -82,6 +82,8 @@ Estimate estimate(const Scene& scene, const Options& options) {
       d * static_cast<double>(scene.specimen.n_matter_nodes()) * std::pow(options.degree, d);
   if (wants_multigrid(scene, options))
     return {5e-6 * unknowns, 700 * unknowns};
+  if (scene.strain == Strain::finite) // some fifteen tangents
+    return {1e-3 * unknowns, 1.6 * bytes_at_least(scene, options)};
   if (d < 3)
     return {1.5e-5 * unknowns, 2500 * unknowns};
   const double growth = scene.materials.size() > 1 ? 2 : 1;

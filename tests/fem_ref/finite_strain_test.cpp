@@ -8,6 +8,9 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
+#include <sys/wait.h>
+
+#include <cstdio>
 #include <numbers>
 #include <random>
 
@@ -317,6 +320,52 @@ TEST(FiniteRefusalContract, SaysWhatFiniteStrainCannot) {
   const Answer refused = fem_ref::solve(sliding, options_of(1)).answer;
   EXPECT_EQ(refused.status, Status::refused);
   EXPECT_EQ(refused.message, "finite strain knows no sliding borders");
+}
+
+// Truth: dolfinx (FEniCS), a program of other authors, with the same element and an energy of its own words;
+// it solves for dilatation and pressure together with the displacement.
+TEST(FiniteDolfinxIndependent, StretchShearAndTwist) {
+  const double G = 4e3, lame = 6e3;
+  struct Case {
+    const char* name;
+    double by;
+  };
+  for (const auto& [name, by] : {Case{"stretch", 2.4e-3}, Case{"shear", 1.6e-3}, Case{"twist", 0.8}}) {
+    SCOPED_TRACE(name);
+    const std::string command = fmt::format("{} {}/finite_strain_witness.py {} 6 2 2 {} {} {} {}",
+                                            MAILLE_PYTHON, MAILLE_TESTS_OF_FEM, name, L / 4, G, lame, by);
+    std::FILE* const pipe = popen(command.c_str(), "r");
+    Scene scene = test::box_scene(3, {6, 2, 2}, {L / 4, L / 4, L / 4});
+    scene.strain = Strain::finite;
+    scene.materials[0] = with_law(NeoHookean{G, lame});
+    Displacement witness(scene.specimen.grid);
+    std::array<double, 6> x{};
+    std::int64_t nodes = 0;
+    for (; std::fscanf(pipe, "%lf %lf %lf %lf %lf %lf", &x[0], &x[1], &x[2], &x[3], &x[4], &x[5]) == 6;
+         ++nodes) {
+      Index3 at;
+      for (std::size_t a = 0; a < 3; ++a)
+        at[a] = static_cast<int>(std::lround(x[a] / (L / 4)));
+      for (int c = 0; c < 3; ++c)
+        witness(c, scene.specimen.grid.node(at)) = x[std::size_t(3 + c)];
+    }
+    if (const int status = pclose(pipe); WIFEXITED(status) && WEXITSTATUS(status) == 77)
+      GTEST_SKIP() << "python3-dolfinx is not installed";
+    ASSERT_EQ(nodes, scene.specimen.grid.n_nodes());
+    test::hold_face(scene, 0, false);
+    if (std::string_view(name) == "twist") {
+      Turn turn;
+      turn.axis = {1, 0, 0};
+      turn.angle = by;
+      turn.about = {0, L / 4, L / 4};
+      test::turn_face(scene, true, turn);
+    } else {
+      const bool is_stretch = std::string_view(name) == "stretch";
+      test::move_face(scene, 0, true, {is_stretch ? by : 0, is_stretch ? 0 : by, 0});
+    }
+    const Answer answer = test::solved(scene, options_of(2)).answer;
+    EXPECT_LT(compare(scene, answer.displacement, witness).relative_max, 1e-7);
+  }
 }
 
 struct NamedMatter {

@@ -63,7 +63,8 @@ private:
 class Places {
 public:
   Places(const Scene& scene, const Answer& answer)
-      : scene_(scene), answer_(answer), is_deformed_(answer.method == "coupled" && in_blocks(scene)),
+      : scene_(scene), answer_(answer),
+        is_deformed_(in_blocks(scene) && (answer.method == "coupled" || answer.method.starts_with("fem_"))),
         frame_(is_deformed_ ? Frame{} : object_frame(scene)) {}
 
   Vec3 operator()(std::int64_t node) const {

@@ -76,11 +76,13 @@ std::string contradiction(const std::string& method, const std::string& referenc
   return {};
 }
 
-/// Where linear elements are too stiff in this body, in words; empty where nothing is known of it.
+/// Where linear elements are too stiff in this body, in words; empty where nothing is known of it. Those of
+/// finite strain have a pressure of their own.
 std::string known_to_lock(const Scene& scene) {
   const double nu = largest_poisson_ratio(scene), cells = cells_across(scene);
-  const std::string nearly_incompressible =
-      nu >= locking_poisson_ratio ? fmt::format("in matter of a Poisson ratio of {:.3g}", nu) : "";
+  const std::string nearly_incompressible = scene.strain == Strain::small && nu >= locking_poisson_ratio
+                                                ? fmt::format("in matter of a Poisson ratio of {:.3g}", nu)
+                                                : "";
   const std::string thin =
       cells < too_few_cells ? fmt::format("in bodies {:.2g} cells across that bend", cells) : "";
   if (nearly_incompressible.empty() && thin.empty())
