@@ -57,7 +57,7 @@ FiniteCell<dim>::FiniteCell(const Element<dim>& element, const Vec3& spacing, Pl
       for (int c = 0; c < dim; ++c)
         for (int a = 0; a < dim; ++a)
           gradients_(n_entries * q + dim * c + a, dim * node + c) =
-              gradient[static_cast<unsigned>(a)] / spacing[static_cast<std::size_t>(a)];
+              gradient[static_cast<unsigned>(a)] / spacing[a];
     }
   }
   const Eigen::MatrixXd weighted =

@@ -69,7 +69,7 @@ bool FiniteProblem<dim>::evaluate(const Scene& step, double fraction, State<dim>
   state.forces = loads_;
   state.forces *= -fraction;
   state.strain_energy = 0;
-  state.cell_energy.assign(static_cast<std::size_t>(step.specimen.grid.n_cells()), 0);
+  state.cell_energy.assign(step.specimen.grid.n_cells(), 0);
   right.reinit(n_unknowns());
   Eigen::VectorXd of_cell(n), moved(n);
   dealii::FullMatrix<double> tangent(n, n);
@@ -107,7 +107,7 @@ bool FiniteProblem<dim>::evaluate(const Scene& step, double fraction, State<dim>
   return true;
 }
 
-/// One correction by Newton's method. @return why there is none
+/// One correction by Newton's method. @return why it failed; empty if it did not
 template<int dim>
 std::string FiniteProblem<dim>::correct(const Scene& step, double fraction, State<dim>& state,
                                         const Vector& move, Watch& watch) {
@@ -187,7 +187,7 @@ Result FiniteProblem<dim>::solve(const Scene& scene, Watch& watch) {
 
   State<dim> state;
   state.u.reinit(n_unknowns());
-  state.fields.resize(static_cast<std::size_t>(problem_.body().n_cells()));
+  state.fields.resize(problem_.body().n_cells());
   const double most = 1.0 / std::max(1, scene.relaxation.increments);
   double reached = 0, increment = most;
   int n_increments = 0;
@@ -219,9 +219,9 @@ Result FiniteProblem<dim>::solve(const Scene& scene, Watch& watch) {
     answer.message = fmt::format("stopped at {:.3g} % of moves and loads", 100 * reached);
   }
   const bool has_pressure = dim == 3 || scene.plane == PlaneAssumption::strain;
-  answer.algorithm = fmt::format("total Lagrange, Q{}{}, {} increments", options_.degree,
-                                 has_pressure ? fmt::format("-P{}", options_.degree - 1) : "", n_increments) +
-                     solver_;
+  answer.algorithm = fmt::format("total Lagrange, Q{}{}, {} increment{}{}", options_.degree,
+                                 has_pressure ? fmt::format("-P{}", options_.degree - 1) : "", n_increments,
+                                 n_increments == 1 ? "" : "s", solver_);
   answer.iterations = iterations_;
   answer.bytes = bytes_ + problem_.body().bytes();
   answer.seconds.solve = watch.seconds() - answer.seconds.setup;
