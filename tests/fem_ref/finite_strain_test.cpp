@@ -257,8 +257,8 @@ double tip(const Scene& scene, int degree) {
       .answer.displacement(1, scene.specimen.grid.node({n[0], n[1] / 2, 0}));
 }
 
-// Truth: the same by cells a quarter or half as large. Linear elements of full integration lose four fifths of
-// the deflection here.
+// Truth: the same by cells a quarter or half as large. Linear elements of full integration lose four fifths
+// of the deflection here.
 TEST(FiniteBarConsistent, DoesNotLockNearIncompressibility) {
   const double fine = tip(bent_bar(8, 0.4999), 2);
   EXPECT_NEAR(tip(bent_bar(2, 0.4999), 2), fine, 0.02 * fine);

@@ -1,8 +1,8 @@
 #pragma once
 /// The witness: finite elements on exactly the cells of matter, by deal.II.
 ///
-/// One hexahedron a cell, Q1 or Q2; conditions are the scene's own, at the scene's nodes. Small strain: linear
-/// elasticity, full integration. Finite strain: total Lagrange by the materials' laws, Q1-P0 or Q2-P1.
+/// One hexahedron a cell, Q1 or Q2; conditions are the scene's own, at the scene's nodes. Small strain:
+/// linear elasticity, full integration. Finite strain: total Lagrange by the materials' laws, Q1-P0 or Q2-P1.
 /// It shares no code with the lattice methods but the scene and the material. Reactions are residuals of the
 /// unconstrained equations. The equations are solved by a sparse factor, AMG or matrix-free multigrid.
 
