@@ -105,7 +105,7 @@ class Scene:
     ``specimen`` a ``maille.Image`` of labels, a ``box``, or any ``[specimen]`` of a scene file as a mapping
     ``holds``, ``moves``, ``loads``, ``measures``  what ``hold``, ``move``, ``load_on`` and ``measure`` make
     ``drives``, ``sliding``  tables of ``[[drive]]`` and ``[[sliding]]``: ``{"between": [17, 19], "friction": 0.3}``
-    ``limits``, ``relaxation``, ``test``, ``title``  as in scene files (docs/scene.md)
+    ``strain``, ``limits``, ``relaxation``, ``test``, ``title``  as in scene files (docs/scene.md)
     ``units``    of lengths and angles without one, as in scene files: ``"mm"``, ``"m, rad"``
     ``name``     of files and results
     ``folder``   where files that it names are looked for
@@ -120,12 +120,12 @@ class Scene:
                  measures: Iterable[Mapping[str, Any]] = (), *, drives: Iterable[Mapping[str, Any]] = (),
                  sliding: Iterable[Mapping[str, Any]] = (), limits: Optional[Mapping[str, Any]] = None,
                  relaxation: Optional[Mapping[str, Any]] = None, test: Optional[Mapping[str, Any]] = None,
-                 title: Optional[str] = None, units: Optional[str] = None, name: str = "scene",
-                 folder: PathLike = ".") -> None:
+                 title: Optional[str] = None, units: Optional[str] = None, strain: Optional[str] = None,
+                 name: str = "scene", folder: PathLike = ".") -> None:
         self._image = specimen if isinstance(specimen, Image) else None
         table = specimen.table() if isinstance(specimen, Image) else dict(specimen)
         self._document: Table = _without_none(
-            units=units, title=title, specimen=table, limits=limits, relaxation=relaxation, test=test,
+            units=units, title=title, strain=strain, specimen=table, limits=limits, relaxation=relaxation, test=test,
             hold=[dict(h) for h in holds] or None, move=[dict(m) for m in moves] or None,
             load=[dict(one) for one in loads] or None, measure=[dict(m) for m in measures] or None,
             drive=[dict(d) for d in drives] or None, sliding=[dict(pair) for pair in sliding] or None)

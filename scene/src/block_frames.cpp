@@ -31,6 +31,93 @@ Eigen::Matrix3d displacement_gradient(const Grid& grid, const Displacement& u, c
   return gradient;
 }
 
+Eigen::Matrix3d as_stress(const Vector6& v) {
+  Eigen::Matrix3d S;
+  S << v[0], v[5], v[4], v[5], v[1], v[3], v[4], v[3], v[2];
+  return S;
+}
+
+Eigen::Matrix3d as_strain(const Vector6& v) {
+  Vector6 halves = v;
+  halves.tail<3>() /= 2;
+  return as_stress(halves);
+}
+
+Vector6 stress_of(const Eigen::Matrix3d& S) {
+  Vector6 v;
+  v << S(0, 0), S(1, 1), S(2, 2), S(1, 2), S(0, 2), S(0, 1);
+  return v;
+}
+
+Vector6 strain_of(const Eigen::Matrix3d& A) {
+  return stress_of(A + A.transpose()).cwiseProduct((Vector6() << 0.5, 0.5, 0.5, 1, 1, 1).finished());
+}
+
+namespace {
+
+/// Without free strains.
+LawResponse respond(const CellMatter& matter, const Eigen::Matrix3d& E, double& active) {
+  LawResponse response = matter.material.law ? respond(*matter.material.law, E, matter.fibre)
+                                             : respond_corotated(matter.stiffness, E);
+  active = 0;
+  if (matter.tension != 0) {
+    const double stretch = std::sqrt(1 + 2 * matter.fibre.dot(E * matter.fibre));
+    const Vector6 along = stress_of(matter.fibre * matter.fibre.transpose());
+    active = matter.tension * (stretch - 1);
+    response.stress += matter.tension / stretch * along;
+    response.tangent -= matter.tension / std::pow(stretch, 3) * along * along.transpose();
+  }
+  return response;
+}
+
+/// Steps of the search for free strains; to rounding it takes five or six.
+constexpr int most_steps = 40;
+/// Shortest part of such a step.
+constexpr double shortest = 1e-6;
+/// Stress, over the stiffness, that counts as none [1].
+constexpr double no_stress = 1e-13;
+
+} // namespace
+
+/// Newton's method for the least energy over the free strains, whose step is halved until energy falls.
+LawResponse respond(const CellMatter& matter, int dimension, PlaneAssumption plane, Eigen::Matrix3d& E,
+                    double& active) {
+  LawResponse response = respond(matter, E, active);
+  if (dimension == 3 || (dimension == 2 && plane == PlaneAssumption::strain))
+    return response;
+  const std::vector<int> free = dimension == 1 ? std::vector{1, 2, 3, 4, 5} : std::vector{2, 3, 4};
+  Vector6 strain = strain_of(E);
+  for (int i = 0; i < most_steps; ++i) {
+    const Eigen::VectorXd pull = response.stress(free);
+    const Eigen::MatrixXd stiffness = response.tangent(free, free);
+    const double largest = stiffness.diagonal().cwiseAbs().maxCoeff();
+    if (pull.cwiseAbs().maxCoeff() <= no_stress * largest)
+      break;
+    Eigen::VectorXd step = -stiffness.ldlt().solve(pull);
+    if (!(step.dot(pull) < 0)) // the energy is not convex here
+      step = -pull / largest;
+    const double before = response.energy + active;
+    for (double length = 1; length > shortest; length /= 2) {
+      Vector6 next = strain;
+      next(free) += length * step;
+      E = as_strain(next);
+      if ((Eigen::Matrix3d::Identity() + 2 * E).llt().info() != Eigen::Success)
+        continue;
+      response = respond(matter, E, active);
+      if (response.energy + active <= before + length * 1e-4 * step.dot(pull) + 1e-15 * std::abs(before)) {
+        strain = next;
+        break;
+      }
+    }
+  }
+  E = as_strain(strain);
+  const Eigen::MatrixXd beside = response.tangent(Eigen::all, free), stiffness = response.tangent(free, free);
+  response.tangent -= beside * stiffness.ldlt().solve(beside.transpose());
+  for (const int p : free)
+    response.stress[p] = 0;
+  return response;
+}
+
 List<Eigen::Quaterniond> block_rotations(const Scene& scene, const Displacement& displacement) {
   const Grid& grid = scene.specimen.grid;
   List<Eigen::Quaterniond> rotation(static_cast<std::size_t>(grid.n_cells()), Eigen::Quaterniond::Identity());

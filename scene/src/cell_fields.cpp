@@ -90,10 +90,33 @@ FieldsOfCells::Values FieldsOfCells::operator()(std::int64_t cell) {
   if (!kept || !body.fibres.empty() || !body.stiffness_ratio.empty())
     kept = scene_.object_stiffness(cell);
   const Vector6 active = scene_.object_active_stress(cell);
+  if (scene_.strain == Strain::finite)
+    return at_finite_strain(cell, *kept);
   Vector6 strain = strain_of(cell);
   release_free_directions(*kept, active, scene_.dimension(), scene_.plane, strain);
   const Vector6 stress = *kept * strain + active;
   return {in_order_of_vtk(strain, 0.5), in_order_of_vtk(stress, 1), von_mises(stress)};
+}
+
+/// Cauchy's stress in the cell's frame is U S U / J; free strains are known of E = (U^2 - I) / 2.
+FieldsOfCells::Values FieldsOfCells::at_finite_strain(std::int64_t cell, const Matrix6& stiffness) const {
+  using Eigen::Matrix3d;
+  const Specimen& body = scene_.specimen;
+  const Matrix3d biot = as_strain(strain_of(cell));
+  Matrix3d E = biot + 0.5 * biot * biot;
+  const Vec3 fibre = body.fibre_of(cell);
+  double active = 0;
+  const LawResponse response = respond({scene_.materials[body.material(cell)],
+                                        stiffness,
+                                        {fibre[0], fibre[1], fibre[2]},
+                                        scene_.active_stress.empty() ? 0 : scene_.active_stress[cell]},
+                                       scene_.dimension(), scene_.plane, E, active);
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> principal(E);
+  const Eigen::Vector3d stretch = (1 + 2 * principal.eigenvalues().array()).sqrt();
+  const Matrix3d &Q = principal.eigenvectors(), U = Q * stretch.asDiagonal() * Q.transpose();
+  const Vector6 stress = maille::stress_of(U * as_stress(response.stress) * U / stretch.prod());
+  return {in_order_of_vtk(maille::strain_of(U - Matrix3d::Identity()), 0.5), in_order_of_vtk(stress, 1),
+          von_mises(stress)};
 }
 
 namespace {

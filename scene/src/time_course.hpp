@@ -3,7 +3,6 @@
 /// that a [test] bends to an arc of a circle.
 
 #include "maille/scene/scene.hpp"
-#include "maille/scene/standard_test.hpp"
 
 #include <cmath>
 

@@ -83,6 +83,15 @@ def test_ratchet():
         assert "types: ceiling 10 -> none" in tree.house("--ratchet")[1]
 
 
+def test_grant():
+    with Tree() as tree:
+        for granted, code in ((2, 0), (1, 0), (2, 1)):
+            tree.write("tests/architecture/house.toml", SETTINGS + f"types = {{ ceiling = 10, granted = {granted} }}\n")
+            got, text = tree.house("--ratchet")
+            assert got == code and ("types: granted 1 -> 2" in text) == bool(code), text
+            tree.commit()
+
+
 for name, test in list(globals().items()):
     if name.startswith("test_"):
         test()

@@ -57,7 +57,7 @@ inline void expect_same_settings(const Scene& a, const Scene& b) {
   EXPECT_EQ(a.limits.taut_scale, b.limits.taut_scale);
   EXPECT_EQ(a.limits.cut_is_allowed, b.limits.cut_is_allowed);
   EXPECT_EQ(a.relaxation.mode, b.relaxation.mode);
-  EXPECT_EQ(a.relaxation.frame, b.relaxation.frame);
+  EXPECT_EQ(a.strain, b.strain);
   EXPECT_EQ(a.relaxation.increments, b.relaxation.increments);
   EXPECT_EQ(a.relaxation.tolerance, b.relaxation.tolerance);
   EXPECT_EQ(a.relaxation.sweeps, b.relaxation.sweeps);

@@ -1,4 +1,5 @@
 // The energy that the elastic methods minimise, cell by cell.
+#include "elastic/finite/finite_elasticity.hpp"
 #include "elastic/model/cell_moduli.hpp"
 #include "elastic/model/lattice_elasticity.hpp"
 #include "maille/deform/solve.hpp"
@@ -28,33 +29,25 @@ Corners<dimension> corners_of(const Grid& grid, const Displacement& u, std::int6
   return of;
 }
 
-/// The places of the corners at rest, from the first one.
-template<int dimension>
-Corners<dimension> rest_of(const Grid& grid) {
-  Corners<dimension> rest = Corners<dimension>::Zero();
-  for (int corner = 0; corner < 1 << dimension; ++corner)
-    for (int a = 0; a < dimension; ++a)
-      rest(a, corner) = corner >> a & 1 ? grid.spacing()[a] : 0;
-  return rest;
-}
-
-/// Energies of `coupled`, in the frames of cells where the scene has them.
+/// Energies of `coupled`.
 template<int dimension>
 std::vector<double> lattice_energies(const Scene& scene, const Displacement& u, int threads) {
   const Grid& grid = scene.specimen.grid;
   ThreadTeam team(threads);
   const LatticeElasticity lattice(scene, team);
-  const auto frames = in_blocks(scene) ? block_rotations(scene, u) : List<Eigen::Quaterniond>{};
-  const Corners<dimension> rest = rest_of<dimension>(grid);
+  if (scene.strain == Strain::finite) {
+    FiniteElasticity elasticity(scene, lattice);
+    Displacement forces(grid);
+    elasticity.evaluate(u, forces, team);
+    return elasticity.energies();
+  }
   std::vector<double> energy(grid.n_cells(), 0);
   for_parts(energy.size(), team, [&](std::size_t first, std::size_t end, std::size_t) {
     for (std::size_t c = first; c < end; ++c) {
       const auto cell = static_cast<std::int64_t>(c);
       if (!scene.specimen.is_matter(cell))
         continue;
-      Corners<dimension> of = corners_of<dimension>(grid, u, cell);
-      if (!frames.empty())
-        of = frames[c].toRotationMatrix().transpose() * (rest + of) - rest;
+      const Corners<dimension> of = corners_of<dimension>(grid, u, cell);
       energy[c] = 0.5 * of.cwiseProduct(lattice.cell_forces<dimension>(cell, of)).sum();
     }
   });

@@ -1,6 +1,6 @@
 #include "elastic/elastic_methods.hpp"
 
-#include "elastic/corotated/coupled_blocks.hpp"
+#include "elastic/finite/coupled_finite.hpp"
 #include "elastic/krylov/elastic_run.hpp"
 #include "elastic/krylov/kept_body.hpp"
 #include "elastic/ladder/ladder.hpp"
@@ -71,10 +71,10 @@ std::string reason_to_refuse_coupled(const Scene& scene) {
     return "nothing is held or moved, so the body can move anywhere";
   if (const std::string motion = remaining_rigid_motion(scene); !motion.empty())
     return motion + ": hold or move more of it";
-  if (in_blocks(scene) && scene.contracts() && scene.limits_bind_coupled())
-    return "fibres that contract in frame = \"blocks\" know no limits: leave [limits] out";
+  if (scene.strain == Strain::finite && scene.contracts() && scene.limits_bind_coupled())
+    return "fibres that contract at finite strain know no limits: leave [limits] out";
   if (!scene.tied.ties.empty() && in_blocks(scene))
-    return "borders slide along normals that do not turn; frame = \"blocks\" would have to turn them";
+    return "borders slide along normals that do not turn; finite strain would have to turn them";
   if (has_friction(scene.tied) && scene.limits_bind_coupled())
     return "rounds of friction know no limits: leave [limits] or the friction out";
   return {};
@@ -93,8 +93,8 @@ Answer solve_coupled(const Scene& scene, const Control& control, KeptBody* kept)
   if (std::string reason = reason_to_refuse_coupled(scene); !reason.empty())
     return refusal("coupled", std::move(reason));
   return in_arena("coupled", control, [&] {
-    return in_blocks(scene) ? solve_coupled_in_blocks(scene, control)
-                            : CoupledRun(scene, control, kept).run();
+    return scene.strain == Strain::finite ? solve_coupled_finite(scene, control)
+                                          : CoupledRun(scene, control, kept).run();
   });
 }
 

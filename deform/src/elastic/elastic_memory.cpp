@@ -113,10 +113,11 @@ std::int64_t bytes_for_coupled(const Scene& scene) {
   const double of_limits =
                    (1 << 20) + bytes_of_components(scene, is_box ? 150 : 210), // after the hierarchy is freed
       of_nested = bytes_of_components(scene, 16),
-               of_blocks = // six pairs of fields that the descent remembers, and frames
-               bytes_of_components(scene, 190) + 103 * static_cast<double>(scene.specimen.grid.n_cells());
+               of_finite = // fields of states, bases and gradients; tangents, frames and energies of cells
+               bytes_of_components(scene, 190) + 500 * static_cast<double>(scene.specimen.grid.n_cells());
   return with_answer(scene, binds,
-                     (binds ? std::max(body, of_limits) : body) + (in_blocks(scene) ? of_blocks : 0) +
+                     (binds ? std::max(body, of_limits) : body) +
+                         (scene.strain == Strain::finite ? of_finite : 0) +
                          (scene.relaxation.extrapolation == Extrapolation::none ? 0 : of_nested) +
                          bytes_of_ties(scene, binds, binds ? 190 : 0, 73));
 }

@@ -29,11 +29,11 @@ class KeptBody;
 Answer solve_relaxed(const Scene& scene, const Control& control = {});
 
 /// Minimises linear elastic energy under holds, moves, loads and contracting fibres: any stiffness and fibre
-/// direction per cell, 1D, 2D (plane strain or stress) and 3D, bodies of any shape; in blocks
-/// (docs/large_rotation.md) Biot's strain. Within limits that the scene asks for, taut ones excepted.
+/// direction per cell, 1D, 2D (plane strain or stress) and 3D, bodies of any shape; finite
+/// strain by the laws of materials. Within limits that the scene asks for, taut ones excepted.
 ///
-/// @return status done, clamped (requests clipped, see clip; in blocks also where no feasible state was
-///         found), refused (rigid motion left, moves not finite), budget_reached, interrupted, failed;
+/// @return status done, clamped (requests clipped, see clip; at finite strain also where no feasible state
+///         was found), refused (rigid motion left, moves not finite), budget_reached, interrupted, failed;
 ///         feasible however it ends. `residual`: estimated relative error in the energy norm, with active
 ///         limits also of displacements; its goal is scene.relaxation.tolerance. `iterations`: of conjugate
 ///         gradients, without coarser bodies. `strain_energy` without the work of contracting fibres;
@@ -46,7 +46,7 @@ Answer solve_relaxed(const Scene& scene, const Control& control = {});
 ///
 /// @param kept  of the scene's body, its threads included; null: nothing is kept
 Answer solve_coupled(const Scene& scene, const Control& control = {}, KeptBody* kept = nullptr);
-/// The same of a question that it is known to carry. @pre not in blocks
+/// The same of a question that it is known to carry. @pre small strain
 Answer solve_carried(const Scene& scene, const Control& control, KeptBody& kept);
 
 /// True if `n_ranks` ranks answer a scene together, each with a slab of a body of any shape; see Slabs.

@@ -264,9 +264,8 @@ ErrorEstimation estimate(const Scene& scene, const Displacement& displacement, c
     return none(std::move(reason));
   if (!scene.sliding.empty() || !scene.springs.empty() || scene.specimen.has_weights())
     return none("no estimate yet for borders that slide, springs to the ground and cells with weights");
-  if (in_blocks(scene))
-    return none(
-        "the estimate is against linear elasticity, which is no truth where frame = \"blocks\" is asked for");
+  if (scene.strain == Strain::finite)
+    return none("the estimate is against linear elasticity, which is no truth at finite strain");
   if (std::string reason = reason_of_memory("an estimate of the error", bytes_for_coupled(scene), control);
       !reason.empty())
     return none(std::move(reason));

@@ -11,7 +11,7 @@
 namespace maille::deform {
 
 Answer KeptAnswers::answer(const Scene& scene, const Control& control) {
-  if (in_blocks(scene) || !scene.tied.ties.empty())
+  if (scene.strain == Strain::finite || !scene.tied.ties.empty())
     return solve_coupled(scene, control);
   FixedMask fixed(scene.specimen.grid, scene.prescribed);
   const bool is_of_body = body_ && body_->is_of(scene);

@@ -251,6 +251,9 @@ std::string why_no_finite_strain(const Scene& scene, const Options& options) {
     return {};
   if (scene.dimension() < 2)
     return "finite strain is for bodies of two and three dimensions";
+  if (std::ranges::any_of(scene.tractions, &FaceLoad::follows))
+    return "a pressure follows its faces at finite strain, which these finite elements do not: a traction "
+           "stays";
   if (!scene.sliding.empty() || !scene.tied.ties.empty())
     return "finite strain knows no sliding borders";
   if (ranks().size > 1)

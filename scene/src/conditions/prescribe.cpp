@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <iterator>
 #include <map>
+#include <ranges>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -99,7 +100,10 @@ void add_pressure(const Region& region, double pressure, const Asked& where, Sce
     traction[face.axis] = face.upper ? -pressure : pressure;
     return traction;
   };
+  const auto before = std::ssize(scene.tractions);
   pull_at(faces_in(region, where, scene.specimen, faults), along_normal, where, scene);
+  for (FaceLoad& face : scene.tractions | std::views::drop(before))
+    face.follows = true;
 }
 
 void add_force(const Region& region, const Vec3& force, const Asked& where, Scene& scene, FaultList& faults) {

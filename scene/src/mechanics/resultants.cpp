@@ -219,7 +219,7 @@ body is a bar of 1 m^2. All vectors are in the world's frame.
 Forces and moments act on the body: one that is pulled towards +x is moved by a force towards +x and held by
 one towards -x. A moment is about the centroid of its region: the mean of its nodes, of a load that of its
 faces, of gravity that of the mass. Lever arms are those of the body at rest, carried along where moves turn
-all of it; of coupled with frame = "blocks" those of the deformed body. A node that two holds or two moves ask
+all of it; of coupled with strain = "finite" those of the deformed body. A node that two holds or two moves ask
 for counts with the first. Contracting fibres pull inside the body, with neither a force nor a moment.
 Strain and stress are one value a cell, its mean. Strain > 0 is longer, stress > 0 is a pull, pressure is
 minus a third of the trace of stress: > 0 where matter is pressed together. Fibre strain and fibre stress are

@@ -153,13 +153,18 @@ void warn_of_punch(const Scene& scene, Plausibility& found) {
 
 void warn_of_strains(const Scene& scene, Plausibility& found) {
   constexpr const char* limit =
-      "relaxed, coupled and finite elements are small-strain elasticity, good up to some 10 %";
-  const bool turns_cells = in_blocks(scene);
-  if (found.mean_strain > largest_small_strain)
+      "relaxed, coupled and finite elements are small-strain elasticity, good up to some 10 %: strain = "
+      "\"finite\" has no such bound";
+  const bool is_finite = scene.strain == Strain::finite,
+             have_laws =
+                 std::ranges::all_of(scene.materials, [](const Material&m) { return m.law.has_value(); });
+  if (found.mean_strain > largest_small_strain && !(is_finite && have_laws))
     found.warnings.push_back(fmt::format(
         "the moves ask for a mean strain of {}; {}", percent(*found.mean_strain),
-        turns_cells ? "blocks turn, but their stress is linear in strain, good up to some 10 %" : limit));
-  if (found.strain_of_loads > (turns_cells ? most_of_stiffness : largest_small_strain))
+        is_finite ? "the stress of a material without a law is linear in strain, good up to some 10 %"
+                  : limit));
+  if (!(is_finite && have_laws) &&
+      found.strain_of_loads > (is_finite ? most_of_stiffness : largest_small_strain))
     found.warnings.push_back(fmt::format(
         "the {} is {} of the stiffness that it works against; {}",
         scene.contracts() ? "contraction" : "traction", percent(*found.strain_of_loads),
@@ -200,7 +205,7 @@ Plausibility plausibility(const Scene& scene) {
 std::vector<std::string> implausible_answer(const Scene& scene, const Plausibility& question,
                                             const std::string& method, double largest_displacement,
                                             const PartMechanics& body) {
-  if (in_blocks(scene) || !body.von_mises || !body.largest_strain || !body.smallest_strain ||
+  if (scene.strain == Strain::finite || !body.von_mises || !body.largest_strain || !body.smallest_strain ||
       question.mean_strain > largest_small_strain)
     return {};
   std::vector<std::string> warnings;

@@ -230,10 +230,9 @@ private:
           name = "a drive";
         }
     if (most > largest_small_turn * (1 + 1e-9))
-      warn(
-          "{} turns by {:.3g} degrees: one frame for all strains is good up to some 15; [relaxation] frame = "
-          "\"blocks\" has one for each cell",
-          name, most * 180 / std::numbers::pi);
+      warn("{} turns by {:.3g} degrees: small strain is good up to some 15; strain = \"finite\" has no such "
+           "bound",
+           name, most * 180 / std::numbers::pi);
   }
 
   void about_time() {

@@ -80,8 +80,8 @@ std::string way_of(std::string_view method, const Scene& scene, const deform::Pl
     return "refuses: its fibres cannot pull";
   if (method == "relaxed" && is_elastic)
     return "multigrid in conjugate gradients, component by component; multipliers where limits are active";
-  if (method == "coupled" && in_blocks(scene))
-    return "full elasticity on the lattice in a frame for every cell, quasi-Newton around multigrid";
+  if (method == "coupled" && scene.strain == Strain::finite)
+    return "finite strain on the lattice, Newton steps around multigrid";
   if (method == "coupled")
     return std::string("full elasticity on the lattice, conjugate gradients around multigrid") +
            (scene.dimension() == 3 && !scene.specimen.material_id.empty()

@@ -112,10 +112,10 @@ std::vector<ModelPart> parts_of(const Scene& scene, const LinkLimits& limits, co
        frame.is_turned
            ? fmt::format("the moves turn the body by {:.4g} deg", frame.angle() * 180 / std::numbers::pi)
            : "limits are measured along the grid"},
-      {"frames cell by cell", in_blocks(scene),
-       in_blocks(scene)
-           ? "coupled measures strains in a frame for every cell, and limits too, by a projection at the end"
-           : "one frame for the whole body"},
+      {"finite strain", scene.strain == Strain::finite,
+       scene.strain == Strain::finite
+           ? "coupled and finite elements: energy of each cell's deformation, by the laws of its matter"
+           : "small strain, in one frame for the whole body"},
       {"holds", !held.empty(), plural(static_cast<std::int64_t>(held.size()), "node")},
       {"moves", !moved.empty(), plural(static_cast<std::int64_t>(moved.size()), "node")},
       {"loads", scene.has_loads(),

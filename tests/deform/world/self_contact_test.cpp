@@ -17,6 +17,7 @@ struct Method {
   const char* name;
   const char* method;
   const char* keys; ///< of the object
+  const char* material = "youngs_modulus = \"10 kPa\", poisson_ratio = 0.3";
 };
 
 /// A C whose arms are `gap` cells apart, held by its back.
@@ -35,12 +36,12 @@ name = "c"
 kind = "deformable"
 shape = "rows"
 rows = [{}]
-material = {{ youngs_modulus = "10 kPa", poisson_ratio = 0.3 }}
+material = {{ {} }}
 hold = [{{ where = "x-" }}]
 position = ["8.5 mm", "8.5 mm"]
 {}
 )",
-                                             method.method, rows, method.keys)));
+                                             method.method, rows, method.material, method.keys)));
 }
 
 std::vector<std::int64_t> nodes_at(const World& world, double x, double y0, double y1) {
@@ -107,13 +108,15 @@ TEST_P(SelfContactIndependent, AClosedCDoesNotPassThroughItself) {
         has_met = has_met || contact.other == 0;
     }
     EXPECT_TRUE(has_met);
-    // Not stopped long before: the tips have come as near as a cell.
+    // Not stopped long before: the tips have come as near as a cell; at finite strain nearly so, for no cell
+    // between handles and touches may invert.
+    const double nearest = GetParam().name == std::string_view("finite") ? 1.2e-3 : 1e-3;
     double lowest = 1, highest = 0;
     for (const std::int64_t node : drive.nodes)
       lowest = std::min(lowest, world.position(0, node)[1]);
     for (const std::int64_t node : nodes_at(world, 9.5e-3, -1, 2.5e-3))
       highest = std::max(highest, world.position(0, node)[1]);
-    EXPECT_LT(lowest - highest, 1e-3);
+    EXPECT_LT(lowest - highest, nearest);
     for (int frame = 0; frame < 3; ++frame) {
       drive.motion.by = {0, 0.8e-3, 0};
       EXPECT_GT(world.advance({&drive, 1}).drives[0].fraction, 0.9) << "frame " << frame;
@@ -127,7 +130,8 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(Method{"limits", "limits",
                            "limits = { from = \"given\", stretch = 1.4, compress = 0.6, shear = 0.9 }"},
                     Method{"coupled", "coupled", ""}, Method{"relaxed", "relaxed", ""},
-                    Method{"blocks", "coupled", "relaxation = { frame = \"blocks\" }"}),
+                    Method{"finite", "coupled", "relaxation = { frame = \"blocks\" }",
+                           "law = \"neo_hookean\", E = \"10 kPa\", nu = 0.3"}),
     [](const auto& one) { return std::string(one.param.name); });
 
 // Independent: the same, of handles that pull a C about at random.

@@ -16,8 +16,8 @@ inline Scene block(int dimension, Index3 cells) {
   scene.specimen.grid = Grid(dimension, cells, {1e-3, 2e-3, 3e-3});
   scene.specimen.origin = {0.5e-3, -0.25e-3, dimension == 3 ? 0.125e-3 : 0.0};
   scene.specimen.fibre = {0.6, 0.8, 0};
-  scene.materials = {{"soft", ElasticConstants::isotropic(1e4, 0.3), 1000, {}, {}},
-                     {"hard", ElasticConstants::isotropic(5e4, 0.2), 1000, {}, {}}};
+  scene.materials = {{"soft", ElasticConstants::isotropic(1e4, 0.3), {}, 1000, {}, {}},
+                     {"hard", ElasticConstants::isotropic(5e4, 0.2), {}, 1000, {}, {}}};
   return scene;
 }
 

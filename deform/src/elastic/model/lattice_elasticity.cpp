@@ -71,6 +71,26 @@ LatticeElasticity::LatticeElasticity(const Scene& scene, ThreadTeam& team, Layer
   find_kinds(team);
 }
 
+LatticeElasticity::LatticeElasticity(const Scene& scene, ThreadTeam& team,
+                                     const std::function<Matrix6(std::int64_t)>& stiffness)
+    : scene_(scene), grid_(scene.specimen.grid), end_cell_(grid_.n_cells()), springs_(nodal_springs(scene)) {
+  kinds_.resize(scene.specimen.n_matter_cells());
+  kind_of_.assign(grid_.n_cells(), -1);
+  std::int32_t next = 0;
+  for (std::int64_t cell = 0; cell < grid_.n_cells(); ++cell)
+    if (scene.specimen.is_matter(cell))
+      kind_of_[cell] = next++;
+  for_parts(kind_of_.size(), team, [&](std::size_t first, std::size_t end, std::size_t) {
+    for (std::size_t cell = first; cell < end; ++cell)
+      if (kind_of_[cell] >= 0) {
+        const auto at = static_cast<std::int64_t>(cell);
+        const Matrix6 C = stiffness(at);
+        kinds_[kind_of_[cell]] =
+            kind_for(C, Matrix6(C.inverse()), thin_axes(scene.specimen, grid_.cell_at(at)));
+      }
+  });
+}
+
 /// In the place of kinds, which are not known yet.
 void LatticeElasticity::find_thin(ThreadTeam& team) {
   few_kinds_of_.assign(end_cell_ - first_cell_, 0);

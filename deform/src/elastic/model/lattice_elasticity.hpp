@@ -54,6 +54,10 @@ public:
   /// layers.
   LatticeElasticity(const Scene& scene, ThreadTeam& team, LayerRange layers);
 
+  /// Every cell has a stiffness of its own, symmetric and positive definite, object's frame [Pa]. @pre 3D
+  LatticeElasticity(const Scene& scene, ThreadTeam& team,
+                    const std::function<Matrix6(std::int64_t cell)>& stiffness);
+
   const Grid& grid() const { return grid_; }
   /// The scene's materials have other constants now; what cells are of is the same.
   void renew();

@@ -1,9 +1,11 @@
 #pragma once
-/// Frames that turn with every cell (`frame = "blocks"`), for bodies that bend.
+/// Cells at finite strain: the frame that turns with each, and the response of its matter.
 ///
 /// F = I + grad u is the mean deformation gradient of a cell, R the rotation nearest to it (polar
-/// decomposition). Strain and limits are then measured on R^T F - I, Biot's strain, so that a turned cell is
-/// not strained. The rotation is exact to rounding; the strain is still a linear law on it.
+/// decomposition), U = R^T F. Strain and limits are measured on U - I, Biot's strain, so that a turned cell
+/// is not strained. E = (F^T F - I) / 2 is Green and Lagrange's, of which the material's law gives energy and
+/// stress. Strains out of the scene's directions are 0 in plane strain, and such that their stress is 0 in
+/// plane stress and in 1D.
 
 #include "maille/scene/answer.hpp"
 
@@ -15,10 +17,32 @@
 
 namespace maille {
 
-/// True if the scene asks for them: in 1D there is nothing to turn.
+/// True if the scene asks for finite strain, and cells can turn: in 1D they cannot.
 inline bool in_blocks(const Scene& scene) {
   return scene.strain == Strain::finite && scene.dimension() > 1;
 }
+
+/// The matter of a cell.
+struct CellMatter {
+  const Material& material;
+  const Matrix6& stiffness; ///< for small strains, object's frame; the law's where it has none [Pa]
+  Eigen::Vector3d fibre;    ///< unit vector, object's frame at rest
+  double tension = 0;       ///< active stress: pulls along the fibre, per area at rest [Pa]
+};
+/// Energy, stress S and tangent of matter at a strain, the fibre's pull included: its energy is tension (l -
+/// 1), with l the stretch of the fibre.
+/// @param E Green and Lagrange's; C = I + 2 E is positive definite. Strains that are free become those found
+/// @param active part of the energy that is the fibre's pull, which the response's energy leaves out [Pa]
+/// Errors  E may be so far out that no free strains are found: then the stress out of the plane is not zero
+LawResponse respond(const CellMatter& matter, int dimension, PlaneAssumption plane, Eigen::Matrix3d& E,
+                    double& active);
+
+/// Voigt order 11, 22, 33, 23, 13, 12, engineering shears in strains.
+Eigen::Matrix3d as_stress(const Vector6& v);
+Eigen::Matrix3d as_strain(const Vector6& v);
+Vector6 stress_of(const Eigen::Matrix3d& symmetric);
+/// The strain of the symmetric part.
+Vector6 strain_of(const Eigen::Matrix3d& matrix);
 
 /// The mean displacement gradient of a cell [component][axis], from its corners [1]; zero outside of the
 /// scene's dimension.

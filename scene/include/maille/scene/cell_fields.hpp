@@ -16,11 +16,12 @@
 namespace maille {
 
 /// Per cell of the grid, in the object's frame (see object_frame), or in the cell's own where the scene asks
-/// for blocks (see block_rotations; Biot's strain): mean strain of the cell (one-point, from its corner
-/// displacements) and the stress that the cell's stiffness gives it, together with the active stress of its
-/// fibre where it contracts. Six components in VTK's order XX YY ZZ XY YZ XZ; shear strains are
-/// tensor components (half of the engineering shear). Zero in cells without matter. In plane strain the
-/// out-of-plane stress is filled in; in plane stress and in 1D the free lateral strains are.
+/// for finite strain (see block_rotations; then Biot's strain U - I, and Cauchy's stress): mean strain of the
+/// cell (one-point, from its corner displacements) and the stress that the cell's stiffness gives it,
+/// together with the active stress of its fibre where it contracts. Six components in VTK's order XX YY ZZ XY
+/// YZ XZ; shear strains are tensor components (half of the engineering shear). Zero in cells without matter.
+/// In plane strain the out-of-plane stress is filled in; in plane stress and in 1D the free lateral strains
+/// are.
 struct CellFields {
   std::vector<std::array<double, 6>> strain;
   std::vector<std::array<double, 6>> stress; ///< [Pa]
@@ -59,6 +60,7 @@ public:
 
 private:
   Vector6 strain_of(std::int64_t cell) const;
+  Values at_finite_strain(std::int64_t cell, const Matrix6& stiffness) const;
 
   const Scene& scene_;
   const std::vector<std::array<double, 6>>* strain_ = nullptr;

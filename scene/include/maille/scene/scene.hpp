@@ -10,12 +10,12 @@
 #include "maille/base/arena.hpp"
 #include "maille/base/grid.hpp"
 #include "maille/materials/material.hpp"
-#include "maille/scene/standard_test.hpp"
 
 #include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace maille {
@@ -156,6 +156,8 @@ struct FaceLoad {
   bool upper = false;          ///< which of the two faces along `axis`
   Vec3 traction{};             ///< [Pa]; in 1D the cross-section is 1 m^2, in 2D the thickness 1 m
   std::int32_t condition = -1; ///< into Scene::conditions; -1: of none
+  /// A pressure: at finite strain it stays normal to the face, on the area that the face has then.
+  bool follows = false;
 };
 
 /// Springs from one face of one cell of matter to the ground.
@@ -264,6 +266,31 @@ struct RelaxationSettings {
 struct LeftOutPiece {
   std::int64_t cells = 0;
   std::string name; ///< e.g. `piece 3: 12 cells of muscle/soleus from (0.01, 0.02, 0.03) m on`
+};
+
+/// A scene's `[test]`, which sets its holds and moves: see test_result() of mechanics.hpp.
+enum class TestKind { axial, shear, bend, indent, confined };
+/// `axial`, `shear`, ... as a scene file has it.
+std::string_view to_string(TestKind kind);
+
+/// The whole lower face across `axis` is held, the upper one (indent: a round patch of it) is moved. Lengths
+/// and areas are those of the bounding box, as apparent constants are of the body with its holes.
+struct StandardTest {
+  TestKind kind = TestKind::axial;
+  int axis = 0;  ///< from the held face to the moved one
+  int along = 1; ///< that the upper face is sheared along, or that the body is bent towards
+  /// Bending: strain at the surface; otherwise displacement over length [1]. An indenter goes in where > 0.
+  double strain = 0;
+  double length = 0; ///< along `axis` [m]
+  double area = 0;   ///< of the cross-section [m^2]; 1 in 1D; per metre of thickness in 2D [m]
+  double second_moment =
+      0;             ///< of the cross-section about its middle, in the plane of bending [m^4], in 2D [m^3]
+  double radius = 0; ///< of the indenter [m]
+  /// Pistoia 2002: bone fails where 2 % of its tissue is beyond an effective strain of 0.7 %.
+  bool asks_for_failure = false;
+
+  double displacement() const { return strain * length; } ///< [m]; of `bend` the arc's end says it
+  double angle() const;                                   ///< that the upper face is turned by: bend [rad]
 };
 
 struct Scene {

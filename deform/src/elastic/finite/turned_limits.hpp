@@ -1,7 +1,7 @@
 #pragma once
 /// Limits where every cell has a frame: each link is measured in the mean frame of the cells that it borders.
 
-#include "elastic/corotated/corotated_elasticity.hpp"
+#include "elastic/finite/finite_elasticity.hpp"
 #include "elastic/krylov/elastic_operator.hpp"
 #include "elastic/links/interval_field.hpp"
 #include "elastic/model/cell_moduli.hpp"
@@ -24,14 +24,17 @@ namespace maille::deform {
 /// too: free nodes turn its frame.
 ///
 /// Same bits for any number of threads.
-/// Checked by  tests/deform/elastic/blocks_limits_test.cpp
-class LimitsInBlocks {
+/// Checked by  tests/deform/elastic/turned_limits_test.cpp
+class TurnedLimits {
 public:
   /// All must outlive this.
-  LimitsInBlocks(const Scene& scene, const LinkLimits& limits, ThreadTeam& team);
+  TurnedLimits(const Scene& scene, const LinkLimits& limits, ThreadTeam& team);
 
   /// Adds the gradient [N] to `forces`. @param elasticity last evaluated at u. @return the energy [J]
-  double evaluate(const Displacement& u, const CorotatedElasticity& elasticity, Displacement& forces);
+  double evaluate(const Displacement& u, const FiniteElasticity& elasticity, Displacement& forces);
+  /// Adds what a change p of the displacement changes in the forces of the last evaluation, frames as they
+  /// are: rho w of the links outside [N].
+  void add_tangent(const Displacement& p, Displacement& forces) const;
   /// y = v - z of the last evaluation, which has to be done again.
   void improve_multipliers();
   /// Sum of w (c - z)^2 at the last evaluation [J].
@@ -49,6 +52,7 @@ private:
     std::int64_t tail = 0;
     int axis = 0;
     Vec3 excess{}, weight{};
+    Eigen::Matrix3d frame; ///< of the last evaluation
   };
   struct Measured {
     Eigen::Quaterniond frame;
@@ -56,12 +60,12 @@ private:
   };
   using Multipliers = std::array<List<Vec3>, 3>; ///< [axis][tail], [m]
 
-  Measured measure(const Displacement& u, const CorotatedElasticity& elasticity, std::int64_t tail,
+  Measured measure(const Displacement& u, const FiniteElasticity& elasticity, std::int64_t tail,
                    int axis) const;
-  void find_in_plane(int plane, const Displacement& u, const CorotatedElasticity& elasticity,
+  void find_in_plane(int plane, const Displacement& u, const FiniteElasticity& elasticity,
                      List<Pull>& found) const;
   Vec3 weight(const Index3& tail, int axis) const;
-  double pull(const Pull& link, const Displacement& u, const CorotatedElasticity& elasticity,
+  double pull(const Pull& link, const Displacement& u, const FiniteElasticity& elasticity,
               Displacement& forces);
   static std::uint16_t bit(int axis, std::size_t component) {
     return static_cast<std::uint16_t>(1U << (3 * static_cast<std::size_t>(axis) + component));
@@ -80,7 +84,7 @@ private:
   List<std::uint16_t> has_penalty_; ///< by tail: see bit()
 };
 
-struct ProjectionInBlocks {
+struct TurnedProjection {
   bool is_feasible = false; ///< largest_violation_in_blocks is 0 but for rounding
   int sweeps = 0;
 };
@@ -98,8 +102,8 @@ struct ProjectionInBlocks {
 /// @return         not feasible where sweeps did not converge: as a rule because what is prescribed asks for
 ///                 more than the limits grant
 /// Cost         a microsecond a cell each time that frames are found, some 20 ns a link and sweep
-/// Checked by   tests/deform/elastic/blocks_limits_test.cpp
-ProjectionInBlocks project_in_blocks(const Scene& scene, const LinkLimits& limits, Displacement& u,
-                                     double narrowed);
+/// Checked by   tests/deform/elastic/turned_limits_test.cpp
+TurnedProjection project_in_turned_frames(const Scene& scene, const LinkLimits& limits, Displacement& u,
+                                          double narrowed);
 
 } // namespace maille::deform

@@ -1,8 +1,7 @@
-#include "elastic/corotated/coupled_blocks.hpp"
+#include "elastic/finite/coupled_finite.hpp"
 
 #include "control/method.hpp"
-#include "elastic/corotated/corotated_relaxation.hpp"
-#include "elastic/corotated/limits_in_blocks.hpp"
+#include "elastic/finite/finite_minimum.hpp"
 #include "elastic/ladder/ladder.hpp"
 #include "maille/scene/scene.hpp"
 
@@ -23,23 +22,25 @@ void add_sentence(std::string& message, const std::string& sentence) {
   message += message.empty() ? sentence : "; " + sentence;
 }
 
-std::string message_for(const Scene& scene, const CorotatedRelaxation& relaxation) {
+std::string message_for(const Scene& scene, const FiniteMinimum& minimum) {
   std::string message;
-  if (relaxation.fraction() < 1)
+  if (minimum.fraction() < 1)
     add_sentence(message, fmt::format("cut short when {:.3g} % of moves and loads were on: handles are there",
-                                      100 * relaxation.fraction()));
-  if (relaxation.n_inverted() > 0)
-    add_sentence(message, fmt::format("{} cells are turned inside out", relaxation.n_inverted()));
+                                      100 * minimum.fraction()));
+  if (minimum.n_inverted() > 0)
+    add_sentence(message, fmt::format("{} cells are turned inside out", minimum.n_inverted()));
+  if (minimum.is_unstable())
+    add_sentence(message, "unstable: a small push makes the body leave this state");
   if (scene.relaxation.extrapolation != Extrapolation::none)
-    add_sentence(message, "nothing is extrapolated in blocks");
+    add_sentence(message, "nothing is extrapolated at finite strain");
   return message;
 }
 
-/// Calls solve(relaxation, operator at rest, answer), which says whether it found what it was to.
+/// Calls solve(minimum, operator at rest, answer), which says whether it found what it was to.
 /// @param fraction how much of moves and loads is on @param make the operator for a task
 template<class Make, class Solve>
-Answer relaxed_in_blocks(const Scene& scene, const Control& control, double* fraction, const Make& make,
-                         const Solve& solve) {
+Answer minimised(const Scene& scene, const Control& control, double* fraction, const Make& make,
+                 const Solve& solve) {
   const Clock clock;
   std::optional<Status> stopped;
   ThreadTeam team(elastic_threads(scene, control));
@@ -51,33 +52,31 @@ Answer relaxed_in_blocks(const Scene& scene, const Control& control, double* fra
   Answer answer;
   answer.method = "coupled";
   const auto at_rest = make(task);
-  CorotatedRelaxation relaxation(task, at_rest);
+  FiniteMinimum minimum(task, at_rest);
   answer.seconds.setup = clock.seconds();
-  const bool is_converged = solve(relaxation, *at_rest, answer);
-  answer.algorithm =
-      fmt::format("lattice elasticity in a frame for every cell, quasi-Newton around multigrid, "
-                  "{} increment{}",
-                  relaxation.increments(), relaxation.increments() == 1 ? "" : "s");
-  answer.message = message_for(scene, relaxation);
+  const bool is_converged = solve(minimum, *at_rest, answer);
+  answer.algorithm = fmt::format("lattice at finite strain, Newton steps around multigrid, "
+                                 "{} increment{}",
+                                 minimum.increments(), minimum.increments() == 1 ? "" : "s");
+  answer.message = message_for(scene, minimum);
   if (fraction != nullptr)
-    *fraction = relaxation.fraction();
-  const bool is_whole = is_converged && relaxation.n_inverted() == 0;
+    *fraction = minimum.fraction();
+  const bool is_whole = is_converged && minimum.n_inverted() == 0;
   answer.status = is_whole ? Status::done : stopped.value_or(Status::budget_reached);
   answer.seconds.solve = clock.seconds() - answer.seconds.setup;
   return answer;
 }
 
 /// The least energy, whatever limits say.
-Answer elastic_in_blocks(const Scene& scene, const Control& control, double* fraction = nullptr) {
-  return relaxed_in_blocks(scene, control, fraction, make_operator,
-                           [](CorotatedRelaxation& relaxation, ElasticOperator&, Answer& answer) {
-                             return relaxation.solve(answer);
-                           });
+Answer least_elastic(const Scene& scene, const Control& control, double* fraction = nullptr) {
+  return minimised(
+      scene, control, fraction, make_operator,
+      [](FiniteMinimum& minimum, ElasticOperator&, Answer& answer) { return minimum.solve(answer); });
 }
 
-double energy_in_blocks(const Scene& scene, const Displacement& u, int threads) {
+double energy_of(const Scene& scene, const Displacement& u, int threads) {
   const LatticeElasticity linear(scene);
-  CorotatedElasticity elasticity(scene, linear);
+  FiniteElasticity elasticity(scene, linear);
   ThreadTeam team(std::max(1, threads));
   Displacement forces(scene.specimen.grid);
   return elasticity.evaluate(u, forces, team);
@@ -141,25 +140,24 @@ Control WithinLimits::remaining() const {
 /// found
 WithinLimits::Brought WithinLimits::bring_within(const Scene& scene, double narrowed, Answer& answer) const {
   Displacement feasible = answer.displacement;
-  const ProjectionInBlocks projection = project_in_blocks(scene, limits_, feasible, narrowed);
+  const TurnedProjection projection = project_in_turned_frames(scene, limits_, feasible, narrowed);
   if (!projection.is_feasible)
     return Brought::not_within;
   if (projection.sweeps == 0)
     return Brought::was_within;
   answer.residual = std::min(1.0, std::max(answer.residual, change_between(answer.displacement, feasible)));
   answer.displacement = std::move(feasible);
-  answer.strain_energy = energy_in_blocks(scene, answer.displacement, control_.threads);
+  answer.strain_energy = energy_of(scene, answer.displacement, control_.threads);
   answer.iterations += projection.sweeps;
   return Brought::within;
 }
 
 /// @param answer feasible; stays so, and becomes the least energy unless its status says otherwise
 void WithinLimits::minimise(const Scene& scene, Answer& answer) const {
-  Answer least =
-      relaxed_in_blocks(scene, remaining(), nullptr, make_operator_within_limits,
-                        [&](CorotatedRelaxation& relaxation, PenalizedOperator& at_rest, Answer& found) {
-                          return relaxation.minimise_within(limits_, at_rest, answer.displacement, found);
-                        });
+  Answer least = minimised(scene, remaining(), nullptr, make_operator_within_limits,
+                           [&](FiniteMinimum& minimum, PenalizedOperator& at_rest, Answer& found) {
+                             return minimum.minimise_within(limits_, at_rest, answer.displacement, found);
+                           });
   answer.status = least.status;
   answer.iterations += least.iterations;
   answer.algorithm += ", limits by multipliers";
@@ -195,7 +193,7 @@ double WithinLimits::find_granted(double reached, std::optional<Status>& stopped
   for (int i = 0; i < halvings && !stopped; ++i) {
     const double middle = (low + high) / 2;
     const Scene part = scaled(scene_, middle);
-    Answer tried = elastic_in_blocks(part, remaining());
+    Answer tried = least_elastic(part, remaining());
     if (!is_converged(tried.status))
       stopped = tried.status;
     else if (bring_within(part, narrowed_far, tried) != Brought::not_within) {
@@ -209,7 +207,7 @@ double WithinLimits::find_granted(double reached, std::optional<Status>& stopped
 
 Answer WithinLimits::run() {
   double share = 1; // a solve that was cut short may have handles on their way
-  Answer answer = elastic_in_blocks(scene_, control_, &share);
+  Answer answer = least_elastic(scene_, control_, &share);
   if (!has_displacement(answer.status))
     return answer;
   std::optional<Status> stopped = is_converged(answer.status) ? std::nullopt : std::optional(answer.status);
@@ -241,9 +239,9 @@ Answer WithinLimits::run() {
 
 } // namespace
 
-Answer solve_coupled_in_blocks(const Scene& scene, const Control& control) {
+Answer solve_coupled_finite(const Scene& scene, const Control& control) {
   if (!scene.limits_bind_coupled())
-    return elastic_in_blocks(scene, control);
+    return least_elastic(scene, control);
   return WithinLimits(scene, control).run();
 }
 

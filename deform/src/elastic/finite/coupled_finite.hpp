@@ -1,5 +1,5 @@
 #pragma once
-/// `coupled` where the scene asks for blocks, whose strains are measured in a frame for every cell.
+/// `coupled` where the scene asks for finite strain.
 
 #include "maille/scene/answer.hpp"
 
@@ -9,6 +9,6 @@ namespace maille::deform {
 /// and the elastic answer breaks them, the answer is the least energy within them near it, each link in the
 /// mean frame of the cells around, and feasible whenever it ends; where no feasible state is found, moves and
 /// loads are cut back by bisection (status clamped), and the message says to what share.
-Answer solve_coupled_in_blocks(const Scene& scene, const Control& control);
+Answer solve_coupled_finite(const Scene& scene, const Control& control);
 
 } // namespace maille::deform

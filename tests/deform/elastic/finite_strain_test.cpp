@@ -1,4 +1,4 @@
-#include "elastic/corotated/corotated_relaxation.hpp"
+#include "elastic/finite/finite_minimum.hpp"
 #include "elastic/ladder/ladder.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/scene/block_frames.hpp"
@@ -26,11 +26,11 @@ Trace traced(const Scene& scene) {
   const Clock clock;
   const Control control;
   const CoupledTask task{scene, control, scene.prescribed, team, clock, [] { return false; }};
-  CorotatedRelaxation relaxation(task, make_operator(task));
+  FiniteMinimum minimum(task, make_operator(task));
   Trace trace;
-  relaxation.watch = [&](double fraction, double energy) { trace.energies.emplace_back(fraction, energy); };
-  EXPECT_TRUE(relaxation.solve(trace.answer));
-  trace.n_inverted = relaxation.n_inverted();
+  minimum.watch = [&](double fraction, double energy) { trace.energies.emplace_back(fraction, energy); };
+  EXPECT_TRUE(minimum.solve(trace.answer));
+  trace.n_inverted = minimum.n_inverted();
   return trace;
 }
 
@@ -53,7 +53,7 @@ void make_fibrous(Scene& scene) {
 }
 
 // Truth: a body that nothing strains is as it was, but elsewhere.
-TEST(BlocksAnalytic, ATurnOfAllHandlesIsATurnOfTheBody) {
+TEST(FiniteStrainAnalytic, ATurnOfAllHandlesIsATurnOfTheBody) {
   for (const int dimension : {2, 3})
     for (const double angle : {0.4, pi / 2, 3.0, 5.5}) {
       Scene scene = test::straight_bar(dimension, 2);
@@ -77,7 +77,7 @@ TEST(BlocksAnalytic, ATurnOfAllHandlesIsATurnOfTheBody) {
 }
 
 // Truth: `coupled` in the object's frame, the first order of the same question.
-TEST(BlocksConsistent, SmallMovesAreThoseOfCoupledToSecondOrder) {
+TEST(FiniteStrainConsistent, SmallMovesAreThoseOfCoupledToSecondOrder) {
   for (const int dimension : {2, 3}) {
     double last = 0;
     for (const double angle : {0.04, 0.004}) {
@@ -104,7 +104,7 @@ TEST(BlocksConsistent, SmallMovesAreThoseOfCoupledToSecondOrder) {
 // Truth: a circular arc with no strain along its axis, energy E I angle^2 / (2 L) (Euler and Bernoulli; with
 // Biot's strain exact but for the stress across, of the order of the surface's strain squared: 0.2^2 at
 // most).
-TEST(BlocksAnalytic, ABarBentToAQuarterIsAnArc) {
+TEST(FiniteStrainAnalytic, ABarBentToAQuarterIsAnArc) {
   for (const int dimension : {2, 3}) {
     const double angle = pi / 2;
     Scene scene = bent_bar(dimension, 4, angle);
@@ -122,7 +122,7 @@ TEST(BlocksAnalytic, ABarBentToAQuarterIsAnArc) {
 
 // Truth: the elastica, a cantilever under a dead load at its tip: deflection and shortening over the length
 // (Mattiasson 1981, table 1). Nothing says in how many increments the load is to be put on.
-TEST(BlocksAnalytic, ACantileverUnderALargeLoadIsAnElastica) {
+TEST(FiniteStrainAnalytic, ACantileverUnderALargeLoadIsAnElastica) {
   struct Point {
     double load, deflection, shortening; ///< load: P L^2 / (E I)
   };
@@ -147,7 +147,7 @@ TEST(BlocksAnalytic, ACantileverUnderALargeLoadIsAnElastica) {
 
 // Truth: Clapeyron's theorem by differences: the moment that the moved end takes is the derivative of the
 // energy by its angle.
-TEST(BlocksOracle, ReactionsAreTheDerivativeOfTheEnergy) {
+TEST(FiniteStrainOracle, ReactionsAreTheDerivativeOfTheEnergy) {
   const double angle = pi / 3, step = 1e-3;
   const auto twisted = [](double by) {
     Scene scene = test::twisted_bar(2, by);
@@ -174,7 +174,7 @@ TEST(BlocksOracle, ReactionsAreTheDerivativeOfTheEnergy) {
 
 // Truth: energy never rises while handles stay (docs/theory.md, section 4); and more increments, which lead
 // to the same state.
-TEST(BlocksConsistent, AlmostHalfATurnInIncrementsEndsWhereMoreIncrementsDo) {
+TEST(FiniteStrainConsistent, AlmostHalfATurnInIncrementsEndsWhereMoreIncrementsDo) {
   for (const bool twists : {false, true})
     for (const bool is_fibrous : {false, true}) {
       Scene scene = twists ? test::twisted_bar(3, 170 * pi / 180) : bent_bar(3, 3, 170 * pi / 180);
@@ -195,7 +195,7 @@ TEST(BlocksConsistent, AlmostHalfATurnInIncrementsEndsWhereMoreIncrementsDo) {
 }
 
 // Truth: the same, settled further.
-TEST(BlocksConsistent, TheEstimatedErrorIsNearTheTrueOne) {
+TEST(FiniteStrainConsistent, TheEstimatedErrorIsNearTheTrueOne) {
   Scene scene = bent_bar(3, 4, pi / 2);
   make_fibrous(scene);
   scene.relaxation.tolerance = 1e-6;
@@ -212,7 +212,7 @@ TEST(BlocksConsistent, TheEstimatedErrorIsNearTheTrueOne) {
 
 // Truth: E I angle^2 / (2 L) needs no material to be the same everywhere: halves of stiffness 1 and 4 in
 // series turn as 4 to 1.
-TEST(BlocksAnalytic, HalvesOfOtherStiffnessTurnInverselyToIt) {
+TEST(FiniteStrainAnalytic, HalvesOfOtherStiffnessTurnInverselyToIt) {
   Scene scene = test::straight_bar(3, 4);
   scene.materials.push_back(scene.materials[0]);
   scene.materials[1].elasticity = ElasticConstants::isotropic(40e3, 0);
@@ -236,14 +236,14 @@ TEST(BlocksAnalytic, HalvesOfOtherStiffnessTurnInverselyToIt) {
   EXPECT_NEAR((angle_at(5) - angle_at(2)) / (angle_at(12) - angle_at(9)), 4, 0.2);
 }
 
-TEST(BlocksContract, AnyNumberOfThreadsGivesTheSameBits) {
+TEST(FiniteStrainContract, AnyNumberOfThreadsGivesTheSameBits) {
   Scene scene = bent_bar(3, 10, 1); // enough nodes for threads to be used
   make_fibrous(scene);
   scene.relaxation.tolerance = 1e-2;
   test::expect_bits_of_any_threads(scene, "coupled", {2, 5});
 }
 
-TEST(BlocksContract, StoppedAnyTimeLeavesAUsableState) {
+TEST(FiniteStrainContract, StoppedAnyTimeLeavesAUsableState) {
   const Scene scene = bent_bar(3, 3, 170 * pi / 180);
   for (const int polls : {0, 3, 15, 40}) {
     Control control;
@@ -269,7 +269,7 @@ TEST(BlocksContract, StoppedAnyTimeLeavesAUsableState) {
   }
 }
 
-TEST(BlocksContract, ContractionWithinLimitsIsRefused) {
+TEST(FiniteStrainContract, ContractionWithinLimitsIsRefused) {
   Scene scene = bent_bar(3, 2, pi / 8);
   scene.relaxation.extrapolation = Extrapolation::nested;
   EXPECT_NE(solve(scene, "coupled").message.find("nothing is extrapolated"), std::string::npos);

@@ -1,7 +1,7 @@
 /// Limits where strains are measured cell by cell.
 
-#include "elastic/corotated/corotated_elasticity.hpp"
-#include "elastic/corotated/limits_in_blocks.hpp"
+#include "elastic/finite/finite_elasticity.hpp"
+#include "elastic/finite/turned_limits.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "support/bodies/bent_bar.hpp"
@@ -30,14 +30,14 @@ struct Elastic {
 Elastic elastic_at(const Scene& scene, const Displacement& u) {
   ThreadTeam team(1);
   const LatticeElasticity linear(scene);
-  CorotatedElasticity elasticity(scene, linear);
+  FiniteElasticity elasticity(scene, linear);
   Elastic at{0, Displacement(scene.specimen.grid)};
   at.energy = elasticity.evaluate(u, at.gradient, team);
   return at;
 }
 
 // Truth: the energy's own differences.
-TEST(LimitsInBlocksOracle, TheirForcesAreTheDerivativeOfTheirEnergy) {
+TEST(TurnedLimitsOracle, TheirForcesAreTheDerivativeOfTheirEnergy) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> uniform(-1, 1);
   for (const int dimension : {2, 3})
@@ -49,9 +49,9 @@ TEST(LimitsInBlocksOracle, TheirForcesAreTheDerivativeOfTheirEnergy) {
       }
       const LinkLimits limits(scene);
       const LatticeElasticity linear(scene);
-      CorotatedElasticity elasticity(scene, linear);
+      FiniteElasticity elasticity(scene, linear);
       ThreadTeam team(1);
-      LimitsInBlocks constraints(scene, limits, team);
+      TurnedLimits constraints(scene, limits, team);
       const double h = scene.specimen.grid.spacing()[0];
       Displacement u(scene.specimen.grid), along = u, unused = u;
       for (std::int64_t node = 0; node < scene.specimen.grid.n_nodes(); ++node) {
@@ -65,7 +65,7 @@ TEST(LimitsInBlocksOracle, TheirForcesAreTheDerivativeOfTheirEnergy) {
         Displacement v = u;
         for (std::size_t i = 0; i < v.values().size(); ++i)
           v.values()[i] += step * along.values()[i];
-        elasticity.evaluate(v, unused, team);
+        elasticity.turn_frames(v, team);
         return constraints.evaluate(v, elasticity, forces);
       };
       Displacement forces(scene.specimen.grid);
@@ -84,7 +84,7 @@ TEST(LimitsInBlocksOracle, TheirForcesAreTheDerivativeOfTheirEnergy) {
 
 // Truth: halves of stiffness 1 and 4 in series, E A / L each; the soft one ends at its limit, the stiff one
 // takes the rest. By strain e: energy per volume E e^2 / 2, force E e A.
-TEST(BlocksAnalytic, TheStiffHalfTakesTheRestAtAnyTurn) {
+TEST(TurnedLimitsAnalytic, TheStiffHalfTakesTheRestAtAnyTurn) {
   for (const int dimension : {2, 3})
     for (const double angle : {0.0, 2.0}) {
       Scene scene = test::straight_bar(dimension, 2);
@@ -175,7 +175,7 @@ Scene pulled_halves(int dimension, int cells, double poisson_ratio, double strai
 
 // Truth: what must hold of a minimum, by the energy's own gradient: it is below that of the elastic state
 // brought within the limits, and where no link is at a limit free nodes are in balance.
-TEST(BlocksOracle, WithinLimitsTheEnergyIsLeast) {
+TEST(TurnedLimitsOracle, WithinLimitsTheEnergyIsLeast) {
   for (const Scene& scene : {with_strains(bent_bar(2, 3, pi / 2), 0.19, 1),
                              pulled_halves(2, 3, 0.3, 0.05, 0.04), pulled_halves(3, 2, 0.3, 0.05, 0.04)}) {
     Scene unlimited = scene;
@@ -184,7 +184,7 @@ TEST(BlocksOracle, WithinLimitsTheEnergyIsLeast) {
     SCOPED_TRACE(answer.message);
     ASSERT_EQ(answer.status, Status::done);
     Displacement projected = elastic.displacement;
-    ASSERT_TRUE(project_in_blocks(scene, LinkLimits(scene), projected, 1e-2).is_feasible);
+    ASSERT_TRUE(project_in_turned_frames(scene, LinkLimits(scene), projected, 1e-2).is_feasible);
     const auto [energy, force] = elastic_at(scene, answer.displacement);
     EXPECT_NEAR(energy, *answer.strain_energy, 1e-12 * energy);
     EXPECT_GT(energy, *elastic.strain_energy);
@@ -202,7 +202,7 @@ TEST(BlocksOracle, WithinLimitsTheEnergyIsLeast) {
 }
 
 // Truth: `coupled` in the object's frame within the same limits, the first order of the same question.
-TEST(BlocksConsistent, SmallMovesWithinLimitsAreThoseOfCoupled) {
+TEST(TurnedLimitsConsistent, SmallMovesWithinLimitsAreThoseOfCoupled) {
   for (const int dimension : {2, 3}) {
     Scene scene = pulled_halves(dimension, dimension == 2 ? 4 : 2, 0.3, 1e-3, 1e-3);
     const Answer blocks = solve(scene, "coupled");
@@ -218,7 +218,7 @@ TEST(BlocksConsistent, SmallMovesWithinLimitsAreThoseOfCoupled) {
 }
 
 // Truth: largest_violation_in_blocks, which knows nothing of how limits are enforced.
-TEST(BlocksContract, EveryAnswerIsWithinTheLimits) {
+TEST(TurnedLimitsContract, EveryAnswerIsWithinTheLimits) {
   for (const int dimension : {2, 3})
     for (const auto& [strain, shear] : {std::pair(0.19, 1.0), std::pair(0.15, 0.5), std::pair(0.02, 0.02)}) {
       const Scene scene = with_strains(bent_bar(dimension, 3, pi / 2), strain, shear);
@@ -238,7 +238,7 @@ TEST(BlocksContract, EveryAnswerIsWithinTheLimits) {
 }
 
 // Truth: the elastic answer, which none of the limits touches.
-TEST(BlocksContract, WideLimitsChangeNothing) {
+TEST(TurnedLimitsContract, WideLimitsChangeNothing) {
   const Scene free = bent_bar(3, 2, pi / 2), limited = with_strains(free, 0.5, 1);
   const Answer expected = solve(free, "coupled"), answer = solve(limited, "coupled");
   ASSERT_EQ(answer.status, Status::done) << answer.message;
@@ -247,7 +247,7 @@ TEST(BlocksContract, WideLimitsChangeNothing) {
   EXPECT_EQ(answer.message, expected.message);
 }
 
-TEST(BlocksContract, ItIsWithinTheLimitsWheneverItIsStopped) {
+TEST(TurnedLimitsContract, ItIsWithinTheLimitsWheneverItIsStopped) {
   const Scene scene = with_strains(bent_bar(3, 2, pi / 2), 0.18, 1);
   for (const int polls : {0, 3, 15, 25}) {
     Control control;
@@ -297,21 +297,21 @@ Displacement turned_and_strained(const Scene& scene, double angle, double strain
 }
 
 class EveryDimension : public testing::TestWithParam<int> {};
-using CorotatedElasticityAnalytic = EveryDimension;
-using CorotatedElasticityOracle = EveryDimension;
-INSTANTIATE_TEST_SUITE_P(Dimensions, CorotatedElasticityAnalytic, testing::Values(2, 3));
-INSTANTIATE_TEST_SUITE_P(Dimensions, CorotatedElasticityOracle, testing::Values(2, 3));
+using FiniteElasticityAnalytic = EveryDimension;
+using FiniteElasticityOracle = EveryDimension;
+INSTANTIATE_TEST_SUITE_P(Dimensions, FiniteElasticityAnalytic, testing::Values(2, 3));
+INSTANTIATE_TEST_SUITE_P(Dimensions, FiniteElasticityOracle, testing::Values(2, 3));
 
 // Truth: a frame that turns with the body sees nothing of its turn.
-TEST_P(CorotatedElasticityAnalytic, ATurnChangesNoEnergyAndTurnsTheForces) {
+TEST_P(FiniteElasticityAnalytic, ATurnChangesNoEnergyAndTurnsTheForces) {
   const Scene scene = odd_body(GetParam());
   const LatticeElasticity linear(scene);
   ThreadTeam team(1);
   Displacement forces(scene.specimen.grid), turned_forces(forces);
-  CorotatedElasticity elasticity(scene, linear);
+  FiniteElasticity elasticity(scene, linear);
   const double energy = elasticity.evaluate(turned_and_strained(scene, 0, 0.2, 7), forces, team);
   for (const double angle : {0.3, 1.7, 3.1, -2.5}) {
-    CorotatedElasticity other(scene, linear);
+    FiniteElasticity other(scene, linear);
     EXPECT_NEAR(other.evaluate(turned_and_strained(scene, angle, 0.2, 7), turned_forces, team), energy,
                 1e-11 * energy); // 0.3 m away from rest, in cells of a millimetre
     Turn turn{{0, 0, 1}, angle, {}, {}, {true, true, true}, {}};
@@ -332,11 +332,11 @@ TEST_P(CorotatedElasticityAnalytic, ATurnChangesNoEnergyAndTurnsTheForces) {
 }
 
 // Truth: differences of the energy itself.
-TEST_P(CorotatedElasticityOracle, ForcesAreTheGradientOfTheEnergy) {
+TEST_P(FiniteElasticityOracle, ForcesAreTheGradientOfTheEnergy) {
   const Scene scene = odd_body(GetParam());
   const LatticeElasticity linear(scene);
   ThreadTeam team(1);
-  CorotatedElasticity elasticity(scene, linear);
+  FiniteElasticity elasticity(scene, linear);
   Displacement forces(scene.specimen.grid), unused(forces);
   Displacement u = turned_and_strained(scene, 1.1, 0.3, 3);
   elasticity.evaluate(u, forces, team);
@@ -354,7 +354,7 @@ TEST_P(CorotatedElasticityOracle, ForcesAreTheGradientOfTheEnergy) {
 }
 
 // Truth: LatticeElasticity, of which this is the same for small displacements.
-TEST_P(CorotatedElasticityOracle, SmallDisplacementsCostWhatTheyCostInCoupled) {
+TEST_P(FiniteElasticityOracle, SmallDisplacementsCostWhatTheyCostInCoupled) {
   const Scene scene = odd_body(GetParam());
   const LatticeElasticity linear(scene);
   ThreadTeam team(1);
@@ -368,7 +368,7 @@ TEST_P(CorotatedElasticityOracle, SmallDisplacementsCostWhatTheyCostInCoupled) {
       for (double& value : small.component(b))
         value -= shift;
     }
-    CorotatedElasticity elasticity(scene, linear);
+    FiniteElasticity elasticity(scene, linear);
     elasticity.evaluate(small, forces, team);
     linear.apply(small, of_linear, team);
     const double difference = test::relative_difference(forces, of_linear);

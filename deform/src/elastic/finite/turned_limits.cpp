@@ -1,4 +1,4 @@
-#include "elastic/corotated/limits_in_blocks.hpp"
+#include "elastic/finite/turned_limits.hpp"
 
 #include "elastic/componentwise/componentwise_solver.hpp"
 #include "elastic/limits/active_links.hpp"
@@ -30,7 +30,7 @@ Vector3d link_vector(const Grid& grid, const Displacement& u, std::int64_t tail,
 
 } // namespace
 
-LimitsInBlocks::LimitsInBlocks(const Scene& scene, const LinkLimits& limits, ThreadTeam& team)
+TurnedLimits::TurnedLimits(const Scene& scene, const LinkLimits& limits, ThreadTeam& team)
     : scene_(scene), team_(team), moduli_(scene), fixed_(scene.specimen.grid, scene.prescribed) {
   const Grid& grid = scene.specimen.grid;
   for (int b = 0; b < scene.dimension(); ++b) {
@@ -40,8 +40,8 @@ LimitsInBlocks::LimitsInBlocks(const Scene& scene, const LinkLimits& limits, Thr
   moments_.resize(grid.n_cells());
 }
 
-LimitsInBlocks::Measured LimitsInBlocks::measure(const Displacement& u, const CorotatedElasticity& elasticity,
-                                                 std::int64_t tail, int axis) const {
+TurnedLimits::Measured TurnedLimits::measure(const Displacement& u, const FiniteElasticity& elasticity,
+                                             std::int64_t tail, int axis) const {
   const Grid& grid = scene_.specimen.grid;
   MeanRotation mean;
   scene_.specimen.for_each_cell_at_link(grid.node_at(tail), axis,
@@ -51,15 +51,15 @@ LimitsInBlocks::Measured LimitsInBlocks::measure(const Displacement& u, const Co
   return link;
 }
 
-Vec3 LimitsInBlocks::weight(const Index3& tail, int axis) const {
+Vec3 TurnedLimits::weight(const Index3& tail, int axis) const {
   Vec3 weight{};
   for (std::size_t b = 0; b < d(); ++b)
     weight[b] = link_weight(scene_.specimen, moduli_, tail, axis, static_cast<int>(b));
   return weight;
 }
 
-void LimitsInBlocks::find_in_plane(int plane, const Displacement& u, const CorotatedElasticity& elasticity,
-                                   List<Pull>& found) const {
+void TurnedLimits::find_in_plane(int plane, const Displacement& u, const FiniteElasticity& elasticity,
+                                 List<Pull>& found) const {
   const Grid& grid = scene_.specimen.grid;
   const std::int64_t in_plane = grid.n_nodes() / grid.nodes()[d() - 1];
   for (std::int64_t tail = plane * in_plane; tail < (plane + 1) * in_plane; ++tail)
@@ -69,7 +69,7 @@ void LimitsInBlocks::find_in_plane(int plane, const Displacement& u, const Corot
       if (at[a] + 1 >= grid.nodes()[a] || std::isinf(intervals_[0].high(axis, node)))
         continue;
       const Measured link = measure(u, elasticity, tail, axis);
-      Pull pull{tail, axis, {}, {}};
+      Pull pull{tail, axis, {}, {}, link.frame.toRotationMatrix()};
       bool pulls = false;
       for (std::size_t b = 0; b < d(); ++b) {
         const double v = link.change[static_cast<Eigen::Index>(b)] + y_[a][node][b];
@@ -84,8 +84,8 @@ void LimitsInBlocks::find_in_plane(int plane, const Displacement& u, const Corot
 }
 
 /// Its force on nodes, and its moment on the cells that it borders.
-double LimitsInBlocks::pull(const Pull& pull, const Displacement& u, const CorotatedElasticity& elasticity,
-                            Displacement& forces) {
+double TurnedLimits::pull(const Pull& pull, const Displacement& u, const FiniteElasticity& elasticity,
+                          Displacement& forces) {
   const Grid& grid = scene_.specimen.grid;
   const Measured link = measure(u, elasticity, pull.tail, pull.axis);
   Vector3d force = Vector3d::Zero();
@@ -117,8 +117,8 @@ double LimitsInBlocks::pull(const Pull& pull, const Displacement& u, const Corot
   return energy;
 }
 
-double LimitsInBlocks::evaluate(const Displacement& u, const CorotatedElasticity& elasticity,
-                                Displacement& forces) {
+double TurnedLimits::evaluate(const Displacement& u, const FiniteElasticity& elasticity,
+                              Displacement& forces) {
   const int planes = scene_.specimen.grid.nodes()[d() - 1];
   std::vector<List<Pull>> of_plane(planes);
   team_.run(planes, [&](int plane, int) { find_in_plane(plane, u, elasticity, of_plane[plane]); });
@@ -141,12 +141,29 @@ double LimitsInBlocks::evaluate(const Displacement& u, const CorotatedElasticity
   return energy;
 }
 
-void LimitsInBlocks::improve_multipliers() {
+void TurnedLimits::add_tangent(const Displacement& p, Displacement& forces) const {
+  const Grid& grid = scene_.specimen.grid;
+  for (const Pull& link : pulls_) {
+    const Vector3d change =
+        link.frame.transpose() * (link_vector(grid, p, link.tail, link.axis) - at_rest(grid, link.axis));
+    Vector3d force = Vector3d::Zero();
+    for (std::size_t b = 0; b < d(); ++b)
+      if (const auto i = static_cast<Eigen::Index>(b); link.excess[b] != 0)
+        force[i] = penalty_factor * link.weight[b] * change[i];
+    force = link.frame * force;
+    for (int b = 0; b < scene_.dimension(); ++b) {
+      forces(b, link.tail) -= force[b];
+      forces(b, link.tail + grid.stride(link.axis)) += force[b];
+    }
+  }
+}
+
+void TurnedLimits::improve_multipliers() {
   for (const Pull& pull : pulls_)
     y_[pull.axis][pull.tail] = pull.excess;
 }
 
-double LimitsInBlocks::gap() const {
+double TurnedLimits::gap() const {
   double sum = 0;
   for (const Pull& pull : pulls_)
     for (std::size_t b = 0; b < d(); ++b) {
@@ -156,7 +173,7 @@ double LimitsInBlocks::gap() const {
   return sum;
 }
 
-bool LimitsInBlocks::are_penalties_out_of_date() const {
+bool TurnedLimits::are_penalties_out_of_date() const {
   if (has_penalty_.empty())
     return true;
   std::size_t outside = 0, told = 0;
@@ -172,7 +189,7 @@ bool LimitsInBlocks::are_penalties_out_of_date() const {
   return static_cast<double>(outside - told + before - told) > enough_changes * static_cast<double>(outside);
 }
 
-const List<PenaltyLink>& LimitsInBlocks::penalties() {
+const List<PenaltyLink>& TurnedLimits::penalties() {
   has_penalty_.assign(fixed_.n_nodes(), 0);
   penalties_.clear();
   for (const Pull& pull : pulls_)
@@ -192,29 +209,29 @@ namespace {
 
 constexpr int sweeps_per_frames = 8, most_frames = 60;
 
-struct BlockLink {
+struct FramedLink {
   std::int64_t tail = 0, head = 0;
   int axis = 0;
   LinkIntervals<double> interval; ///< by component [m]
   Eigen::Matrix3d frame;
 };
 
-class BlockProjection {
+class FrameProjection {
 public:
-  BlockProjection(const Scene& scene, const LinkLimits& limits, double narrowed);
-  ProjectionInBlocks run(const LinkLimits& limits, Displacement& u);
+  FrameProjection(const Scene& scene, const LinkLimits& limits, double narrowed);
+  TurnedProjection run(const LinkLimits& limits, Displacement& u);
 
 private:
   void find_frames(const Displacement& u);
-  void bring_within(const BlockLink& link, Displacement& u) const;
+  void bring_within(const FramedLink& link, Displacement& u) const;
 
   const Scene& scene_;
   double narrowed_;
-  List<BlockLink> links_;
+  List<FramedLink> links_;
   FixedMask fixed_;
 };
 
-BlockProjection::BlockProjection(const Scene& scene, const LinkLimits& limits, double narrowed)
+FrameProjection::FrameProjection(const Scene& scene, const LinkLimits& limits, double narrowed)
     : scene_(scene), narrowed_(narrowed), fixed_(scene.specimen.grid, scene.prescribed) {
   const Grid& grid = scene.specimen.grid;
   for (std::int64_t node = 0; node < grid.n_nodes(); ++node)
@@ -228,9 +245,9 @@ BlockProjection::BlockProjection(const Scene& scene, const LinkLimits& limits, d
     }
 }
 
-void BlockProjection::find_frames(const Displacement& u) {
+void FrameProjection::find_frames(const Displacement& u) {
   const List<Quaterniond> rotation = block_rotations(scene_, u);
-  for (BlockLink& link : links_) {
+  for (FramedLink& link : links_) {
     MeanRotation mean;
     scene_.specimen.for_each_cell_at_link(scene_.specimen.grid.node_at(link.tail), link.axis,
                                           [&](std::int64_t cell) { mean.add(rotation[cell]); });
@@ -238,7 +255,7 @@ void BlockProjection::find_frames(const Displacement& u) {
   }
 }
 
-void BlockProjection::bring_within(const BlockLink& link, Displacement& u) const {
+void FrameProjection::bring_within(const FramedLink& link, Displacement& u) const {
   const Grid& grid = scene_.specimen.grid;
   const auto tail = static_cast<std::size_t>(link.tail), head = static_cast<std::size_t>(link.head);
   const auto& [low, high] = link.interval;
@@ -261,15 +278,15 @@ void BlockProjection::bring_within(const BlockLink& link, Displacement& u) const
   }
 }
 
-ProjectionInBlocks BlockProjection::run(const LinkLimits& limits, Displacement& u) {
-  ProjectionInBlocks done;
+TurnedProjection FrameProjection::run(const LinkLimits& limits, Displacement& u) {
+  TurnedProjection done;
   for (int frames = 0; frames < most_frames; ++frames) {
     done.is_feasible = largest_violation_in_blocks(scene_, limits, u) <= tolerance;
     if (done.is_feasible)
       break;
     find_frames(u);
     for (int sweep = 0; sweep < sweeps_per_frames; sweep += 2) {
-      for (const BlockLink& link : links_)
+      for (const FramedLink& link : links_)
         bring_within(link, u);
       for (auto link = links_.rbegin(); link != links_.rend(); ++link)
         bring_within(*link, u);
@@ -281,9 +298,9 @@ ProjectionInBlocks BlockProjection::run(const LinkLimits& limits, Displacement& 
 
 } // namespace
 
-ProjectionInBlocks project_in_blocks(const Scene& scene, const LinkLimits& limits, Displacement& u,
-                                     double narrowed) {
-  return BlockProjection(scene, limits, narrowed).run(limits, u);
+TurnedProjection project_in_turned_frames(const Scene& scene, const LinkLimits& limits, Displacement& u,
+                                          double narrowed) {
+  return FrameProjection(scene, limits, narrowed).run(limits, u);
 }
 
 } // namespace maille::deform

@@ -1,0 +1,145 @@
+#pragma once
+/// Finite-strain elasticity of the lattice: energy, forces and tangent from each cell's deformation gradient.
+///
+/// F = I + H is the mean deformation gradient of a cell, E = (F^T F - I) / 2, W the law of its material (see
+/// materials/law.hpp), V its volume at rest. h_i is what the displacement of corner i has beyond F, and K the
+/// matrix of LatticeElasticity. The energy of a cell is
+///
+///   V W(E) + V T (|F a| - 1) + 1/2 w . K w,   w_i = F^T h_i,
+///
+/// with T the active stress along the fibre a at rest. w is the change of Green-Lagrange strain within the
+/// cell, to first order; K gives it the edges, twists and plates of small strain, as w has no mean gradient.
+///
+/// In the plane, and in 1D, the strains out of the scene's directions are fixed (plane strain) or such that
+/// their stresses are zero (plane stress, 1D): found cell by cell, and condensed out of the tangent.
+///
+/// Nearly incompressible matter makes Newton steps short: a step that keeps J to first order changes it to
+/// second, at a stiff price that its tangent would take for stress. So the tangent has a pressure p of each
+/// cell in place of kappa ln J, kappa = the mean of C_12, C_13, C_23: what ln J was to be after the last
+/// step, to first order. That is Newton's method for displacement and pressure, the pressure condensed cell
+/// by cell; where it converges, p = kappa ln J.
+///
+/// Exact: forces are the gradient of the energy, the tangent their derivative; turns cost no energy; the
+/// limit of small strain is LatticeElasticity. One mean volume per cell: no locking. Heuristic: K is that of
+/// rest, so bending within a cell is as stiff as at rest; its part falls with the square of the spacing.
+///
+/// Source  docs/theory.md, section 4; Simo, Taylor, Pister 1985 (Comput. Methods Appl. Mech. Eng. 51) for the
+///         pressure; Belytschko, Liu, Moran 2000, section 8.7, for one-point elements with
+///         stabilisation
+/// Checked by  tests/deform/elastic/finite_elasticity_test.cpp
+
+#include "elastic/finite/cell_modes.hpp"
+
+#include <Eigen/Geometry>
+
+#include <vector>
+
+namespace maille::deform {
+
+/// Same bits for any number of threads that have asked the same before.
+class FiniteElasticity {
+public:
+  /// @param scene must outlive this, as must `linear`, which is of the same scene
+  FiniteElasticity(const Scene& scene, const LatticeElasticity& linear);
+
+  /// @return the energy [J], infinite if a cell is inverted; forces = its gradient [N], dense
+  double evaluate(const Displacement& u, Displacement& forces, ThreadTeam& team);
+  /// exact: the derivative of the forces, but for pressures. positive: eigenvalues of cells by their size,
+  /// and without the turn of what lies beyond F: positive semidefinite, for states far from a minimum.
+  /// Source  Chen, Zhang, Peng, Jiang, Kaufman, Jacobson 2024 (ACM SIGGRAPH), absolute eigenvalues
+  enum class Convexity { exact, positive };
+  /// Finds the tangent and the frames of cells at u, for apply_tangent() and what follows.
+  void linearise(const Displacement& u, Convexity convexity, ThreadTeam& team);
+  /// What a step of that length along a direction from the last linearise() makes of the pressures.
+  void step_pressures(const Displacement& direction, double length, ThreadTeam& team);
+  /// Pressures are those of the displacement.
+  void forget_pressures() { has_pressures_ = false; }
+  /// forces = d(forces)/du p, at the state of the last linearise().
+  void apply_tangent(const Displacement& u, const Displacement& p, Displacement& forces,
+                     ThreadTeam& team) const;
+  /// The stiffness of a cell for small strains in its frame, on top of the state of the last linearise(),
+  /// made positive definite [Pa].
+  Matrix6 stiffness_in_frame(std::int64_t cell) const;
+  /// Active stress of fibres, a cell each [Pa], in place of the scene's; empty: none.
+  void set_active_stress(std::vector<double> stress) { active_stress_ = std::move(stress); }
+  /// Elastic energy of every cell at the last evaluation [J]; 0 outside the body.
+  const std::vector<double>& energies() const { return energies_; }
+  /// Energy of contracting fibres at the last evaluation [J], part of evaluate()'s.
+  double active_energy() const;
+  /// Cells whose mean F is inverted at the last evaluation.
+  std::int64_t n_inverted() const;
+
+  /// Rotation of every cell, nearest to F at the last turn_frames(); meaningless outside the body.
+  const List<Eigen::Quaterniond>& frames() const { return frame_; }
+  void turn_frames(const Displacement& u, ThreadTeam& team);
+  /// Turns every frame as far as a linear displacement d says, by the angle that it stands for and not by its
+  /// arc tangent.
+  /// Source  Choi and Ko 2005 (IEEE TVCG 11), modal warping
+  void warp_frames(const Displacement& d);
+  /// The quadratic energy of linear elasticity measured in the present frames: forces = its gradient.
+  void evaluate_in_fixed_frames(const Displacement& u, Displacement& forces, ThreadTeam& team) const;
+  /// Its second derivative, positive semidefinite: forces = sum over cells of R K R^T p.
+  void apply_in_fixed_frames(const Displacement& p, Displacement& forces, ThreadTeam& team) const;
+  /// Adds the forces that moments on the frames amount to: the derivative of the sum of moment . turn.
+  /// @param moments by cell, of no cells without matter [N m]; @pre frames turned at u
+  void add_moments(const Displacement& u, const List<Eigen::Vector3d>& moments, Displacement& forces,
+                   ThreadTeam& team) const;
+  const Scene& scene() const { return scene_; }
+
+private:
+  using Matrix9 = Eigen::Matrix<float, 9, 9>;
+  /// A kind of matter.
+  struct Matter {
+    Matrix6 stiffness = Matrix6::Zero();        ///< object's frame [Pa]
+    Matrix6 in_scene = Matrix6::Zero();         ///< reduced to the scene's dimension; other rows are zero
+    MatrixBeyond beyond = MatrixBeyond::Zero(); ///< [N/m]
+  };
+  /// State of a cell, per volume at rest.
+  struct Tangent {
+    Eigen::Matrix3d F;
+    Matrix9 of_gradient; ///< dP/dF, columns of both one after another
+    double pressure;     ///< kappa ln J
+  };
+  /// Energies and inverted cells of a layer.
+  struct OfLayer {
+    double energy = 0, active = 0;
+    std::int64_t inverted = 0;
+  };
+  LawResponse respond(std::int64_t cell, Eigen::Matrix3d& E, double& active_energy) const;
+  /// Calls work.operator()<dimension>(layer of cells) for every second layer at a time: none of them share a
+  /// node.
+  template<class Work>
+  void for_each_layer(ThreadTeam& team, Work&& work) const;
+  /// Calls visit(cell, its first node) for the cells of matter of a layer.
+  template<class Visit>
+  void for_each_cell(int layer, Visit&& visit) const;
+  const Matter& matter_of(std::int64_t cell) const { return matter_[linear_.kind_number(cell)]; }
+  template<int dimension>
+  void find_matter(std::int64_t cell, Matter& matter) const;
+  template<int dimension>
+  void pull_in_frame(std::int64_t cell, const Eigen::Matrix3d& R, const Eigen::Matrix3d& gradient,
+                     CellModes<dimension>& at) const;
+  double bulk(std::int64_t cell) const { ///< kappa [Pa]
+    const Matrix6& C = matter_of(cell).stiffness;
+    return std::max(0.0, (C(0, 1) + C(0, 2) + C(1, 2)) / 3);
+  }
+  double volume(std::int64_t cell) const { return volume_ * linear_.weight(cell); }
+
+  const Scene& scene_;
+  const Grid& grid_;
+  const LatticeElasticity& linear_;
+  double volume_ = 1;             ///< of a cell [m^3]; in 2D per metre, in 1D per square metre
+  List<Matter> matter_;           ///< by kind
+  bool has_free_strains_ = false; ///< such that their stresses are zero
+  List<Eigen::Quaterniond> frame_;
+  List<Tangent> tangent_; ///< by cell
+  List<double> pressure_; ///< by cell [Pa]
+  bool has_pressures_ = false;
+  Convexity convexity_ = Convexity::exact;
+  std::vector<double> active_stress_;
+  std::vector<OfLayer> of_layer_;
+  std::vector<double> energies_;         ///< by cell [J]
+  std::array<std::int64_t, 8> offset_{}; ///< of corners from the first one
+};
+
+} // namespace maille::deform

@@ -1,0 +1,406 @@
+#include "elastic/finite/finite_minimum.hpp"
+
+#include "elastic/limits/active_links.hpp"
+#include "maille/scene/frame.hpp"
+#include "maille/scene/scene.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+namespace maille::deform {
+
+namespace {
+
+/// A turn for which one increment is enough. Measured: see docs/large_strain.md.
+constexpr double turn_per_increment = std::numbers::pi / 2;
+/// Increments that may fail, and be halved, before the search ends.
+constexpr int most_torn = 8;
+/// Newton steps of an increment before it is halved, where 5 to 20 reach a minimum; and iterations of a step,
+/// which is cut short then.
+constexpr int most_steps = 60, most_iterations = 500;
+/// How far a start and a state between increments are settled, in the energy norm.
+constexpr double start_tolerance = 1e-2;
+/// How far a step reduces the residual far from the minimum, where energy is no parabola; else to
+/// start_tolerance.
+constexpr double far_reduction = 0.1;
+/// Iterations of a solve after which the preconditioner of another state is replaced by one of the present.
+constexpr int worth_refreshing = 20;
+constexpr double armijo = 1e-4;
+/// Strains of which the energy is rounding.
+const double rounding_strain = 64 * std::numeric_limits<double>::epsilon();
+
+/// Nodal forces of all loads but contraction, which turns with cells; no components where there are none.
+Displacement passive_loads_of(Scene scene) {
+  scene.active_stress.clear();
+  if (!scene.has_loads())
+    return {};
+  Displacement loads(scene.specimen.grid);
+  for (int b = 0; b < scene.dimension(); ++b)
+    std::ranges::copy(nodal_forces(scene, b), loads.component(b).begin());
+  return loads;
+}
+
+/// Approximate energy of the body with all cells at unit strain.
+double energy_of_unit_strain(const Scene& scene, const LatticeElasticity& linear) {
+  double sum = 0;
+  for (std::int64_t cell = 0; cell < scene.specimen.grid.n_cells(); ++cell)
+    if (scene.specimen.is_matter(cell))
+      sum += linear.weight(cell) * linear.kinds()[linear.kind_number(cell)].largest_mean();
+  return sum;
+}
+
+/// Scales of taut limits are not looked for: nothing here asks for them.
+Scene without_search(Scene scene) {
+  scene.limits.taut_scale = 0;
+  return scene;
+}
+
+} // namespace
+
+FiniteMinimum::FiniteMinimum(const CoupledTask& task, std::shared_ptr<ElasticOperator> at_rest)
+    : task_(task), scene_(without_search(task.scene)), linear_(scene_), elasticity_(scene_, linear_),
+      preconditioner_(task, std::move(at_rest)), sums_(scene_.specimen.grid, task.team) {
+  state_.u = state_.gradient = Displacement(scene_.specimen.grid);
+  floor_ = rounding_strain * rounding_strain * energy_of_unit_strain(scene_, linear_);
+}
+
+int FiniteMinimum::planned_increments() const {
+  if (scene_.relaxation.increments > 0)
+    return scene_.relaxation.increments;
+  double angle = 0;
+  for (const Turn& turn : scene_.turns)
+    angle = std::max(angle, std::abs(turn.angle));
+  for (const Drive& drive : scene_.drives)
+    angle = std::max(angle, drive.turned());
+  return std::max(1, static_cast<int>(std::ceil(angle / turn_per_increment - 1e-9)));
+}
+
+void FiniteMinimum::mask(Displacement& field) const {
+  for (const Prescribed& p : scene_.prescribed)
+    field(p.component, p.node) = 0;
+}
+
+void FiniteMinimum::put_on_loads_of(const Scene& step) {
+  followers_ = FollowerPressure(step);
+  Scene dead = step;
+  std::erase_if(dead.tractions, [](const FaceLoad& load) { return load.follows; });
+  dead_loads_ = passive_loads_of(followers_.is_empty() ? step : std::move(dead));
+  loads_ = dead_loads_;
+  turn_loads();
+  elasticity_.set_active_stress(step.active_stress);
+}
+
+/// Gives pressures the faces that the present state has. @return false where no load follows
+bool FiniteMinimum::turn_loads() {
+  if (followers_.is_empty())
+    return false;
+  loads_ = dead_loads_.empty() ? Displacement(scene_.specimen.grid) : dead_loads_;
+  followers_.add_forces(state_.u, loads_);
+  return true;
+}
+
+void FiniteMinimum::evaluate(State& state) {
+  state.energy = elasticity_.evaluate(state.u, state.gradient, task_.team);
+  state.elastic = state.energy - elasticity_.active_energy();
+  if (std::isinf(state.energy))
+    return;
+  if (limits_) {
+    elasticity_.turn_frames(state.u, task_.team);
+    state.energy += limits_->evaluate(state.u, elasticity_, state.gradient);
+  }
+  state.energy += energy_of_springs(linear_.springs(), state.u);
+  for (const NodalSpring& spring : linear_.springs()) {
+    const Vec3 pull = pull_of(spring, state.u);
+    for (int b = 0; b < scene_.dimension(); ++b)
+      state.gradient(b, spring.node) -= pull[b];
+  }
+  if (loads_.empty())
+    return;
+  state.energy -= sums_.dot(loads_, state.u);
+  sums_.add(-1, loads_, 1, state.gradient);
+}
+
+/// As the object's frame goes from one increment to the next, so does the body.
+void FiniteMinimum::carry(const Scene& from, const Scene& to) {
+  const Frame before = object_frame(from), after = object_frame(to);
+  to_object(from, before, state_.u);
+  to_world(to, after, state_.u);
+}
+
+/// d += a correction that brings the residual to `reduction` of its norm. @return false if stopped
+bool FiniteMinimum::solve_for(ElasticOperator& K, const Displacement& residual, double reduction,
+                              Displacement& d, Answer& answer) {
+  FieldGradients gradients(residual.n_components(), FixedMask(scene_.specimen, scene_.prescribed),
+                           FieldSums(scene_.specimen.grid, task_.team));
+  gradients.residual() = residual;
+  mask(gradients.residual());
+  gradients.begin(K, d);
+  ReductionWatch reduced(limits_ ? most_coupled_iterations : most_iterations, reduction, task_.must_stop,
+                         floor_);
+  has_bent_down_ = conjugate_gradients(gradients, reduced) == GradientsEnd::no_curvature;
+  solve_iterations_ = reduced.iterations();
+  answer.iterations += reduced.iterations();
+  return !task_.must_stop();
+}
+
+/// From the last increment's state to a start for this one, with handles in place.
+FiniteMinimum::End FiniteMinimum::predict(const Scene& to, Answer& answer) {
+  evaluate(state_);
+  elasticity_.linearise(state_.u, Convexity::positive, task_.team);
+  preconditioner_.turn_with(elasticity_);
+  Displacement d(scene_.specimen.grid), residual(d);
+  for (const Prescribed& p : to.prescribed)
+    d(p.component, p.node) = p.value - state_.u(p.component, p.node);
+  TangentOperator tangent(elasticity_, state_.u, nullptr, preconditioner_, task_.team);
+  tangent.apply(d, residual);
+  sums_.add(-1, state_.gradient, -1, residual);
+  if (!solve_for(tangent, residual, start_tolerance, d, answer))
+    return End::stopped;
+
+  elasticity_.step_pressures(d, 1, task_.team);
+  State warped;
+  warped.u = state_.u;
+  sums_.add(1, d, 1, warped.u);
+  warped.gradient = Displacement(scene_.specimen.grid);
+  for (const Prescribed& p : to.prescribed)
+    warped.u(p.component, p.node) = p.value;
+  state_.u = warped.u;
+  evaluate(state_);
+  elasticity_.warp_frames(d);
+  preconditioner_.turn_with(elasticity_);
+  elasticity_.evaluate_in_fixed_frames(warped.u, residual, task_.team);
+  sums_.add(0, residual, -1, residual);
+  if (!loads_.empty())
+    sums_.add(1, loads_, 1, residual);
+  FixedFrames frames(elasticity_, preconditioner_, task_.team);
+  if (!solve_for(frames, residual, start_tolerance, warped.u, answer))
+    return End::stopped;
+  evaluate(warped);
+  if (warped.energy < state_.energy) {
+    std::swap(state_, warped);
+    elasticity_.forget_pressures();
+  }
+  evaluate(state_);
+  if (std::isinf(state_.energy))
+    return End::torn;
+  return End::settled;
+}
+
+FiniteMinimum::End FiniteMinimum::go_to(double fraction, Answer& answer) {
+  const Scene from = scaled(scene_, fraction_), to = scaled(scene_, fraction);
+  const Displacement before = state_.u;
+  put_on_loads_of(to);
+  is_unstable_ = false;
+  carry(from, to);
+  End end = predict(to, answer);
+  const double reached = fraction_;
+  if (end == End::settled) {
+    fraction_ = fraction;
+    end = descend(fraction < 1 ? start_tolerance : scene_.relaxation.tolerance, answer);
+    if (end != End::torn)
+      return end;
+  }
+  fraction_ = reached;
+  state_.u = before;
+  put_on_loads_of(from);
+  evaluate(state_);
+  return end;
+}
+
+/// Tries ever shorter steps. @return false if none lowers the energy
+bool FiniteMinimum::step_downhill(const Displacement& direction, double slope, State& next) {
+  for (double length = 1; length > std::numeric_limits<float>::epsilon();) {
+    next.u = state_.u;
+    sums_.add(length, direction, 1, next.u);
+    evaluate(next);
+    const double rise = next.energy - state_.energy;
+    if (rise <= armijo * length * slope)
+      return true;
+    const double best = -slope * length * length / (2 * (rise - slope * length)); // of a parabola
+    length = std::isfinite(best) ? std::clamp(best, 0.1 * length, 0.5 * length) : 0.1 * length;
+  }
+  return false;
+}
+
+/// @param slope of the energy along the direction to where its minimum is thought to be
+double FiniteMinimum::estimated_error(double slope) const {
+  const double product = std::max(0.0, -slope), energy = std::max(2 * state_.elastic, floor_);
+  return std::min(1.0, limits_ ? Nearness{product, limits_->gap()}.error(energy)
+                               : 2 * std::sqrt(product / energy));
+}
+
+void FiniteMinimum::find_newton_direction(Convexity convexity, double reduction, Displacement& direction,
+                                          Answer& answer) {
+  elasticity_.linearise(state_.u, convexity, task_.team);
+  preconditioner_.turn_with(elasticity_);
+  if (!limits_ && solve_iterations_ > worth_refreshing && preconditioner_.refresh(elasticity_))
+    preconditioner_.turn_with(elasticity_);
+  TangentOperator tangent(elasticity_, state_.u, limits_ ? &*limits_ : nullptr, preconditioner_, task_.team);
+  Displacement residual = state_.gradient;
+  mask(residual);
+  sums_.add(0, residual, -1, residual);
+  std::ranges::fill(direction.values(), 0.0);
+  solve_for(tangent, residual, reduction, direction, answer);
+  mask(direction);
+}
+
+/// The longest step, from the whole on, that inverts no cell; whatever it does to the energy.
+bool FiniteMinimum::step_on_trial(const Displacement& direction, State& next) {
+  for (double length = 1; length > start_tolerance; length /= 2) {
+    next.u = state_.u;
+    sums_.add(length, direction, 1, next.u);
+    evaluate(next);
+    if (std::isfinite(next.energy)) {
+      elasticity_.step_pressures(direction, length, task_.team);
+      return true;
+    }
+  }
+  return false;
+}
+
+FiniteMinimum::End FiniteMinimum::descend(double goal, Answer& answer) {
+  State next{state_.u, state_.gradient};
+  Displacement direction(scene_.specimen.grid);
+  Base base;
+  int on_trial = 0; // steps since the base
+  double reduction = start_tolerance;
+  Convexity convexity = Convexity::exact;
+  bool has_moved = false; // since multipliers were last improved; never without limits
+  for (int i = 0; i < (limits_ ? most_coupled_iterations : most_steps); ++i) {
+    if (watch && on_trial == 0)
+      watch(fraction_, state_.energy);
+    if (task_.must_stop()) {
+      if (on_trial > 0)
+        std::swap(state_, base.state);
+      return End::stopped;
+    }
+    if (on_trial == 0 && turn_loads())
+      evaluate(state_);
+    if (limits_ && limits_->are_penalties_out_of_date())
+      penalized_->set_penalties(limits_->penalties());
+    find_newton_direction(convexity, reduction, direction, answer);
+    if (has_bent_down_ && convexity == Convexity::exact) {
+      if (on_trial > 0)
+        std::swap(state_, base.state);
+      on_trial = 0;
+      convexity = Convexity::positive;
+      elasticity_.forget_pressures();
+      continue;
+    }
+    const double slope = sums_.dot(state_.gradient, direction); // handles do not move along it
+    answer.residual = estimated_error(slope);
+    const double rounding = 16 * std::numeric_limits<double>::epsilon() *
+                            (state_.elastic + std::abs(state_.elastic - state_.energy));
+    const bool is_lowest = -slope <= std::max(floor_, rounding);
+    if (on_trial == 0 && (answer.residual <= goal || (is_lowest && !limits_))) {
+      is_unstable_ = convexity == Convexity::positive;
+      return End::settled;
+    }
+    if (has_moved && (is_lowest || -slope <= limits_->gap())) {
+      limits_->improve_multipliers();
+      evaluate(state_);
+      has_moved = false;
+      continue;
+    }
+    if (on_trial == 0)
+      base = {state_, direction, slope};
+    const bool is_finite = step_on_trial(direction, next);
+    if (is_finite && next.energy <= base.state.energy + armijo * base.slope)
+      on_trial = 0;
+    else if (is_finite && ++on_trial <= 2) {
+      std::swap(state_, next);
+      reduction = start_tolerance;
+      continue;
+    } else {
+      on_trial = 0;
+      std::swap(state_, base.state);
+      elasticity_.forget_pressures();
+      if (!step_downhill(base.direction, base.slope, next)) {
+        evaluate(state_);
+        if (has_moved) { // better multipliers, once
+          limits_->improve_multipliers();
+          evaluate(state_);
+          has_moved = false;
+          continue;
+        }
+        return limits_ ? End::stopped : answer.residual <= start_tolerance ? End::settled : End::torn;
+      }
+    }
+    has_moved = limits_.has_value();
+    // Half the slope is what a parabola would have brought.
+    const bool is_near = state_.energy - next.energy > -0.4 * slope;
+    reduction = is_near ? start_tolerance : far_reduction;
+    convexity = is_near ? Convexity::exact : convexity;
+    std::swap(state_, next);
+  }
+  return limits_ ? End::stopped : End::torn;
+}
+
+void FiniteMinimum::find_reactions(Answer& answer) const {
+  for (const Prescribed& p : scene_.prescribed)
+    answer.reaction.push_back(state_.gradient(p.component, p.node));
+}
+
+/// Conjugate gradients on the tangent with forces that excite every motion: where some direction is not
+/// positive, they meet it.
+void FiniteMinimum::look_for_instability(Answer& answer) {
+  if (is_unstable_ || limits_)
+    return;
+  elasticity_.linearise(state_.u, Convexity::exact, task_.team);
+  preconditioner_.turn_with(elasticity_);
+  TangentOperator tangent(elasticity_, state_.u, nullptr, preconditioner_, task_.team);
+  Displacement push(scene_.specimen.grid), direction(push);
+  std::uint32_t random = 1;
+  for (double& value : push.values()) {
+    random = random * 1664525U + 1013904223U;
+    value = static_cast<double>(random >> 8) - (1 << 23);
+  }
+  solve_for(tangent, push, far_reduction, direction, answer);
+  is_unstable_ = has_bent_down_;
+}
+
+bool FiniteMinimum::solve(Answer& answer) {
+  const double planned = 1.0 / planned_increments();
+  double increment = planned;
+  answer.residual = 1;
+  End end = End::settled;
+  for (int torn = 0; fraction_ < 1 && end != End::stopped; torn += end == End::torn ? 1 : 0) {
+    if (task_.control.progress)
+      task_.control.progress(0.99 * fraction_, "finite strain");
+    const double next = fraction_ + increment;
+    end = torn == most_torn ? End::stopped : go_to(next > 1 - 1e-9 ? 1 : next, answer);
+    increment /= end == End::torn ? 2 : 1;
+    n_increments_ += end == End::settled ? 1 : 0;
+  }
+  if (end == End::settled)
+    look_for_instability(answer);
+  return finish(end, answer);
+}
+
+bool FiniteMinimum::minimise_within(const LinkLimits& limits, PenalizedOperator& at_rest, Displacement start,
+                                    Answer& answer) {
+  penalized_ = &at_rest;
+  limits_.emplace(scene_, limits, task_.team);
+  put_on_loads_of(scene_);
+  fraction_ = 1;
+  state_.u = std::move(start);
+  evaluate(state_);
+  return finish(descend(scene_.relaxation.tolerance, answer), answer);
+}
+
+bool FiniteMinimum::finish(End end, Answer& answer) {
+  answer.strain_energy = state_.elastic;
+  answer.reaction.clear();
+  if (end == End::settled)
+    find_reactions(answer);
+  answer.displacement = std::move(state_.u);
+  return end == End::settled;
+}
+
+} // namespace maille::deform

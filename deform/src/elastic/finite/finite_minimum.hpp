@@ -1,0 +1,116 @@
+#pragma once
+/// The least energy at finite strain: increments of moves and loads, each by truncated Newton steps.
+///
+/// Moves and loads are put on in increments: a turn by parts of its angle, a shift and a load by parts of
+/// their size. Each begins from the last one's state, carried along with the object's frame:
+///   1. the linear change by the tangent, or by linear elasticity in frames that are turned by the angles
+///      that this change stands for, whichever has less energy;
+///   2. Newton steps: conjugate gradients on the tangent around TurnedPreconditioner, cut short where the
+///      tangent is not positive along a direction; then a line search (Armijo 1966) on the true energy. Whole
+///      steps may raise it for up to two steps, as the next one brings volumes back; if that does not lower
+///      it, the search goes back to the state before (watchdog).
+/// Within limits (TurnedLimits) the energy is an augmented Lagrangian, whose multipliers improve between
+/// steps; the search is the same.
+///
+/// Pressures follow their faces (FaceLoad::follows): the forces of the present state, which stay during a
+/// step.
+///
+/// Exact: energy never rises while handles stay, and no accepted state has an inverted cell. Increments
+/// between are settled to a hundredth only. One whose start or descent meets inverted cells, or no lower
+/// energy, is halved, eight times in all.
+///
+/// Source  Nocedal and Wright 2006, Numerical Optimization, algorithms 7.1 (truncated Newton) and 15.2
+///         (watchdog)
+
+#include "elastic/finite/finite_elasticity.hpp"
+#include "elastic/finite/follower_pressure.hpp"
+#include "elastic/finite/turned_limits.hpp"
+#include "elastic/finite/turned_operator.hpp"
+#include "elastic/krylov/coupled_task.hpp"
+#include "elastic/krylov/elastic_operator.hpp"
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace maille::deform {
+
+class FiniteMinimum {
+public:
+  /// @param task must outlive this
+  /// @param at_rest operator of the body at rest, whose preconditioner it takes
+  FiniteMinimum(const CoupledTask& task, std::shared_ptr<ElasticOperator> at_rest);
+
+  /// Fills in displacement, iterations, residual, energy; reactions if it came to the end. @return false if
+  /// stopped, or given up
+  bool solve(Answer& answer);
+  /// The least energy within limits, from a state in which handles are in place. The state found is within
+  /// the limits but for the estimated error. @param at_rest the operator of the constructor
+  bool minimise_within(const LinkLimits& limits, PenalizedOperator& at_rest, Displacement start,
+                       Answer& answer);
+  /// How much of moves and loads is on in the present state: 1 at the end.
+  double fraction() const { return fraction_; }
+  int increments() const { return n_increments_; }
+  std::int64_t n_inverted() const { return elasticity_.n_inverted(); }
+  /// True if the tangent is not positive along some direction at the end: a small push makes the body leave
+  /// the state.
+  bool is_unstable() const { return is_unstable_; }
+  /// Told of every state that the descent accepts: how much is on, and the energy less the work of loads [J].
+  std::function<void(double fraction, double energy)> watch;
+
+private:
+  using Convexity = FiniteElasticity::Convexity;
+  enum class End { settled, stopped, torn };
+  struct State {
+    Displacement u, gradient; ///< gradient of the energy less loads; everywhere
+    double energy = 0;        ///< less the work of loads [J]
+    double elastic = 0;       ///< [J]
+  };
+  /// A state to go back to, and the way on from there.
+  struct Base {
+    State state;
+    Displacement direction;
+    double slope = 0;
+  };
+
+  int planned_increments() const;
+  End go_to(double fraction, Answer& answer);
+  void carry(const Scene& from, const Scene& to);
+  End predict(const Scene& to, Answer& answer);
+  bool solve_for(ElasticOperator& K, const Displacement& residual, double reduction, Displacement& d,
+                 Answer& answer);
+  void find_newton_direction(Convexity convexity, double reduction, Displacement& direction, Answer& answer);
+  End descend(double goal, Answer& answer);
+  void look_for_instability(Answer& answer);
+  double estimated_error(double slope) const;
+  bool finish(End end, Answer& answer);
+  bool step_downhill(const Displacement& direction, double slope, State& next);
+  bool step_on_trial(const Displacement& direction, State& next);
+  void evaluate(State& state);
+  void put_on_loads_of(const Scene& step);
+  bool turn_loads();
+  void mask(Displacement& field) const;
+  void find_reactions(Answer& answer) const;
+
+  const CoupledTask& task_;
+  Scene scene_; ///< the task's, its taut scale out of the way
+  LatticeElasticity linear_;
+  FiniteElasticity elasticity_;
+  TurnedPreconditioner preconditioner_;
+  FieldSums sums_;
+  std::optional<TurnedLimits> limits_;     ///< once they count, as the next
+  PenalizedOperator* penalized_ = nullptr; ///< gets the penalties of limits_
+  State state_;
+  Displacement loads_;         ///< of the present increment [N]; no components: none
+  Displacement dead_loads_;    ///< where some follow their faces: the others [N]
+  FollowerPressure followers_; ///< of the present increment
+  double fraction_ = 0;
+  double floor_ = 0; ///< twice an energy that is rounding [J]
+  int n_increments_ = 0;
+  int solve_iterations_ = 0;   ///< of the last solve
+  bool has_bent_down_ = false; ///< the last direction met a tangent that is not positive
+  bool is_unstable_ = false;
+};
+
+} // namespace maille::deform

@@ -1,0 +1,89 @@
+#pragma once
+/// Operators of a body in a finite-strain state: its tangent, and the lattice's multigrid in turned frames.
+///
+/// The preconditioner turns forces back node by node, by the mean of the frames around, solves with the body
+/// at rest, and turns the correction forth. In coordinates that turn with the body the tangent is nearly a
+/// lattice of small strain, whose stiffness refresh() takes from the present state: the tangent for strains
+/// in each cell's frame. The stiffness of tension against turns is left out; conjugate gradients find it.
+///
+/// Exact: the tangent. Heuristic: the preconditioner. Nodes of which only some components are free stay
+/// unturned: their directions are the world's.
+
+#include "elastic/finite/finite_elasticity.hpp"
+#include "elastic/finite/turned_limits.hpp"
+#include "elastic/krylov/coupled_task.hpp"
+#include "elastic/krylov/elastic_operator.hpp"
+
+#include "maille/base/arena.hpp"
+
+#include <memory>
+
+namespace maille::deform {
+
+class TurnedPreconditioner {
+public:
+  /// @param task must outlive this @param at_rest operator of the body at rest
+  TurnedPreconditioner(const CoupledTask& task, std::shared_ptr<ElasticOperator> at_rest);
+
+  void turn_with(const FiniteElasticity& elasticity);
+  /// Replaces the body at rest by the state of the last linearise(). @return false where there is no such
+  /// preconditioner: in 1D and 2D
+  bool refresh(const FiniteElasticity& elasticity);
+  /// See ElasticOperator.
+  void apply(const Displacement& residual, Displacement& correction);
+
+private:
+  void turn(Displacement& field, bool forth) const;
+
+  const CoupledTask& task_;
+  std::shared_ptr<ElasticOperator> at_rest_;
+  List<bool> may_turn_;               ///< by node
+  List<Eigen::Quaterniond> rotation_; ///< by node
+  Displacement turned_;
+};
+
+/// The second derivative of the energy at a state, active limits included, around the preconditioner.
+class TangentOperator : public ElasticOperator {
+public:
+  /// All must outlive this. @param limits null: none
+  TangentOperator(const FiniteElasticity& elasticity, const Displacement& state, const TurnedLimits* limits,
+                  TurnedPreconditioner& preconditioner, ThreadTeam& team)
+      : elasticity_(elasticity), state_(state), limits_(limits), preconditioner_(preconditioner),
+        team_(team) {}
+  void apply(const Displacement& u, Displacement& forces) override {
+    elasticity_.apply_tangent(state_, u, forces, team_);
+    if (limits_ != nullptr)
+      limits_->add_tangent(u, forces);
+  }
+  void precondition(const Displacement& residual, Displacement& correction) override {
+    preconditioner_.apply(residual, correction);
+  }
+
+private:
+  const FiniteElasticity& elasticity_;
+  const Displacement& state_;
+  const TurnedLimits* limits_;
+  TurnedPreconditioner& preconditioner_;
+  ThreadTeam& team_;
+};
+
+/// The same in frames that stay, by linear elasticity.
+class FixedFrames : public ElasticOperator {
+public:
+  /// All must outlive this.
+  FixedFrames(const FiniteElasticity& elasticity, TurnedPreconditioner& preconditioner, ThreadTeam& team)
+      : elasticity_(elasticity), preconditioner_(preconditioner), team_(team) {}
+  void apply(const Displacement& u, Displacement& forces) override {
+    elasticity_.apply_in_fixed_frames(u, forces, team_);
+  }
+  void precondition(const Displacement& residual, Displacement& correction) override {
+    preconditioner_.apply(residual, correction);
+  }
+
+private:
+  const FiniteElasticity& elasticity_;
+  TurnedPreconditioner& preconditioner_;
+  ThreadTeam& team_;
+};
+
+} // namespace maille::deform
