@@ -141,7 +141,7 @@ std::string FiniteProblem<dim>::correct(const Scene& step, double fraction, Stat
 /// From a state in balance to that at another fraction of moves and loads. The first correction takes what is
 /// prescribed along. Corrections fall faster and faster, so the error behind one is less than it times its
 /// ratio to the one before; of slender bodies they end at rounding instead.
-/// @return why not, with `state` of no use
+/// @return why it failed, `state` is then invalid; empty if it did not
 template<int dim>
 std::string FiniteProblem<dim>::advance(const Scene& step, double fraction, State<dim>& state, Watch& watch) {
   constexpr int most_corrections = 20;

@@ -52,7 +52,7 @@ public:
   std::filesystem::path file(const std::string& ending) const;
   /// Says that the command will write `SCENE` and this.
   void plan(const std::string& ending) { planned_.insert(scene_ + ending); }
-  /// Whether it will.
+  /// True if plan() named it.
   bool is_planned(const std::string& name) const { return planned_.contains(name); }
   /// Says that a file has been written.
   void add(const std::filesystem::path& file);

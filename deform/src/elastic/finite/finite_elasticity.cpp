@@ -81,7 +81,8 @@ Matrix9d tangent_of_gradient(const Matrix3d& F, const LawResponse& response) {
   return A + strain.transpose() * response.tangent * strain;
 }
 
-/// Eigenvalues become their size, at least `least` of the largest entry where one is below.
+/// Replaces eigenvalues by their size where one is below `least_part` of the largest entry, and smaller ones
+/// by that part.
 template<int n>
 void make_positive(double least_part, Eigen::Matrix<double, n, n>& A) {
   using Matrix = Eigen::Matrix<double, n, n>;
@@ -292,11 +293,7 @@ void FiniteElasticity::apply_tangent(const Displacement& u, const Displacement& 
       at.scatter(forces, node, offset_);
     });
   });
-  for (const NodalSpring& spring : linear_.springs()) {
-    const Vec3 pull = pull_of(spring, p);
-    for (int b = 0; b < grid_.dimension(); ++b)
-      forces(b, spring.node) -= pull[b];
-  }
+  add_springs(p, forces);
 }
 
 Matrix6 FiniteElasticity::stiffness_in_frame(std::int64_t cell) const {
@@ -348,33 +345,25 @@ void FiniteElasticity::pull_in_frame(std::int64_t cell, const Matrix3d& R, const
   at.set_force(volume(cell) * R * as_stress(stress), linear_.weight(cell) * R * at.pull(matter.beyond, w));
 }
 
-void FiniteElasticity::evaluate_in_fixed_frames(const Displacement& u, Displacement& forces,
-                                                ThreadTeam& team) const {
+void FiniteElasticity::pull_in_frames(const Displacement& u, bool from_rest, Displacement& forces,
+                                      ThreadTeam& team) const {
   std::ranges::fill(forces.values(), 0.0);
   for_each_layer(team, [&]<int dimension>(int layer) {
     CellModes<dimension> at(grid_.spacing());
     for_each_cell(layer, [&](std::int64_t cell, std::size_t node) {
       at.gather(u, node, offset_);
       const Matrix3d T = turn_beyond_identity(frame_[cell]);
-      pull_in_frame(cell, Matrix3d::Identity() + T, T.transpose(), at);
+      pull_in_frame(cell, Matrix3d::Identity() + T, from_rest ? Matrix3d(T.transpose()) : Matrix3d::Zero(),
+                    at);
       at.scatter(forces, node, offset_);
     });
   });
+  add_springs(u, forces);
 }
 
-void FiniteElasticity::apply_in_fixed_frames(const Displacement& p, Displacement& forces,
-                                             ThreadTeam& team) const {
-  std::ranges::fill(forces.values(), 0.0);
-  for_each_layer(team, [&]<int dimension>(int layer) {
-    CellModes<dimension> at(grid_.spacing());
-    for_each_cell(layer, [&](std::int64_t cell, std::size_t node) {
-      at.gather(p, node, offset_);
-      pull_in_frame(cell, frame_[cell].toRotationMatrix(), Matrix3d::Zero(), at);
-      at.scatter(forces, node, offset_);
-    });
-  });
+void FiniteElasticity::add_springs(const Displacement& u, Displacement& forces) const {
   for (const NodalSpring& spring : linear_.springs()) {
-    const Vec3 pull = pull_of(spring, p);
+    const Vec3 pull = pull_of(spring, u);
     for (int b = 0; b < grid_.dimension(); ++b)
       forces(b, spring.node) -= pull[b];
   }

@@ -76,10 +76,17 @@ public:
   /// arc tangent.
   /// Source  Choi and Ko 2005 (IEEE TVCG 11), modal warping
   void warp_frames(const Displacement& d);
-  /// The quadratic energy of linear elasticity measured in the present frames: forces = its gradient.
-  void evaluate_in_fixed_frames(const Displacement& u, Displacement& forces, ThreadTeam& team) const;
+  /// The quadratic energy of linear elasticity measured in the present frames, springs included: forces = its
+  /// gradient.
+  void evaluate_in_fixed_frames(const Displacement& u, Displacement& forces, ThreadTeam& team) const {
+    pull_in_frames(u, true, forces, team);
+  }
   /// Its second derivative, positive semidefinite: forces = sum over cells of R K R^T p.
-  void apply_in_fixed_frames(const Displacement& p, Displacement& forces, ThreadTeam& team) const;
+  void apply_in_fixed_frames(const Displacement& p, Displacement& forces, ThreadTeam& team) const {
+    pull_in_frames(p, false, forces, team);
+  }
+  /// Adds what holds the body's nodes against springs to the ground [N].
+  void add_springs(const Displacement& u, Displacement& forces) const;
   /// Adds the forces that moments on the frames amount to: the derivative of the sum of moment . turn.
   /// @param moments by cell, of no cells without matter [N m]; @pre frames turned at u
   void add_moments(const Displacement& u, const List<Eigen::Vector3d>& moments, Displacement& forces,
@@ -116,6 +123,8 @@ private:
   const Matter& matter_of(std::int64_t cell) const { return matter_[linear_.kind_number(cell)]; }
   template<int dimension>
   void find_matter(std::int64_t cell, Matter& matter) const;
+  /// @param from_rest u is a displacement, and no change of one: turned frames strain a body at rest
+  void pull_in_frames(const Displacement& u, bool from_rest, Displacement& forces, ThreadTeam& team) const;
   template<int dimension>
   void pull_in_frame(std::int64_t cell, const Eigen::Matrix3d& R, const Eigen::Matrix3d& gradient,
                      CellModes<dimension>& at) const;

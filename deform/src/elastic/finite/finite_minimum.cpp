@@ -5,13 +5,11 @@
 #include "maille/scene/scene.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <numbers>
 #include <utility>
-#include <vector>
 
 namespace maille::deform {
 
@@ -19,8 +17,8 @@ namespace {
 
 /// A turn for which one increment is enough. Measured: see docs/large_strain.md.
 constexpr double turn_per_increment = std::numbers::pi / 2;
-/// Increments that may fail, and be halved, before the search ends.
-constexpr int most_torn = 8;
+/// Give up after this many failed increments, each of which halves the next.
+constexpr int most_failures = 8;
 /// Newton steps of an increment before it is halved, where 5 to 20 reach a minimum; and iterations of a step,
 /// which is cut short then.
 constexpr int most_steps = 60, most_iterations = 500;
@@ -29,7 +27,7 @@ constexpr double start_tolerance = 1e-2;
 /// How far a step reduces the residual far from the minimum, where energy is no parabola; else to
 /// start_tolerance.
 constexpr double far_reduction = 0.1;
-/// Iterations of a solve after which the preconditioner of another state is replaced by one of the present.
+/// Rebuild the preconditioner from the present state after a solve of more iterations than this.
 constexpr int worth_refreshing = 20;
 constexpr double armijo = 1e-4;
 /// Strains of which the energy is rounding.
@@ -115,11 +113,7 @@ void FiniteMinimum::evaluate(State& state) {
     state.energy += limits_->evaluate(state.u, elasticity_, state.gradient);
   }
   state.energy += energy_of_springs(linear_.springs(), state.u);
-  for (const NodalSpring& spring : linear_.springs()) {
-    const Vec3 pull = pull_of(spring, state.u);
-    for (int b = 0; b < scene_.dimension(); ++b)
-      state.gradient(b, spring.node) -= pull[b];
-  }
+  elasticity_.add_springs(state.u, state.gradient);
   if (loads_.empty())
     return;
   state.energy -= sums_.dot(loads_, state.u);
@@ -143,7 +137,7 @@ bool FiniteMinimum::solve_for(ElasticOperator& K, const Displacement& residual, 
   gradients.begin(K, d);
   ReductionWatch reduced(limits_ ? most_coupled_iterations : most_iterations, reduction, task_.must_stop,
                          floor_);
-  has_bent_down_ = conjugate_gradients(gradients, reduced) == GradientsEnd::no_curvature;
+  has_negative_curvature_ = conjugate_gradients(gradients, reduced) == GradientsEnd::no_curvature;
   solve_iterations_ = reduced.iterations();
   answer.iterations += reduced.iterations();
   return !task_.must_stop();
@@ -188,7 +182,7 @@ FiniteMinimum::End FiniteMinimum::predict(const Scene& to, Answer& answer) {
   }
   evaluate(state_);
   if (std::isinf(state_.energy))
-    return End::torn;
+    return End::failed;
   return End::settled;
 }
 
@@ -203,7 +197,7 @@ FiniteMinimum::End FiniteMinimum::go_to(double fraction, Answer& answer) {
   if (end == End::settled) {
     fraction_ = fraction;
     end = descend(fraction < 1 ? start_tolerance : scene_.relaxation.tolerance, answer);
-    if (end != End::torn)
+    if (end != End::failed)
       return end;
   }
   fraction_ = reached;
@@ -285,7 +279,7 @@ FiniteMinimum::End FiniteMinimum::descend(double goal, Answer& answer) {
     if (limits_ && limits_->are_penalties_out_of_date())
       penalized_->set_penalties(limits_->penalties());
     find_newton_direction(convexity, reduction, direction, answer);
-    if (has_bent_down_ && convexity == Convexity::exact) {
+    if (has_negative_curvature_ && convexity == Convexity::exact) {
       if (on_trial > 0)
         std::swap(state_, base.state);
       on_trial = 0;
@@ -329,7 +323,7 @@ FiniteMinimum::End FiniteMinimum::descend(double goal, Answer& answer) {
           has_moved = false;
           continue;
         }
-        return limits_ ? End::stopped : answer.residual <= start_tolerance ? End::settled : End::torn;
+        return limits_ ? End::stopped : answer.residual <= start_tolerance ? End::settled : End::failed;
       }
     }
     has_moved = limits_.has_value();
@@ -339,7 +333,7 @@ FiniteMinimum::End FiniteMinimum::descend(double goal, Answer& answer) {
     convexity = is_near ? Convexity::exact : convexity;
     std::swap(state_, next);
   }
-  return limits_ ? End::stopped : End::torn;
+  return limits_ ? End::stopped : End::failed;
 }
 
 void FiniteMinimum::find_reactions(Answer& answer) const {
@@ -362,7 +356,7 @@ void FiniteMinimum::look_for_instability(Answer& answer) {
     value = static_cast<double>(random >> 8) - (1 << 23);
   }
   solve_for(tangent, push, far_reduction, direction, answer);
-  is_unstable_ = has_bent_down_;
+  is_unstable_ = has_negative_curvature_;
 }
 
 bool FiniteMinimum::solve(Answer& answer) {
@@ -370,12 +364,12 @@ bool FiniteMinimum::solve(Answer& answer) {
   double increment = planned;
   answer.residual = 1;
   End end = End::settled;
-  for (int torn = 0; fraction_ < 1 && end != End::stopped; torn += end == End::torn ? 1 : 0) {
+  for (int failures = 0; fraction_ < 1 && end != End::stopped; failures += end == End::failed ? 1 : 0) {
     if (task_.control.progress)
       task_.control.progress(0.99 * fraction_, "finite strain");
     const double next = fraction_ + increment;
-    end = torn == most_torn ? End::stopped : go_to(next > 1 - 1e-9 ? 1 : next, answer);
-    increment /= end == End::torn ? 2 : 1;
+    end = failures == most_failures ? End::stopped : go_to(next > 1 - 1e-9 ? 1 : next, answer);
+    increment /= end == End::failed ? 2 : 1;
     n_increments_ += end == End::settled ? 1 : 0;
   }
   if (end == End::settled)

@@ -61,13 +61,13 @@ public:
 
 private:
   using Convexity = FiniteElasticity::Convexity;
-  enum class End { settled, stopped, torn };
+  enum class End { settled, stopped, failed };
   struct State {
     Displacement u, gradient; ///< gradient of the energy less loads; everywhere
     double energy = 0;        ///< less the work of loads [J]
     double elastic = 0;       ///< [J]
   };
-  /// A state to go back to, and the way on from there.
+  /// The last accepted state, and the search direction there.
   struct Base {
     State state;
     Displacement direction;
@@ -108,8 +108,8 @@ private:
   double fraction_ = 0;
   double floor_ = 0; ///< twice an energy that is rounding [J]
   int n_increments_ = 0;
-  int solve_iterations_ = 0;   ///< of the last solve
-  bool has_bent_down_ = false; ///< the last direction met a tangent that is not positive
+  int solve_iterations_ = 0;            ///< of the last solve
+  bool has_negative_curvature_ = false; ///< the last solve met a direction of negative curvature
   bool is_unstable_ = false;
 };
 
