@@ -102,8 +102,8 @@ void add_pressure(const Region& region, double pressure, const Asked& where, Sce
   };
   const auto before = std::ssize(scene.tractions);
   pull_at(faces_in(region, where, scene.specimen, faults), along_normal, where, scene);
-  for (FaceLoad& face : scene.tractions | std::views::drop(before))
-    face.follows = true;
+  std::for_each(scene.tractions.begin() + before, scene.tractions.end(),
+                [](FaceLoad& face) { face.follows = true; });
 }
 
 void add_force(const Region& region, const Vec3& force, const Asked& where, Scene& scene, FaultList& faults) {
