@@ -14,7 +14,7 @@ set(CPACK_COMPONENTS_GROUPING IGNORE)
 # Packages are of what stands there: cpack builds nothing.
 set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)
 
-install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libmaille-dev RENAME copyright COMPONENT development)
+install(FILES ${PROJECT_SOURCE_DIR}/cmake/copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libmaille-dev COMPONENT development)
 set(CPACK_COMPONENTS_ALL development)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libmaille-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
@@ -25,7 +25,7 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS # what cmake/maille-config.cmake.in
   "libeigen3-dev, libfmt-dev, libhwy-dev, libpugixml-dev, libtomlplusplus-dev, nlohmann-json3-dev, zlib1g-dev")
 
 if(TARGET maille_command)
-  install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/maille RENAME copyright COMPONENT command)
+  install(FILES ${PROJECT_SOURCE_DIR}/cmake/copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/maille COMPONENT command)
   list(APPEND CPACK_COMPONENTS_ALL command)
   set(CPACK_DEBIAN_COMMAND_PACKAGE_NAME maille)
   set(CPACK_DEBIAN_COMMAND_PACKAGE_SECTION science)
@@ -41,6 +41,7 @@ endif()
 # Of the Python module, where it is built.
 get_cmake_property(components COMPONENTS)
 if("python" IN_LIST components)
+  install(FILES ${PROJECT_SOURCE_DIR}/cmake/copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/python3-maille COMPONENT python)
   list(APPEND CPACK_COMPONENTS_ALL python)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-maille)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)

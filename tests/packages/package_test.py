@@ -72,6 +72,16 @@ with tempfile.TemporaryDirectory(dir=BUILD) as name:
     missing = needed_packages(objects) - dependencies(packages["maille"]) - {"libgcc-s1", "libc6"}
     check(not missing, f"the package maille does not depend on {sorted(missing)}")
     check({"libdeal.ii-9.4.1", "libvtk9.1"} <= dependencies(packages["maille"]), "expected deal.II and VTK in Depends of maille")
+
+    # docs/licences.md has a row for each object with its packages; those with a GPL have a stanza in the package's copyright file.
+    rows = re.findall(r"^\| (`.*?) \| (.*?) \| (.*?) \|$", (SOURCES / "docs/licences.md").read_text(encoding="utf-8"), re.M)
+    copyright = (root / "usr/share/doc/maille/copyright").read_text(encoding="utf-8")
+    for file in objects:
+        named, licence = [(libraries, licence) for files, libraries, licence in rows if f"`{file.name}`" in files][0]
+        missing = {package for package in needed_packages([file]) - {"libgcc-s1", "libc6", "libstdc++6", ""} if package not in re.findall(r"[\w.+-]+", named)}
+        check(not missing, f"docs/licences.md: the row of {file.name} does not name {sorted(missing)}")
+        gpl = bool({"libcholmod3", "libdeal.ii-9.4.1"} & needed_packages([file]))
+        check(gpl == ("GPL" in licence) == (file.name in copyright and licence in copyright), f"{file.name}: licence {licence}")
     runpaths = [line for file in objects for line in run(["readelf", "-d", file]).splitlines() if "RUNPATH" in line or "RPATH" in line]
     check(all("[$ORIGIN" in line for line in runpaths), f"a path of the build tree is in {runpaths}")
 
