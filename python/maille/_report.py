@@ -156,7 +156,6 @@ def _sections(folder: _Folder, drawn: Dict[str, Data]) -> List[Data]:
                     for table in [section.get("table"), *section.get("tables", [])]:
                         if table:
                             table.id += "-again"
-                section["written"] = time.strftime("%Y-%m-%d %H:%M UTC", time.gmtime(file.stat().st_mtime))
                 sections.append(section)
     return sections
 

@@ -171,6 +171,7 @@ def asked(about: Any) -> Data:
     """The scene's or the study's file, what `check --why` says of it, the command, and who made it, where a file has them."""
     scene = {"file": PurePath(words(about, "scene_file")).name, "text": words(about, "scene_text"), "explain": words(about, "explanation")}
     made_by = f"maille {words(about, 'maille')}, commit {words(about, 'commit')}" if words(about, "commit") else ""
+    made_by += f", on {words(about, 'host')}, {words(about, 'date')}" if words(about, "host") else ""
     return {"scene": scene if scene["text"] else None, "command": words(about, "command"), "made_by": made_by}
 
 

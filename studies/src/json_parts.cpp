@@ -1,7 +1,12 @@
 #include "json_parts.hpp"
 
+#include "maille/materials/text_file.hpp"
 #include "maille/studies/version.hpp"
 #include "text.hpp"
+
+#include <fmt/chrono.h>
+
+#include <chrono>
 
 namespace maille::studies {
 
@@ -20,6 +25,14 @@ nlohmann::ordered_json norms_json(const ErrorNorms& error) {
   return {{"relative_l2", json_number(error.relative_l2)},
           {"relative_max", json_number(error.relative_max)},
           {"rms", json_number(error.rms)}};
+}
+
+nlohmann::ordered_json made_by() {
+  const auto now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
+  return {{"maille", version},
+          {"commit", commit()},
+          {"host", name_of_machine()},
+          {"date", fmt::format("{:%Y-%m-%d %H:%M UTC}", now)}};
 }
 
 std::string provenance_with(const nlohmann::ordered_json& facts) {

@@ -107,7 +107,7 @@ def test_page_contract_it_opens_with_the_question_and_has_every_section_in_order
     parts = ["A box of 8 × 8 × 8 mm, held at x-, x+ moved by (0.4, 0, 0.2) mm: what force does it take, and where do strain and stress go?",
              "The body at rest", "Strain in a layer", 'id="id-box-compare-measures"', 'id="id-box-compare-parts"', 'id="id-box-compare-forces"',
              "The answers beside each other", 'id="id-box-compare-table"', "estimated L2", "What accuracy costs in time", "Method by method",
-             "Where the error sits", "The scene</h3>", "youngs_modulus", "maille check --why", "The command</h3>", "--methods", "Computed by maille",
+             "Where the error sits", "The scene</h3>", "youngs_modulus", "maille check --why", "The command</h3>", "--methods", "Computed by maille", " UTC.</p>",
              "Files</h2>", "box_limits.vti"]
     places = [html.find(part, html.find("<main")) for part in parts]
     assert -1 not in places and places == sorted(places), list(zip(parts, places))

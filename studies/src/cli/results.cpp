@@ -1,8 +1,8 @@
 #include "cli/commands.hpp"
 #include "inputs.hpp"
+#include "json_parts.hpp"
 
 #include "maille/materials/fault.hpp"
-#include "maille/studies/version.hpp"
 #include "program.hpp"
 
 #include <fmt/format.h>
@@ -40,11 +40,12 @@ std::string command_line() {
 }
 
 nlohmann::ordered_json asked_about(const std::filesystem::path& file, const std::string& explanation) {
-  return {{"maille", version},
-          {"command", command_line()},
-          {"scene_file", std::filesystem::absolute(file).string()},
-          {"scene_text", scene_text_of(file)},
-          {"explanation", explanation}};
+  nlohmann::ordered_json about = made_by();
+  about.update({{"command", command_line()},
+                {"scene_file", std::filesystem::absolute(file).string()},
+                {"scene_text", scene_text_of(file)},
+                {"explanation", explanation}});
+  return about;
 }
 
 std::filesystem::path finish(ResultsFolder& folder, const Scene& scene, const std::vector<AnswerFile>& files,

@@ -3,6 +3,7 @@
 #include "compare/methods.hpp"
 #include "export/whole_file.hpp"
 #include "inputs.hpp"
+#include "json_parts.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/materials/json.hpp"
 #include "maille/materials/text_file.hpp"
@@ -202,9 +203,12 @@ bool ResultsFolder::is_of_replaced_series(const std::string& name) const {
 fs::path ResultsFolder::finish(ordered_json results) {
   const fs::path list = file(fmt::format("_{}_results.json", kind_));
   add(list);
-  ordered_json all{
-      {"kind", kind_},   {"maille", version},         {"commit", commit()},       {"command", command_line()},
-      {"scene", scene_}, {"scene_file", scene_file_}, {"scene_text", scene_text_}};
+  ordered_json all{{"kind", kind_}};
+  all.update(made_by());
+  all.update({{"command", command_line()},
+              {"scene", scene_},
+              {"scene_file", scene_file_},
+              {"scene_text", scene_text_}});
   all.update(results);
   std::vector<fs::path> gone;
   for (const auto& entry : fs::directory_iterator(folder_))
