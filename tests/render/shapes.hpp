@@ -78,6 +78,7 @@ inline lab::rivals::PlainObject plain(const SceneObject& object) {
     to.values.push_back(volume.value(v));
   to.low = volume.low();
   to.high = volume.high();
+  to.smooth = smoothed(to);
   to.look = *object.look;
   to.unit_distance = std::min({to.spacing[0], to.spacing[1], to.spacing[2]});
   to.rotation = object.pose.rotation;

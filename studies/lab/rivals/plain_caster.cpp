@@ -71,7 +71,7 @@ public:
         weight *= upper == 1 ? part[a] : 1 - part[a];
         at[a] += upper;
       }
-      sampled.value += weight * value(at);
+      sampled.value += weight * in(of_.values, at);
       if (with_gradient)
         sampled.gradient += weight * gradient(at);
     }
@@ -79,10 +79,10 @@ public:
   }
 
 private:
-  double value(const std::array<int, 3>& at) const {
+  double in(const std::vector<double>& values, const std::array<int, 3>& at) const {
     const std::int64_t voxel =
         at[0] + std::int64_t{of_.size[0]} * (at[1] + std::int64_t{of_.size[1]} * at[2]);
-    return std::clamp(of_.values[static_cast<std::size_t>(voxel)], of_.low, of_.high);
+    return std::clamp(values[static_cast<std::size_t>(voxel)], of_.low, of_.high);
   }
   Vector3d gradient(const std::array<int, 3>& at) const {
     Vector3d g;
@@ -91,9 +91,9 @@ private:
       before[a] = std::max(at[a] - 1, 0);
       after[a] = std::min(at[a] + 1, of_.size[a] - 1);
       g[static_cast<Eigen::Index>(a)] =
-          (value(after) - value(before)) / ((after[a] - before[a]) * of_.spacing[a]);
+          (in(of_.smooth, after) - in(of_.smooth, before)) / ((after[a] - before[a]) * of_.spacing[a]);
     }
-    const double knee = 0.01 * (of_.high - of_.low) / *std::ranges::min_element(of_.spacing);
+    const double knee = 0.005 * (of_.high - of_.low) / *std::ranges::min_element(of_.spacing);
     return g / (g.norm() + knee);
   }
 
@@ -279,6 +279,19 @@ private:
 };
 
 } // namespace
+
+std::vector<double> smoothed(const PlainObject& of) {
+  std::vector<double> all = of.values;
+  for (std::size_t pass = 0, stride = 1; pass < 6; ++pass) {
+    const std::vector<double> before = all;
+    const std::size_t n = of.size[pass % 3];
+    for (std::size_t v = 0; v < all.size(); ++v)
+      all[v] = before[v] / 2 + before[v / stride % n > 0 ? v - stride : v] / 4 +
+               before[v / stride % n + 1 < n ? v + stride : v] / 4;
+    stride = pass % 3 == 2 ? 1 : stride * n;
+  }
+  return all;
+}
 
 std::array<double, 4> cast_plainly(const std::vector<PlainObject>& objects, const PlainView& view,
                                    const Vec3& origin, const Vec3& direction) {

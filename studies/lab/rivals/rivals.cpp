@@ -74,6 +74,24 @@ std::int32_t violation(const FlatLinks& links, const std::vector<std::int32_t>& 
   return std::max({0, x[i] - links.drop[i].length[d] - x[j], x[j] - x[i] - links.climb[i].length[d]});
 }
 
+/// Links of the state outside their limits; `visited` is 0.
+ChainMailOutcome count_violations(const std::vector<FlatLinks>& links, double quantum,
+                                  const std::vector<std::vector<std::int32_t>>& state) {
+  ChainMailOutcome outcome;
+  for (std::size_t b = 0; b < links.size(); ++b)
+    for (std::size_t i = 0; i < state[b].size(); ++i)
+      for (const std::size_t d : {1U, 3U, 5U}) {
+        if (links[b].drop[i].length[d] == FlatLinks::none)
+          continue;
+        const std::int32_t by =
+            violation(links[b], state[b], i, i + static_cast<std::size_t>(links[b].stride[d]), d);
+        ++outcome.links;
+        outcome.violated_links += by > 1 ? 1 : 0;
+        outcome.largest_violation = std::max(outcome.largest_violation, by * quantum);
+      }
+  return outcome;
+}
+
 } // namespace
 
 ChainMailOutcome enhanced_chain_mail(const std::vector<FlatLinks>& links, double quantum,
@@ -129,23 +147,6 @@ ChainMailOutcome enhanced_chain_mail(const std::vector<FlatLinks>& links, double
   }
   ChainMailOutcome outcome = count_violations(links, quantum, state);
   outcome.visited = visited;
-  return outcome;
-}
-
-ChainMailOutcome count_violations(const std::vector<FlatLinks>& links, double quantum,
-                                  const std::vector<std::vector<std::int32_t>>& state) {
-  ChainMailOutcome outcome;
-  for (std::size_t b = 0; b < links.size(); ++b)
-    for (std::size_t i = 0; i < state[b].size(); ++i)
-      for (const std::size_t d : {1U, 3U, 5U}) {
-        if (links[b].drop[i].length[d] == FlatLinks::none)
-          continue;
-        const std::int32_t by =
-            violation(links[b], state[b], i, i + static_cast<std::size_t>(links[b].stride[d]), d);
-        ++outcome.links;
-        outcome.violated_links += by > 1 ? 1 : 0;
-        outcome.largest_violation = std::max(outcome.largest_violation, by * quantum);
-      }
   return outcome;
 }
 

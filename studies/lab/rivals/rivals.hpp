@@ -56,8 +56,4 @@ ChainMailOutcome enhanced_chain_mail(const std::vector<FlatLinks>& links, double
                                      std::vector<std::vector<std::int32_t>>& state, std::int64_t handle,
                                      std::span<const std::int32_t> target);
 
-/// Links of the state outside their limits. `visited` is 0.
-ChainMailOutcome count_violations(const std::vector<FlatLinks>& links, double quantum,
-                                  const std::vector<std::vector<std::int32_t>>& state);
-
 } // namespace maille::lab

@@ -336,50 +336,5 @@ TEST(WavefrontProjectionContract, AFeasibleStateIsTakenAsItIs) {
   }
 }
 
-// ---- envelopes ----
-
-TEST(WavefrontPathsOracle, AreThoseOfDijkstraWithinTheirBound) {
-  for (unsigned seed = 1; seed <= 300; ++seed) {
-    SCOPED_TRACE("seed " + std::to_string(seed));
-    std::mt19937 random(seed);
-    Dice dice{random};
-    const Scene scene = test::holed_body(random);
-    const LinkLimits limits(scene);
-    const std::vector<std::int64_t> nodes = test::matter_nodes(scene);
-    std::vector<PathEnd> ends;
-    double low = 1e300, high = -1e300;
-    for (int i = 1 + dice.below(5); i > 0; --i) {
-      ends.push_back({nodes[std::size_t(dice.below(int(nodes.size())))], 10 * dice.uniform() - 5});
-      low = std::min(low, ends.back().potential);
-      high = std::max(high, ends.back().potential);
-    }
-    const int component = dice.below(scene.dimension());
-    for (const PathDirection direction : {PathDirection::from_ends, PathDirection::to_ends}) {
-      const auto expected = shortest_paths(scene, limits, component, ends, direction);
-      const auto found = wavefront_paths(scene, limits, component, ends, direction);
-      double longest = high;
-      for (const double length : expected)
-        longest = std::isfinite(length) ? std::max(longest, length) : longest;
-      // A quantum is 2^-28 of what is spanned at most, and no path visits a node twice.
-      const double slack = 0.9 * 2 * 40 * 3 + 2 * (longest - low);
-      const double bound = (test::longest_path(scene) + 2) * slack * 0x1p-28;
-      ASSERT_EQ(found.size(), expected.size());
-      for (std::size_t n = 0; n < found.size(); ++n) {
-        ASSERT_EQ(std::isfinite(found[n]), std::isfinite(expected[n])) << n;
-        if (std::isfinite(found[n])) {
-          ASSERT_NEAR(found[n], expected[n], bound) << n;
-        }
-      }
-    }
-  }
-}
-
-TEST(WavefrontPathsAnalytic, NoEndsReachNothing) {
-  const Scene scene = test::lattice_box({3, 2}, test::even_limits(1.5, 0.5, 0.25));
-  const LinkLimits limits(scene);
-  for (const double length : wavefront_paths(scene, limits, 0, {}, PathDirection::from_ends))
-    EXPECT_EQ(length, std::numeric_limits<double>::infinity());
-}
-
 } // namespace
 } // namespace maille::deform

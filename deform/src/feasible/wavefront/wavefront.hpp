@@ -80,14 +80,4 @@ private:
   std::unique_ptr<Parts> parts_;
 };
 
-/// shortest_paths by the wavefront: the same ends, direction and infinities, and values within (k + 1) q of
-/// the exact ones, k the links of the path. q is at most 2^-29 of what is spanned: the difference of the
-/// potentials and the slack across the grid, that doubled until it spans all paths. (Or 2^-51 of the largest
-/// potential, if that is more.)
-///
-/// Cost        O(nodes), a tenth of Dijkstra or less; 8 bytes a grid node and 31 a node
-/// Repeatable  same bits in any order of the ends
-std::vector<double> wavefront_paths(const Scene& scene, const LinkLimits& limits, int component,
-                                    std::span<const PathEnd> ends, PathDirection direction);
-
 } // namespace maille::deform

@@ -34,7 +34,7 @@ public:
 
   /// @param values n_voxels numbers, x fastest; NaN counts as `low`
   /// @param low, high what the smallest and the largest code stand for; values beyond are clipped
-  /// @param with_gradients central differences, for shading
+  /// @param with_gradients for shading: central differences of the values, smoothed by a Gaussian of a voxel
   Volume(const VoxelGrid& grid, std::span<const float> values, double low, double high,
          Depth depth = Depth::bits16, bool with_gradients = true);
 
