@@ -17,17 +17,22 @@ struct Form {
   std::vector<std::string_view> keys;
 };
 
-const std::array<Form, 3>& forms() {
-  static const std::array<Form, 3> all{
-      {{"isotropic", {"youngs_modulus", "poisson_ratio"}},
-       {"transversely isotropic", {"E_fibre", "E_cross", "G_fibre", "nu_fibre", "nu_cross"}},
-       {"orthotropic", {"E", "nu", "G"}}}};
-  return all;
+const Form isotropic{"isotropic", {"youngs_modulus", "poisson_ratio"}},
+    isotropic_by_symbols{"isotropic", {"E", "nu"}},
+    transversely_isotropic{"transversely isotropic",
+                           {"E_fibre", "E_cross", "G_fibre", "nu_fibre", "nu_cross"}},
+    orthotropic{"orthotropic", {"E", "nu", "G"}};
+
+/// The forms that a table may have: with E as one number and without G, E and nu are those of isotropy.
+std::array<const Form*, 3> forms_of(TableReader& table) {
+  const toml::node* const E = table.has("E") ? table.find("E") : nullptr;
+  const bool is_one_number = E && !E->is_array() && !table.has("G");
+  return {&isotropic, &transversely_isotropic, is_one_number ? &isotropic_by_symbols : &orthotropic};
 }
 
 constexpr std::string_view wanted_forms =
-    "all keys of one form: { youngs_modulus, poisson_ratio } (isotropic), { E_fibre, E_cross, G_fibre, "
-    "nu_fibre, nu_cross } (transversely isotropic) or { E = [E1, E2, E3], nu = [nu12, nu13, nu23], "
+    "all keys of one form: { youngs_modulus, poisson_ratio } or { E, nu } (isotropic), { E_fibre, E_cross, "
+    "G_fibre, nu_fibre, nu_cross } (transversely isotropic) or { E = [E1, E2, E3], nu = [nu12, nu13, nu23], "
     "G = [G12, G13, G23] } (orthotropic)";
 
 /// How near to zero an inequality's left side must be for the fault to be taken for incompressibility meant
@@ -54,17 +59,17 @@ const Form* detect_form(TableReader& table) {
   std::vector<std::string_view> present;
   const Form* detected = nullptr;
   std::size_t touched = 0;
-  for (const Form& form : forms()) {
-    const std::vector<std::string_view> keys = keys_present(table, form);
+  for (const Form* const form : forms_of(table)) {
+    const std::vector<std::string_view> keys = keys_present(table, *form);
     if (!keys.empty()) {
-      detected = &form;
+      detected = form;
       ++touched;
       present.insert(present.end(), keys.begin(), keys.end());
     }
   }
-  for (const Form& form : forms()) {
-    if (touched == 0 || !keys_present(table, form).empty()) {
-      for (const std::string_view key : form.keys)
+  for (const Form* const form : forms_of(table)) {
+    if (touched == 0 || !keys_present(table, *form).empty()) {
+      for (const std::string_view key : form->keys)
         table.find(key);
     }
   }
@@ -79,12 +84,6 @@ const Form* detect_form(TableReader& table) {
         "a material: a name of the library, or its constants; fibres of all labels are one `fibre` of "
         "the specimen, such as { tensor_image }",
         "a table around them");
-    return nullptr;
-  }
-  // E and nu as they are called elsewhere: one cause, one line.
-  if (const toml::node* E = table.has("E") ? table.find("E") : nullptr; touched == 1 && E && !E->is_array()) {
-    table.fault("E", "youngs_modulus and poisson_ratio of an isotropic material, or lists { E, nu, G } of an "
-                     "orthotropic one");
     return nullptr;
   }
   table.fault("", std::string(wanted_forms),
@@ -106,6 +105,9 @@ std::optional<ElasticConstants> read_isotropic(TableReader& table, std::string_v
                                                std::string_view ratio) {
   const auto E = table.number(modulus);
   const auto nu = table.number(ratio);
+  const bool is_positive = E && *E > 0;
+  if (E && !is_positive)
+    table.fault(modulus, fmt::format("{} > 0", modulus));
   constexpr double round_off = 1e-9;
   if (nu && !(*nu > -1 + round_off && *nu < 0.5 - round_off)) {
     std::string expected = fmt::format("-1 < {} < 0.5", ratio);
@@ -116,7 +118,7 @@ std::optional<ElasticConstants> read_isotropic(TableReader& table, std::string_v
     table.fault(ratio, expected);
     return std::nullopt;
   }
-  return E && nu ? std::optional(ElasticConstants::isotropic(*E, *nu)) : std::nullopt;
+  return is_positive && nu ? std::optional(ElasticConstants::isotropic(*E, *nu)) : std::nullopt;
 }
 
 /// The scaled 3 x 3 block of the compliance has the determinant (1 + nu_cross) times this.
@@ -168,9 +170,9 @@ std::optional<ElasticConstants> read_elastic_constants(TableReader& table) {
   if (!form)
     return std::nullopt;
   // The keys that are there are read even where one is missing, so that their faults are told too.
-  const auto constants = form == &forms()[0]   ? read_isotropic(table, "youngs_modulus", "poisson_ratio")
-                         : form == &forms()[1] ? read_transversely_isotropic(table)
-                                               : read_orthotropic(table);
+  const auto constants = form == &transversely_isotropic ? read_transversely_isotropic(table)
+                         : form == &orthotropic          ? read_orthotropic(table)
+                                                : read_isotropic(table, form->keys[0], form->keys[1]);
   if (!constants || !is_positive_definite(table, *constants))
     return std::nullopt;
   return table.faults().size() == before ? constants : std::nullopt;
@@ -181,7 +183,7 @@ namespace {
 /// One fault for all constants of the linear forms that stand beside a law; E and nu are of neo_hookean.
 void refuse_linear_constants(TableReader& table, bool takes_E_and_nu) {
   std::vector<std::string_view> beside;
-  for (const Form& form : forms())
+  for (const Form& form : {isotropic, transversely_isotropic, orthotropic})
     for (const std::string_view key : keys_present(table, form))
       if (table.find(key) && !(takes_E_and_nu && (key == "E" || key == "nu")))
         beside.push_back(key);
@@ -195,8 +197,6 @@ void read_parameters(TableReader& table, NeoHookean& law) {
   table.require("E", "Young's modulus of the law, a pressure");
   table.require("nu", "Poisson's ratio of the law");
   const auto constants = read_isotropic(table, "E", "nu");
-  if (constants && !(constants->youngs_modulus[0] > 0))
-    table.fault("E", "E > 0");
   if (constants)
     law = {constants->G12, 2 * constants->G12 * constants->nu12 / (1 - 2 * constants->nu12)};
 }
