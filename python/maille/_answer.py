@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from . import _core
 from ._images import Image, Rows, SpatialImage, are_labels, labels_of, metres
+from ._program import refuse_foreign
 
 if TYPE_CHECKING:
     from ._scene import Scene
@@ -376,7 +377,7 @@ class Answer:
         rows: List[Record] = self._pull(grid).table(_planes(values))
         return rows
 
-    def save_transform(self, file: Union[str, "os.PathLike[str]"], image: Any = None, *, forward: bool = False) -> None:
+    def save_transform(self, file: Union[str, "os.PathLike[str]"], image: Any = None, *, forward: bool = False, overwrite: bool = False) -> None:
         """Writes the field that carries images (``forward``: points) for 3D Slicer, ANTs, ITK, plastimatch, elastix.
 
         ``file``  .nii, .nii.gz, .mha or .nrrd: displacement in mm along left, posterior, superior; of NIfTI in five
@@ -385,6 +386,7 @@ class Answer:
         """
         if forward and not os.fspath(file).endswith(".nrrd"):
             raise ValueError("expected a .nrrd for a forward field: other files are taken for the inverse")
+        refuse_foreign(file, overwrite)
         self._pull(self._grid_of(image)).save(os.fspath(file), forward)
 
     def _pull(self, grid: Tuple[Tuple[int, int, int], Rows, str]) -> _core.Pull:

@@ -25,7 +25,7 @@ import numpy.typing as npt
 from . import _core, _toml
 from ._answer import Answer, Floats, Record
 from ._identify import main as _identify_main
-from ._program import UsageError, deliver, in_json, print_safely, write_whole
+from ._program import UsageError, deliver, in_json, print_safely, refuse_foreign, write_whole
 from ._scene import PathLike, Scene
 from ._words import Column, in_percent, table
 
@@ -265,7 +265,7 @@ class Fit:
                 text += title + "\n" + table(columns, cells).partition("\n")[2]
         return text + ("\nwhat to know about it\n" if self.reasons else "") + "".join(f"  {reason}\n" for reason in self.reasons)
 
-    def save(self, file: PathLike, version: str = "") -> None:
+    def save(self, file: PathLike, version: str = "", *, overwrite: bool = False) -> None:
         """Writes what a scene names by ``material = "FILE.toml"``, or of several by ``"FILE.toml#NAME"``; numbers are whole."""
         from pathlib import Path
 
@@ -279,6 +279,7 @@ class Fit:
                  "Limits are along the materials' axes; axis 1 is the fibre." if self.method == "limits"
                  else "Only the weights are fitted: the limits stand where no small strain comes."]
         is_one = len(self._files) == 1
+        refuse_foreign(file, overwrite)
         table = self._files[0] if is_one else {one["name"]: one for one in self._files}
         write_whole(Path(file), "".join("# " + "".join(c if c.isprintable() else "?" for c in note) + "\n" for note in notes) + _toml.dumps(table))
 
@@ -472,7 +473,7 @@ def main(request: Record) -> int:
         print("\r\x1b[K", end="", file=sys.stderr, flush=True)
     is_quiet = request["json"] == "-"
     if request["out"]:  # files first: they stay where nothing can be printed
-        found.save(request["out"], request["maille"])
+        found.save(request["out"], request["maille"], overwrite=True)
     if request["json"]:
         deliver(in_json({"maille": request["maille"], **found.record()}), request["json"])
     if not is_quiet:

@@ -684,7 +684,7 @@ def main(request: Record) -> int:
     is_quiet = request["json"] == "-"
     has_scene = request["out"] and found.status == "done"
     if has_scene:  # files first: they stay where nothing can be printed
-        found.scenes[0].save(request["out"], f"Made by maille fit {request['maille']}.")
+        found.scenes[0].save(request["out"], f"Made by maille fit {request['maille']}.", overwrite=True)
     if request["json"]:
         deliver(in_json(_in_json(found, scene.name, request["method"])), request["json"])
     if not is_quiet:

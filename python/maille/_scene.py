@@ -17,7 +17,7 @@ from . import _core, _toml
 from ._answer import Answer, Floats, Progress, Record, axes_of, compare, vectors_in
 from ._faults import MailleWarning, SceneFaults, existing
 from ._images import Image, Rows
-from ._program import write_whole
+from ._program import refuse_foreign, write_whole
 from ._series import Series, run_steps
 
 if TYPE_CHECKING:
@@ -329,23 +329,26 @@ class Scene:
 
     # ---- files -------------------------------------------------------------------------------------------------
 
-    def save(self, file: PathLike, note: str = "") -> None:
+    def save(self, file: PathLike, note: str = "", *, overwrite: bool = False) -> None:
         """Writes the scene as a file, and labels in memory as ``NAME_labels.nii.gz`` beside it.
 
-        Files that it names are written as paths from there; ``note`` heads it. ``load`` reads it back.
+        Files that it names are written as paths from there; ``note`` heads it. ``load`` reads it back. A file
+        that Maille did not write stays unless ``overwrite``: FileExistsError.
         """
         path = Path(file)
+        refuse_foreign(path, overwrite)
         self._built  # a faulty scene is no file
         document = copy.deepcopy(self._document)
         specimen = document.get("specimen", {})
         if self._image is not None:
             image = path.with_name(path.stem + "_labels.nii.gz")
+            refuse_foreign(image, overwrite)
             voxels = np.ascontiguousarray(self._image.voxels().T.astype(np.int32))
             _core.write_labels(voxels, self._image.rows(), os.fspath(image))
             document["specimen"] = {"shape": "image", "image": image.name, **specimen}
         elif path.parent.resolve() != Path(self._folder).resolve():
             _move_paths(document, Path(self._folder).resolve(), path.parent.resolve())
-        write_whole(path, (f"# {note}\n" if note else "") + _toml.dumps(document))
+        write_whole(path, (f"# {note}\n" if note.startswith("Made by maille ") else f"# Made by maille in Python. {note}".rstrip() + "\n") + _toml.dumps(document))
 
     def _own_image(self) -> Any:
         """The labels that the body is of: of a file an array on its grid."""

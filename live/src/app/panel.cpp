@@ -260,7 +260,9 @@ void App::take_widget(const Event& event) {
     else if (film_)
       end_film();
     else
-      film_ = settings_.shots / fmt::format("maille_film_{}", ++shots_);
+      do
+        film_ = settings_.shots / fmt::format("maille_film_{}", ++shots_);
+      while (std::filesystem::exists(film_->string() + "_0000.png"));
     return;
   }
   if (!session_)

@@ -106,7 +106,8 @@ std::vector<App::Eye> App::eyes() const {
 }
 
 void App::save_shot(std::string file) {
-  if (file.empty())
+  const bool is_numbered = file.empty(); // pictures of earlier sessions stay
+  while (file.empty() || (is_numbered && std::filesystem::exists(settings_.shots / file)))
     file = fmt::format("maille_{:03}.png", ++shots_);
   const bool is_plain = is_name_of_picture(file);
   file = (settings_.shots / file).string();

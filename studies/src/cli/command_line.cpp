@@ -11,11 +11,6 @@ namespace maille::studies {
 
 namespace {
 
-void add_overwrite(CLI::App* command, bool& overwrite) {
-  command->add_flag("--overwrite", overwrite,
-                    "with --out: replace results of another scene or version that are there");
-}
-
 /// `--out`, `--picture` or `--csv`: a file or a folder to write.
 template<class File>
 CLI::Option* add_file(CLI::App* command, const char* name, File& file, const std::string& meaning) {
@@ -100,7 +95,6 @@ void add_running(CLI::App* command, AnswerOptions& options) {
   add_file(command, "--out", options.out, "folder for the files that ParaView opens");
   add_unit(command, options.unit,
            "with --out: lengths in files for viewers, mm or m; default: m in .vti and .vtu, mm in surfaces");
-  add_overwrite(command, options.overwrite);
   add_fem_solver(command, options.fem_solver);
   add_threads(command, options.threads);
 }
@@ -205,7 +199,6 @@ void add_new(CLI::App* command, NewOptions& options) {
   command->add_option("LABELS", options.labels, "of an image: the file with its labels");
   add_file(command, "--out", options.out,
            "file to write, of a calf a folder; default: strip.toml, calf, world.toml, or the image's name");
-  command->add_flag("--overwrite", options.overwrite, "replace a file that is there");
 }
 
 void add_report(CLI::App* command, ReportOptions& options) {
@@ -313,7 +306,6 @@ void add_study(CLI::App* command, StudyCommandOptions& options) {
   add_file(command, "--out", options.out,
            "folder for the table and for files that ParaView opens; default out/NAME");
   add_unit(command, options.unit, "lengths in files for ParaView, mm or m");
-  add_overwrite(command, options.overwrite);
   command->add_flag("--resume", options.resume, "go on with the table that is there");
   command->add_option("--jobs", options.jobs, "cases at a time; their seconds are then marked")
       ->check(CLI::Range(1, 1024))
@@ -350,7 +342,6 @@ void add_play(CLI::App* command, PlayOptions& options) {
   const std::size_t n_shared = command->get_options().size();
   add_file(command, "--out", options.out,
            "folder for files that ParaView opens, a picture a frame, and a film where there is ffmpeg");
-  add_overwrite(command, options.overwrite);
   add_unit(command, options.unit, "with --out: lengths in files for ParaView, mm or m");
   command->add_flag("!--no-pictures", options.pictures, "with --out: neither pictures nor a film");
   command

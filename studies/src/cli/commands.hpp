@@ -37,15 +37,15 @@ inline LengthUnit length_unit(std::string_view text) {
 /// What is in a folder is listed by `SCENE_KIND_results.json`, KIND being run, compare or play. Results of
 /// the same scene, by the same version, take the place of earlier ones; the earlier files that have no
 /// follower go once the new ones stand, so that nothing is lost when the process is killed. Results of two
-/// kinds stay side by side as long as the scene's text is the same. Only files that Maille wrote go
+/// kinds stay side by side as long as every file that both have opened is the same. Only files that Maille wrote go
 /// (is_name_of_result, has_provenance, digest_of); one process at a time has the folder.
 class ResultsFolder {
 public:
   /// Makes the folder. @throws UsageError where it cannot be written, another process has it, or it holds
-  /// results of another scene or version, unless `overwrite`: then they go, too
+  /// results of another scene or version, unless may_overwrite(): then they go, too
   /// @param sure see FolderLock
   ResultsFolder(std::filesystem::path folder, std::string scene, const std::filesystem::path& scene_file,
-                std::string kind, bool overwrite, const std::vector<std::string>& sure);
+                std::string kind, const std::vector<std::string>& sure);
 
   const std::filesystem::path& path() const { return folder_; }
   /// A path in the folder: `SCENE` and this.
@@ -64,8 +64,9 @@ public:
   std::filesystem::path finish(nlohmann::ordered_json results);
 
 private:
-  void look_at(const std::filesystem::path& list, bool overwrite);
-  void refuse_older_than(const std::filesystem::path& scene_file) const;
+  void look_at(const std::filesystem::path& list);
+  bool has_other_inputs(const nlohmann::ordered_json& list) const;
+  void refuse_older_than_inputs() const;
   void add_stale(const std::string& name, const std::string& scene, const std::string& digest = "");
   void add_stale_of(const nlohmann::ordered_json& list);
   bool is_stale(const std::filesystem::path& file) const;
@@ -73,9 +74,10 @@ private:
 
   std::filesystem::path folder_;
   std::string scene_, kind_, scene_file_, scene_text_;
-  std::set<std::string> planned_;            ///< names that this command will write
-  std::set<std::string> written_;            ///< names in the folder
-  std::map<std::string, std::string> stale_; ///< names, and digests of what cannot hold provenance
+  std::map<std::string, std::string> inputs_; ///< digests of what was opened, by name
+  std::set<std::string> planned_;             ///< names that this command will write
+  std::set<std::string> written_;             ///< names in the folder
+  std::map<std::string, std::string> stale_;  ///< names, and digests of what cannot hold provenance
   FolderLock lock_;
   bool keeps_earlier_ = false;
 };
@@ -89,7 +91,6 @@ struct CommonOptions {
   std::vector<std::string> methods;         ///< empty: the command's own choice
   std::optional<std::string> json;          ///< "-": on stdout
   std::optional<std::filesystem::path> out; ///< folder for files; nothing: none are written
-  bool overwrite = false;                   ///< results of other scenes in that folder
   std::string fem_solver = "automatic";     ///< one of fem_ref::linear_solver_names
   int threads = 1;
 };
@@ -165,7 +166,6 @@ struct PlayOptions {
   std::filesystem::path scene, trajectory;
   FeelOptions feel;                         ///< where the trajectory is a recorded hand
   std::optional<std::filesystem::path> out; ///< folder for files; nothing: none are written
-  bool overwrite = false;                   ///< results of other scenes in that folder
   std::string unit = "m";                   ///< of lengths in these files
   std::optional<std::string> picture;       ///< of four moments side by side
   bool pictures = true;                     ///< one a frame, and a film of them, in `out`
@@ -235,7 +235,6 @@ struct NewOptions {
   std::string kind;             ///< strip, calf, image or world
   std::filesystem::path labels; ///< of an image
   std::optional<std::string> out;
-  bool overwrite = false; ///< a file that is there
 };
 
 struct ReportOptions {
@@ -255,7 +254,6 @@ struct MaterialsOptions {
 struct StudyCommandOptions {
   std::filesystem::path study;
   std::optional<std::filesystem::path> out; ///< nothing: out/NAME
-  bool overwrite = false;                   ///< a table that is there
   std::optional<std::string> json;
   std::optional<std::string> picture;
   std::string picture_of; ///< a column of the table, or of a measure; empty: default_response()
@@ -290,7 +288,7 @@ bool is_recorded_hand(const std::filesystem::path& file);
 int render_command(const RenderOptions& options);
 int new_command(const NewOptions& options);
 /// A calf of closed formulas, in a folder.
-void new_calf(const std::filesystem::path& folder, bool overwrite);
+void new_calf(const std::filesystem::path& folder);
 int trade_command(const TradeOptions& options);
 int choose_command(const ChooseOptions& options);
 int study_command(const StudyCommandOptions& options);
@@ -341,7 +339,7 @@ Control terminal_control(int threads);
 void end_progress();
 
 /// As files and programs get it; what is no UTF-8, as names of files may be, is replaced.
-std::string json_text(const nlohmann::ordered_json& json);
+std::string json_text(nlohmann::ordered_json json);
 /// What titles and names in files hold must not steer a terminal: control characters become `?`, but for tabs
 /// and ends of lines.
 std::string for_terminal(std::string text);
@@ -351,15 +349,14 @@ void deliver(const std::string& text, const std::optional<std::string>& file);
 /// processes that were killed left unfinished.
 /// @throws UsageError
 void prepare_folder(const std::filesystem::path& folder);
+/// True with --overwrite: results of others, and files that Maille did not write, may be replaced.
+bool& may_overwrite();
 /// Checks, before any work is done, that `file` (nothing and "-": stdout) can be written, and is not an
-/// input, nor a file of `results`; a later attempt to read it is refused (reserve_output).
+/// input, nor a file of `results`, nor, unless may_overwrite(), a file that Maille did not write; a later
+/// attempt to read it is refused (reserve_output). Scenes make way for an `ending` of theirs alone.
 /// @throws UsageError
 void prepare_file(const std::string& option, const std::optional<std::string>& file,
-                  const std::optional<ResultsFolder>& results = {});
-/// The same for a file with an ending that only Maille's file of that ending, or an empty one, makes way for.
-/// @throws UsageError
-void prepare_own_file(const std::string& option, const std::optional<std::string>& file,
-                      std::string_view ending);
+                  const std::optional<ResultsFolder>& results = {}, std::string_view ending = "");
 /// Refuses a file of an option under the name of a result in `folder`. @throws UsageError
 void refuse_name_of_result(const std::string& option, const std::optional<std::string>& file,
                            const std::filesystem::path& folder,

@@ -207,6 +207,12 @@ void add_sandbox(CLI::App& app) {
       "of others");
 }
 
+void add_overwrite(CLI::App& app) {
+  app.add_flag_callback(
+      "--overwrite", [] { may_overwrite() = true; },
+      "replace results of another scene or version, and files that Maille did not write");
+}
+
 /// Options that live as long as what runs the command with them.
 template<class Options>
 AddCommand taking(void (*add)(CLI::App*, Options&), int (*run)(const Options&)) {
@@ -235,6 +241,8 @@ std::unique_ptr<CLI::App> whole_command_line(int& code) {
     added->group(command.group);
     added->final_callback([run = command.add(added), &code] { code = run(); });
     added->footer(footer_of(command));
+    if (command.name != "study-merge" && command.name != "manual")
+      add_overwrite(*added);
     if (command.reads_scenes)
       add_sandbox(*added);
   }

@@ -49,18 +49,22 @@ std::uint64_t hash_of(const std::vector<T>& values) {
   return std::hash<std::string_view>{}({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
+std::uint64_t hash_of_file(const std::filesystem::path& file) {
+  std::uint64_t sum = 0;
+  std::string part(std::size_t{1} << 20, '\0');
+  std::ifstream stream(file, std::ios::binary);
+  do {
+    stream.read(part.data(), std::ssize(part));
+    const auto size = static_cast<std::string::size_type>(stream.gcount());
+    sum = sum * 0x100000001b3U + std::hash<std::string_view>{}({part.data(), size});
+  } while (stream);
+  return sum;
+}
+
 std::string hash_of_opened_files() {
   std::vector<std::uint64_t> sums; // sorted: names may differ between machines
-  std::string part(std::size_t{1} << 20, '\0');
-  for (const std::filesystem::path& file : opened_files().files()) {
-    std::uint64_t& sum = sums.emplace_back(0);
-    std::ifstream stream(file, std::ios::binary);
-    do {
-      stream.read(part.data(), std::ssize(part));
-      const auto size = static_cast<std::string::size_type>(stream.gcount());
-      sum = sum * 0x100000001b3U + std::hash<std::string_view>{}({part.data(), size});
-    } while (stream);
-  }
+  for (const std::filesystem::path& file : opened_files().files())
+    sums.push_back(hash_of_file(file));
   std::ranges::sort(sums);
   return fmt::format("{} {:x}", sums.size(), hash_of(sums));
 }
@@ -124,6 +128,13 @@ bool reports_failure() {
   const auto said = said_by_all(failed);
   return fem_ref::ranks().is_first() ||
          std::ranges::any_of(said, [](const std::string& text) { return text != failed; });
+}
+
+std::map<std::string, std::string> digests_of_opened_files() {
+  std::map<std::string, std::string> digests;
+  for (const std::filesystem::path& file : opened_files().files())
+    digests.emplace(file.lexically_normal().string(), fmt::format("{:016x}", hash_of_file(file)));
+  return digests;
 }
 
 std::string scene_text_of(const std::filesystem::path& file) {

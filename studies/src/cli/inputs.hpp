@@ -5,6 +5,7 @@
 #include "maille/scene/world/world_scene.hpp"
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -30,6 +31,9 @@ bool reports_failure();
 void meet_no_more();
 /// True if ranks have agreed on what they share, so that an error of one alone leaves the others waiting.
 bool have_all_met();
+
+/// Digests of the files that were opened since keep_inputs(), by absolute name.
+std::map<std::string, std::string> digests_of_opened_files();
 
 /// The text of a scene file; nothing where it can no longer be read: part of it would be another scene.
 std::string scene_text_of(const std::filesystem::path& file);

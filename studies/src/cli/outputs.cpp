@@ -2,6 +2,7 @@
 
 #include "export/whole_file.hpp"
 #include "maille/materials/text_file.hpp"
+#include "maille/studies/version.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -15,7 +16,13 @@ namespace maille::studies {
 
 namespace fs = std::filesystem;
 
-std::string json_text(const nlohmann::ordered_json& json) {
+std::string json_text(nlohmann::ordered_json json) {
+  // By this key is_own_result() knows the file.
+  if (json.is_object())
+    json.emplace("maille", version);
+  for (nlohmann::ordered_json& row : json.is_array() ? json : nlohmann::ordered_json::array())
+    if (row.is_object())
+      row.emplace("maille", version);
   return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
@@ -71,8 +78,13 @@ void prepare_folder(const fs::path& folder) {
   unlink(probe.c_str());
 }
 
+bool& may_overwrite() {
+  static bool is_asked = false;
+  return is_asked;
+}
+
 void prepare_file(const std::string& option, const std::optional<std::string>& file,
-                  const std::optional<ResultsFolder>& results) {
+                  const std::optional<ResultsFolder>& results, std::string_view ending) {
   if (!file || *file == "-")
     return;
   const fs::path path(*file);
@@ -87,6 +99,12 @@ void prepare_file(const std::string& option, const std::optional<std::string>& f
     found = "no permission to write";
   else if (is_kept_input(path))
     found = "one that this command reads";
+  else if (fs::is_regular_file(path, error) && !may_overwrite() &&
+           (!is_own_result(path) || (path.extension() == ".toml" && ending != ".toml") ||
+            !file->ends_with(ending)))
+    throw UsageError(fmt::format("{} {}: expected a new file, or a {} that Maille wrote, found another file; "
+                                 "--overwrite replaces it",
+                                 option, *file, ending.empty() ? "result" : ending));
   if (found)
     throw UsageError(
         fmt::format("{} {}: expected a file that can be written, found {}", option, *file, found));
@@ -94,16 +112,6 @@ void prepare_file(const std::string& option, const std::optional<std::string>& f
     refuse_name_of_result(option, file, results->path(),
                           [&](const std::string& name) { return results->is_planned(name); });
   reserve_output(option, path);
-}
-
-void prepare_own_file(const std::string& option, const std::optional<std::string>& file,
-                      std::string_view ending) {
-  prepare_file(option, file);
-  if (file && *file != "-" && fs::is_regular_file(*file) &&
-      (!file->ends_with(ending) || !is_own_result(*file)))
-    throw UsageError(
-        fmt::format("{} {}: expected a new file, or a file ({}) that Maille wrote, found another file",
-                    option, *file, ending));
 }
 
 void write_lines_of_measures(const std::string& method, const std::vector<MeasureRow>& rows,

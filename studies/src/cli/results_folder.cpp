@@ -14,6 +14,8 @@
 #include <algorithm>
 #include <array>
 
+#include <sys/stat.h>
+
 namespace maille::studies {
 
 namespace {
@@ -52,6 +54,17 @@ std::pair<std::string, std::string> series_of(const std::string& name) {
   return {name.substr(0, last + 1), name.substr(dot)};
 }
 
+/// True if `input` was written, or put in its place with an older time, after `file`.
+bool is_changed_since(const fs::path& input, const fs::path& file) {
+  struct stat of_input {
+  }, of_file{};
+  const auto is_later = [](const timespec& a, const timespec& b) {
+    return std::pair(a.tv_sec, a.tv_nsec) > std::pair(b.tv_sec, b.tv_nsec);
+  };
+  return stat(input.c_str(), &of_input) == 0 && stat(file.c_str(), &of_file) == 0 &&
+         (is_later(of_input.st_mtim, of_file.st_mtim) || is_later(of_input.st_ctim, of_file.st_ctim));
+}
+
 FolderLock lock_of(const fs::path& folder, const std::string& scene, std::vector<std::string> sure,
                    const std::string& kind) {
   prepare_folder(folder);
@@ -69,10 +82,11 @@ FolderLock lock_of(const fs::path& folder, const std::string& scene, std::vector
 } // namespace
 
 ResultsFolder::ResultsFolder(fs::path folder, std::string scene, const fs::path& scene_file, std::string kind,
-                             bool overwrite, const std::vector<std::string>& sure)
+                             const std::vector<std::string>& sure)
     : folder_(std::move(folder)), scene_(std::move(scene)), kind_(std::move(kind)),
       scene_file_(fs::weakly_canonical(fs::absolute(scene_file)).string()),
-      scene_text_(scene_text_of(scene_file)), lock_(lock_of(folder_, scene_, sure, kind_)) {
+      scene_text_(scene_text_of(scene_file)), inputs_(digests_of_opened_files()),
+      lock_(lock_of(folder_, scene_, sure, kind_)) {
   for (const std::string& ending : sure)
     plan(ending);
   plan(fmt::format("_{}_results.json", kind_));
@@ -82,9 +96,9 @@ ResultsFolder::ResultsFolder(fs::path folder, std::string scene, const fs::path&
       lists.push_back(entry.path());
   std::sort(lists.begin(), lists.end());
   for (const fs::path& list : lists)
-    look_at(list, overwrite);
-  if (!overwrite && !fs::exists(file(fmt::format("_{}_results.json", kind_))))
-    refuse_older_than(scene_file);
+    look_at(list);
+  if (!may_overwrite() && !fs::exists(file(fmt::format("_{}_results.json", kind_))))
+    refuse_older_than_inputs();
   if (kind_ == "compare")
     add_stale(scene_ + ".pvd", scene_); // methods are no time steps
   // What a run that was killed has left stands in no list.
@@ -98,7 +112,7 @@ ResultsFolder::ResultsFolder(fs::path folder, std::string scene, const fs::path&
     }
 }
 
-void ResultsFolder::look_at(const fs::path& file, bool overwrite) {
+void ResultsFolder::look_at(const fs::path& file) {
   const ordered_json list = list_in(file);
   if (list.is_null())
     return;
@@ -106,13 +120,14 @@ void ResultsFolder::look_at(const fs::path& file, bool overwrite) {
   const bool is_same_scene =
       text_in(list, "scene") == scene_ && (text == scene_text_ || text_in(list, "scene_file") == scene_file_);
   const std::string by = text_in(list, "maille");
-  if (!overwrite && (!is_same_scene || by != version))
+  if (!may_overwrite() && (!is_same_scene || by != version))
     throw UsageError(fmt::format(
         "--out {}: expected a folder without results of another {}, found those of {} by maille {} "
         "({}); --overwrite replaces them",
         folder_.string(), is_same_scene ? "version" : "scene", text_in(list, "scene"), by,
         file.filename().string()));
-  if (!is_same_scene || by != version || text_in(list, "kind") == kind_ || text != scene_text_) {
+  if (!is_same_scene || by != version || text_in(list, "kind") == kind_ || text != scene_text_ ||
+      has_other_inputs(list)) {
     // A list under another name is believed in nothing.
     if (file.filename() == fmt::format("{}_{}_results.json", text_in(list, "scene"), text_in(list, "kind"))) {
       add_stale(file.filename().string(), text_in(list, "scene"), digest_of(file));
@@ -130,16 +145,22 @@ void refuse_name_of_result(const std::string& option, const std::optional<std::s
         fmt::format("{} {}: expected a file of its own, found the name of a result of --out", option, *file));
 }
 
-/// A run that was killed leaves no list, hence no text of its scene: times tell whether that has changed.
-void ResultsFolder::refuse_older_than(const fs::path& scene_file) const {
-  std::error_code none;
-  const auto changed = fs::last_write_time(scene_file, none);
+/// True if a file that both runs opened, an image or a material, has changed in between.
+bool ResultsFolder::has_other_inputs(const ordered_json& list) const {
+  const auto known = list.find("inputs");
+  return known != list.end() && known->is_object() && std::ranges::any_of(inputs_, [&](const auto& input) {
+           return known->contains(input.first) && (*known)[input.first] != input.second;
+         });
+}
+
+/// A run that was killed leaves no list, hence no digest of what it read: times tell whether that has changed.
+void ResultsFolder::refuse_older_than_inputs() const {
   for (const std::string& name : planned_)
-    if (const fs::path file = folder_ / name;
-        !none && has_provenance(file) && fs::last_write_time(file) < changed)
-      throw UsageError(fmt::format("--out {}: expected no files of a run that was cut short before the scene "
-                                   "changed, found {}; --overwrite replaces them",
-                                   folder_.string(), name));
+    for (const auto& [input, digest] : inputs_)
+      if (const fs::path file = folder_ / name; has_provenance(file) && is_changed_since(input, file))
+        throw UsageError(fmt::format("--out {}: expected no files of a run that was cut short before {} "
+                                     "changed, found {}; --overwrite replaces them",
+                                     folder_.string(), input, name));
 }
 
 /// What a list says of other names, folders and files that have changed since is not believed.
@@ -203,12 +224,14 @@ bool ResultsFolder::is_of_replaced_series(const std::string& name) const {
 fs::path ResultsFolder::finish(ordered_json results) {
   const fs::path list = file(fmt::format("_{}_results.json", kind_));
   add(list);
-  ordered_json all{{"kind", kind_}};
-  all.update(made_by());
-  all.update({{"command", command_line()},
-              {"scene", scene_},
-              {"scene_file", scene_file_},
-              {"scene_text", scene_text_}});
+  ordered_json all{{"kind", kind_},
+                   {"maille", version},
+                   {"commit", commit()},
+                   {"command", command_line()},
+                   {"scene", scene_},
+                   {"scene_file", scene_file_},
+                   {"scene_text", scene_text_},
+                   {"inputs", inputs_}};
   all.update(results);
   std::vector<fs::path> gone;
   for (const auto& entry : fs::directory_iterator(folder_))

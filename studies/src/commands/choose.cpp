@@ -145,7 +145,7 @@ int choose_command(const ChooseOptions& options) {
   const Quantity of = asked_quantity(options, lattices);
   wish["of"] = of.name;
   prepare_file("--json", options.json);
-  prepare_own_file("--write", options.write, ".toml");
+  prepare_file("--write", options.write, {}, ".toml");
   if (options.write) // the scene's files have to be found from there
     (void)parse_scene(lattices.text(0, {}).value_or(""), *options.write);
   const Control control = terminal_control(options.threads);

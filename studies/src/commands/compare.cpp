@@ -115,7 +115,7 @@ void prepare_outputs(const CompareOptions& options, const Scene& scene,
   for (const std::string& method : methods)
     sure.push_back("_" + method + ending_of_vtk(scene));
   if (options.out)
-    folder.emplace(*options.out, scene.name, options.scene, "compare", options.overwrite, sure);
+    folder.emplace(*options.out, scene.name, options.scene, "compare", sure);
   prepare_file("--json", options.json, folder);
   prepare_file("--csv", options.csv, folder);
   prepare_file("--picture", options.picture, folder);

@@ -155,7 +155,7 @@ void check_options(const FitOptions& options) {
     throw UsageError(fmt::format("--holdout: expected a part from 0 to below 1, found {}", *options.holdout));
   if (options.out && !options.out->ends_with(".toml"))
     throw UsageError(fmt::format("--out: expected a name that ends in .toml, found \"{}\"", *options.out));
-  prepare_own_file("--out", options.out, ".toml");
+  prepare_file("--out", options.out, {}, ".toml");
   prepare_file("--json", options.json);
 }
 
@@ -198,7 +198,7 @@ int identify_command(const FitOptions& options) {
   if (!is_image_file(options.measured))
     read_text_file(options.measured, "a table of measured numbers");
   prepare_file("--json", options.json);
-  prepare_own_file("--out", options.out, ".toml");
+  prepare_file("--out", options.out, {}, ".toml");
   return become_python_program("fit",
                                {{"maille", version},
                                 {"scene", options.scenes.front().string()},

@@ -191,12 +191,12 @@ Body body_to_begin_with(const LabelImage& image, const std::string& file, const 
   return {largest->first, by_length(largest->second.extent, image.info.spacing)[0]};
 }
 
-void write_new(const fs::path& file, const std::string& text, bool overwrite) {
+void write_new(const fs::path& file, const std::string& text) {
   std::error_code error;
-  if (!overwrite && fs::exists(file, error))
+  if (!may_overwrite() && fs::exists(file, error))
     throw UsageError(
         fmt::format("{}: expected no such file, found one; --overwrite replaces it", file.string()));
-  prepare_file("--out", file.string());
+  prepare_file("--out", file.string(), {}, ".toml");
   write_whole(file, text);
   fmt::print("wrote {}\n", file.string());
 }
@@ -233,7 +233,7 @@ void new_image(const NewOptions& options) {
     fmt::print(
         "the scene is of label {} alone: the labels together are several bodies, not all of them held\n",
         *body.only);
-  write_new(out, text, options.overwrite);
+  write_new(out, text);
 }
 
 } // namespace
@@ -247,18 +247,18 @@ int new_command(const NewOptions& options) {
     throw UsageError(fmt::format("expected nothing more for a new {}, found \"{}\"", options.kind,
                                  options.labels.string()));
   if (options.kind == "calf") {
-    new_calf(options.out.value_or("calf"), options.overwrite);
+    new_calf(options.out.value_or("calf"));
     return exit_done;
   }
   const fs::path out = options.out.value_or(options.kind + ".toml");
   if (options.kind == "strip") {
-    write_new(out, with_name(std::string(strip_toml()), "NAME", out.string()), options.overwrite);
+    write_new(out, with_name(std::string(strip_toml()), "NAME", out.string()));
     return exit_done;
   }
   const fs::path path = out.parent_path() / (out.stem().string() + "_path.toml");
-  write_new(path, std::string(path_toml()), options.overwrite);
-  write_new(out, with_name(with_name(std::string(world_toml()), "NAME", out.string()), "PATH", path.string()),
-            options.overwrite);
+  write_new(path, std::string(path_toml()));
+  write_new(out,
+            with_name(with_name(std::string(world_toml()), "NAME", out.string()), "PATH", path.string()));
   return exit_done;
 }
 

@@ -180,7 +180,7 @@ void check(const PlayOptions& options, const WorldScene& scene, std::optional<Re
   if (options.pictures && has_ffmpeg())
     sure.emplace_back(".mp4");
   if (options.out)
-    folder.emplace(*options.out, scene.name, options.scene, "play", options.overwrite, sure);
+    folder.emplace(*options.out, scene.name, options.scene, "play", sure);
   prepare_file("--json", options.json, folder); // may be asked for in that folder
   prepare_file("--picture", options.picture, folder);
 }

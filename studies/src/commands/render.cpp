@@ -164,6 +164,14 @@ private:
   std::int64_t bytes_sent_ = 0; ///< by this process
 };
 
+/// The file of one view of a ring, else of the only view.
+fs::path picture_of(const RenderOptions& options, int view) {
+  fs::path file = options.out;
+  if (options.ring > 0)
+    file.replace_filename(fmt::format("{}_{:03}.png", options.out.stem().string(), view));
+  return file;
+}
+
 std::vector<std::string> draw(const RenderOptions& options, const SeenScene& seen, const render::View& view,
                               const Rgb& background, Work& work) {
   Painter painter(options.threads);
@@ -183,9 +191,7 @@ std::vector<std::string> draw(const RenderOptions& options, const SeenScene& see
   if (options.ring > 0) {
     const render::RingOfViews ring(view, options.ring, options.threads);
     for (int i = 0; i < options.ring; ++i) {
-      fs::path file = options.out;
-      file.replace_filename(fmt::format("{}_{:03}.png", options.out.stem().string(), i));
-      draw_view(ring.view(i), file);
+      draw_view(ring.view(i), picture_of(options, i));
     }
   } else {
     draw_view(view, options.out);
@@ -200,7 +206,8 @@ int render_command(const RenderOptions& options) {
   if (options.out.extension() != ".png")
     throw UsageError("--out: expected a file that ends in .png, found " + options.out.string());
   keep_inputs({options.scene});
-  prepare_file("--out", options.out.string());
+  for (int i = 0; i < std::max(1, options.ring); ++i)
+    prepare_file("--out", picture_of(options, i).string());
   prepare_file("--json", options.json);
   const Rgb background = background_of(options.camera);
   const auto crop = crop_of(options.camera);

@@ -40,7 +40,7 @@ int report_command(const ReportOptions& options) {
   if (!fs::is_directory(options.folder))
     throw UsageError(fmt::format("OUT: expected a folder of results, found \"{}\"", options.folder.string()));
   const auto file = options.out.empty() ? options.folder / "report.html" : options.out;
-  prepare_own_file("--out", file.string(), ".html");
+  prepare_file("--out", file.string(), {}, ".html");
   return become_python_program("report",
                                {{"folder", options.folder.lexically_normal().string()},
                                 {"out", file.string()},

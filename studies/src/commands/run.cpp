@@ -306,7 +306,7 @@ int run_command(const RunOptions& options) {
   check_maps(options, scene);
   check_warp(options, scene);
   if (options.write) {
-    prepare_own_file("--write", options.write, ".inp");
+    prepare_file("--write", options.write, {}, ".inp");
     write_deck(scene, *options.write);
     if (options.methods.empty() && !options.out && !options.json) // nothing else is asked
       return exit_done;
@@ -322,7 +322,7 @@ int run_command(const RunOptions& options) {
       for (const char* end : {"_0000", "_0001", ".pvd"})
         if (options.steps > 1 || end == std::string_view("_0001"))
           sure.push_back(fmt::format("_{}{}{}", method, end, *end == '_' ? ending_of_vtk(scene) : ""));
-    folder.emplace(*options.out, scene.name, options.scene, "run", options.overwrite, sure);
+    folder.emplace(*options.out, scene.name, options.scene, "run", sure);
     for (const std::string& method : names)
       if (options.steps > 1)
         folder->plan(fmt::format("_{}_force.csv", method));

@@ -114,12 +114,12 @@ std::vector<std::pair<std::string, std::string>> segments() {
 
 } // namespace
 
-void new_calf(const fs::path& folder, bool overwrite) {
+void new_calf(const fs::path& folder) {
   const std::array<std::string, 5> names{"labels.nii.gz", "labels.seg.nrrd", "scan.nii.gz", "landmarks.fcsv",
                                          "calf.toml"};
   prepare_folder(folder);
   for (const std::string& name : names) {
-    if (!overwrite && fs::exists(folder / name))
+    if (!may_overwrite() && fs::exists(folder / name))
       throw UsageError(fmt::format("{}: expected no such file, found one; --overwrite replaces it",
                                    (folder / name).string()));
     prepare_file("--out", (folder / name).string());

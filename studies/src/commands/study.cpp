@@ -47,8 +47,8 @@ StudyOptions options_of(const StudyCommandOptions& asked, const StudyFile& study
   StudyOptions options;
   options.out = asked.out.value_or(std::filesystem::path("out") / study.name());
   options.resume = asked.resume;
-  options.overwrite = asked.overwrite;
-  if (asked.overwrite && (asked.resume || !asked.shard.empty()))
+  options.overwrite = may_overwrite();
+  if (options.overwrite && (asked.resume || !asked.shard.empty()))
     throw UsageError("--overwrite: expected neither --resume nor --shard beside it, found one of them");
   options.jobs = asked.jobs;
   options.solver = check_fem_solver(asked.fem_solver);
@@ -220,6 +220,7 @@ int study_command(const StudyCommandOptions& asked) {
         row.erase(key);
   request["head"] = head_in_words(study, outcome);
   request["notes"] = notes_in_words(study, outcome);
+  request["document"]["maille"] = version;
   request["json"] = asked.json.value_or("");
   request["picture"] = asked.picture.value_or("");
   request["picture_of"] = asked.picture_of;

@@ -5,8 +5,9 @@
 /// viewers name their provenance among their first arrays, lists of data sets in a comment. PNG, SVG and MP4
 /// come from other libraries: add_mark() puts the mark at their end.
 ///
-/// CSV has no place for a mark. A table is Maille's if its head is the new table's, or if a list of results
-/// holds its digest.
+/// CSV has no place for a mark. A table is Maille's if its head is the new table's (by default one of
+/// `own_heads`), or if a list of results holds its digest. Where an ending is of no form, the content decides
+/// whether a file is JSON or CSV of Maille's.
 ///
 /// Removal asks for more than replacement, since nothing follows: the provenance of a data set, or a digest,
 /// so that a file which was changed, or which a foreign list names, stays.
@@ -26,6 +27,7 @@
 #include <fstream>
 #include <iterator>
 #include <regex>
+#include <span>
 
 #include <zlib.h>
 
@@ -69,6 +71,11 @@ constexpr std::array forms{
          "freemaille"sv}, // a box `free`
 };
 
+/// What tables that an option names begin with: of compare, trade, study, a hand that feels, a recorded hand.
+constexpr std::array own_heads{"scene,method,status,setup_s,"sv, "scene,method,halvings,nodes,"sv,
+                               "study,case,"sv, "time,hand_x,hand_y,hand_z,proxy_x,"sv,
+                               "frame,object,nodes,dx [m],dy [m],dz [m],x [m],"sv};
+
 /// The first 64 KB of a file, unpacked.
 std::string beginning(const fs::path& file) {
   std::string head(std::size_t{1} << 16, '\0');
@@ -83,7 +90,9 @@ std::string beginning(const fs::path& file) {
 bool is_own_json(const fs::path& file) {
   constexpr std::int64_t largest = std::int64_t{1} << 30; ///< [bytes]
   try {
-    const auto json = parse_json(read_own_text_file(file, "a result", largest), file);
+    auto json = parse_json(read_own_text_file(file, "a result", largest), file);
+    if (json.is_array() && !json.empty()) // a row a tissue
+      json = nlohmann::ordered_json(json[0]);
     const auto is_text = [&](const char* key) { return json.contains(key) && json[key].is_string(); };
     return json.is_object() && (is_text("maille") || (is_text("study") && is_text("scene_text")));
   } catch (const InputError&) {
@@ -134,14 +143,21 @@ bool is_own_result(const fs::path& file, std::string_view head_of_table) {
   if (!is_plain_file(file))
     return false;
   const auto size = static_cast<std::int64_t>(fs::file_size(file));
+  const std::span<const std::string_view> heads =
+      head_of_table.empty() ? std::span<const std::string_view>(own_heads) : std::span(&head_of_table, 1);
+  const auto is_of = [&](const Form& form) { return file.filename().string().ends_with(form.ending); };
+  const bool has_form = std::ranges::any_of(forms, is_of);
   const auto holds = [&](const Form& form) {
-    if (!file.filename().string().ends_with(form.ending))
+    if (has_form ? !is_of(form) : form.ending != ".json" && form.ending != ".csv")
       return false;
     if (form.ending == ".json")
       return is_own_json(file);
     if (form.mark.empty())
-      return form.ending != ".csv" ? has_provenance(file)
-                                   : !head_of_table.empty() && beginning(file).starts_with(head_of_table);
+      return form.ending != ".csv"
+                 ? has_provenance(file)
+                 : std::ranges::any_of(heads, [head = beginning(file)](std::string_view one) {
+                     return head.starts_with(one);
+                   });
     if (form.at >= 0) {
       const std::size_t found = beginning(file).find(form.mark, form.at == anywhere ? 0 : form.place());
       return found != std::string::npos && (form.at == anywhere || found == form.place());
