@@ -20,6 +20,8 @@ def plain(item: Any) -> Any:
     """Truths, numbers, texts, lists and tables alone: arrays as lists, without keys that have no value."""
     if isinstance(item, (np.ndarray, np.generic)):
         item = item.tolist()
+    if isinstance(item, str) and item.encode(errors="replace") != item.encode(errors="surrogatepass"):
+        raise ValueError(f"expected a text in UTF-8, found {item!r}")
     if isinstance(item, (bool, str)):
         return item
     if isinstance(item, (int, float)):

@@ -292,6 +292,10 @@ private:
       if (material.density < least_density || material.density > greatest_density)
         warn("{}: density {:.4g} kg/m^3: is it in the unit that was meant?", material.name, material.density);
     }
+    for (const Material& material : scene_.materials)
+      if (material.law && scene_.strain != Strain::finite)
+        warn("{}: its law has no effect without strain = \"finite\": it is as stiff as at rest{}",
+             material.name, std::holds_alternative<Muscle>(*material.law) ? ", and passive" : "");
   }
 
   void about_directions() {

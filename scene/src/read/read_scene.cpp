@@ -70,8 +70,12 @@ void reader::read_relaxation(TableReader& root, Scene& scene) {
   table.read("tolerance", relaxation.tolerance);
   table.read("extrapolation", relaxation.extrapolation);
   table.read("sweeps", relaxation.sweeps);
-  if (table.choice("frame") == "blocks") // the word for it while laws were linear
-    scene.strain = Strain::finite;
+  if (const auto frame = table.choice("frame")) { // the word for it while laws were linear
+    const Strain meant = *frame == "blocks" ? Strain::finite : scene.strain;
+    if (root.has("strain") && (meant != scene.strain || (*frame == "object" && meant == Strain::finite)))
+      table.fault("frame", "no other word than `strain`, or no such key");
+    scene.strain = meant;
+  }
   table.read("increments", relaxation.increments);
   if (table.has("increments") && scene.strain != Strain::finite)
     scene.left_out.push_back({0, table.path_of("increments") + " has no effect without strain = \"finite\""});

@@ -3,6 +3,7 @@
 
 #include "export/whole_file.hpp"
 #include "maille/scene/read_scene.hpp"
+#include "maille/studies/version.hpp"
 #include "study/plan/study_table.hpp"
 #include "study/study_run.hpp"
 #include "study/table_files.hpp"

@@ -243,24 +243,51 @@ TEST(OutputFileContract, OnlyWhatMailleWroteMakesWay) {
   const Folder folder;
   const std::string fit = "fit " + folder.scene + " --test " + folder.other +
                           " --reference relaxed --trials 2 --out ",
-                    deck = "run " + folder.scene + " --write ", page = "report " + folder.out + " --out ",
-                    chosen = "study choose " + folder.scene + " --error 90% --time 60s --write ";
+                    run = "run " + folder.scene + " --methods limits ", page = "report " + folder.out,
+                    chosen = "study choose " + folder.scene + " --error 90% --time 60s --write ",
+                    compare = "compare " + folder.scene + " --methods limits,relaxed --reference relaxed ",
+                    trade =
+                        "study trade " + folder.scene + " --methods limits --spacings 1 --reference limits",
+                    study = "study " + folder.study() + " --overwrite --out " + folder.out,
+                    check = "check " + folder.scene, render = "render " + folder.scene + " --out ";
   test::done("run " + folder.scene + " --methods limits --out " + folder.out);
-  for (const auto& [line, name, code] :
-       {std::tuple{fit, "m.toml", 1}, {deck, "m.inp", 0}, {page, "m.html", 0}, {chosen, "c.toml", 0}}) {
+  for (const auto& [line, name, code] : {std::tuple{fit, "m.toml", 1},
+                                         {run + "--write ", "m.inp", 0},
+                                         {page + " --out ", "m.html", 0},
+                                         {chosen, "c.toml", 0},
+                                         {run + "--json ", "r.json", 0},
+                                         {run + "--json ", "r", 0},
+                                         {run + "--steps 2 --picture ", "r.png", 0},
+                                         {run + "--steps 2 --picture ", "r.svg", 0},
+                                         {compare + "--json ", "c.json", 0},
+                                         {compare + "--csv ", "c.csv", 0},
+                                         {compare + "--csv ", "c.txt", 0},
+                                         {check + " --json ", "k.json", 0},
+                                         {check + " --why --json ", "w.json", 0},
+                                         {"check library --json ", "l.json", 0},
+                                         {"check muscle/soleus --json ", "t.json", 0},
+                                         {trade + " --json ", "t.json", 0},
+                                         {trade + " --csv ", "t.csv", 0},
+                                         {render, "v.png", 0},
+                                         {render + (folder / "v.png").string() + " --json ", "v.json", 0}}) {
     const std::string file = folder.write(name, "another's\n").string();
     EXPECT_TRUE(test::has(test::refused(line + file).err, "that Maille wrote")) << line;
     EXPECT_EQ(folder.text(name), "another's\n");
-    fs::remove(file);
-    for (int time = 0; time < 2; ++time) {
-      test::done(line + file, code);
+    test::done(line + file + " --overwrite", code);
+    for (int time = 0; time < 2; ++time) { // its own file makes way
       EXPECT_GT(folder.text(name).size(), 20U) << line << time;
+      test::done(line + file, code);
     }
+  }
+  for (const auto& [line, name] :
+       {std::pair{study + " --json ", "s.json"}, {study + " --picture ", "s.png"}}) {
+    test::done(line + (folder / name).string());
+    test::done(line + (folder / name).string());
   }
 }
 
 // What a killed run leaves: files, and no list that tells of which text they are.
-TEST(OutputFolderContract, FilesOlderThanTheSceneNeedOverwrite) {
+TEST(OutputFolderContract, FilesOlderThanWhatWasReadNeedOverwrite) {
   const Folder folder;
   const std::string run = "run " + folder.scene + " --methods limits --out " + folder.out;
   test::done(run);
@@ -275,6 +302,32 @@ TEST(OutputFolderContract, FilesOlderThanTheSceneNeedOverwrite) {
   EXPECT_EQ(folder.text("out/box_limits_0001.vti"), before);
   test::done(run + " --overwrite");
   EXPECT_NE(folder.text("out/box_limits_0001.vti"), before);
+}
+
+// A material beside an unchanged scene, put there with the time of an older file.
+TEST(OutputFolderContract, EveryFileThatWasReadCounts) {
+  const Folder folder;
+  const auto write_material = [&](const std::string& modulus) {
+    return folder.write("soft.toml", "youngs_modulus = \"" + modulus + "\"\npoisson_ratio = 0.3\n");
+  };
+  const fs::path soft = write_material("10 kPa"), list = fs::path(folder.out) / "box_run_results.json";
+  std::string text = box_of("0.1 mm");
+  const std::string material = "{ youngs_modulus = \"10 kPa\", poisson_ratio = 0.3 }";
+  folder.write("box.toml", text.replace(text.find(material), material.size(), "\"soft.toml\""));
+  const std::string run = "run " + folder.scene + " --methods coupled --out " + folder.out;
+  test::done(run);
+  fs::remove(list); // as after a kill
+  test::done(run);
+  const auto age = fs::last_write_time(soft);
+  write_material("20 kPa");
+  fs::last_write_time(soft, age - std::chrono::hours(1));
+  fs::remove(list);
+  const std::string err = test::refused(run).err;
+  EXPECT_TRUE(test::has(err, "soft.toml changed")) << err;
+  test::done(run + " --overwrite");
+  write_material("30 kPa"); // results of two kinds no longer belong together
+  test::done("compare " + folder.scene + " --methods coupled,limits --reference limits --out " + folder.out);
+  EXPECT_FALSE(folder.names().contains("box_coupled_0001.vti"));
 }
 
 TEST(OutputFileContract, EachOptionHasAFileOfItsOwn) {
