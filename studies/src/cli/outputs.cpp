@@ -20,9 +20,8 @@ std::string json_text(nlohmann::ordered_json json) {
   // By this key is_own_result() knows the file.
   if (json.is_object())
     json.emplace("maille", version);
-  for (nlohmann::ordered_json& row : json.is_array() ? json : nlohmann::ordered_json::array())
-    if (row.is_object())
-      row.emplace("maille", version);
+  for (std::size_t row = 0; json.is_array() && row < json.size() && json[row].is_object(); ++row)
+    json[row].emplace("maille", version);
   return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 

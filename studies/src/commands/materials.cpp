@@ -228,6 +228,7 @@ std::string details(const LibraryEntry& entry) {
 
 int materials_command(const MaterialsOptions& options) {
   const ResultTable<LibraryEntry>& columns = columns_of_library();
+  prepare_file("--json", options.json);
   if (options.name == "library") {
     deliver(options.json ? json_text(columns.json_rows(material_library()))
                          : columns.text(material_library()),

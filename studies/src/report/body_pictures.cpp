@@ -81,6 +81,9 @@ Pictures::Pictures(const Data& results, const fs::path& folder)
     try {
       step();
       return true;
+    } catch (const nlohmann::json::exception&) {
+      note(fmt::format("no pictures of {}: its list of results has another form", text_of(results, "scene")));
+      return false;
     } catch (const std::exception& error) {
       note(fmt::format("no pictures of {}: {}", text_of(results, "scene"), error.what()));
       return false;
