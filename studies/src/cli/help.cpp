@@ -19,7 +19,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <sstream>
 
 namespace maille::studies {
@@ -209,8 +208,7 @@ void add_sandbox(CLI::App& app) {
 
 void add_overwrite(CLI::App& app) {
   app.add_flag_callback(
-      "--overwrite", [] { may_overwrite() = true; },
-      "replace results of another scene or version, and files that Maille did not write");
+      "--overwrite", [] { may_overwrite() = true; }, "replace files and results of others");
 }
 
 /// Options that live as long as what runs the command with them.

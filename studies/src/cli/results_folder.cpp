@@ -54,15 +54,12 @@ std::pair<std::string, std::string> series_of(const std::string& name) {
   return {name.substr(0, last + 1), name.substr(dot)};
 }
 
-/// True if `input` was written, or put in its place with an older time, after `file`.
-bool is_changed_since(const fs::path& input, const fs::path& file) {
-  struct stat of_input {
-  }, of_file{};
-  const auto is_later = [](const timespec& a, const timespec& b) {
-    return std::pair(a.tv_sec, a.tv_nsec) > std::pair(b.tv_sec, b.tv_nsec);
-  };
-  return stat(input.c_str(), &of_input) == 0 && stat(file.c_str(), &of_file) == 0 &&
-         (is_later(of_input.st_mtim, of_file.st_mtim) || is_later(of_input.st_ctim, of_file.st_ctim));
+/// When a file was written, or put in its place with an older time [s]; 0: it is gone.
+long double changed(const fs::path& file) {
+  using Stat = struct stat;
+  Stat known{};
+  const auto seconds = [](const timespec& of) { return of.tv_sec + 1e-9L * of.tv_nsec; };
+  return stat(file.c_str(), &known) == 0 ? std::max(seconds(known.st_mtim), seconds(known.st_ctim)) : 0;
 }
 
 FolderLock lock_of(const fs::path& folder, const std::string& scene, std::vector<std::string> sure,
@@ -153,11 +150,11 @@ bool ResultsFolder::has_other_inputs(const ordered_json& list) const {
          });
 }
 
-/// A run that was killed leaves no list, hence no digest of what it read: times tell whether that has changed.
+/// A run that was killed has no list, hence no digest of what it read: times tell whether that has changed.
 void ResultsFolder::refuse_older_than_inputs() const {
   for (const std::string& name : planned_)
     for (const auto& [input, digest] : inputs_)
-      if (const fs::path file = folder_ / name; has_provenance(file) && is_changed_since(input, file))
+      if (const fs::path file = folder_ / name; has_provenance(file) && changed(file) < changed(input))
         throw UsageError(fmt::format("--out {}: expected no files of a run that was cut short before {} "
                                      "changed, found {}; --overwrite replaces them",
                                      folder_.string(), input, name));
