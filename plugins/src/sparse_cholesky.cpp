@@ -2,7 +2,6 @@
 
 #include <Eigen/SparseCholesky>
 
-#include <algorithm>
 #include <stdexcept>
 
 namespace maille {

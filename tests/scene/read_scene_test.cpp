@@ -4,8 +4,6 @@
 #include "maille/scene/link_limits.hpp"
 #include "support/kit.hpp"
 
-#include <cstring>
-
 namespace maille {
 namespace {
 

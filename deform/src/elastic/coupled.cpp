@@ -13,10 +13,7 @@
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/plausibility.hpp"
 
-#include <algorithm>
 #include <cstdint>
-#include <optional>
-#include <span>
 #include <string>
 #include <utility>
 

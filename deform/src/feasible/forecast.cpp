@@ -19,7 +19,7 @@ constexpr std::int64_t of_request = 256,     // a prescribed value, and what cli
     of_fixed_size = 16384,                   // engines, lists of a few entries and the heads of arrays
     of_tile = 12 + 24,                       // place and neighbours; a bit a node comes on top
     of_tile_node = 4,                        // a component, in quanta
-    of_tile_order = 2 * 4 + 3 * 4 + 1,       // a component: what has changed, what waits, what to take back
+    of_tile_order = 4 + 3 * 4 + 1,           // a component: what waits, what to take back
     of_tile_links = 4 + 4, of_kind = 6 * 4,  // a component: which links a tile has, and those of even ones
     of_link_node = 6 * 4, of_face = 6 * 256, // a component: the links of a tile of its own, and to others
     of_link_list = 128;                      // a component: an entry in the list of those, which doubles

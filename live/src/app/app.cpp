@@ -3,8 +3,6 @@
 #include "maille/materials/fault.hpp"
 #include "maille/materials/text_file.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cstdint>

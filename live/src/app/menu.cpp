@@ -2,8 +2,6 @@
 
 #include "app/app.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <string>

@@ -19,9 +19,7 @@
 #include <fstream>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <numeric>
-#include <stdexcept>
 #include <string_view>
 #include <system_error>
 

@@ -82,8 +82,8 @@ public:
         middle.add((*this)(grid.corner(grid.cell_at(cell), corner)));
     return middle.place();
   }
-  /// The force on a face [N], along the grid: where a pressure follows, on the area that the face has then, as
-  /// deform/src/elastic/finite/follower_pressure.hpp has it.
+  /// The force on a face [N], along the grid: of a pressure that follows on the area that the face has then,
+  /// half the product of its diagonals.
   Vec3 force_on(const FaceLoad& load) const {
     const Grid& grid = scene_.specimen.grid;
     const int d = scene_.dimension(), a = load.axis, b = (a + 1) % d, c = (a + 2) % 3;

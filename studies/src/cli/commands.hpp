@@ -37,8 +37,8 @@ inline LengthUnit length_unit(std::string_view text) {
 /// What is in a folder is listed by `SCENE_KIND_results.json`, KIND being run, compare or play. Results of
 /// the same scene, by the same version, take the place of earlier ones; the earlier files that have no
 /// follower go once the new ones stand, so that nothing is lost when the process is killed. Results of two
-/// kinds stay side by side as long as every file that both have opened is the same. Only files that Maille wrote go
-/// (is_name_of_result, has_provenance, digest_of); one process at a time has the folder.
+/// kinds stay side by side as long as every file that both have opened is the same. Only files that Maille
+/// wrote go (is_name_of_result, has_provenance, digest_of); one process at a time has the folder.
 class ResultsFolder {
 public:
   /// Makes the folder. @throws UsageError where it cannot be written, another process has it, or it holds

@@ -4,7 +4,6 @@
 #include "maille/scene/scene.hpp"
 
 #include <cmath>
-#include <cstddef>
 #include <numeric>
 #include <vector>
 

@@ -1,7 +1,5 @@
 #include "probe/probe_run.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>

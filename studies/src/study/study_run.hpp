@@ -6,7 +6,6 @@
 #include "study/plan/study_table.hpp"
 
 #include <functional>
-#include <stdexcept>
 
 namespace maille::studies {
 

@@ -1,7 +1,5 @@
 #include "study/table_files.hpp"
 
-#include <fmt/format.h>
-
 #include <cerrno>
 #include <system_error>
 #include <utility>

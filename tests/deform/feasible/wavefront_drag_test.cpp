@@ -53,23 +53,6 @@ TEST(WavefrontDragContract, ALocalDragVisitsTheTilesItChangesAndNoOthers) {
   EXPECT_LE(arena.present(), std::int64_t{12} * 1024 * 1024); // of 25 if all had been visited
 }
 
-TEST(WavefrontDragConsistent, CopiesOfWhatHasChangedAddUpToTheState) {
-  for (unsigned seed = 1; seed <= 60; ++seed) {
-    auto [random, scene, limits, body] = test::HoledTiles(seed);
-    Dice dice{random};
-    Displacement followed(scene.specimen.grid);
-    for (int drag = 0; drag < 6; ++drag) {
-      if (drag == 4)
-        body.rest();
-      else
-        body.move(scene.prescribed);
-      body.copy_changes_to(followed);
-      ASSERT_EQ(followed, state_of(scene, body)) << "seed " << seed << " drag " << drag;
-      test::prescribe_at_random(scene, dice);
-    }
-  }
-}
-
 TEST(WavefrontDragConsistent, RaisingAndLoweringOneByOneIsAMove) {
   int n_compared = 0;
   for (unsigned seed = 1; seed <= 60; ++seed) {

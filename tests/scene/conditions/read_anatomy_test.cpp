@@ -8,8 +8,6 @@
 #include "maille/scene/warp/displacement_field.hpp"
 #include "support/kit.hpp"
 
-#include <cstring>
-
 namespace maille {
 namespace {
 

@@ -9,7 +9,6 @@
 #include "support/kit.hpp"
 #include "support/label_scene.hpp"
 
-#include <cstring>
 #include <nlohmann/json.hpp>
 
 namespace maille {

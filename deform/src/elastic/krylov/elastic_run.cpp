@@ -4,7 +4,6 @@
 #include "maille/base/communicator.hpp"
 
 #include <algorithm>
-#include <cstdint>
 #include <span>
 #include <string>
 #include <utility>

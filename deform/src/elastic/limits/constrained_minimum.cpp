@@ -4,7 +4,6 @@
 #include "feasible/bounds/clipping.hpp"
 #include "maille/scene/scene.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>

@@ -6,14 +6,11 @@
 #include "elastic/tied/tied_model.hpp"
 #include "maille/scene/plausibility.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>

@@ -8,7 +8,6 @@
 #include "elastic/tied/tied_model.hpp"
 #include "maille/mechanics/friction.hpp"
 
-#include <algorithm>
 #include <memory>
 #include <string>
 #include <utility>

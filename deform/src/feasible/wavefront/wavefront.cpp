@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fmt/format.h>
 #include <limits>
 
 namespace maille::deform {
@@ -15,7 +14,6 @@ struct TiledBody::Parts {
   Tiling tiling;
   std::vector<TiledComponent> components;
   std::vector<Prescribed> prescribed; ///< in the last move, as clipped
-  std::vector<Prescribed> written;    ///< those that copy_changes_to wrote
   std::array<List<Target>, 3> targets;
   std::unique_ptr<ThreadTeam> team; ///< where several threads have been asked for
   std::int64_t n_visits() const {
@@ -92,22 +90,6 @@ double TiledBody::displacement(int component, std::int64_t node) const {
     return 0;
   const TiledComponent& of = parts_->components[index(component)];
   return of.metres(of.field().value(parts_->tiling.place(node)));
-}
-
-void TiledBody::copy_changes_to(Displacement& state) {
-  for (const Prescribed& p : parts_->written) { // no longer at its exact value, perhaps
-    const TiledComponent& component = parts_->components[index(p.component)];
-    state(p.component, p.node) = component.metres(component.field().value(parts_->tiling.place(p.node)));
-  }
-  for (std::size_t b = 0; b < parts_->components.size(); ++b) {
-    TiledComponent& component = parts_->components[b];
-    for (const std::int32_t tile : component.field().changed_tiles())
-      copy_tile(parts_->tiling, component, tile, state.component(b));
-    component.field().clear_changes();
-  }
-  for (const Prescribed& p : parts_->prescribed)
-    state(p.component, p.node) = p.value;
-  parts_->written = parts_->prescribed;
 }
 
 void TiledBody::raise(int component, std::span<const PathEnd> seeds) {

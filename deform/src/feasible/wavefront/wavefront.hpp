@@ -48,8 +48,6 @@ public:
   void copy_to(Displacement& state) const;
   /// Displacement of one grid point, in whole quanta also where prescribed; 0 outside the body [m].
   double displacement(int component, std::int64_t node) const;
-  /// The same as copy_to, but writes only what has changed since the last call of copy_changes_to.
-  void copy_changes_to(Displacement& state);
 
   // Changes.
   /// x = max(x, p - d(i, seed)) for all seeds, in place. @pre the state is feasible: it is after any call

@@ -20,8 +20,7 @@ std::size_t n_slots(const Tiling& tiling) {
 
 TileField::TileField(const Tiling& tiling)
     : tiling_(&tiling), visit_tile_(best_visit_tile()), values_(n_slots(tiling)),
-      queue_(index(tiling.n_tiles())), is_changed_(index(tiling.n_tiles()), false),
-      is_recorded_(index(tiling.n_tiles()), false) {
+      queue_(index(tiling.n_tiles())), is_recorded_(index(tiling.n_tiles()), false) {
   recorded_.reserve(index(tiling.n_tiles()));
   fill(0, 0);
 }
@@ -31,7 +30,6 @@ void TileField::fill(std::int64_t value, std::int64_t offset) {
   even_value_ = static_cast<std::int32_t>(value - offset);
   std::fill_n(values_.data(), n_slots(*tiling_), even_value_);
   is_even_ = true;
-  mark_all_changed();
 }
 
 std::pair<std::int64_t, std::int64_t> TileField::range() const {
@@ -73,7 +71,6 @@ void TileField::coarsen(int bits) {
   even_value_ = coarse(even_value_);
   std::transform(values_.data(), values_.data() + n_slots(*tiling_), values_.data(), coarse);
   offset_ = offset;
-  mark_all_changed();
 }
 
 void TileField::run(Way way, TileIntervals& bounds, std::span<const Seed> seeds) {
@@ -110,10 +107,6 @@ void TileField::work_off(Way way, TileIntervals& bounds) {
   is_even_ = false;
   for (std::int32_t t = queue_.pop(); t >= 0; t = queue_.pop()) {
     ++n_visits_;
-    if (!is_changed_[index(t)]) {
-      is_changed_[index(t)] = true;
-      changed_.push_back(t);
-    }
     const std::array<std::int32_t, 6>& around = tiling_->neighbours(t);
     if (is_recording_) {
       touch(t);
@@ -200,20 +193,6 @@ void TileField::restore(const Copy& copy) {
   offset_ = copy.offset;
   is_even_ = false;
   std::ranges::copy(copy.values, values_.data());
-  mark_all_changed();
-}
-
-void TileField::mark_all_changed() {
-  changed_.resize(index(tiling_->n_tiles()));
-  for (std::size_t t = 0; t < changed_.size(); ++t)
-    changed_[t] = static_cast<std::int32_t>(t);
-  is_changed_.assign(changed_.size(), true);
-}
-
-void TileField::clear_changes() {
-  for (const std::int32_t t : changed_)
-    is_changed_[index(t)] = false;
-  changed_.clear();
 }
 
 } // namespace maille::deform

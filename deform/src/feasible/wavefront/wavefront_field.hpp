@@ -77,9 +77,6 @@ public:
 
   // Bookkeeping.
   std::int64_t n_visits() const { return n_visits_; }
-  /// Tiles that changed since clear_changes().
-  const List<std::int32_t>& changed_tiles() const { return changed_; }
-  void clear_changes();
 
 private:
   std::size_t at(const TilePlace& place) const {
@@ -88,7 +85,6 @@ private:
   }
   void work_off(Way way, TileIntervals& bounds);
   void touch(std::int32_t tile);
-  void mark_all_changed();
   void record(std::int32_t tile);
   void prefetch(const TileIntervals& bounds, std::int32_t tile) const;
 
@@ -98,9 +94,6 @@ private:
   AlignedArray<std::int32_t> values_; ///< [tile][slot]
   TileQueue queue_;
   bool is_even_ = true; ///< nothing has changed since fill()
-
-  List<std::int32_t> changed_;
-  List<bool> is_changed_;
 
   bool is_recording_ = false, was_even_ = false;
   std::int32_t even_value_ = 0; ///< as stored, where is_even_ or was_even_

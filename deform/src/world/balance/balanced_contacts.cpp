@@ -9,13 +9,9 @@
 #include <Eigen/SparseCore>
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <map>
-#include <optional>
-#include <tuple>
-#include <utility>
 #include <vector>
 
 namespace maille::deform {

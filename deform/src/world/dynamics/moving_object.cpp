@@ -4,7 +4,6 @@
 #include <Eigen/LU>
 
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 
 namespace maille::deform {
