@@ -69,16 +69,16 @@ def in_json(value: Any) -> str:
 _MARKS = {".svg": (16, b"<!-- maille -->\n"), ".png": (39, b"\0\0\0\x0ftEXtSoftware\0maille\x32\x57\x26\x53")}
 
 
-def refuse_foreign(file: "str | Path", overwrite: bool) -> None:
+def refuse_foreign(file: "str | os.PathLike[str]", overwrite: bool) -> None:
     """@raises FileExistsError  where another program's file has the name, unless ``overwrite``. Maille's begin with its mark."""
     path = Path(file)
     if overwrite or not path.is_file() or not path.stat().st_size:
         return
-    with (gzip.open if path.suffix == ".gz" else open)(path, "rb") as stream:
-        try:
+    try:
+        with gzip.open(path, "rb") if path.suffix == ".gz" else open(path, "rb") as stream:
             head = stream.read(160)
-        except OSError:  # not packed
-            head = b""
+    except (OSError, EOFError):  # not packed
+        head = b""
     has_mark = head.startswith(b"# Made by maille ") or b"\n# maille\n" in head or b"\nComment = maille\n" in head
     if head[148:155] != b"maille\0" and not has_mark:
         raise FileExistsError(f"{path}: expected a new file, or a file that Maille wrote, found another; overwrite=True replaces it")
