@@ -167,6 +167,10 @@ def test_scenes_oracle_frames_and_sliding_borders_are_those_of_files(tmp_path):
         holds=[maille.hold("x-")], moves=[maille.move("x+", by=("0.1 mm", "0.2 mm", 0), frame="ras")],
         sliding=[{"between": [5, 17]}])
     file = tmp_path / "glides.toml"
+    file.write_text("another's")
+    with pytest.raises(FileExistsError, match="overwrite=True"):
+        scene.save(file)
+    scene.save(file, overwrite=True)
     scene.save(file)
     text = file.read_text()
     assert 'frame = "ras"' in text and "[[sliding]]" in text

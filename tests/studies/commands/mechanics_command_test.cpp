@@ -32,6 +32,17 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
+// Truth: balance, with a pressure on the area that its faces have then; a dead load would miss 10 %.
+TEST(MechanicsCommandAnalytic, PressureThatFollowsIsInBalance) {
+  const Folder folder;
+  const json results = test::json_of("run " +
+                                     folder.with("strain = \"finite\"\n" +
+                                                 test::pulled_box_text("[4, 2, 2]", "[\"0.4 mm\", 0, 0]") +
+                                                 "[[load]]\nwhere = \"z+\"\npressure = \"1 kPa\"\n") +
+                                     " --json");
+  EXPECT_FALSE(test::has(results.dump(), "not in balance")) << results.dump(1);
+}
+
 // Truth: Hooke's law of a bar that is pulled.
 TEST(MechanicsCommandAnalytic, ABarOfOneMaterial) {
   const Folder folder;
