@@ -63,11 +63,11 @@ TEST_F(ResultKeysGolden, OfCheck) {
                 " parts[].label parts[].voxels parts[].volume_m3 parts[].material conditions[].name "
                 "conditions[].nodes conditions[].area_m2 conditions[].share conditions[].where "
                 "materials[].name materials[].least_modulus materials[].largest_modulus materials[].density "
-                "materials[].fibre");
-  EXPECT_EQ(keys_of("check " + world_file + " --json"), "scene faults warnings");
-  EXPECT_EQ(keys_of("check " + world_file + " " + down_file + " --json"), "scene kind faults");
+                "materials[].fibre maille");
+  EXPECT_EQ(keys_of("check " + world_file + " --json"), "scene faults warnings maille");
+  EXPECT_EQ(keys_of("check " + world_file + " " + down_file + " --json"), "scene kind faults maille");
   EXPECT_EQ(keys_of("check " + folder.write("bad.toml", "[specimen]\nshape = 1\n").string() + " --json", 2),
-            "scene faults[].file faults[].line faults[].key faults[].expected faults[].found");
+            "scene faults[].file faults[].line faults[].key faults[].expected faults[].found maille");
 }
 
 TEST_F(ResultKeysGolden, OfExplain) {
@@ -80,20 +80,21 @@ TEST_F(ResultKeysGolden, OfExplain) {
             "scene dimension shape grid cells nodes links taut_scale_pa " + plausibility +
                 " parts[].name parts[].on parts[].why methods[].method methods[].way "
                 "methods[].bytes_at_most methods[].seconds limits_route" +
-                arrays("scene") + arrays("limits") + arrays("drag"));
+                arrays("scene") + arrays("limits") + arrays("drag") + " maille");
   EXPECT_EQ(keys_of("check --why " + world_file + " --json"),
             "scene dimension cells method parts[].name parts[].on parts[].why objects[].name objects[].kind "
-            "objects[].shape objects[].cells objects[].nodes memory.map memory.objects");
+            "objects[].shape objects[].cells objects[].nodes memory.map memory.objects maille");
 }
 
 TEST_F(ResultKeysGolden, OfMaterials) {
-  EXPECT_EQ(keys_of("check muscle/vastus_lateralis --json"),
-            "name title state species source uncertainty note verified density_kg_m3 youngs_modulus_pa "
-            "poisson_ratio shear_modulus_pa bulk_modulus_pa anisotropy "
-            "nearly_incompressible[].bulk_modulus_pa nearly_incompressible[].poisson_ratio stiffness_pa "
-            "stiffness_eigenvalues_pa limits.stretch limits.compress limits.shear damage.stretch "
-            "damage.compress damage.shear "
-            "damage.compress_is_derived damage.shear_is_derived damage.of damage.source damage.verified");
+  EXPECT_EQ(
+      keys_of("check muscle/vastus_lateralis --json"),
+      "name title state species source uncertainty note verified density_kg_m3 youngs_modulus_pa "
+      "poisson_ratio shear_modulus_pa bulk_modulus_pa anisotropy "
+      "nearly_incompressible[].bulk_modulus_pa nearly_incompressible[].poisson_ratio stiffness_pa "
+      "stiffness_eigenvalues_pa limits.stretch limits.compress limits.shear damage.stretch "
+      "damage.compress damage.shear "
+      "damage.compress_is_derived damage.shear_is_derived damage.of damage.source damage.verified maille");
 }
 
 TEST_F(ResultKeysGolden, OfPlay) {
