@@ -154,11 +154,40 @@ double along(const std::array<double, 6>& t, const Vec3& a) {
          2 * (t[3] * a[0] * a[1] + t[4] * a[1] * a[2] + t[5] * a[0] * a[2]);
 }
 
-Vec3 principal_values(const std::array<double, 6>& t) {
+namespace {
+
+Eigen::Matrix3d matrix_of(const std::array<double, 6>& t) {
   Eigen::Matrix3d matrix;
   matrix << t[0], t[3], t[5], t[3], t[1], t[4], t[5], t[4], t[2];
+  return matrix;
+}
+
+std::array<double, 6> tensor_of(const Eigen::Matrix3d& m) {
+  return {m(0, 0), m(1, 1), m(2, 2), m(0, 1), m(1, 2), m(0, 2)};
+}
+
+} // namespace
+
+std::array<double, 6> green_lagrange(const std::array<double, 6>& strain) {
+  const Eigen::Matrix3d biot = matrix_of(strain);
+  return tensor_of(biot + 0.5 * biot * biot);
+}
+
+std::array<double, 6> logarithmic(const std::array<double, 6>& strain) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal(matrix_of(strain));
+  const Eigen::Matrix3d& Q = principal.eigenvectors();
+  return tensor_of(Q * principal.eigenvalues().array().log1p().matrix().asDiagonal() * Q.transpose());
+}
+
+std::array<double, 6> nominal(const std::array<double, 6>& strain, const std::array<double, 6>& stress) {
+  const Eigen::Matrix3d U = Eigen::Matrix3d::Identity() + matrix_of(strain),
+                        product = U.determinant() * matrix_of(stress) * U.inverse();
+  return tensor_of(0.5 * (product + product.transpose()));
+}
+
+Vec3 principal_values(const std::array<double, 6>& t) {
   const Eigen::Vector3d values =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(matrix, Eigen::EigenvaluesOnly).eigenvalues();
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(matrix_of(t), Eigen::EigenvaluesOnly).eigenvalues();
   return {values[2], values[1], values[0]};
 }
 

@@ -113,7 +113,35 @@ def unseen(n, seed):
     return [(f"{i}: {name}", text, wish | {"of_force": [0.05, 0.1, 0.2, 0.4][i % 4]}) for i in range(n) for name, text, wish in [unseen_scene(lot)]]
 
 
-DRAWN = {"scenes": scenes, "with strips": with_strips, "unseen": unseen}
+def large_scene(lot, number):
+    """A body at large strain: bulk over shear to 1e4, fibres over matrix to 1e3, stretch 0.5 to 3, contraction to 400 kPa."""
+    shear, bulk, fibres = lot.on_logarithm(1e3, 1e5), lot.on_logarithm(10, 1e4), lot.on_logarithm(1, 1e3)
+    k, nu = shear * bulk, lot.between(0, 0.4999)
+    kind = ["neo_hookean", "mooney_rivlin", "guccione", "holzapfel_gasser_ogden", "muscle"][number % 5]
+    parameters = {"mooney_rivlin": {"c1": shear / 3, "c2": shear / 6, "k": k}, "guccione": {"C": shear, "bf": min(30, 1 + fibres / 4), "bt": 2, "bfs": 2, "k": k},
+                  "holzapfel_gasser_ogden": {"c": shear, "k1": shear * fibres, "k2": lot.between(0.1, 2), "kappa": lot.between(0, 0.33), "k": k},
+                  "muscle": {"g1": shear / 2, "g2": shear / 2, "g3": 2 / 3 * shear, "p1": 0.05, "p2": 6.6, "Lofl": 1.1, "lam_max": 1.4, "smax": shear * fibres, "activation": lot.between(0, 1), "k": k}}
+    matter = f'{{ law = "neo_hookean", E = {2 * shear * (1 + nu):.6g}, nu = {nu:.4f} }}' if kind == "neo_hookean" else (
+        f'{{ law = "{kind}", parameters = {{ ' + ", ".join(f"{key} = {value:.6g}" for key, value in parameters[kind].items()) + " } }")
+    cells = [lot.whole(6, 10), lot.whole(2, 4), lot.whole(2, 4)]
+    text = 'strain = "finite"\n' + box_of("box", cells, matter) + f'fibre = {{ angle = "{lot.between(0, 60):.3g} deg", plane = "xz" }}\n' + HELD_X
+    action = lot.whole(0, 3)
+    if action == 0:
+        text += MOVED_X + f"by = [{1e-3 * cells[0] * (lot.on_logarithm(0.5, 3) - 1):.6g}, 0, 0]\n"
+    elif action == 1:
+        text += MOVED_X + f'turn = {{ angle = "{lot.between(10, 150):.4g} deg", axis = {[[1, 0, 0], [0, 1, 0]][lot.whole(0, 1)]} }}\n'
+    else:
+        text += (f"[[load]]\ncontraction = {lot.on_logarithm(1e3, 4e5):.6g}\n" if action == 2
+                 else f'[[load]]\nwhere = "z-"\npressure = {shear * lot.on_logarithm(1e-4, 0.1):.6g}\n')
+    return f"random {number}: {kind}, {['stretch', 'turn', 'contraction', 'pressure'][action]}, {cells}", text, {}
+
+
+def large(n, seed):
+    lot = Lot(seed)
+    return [large_scene(lot, i) for i in range(n)]
+
+
+DRAWN = {"large": large, "scenes": scenes, "with strips": with_strips, "unseen": unseen}
 
 
 def gyroid(n, period, solid, filling=0):

@@ -10,6 +10,7 @@
 displacement against the reference), errors and estimates of force, energy and stress; peak_mib of the whole process.
 """
 import contextlib
+import csv
 import fnmatch
 import itertools
 import json
@@ -25,6 +26,7 @@ import time
 import tomllib
 
 import bodies
+import laws
 
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
@@ -137,7 +139,11 @@ class Table:
             self.notes.append(f"{name}: {words[0]} ended with {code}: {(errors.splitlines() or [''])[-1][:300]}")
             return []
         reference = (answer.get("reference_error") or {}).get("relative_l2")
-        return [row_of(name, answer, result, reference, peak) for result in answer.get("results") or answer.get("rows")]
+        rows = [row_of(name, answer, result, reference, peak) for result in answer.get("results") or answer.get("rows")]
+        if "truth" in case:
+            truth, of = float(eval(case["truth"], {"math": math, "laws": laws, **values})), case.get("of", "force")
+            rows = [row | {"truth": truth, "truth_error": abs(row[of] / truth - 1)} for row in rows if row.get(of) is not None]
+        return rows
 
     def report(self):
         checks = []
@@ -208,6 +214,7 @@ def row_of(name, answer, result, reference, peak):
         row[f"estimated_{key}"] = estimate.get(key)
     moved = (result.get("reaction") or {}).get("moved")
     row["force"] = math.hypot(*moved) if moved else None
+    row |= {measure["name"]: measure["value"] for measure in result.get("measures") or [] if measure.get("value") is not None}
     row["algorithm"] = result.get("algorithm")
     return {key: value for key, value in row.items() if value is not None}
 
@@ -322,4 +329,63 @@ def promises(table, name, scene, words, case):
     return rows
 
 
-ASKS = {"choose": choose, "fit": fit, "start": start, "study": study, "promises": promises, "refused": refused}
+def strains(table, name, scene, words, case):
+    """strains: every method against fem_q2 at finite strain, and coupled at small strain by the measure `line` and the force on moves."""
+    quick = ["--methods", "limits,sweep,relaxed,coupled,fem_q1", "--reference", "fem_q2", "--out", scene.with_name("finite"), "--overwrite"]
+    answer, code, errors, peak = table.run([table.maille, "compare", scene, *quick, "--json"])
+    small = scene.with_name("small.toml")
+    small.write_text(scene.read_text().replace('strain = "finite"', ""))
+    linear, *_ = table.run([table.maille, "run", small, "--method", "coupled", "--out", scene.with_name("small"), "--overwrite", "--json"])
+    if answer is None or linear is None:
+        table.notes.append(f"{name}: compare ended with {code}: {(errors.splitlines() or [''])[-1][:300]}")
+        return []
+    rows = [row_of(name, answer, result, None, peak) for result in answer["results"]]
+    truth = next((row for row in rows if row["method"] == "fem_q2"), {})
+    row = row_of(name, linear, linear["results"][0], None, peak) | {"method": "coupled, small"}
+    lines = [[list(map(float, cells[-3:])) for cells in list(csv.reader(open(file)))[1:]]
+             for folder in ("finite/scene_fem_q2_line.csv", "small/small_coupled_line.csv") for file in [scene.with_name(folder)] if file.exists()]
+    if len(lines) == 2 and truth.get("force"):
+        row["error"] = math.hypot(*(math.dist(a, b) for a, b in zip(*lines))) / math.hypot(*(math.hypot(*a) for a in lines[0]))
+        row["force_error"] = abs(row["force"] / truth["force"] - 1)
+    return [*rows, row]
+
+
+def dolfinx(table, name, scene, words, case):
+    """dolfinx: fem_q2 against tests/fem_ref/finite_strain_witness.py on the same cells, at the nodes of a few lines."""
+    values = case["values"]
+    mu, lam = values["E"] / (2 * (1 + values["nu"])), values["E"] * values["nu"] / ((1 + values["nu"]) * (1 - 2 * values["nu"]))
+    by = {"stretch": 1.8e-3, "shear": 1.8e-3, "twist": math.radians(40)}[values["kind"]]
+    witness = ROOT / "tests/fem_ref/finite_strain_witness.py"
+    told = subprocess.run(["/usr/bin/python3", witness, values["kind"], *map(str, (values["nx"], values["ny"], values["nz"], values["h"], mu, lam, by))], capture_output=True, text=True)
+    if told.returncode:
+        table.notes.append(f"{name} left out: dolfinx ended with {told.returncode}")
+        return []
+    theirs = {tuple(round(x / values["h"]) for x in row[:3]): row[3:] for row in (list(map(float, text.split())) for text in told.stdout.splitlines())}
+    nodes = [node for node in theirs if node[0] % 2 == 0 and 0 < node[0] < values["nx"]]
+    scene.write_text(scene.read_text() + "".join(f'[[measure]]\nname = "n{i}"\ndisplacement = {{ at = {[x * values["h"] for x in node]} }}\n' for i, node in enumerate(nodes)))
+    answer, *_ = table.run([table.maille, "run", scene, "--method", "fem_q2", "--json"])
+    ours = {measure["name"]: measure["vector"] for measure in answer["results"][0]["measures"] if measure.get("vector")}
+    row = row_of(name, answer, answer["results"][0], None, 0)
+    return [row | {"error": math.hypot(*(math.dist(ours[f"n{i}"], theirs[node]) for i, node in enumerate(nodes))) / math.hypot(*(math.hypot(*theirs[node]) for node in nodes))}]
+
+
+def steps(table, name, scene, words, case):
+    """steps N: seconds of each of N equal steps, by `run --steps` of 1, 2, ... N less those before."""
+    answer, *_ = table.run([table.maille, "run", scene, "--method", "coupled", "--steps", words[0], "--json"])
+    return [{"method": "coupled", "step": one.get("step"), "total_s": one["seconds"]["total"]} for one in answer.get("steps", answer["results"])] if answer else []
+
+
+def buckling(table, name, scene, words, case):
+    """buckling: the axial traction in place of `@` from which the state is called unstable, over Euler's load, by halving."""
+    text, truth = scene.read_text(), float(eval(case["truth"], {"math": math, **case["values"]}))
+    low, high = 0.8, 1.2
+    for _ in range(5):
+        middle = (low + high) / 2
+        scene.write_text(text.replace("@", str(-middle * truth)))
+        answer, *_ = table.run([table.maille, "run", scene, "--method", "coupled", "--json"])
+        is_stable = answer and answer["results"][0]["status"] == "done" and "unstable" not in answer["results"][0].get("message", "")
+        low, high = (middle, high) if is_stable else (low, middle)
+    return [{"method": "coupled", "critical_over_euler": (low + high) / 2, "error": abs((low + high) / 2 - 1)}]
+
+
+ASKS = {"strains": strains, "dolfinx": dolfinx, "steps": steps, "buckling": buckling, "choose": choose, "fit": fit, "start": start, "study": study, "promises": promises, "refused": refused}

@@ -3,6 +3,7 @@
 #include "control/method.hpp"
 #include "elastic/elastic_methods.hpp"
 #include "elastic/estimated_mechanics.hpp"
+#include "elastic/finite/coupled_finite.hpp"
 #include "elastic/krylov/coupled_task.hpp"
 #include "elastic/resample/coarser_scene.hpp"
 #include "maille/scene/block_frames.hpp"
@@ -49,7 +50,8 @@ void add_difference(double factor, const Displacement& a, const Displacement& b,
     to.values()[i] += factor * (a.values()[i] - b.values()[i]);
 }
 
-/// Takes states some cycles nearer to elasticity, and counts what that took.
+/// Takes states some cycles nearer to elasticity, and counts what that took. At finite strain the answer of
+/// the lattice takes their place, from rest.
 class Corrector {
 public:
   Corrector(const Control& control, EstimatedError& counts) : control_(control), counts_(counts) {}
@@ -65,6 +67,13 @@ private:
 };
 
 std::optional<Answer> Corrector::correct(const Scene& scene, const Displacement& start, bool to_the_end) {
+  if (scene.strain == Strain::finite) {
+    Scene elastic = scene;
+    elastic.limits = {};
+    Answer found = solve_coupled_finite(elastic, control_);
+    counts_.cycles += found.iterations;
+    return maille::is_converged(found.status) ? std::optional(std::move(found)) : std::nullopt;
+  }
   ThreadTeam team(elastic_threads(scene, control_));
   Answer answer;
   Displacement last = start;
@@ -264,8 +273,6 @@ ErrorEstimation estimate(const Scene& scene, const Displacement& displacement, c
     return none(std::move(reason));
   if (!scene.sliding.empty() || !scene.springs.empty() || scene.specimen.has_weights())
     return none("no estimate yet for borders that slide, springs to the ground and cells with weights");
-  if (scene.strain == Strain::finite)
-    return none("the estimate is against linear elasticity, which is no truth at finite strain");
   if (std::string reason = reason_of_memory("an estimate of the error", bytes_for_coupled(scene), control);
       !reason.empty())
     return none(std::move(reason));

@@ -13,8 +13,16 @@ namespace maille::deform {
 
 namespace {
 
-/// Fills in what full elasticity on the lattice says of forces and energy of a state.
-void add_forces(const Scene& scene, Answer& state) {
+/// The state of a correction with what full elasticity on the lattice says of its forces and energy, which it
+/// brings along at finite strain.
+Answer with_forces(const Scene& scene, const Answer& elastic) {
+  Answer state;
+  state.method = "coupled";
+  state.displacement = elastic.displacement;
+  state.reaction = elastic.reaction;
+  state.strain_energy = elastic.strain_energy;
+  if (scene.strain == Strain::finite)
+    return state;
   ThreadTeam alone(1);
   Displacement forces(scene.specimen.grid);
   LatticeElasticity(scene).apply(state.displacement, forces, alone);
@@ -28,6 +36,7 @@ void add_forces(const Scene& scene, Answer& state) {
     const auto& load = loads[p.component];
     state.reaction.push_back(forces(p.component, p.node) - (load.empty() ? 0 : load[p.node]));
   }
+  return state;
 }
 
 /// to + factor (a - b)
@@ -73,10 +82,7 @@ Answer mechanics_in_object(const Scene& scene, const Frame& frame, const Answer&
 
 MechanicsErrors mechanics_by_finer(const Scene& scene, const Answer& answer, const Answer& elastic,
                                    const Answer& finer, bool is_along_lines) {
-  Answer here;
-  here.method = "coupled";
-  here.displacement = elastic.displacement;
-  add_forces(scene, here);
+  const Answer here = with_forces(scene, elastic);
   Answer best = finer, wrong = finer;
   best.method = here.method;
   // Errors over the parts that half the spacing takes away: the most in nine of ten scenes, others than
@@ -103,10 +109,7 @@ MechanicsErrors mechanics_by_finer(const Scene& scene, const Answer& answer, con
 
 MechanicsErrors mechanics_of_model(const Scene& scene, const Answer& answer, const Answer& elastic,
                                    const Displacement& error) {
-  Answer here;
-  here.method = "coupled";
-  here.displacement = elastic.displacement;
-  add_forces(scene, here);
+  const Answer here = with_forces(scene, elastic);
   Answer wrong = answer;
   wrong.displacement = here.displacement;
   for (std::size_t i = 0; i < error.values().size(); ++i)

@@ -91,12 +91,15 @@ std::string_view unit_of(const Measure& measure, int dimension) {
 }
 
 std::string in_words(const Measure& measure) {
-  constexpr std::array<std::string_view, 17> figures{"",
+  constexpr std::array<std::string_view, 21> figures{"",
                                                      "change of ",
                                                      "relative change of ",
                                                      "",
                                                      "size of ",
                                                      "",
+                                                     "stretch of ",
+                                                     "Green-Lagrange ",
+                                                     "logarithmic ",
                                                      "fibre ",
                                                      "largest principal ",
                                                      "smallest principal ",
@@ -107,7 +110,8 @@ std::string in_words(const Measure& measure) {
                                                      "yz of ",
                                                      "xz of ",
                                                      "von Mises ",
-                                                     "pressure: "};
+                                                     "pressure: ",
+                                                     "nominal "};
   std::string text =
       fmt::format("{}{}{}{}", figures.at(static_cast<std::size_t>(measure.figure)), to_string(measure.kind),
                   measure.where.starts_with(',') ? "" : " ", measure.where);

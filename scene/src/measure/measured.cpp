@@ -239,7 +239,18 @@ private:
     const auto in_world = [&](std::size_t row, std::size_t column) {
       return component_in_world(body_.placement, t, row, column);
     };
+    const auto main = [&](const Tensor& of) {
+      return scene_.has_fibres() ? along(of, body_.fibre_of(cell)) : principal_values(of)[0];
+    };
     switch (measure.figure) {
+    case MeasureFigure::stretch:
+      return std::sqrt(1 + 2 * main(green_lagrange(t)));
+    case MeasureFigure::green_lagrange:
+      return main(green_lagrange(t));
+    case MeasureFigure::logarithmic:
+      return main(logarithmic(t));
+    case MeasureFigure::nominal:
+      return main(nominal(fields_->strain[c], t));
     case MeasureFigure::fibre:
       return along(t, body_.fibre_of(cell));
     case MeasureFigure::largest:

@@ -1,6 +1,7 @@
 #include "measure/section.hpp"
 
 #include "maille/scene/sliding.hpp"
+#include "mechanics/face_force.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -112,7 +113,7 @@ Vec3 force_across(const Scene& scene, const SectionPlane& plane, const Answer& a
   for (int a = 0; a < scene.dimension(); ++a)
     volume *= body.grid.spacing()[a];
   for (const FaceLoad& load : scene.tractions)
-    add(force, load.traction, beyond.share(load) * volume / body.grid.spacing()[load.axis]);
+    add(force, force_on_face(scene, answer, load), beyond.share(load));
   if (scene.gravity != Vec3{0, 0, 0})
     for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
       if (body.is_matter(cell))

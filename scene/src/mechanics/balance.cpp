@@ -1,6 +1,6 @@
 // Balance of the forces on a body, and where forces mean nothing.
-#include "maille/scene/block_frames.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"
+#include "mechanics/face_force.hpp"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -50,12 +50,8 @@ ForceCheck balance_of(const Scene& scene, const Answer& answer, const Mechanics&
   for (int a = 0; a < grid.dimension(); ++a)
     contraction *= grid.spacing()[a];
   double applied = 0; // the same of loads: a pressure around a body has no resultant
-  for (const FaceLoad& load : scene.tractions) {
-    double area = 1;
-    for (int a = 0; a < grid.dimension(); ++a)
-      area *= a == load.axis ? 1 : grid.spacing()[a];
-    applied += of(load.traction).norm() * area;
-  }
+  for (const FaceLoad& load : scene.tractions)
+    applied += of(force_on_face(scene, answer, load)).norm();
   largest = std::max({largest, contraction, applied});
   const auto& middles = found.holds.empty() ? found.moves : found.holds;
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();

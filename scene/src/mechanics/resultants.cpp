@@ -1,7 +1,7 @@
-#include "maille/scene/block_frames.hpp"
 #include "maille/scene/frame.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"
 #include "maille/scene/sliding.hpp"
+#include "mechanics/face_force.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -18,6 +18,10 @@ Vec3 sum(const Vec3& a, const Vec3& b, double factor = 1) {
   return {a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]};
 }
 
+Vec3 cross(const Vec3& a, const Vec3& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
 /// Forces [N] at places [m] of the world.
 class Forces {
 public:
@@ -31,12 +35,8 @@ public:
     Resultant resultant;
     resultant.centroid = centroid;
     resultant.force = force_;
-    for (std::size_t i = 0; i < places_.size(); ++i) {
-      const Vec3 arm = sum(places_[i], centroid, -1);
-      for (std::size_t a = 0; a < 3; ++a)
-        resultant.moment[a] +=
-            arm[(a + 1) % 3] * forces_[i][(a + 2) % 3] - arm[(a + 2) % 3] * forces_[i][(a + 1) % 3];
-    }
+    for (std::size_t i = 0; i < places_.size(); ++i)
+      resultant.moment = sum(resultant.moment, cross(sum(places_[i], centroid, -1), forces_[i]));
     return resultant;
   }
 
@@ -63,8 +63,7 @@ private:
 class Places {
 public:
   Places(const Scene& scene, const Answer& answer)
-      : scene_(scene), answer_(answer),
-        is_deformed_(in_blocks(scene) && (answer.method == "coupled" || answer.method.starts_with("fem_"))),
+      : scene_(scene), answer_(answer), is_deformed_(is_of_finite_strain(scene, answer)),
         frame_(is_deformed_ ? Frame{} : object_frame(scene)) {}
 
   Vec3 operator()(std::int64_t node) const {
@@ -106,6 +105,8 @@ public:
                0.5 * load.traction[a]);
   }
   Vec3 in_world(const Vec3& vector) const { return to_world(scene_.specimen.placement, vector); }
+  /// Of a load on its face.
+  Vec3 force(const FaceLoad& load) const { return in_world(force_on_face(scene_, answer_, load)); }
 
 private:
   Vec3 in_grid(std::int64_t node) const {
@@ -192,7 +193,7 @@ std::vector<Resultant> of_loads(const Scene& scene, const Answer& answer, const 
       area *= static_cast<int>(a) == load.axis ? 1 : h[a];
     Region& region = regions[load.condition];
     const Vec3 middle = places.middle(load.cell, &load);
-    region.forces.add(middle, places.in_world(places.force_on(load)));
+    region.forces.add(middle, places.force(load));
     region.centroid.add(middle, area);
   }
   std::vector<Resultant> resultants;
@@ -246,13 +247,15 @@ body is a bar of 1 m^2. All vectors are in the world's frame.
 Forces and moments act on the body: one that is pulled towards +x is moved by a force towards +x and held by
 one towards -x. A moment is about the centroid of its region: the mean of its nodes, of a load that of its
 faces, of gravity that of the mass. Lever arms are those of the body at rest, carried along where moves turn
-all of it; of coupled with strain = "finite" those of the deformed body. A node that two holds or two moves ask
-for counts with the first. Contracting fibres pull inside the body, with neither a force nor a moment.
+all of it; with strain = "finite" those of the deformed body. A node that two holds or two moves ask for
+counts with the first. Contracting fibres pull inside the body, with neither a force nor a moment.
 Strain and stress are one value a cell, its mean. Strain > 0 is longer, stress > 0 is a pull, pressure is
 minus a third of the trace of stress: > 0 where matter is pressed together. Fibre strain and fibre stress are
 a.E.a and a.S.a, a the fibre's direction, the stress of its contraction included. Largest and smallest strain
-are the principal ones. Every cell counts by its volume at rest; a percentile is the least of the cells'
-values that so much of the volume does not exceed.
+are the principal ones. With strain = "finite" strain is Biot's, U - I, and stress Cauchy's, per deformed
+area, both in the frame of the cell; nominal stress, per area at rest, is the one whose work is on U - I.
+Every cell counts by its volume at rest; a percentile is the least of the cells' values that so much of the
+volume does not exceed.
 Volumes are those of hexahedra whose corners are the nodes. Strain energy is elastic, each cell's by what the
 method minimises: of coupled the lattice's, of finite elements the integral over the element.
 )";

@@ -367,7 +367,7 @@ std::vector<std::string> unused_settings(const Scene& scene, const std::vector<s
       {asked.mode != usual.mode, "[relaxation] mode = \"deformable\"", {"sweep", "relaxed"}},
       {asked.sweeps != usual.sweeps, "[relaxation] sweeps", {"sweep"}},
       {asked.extrapolation != usual.extrapolation, "[relaxation] extrapolation = \"nested\"", {"coupled"}},
-      {scene.strain == Strain::finite, "strain = \"finite\"", {"coupled", "fem_q1", "fem_q2"}},
+      {scene.strain == Strain::finite, "strain = \"finite\"", {"coupled", "fem_q1", "fem_q2", "calculix"}},
   }};
   std::vector<std::string> unused;
   const bool is_moved =

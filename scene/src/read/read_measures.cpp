@@ -15,7 +15,7 @@ constexpr const char* wanted_kind =
     "one of force, displacement, strain, stress, length, angle, volume, energy";
 
 /// Words of `kind`, each the figure of its place: of lengths, angles and volumes first, then of tensors.
-constexpr std::ptrdiff_t n_of_lengths = 3, n_of_strain = 9, n_of_stress = 11;
+constexpr std::ptrdiff_t n_of_lengths = 3, n_of_strain = 12, n_of_stress = 12, first_of_stress = 6;
 
 bool is_identifier(const std::string& name) {
   const auto is_letter = [](unsigned char c) { return std::isalpha(c) != 0 || c == '_'; };
@@ -60,8 +60,8 @@ public:
       if (*kind == MeasureKind::displacement)
         read_component();
       else
-        read_figure(n_of_lengths, *kind == MeasureKind::stress ? n_of_stress : n_of_strain,
-                    default_of_tensor());
+        read_figure(*kind == MeasureKind::stress ? first_of_stress : n_of_lengths,
+                    *kind == MeasureKind::stress ? n_of_stress : n_of_strain, default_of_tensor());
       break;
     case MeasureKind::length:
       measure_.points = places_.points(node, path, 2, 1000, table_.faults());
@@ -199,8 +199,12 @@ private:
     const std::vector<std::string_view> words = table_.words("kind");
     const auto name = table_.choice("kind", {words.begin() + first, words.begin() + first + n});
     const auto place = std::ranges::find(words, name.value_or("")) - words.begin();
-    const auto beyond = static_cast<std::ptrdiff_t>(first > 0 ? MeasureFigure::fibre : MeasureFigure::value);
-    measure_.figure = name ? static_cast<MeasureFigure>(beyond + place - first) : otherwise;
+    const auto beyond = static_cast<std::ptrdiff_t>(MeasureFigure::stretch) - n_of_lengths;
+    measure_.figure = name ? static_cast<MeasureFigure>(first > 0 ? beyond + place : place) : otherwise;
+    if (measure_.figure == MeasureFigure::nominal ||
+        (measure_.figure >= MeasureFigure::stretch && measure_.figure < MeasureFigure::fibre))
+      if (scene_.strain != Strain::finite)
+        table_.fault("kind", "strain = \"finite\" at the top of the scene", fmt::format("\"{}\"", *name));
     if (measure_.figure == MeasureFigure::fibre && has_body_ && table_.has("kind") && !scene_.has_fibres())
       table_.fault("kind", "a figure without fibres: all matter is isotropic", "\"fibre\"");
   }

@@ -18,6 +18,7 @@
 #include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <span>
 #include <stdexcept>
@@ -206,9 +207,23 @@ void add_strain_and_stress(vtkCellData& arrays, const Scene& scene, FieldsOfCell
              stress = added(with_stress, "Stress", tensor_components),
              von_mises = added(with_stress, "VonMises"),
              fibre_stress = added(with_stress && has_fibres, "FiberStress");
+  const bool is_finite = scene.strain == Strain::finite;
+  const auto green = added(is_finite, "GreenLagrangeStrain", tensor_components),
+             logs = added(is_finite, "LogarithmicStrain", tensor_components),
+             fibre_stretch = added(is_finite && has_fibres, "FiberStretch"),
+             nominal_stress = added(is_finite && with_stress, "NominalStress", tensor_components);
   vtkIdType tuple = 0;
   for (const std::int64_t cell : numbering.cells) {
     const FieldsOfCells::Values of = fields(cell);
+    if (is_finite) {
+      const auto lagrange = green_lagrange(of.strain);
+      green->SetTuple(tuple, tensor_to_world(placement, lagrange).data());
+      logs->SetTuple(tuple, tensor_to_world(placement, logarithmic(of.strain)).data());
+      if (fibre_stretch != nullptr)
+        fibre_stretch->SetValue(tuple, std::sqrt(1 + 2 * along(lagrange, scene.specimen.fibre_of(cell))));
+    }
+    if (nominal_stress != nullptr)
+      nominal_stress->SetTuple(tuple, tensor_to_world(placement, nominal(of.strain, of.stress)).data());
     strain->SetTuple(tuple, tensor_to_world(placement, of.strain).data());
     principal->SetTuple(tuple, principal_values(of.strain).data());
     if (fibre_strain != nullptr) // a T a: the same in every frame

@@ -104,6 +104,8 @@ std::vector<std::string> how_unlike_the_table(const Scene& scene) {
   const std::size_t dimension = scene.dimension();
   if (is_image(scene))
     words.emplace_back("a body from an image");
+  if (scene.strain == Strain::finite)
+    words.emplace_back("finite strain");
   if (scene.has_loads())
     words.emplace_back("loads");
   double nu = 0, anisotropy = 1, longest = 0, shortest = std::numeric_limits<double>::infinity();

@@ -124,7 +124,8 @@ private:
       return false;
     const TradeRow& last = trade_.rows.back();
     return last.way.method == way.method && last.way.halvings == way.halvings &&
-           (last.iterations == 0 || !has_displacement(last.status));
+           (last.iterations == 0 || !has_displacement(last.status) ||
+            lattices_.scene().strain == Strain::finite); // its iterations are Newton steps
   }
 
   /// Its error would be that of the algebra alone.

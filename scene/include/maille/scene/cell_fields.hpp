@@ -76,6 +76,13 @@ CellFields cell_fields(const Scene& scene, const std::vector<std::array<double, 
 /// The one of Answer::cell_strain where the answer has that, else of its displacement.
 CellFields cell_fields(const Scene& scene, const Answer& answer);
 
+/// Other measures of finite strain, in the same frame, from those of CellFields: Green and Lagrange's strain
+/// (U^2 - I) / 2, logarithmic strain ln U, and nominal stress J (s U^-1 + U^-1 s) / 2 per area at rest (the
+/// symmetric part of R^T P, Biot's), whose work is that on U - I.
+std::array<double, 6> green_lagrange(const std::array<double, 6>& strain);
+std::array<double, 6> logarithmic(const std::array<double, 6>& strain);
+std::array<double, 6> nominal(const std::array<double, 6>& strain, const std::array<double, 6>& stress);
+
 /// a T a of a tensor in that order: the strain or the stress along a direction.
 double along(const std::array<double, 6>& tensor, const Vec3& direction);
 /// Its eigenvalues, the largest first.

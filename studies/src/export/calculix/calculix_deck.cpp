@@ -32,6 +32,7 @@ private:
   void write_materials();
   void write_conditions();
   void write_forces();
+  void write_pressures();
 
   std::int64_t id(std::int64_t node, int copy) const {
     return number_[node] + 1 + copy * static_cast<std::int64_t>(nodes_.size());
@@ -46,6 +47,7 @@ private:
   std::vector<std::int64_t> nodes_, number_;
   std::map<Kind, std::pair<int, std::int64_t>> kinds_; ///< number from 1, and a cell of it
   std::string head_, model_, step_;
+  bool is_finite_;
 };
 
 Deck::Deck(const Scene& scene)
@@ -58,13 +60,17 @@ Deck::Deck(const Scene& scene)
       name.begin(), name.end(), [](unsigned char c) { return c < ' ' || c == 127; }, '_');
   head_ = fmt::format("*HEADING\n** scene {}: {} cells, {} nodes, {}D; SI units\n", name,
                       scene.specimen.n_matter_cells(), nodes_.size(), d_);
+  is_finite_ = scene.strain == Strain::finite;
   write_nodes();
   write_elements();
   write_ties();
   write_materials();
-  step_ = "*STEP\n*STATIC, SOLVER=SPOOLES\n";
+  step_ = is_finite_ ? "*STEP, NLGEOM, INC=1000\n*STATIC, SOLVER=SPOOLES\n0.1,1.\n"
+                     : "*STEP\n*STATIC, SOLVER=SPOOLES\n";
   write_conditions();
   write_forces();
+  if (is_finite_)
+    write_pressures();
   step_ += "*NODE PRINT, NSET=BODY\nU\n*NODE FILE\nU\n*EL FILE\nS, E\n*END STEP\n";
 }
 
@@ -144,13 +150,26 @@ Matrix6 around(const Eigen::MatrixXd& reduced, int dimension) {
   return C;
 }
 
+/// CalculiX's own laws: their energy of volume is k/2 (J - 1)^2 and their neo-Hookean shear does not see it.
+struct Hyperelastic {
+  std::string operator()(const NeoHookean& law) const {
+    return fmt::format("*HYPERELASTIC, NEO HOOKE\n{},{}\n", number(law.mu / 2),
+                       number(2 / (law.lambda + 2 * law.mu / 3)));
+  }
+  std::string operator()(const MooneyRivlin& law) const {
+    return fmt::format("*HYPERELASTIC, MOONEY-RIVLIN\n{},{},{}\n", number(law.c1), number(law.c2),
+                       number(2 / law.k));
+  }
+  std::string operator()(const auto& /*other*/) const { return {}; }
+};
+
 void Deck::write_materials() {
   const bool is_reduced = d_ == 1 || (d_ == 2 && scene_.plane == PlaneAssumption::stress);
   for (const auto& [kind, place] : kinds_) {
     const auto& [n, cell] = place;
     const ElasticConstants& c = scene_.materials[scene_.specimen.material(cell)].elasticity;
     std::string orientation;
-    if (!is_reduced && !c.is_isotropic()) {
+    if (!is_reduced && !is_finite_ && !c.is_isotropic()) {
       const Eigen::Matrix3d axes = scene_.material_axes(cell);
       model_ += fmt::format("*ORIENTATION, NAME=AXES{}\n{},{},{},{},{},{}\n", n, number(axes(0, 0)),
                             number(axes(1, 0)), number(axes(2, 0)), number(axes(0, 1)), number(axes(1, 1)),
@@ -158,7 +177,9 @@ void Deck::write_materials() {
       orientation = fmt::format(", ORIENTATION=AXES{}", n);
     }
     model_ += fmt::format("*MATERIAL, NAME=MATTER{}\n", n);
-    if (is_reduced)
+    if (is_finite_)
+      model_ += std::visit(Hyperelastic{}, *scene_.materials[scene_.specimen.material(cell)].law);
+    else if (is_reduced)
       model_ += anisotropic(around(scene_.cell_stiffness(cell), d_));
     else if (c.is_isotropic())
       model_ += fmt::format("*ELASTIC\n{},{}\n", number(c.youngs_modulus[0]), number(c.nu12));
@@ -182,8 +203,10 @@ void Deck::write_conditions() {
 
 void Deck::write_forces() {
   std::string lines;
+  Scene dead = scene_;
+  std::erase_if(dead.tractions, [&](const FaceLoad& load) { return is_finite_ && load.follows; });
   for (int b = 0; b < d_; ++b) {
-    const List<double> forces = nodal_forces(scene_, b);
+    const List<double> forces = nodal_forces(dead, b);
     for (std::size_t node = 0; node < forces.size(); ++node)
       if (forces[node] != 0)
         lines +=
@@ -193,9 +216,36 @@ void Deck::write_forces() {
     step_ += "*CLOAD\n" + lines;
 }
 
+/// Pressures: with NLGEOM they stay normal to their faces, on the area that these have.
+void Deck::write_pressures() {
+  constexpr std::array<std::array<int, 2>, 3> faces{{{6, 4}, {3, 5}, {1, 2}}}; // of C3D8: lower, upper
+  std::vector<std::int64_t> element(static_cast<std::size_t>(grid_.n_cells()));
+  for (std::int64_t cell = 0, n = 0; cell < grid_.n_cells(); ++cell)
+    element[cell] = scene_.specimen.is_matter(cell) ? ++n : 0;
+  std::map<std::pair<std::int64_t, int>, double> pressures; // ccx takes the last of a face
+  for (const FaceLoad& load : scene_.tractions)
+    if (load.follows)
+      pressures[{element[load.cell], faces[load.axis][load.upper ? 1 : 0]}] +=
+          (load.upper ? -1 : 1) * load.traction[load.axis];
+  step_ += pressures.empty() ? "" : "*DLOAD\n";
+  for (const auto& [face, pressure] : pressures)
+    step_ += fmt::format("{},P{},{}\n", face.first, face.second, number(pressure));
+}
+
 } // namespace
 
 std::string why_no_deck(const Scene& scene) {
+  if (scene.strain == Strain::finite) {
+    if (scene.dimension() == 1 || (scene.dimension() == 2 && scene.plane == PlaneAssumption::stress))
+      return "the deck has finite strain in 3D and in plane strain alone";
+    if (scene.contracts())
+      return "the deck has no fibres that contract at finite strain";
+    for (const Material& material : scene.materials)
+      if (!material.law || std::visit(Hyperelastic{}, *material.law).empty())
+        return fmt::format(
+            "of the laws of finite strain CalculiX has neo_hookean and mooney_rivlin: {} has {}",
+            material.name, material.law ? name_of(*material.law) : "none");
+  }
   if (scene.specimen.has_weights())
     return "cells that are tissue in part, or of a map of stiffness, are no material of the deck";
   if (scene.strain == Strain::finite)

@@ -77,7 +77,8 @@ Answer solve_by_calculix(const Scene& scene, const Control& control) {
   write_whole(folder / "scene.inp", calculix_deck(scene));
   Answer answer;
   answer.method = "calculix";
-  answer.algorithm = "CalculiX, C3D8 bricks, SPOOLES";
+  answer.algorithm = scene.strain == Strain::finite ? "CalculiX, C3D8 bricks, NLGEOM, its own laws"
+                                                    : "CalculiX, C3D8 bricks, SPOOLES";
   answer.seconds.setup = seconds();
   if (control.progress)
     control.progress(0, "CalculiX");

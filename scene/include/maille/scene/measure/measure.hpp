@@ -28,10 +28,14 @@ enum class MeasureFigure {
   vector,    ///< of force and displacement, in the world's frame
   magnitude, ///< its length
   along,     ///< its part along Measure::direction
-  fibre,     ///< of strain and stress: along the fibre of the cell
-  largest,   ///< the largest principal value
-  smallest,  ///< the smallest
-  xx,        ///< and so on: of the tensor, along the world's axes as the body stood at rest
+  /// Of strain = "finite", along the fibre of the cell, or the largest principal value without fibres:
+  stretch,        ///< length over length at rest
+  green_lagrange, ///< Green and Lagrange's strain (U^2 - I) / 2
+  logarithmic,    ///< ln U
+  fibre,          ///< of strain and stress: along the fibre of the cell
+  largest,        ///< the largest principal value
+  smallest,       ///< the smallest
+  xx,             ///< and so on: of the tensor, along the world's axes as the body stood at rest
   yy,
   zz,
   xy,
@@ -39,6 +43,7 @@ enum class MeasureFigure {
   xz,
   von_mises, ///< of stress; so is the next
   pressure,  ///< minus a third of the trace
+  nominal,   ///< of strain = "finite", per area at rest: along the fibre, or the largest principal value
 };
 
 /// A point of the matter at rest and the cells that hold it: several on the border between them; none

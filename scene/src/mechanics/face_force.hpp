@@ -1,0 +1,45 @@
+#pragma once
+/// The force of a load on a face of a cell, in the object's frame.
+///
+/// A traction is dead: by the area at rest. A pressure stays normal to its face where cells turn: by half the
+/// product of the deformed face's diagonals, in the plane by its edge turned by a right angle, and so it is
+/// the resultant that `coupled` applies (Bonet and Wood 2008, Nonlinear Continuum Mechanics, eq. 8.19).
+
+#include "maille/scene/block_frames.hpp"
+
+#include <Eigen/Geometry>
+
+namespace maille {
+
+/// Whether the scene asks for finite strain, and the method knows it: `relaxed` and `sweep` do not.
+inline bool is_of_finite_strain(const Scene& scene, const Answer& answer) {
+  return in_blocks(scene) &&
+         (answer.method == "coupled" || answer.method.starts_with("fem_") || answer.method == "calculix");
+}
+
+/// @param answer in whose deformed state the face is @return N; N/m in 2D
+inline Vec3 force_on_face(const Scene& scene, const Answer& answer, const FaceLoad& load) {
+  const Grid& grid = scene.specimen.grid;
+  const int d = grid.dimension(), a = load.axis, b = (a + 1) % d, c = (a + 2) % 3;
+  const auto corner = [&](int along_b, int along_c) {
+    const int bits = (load.upper ? 1 << a : 0) | along_b << b | along_c << c;
+    const Index3 at = grid.node_at(grid.corner(grid.cell_at(load.cell), bits));
+    Eigen::Vector3d x = Eigen::Vector3d::Zero();
+    for (int k = 0; k < d; ++k)
+      x[k] = grid.spacing()[k] * at[k] + answer.displacement(k, grid.node(at));
+    return x;
+  };
+  Eigen::Vector3d force;
+  if (load.follows && is_of_finite_strain(scene, answer)) {
+    const Eigen::Vector3d across =
+        d == 3 ? (corner(0, 1) - corner(1, 0)).eval() : Eigen::Vector3d(0, 0, a == 0 ? 2 : -2);
+    force = load.traction[a] / 2 * (corner(1, d - 2) - corner(0, 0)).cross(across);
+  } else {
+    force = {load.traction[0], load.traction[1], load.traction[2]};
+    for (int k = 0; k < d; ++k)
+      force *= k == a ? 1 : grid.spacing()[k];
+  }
+  return {force[0], force[1], force[2]};
+}
+
+} // namespace maille
