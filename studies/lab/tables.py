@@ -10,7 +10,6 @@
 displacement against the reference), errors and estimates of force, energy and stress; peak_mib of the whole process.
 """
 import contextlib
-import csv
 import fnmatch
 import itertools
 import json
@@ -330,24 +329,26 @@ def promises(table, name, scene, words, case):
 
 
 def strains(table, name, scene, words, case):
-    """strains: every method against fem_q2 at finite strain, and coupled at small strain by the measure `line` and the force on moves."""
-    quick = ["--methods", "limits,sweep,relaxed,coupled,fem_q1", "--reference", "fem_q2", "--out", scene.with_name("finite"), "--overwrite"]
-    answer, code, errors, peak = table.run([table.maille, "compare", scene, *quick, "--json"])
-    small = scene.with_name("small.toml")
-    small.write_text(scene.read_text().replace('strain = "finite"', ""))
-    linear, *_ = table.run([table.maille, "run", small, "--method", "coupled", "--out", scene.with_name("small"), "--overwrite", "--json"])
+    """strains: every method against fem_q2 at finite strain, and coupled at small strain by the force on moves; of
+    each also line_error, of the measure `line`."""
+    answer, code, errors, peak = table.run([table.maille, "compare", scene, "--methods", "limits,sweep,relaxed,coupled,fem_q1", "--reference", "fem_q2", "--threads", 1, "--json"])
+    scene.write_text(scene.read_text().replace('strain = "finite"', ""))
+    linear, *_ = table.run([table.maille, "run", scene, "--method", "coupled", "--threads", 1, "--json"])
     if answer is None or linear is None:
         table.notes.append(f"{name}: compare ended with {code}: {(errors.splitlines() or [''])[-1][:300]}")
         return []
-    rows = [row_of(name, answer, result, None, peak) for result in answer["results"]]
-    truth = next((row for row in rows if row["method"] == "fem_q2"), {})
-    row = row_of(name, linear, linear["results"][0], None, peak) | {"method": "coupled, small"}
-    lines = [[list(map(float, cells[-3:])) for cells in list(csv.reader(open(file)))[1:]]
-             for folder in ("finite/scene_fem_q2_line.csv", "small/small_coupled_line.csv") for file in [scene.with_name(folder)] if file.exists()]
-    if len(lines) == 2 and truth.get("force"):
-        row["error"] = math.hypot(*(math.dist(a, b) for a, b in zip(*lines))) / math.hypot(*(math.hypot(*a) for a in lines[0]))
-        row["force_error"] = abs(row["force"] / truth["force"] - 1)
-    return [*rows, row]
+    results = answer["results"] + linear["results"]
+    rows = [row_of(name, answer, result, None, peak) for result in results]
+    rows[-1]["method"] = "coupled, small"
+    truth = next(result for result in results if result["method"] == "fem_q2")
+    lines = [[point["vector"] for point in result["measures"][0].get("line", [])] for result in [truth, *results]]
+    for row, result, line in zip(rows, results, lines[1:]):
+        if line and lines[0] and row["method"] != "fem_q2":
+            row["line_error"] = math.hypot(*(math.dist(a, b) for a, b in zip(line, lines[0]))) / math.hypot(*(math.hypot(*a) for a in lines[0]))
+    if lines[0]:
+        pull = truth["reaction"]["moved"]
+        rows[-1]["force_error"] = math.dist(results[-1]["reaction"]["moved"], pull) / math.hypot(*pull)
+    return rows
 
 
 def dolfinx(table, name, scene, words, case):
@@ -370,9 +371,9 @@ def dolfinx(table, name, scene, words, case):
 
 
 def steps(table, name, scene, words, case):
-    """steps N: seconds of each of N equal steps, by `run --steps` of 1, 2, ... N less those before."""
+    """steps N: seconds of each of N equal steps that end at `by`."""
     answer, *_ = table.run([table.maille, "run", scene, "--method", "coupled", "--steps", words[0], "--json"])
-    return [{"method": "coupled", "step": one.get("step"), "total_s": one["seconds"]["total"]} for one in answer.get("steps", answer["results"])] if answer else []
+    return [{"method": "coupled", "step": one["step"], "status": one["status"], "total_s": one["seconds"]["total"]} for one in answer["results"]] if answer else []
 
 
 def buckling(table, name, scene, words, case):

@@ -2,6 +2,7 @@
 #include "elastic/ladder/ladder.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/scene/block_frames.hpp"
+#include "maille/scene/mechanics/mechanics.hpp"
 #include "support/bodies/bent_bar.hpp"
 #include "support/fields.hpp"
 #include "support/kit.hpp"
@@ -234,6 +235,21 @@ TEST(FiniteStrainAnalytic, HalvesOfOtherStiffnessTurnInverselyToIt) {
   };
   // Away from the ends and from the border between the halves.
   EXPECT_NEAR((angle_at(5) - angle_at(2)) / (angle_at(12) - angle_at(9)), 4, 0.2);
+}
+
+// Truth: balance of forces and moments, in which a pressure counts on the deformed face.
+TEST(FiniteStrainAnalytic, APressureThatFollowsIsInBalance) {
+  for (const int dimension : {2, 3}) {
+    Scene scene = test::straight_bar(dimension, 2);
+    const Grid& grid = scene.specimen.grid;
+    for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell)
+      if (grid.cell_at(cell)[1] == 0)
+        scene.tractions.push_back({cell, 1, false, {0, 10, 0}, -1, true});
+    test::hold_face(scene, 0, false);
+    const Answer answer = test::solved(scene, "coupled");
+    EXPECT_GT(largest_entry(answer.displacement), 0.1 * test::bar_length);
+    EXPECT_EQ(check_forces(scene, answer).value().caveats, std::vector<std::string>{});
+  }
 }
 
 TEST(FiniteStrainContract, AnyNumberOfThreadsGivesTheSameBits) {

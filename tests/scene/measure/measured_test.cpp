@@ -68,6 +68,36 @@ struct Uniform {
   double value(const std::string& name) const { return of(name).value.value(); }
 };
 
+// Truth: P = mu (F - F^-T) + lambda ln J F^-T of neo-Hookean matter, F = R U; principal values.
+TEST(MeasureAnalytic, FiniteStrainByEachName) {
+  std::string text = "strain = \"finite\"\n" + box;
+  text.replace(text.find("{ E_fibre"), text.find("}") - text.find("{ E_fibre") + 1,
+               "{ law = \"neo_hookean\", E = \"10 kPa\", nu = 0.3 }");
+  for (const char* name : {"stretch", "green_lagrange", "logarithmic", "nominal"})
+    text += measure_text(name, std::string(name == std::string("nominal") ? "stress" : "strain") +
+                                   " = { mean = \"body\" }\nkind = \"" + name + "\"");
+  const SceneAndMeasures read = parse_scene_and_measures(text);
+  Matrix3d U;
+  U << 1.3, 0.1, 0, 0.1, 0.9, -0.05, 0, -0.05, 1.1;
+  const Matrix3d R = Eigen::AngleAxisd(0.7, Vector3d(1, 2, -1).normalized()).toRotationMatrix(), F = R * U,
+                 G = F - Matrix3d::Identity(), transposed = F.inverse().transpose();
+  Answer answer;
+  answer.method = "coupled";
+  answer.displacement = test::affine_displacement<Displacement>(
+      read.scene, {{{G(0, 0), G(0, 1), G(0, 2)}, {G(1, 0), G(1, 1), G(1, 2)}, {G(2, 0), G(2, 1), G(2, 2)}}}, {});
+  const double mu = 1e4 / 2.6, lambda = 1e4 * 0.3 / (1.3 * 0.4);
+  const Matrix3d P = mu * (F - transposed) + lambda * std::log(F.determinant()) * transposed;
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> axes(U);
+  const auto main = [](const Matrix3d& of) {
+    return Eigen::SelfAdjointEigenSolver<Matrix3d>(of).eigenvalues()[2];
+  };
+  const std::vector<MeasuredValue> found = measured(read.scene, read.measures, answer);
+  const double stretch = axes.eigenvalues()[2];
+  for (const auto& [i, truth] : {std::pair{0, stretch}, {1, (stretch * stretch - 1) / 2}, {2, std::log(stretch)},
+                                 {3, main(R.transpose() * P)}})
+    EXPECT_NEAR(found[i].value.value(), truth, 1e-9 * std::abs(truth)) << found[i].name;
+}
+
 Vector3d displaced(const Vector3d& x) {
   return matrix(gradient) * x + vec(shift);
 }
