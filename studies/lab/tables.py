@@ -352,11 +352,11 @@ def strains(table, name, scene, words, case):
 
 
 def dolfinx(table, name, scene, words, case):
-    """dolfinx: fem_q2 against tests/fem_ref/finite_strain_witness.py on the same cells, at the nodes of a few lines."""
+    """dolfinx: fem_q2 against studies/lab/rivals/finite_strain_witness.py on the same cells, at the nodes of a few lines."""
     values = case["values"]
     mu, lam = values["E"] / (2 * (1 + values["nu"])), values["E"] * values["nu"] / ((1 + values["nu"]) * (1 - 2 * values["nu"]))
     by = {"stretch": 1.8e-3, "shear": 1.8e-3, "twist": math.radians(40)}[values["kind"]]
-    witness = ROOT / "tests/fem_ref/finite_strain_witness.py"
+    witness = HERE / "rivals/finite_strain_witness.py"
     told = subprocess.run(["/usr/bin/python3", witness, values["kind"], *map(str, (values["nx"], values["ny"], values["nz"], values["h"], mu, lam, by))], capture_output=True, text=True)
     if told.returncode:
         table.notes.append(f"{name} left out: dolfinx ended with {told.returncode}")

@@ -348,7 +348,7 @@ TEST(FiniteDolfinxIndependent, StretchShearAndTwist) {
   for (const auto& [name, by] : {Case{"stretch", 2.4e-3}, Case{"shear", 1.6e-3}, Case{"twist", 0.8}}) {
     SCOPED_TRACE(name);
     const std::string command = fmt::format("{} {}/finite_strain_witness.py {} 6 2 2 {} {} {} {}",
-                                            MAILLE_PYTHON, MAILLE_TESTS_OF_FEM, name, L / 4, G, lame, by);
+                                            MAILLE_PYTHON, MAILLE_WITNESSES, name, L / 4, G, lame, by);
     std::FILE* const pipe = popen(command.c_str(), "r");
     Scene scene = test::box_scene(3, {6, 2, 2}, {L / 4, L / 4, L / 4});
     scene.strain = Strain::finite;

@@ -1,9 +1,12 @@
 #pragma once
 /// The force of a load on a face of a cell, in the object's frame.
 ///
-/// A traction is dead: by the area at rest. A pressure stays normal to its face where cells turn: by half the
-/// product of the deformed face's diagonals, in the plane by its edge turned by a right angle, and so it is
-/// the resultant that `coupled` applies (Bonet and Wood 2008, Nonlinear Continuum Mechanics, eq. 8.19).
+/// A traction is dead: its force is that on the area at rest. A pressure at finite strain stays normal to its
+/// face, on the deformed area. That vector area is half the product of the face's diagonals, in the plane its
+/// edge turned by a right angle, so the force is the one that `coupled` applies. It acts at the middle of the
+/// face's corners.
+/// Exact: for flat faces, and for the resultant on any closed surface.
+/// Source  Bonet and Wood 2008, Nonlinear Continuum Mechanics, section 8.5 (pressure as a boundary term)
 
 #include "maille/scene/block_frames.hpp"
 
@@ -17,7 +20,8 @@ inline bool is_of_finite_strain(const Scene& scene, const Answer& answer) {
          (answer.method == "coupled" || answer.method.starts_with("fem_") || answer.method == "calculix");
 }
 
-/// @param answer in whose deformed state the face is @return N; N/m in 2D
+/// @param load of a cell of the scene's grid; @param answer with the displacement that the face has
+/// @return N; N/m in 2D. In 1D faces do not turn
 inline Vec3 force_on_face(const Scene& scene, const Answer& answer, const FaceLoad& load) {
   const Grid& grid = scene.specimen.grid;
   const int d = grid.dimension(), a = load.axis, b = (a + 1) % d, c = (a + 2) % 3;

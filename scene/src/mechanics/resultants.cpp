@@ -105,7 +105,7 @@ public:
                0.5 * load.traction[a]);
   }
   Vec3 in_world(const Vec3& vector) const { return to_world(scene_.specimen.placement, vector); }
-  /// Of a load on its face.
+  /// The force of a load on its face, in the world.
   Vec3 force(const FaceLoad& load) const { return in_world(force_on_face(scene_, answer_, load)); }
 
 private:

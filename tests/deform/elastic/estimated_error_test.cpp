@@ -235,8 +235,8 @@ TEST(EstimatedErrorConsistent, FiniteStrainIsItsOwnTruth) {
     p.value *= 8;
   const Scene half = refined(scene), quarter = refined(half);
   const Answer answer = solve(scene, "coupled");
-  const Displacement truth = at_coarse_nodes(
-      scene, half, at_coarse_nodes(half, quarter, solve(quarter, "coupled").displacement));
+  const Displacement truth =
+      at_coarse_nodes(scene, half, at_coarse_nodes(half, quarter, solve(quarter, "coupled").displacement));
   const double true_error = compare(scene, answer.displacement, truth).relative_l2;
   const ErrorEstimation found = estimate_error(scene, answer);
   ASSERT_TRUE(found.estimate) << found.reason;

@@ -1,3 +1,4 @@
+#include "control/method.hpp"
 #include "elastic/finite/finite_minimum.hpp"
 #include "elastic/ladder/ladder.hpp"
 #include "maille/deform/solve.hpp"

@@ -84,7 +84,8 @@ TEST(MeasureAnalytic, FiniteStrainByEachName) {
   Answer answer;
   answer.method = "coupled";
   answer.displacement = test::affine_displacement<Displacement>(
-      read.scene, {{{G(0, 0), G(0, 1), G(0, 2)}, {G(1, 0), G(1, 1), G(1, 2)}, {G(2, 0), G(2, 1), G(2, 2)}}}, {});
+      read.scene, {{{G(0, 0), G(0, 1), G(0, 2)}, {G(1, 0), G(1, 1), G(1, 2)}, {G(2, 0), G(2, 1), G(2, 2)}}},
+      {});
   const double mu = 1e4 / 2.6, lambda = 1e4 * 0.3 / (1.3 * 0.4);
   const Matrix3d P = mu * (F - transposed) + lambda * std::log(F.determinant()) * transposed;
   const Eigen::SelfAdjointEigenSolver<Matrix3d> axes(U);
@@ -93,7 +94,9 @@ TEST(MeasureAnalytic, FiniteStrainByEachName) {
   };
   const std::vector<MeasuredValue> found = measured(read.scene, read.measures, answer);
   const double stretch = axes.eigenvalues()[2];
-  for (const auto& [i, truth] : {std::pair{0, stretch}, {1, (stretch * stretch - 1) / 2}, {2, std::log(stretch)},
+  for (const auto& [i, truth] : {std::pair{0, stretch},
+                                 {1, (stretch * stretch - 1) / 2},
+                                 {2, std::log(stretch)},
                                  {3, main(R.transpose() * P)}})
     EXPECT_NEAR(found[i].value.value(), truth, 1e-9 * std::abs(truth)) << found[i].name;
 }

@@ -20,9 +20,9 @@ namespace maille::studies {
 /// *ORIENTATION a fibre direction. Where the scene's dimension frees stresses (plane stress, 1D) the reduced
 /// stiffness instead, as TYPE=ANISO. With strain = "finite" the step is NLGEOM, and laws are CalculiX's own
 /// neo-Hookean and Mooney-Rivlin ones: their energy of volume is k/2 (J - 1)^2, so that answers agree where
-/// matter keeps its volume; pressures follow their faces. Loads: the forces on nodes that they are worth to linear elements (see
-/// nodal_forces), so gravity asks for no density. Units: SI. Numbers take 19 characters at most: ccx cuts
-/// fields after 20.
+/// matter keeps its volume; pressures follow their faces. Loads: the forces on nodes that they are worth to
+/// linear elements (see nodal_forces), so gravity asks for no density. Units: SI. Numbers take 19 characters
+/// at most: ccx cuts fields after 20.
 /// @pre why_no_deck() is empty
 std::string calculix_deck(const Scene& scene);
 

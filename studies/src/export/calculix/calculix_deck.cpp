@@ -150,18 +150,18 @@ Matrix6 around(const Eigen::MatrixXd& reduced, int dimension) {
   return C;
 }
 
-/// CalculiX's own laws: their energy of volume is k/2 (J - 1)^2 and their neo-Hookean shear does not see it.
-struct Hyperelastic {
-  std::string operator()(const NeoHookean& law) const {
-    return fmt::format("*HYPERELASTIC, NEO HOOKE\n{},{}\n", number(law.mu / 2),
-                       number(2 / (law.lambda + 2 * law.mu / 3)));
-  }
-  std::string operator()(const MooneyRivlin& law) const {
-    return fmt::format("*HYPERELASTIC, MOONEY-RIVLIN\n{},{},{}\n", number(law.c1), number(law.c2),
-                       number(2 / law.k));
-  }
-  std::string operator()(const auto& /*other*/) const { return {}; }
-};
+/// CalculiX's own laws: their energy of volume is k/2 (J - 1)^2, and the shear of its neo-Hookean one does not
+/// see it. @return the card; empty for laws that it does not have
+std::string hyperelastic(const Material& material) {
+  const Law* const law = material.law ? &*material.law : nullptr;
+  if (const auto* const neo = std::get_if<NeoHookean>(law))
+    return fmt::format("*HYPERELASTIC, NEO HOOKE\n{},{}\n", number(neo->mu / 2),
+                       number(2 / (neo->lambda + 2 * neo->mu / 3)));
+  if (const auto* const mooney = std::get_if<MooneyRivlin>(law))
+    return fmt::format("*HYPERELASTIC, MOONEY-RIVLIN\n{},{},{}\n", number(mooney->c1), number(mooney->c2),
+                       number(2 / mooney->k));
+  return {};
+}
 
 void Deck::write_materials() {
   const bool is_reduced = d_ == 1 || (d_ == 2 && scene_.plane == PlaneAssumption::stress);
@@ -178,7 +178,7 @@ void Deck::write_materials() {
     }
     model_ += fmt::format("*MATERIAL, NAME=MATTER{}\n", n);
     if (is_finite_)
-      model_ += std::visit(Hyperelastic{}, *scene_.materials[scene_.specimen.material(cell)].law);
+      model_ += hyperelastic(scene_.materials[scene_.specimen.material(cell)]);
     else if (is_reduced)
       model_ += anisotropic(around(scene_.cell_stiffness(cell), d_));
     else if (c.is_isotropic())
@@ -219,9 +219,9 @@ void Deck::write_forces() {
 /// Pressures: with NLGEOM they stay normal to their faces, on the area that these have.
 void Deck::write_pressures() {
   constexpr std::array<std::array<int, 2>, 3> faces{{{6, 4}, {3, 5}, {1, 2}}}; // of C3D8: lower, upper
-  std::vector<std::int64_t> element(static_cast<std::size_t>(grid_.n_cells()));
+  std::vector<std::int64_t> element;
   for (std::int64_t cell = 0, n = 0; cell < grid_.n_cells(); ++cell)
-    element[cell] = scene_.specimen.is_matter(cell) ? ++n : 0;
+    element.push_back(scene_.specimen.is_matter(cell) ? ++n : 0);
   std::map<std::pair<std::int64_t, int>, double> pressures; // ccx takes the last of a face
   for (const FaceLoad& load : scene_.tractions)
     if (load.follows)
@@ -241,7 +241,7 @@ std::string why_no_deck(const Scene& scene) {
     if (scene.contracts())
       return "the deck has no fibres that contract at finite strain";
     for (const Material& material : scene.materials)
-      if (!material.law || std::visit(Hyperelastic{}, *material.law).empty())
+      if (hyperelastic(material).empty())
         return fmt::format(
             "of the laws of finite strain CalculiX has neo_hookean and mooney_rivlin: {} has {}",
             material.name, material.law ? name_of(*material.law) : "none");
