@@ -62,9 +62,12 @@ def _full(tensors: Floats) -> Floats:
     return full
 
 
-def _turned(tensors: Floats, axes: Any) -> Floats:
-    full = axes @ _full(tensors) @ axes.T
+def _six(full: Floats) -> Floats:
     return np.stack([full[..., a, b] for a, b in _PLACE], axis=-1)
+
+
+def _turned(tensors: Floats, axes: Any) -> Floats:
+    return _six(axes @ _full(tensors) @ axes.T)
 
 
 class Answer:
@@ -212,6 +215,26 @@ class Answer:
         return self._tensors("stress", self._core.stress)
 
     @property
+    def green_lagrange_strain(self) -> Floats:
+        """(U^2 - I) / 2 of every cell, as ``strain``, which is U - I at finite strain."""
+        strain = _full(self._core.strain)
+        return self._tensors("green_lagrange", _six(strain + strain @ strain / 2))
+
+    @property
+    def logarithmic_strain(self) -> Floats:
+        """ln U of every cell, as ``strain``."""
+        values, axes = np.linalg.eigh(_full(self._core.strain))
+        return self._tensors("logarithmic", _six((axes * np.log1p(values)[..., np.newaxis, :]) @ axes.swapaxes(-1, -2)))
+
+    @property
+    def nominal_stress(self) -> Floats:
+        """Stress per area at rest, whose work is on U - I, of every cell [Pa], as ``stress``, which is Cauchy's."""
+        self._require_stress()
+        stretch = _full(self._core.strain) + np.eye(3)
+        half = np.linalg.det(stretch)[..., np.newaxis, np.newaxis] * _full(self._core.stress) @ np.linalg.inv(stretch) / 2
+        return self._tensors("nominal", _six(half + half.swapaxes(-1, -2)))
+
+    @property
     def von_mises(self) -> Floats:
         """Von Mises stress of every cell [Pa]: array (cz, cy, cx). @raises ValueError as ``stress``."""
         self._require_stress()
@@ -258,7 +281,7 @@ class Answer:
 
     @property
     def estimated_error(self) -> Optional[float]:
-        """Estimated relative error of the displacement against linear elasticity (L2), without finite elements [1].
+        """Estimated relative error of the displacement against elasticity (L2), without finite elements [1].
 
         Found on first use, by multigrid: about ten times the time of ``coupled``. None where there is no estimate
         (``estimate()["reason"]`` says why).

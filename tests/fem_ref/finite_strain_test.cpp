@@ -341,11 +341,7 @@ TEST(FiniteRefusalContract, SaysWhatFiniteStrainCannot) {
 // it solves for dilatation and pressure together with the displacement.
 TEST(FiniteDolfinxIndependent, StretchShearAndTwist) {
   const double G = 4e3, lame = 6e3;
-  struct Case {
-    const char* name;
-    double by;
-  };
-  for (const auto& [name, by] : {Case{"stretch", 2.4e-3}, Case{"shear", 1.6e-3}, Case{"twist", 0.8}}) {
+  for (const auto& [name, by] : {std::pair{"stretch", 2.4e-3}, {"shear", 1.6e-3}, {"twist", 0.8}}) {
     SCOPED_TRACE(name);
     const std::string command = fmt::format("{} {}/finite_strain_witness.py {} 6 2 2 {} {} {} {}",
                                             MAILLE_PYTHON, MAILLE_WITNESSES, name, L / 4, G, lame, by);

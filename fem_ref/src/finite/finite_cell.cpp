@@ -2,6 +2,7 @@
 
 #include <deal.II/base/quadrature_lib.h>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 #include <algorithm>
@@ -170,6 +171,25 @@ auto FiniteCell<dim>::respond(const Matter& matter, const Eigen::VectorXd& u, Fi
   if (!std::isfinite(response.strain_energy) || !response.stiffness.allFinite())
     return std::nullopt;
   return response;
+}
+
+template<int dim>
+std::array<double, 6> FiniteCell<dim>::mean_strain(const Fields& fields) const {
+  constexpr auto of_point = entries_of_gradient<dim>();
+  Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
+  double theta = 0, all = 0;
+  for (const double weight : weights_)
+    all += weight;
+  for (std::size_t q = 0; q < weights_.size(); ++q) {
+    const double part = weights_[q] / all;
+    theta += part * fields.theta(Eigen::Index(q));
+    for (int i = 0; i < n_entries; ++i)
+      F(of_point[i] / 3, of_point[i] % 3) += part * fields.gradient(n_entries * Eigen::Index(q) + i);
+  }
+  Eigen::Matrix3d U = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(F.transpose() * F).operatorSqrt();
+  if (!is_plane_stress_)
+    U.topLeftCorner<dim, dim>() *= std::pow(theta / U.determinant(), 1.0 / dim);
+  return {U(0, 0) - 1, U(1, 1) - 1, U(2, 2) - 1, U(0, 1), U(1, 2), U(0, 2)};
 }
 
 template class FiniteCell<2>;

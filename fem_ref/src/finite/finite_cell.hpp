@@ -44,6 +44,8 @@ public:
   /// @return nothing where the cell is turned inside out at a point of the Gauss rule (3 points per axis Q2,
   /// 2 Q1), or plane stress has no balance there
   std::optional<Response> respond(const Matter& matter, const Eigen::VectorXd& u, Fields& fields) const;
+  /// Biot's strain of the mean deformation gradient, at the mean of theta, which pressure goes by: VTK's order.
+  std::array<double, 6> mean_strain(const Fields& fields) const;
 
 private:
   static constexpr int n_entries = dim * dim, n_rows = n_entries + 1; ///< at a point: of F, and theta

@@ -232,6 +232,9 @@ Result FiniteProblem<dim>::solve(const Scene& scene, Watch& watch) {
     answer.residual = error_;
     answer.strain_energy = state.strain_energy;
     answer.cell_energy = std::move(state.cell_energy);
+    answer.cell_strain.resize(scene.specimen.grid.n_cells());
+    for (int cell = 0; cell < problem_.body().n_cells(); ++cell)
+      answer.cell_strain[problem_.body().grid_cell(cell)] = cell_.mean_strain(state.fields[cell]);
     answer.reaction = problem_.reactions(state.forces);
   }
   watch.report(1, "done");

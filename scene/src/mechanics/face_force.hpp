@@ -5,7 +5,8 @@
 /// face, on the deformed area. That vector area is half the product of the face's diagonals, in the plane its
 /// edge turned by a right angle, so the force is the one that `coupled` applies. It acts at the middle of the
 /// face's corners.
-/// Exact: for flat faces, and for the resultant on any closed surface.
+///
+/// Exact: for flat faces, and for the resultant on any closed surface. Cost  O(1).
 /// Source  Bonet and Wood 2008, Nonlinear Continuum Mechanics, section 8.5 (pressure as a boundary term)
 
 #include "maille/scene/block_frames.hpp"

@@ -5,6 +5,7 @@
 #include "maille/deform/solve.hpp"
 #include "maille/scene/block_frames.hpp"
 
+#include <Eigen/LU>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -88,6 +89,17 @@ std::string not_a_number(const Answer& answer) {
   return {};
 }
 
+/// The first cell of matter whose mean deformation gradient turns it inside out; -1 without one.
+std::int64_t inverted_cell(const Scene& scene, const Displacement& u) {
+  const Grid& grid = scene.specimen.grid;
+  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell)
+    if (scene.specimen.is_matter(cell) &&
+        !((Eigen::Matrix3d::Identity() + displacement_gradient(grid, u, grid.cell_at(cell))).determinant() >
+          0))
+      return cell;
+  return -1;
+}
+
 } // namespace
 
 bool promises_limits(const Scene& scene, std::string_view method) {
@@ -132,6 +144,9 @@ std::string broken_promise(const Scene& scene, std::string_view method, const An
   if (is_converged(answer.status))
     if (std::string what = misplaced(scene, answer); !what.empty())
       return what;
+  if (method == "coupled" && in_blocks(scene) && answer.status == Status::done)
+    if (const std::int64_t cell = inverted_cell(scene, answer.displacement); cell >= 0)
+      return fmt::format("cell {} is turned inside out", cell);
   if (method == "coupled" && in_blocks(scene) && promises_limits(scene, method)) {
     // Links are measured in the mean frame of their cells. The bound covers the rounding of this second
     // measurement.

@@ -128,9 +128,14 @@ Scene bent(Index3 cells, double poisson_ratio) {
 
 // The truth: coupled on a quarter of the spacing, which has a sixteenth to a quarter of the error. From twice
 // the spacing the estimate was six to thirty-five times too large where matter is nearly incompressible, and
-// a third of the error on plates one cell thick.
+// a third of the error on plates one cell thick. The last is stretched by 20 % and bent by 22 degrees.
 TEST(EstimatedErrorConsistent, HardBodiesAreEstimatedToo) {
-  for (const Scene& scene : {bent({12, 8, 8}, 0.499), bent({8, 6, 6}, 0.4999), bent({12, 10, 1}, 0.45)}) {
+  Scene large = bent({8, 4, 4}, 0.45);
+  large.strain = Strain::finite;
+  for (Prescribed& p : large.prescribed)
+    p.value *= 8;
+  for (const Scene& scene :
+       {bent({12, 8, 8}, 0.499), bent({8, 6, 6}, 0.4999), bent({12, 10, 1}, 0.45), large}) {
     if (test::is_sanitized && scene.specimen.grid.cells()[2] > 1)
       continue;
     Scene half = refined(scene), quarter = refined(half);
@@ -225,23 +230,6 @@ TEST(EstimatedErrorContract, SameBitsForAnyNumberOfThreads) {
   const ErrorEstimation a = estimate_error(scene, limits), b = estimate_error(scene, limits, two);
   ASSERT_TRUE(a.estimate && b.estimate);
   EXPECT_EQ(a.estimate->error, b.estimate->error);
-}
-
-// Truth: coupled at finite strain on a quarter of the spacing, stretched by 20 % and bent by 22 degrees.
-TEST(EstimatedErrorConsistent, FiniteStrainIsItsOwnTruth) {
-  Scene scene = bent({8, 4, 4}, 0.45);
-  scene.strain = Strain::finite;
-  for (Prescribed& p : scene.prescribed)
-    p.value *= 8;
-  const Scene half = refined(scene), quarter = refined(half);
-  const Answer answer = solve(scene, "coupled");
-  const Displacement truth =
-      at_coarse_nodes(scene, half, at_coarse_nodes(half, quarter, solve(quarter, "coupled").displacement));
-  const double true_error = compare(scene, answer.displacement, truth).relative_l2;
-  const ErrorEstimation found = estimate_error(scene, answer);
-  ASSERT_TRUE(found.estimate) << found.reason;
-  EXPECT_GT(found.estimate->norms.relative_l2, true_error);
-  EXPECT_LT(found.estimate->norms.relative_l2, true_error * 2);
 }
 
 TEST(EstimatedErrorContract, SaysWhyThereIsNone) {

@@ -73,6 +73,14 @@ TEST(LabContract, MaterialsReportEveryPull) {
   EXPECT_EQ(report("materials")["rows"].size(), 12u * 2u + 2u * 3u + 1u + 2u * 5u * 4u);
 }
 
+// Truth: closed forms of five laws, dolfinx, Euler's load, and the promises of twelve random scenes.
+TEST(LabContract, FiniteStrainMeetsItsTruths) {
+  expect_checks("finite", {"closed_error_worst", "fem_over_dolfinx", "euler_error", "random_broken"});
+  for (const auto& [name, check] : checks_of(report("finite")))
+    if (name == "closed_error_worst" || name == "fem_over_dolfinx" || name == "euler_error")
+      EXPECT_TRUE(check["met"]) << check;
+}
+
 TEST(LabContract, ATableCanBeStopped) {
   const Outcome run = test::shell("timeout --preserve-status -s INT -k 60 8 env " +
                                   std::string(MAILLE_COMMAND) + " materials --json"); // minutes, otherwise

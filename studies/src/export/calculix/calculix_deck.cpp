@@ -150,8 +150,8 @@ Matrix6 around(const Eigen::MatrixXd& reduced, int dimension) {
   return C;
 }
 
-/// CalculiX's own laws: their energy of volume is k/2 (J - 1)^2, and the shear of its neo-Hookean one does not
-/// see it. @return the card; empty for laws that it does not have
+/// CalculiX's own laws: their energy of volume is k/2 (J - 1)^2, and neo-Hookean shear does not
+/// see it. @return the card; empty for other laws
 std::string hyperelastic(const Material& material) {
   const Law* const law = material.law ? &*material.law : nullptr;
   if (const auto* const neo = std::get_if<NeoHookean>(law))
