@@ -44,7 +44,7 @@ public:
   /// @return nothing where the cell is turned inside out at a point of the Gauss rule (3 points per axis Q2,
   /// 2 Q1), or plane stress has no balance there
   std::optional<Response> respond(const Matter& matter, const Eigen::VectorXd& u, Fields& fields) const;
-  /// Biot's strain of the mean deformation gradient, at the mean of theta, which pressure goes by: VTK's order.
+  /// Biot's strain of the mean gradient, at the mean of theta, by which pressure goes; VTK's order.
   std::array<double, 6> mean_strain(const Fields& fields) const;
 
 private:

@@ -242,9 +242,8 @@ TEST(FiniteStrainAnalytic, HalvesOfOtherStiffnessTurnInverselyToIt) {
 TEST(FiniteStrainAnalytic, APressureThatFollowsIsInBalance) {
   for (const int dimension : {2, 3}) {
     Scene scene = test::straight_bar(dimension, 2);
-    const Grid& grid = scene.specimen.grid;
-    for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell)
-      if (grid.cell_at(cell)[1] == 0)
+    for (std::int64_t cell = 0; cell < scene.specimen.grid.n_cells(); ++cell)
+      if (scene.specimen.grid.cell_at(cell)[1] == 0)
         scene.tractions.push_back({cell, 1, false, {0, 10, 0}, -1, true});
     test::hold_face(scene, 0, false);
     const Answer answer = test::solved(scene, "coupled");
