@@ -76,9 +76,9 @@ TEST(LabContract, MaterialsReportEveryPull) {
 // Truth: closed forms of five laws, dolfinx, Euler's load, and the promises of twelve random scenes.
 TEST(LabContract, FiniteStrainMeetsItsTruths) {
   expect_checks("finite", {"closed_error_worst", "fem_over_dolfinx", "euler_error", "random_broken"});
-  for (const auto& [name, check] : checks_of(report("finite")))
-    if (name == "closed_error_worst" || name == "fem_over_dolfinx" || name == "euler_error")
-      EXPECT_TRUE(check["met"]) << check;
+  const auto checks = checks_of(report("finite"));
+  for (const char* const name : {"closed_error_worst", "fem_over_dolfinx", "euler_error"})
+    EXPECT_TRUE(!checks.contains(name) || checks.at(name)["met"]) << name;
 }
 
 TEST(LabContract, ATableCanBeStopped) {
