@@ -16,10 +16,6 @@
 
 namespace maille::deform {
 
-/// Stiffness of what lies beyond the mean gradient, row and column 3 k + component of CellModes::beyond_modes
-/// [N/m]. In float32: energy and forces have the same numbers.
-using MatrixBeyond = Eigen::Matrix<float, 12, 12>;
-
 template<int dimension>
 struct CellModes {
   static constexpr int n = corners_of_cell<dimension>;
@@ -88,13 +84,6 @@ struct CellModes {
       force.col(1 << a) = 2 / spacing[a] * P.col(a);
     for (int k = 0; k < n_beyond; ++k)
       force.col(beyond_modes[k]) = f.col(k);
-  }
-  /// K of what lies beyond the mean gradient, times w [N].
-  Beyond pull(const MatrixBeyond& K, const Beyond& w) const {
-    constexpr int size = 3 * n_beyond;
-    Beyond f;
-    f.reshaped() = K.topLeftCorner<size, size>().template cast<double>().lazyProduct(w.reshaped());
-    return f;
   }
 };
 

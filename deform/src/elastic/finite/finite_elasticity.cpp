@@ -58,31 +58,40 @@ Matrix3d as_matrix(const Vector9& v) {
   return v.reshaped(3, 3);
 }
 
-/// Adds a pressure to stress and tangent: C^-1 and its derivative by E.
+/// Voigt's place of a pair of axes.
+constexpr std::array<std::array<int, 3>, 3> voigt{{{0, 5, 4}, {5, 1, 3}, {4, 3, 2}}};
+
+/// Adds a pressure to stress and tangent: A = C^-1, and its derivative by E, -(A_ik A_jl + A_il A_jk).
 void shift_pressure(double shift, const Matrix3d& F, LawResponse& response) {
   if (shift == 0)
     return;
-  const Matrix3d inverse = (F.transpose() * F).inverse();
-  response.stress += shift * stress_of(inverse);
-  for (int q = 0; q < 6; ++q)
-    response.tangent.col(q) -= 2 * shift * stress_of(inverse * as_strain(Vector6::Unit(q)) * inverse);
+  const Matrix3d A = (F.transpose() * F).inverse();
+  response.stress += shift * stress_of(A);
+  for (int i = 0; i < 3; ++i)
+    for (int j = i; j < 3; ++j)
+      for (int k = 0; k < 3; ++k)
+        for (int l = k; l < 3; ++l)
+          response.tangent(voigt[i][j], voigt[k][l]) -= shift * (A(i, k) * A(j, l) + A(i, l) * A(j, k));
 }
 
-/// dP/dF of P = F S(E): dP = dF S + F dS.
+/// dP/dF of P = F S(E): dP = dF S + F dS. F_bM changes E_Ma by F_bM where dF is at (b, a).
 Matrix9d tangent_of_gradient(const Matrix3d& F, const LawResponse& response) {
-  Eigen::Matrix<double, 6, 9> strain;
   Matrix9d A;
   const Matrix3d S = as_stress(response.stress);
-  for (int k = 0; k < 9; ++k) {
-    const Matrix3d dF = as_matrix(Vector9::Unit(k));
-    strain.col(k) = strain_of(F.transpose() * dF);
-    A.col(k) = as_vector(dF * S);
-  }
-  return A + strain.transpose() * response.tangent * strain;
+  for (int c = 0; c < 3; ++c)
+    for (int e = 0; e < 3; ++e) {
+      Vector6 dS = Vector6::Zero();
+      for (int N = 0; N < 3; ++N)
+        dS += F(e, N) * response.tangent.col(voigt[c][N]);
+      for (int a = 0; a < 3; ++a)
+        for (int b = 0; b < 3; ++b)
+          A(3 * a + b, 3 * c + e) = F(b, 0) * dS[voigt[a][0]] + F(b, 1) * dS[voigt[a][1]] +
+                                    F(b, 2) * dS[voigt[a][2]] + (b == e ? S(a, c) : 0);
+    }
+  return A;
 }
 
-/// Replaces eigenvalues by their size where one is below `least_part` of the largest entry, and smaller ones
-/// by that part.
+/// Raises eigenvalues below `least_part` of the largest entry to the size of that part.
 template<int n>
 void make_positive(double least_part, Eigen::Matrix<double, n, n>& A) {
   using Matrix = Eigen::Matrix<double, n, n>;
@@ -90,7 +99,7 @@ void make_positive(double least_part, Eigen::Matrix<double, n, n>& A) {
   if ((A - least * Matrix::Identity()).llt().info() == Eigen::Success)
     return;
   const Eigen::SelfAdjointEigenSolver<Matrix> principal(A);
-  A = principal.eigenvectors() * principal.eigenvalues().cwiseAbs().cwiseMax(least).asDiagonal() *
+  A = principal.eigenvectors() * principal.eigenvalues().cwiseMax(std::abs(least)).asDiagonal() *
       principal.eigenvectors().transpose();
 }
 
@@ -109,47 +118,73 @@ FiniteElasticity::FiniteElasticity(const Scene& scene, const LatticeElasticity& 
     for (int a = 0; a < grid_.dimension(); ++a)
       if (corner & std::size_t{1} << a)
         offset_[corner] += grid_.stride(a);
-  matter_.resize(linear.kinds().size());
-  std::vector<bool> is_known(matter_.size(), false);
-  for (std::int64_t cell = 0; cell < grid_.n_cells(); ++cell)
-    if (scene.specimen.is_matter(cell) && !is_known[linear.kind_number(cell)]) {
-      const std::size_t kind = linear.kind_number(cell);
-      is_known[kind] = true;
-      if (grid_.dimension() == 1)
-        find_matter<1>(cell, matter_[kind]);
-      else if (grid_.dimension() == 2)
-        find_matter<2>(cell, matter_[kind]);
-      else
-        find_matter<3>(cell, matter_[kind]);
-    }
+  n_in_row_ = grid_.dimension() == 1 ? 1 : grid_.cells()[0]; // in 1D layers are cells
+  if (grid_.dimension() == 1)
+    find_matter<1>();
+  else if (grid_.dimension() == 2)
+    find_matter<2>();
+  else
+    find_matter<3>();
 }
 
 /// The part of K beyond the mean gradient by what pulls at the corners in every mode.
 template<int dimension>
-void FiniteElasticity::find_matter(std::int64_t cell, Matter& matter) const {
+void FiniteElasticity::find_matter() {
   using OfCell = CellModes<dimension>;
+  using Matrix12 = Eigen::Matrix<double, 12, 12>;
   constexpr std::array<int, 3> rows_in_plane{0, 1, 5};
-  matter.stiffness = scene_.object_stiffness(cell);
-  const Eigen::MatrixXd reduced = scene_.cell_stiffness(cell);
-  for (Eigen::Index p = 0; p < reduced.rows(); ++p)
-    for (Eigen::Index q = 0; q < reduced.cols(); ++q)
-      matter.in_scene(dimension == 3 ? p : rows_in_plane[p], dimension == 3 ? q : rows_in_plane[q]) =
-          reduced(p, q);
-  for (int k = 0; k < OfCell::n_beyond; ++k)
-    for (int b = 0; b < dimension; ++b) {
-      typename OfCell::Modes u = OfCell::Modes::Zero();
-      const auto sign = [&](int corner, int mode) {
-        return std::popcount(static_cast<unsigned>(OfCell::beyond_modes[mode] & ~corner)) % 2 != 0 ? -1 : 1;
-      };
-      for (int corner = 0; corner < OfCell::n; ++corner)
-        u(b, corner) = sign(corner, k);
-      const typename OfCell::Modes f = linear_.cell_forces<dimension>(cell, u) / linear_.weight(cell);
-      for (int l = 0; l < OfCell::n_beyond; ++l)
-        for (int c = 0; c < dimension; ++c)
-          for (int corner = 0; corner < OfCell::n; ++corner)
-            matter.beyond(3 * l + c, 3 * k + b) += static_cast<float>(sign(corner, l) * f(c, corner));
-    }
-  matter.beyond = (0.5F * (matter.beyond + matter.beyond.transpose())).eval();
+  const auto sign = [](int corner, int k) {
+    return std::popcount(static_cast<unsigned>(OfCell::beyond_modes[k] & ~corner)) % 2 != 0 ? -1 : 1;
+  };
+  matter_.resize(linear_.kinds().size());
+  std::vector<Matrix12> beyond(matter_.size(), Matrix12::Zero());
+  std::vector<bool> is_known(matter_.size(), false);
+  for (std::int64_t cell = 0; cell < grid_.n_cells(); ++cell) {
+    if (!scene_.specimen.is_matter(cell) || is_known[linear_.kind_number(cell)])
+      continue;
+    const std::size_t kind = linear_.kind_number(cell);
+    is_known[kind] = true;
+    Matter& matter = matter_[kind];
+    matter.stiffness = scene_.object_stiffness(cell);
+    const Eigen::MatrixXd reduced = scene_.cell_stiffness(cell);
+    for (Eigen::Index p = 0; p < reduced.rows(); ++p)
+      for (Eigen::Index q = 0; q < reduced.cols(); ++q)
+        matter.in_scene(dimension == 3 ? p : rows_in_plane[p], dimension == 3 ? q : rows_in_plane[q]) =
+            reduced(p, q);
+    for (int k = 0; k < (dimension > 1 ? OfCell::n_beyond : 0); ++k)
+      for (int b = 0; b < dimension; ++b) {
+        typename OfCell::Modes u = OfCell::Modes::Zero();
+        for (int corner = 0; corner < OfCell::n; ++corner)
+          u(b, corner) = sign(corner, k);
+        const typename OfCell::Modes f = linear_.cell_forces<dimension>(cell, u) / linear_.weight(cell);
+        for (int l = 0; l < OfCell::n_beyond; ++l)
+          for (int c = 0; c < dimension; ++c)
+            for (int corner = 0; corner < OfCell::n; ++corner)
+              beyond[kind](3 * l + c, 3 * k + b) += sign(corner, l) * f(c, corner);
+      }
+  }
+  for (std::uint8_t i = 0; i < 12; ++i)
+    for (std::uint8_t j = i; j < 12; ++j)
+      if (std::ranges::any_of(beyond, [&](const Matrix12& K) {
+            return std::abs(K(i, j)) > least_eigenvalue * K.diagonal().maxCoeff();
+          }))
+        pairs_.push_back({i, j});
+  for (std::size_t kind = 0; kind < matter_.size(); ++kind)
+    for (const auto [i, j] : pairs_) // in float32: energy and tangent have the same numbers
+      matter_[kind].beyond.push_back(static_cast<float>(0.5 * (beyond[kind](i, j) + beyond[kind](j, i))));
+  n_numbers_ = TangentNumbers<dimension>::K + static_cast<std::int64_t>(pairs_.size());
+}
+
+template<class Beyond>
+Beyond FiniteElasticity::pull(const Matter& matter, const Beyond& w) const {
+  Beyond f = Beyond::Zero();
+  for (std::size_t at = 0; at < pairs_.size(); ++at) {
+    const auto [i, j] = pairs_[at];
+    f.data()[i] += matter.beyond[at] * w.data()[j];
+    if (i != j)
+      f.data()[j] += matter.beyond[at] * w.data()[i];
+  }
+  return f;
 }
 
 template<class Work>
@@ -166,16 +201,27 @@ void FiniteElasticity::for_each_layer(ThreadTeam& team, Work&& work) const {
 }
 
 template<class Visit>
-void FiniteElasticity::for_each_cell(int layer, Visit&& visit) const {
-  const Index3& cells = grid_.cells();
-  const std::int64_t in_layer = grid_.n_cells() / cells[grid_.dimension() - 1], first = layer * in_layer,
-                     in_row = std::min(in_layer, std::int64_t{cells[0]}); // in 1D layers are cells
-  for (std::int64_t row = first; row < first + in_layer; row += in_row) {
+void FiniteElasticity::for_each_run(int layer, Visit&& visit) const {
+  const std::int64_t in_layer = grid_.n_cells() / grid_.cells()[grid_.dimension() - 1],
+                     begin = layer * in_layer;
+  for (std::int64_t row = begin; row < begin + in_layer; row += n_in_row_) {
     const auto node = static_cast<std::size_t>(grid_.corner(grid_.cell_at(row), 0));
-    for (std::int64_t x = 0; x < in_row; ++x)
-      if (scene_.specimen.is_matter(row + x))
-        visit(row + x, node + static_cast<std::size_t>(x));
+    for (std::int64_t x = 0; x < n_in_row_; ++x) {
+      const std::int64_t first = x;
+      while (x < n_in_row_ && scene_.specimen.is_matter(row + x))
+        ++x;
+      if (x > first)
+        visit(row + first, x - first, node + static_cast<std::size_t>(first));
+    }
   }
+}
+
+template<class Visit>
+void FiniteElasticity::for_each_cell(int layer, Visit&& visit) const {
+  for_each_run(layer, [&](std::int64_t first, std::int64_t n, std::size_t node) {
+    for (std::int64_t x = 0; x < n; ++x)
+      visit(first + x, node + static_cast<std::size_t>(x));
+  });
 }
 
 LawResponse FiniteElasticity::respond(std::int64_t cell, Matrix3d& E, double& active) const {
@@ -205,7 +251,7 @@ double FiniteElasticity::evaluate(const Displacement& u, Displacement& forces, T
       const LawResponse response = respond(cell, E, active);
       const double V = volume(cell), weight = linear_.weight(cell);
       const typename CellModes<dimension>::Beyond h = at.beyond(), w = F.transpose() * h,
-                                                  f = weight * at.pull(matter_of(cell).beyond, w);
+                                                  f = weight * pull(matter_of(cell), w);
       energies_[cell] = V * response.energy + 0.5 * w.cwiseProduct(f).sum();
       sum.energy += energies_[cell];
       sum.active += V * active;
@@ -231,9 +277,9 @@ std::int64_t FiniteElasticity::n_inverted() const {
 }
 
 void FiniteElasticity::linearise(const Displacement& u, Convexity convexity, ThreadTeam& team) {
-  tangent_.resize(frame_.size());
+  numbers_.resize(frame_.size() * static_cast<std::size_t>(n_numbers_));
+  volume_pressure_.resize(frame_.size());
   pressure_.resize(frame_.size());
-  convexity_ = convexity;
   turn_frames(u, team);
   for_each_layer(team, [&]<int dimension>(int layer) {
     CellModes<dimension> at(grid_.spacing());
@@ -250,7 +296,10 @@ void FiniteElasticity::linearise(const Displacement& u, Convexity convexity, Thr
       Matrix9d A = tangent_of_gradient(F, response);
       if (convexity == Convexity::positive)
         make_positive(-least_eigenvalue, A); // turns cost nothing
-      tangent_[cell] = {F, A.cast<float>(), pressure};
+      volume_pressure_[cell] = pressure;
+      using Beyond = typename CellModes<dimension>::Beyond;
+      store_tangent<dimension>(cell, F, A,
+                               convexity == Convexity::exact ? at.beyond() : Beyond(Beyond::Zero()));
     });
   });
 }
@@ -260,37 +309,68 @@ void FiniteElasticity::step_pressures(const Displacement& direction, double leng
     CellModes<dimension> at(grid_.spacing());
     for_each_cell(layer, [&](std::int64_t cell, std::size_t node) {
       at.gather(direction, node, offset_);
-      const Tangent& of = tangent_[cell];
-      const double grown = of.F.inverse().cwiseProduct(at.mean_gradient().transpose()).sum(); // of ln J
-      pressure_[cell] += length * (of.pressure + bulk(cell) * grown - pressure_[cell]);
+      Matrix3d F = Matrix3d::Identity();
+      for (int i = 0; i < dimension * dimension; ++i)
+        F(i % dimension, i / dimension) =
+            numbers_[numbers_of(cell) + (TangentNumbers<dimension>::F + i) * n_in_row_];
+      const double grown = F.inverse().cwiseProduct(at.mean_gradient().transpose()).sum(); // of ln J
+      pressure_[cell] += length * (volume_pressure_[cell] + bulk(cell) * grown - pressure_[cell]);
     });
   });
   has_pressures_ = true;
 }
 
-void FiniteElasticity::apply_tangent(const Displacement& u, const Displacement& p, Displacement& forces,
-                                     ThreadTeam& team) const {
+void FiniteElasticity::set_linear_pressures(const Displacement& u, ThreadTeam& team) {
+  pressure_.resize(frame_.size());
+  for_each_layer(team, [&]<int dimension>(int layer) {
+    CellModes<dimension> at(grid_.spacing());
+    for_each_cell(layer, [&](std::int64_t cell, std::size_t node) {
+      at.gather(u, node, offset_);
+      const Matrix3d T = turn_beyond_identity(frame_[cell]), H = at.mean_gradient();
+      pressure_[cell] = bulk(cell) * (T.trace() + H.trace() + T.cwiseProduct(H).sum());
+    });
+  });
+  has_pressures_ = true;
+}
+
+template<int dimension>
+void FiniteElasticity::store_tangent(std::int64_t cell, const Matrix3d& F, const Matrix9& A,
+                                     const typename CellModes<dimension>::Beyond& h) {
+  float* to = numbers_.data() + numbers_of(cell);
+  const auto put = [&](double number) {
+    *to = static_cast<float>(number);
+    to += n_in_row_;
+  };
+  constexpr int n = dimension * dimension;
+  const auto entry = [](int i) { return 3 * (i / dimension) + i % dimension; };
+  const double V = volume(cell), weight = linear_.weight(cell);
+  for (int i = 0; i < n; ++i)
+    for (int j = i; j < n; ++j)
+      put(V * A(entry(i), entry(j)));
+  for (int i = 0; i < n; ++i)
+    put(F(i % dimension, i / dimension));
+  const typename CellModes<dimension>::Beyond f = weight * pull(matter_of(cell), (F.transpose() * h).eval());
+  for (const auto* field : {&h, &f})
+    for (int k = 0; k < TangentNumbers<dimension>::n_beyond; ++k)
+      for (int b = 0; b < dimension; ++b)
+        put((*field)(b, k));
+  for (const double K : matter_of(cell).beyond)
+    put(weight * K);
+}
+
+void FiniteElasticity::apply_tangent(const Displacement& p, Displacement& forces, ThreadTeam& team) const {
   std::ranges::fill(forces.values(), 0.0);
   for_each_layer(team, [&]<int dimension>(int layer) {
-    using Beyond = typename CellModes<dimension>::Beyond;
-    CellModes<dimension> state(grid_.spacing()), at(grid_.spacing());
-    for_each_cell(layer, [&](std::int64_t cell, std::size_t node) {
-      at.gather(p, node, offset_);
-      const auto& K = matter_of(cell).beyond;
-      const double weight = linear_.weight(cell);
-      const Matrix3d &F = tangent_[cell].F, dH = at.mean_gradient();
-      const Beyond dh = at.beyond();
-      Matrix3d dP =
-          volume(cell) * as_matrix(tangent_[cell].of_gradient.cast<double>().lazyProduct(as_vector(dH)));
-      if (convexity_ == Convexity::exact) {
-        state.gather(u, node, offset_);
-        const Beyond h = state.beyond(), f = weight * at.pull(K, F.transpose() * h),
-                     df = weight * at.pull(K, F.transpose() * dh + dH.transpose() * h);
-        dP += dh * f.transpose() + h * df.transpose();
-        at.set_force(dP, dH * f + F * df);
-      } else
-        at.set_force(dP, weight * F * at.pull(K, F.transpose() * dh));
-      at.scatter(forces, node, offset_);
+    for_each_run(layer, [&](std::int64_t first, std::int64_t n, std::size_t node) {
+      TangentRun run{dimension, static_cast<int>(n), numbers_.data() + numbers_of(first),
+                     n_in_row_, pairs_.data(),       static_cast<int>(pairs_.size())};
+      std::ranges::copy(offset_, run.corner);
+      for (int b = 0; b < dimension; ++b) {
+        run.per_length[b] = 1 / grid_.spacing()[b];
+        run.u[b] = p.component(b).data() + node;
+        run.forces[b] = forces.component(b).data() + node;
+      }
+      add_tangent_forces(run);
     });
   });
   add_springs(p, forces);
@@ -298,7 +378,14 @@ void FiniteElasticity::apply_tangent(const Displacement& u, const Displacement& 
 
 Matrix6 FiniteElasticity::stiffness_in_frame(std::int64_t cell) const {
   const Matrix3d R = frame_[cell].toRotationMatrix();
-  const Matrix9d A = tangent_[cell].of_gradient.cast<double>();
+  const int d = grid_.dimension();
+  Matrix9d A = Matrix9d::Zero();
+  const float* from = numbers_.data() + numbers_of(cell);
+  for (int i = 0; i < d * d; ++i)
+    for (int j = i; j < d * d; ++j, from += n_in_row_) {
+      const int p = 3 * (i / d) + i % d, q = 3 * (j / d) + j % d;
+      A(p, q) = A(q, p) = *from / volume(cell);
+    }
   Matrix6 C;
   for (int q = 0; q < 6; ++q) {
     const Matrix3d stress = R.transpose() * as_matrix(A * as_vector(R * as_strain(Vector6::Unit(q))));
@@ -321,7 +408,8 @@ void FiniteElasticity::turn_frames(const Displacement& u, ThreadTeam& team) {
   });
 }
 
-void FiniteElasticity::warp_frames(const Displacement& d) {
+double FiniteElasticity::warp_frames(const Displacement& d) {
+  double squares = 0;
   for (std::int64_t cell = 0; cell < grid_.n_cells(); ++cell) {
     if (!scene_.specimen.is_matter(cell))
       continue;
@@ -330,9 +418,11 @@ void FiniteElasticity::warp_frames(const Displacement& d) {
         displacement_gradient(grid_, d, grid_.cell_at(cell)) * frame.toRotationMatrix().transpose();
     const Vector3d turn = 0.5 * Vector3d(G(2, 1) - G(1, 2), G(0, 2) - G(2, 0), G(1, 0) - G(0, 1));
     const double angle = turn.norm();
+    squares += angle * angle;
     if (angle > 0)
       frame = (Quaterniond(Eigen::AngleAxisd(angle, turn / angle)) * frame).normalized();
   }
+  return std::sqrt(squares / static_cast<double>(scene_.specimen.n_matter_cells()));
 }
 
 /// Linear elasticity of R^T u plus a mean gradient that is given.
@@ -342,7 +432,7 @@ void FiniteElasticity::pull_in_frame(std::int64_t cell, const Matrix3d& R, const
   const Matter& matter = matter_of(cell);
   const Vector6 stress = matter.in_scene * strain_of(R.transpose() * at.mean_gradient() + gradient);
   const typename CellModes<dimension>::Beyond w = R.transpose() * at.beyond();
-  at.set_force(volume(cell) * R * as_stress(stress), linear_.weight(cell) * R * at.pull(matter.beyond, w));
+  at.set_force(volume(cell) * R * as_stress(stress), linear_.weight(cell) * R * pull(matter, w));
 }
 
 void FiniteElasticity::pull_in_frames(const Displacement& u, bool from_rest, Displacement& forces,

@@ -29,6 +29,7 @@
 /// Checked by  tests/deform/elastic/finite_elasticity_test.cpp
 
 #include "elastic/finite/cell_modes.hpp"
+#include "elastic/finite/tangent_kernel.hpp"
 
 #include <Eigen/Geometry>
 
@@ -44,19 +45,20 @@ public:
 
   /// @return the energy [J], infinite if a cell is inverted; forces = its gradient [N], dense
   double evaluate(const Displacement& u, Displacement& forces, ThreadTeam& team);
-  /// exact: the derivative of the forces, but for pressures. positive: eigenvalues of cells by their size,
-  /// and without the turn of what lies beyond F: positive semidefinite, for states far from a minimum.
-  /// Source  Chen, Zhang, Peng, Jiang, Kaufman, Jacobson 2024 (ACM SIGGRAPH), absolute eigenvalues
+  /// exact: the derivative of the forces, but for pressures. positive: without negative eigenvalues of cells
+  /// and the turn of what lies beyond F: positive semidefinite, for states far from a minimum.
+  /// Source  Teran, Sifakis, Irving, Fedkiw 2005 (Symposium on Computer Animation), clamped eigenvalues
   enum class Convexity { exact, positive };
   /// Finds the tangent and the frames of cells at u, for apply_tangent() and what follows.
   void linearise(const Displacement& u, Convexity convexity, ThreadTeam& team);
   /// What a step of that length along a direction from the last linearise() makes of the pressures.
   void step_pressures(const Displacement& direction, double length, ThreadTeam& team);
+  /// Pressures are those of linear elasticity in the present frames, kappa tr(U - I).
+  void set_linear_pressures(const Displacement& u, ThreadTeam& team);
   /// Pressures are those of the displacement.
   void forget_pressures() { has_pressures_ = false; }
   /// forces = d(forces)/du p, at the state of the last linearise().
-  void apply_tangent(const Displacement& u, const Displacement& p, Displacement& forces,
-                     ThreadTeam& team) const;
+  void apply_tangent(const Displacement& p, Displacement& forces, ThreadTeam& team) const;
   /// The stiffness of a cell for small strains in its frame, on top of the state of the last linearise(),
   /// made positive definite [Pa].
   Matrix6 stiffness_in_frame(std::int64_t cell) const;
@@ -75,7 +77,8 @@ public:
   /// Turns every frame as far as a linear displacement d says, by the angle that it stands for and not by its
   /// arc tangent.
   /// Source  Choi and Ko 2005 (IEEE TVCG 11), modal warping
-  void warp_frames(const Displacement& d);
+  /// @return root mean square of the angles [rad]
+  double warp_frames(const Displacement& d);
   /// The quadratic energy of linear elasticity measured in the present frames, springs included: forces = its
   /// gradient.
   void evaluate_in_fixed_frames(const Displacement& u, Displacement& forces, ThreadTeam& team) const {
@@ -94,18 +97,12 @@ public:
   const Scene& scene() const { return scene_; }
 
 private:
-  using Matrix9 = Eigen::Matrix<float, 9, 9>;
+  using Matrix9 = Eigen::Matrix<double, 9, 9>;
   /// A kind of matter.
   struct Matter {
-    Matrix6 stiffness = Matrix6::Zero();        ///< object's frame [Pa]
-    Matrix6 in_scene = Matrix6::Zero();         ///< reduced to the scene's dimension; other rows are zero
-    MatrixBeyond beyond = MatrixBeyond::Zero(); ///< [N/m]
-  };
-  /// State of a cell, per volume at rest.
-  struct Tangent {
-    Eigen::Matrix3d F;
-    Matrix9 of_gradient; ///< dP/dF, columns of both one after another
-    double pressure;     ///< kappa ln J
+    Matrix6 stiffness = Matrix6::Zero(); ///< object's frame [Pa]
+    Matrix6 in_scene = Matrix6::Zero();  ///< reduced to the scene's dimension; other rows are zero
+    std::vector<double> beyond;          ///< stiffness of what lies beyond the mean, by pairs_ [N/m]
   };
   /// Energies and inverted cells of a layer.
   struct OfLayer {
@@ -117,12 +114,26 @@ private:
   /// node.
   template<class Work>
   void for_each_layer(ThreadTeam& team, Work&& work) const;
+  /// Calls visit(first cell, their number, its first node) for cells of matter of a layer that follow one
+  /// another along x.
+  template<class Visit>
+  void for_each_run(int layer, Visit&& visit) const;
   /// Calls visit(cell, its first node) for the cells of matter of a layer.
   template<class Visit>
   void for_each_cell(int layer, Visit&& visit) const;
   const Matter& matter_of(std::int64_t cell) const { return matter_[linear_.kind_number(cell)]; }
   template<int dimension>
-  void find_matter(std::int64_t cell, Matter& matter) const;
+  void find_matter();
+  /// K of what lies beyond the mean gradient, times w [N].
+  template<class Beyond>
+  Beyond pull(const Matter& matter, const Beyond& w) const;
+  template<int dimension>
+  void store_tangent(std::int64_t cell, const Eigen::Matrix3d& F, const Matrix9& A,
+                     const typename CellModes<dimension>::Beyond& h);
+  /// Where the numbers of the tangent of a cell begin; they are n_in_row_ apart.
+  std::size_t numbers_of(std::int64_t cell) const {
+    return static_cast<std::size_t>(cell / n_in_row_ * n_in_row_ * n_numbers_ + cell % n_in_row_);
+  }
   /// @param from_rest u is a displacement, and no change of one: turned frames strain a body at rest
   void pull_in_frames(const Displacement& u, bool from_rest, Displacement& forces, ThreadTeam& team) const;
   template<int dimension>
@@ -141,8 +152,11 @@ private:
   List<Matter> matter_;           ///< by kind
   bool has_free_strains_ = false; ///< such that their stresses are zero
   List<Eigen::Quaterniond> frame_;
-  List<Tangent> tangent_; ///< by cell
-  List<double> pressure_; ///< by cell [Pa]
+  std::vector<BeyondPair> pairs_;
+  std::int64_t n_in_row_ = 1, n_numbers_ = 0; ///< cells; of TangentNumbers a cell
+  List<float> numbers_;
+  List<double> volume_pressure_; ///< kappa ln J at the last linearise(), by cell [Pa]
+  List<double> pressure_;        ///< by cell [Pa]
   bool has_pressures_ = false;
   Convexity convexity_ = Convexity::exact;
   std::vector<double> active_stress_;

@@ -24,9 +24,17 @@ constexpr int most_failures = 8;
 constexpr int most_steps = 60, most_iterations = 500;
 /// How far a start and a state between increments are settled, in the energy norm.
 constexpr double start_tolerance = 1e-2;
-/// How far a step reduces the residual far from the minimum, where energy is no parabola; else to
-/// start_tolerance.
-constexpr double far_reduction = 0.1;
+/// How far predictions reduce the residual. Coarser ones strain the cells beside handles so far that nearly
+/// incompressible matter takes four times the iterations.
+constexpr double predicted = 3e-4;
+/// Estimated error from which the exact tangent is tried; before, a positive one.
+constexpr double near = 0.2;
+/// Steps are solved to this part of the tolerance [1], or to start_tolerance of their residual.
+constexpr double settled_part = 0.03;
+/// Mean turn [rad] of cells from which a prediction in turned frames is worth its solve.
+constexpr double worth_warping = 0.1;
+/// How far the search for instability reduces its residual.
+constexpr double searched = 0.1;
 /// Rebuild the preconditioner from the present state after a solve of more iterations than this.
 constexpr int worth_refreshing = 20;
 constexpr double armijo = 1e-4;
@@ -127,37 +135,48 @@ void FiniteMinimum::carry(const Scene& from, const Scene& to) {
   to_world(to, after, state_.u);
 }
 
-/// d += a correction that brings the residual to `reduction` of its norm. @return false if stopped
+/// d += a correction that brings the residual to `reduction` of its norm, or to `enough` squared [J].
+/// @return false if stopped
 bool FiniteMinimum::solve_for(ElasticOperator& K, const Displacement& residual, double reduction,
-                              Displacement& d, Answer& answer) {
+                              Displacement& d, Answer& answer, double enough) {
   FieldGradients gradients(residual.n_components(), FixedMask(scene_.specimen, scene_.prescribed),
                            FieldSums(scene_.specimen.grid, task_.team));
   gradients.residual() = residual;
   mask(gradients.residual());
   gradients.begin(K, d);
   ReductionWatch reduced(limits_ ? most_coupled_iterations : most_iterations, reduction, task_.must_stop,
-                         floor_);
+                         floor_, enough);
   has_negative_curvature_ = conjugate_gradients(gradients, reduced) == GradientsEnd::no_curvature;
   solve_iterations_ = reduced.iterations();
   answer.iterations += reduced.iterations();
   return !task_.must_stop();
 }
 
+void FiniteMinimum::linearise(Convexity convexity) {
+  elasticity_.linearise(state_.u, convexity, task_.team);
+  preconditioner_.turn_with(elasticity_);
+}
+
 /// From the last increment's state to a start for this one, with handles in place.
 FiniteMinimum::End FiniteMinimum::predict(const Scene& to, Answer& answer) {
   evaluate(state_);
-  elasticity_.linearise(state_.u, Convexity::positive, task_.team);
-  preconditioner_.turn_with(elasticity_);
+  const bool is_at_rest = n_increments_ == 0 && largest_entry(state_.u) == 0;
+  if (!is_at_rest)
+    linearise(Convexity::positive);
   Displacement d(scene_.specimen.grid), residual(d);
   for (const Prescribed& p : to.prescribed)
     d(p.component, p.node) = p.value - state_.u(p.component, p.node);
-  TangentOperator tangent(elasticity_, state_.u, nullptr, preconditioner_, task_.team);
-  tangent.apply(d, residual);
+  TangentOperator tangent(elasticity_, nullptr, preconditioner_, task_.team);
+  ElasticOperator& K = is_at_rest ? preconditioner_.at_rest() : tangent;
+  K.apply(d, residual);
   sums_.add(-1, state_.gradient, -1, residual);
-  if (!solve_for(tangent, residual, start_tolerance, d, answer))
+  if (!solve_for(K, residual, predicted, d, answer))
     return End::stopped;
 
-  elasticity_.step_pressures(d, 1, task_.team);
+  if (is_at_rest)
+    elasticity_.set_linear_pressures(d, task_.team);
+  else
+    elasticity_.step_pressures(d, 1, task_.team);
   State warped;
   warped.u = state_.u;
   sums_.add(1, d, 1, warped.u);
@@ -166,19 +185,20 @@ FiniteMinimum::End FiniteMinimum::predict(const Scene& to, Answer& answer) {
     warped.u(p.component, p.node) = p.value;
   state_.u = warped.u;
   evaluate(state_);
-  elasticity_.warp_frames(d);
+  if (elasticity_.warp_frames(d) < worth_warping)
+    return std::isinf(state_.energy) ? End::failed : End::settled;
   preconditioner_.turn_with(elasticity_);
   elasticity_.evaluate_in_fixed_frames(warped.u, residual, task_.team);
   sums_.add(0, residual, -1, residual);
   if (!loads_.empty())
     sums_.add(1, loads_, 1, residual);
   FixedFrames frames(elasticity_, preconditioner_, task_.team);
-  if (!solve_for(frames, residual, start_tolerance, warped.u, answer))
+  if (!solve_for(frames, residual, predicted, warped.u, answer))
     return End::stopped;
   evaluate(warped);
   if (warped.energy < state_.energy) {
     std::swap(state_, warped);
-    elasticity_.forget_pressures();
+    elasticity_.set_linear_pressures(state_.u, task_.team);
   }
   evaluate(state_);
   if (std::isinf(state_.energy))
@@ -229,18 +249,18 @@ double FiniteMinimum::estimated_error(double slope) const {
                                : 2 * std::sqrt(product / energy));
 }
 
-void FiniteMinimum::find_newton_direction(Convexity convexity, double reduction, Displacement& direction,
+void FiniteMinimum::find_newton_direction(Convexity convexity, double goal, Displacement& direction,
                                           Answer& answer) {
-  elasticity_.linearise(state_.u, convexity, task_.team);
-  preconditioner_.turn_with(elasticity_);
+  linearise(convexity);
   if (!limits_ && solve_iterations_ > worth_refreshing && preconditioner_.refresh(elasticity_))
     preconditioner_.turn_with(elasticity_);
-  TangentOperator tangent(elasticity_, state_.u, limits_ ? &*limits_ : nullptr, preconditioner_, task_.team);
+  TangentOperator tangent(elasticity_, limits_ ? &*limits_ : nullptr, preconditioner_, task_.team);
   Displacement residual = state_.gradient;
   mask(residual);
   sums_.add(0, residual, -1, residual);
   std::ranges::fill(direction.values(), 0.0);
-  solve_for(tangent, residual, reduction, direction, answer);
+  const double enough = 0.5 * std::pow(settled_part * goal, 2) * state_.elastic;
+  solve_for(tangent, residual, start_tolerance, direction, answer, limits_ ? 0 : enough);
   mask(direction);
 }
 
@@ -263,9 +283,9 @@ FiniteMinimum::End FiniteMinimum::descend(double goal, Answer& answer) {
   Displacement direction(scene_.specimen.grid);
   Base base;
   int on_trial = 0; // steps since the base
-  double reduction = start_tolerance;
-  Convexity convexity = Convexity::exact;
-  bool has_moved = false; // since multipliers were last improved; never without limits
+  Convexity convexity = Convexity::positive;
+  bool is_indefinite = false; // the last exact tangent
+  bool has_moved = false;     // since multipliers were last improved; never without limits
   for (int i = 0; i < (limits_ ? most_coupled_iterations : most_steps); ++i) {
     if (watch && on_trial == 0)
       watch(fraction_, state_.energy);
@@ -278,13 +298,10 @@ FiniteMinimum::End FiniteMinimum::descend(double goal, Answer& answer) {
       evaluate(state_);
     if (limits_ && limits_->are_penalties_out_of_date())
       penalized_->set_penalties(limits_->penalties());
-    find_newton_direction(convexity, reduction, direction, answer);
+    find_newton_direction(convexity, goal, direction, answer);
     if (has_negative_curvature_ && convexity == Convexity::exact) {
-      if (on_trial > 0)
-        std::swap(state_, base.state);
-      on_trial = 0;
       convexity = Convexity::positive;
-      elasticity_.forget_pressures();
+      is_indefinite = true;
       continue;
     }
     const double slope = sums_.dot(state_.gradient, direction); // handles do not move along it
@@ -293,7 +310,11 @@ FiniteMinimum::End FiniteMinimum::descend(double goal, Answer& answer) {
                             (state_.elastic + std::abs(state_.elastic - state_.energy));
     const bool is_lowest = -slope <= std::max(floor_, rounding);
     if (on_trial == 0 && (answer.residual <= goal || (is_lowest && !limits_))) {
-      is_unstable_ = convexity == Convexity::positive;
+      if (convexity == Convexity::positive && !is_indefinite) {
+        convexity = Convexity::exact;
+        continue;
+      }
+      is_unstable_ = is_indefinite;
       return End::settled;
     }
     if (has_moved && (is_lowest || -slope <= limits_->gap())) {
@@ -309,7 +330,6 @@ FiniteMinimum::End FiniteMinimum::descend(double goal, Answer& answer) {
       on_trial = 0;
     else if (is_finite && ++on_trial <= 2) {
       std::swap(state_, next);
-      reduction = start_tolerance;
       continue;
     } else {
       on_trial = 0;
@@ -323,14 +343,17 @@ FiniteMinimum::End FiniteMinimum::descend(double goal, Answer& answer) {
           has_moved = false;
           continue;
         }
-        return limits_ ? End::stopped : answer.residual <= start_tolerance ? End::settled : End::failed;
+        if (limits_ || answer.residual > start_tolerance)
+          return limits_ ? End::stopped : End::failed;
+        linearise(Convexity::exact);
+        return End::settled;
       }
     }
     has_moved = limits_.has_value();
-    // Half the slope is what a parabola would have brought.
-    const bool is_near = state_.energy - next.energy > -0.4 * slope;
-    reduction = is_near ? start_tolerance : far_reduction;
-    convexity = is_near ? Convexity::exact : convexity;
+    if (answer.residual <= near) {
+      convexity = Convexity::exact;
+      is_indefinite = false;
+    }
     std::swap(state_, next);
   }
   return limits_ ? End::stopped : End::failed;
@@ -346,16 +369,15 @@ void FiniteMinimum::find_reactions(Answer& answer) const {
 void FiniteMinimum::look_for_instability(Answer& answer) {
   if (is_unstable_ || limits_)
     return;
-  elasticity_.linearise(state_.u, Convexity::exact, task_.team);
-  preconditioner_.turn_with(elasticity_);
-  TangentOperator tangent(elasticity_, state_.u, nullptr, preconditioner_, task_.team);
+  // Descents settle at an exact tangent.
+  TangentOperator tangent(elasticity_, nullptr, preconditioner_, task_.team);
   Displacement push(scene_.specimen.grid), direction(push);
   std::uint32_t random = 1;
   for (double& value : push.values()) {
     random = random * 1664525U + 1013904223U;
     value = static_cast<double>(random >> 8) - (1 << 23);
   }
-  solve_for(tangent, push, far_reduction, direction, answer);
+  solve_for(tangent, push, searched, direction, answer);
   is_unstable_ = has_negative_curvature_;
 }
 

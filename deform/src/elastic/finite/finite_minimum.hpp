@@ -3,12 +3,13 @@
 ///
 /// Moves and loads are put on in increments: a turn by parts of its angle, a shift and a load by parts of
 /// their size. Each begins from the last one's state, carried along with the object's frame:
-///   1. the linear change by the tangent, or by linear elasticity in frames that are turned by the angles
-///      that this change stands for, whichever has less energy;
-///   2. Newton steps: conjugate gradients on the tangent around TurnedPreconditioner, cut short where the
-///      tangent is not positive along a direction; then a line search (Armijo 1966) on the true energy. Whole
-///      steps may raise it for up to two steps, as the next one brings volumes back; if that does not lower
-///      it, the search goes back to the state before (watchdog).
+///   1. the linear change by the tangent, or, where it turns cells, by linear elasticity in frames that are
+///      turned by the angles that this change stands for, whichever has less energy. Pressures are those of
+///      the linear change;
+///   2. Newton steps: conjugate gradients on the tangent around TurnedPreconditioner, on a positive one far
+///      from the minimum and where the exact one is not; then a line search (Armijo 1966) on the true energy.
+///      Whole steps may raise it for up to two steps, as the next one brings volumes back; if that does not
+///      lower it, the search goes back to the state before (watchdog).
 /// Within limits (TurnedLimits) the energy is an augmented Lagrangian, whose multipliers improve between
 /// steps; the search is the same.
 ///
@@ -79,8 +80,9 @@ private:
   void carry(const Scene& from, const Scene& to);
   End predict(const Scene& to, Answer& answer);
   bool solve_for(ElasticOperator& K, const Displacement& residual, double reduction, Displacement& d,
-                 Answer& answer);
-  void find_newton_direction(Convexity convexity, double reduction, Displacement& direction, Answer& answer);
+                 Answer& answer, double enough = 0);
+  void linearise(Convexity convexity);
+  void find_newton_direction(Convexity convexity, double goal, Displacement& direction, Answer& answer);
   End descend(double goal, Answer& answer);
   void look_for_instability(Answer& answer);
   double estimated_error(double slope) const;

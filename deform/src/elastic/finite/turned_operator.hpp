@@ -29,6 +29,7 @@ public:
   /// Replaces the body at rest by the state of the last linearise(). @return false where there is no such
   /// preconditioner: in 1D and 2D
   bool refresh(const FiniteElasticity& elasticity);
+  ElasticOperator& at_rest() { return *at_rest_; }
   /// See ElasticOperator.
   void apply(const Displacement& residual, Displacement& correction);
 
@@ -46,12 +47,11 @@ private:
 class TangentOperator : public ElasticOperator {
 public:
   /// All must outlive this. @param limits null: none
-  TangentOperator(const FiniteElasticity& elasticity, const Displacement& state, const TurnedLimits* limits,
+  TangentOperator(const FiniteElasticity& elasticity, const TurnedLimits* limits,
                   TurnedPreconditioner& preconditioner, ThreadTeam& team)
-      : elasticity_(elasticity), state_(state), limits_(limits), preconditioner_(preconditioner),
-        team_(team) {}
+      : elasticity_(elasticity), limits_(limits), preconditioner_(preconditioner), team_(team) {}
   void apply(const Displacement& u, Displacement& forces) override {
-    elasticity_.apply_tangent(state_, u, forces, team_);
+    elasticity_.apply_tangent(u, forces, team_);
     if (limits_ != nullptr)
       limits_->add_tangent(u, forces);
   }
@@ -61,7 +61,6 @@ public:
 
 private:
   const FiniteElasticity& elasticity_;
-  const Displacement& state_;
   const TurnedLimits* limits_;
   TurnedPreconditioner& preconditioner_;
   ThreadTeam& team_;

@@ -66,18 +66,21 @@ inline GradientsEnd conjugate_gradients(GradientSpace& space, GradientWatch& wat
   return GradientsEnd::told;
 }
 
-/// Stops after `most` iterations, when r . B r has fallen to `reduction` squared of its first value or to
-/// `floor`, or when must_stop() says so.
+/// Stops after `most` iterations, when r . B r has fallen to `reduction` squared of its first value, to `floor`
+/// or, after an iteration, to `enough`, or when must_stop() says so.
 class ReductionWatch : public GradientWatch {
 public:
   /// @param must_stop none: never
-  ReductionWatch(int most, double reduction, std::function<bool()> must_stop = nullptr, double floor = 0)
-      : most_(most), reduction_(reduction), floor_(floor), must_stop_(std::move(must_stop)) {}
+  ReductionWatch(int most, double reduction, std::function<bool()> must_stop = nullptr, double floor = 0,
+                 double enough = 0)
+      : most_(most), reduction_(reduction), floor_(floor), enough_(enough), must_stop_(std::move(must_stop)) {
+  }
   bool goes_on() override { return iterations_ < most_ && !(must_stop_ && must_stop_()); }
   bool goes_on_from(double product) override {
     if (iterations_ == 0)
       first_ = product;
-    return product > floor_ && (iterations_ == 0 || product > reduction_ * reduction_ * first_);
+    return product > floor_ &&
+           (iterations_ == 0 || product > std::max(enough_, reduction_ * reduction_ * first_));
   }
   bool goes_on_after(double, double) override {
     ++iterations_;
@@ -87,7 +90,7 @@ public:
 
 private:
   int most_;
-  double reduction_, floor_;
+  double reduction_, floor_, enough_;
   std::function<bool()> must_stop_;
   int iterations_ = 0;
   double first_ = 0;
