@@ -42,7 +42,7 @@ struct CellModes {
         }
   }
   /// From the first corner on: a body carried far away keeps its digits.
-  void gather(const Displacement& of_all, std::size_t node, const std::array<std::int64_t, 8>& offset) {
+  void gather(const Displacement& of_all, std::int64_t node, const std::array<std::int64_t, 8>& offset) {
     for (int b = 0; b < dimension; ++b) {
       const double* const from = of_all.component(b).data() + node;
       std::array<double, n> values;
@@ -54,7 +54,7 @@ struct CellModes {
     }
   }
   /// Corner i is odd in mode m where an odd number of the bits of m are not in i; transform() has that sign.
-  void scatter(Displacement& of_all, std::size_t node, const std::array<std::int64_t, 8>& offset) const {
+  void scatter(Displacement& of_all, std::int64_t node, const std::array<std::int64_t, 8>& offset) const {
     for (int b = 0; b < dimension; ++b) {
       double* const to = of_all.component(b).data() + node;
       std::array<double, n> values;

@@ -205,22 +205,22 @@ void FiniteElasticity::for_each_run(int layer, Visit&& visit) const {
   const std::int64_t in_layer = grid_.n_cells() / grid_.cells()[grid_.dimension() - 1],
                      begin = layer * in_layer;
   for (std::int64_t row = begin; row < begin + in_layer; row += n_in_row_) {
-    const auto node = static_cast<std::size_t>(grid_.corner(grid_.cell_at(row), 0));
+    const std::int64_t node = grid_.corner(grid_.cell_at(row), 0);
     for (std::int64_t x = 0; x < n_in_row_; ++x) {
       const std::int64_t first = x;
       while (x < n_in_row_ && scene_.specimen.is_matter(row + x))
         ++x;
       if (x > first)
-        visit(row + first, x - first, node + static_cast<std::size_t>(first));
+        visit(row + first, x - first, node + first);
     }
   }
 }
 
 template<class Visit>
 void FiniteElasticity::for_each_cell(int layer, Visit&& visit) const {
-  for_each_run(layer, [&](std::int64_t first, std::int64_t n, std::size_t node) {
+  for_each_run(layer, [&](std::int64_t first, std::int64_t n, std::int64_t node) {
     for (std::int64_t x = 0; x < n; ++x)
-      visit(first + x, node + static_cast<std::size_t>(x));
+      visit(first + x, node + x);
   });
 }
 
@@ -239,7 +239,7 @@ double FiniteElasticity::evaluate(const Displacement& u, Displacement& forces, T
   for_each_layer(team, [&]<int dimension>(int layer) {
     CellModes<dimension> at(grid_.spacing());
     OfLayer sum;
-    for_each_cell(layer, [&](std::int64_t cell, std::size_t node) {
+    for_each_cell(layer, [&](std::int64_t cell, std::int64_t node) {
       at.gather(u, node, offset_);
       const Matrix3d H = at.mean_gradient(), F = Matrix3d::Identity() + H;
       if (!(F.determinant() > 0)) {
@@ -276,14 +276,18 @@ std::int64_t FiniteElasticity::n_inverted() const {
                          [](std::int64_t sum, const OfLayer& layer) { return sum + layer.inverted; });
 }
 
-void FiniteElasticity::linearise(const Displacement& u, Convexity convexity, ThreadTeam& team) {
-  numbers_.resize(frame_.size() * static_cast<std::size_t>(n_numbers_));
+void FiniteElasticity::make_tangent() {
+  numbers_.resize(n_numbers_ * grid_.n_cells());
   volume_pressure_.resize(frame_.size());
   pressure_.resize(frame_.size());
+}
+
+void FiniteElasticity::linearise(const Displacement& u, Convexity convexity, ThreadTeam& team) {
+  make_tangent();
   turn_frames(u, team);
   for_each_layer(team, [&]<int dimension>(int layer) {
     CellModes<dimension> at(grid_.spacing());
-    for_each_cell(layer, [&](std::int64_t cell, std::size_t node) {
+    for_each_cell(layer, [&](std::int64_t cell, std::int64_t node) {
       at.gather(u, node, offset_);
       const Matrix3d H = at.mean_gradient(), F = Matrix3d::Identity() + H;
       Matrix3d E = 0.5 * (H + H.transpose() + H.transpose() * H);
@@ -304,10 +308,27 @@ void FiniteElasticity::linearise(const Displacement& u, Convexity convexity, Thr
   });
 }
 
+void FiniteElasticity::linearise_in_frames(Displacement& at_rest, ThreadTeam& team) {
+  make_tangent();
+  std::ranges::fill(at_rest.values(), 0.0);
+  for_each_layer(team, [&]<int dimension>(int layer) {
+    using Beyond = typename CellModes<dimension>::Beyond;
+    CellModes<dimension> at(grid_.spacing());
+    for_each_cell(layer, [&](std::int64_t cell, std::int64_t node) {
+      const Matrix3d T = turn_beyond_identity(frame_[cell]), R = Matrix3d::Identity() + T;
+      const LawResponse linear{0, Vector6::Zero(), matter_of(cell).in_scene};
+      store_tangent<dimension>(cell, R, tangent_of_gradient(R, linear), Beyond::Zero());
+      volume_pressure_[cell] = bulk(cell) * T.trace();
+      at.set_force(volume(cell) * R * as_stress(linear.tangent * strain_of(T)), Beyond::Zero());
+      at.scatter(at_rest, node, offset_);
+    });
+  });
+}
+
 void FiniteElasticity::step_pressures(const Displacement& direction, double length, ThreadTeam& team) {
   for_each_layer(team, [&]<int dimension>(int layer) {
     CellModes<dimension> at(grid_.spacing());
-    for_each_cell(layer, [&](std::int64_t cell, std::size_t node) {
+    for_each_cell(layer, [&](std::int64_t cell, std::int64_t node) {
       at.gather(direction, node, offset_);
       Matrix3d F = Matrix3d::Identity();
       for (int i = 0; i < dimension * dimension; ++i)
@@ -315,19 +336,6 @@ void FiniteElasticity::step_pressures(const Displacement& direction, double leng
             numbers_[numbers_of(cell) + (TangentNumbers<dimension>::F + i) * n_in_row_];
       const double grown = F.inverse().cwiseProduct(at.mean_gradient().transpose()).sum(); // of ln J
       pressure_[cell] += length * (volume_pressure_[cell] + bulk(cell) * grown - pressure_[cell]);
-    });
-  });
-  has_pressures_ = true;
-}
-
-void FiniteElasticity::set_linear_pressures(const Displacement& u, ThreadTeam& team) {
-  pressure_.resize(frame_.size());
-  for_each_layer(team, [&]<int dimension>(int layer) {
-    CellModes<dimension> at(grid_.spacing());
-    for_each_cell(layer, [&](std::int64_t cell, std::size_t node) {
-      at.gather(u, node, offset_);
-      const Matrix3d T = turn_beyond_identity(frame_[cell]), H = at.mean_gradient();
-      pressure_[cell] = bulk(cell) * (T.trace() + H.trace() + T.cwiseProduct(H).sum());
     });
   });
   has_pressures_ = true;
@@ -361,7 +369,7 @@ void FiniteElasticity::store_tangent(std::int64_t cell, const Matrix3d& F, const
 void FiniteElasticity::apply_tangent(const Displacement& p, Displacement& forces, ThreadTeam& team) const {
   std::ranges::fill(forces.values(), 0.0);
   for_each_layer(team, [&]<int dimension>(int layer) {
-    for_each_run(layer, [&](std::int64_t first, std::int64_t n, std::size_t node) {
+    for_each_run(layer, [&](std::int64_t first, std::int64_t n, std::int64_t node) {
       TangentRun run{dimension, static_cast<int>(n), numbers_.data() + numbers_of(first),
                      n_in_row_, pairs_.data(),       static_cast<int>(pairs_.size())};
       std::ranges::copy(offset_, run.corner);
@@ -399,7 +407,7 @@ Matrix6 FiniteElasticity::stiffness_in_frame(std::int64_t cell) const {
 void FiniteElasticity::turn_frames(const Displacement& u, ThreadTeam& team) {
   for_each_layer(team, [&]<int dimension>(int layer) {
     CellModes<dimension> at(grid_.spacing());
-    for_each_cell(layer, [&](std::int64_t cell, std::size_t node) {
+    for_each_cell(layer, [&](std::int64_t cell, std::int64_t node) {
       at.gather(u, node, offset_);
       const Matrix3d F = Matrix3d::Identity() + at.mean_gradient();
       if constexpr (dimension > 1)
@@ -425,32 +433,6 @@ double FiniteElasticity::warp_frames(const Displacement& d) {
   return std::sqrt(squares / static_cast<double>(scene_.specimen.n_matter_cells()));
 }
 
-/// Linear elasticity of R^T u plus a mean gradient that is given.
-template<int dimension>
-void FiniteElasticity::pull_in_frame(std::int64_t cell, const Matrix3d& R, const Matrix3d& gradient,
-                                     CellModes<dimension>& at) const {
-  const Matter& matter = matter_of(cell);
-  const Vector6 stress = matter.in_scene * strain_of(R.transpose() * at.mean_gradient() + gradient);
-  const typename CellModes<dimension>::Beyond w = R.transpose() * at.beyond();
-  at.set_force(volume(cell) * R * as_stress(stress), linear_.weight(cell) * R * pull(matter, w));
-}
-
-void FiniteElasticity::pull_in_frames(const Displacement& u, bool from_rest, Displacement& forces,
-                                      ThreadTeam& team) const {
-  std::ranges::fill(forces.values(), 0.0);
-  for_each_layer(team, [&]<int dimension>(int layer) {
-    CellModes<dimension> at(grid_.spacing());
-    for_each_cell(layer, [&](std::int64_t cell, std::size_t node) {
-      at.gather(u, node, offset_);
-      const Matrix3d T = turn_beyond_identity(frame_[cell]);
-      pull_in_frame(cell, Matrix3d::Identity() + T, from_rest ? Matrix3d(T.transpose()) : Matrix3d::Zero(),
-                    at);
-      at.scatter(forces, node, offset_);
-    });
-  });
-  add_springs(u, forces);
-}
-
 void FiniteElasticity::add_springs(const Displacement& u, Displacement& forces) const {
   for (const NodalSpring& spring : linear_.springs()) {
     const Vec3 pull = pull_of(spring, u);
@@ -464,7 +446,7 @@ void FiniteElasticity::add_moments(const Displacement& u, const List<Vector3d>& 
                                    ThreadTeam& team) const {
   for_each_layer(team, [&]<int dimension>(int layer) {
     CellModes<dimension> at(grid_.spacing());
-    for_each_cell(layer, [&](std::int64_t cell, std::size_t node) {
+    for_each_cell(layer, [&](std::int64_t cell, std::int64_t node) {
       const Vector3d& moment = moments[cell];
       if (moment.isZero(0))
         return;

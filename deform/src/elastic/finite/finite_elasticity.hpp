@@ -51,10 +51,11 @@ public:
   enum class Convexity { exact, positive };
   /// Finds the tangent and the frames of cells at u, for apply_tangent() and what follows.
   void linearise(const Displacement& u, Convexity convexity, ThreadTeam& team);
+  /// The tangent of linear elasticity measured in the present frames, positive semidefinite.
+  /// @param at_rest becomes the forces of the undeformed body, which turned frames strain [N]
+  void linearise_in_frames(Displacement& at_rest, ThreadTeam& team);
   /// What a step of that length along a direction from the last linearise() makes of the pressures.
   void step_pressures(const Displacement& direction, double length, ThreadTeam& team);
-  /// Pressures are those of linear elasticity in the present frames, kappa tr(U - I).
-  void set_linear_pressures(const Displacement& u, ThreadTeam& team);
   /// Pressures are those of the displacement.
   void forget_pressures() { has_pressures_ = false; }
   /// forces = d(forces)/du p, at the state of the last linearise().
@@ -79,15 +80,6 @@ public:
   /// Source  Choi and Ko 2005 (IEEE TVCG 11), modal warping
   /// @return root mean square of the angles [rad]
   double warp_frames(const Displacement& d);
-  /// The quadratic energy of linear elasticity measured in the present frames, springs included: forces = its
-  /// gradient.
-  void evaluate_in_fixed_frames(const Displacement& u, Displacement& forces, ThreadTeam& team) const {
-    pull_in_frames(u, true, forces, team);
-  }
-  /// Its second derivative, positive semidefinite: forces = sum over cells of R K R^T p.
-  void apply_in_fixed_frames(const Displacement& p, Displacement& forces, ThreadTeam& team) const {
-    pull_in_frames(p, false, forces, team);
-  }
   /// Adds what holds the body's nodes against springs to the ground [N].
   void add_springs(const Displacement& u, Displacement& forces) const;
   /// Adds the forces that moments on the frames amount to: the derivative of the sum of moment . turn.
@@ -131,14 +123,10 @@ private:
   void store_tangent(std::int64_t cell, const Eigen::Matrix3d& F, const Matrix9& A,
                      const typename CellModes<dimension>::Beyond& h);
   /// Where the numbers of the tangent of a cell begin; they are n_in_row_ apart.
-  std::size_t numbers_of(std::int64_t cell) const {
-    return static_cast<std::size_t>(cell / n_in_row_ * n_in_row_ * n_numbers_ + cell % n_in_row_);
+  std::int64_t numbers_of(std::int64_t cell) const {
+    return cell / n_in_row_ * n_in_row_ * n_numbers_ + cell % n_in_row_;
   }
-  /// @param from_rest u is a displacement, and no change of one: turned frames strain a body at rest
-  void pull_in_frames(const Displacement& u, bool from_rest, Displacement& forces, ThreadTeam& team) const;
-  template<int dimension>
-  void pull_in_frame(std::int64_t cell, const Eigen::Matrix3d& R, const Eigen::Matrix3d& gradient,
-                     CellModes<dimension>& at) const;
+  void make_tangent();
   double bulk(std::int64_t cell) const { ///< kappa [Pa]
     const Matrix6& C = matter_of(cell).stiffness;
     return std::max(0.0, (C(0, 1) + C(0, 2) + C(1, 2)) / 3);

@@ -27,14 +27,9 @@ constexpr double start_tolerance = 1e-2;
 /// How far predictions reduce the residual. Coarser ones strain the cells beside handles so far that nearly
 /// incompressible matter takes four times the iterations.
 constexpr double predicted = 3e-4;
-/// Estimated error from which the exact tangent is tried; before, a positive one.
-constexpr double near = 0.2;
-/// Steps are solved to this part of the tolerance [1], or to start_tolerance of their residual.
-constexpr double settled_part = 0.03;
-/// Mean turn [rad] of cells from which a prediction in turned frames is worth its solve.
-constexpr double worth_warping = 0.1;
-/// How far the search for instability reduces its residual.
-constexpr double searched = 0.1;
+/// Estimated error [1] or mean turn of cells [rad] up to which a change is nearly linear: exact tangents are
+/// tried, and predictions need no turned frames.
+constexpr double small_change = 0.2;
 /// Rebuild the preconditioner from the present state after a solve of more iterations than this.
 constexpr int worth_refreshing = 20;
 constexpr double armijo = 1e-4;
@@ -160,47 +155,42 @@ void FiniteMinimum::linearise(Convexity convexity) {
 /// From the last increment's state to a start for this one, with handles in place.
 FiniteMinimum::End FiniteMinimum::predict(const Scene& to, Answer& answer) {
   evaluate(state_);
-  const bool is_at_rest = n_increments_ == 0 && largest_entry(state_.u) == 0;
-  if (!is_at_rest)
-    linearise(Convexity::positive);
   Displacement d(scene_.specimen.grid), residual(d);
+  if (n_increments_ == 0 && largest_entry(state_.u) == 0) {
+    elasticity_.turn_frames(state_.u, task_.team);
+    elasticity_.linearise_in_frames(residual, task_.team);
+    preconditioner_.turn_with(elasticity_);
+  } else
+    linearise(Convexity::positive);
   for (const Prescribed& p : to.prescribed)
     d(p.component, p.node) = p.value - state_.u(p.component, p.node);
   TangentOperator tangent(elasticity_, nullptr, preconditioner_, task_.team);
-  ElasticOperator& K = is_at_rest ? preconditioner_.at_rest() : tangent;
-  K.apply(d, residual);
+  tangent.apply(d, residual);
   sums_.add(-1, state_.gradient, -1, residual);
-  if (!solve_for(K, residual, predicted, d, answer))
+  if (!solve_for(tangent, residual, predicted, d, answer))
     return End::stopped;
-
-  if (is_at_rest)
-    elasticity_.set_linear_pressures(d, task_.team);
-  else
-    elasticity_.step_pressures(d, 1, task_.team);
-  State warped;
-  warped.u = state_.u;
-  sums_.add(1, d, 1, warped.u);
-  warped.gradient = Displacement(scene_.specimen.grid);
+  elasticity_.step_pressures(d, 1, task_.team);
+  sums_.add(1, d, 1, state_.u);
   for (const Prescribed& p : to.prescribed)
-    warped.u(p.component, p.node) = p.value;
-  state_.u = warped.u;
+    state_.u(p.component, p.node) = p.value;
   evaluate(state_);
-  if (elasticity_.warp_frames(d) < worth_warping)
-    return std::isinf(state_.energy) ? End::failed : End::settled;
-  preconditioner_.turn_with(elasticity_);
-  elasticity_.evaluate_in_fixed_frames(warped.u, residual, task_.team);
-  sums_.add(0, residual, -1, residual);
-  if (!loads_.empty())
-    sums_.add(1, loads_, 1, residual);
-  FixedFrames frames(elasticity_, preconditioner_, task_.team);
-  if (!solve_for(frames, residual, predicted, warped.u, answer))
-    return End::stopped;
-  evaluate(warped);
-  if (warped.energy < state_.energy) {
-    std::swap(state_, warped);
-    elasticity_.set_linear_pressures(state_.u, task_.team);
+  if (elasticity_.warp_frames(d) > small_change) {
+    State warped = state_;
+    elasticity_.linearise_in_frames(residual, task_.team);
+    preconditioner_.turn_with(elasticity_);
+    tangent.apply(warped.u, warped.gradient);
+    sums_.add(-1, warped.gradient, -1, residual);
+    if (!loads_.empty())
+      sums_.add(1, loads_, 1, residual);
+    if (!solve_for(tangent, residual, predicted, warped.u, answer))
+      return End::stopped;
+    evaluate(warped);
+    if (warped.energy < state_.energy) {
+      elasticity_.step_pressures(warped.u, 1, task_.team);
+      std::swap(state_, warped);
+    }
+    evaluate(state_); // inverted cells and energies are those of the state
   }
-  evaluate(state_);
   if (std::isinf(state_.energy))
     return End::failed;
   return End::settled;
@@ -259,7 +249,7 @@ void FiniteMinimum::find_newton_direction(Convexity convexity, double goal, Disp
   mask(residual);
   sums_.add(0, residual, -1, residual);
   std::ranges::fill(direction.values(), 0.0);
-  const double enough = 0.5 * std::pow(settled_part * goal, 2) * state_.elastic;
+  const double enough = 0.5 * std::pow(start_tolerance * goal, 2) * state_.elastic;
   solve_for(tangent, residual, start_tolerance, direction, answer, limits_ ? 0 : enough);
   mask(direction);
 }
@@ -350,7 +340,7 @@ FiniteMinimum::End FiniteMinimum::descend(double goal, Answer& answer) {
       }
     }
     has_moved = limits_.has_value();
-    if (answer.residual <= near) {
+    if (answer.residual <= small_change) {
       convexity = Convexity::exact;
       is_indefinite = false;
     }
@@ -377,7 +367,7 @@ void FiniteMinimum::look_for_instability(Answer& answer) {
     random = random * 1664525U + 1013904223U;
     value = static_cast<double>(random >> 8) - (1 << 23);
   }
-  solve_for(tangent, push, searched, direction, answer);
+  solve_for(tangent, push, start_tolerance, direction, answer);
   is_unstable_ = has_negative_curvature_;
 }
 

@@ -29,7 +29,6 @@ public:
   /// Replaces the body at rest by the state of the last linearise(). @return false where there is no such
   /// preconditioner: in 1D and 2D
   bool refresh(const FiniteElasticity& elasticity);
-  ElasticOperator& at_rest() { return *at_rest_; }
   /// See ElasticOperator.
   void apply(const Displacement& residual, Displacement& correction);
 
@@ -43,7 +42,7 @@ private:
   Displacement turned_;
 };
 
-/// The second derivative of the energy at a state, active limits included, around the preconditioner.
+/// The tangent of the last FiniteElasticity::linearise(), active limits included, around the preconditioner.
 class TangentOperator : public ElasticOperator {
 public:
   /// All must outlive this. @param limits null: none
@@ -62,25 +61,6 @@ public:
 private:
   const FiniteElasticity& elasticity_;
   const TurnedLimits* limits_;
-  TurnedPreconditioner& preconditioner_;
-  ThreadTeam& team_;
-};
-
-/// The same in frames that stay, by linear elasticity.
-class FixedFrames : public ElasticOperator {
-public:
-  /// All must outlive this.
-  FixedFrames(const FiniteElasticity& elasticity, TurnedPreconditioner& preconditioner, ThreadTeam& team)
-      : elasticity_(elasticity), preconditioner_(preconditioner), team_(team) {}
-  void apply(const Displacement& u, Displacement& forces) override {
-    elasticity_.apply_in_fixed_frames(u, forces, team_);
-  }
-  void precondition(const Displacement& residual, Displacement& correction) override {
-    preconditioner_.apply(residual, correction);
-  }
-
-private:
-  const FiniteElasticity& elasticity_;
   TurnedPreconditioner& preconditioner_;
   ThreadTeam& team_;
 };

@@ -66,8 +66,8 @@ inline GradientsEnd conjugate_gradients(GradientSpace& space, GradientWatch& wat
   return GradientsEnd::told;
 }
 
-/// Stops after `most` iterations, when r . B r has fallen to `reduction` squared of its first value, to `floor`
-/// or, after an iteration, to `enough`, or when must_stop() says so.
+/// Stops after `most` iterations, when r . B r has fallen to `reduction` squared of its first value or to
+/// `floor`, or to `enough` after an iteration, or when must_stop() says so.
 class ReductionWatch : public GradientWatch {
 public:
   /// @param must_stop none: never
