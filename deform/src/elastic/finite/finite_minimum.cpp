@@ -143,13 +143,19 @@ bool FiniteMinimum::solve_for(ElasticOperator& K, const Displacement& residual, 
                          floor_, enough);
   has_negative_curvature_ = conjugate_gradients(gradients, reduced) == GradientsEnd::no_curvature;
   solve_iterations_ = reduced.iterations();
+  // The preconditioner is not positive: it is renewed next time.
+  has_failed_ = solve_iterations_ == 0 && !(reduced.first() >= -floor_);
+  solve_iterations_ = has_failed_ ? most_iterations : solve_iterations_;
   answer.iterations += reduced.iterations();
   return !task_.must_stop();
 }
 
-void FiniteMinimum::linearise(Convexity convexity) {
+/// @param may_refresh the state has been accepted: trials may strain cells out of all bounds
+void FiniteMinimum::linearise(Convexity convexity, bool may_refresh) {
   elasticity_.linearise(state_.u, convexity, task_.team);
   preconditioner_.turn_with(elasticity_);
+  if (may_refresh && !limits_ && solve_iterations_ > worth_refreshing && preconditioner_.refresh(elasticity_))
+    preconditioner_.turn_with(elasticity_);
 }
 
 /// From the last increment's state to a start for this one, with handles in place.
@@ -161,7 +167,7 @@ FiniteMinimum::End FiniteMinimum::predict(const Scene& to, Answer& answer) {
     elasticity_.linearise_in_frames(residual, task_.team);
     preconditioner_.turn_with(elasticity_);
   } else
-    linearise(Convexity::positive);
+    linearise(Convexity::positive, true);
   for (const Prescribed& p : to.prescribed)
     d(p.component, p.node) = p.value - state_.u(p.component, p.node);
   TangentOperator tangent(elasticity_, nullptr, preconditioner_, task_.team);
@@ -169,6 +175,8 @@ FiniteMinimum::End FiniteMinimum::predict(const Scene& to, Answer& answer) {
   sums_.add(-1, state_.gradient, -1, residual);
   if (!solve_for(tangent, residual, predicted, d, answer))
     return End::stopped;
+  if (has_failed_)
+    return End::failed;
   elasticity_.step_pressures(d, 1, task_.team);
   sums_.add(1, d, 1, state_.u);
   for (const Prescribed& p : to.prescribed)
@@ -239,11 +247,7 @@ double FiniteMinimum::estimated_error(double slope) const {
                                : 2 * std::sqrt(product / energy));
 }
 
-void FiniteMinimum::find_newton_direction(Convexity convexity, double goal, Displacement& direction,
-                                          Answer& answer) {
-  linearise(convexity);
-  if (!limits_ && solve_iterations_ > worth_refreshing && preconditioner_.refresh(elasticity_))
-    preconditioner_.turn_with(elasticity_);
+void FiniteMinimum::find_newton_direction(double goal, Displacement& direction, Answer& answer) {
   TangentOperator tangent(elasticity_, limits_ ? &*limits_ : nullptr, preconditioner_, task_.team);
   Displacement residual = state_.gradient;
   mask(residual);
@@ -288,12 +292,15 @@ FiniteMinimum::End FiniteMinimum::descend(double goal, Answer& answer) {
       evaluate(state_);
     if (limits_ && limits_->are_penalties_out_of_date())
       penalized_->set_penalties(limits_->penalties());
-    find_newton_direction(convexity, goal, direction, answer);
+    linearise(convexity, on_trial == 0);
+    find_newton_direction(goal, direction, answer);
     if (has_negative_curvature_ && convexity == Convexity::exact) {
       convexity = Convexity::positive;
       is_indefinite = true;
       continue;
     }
+    if (has_failed_ && on_trial == 0)
+      return limits_ ? End::stopped : End::failed;
     const double slope = sums_.dot(state_.gradient, direction); // handles do not move along it
     answer.residual = estimated_error(slope);
     const double rounding = 16 * std::numeric_limits<double>::epsilon() *
@@ -318,7 +325,7 @@ FiniteMinimum::End FiniteMinimum::descend(double goal, Answer& answer) {
     const bool is_finite = step_on_trial(direction, next);
     if (is_finite && next.energy <= base.state.energy + armijo * base.slope)
       on_trial = 0;
-    else if (is_finite && ++on_trial <= 2) {
+    else if (is_finite && next.energy <= base.state.energy - base.slope / armijo && ++on_trial <= 2) {
       std::swap(state_, next);
       continue;
     } else {
@@ -335,7 +342,7 @@ FiniteMinimum::End FiniteMinimum::descend(double goal, Answer& answer) {
         }
         if (limits_ || answer.residual > start_tolerance)
           return limits_ ? End::stopped : End::failed;
-        linearise(Convexity::exact);
+        linearise(Convexity::exact, true);
         return End::settled;
       }
     }

@@ -81,8 +81,8 @@ private:
   End predict(const Scene& to, Answer& answer);
   bool solve_for(ElasticOperator& K, const Displacement& residual, double reduction, Displacement& d,
                  Answer& answer, double enough = 0);
-  void linearise(Convexity convexity);
-  void find_newton_direction(Convexity convexity, double goal, Displacement& direction, Answer& answer);
+  void linearise(Convexity convexity, bool may_refresh);
+  void find_newton_direction(double goal, Displacement& direction, Answer& answer);
   End descend(double goal, Answer& answer);
   void look_for_instability(Answer& answer);
   double estimated_error(double slope) const;
@@ -112,6 +112,7 @@ private:
   int n_increments_ = 0;
   int solve_iterations_ = 0;            ///< of the last solve
   bool has_negative_curvature_ = false; ///< the last solve met a direction of negative curvature
+  bool has_failed_ = false;             ///< the last solve found no direction
   bool is_unstable_ = false;
 };
 

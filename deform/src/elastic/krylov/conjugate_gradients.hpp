@@ -87,6 +87,7 @@ public:
     return true;
   }
   int iterations() const { return iterations_; }
+  double first() const { return first_; } ///< r . B r
 
 private:
   int most_;
