@@ -196,8 +196,6 @@ void refuse_linear_constants(TableReader& table, bool takes_E_and_nu) {
 void read_parameters(TableReader& table, NeoHookean& law) {
   table.require("E", "Young's modulus of the law, a pressure");
   table.require("nu", "Poisson's ratio of the law");
-  if (const auto E = table.number("E"); E && !(*E > 0))
-    table.fault("E", "E > 0");
   const auto constants = read_isotropic(table, "E", "nu");
   if (constants)
     law = {constants->G12, 2 * constants->G12 * constants->nu12 / (1 - 2 * constants->nu12)};

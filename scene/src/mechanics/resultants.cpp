@@ -67,8 +67,11 @@ public:
         frame_(is_deformed_ ? Frame{} : object_frame(scene)) {}
 
   Vec3 operator()(std::int64_t node) const {
-    Vec3 x = in_grid(node);
-    if (!is_deformed_ && frame_.is_turned)
+    Vec3 x = scene_.specimen.position(scene_.specimen.grid.node_at(node));
+    if (is_deformed_)
+      for (int b = 0; b < scene_.dimension(); ++b)
+        x[b] += answer_.displacement(b, node);
+    else if (frame_.is_turned)
       x = sum(x, frame_.in_world(x, {}));
     return sum(scene_.specimen.placement.origin, in_world(x));
   }
@@ -81,41 +84,11 @@ public:
         middle.add((*this)(grid.corner(grid.cell_at(cell), corner)));
     return middle.place();
   }
-  /// The force on a face [N], along the grid: of a pressure that follows on the area that the face has then,
-  /// half the product of its diagonals.
-  Vec3 force_on(const FaceLoad& load) const {
-    const Grid& grid = scene_.specimen.grid;
-    const int d = scene_.dimension(), a = load.axis, b = (a + 1) % d, c = (a + 2) % 3;
-    if (!is_deformed_ || !load.follows || d == 1) {
-      double area = 1;
-      for (int other = 0; other < d; ++other)
-        area *= other == a ? 1 : grid.spacing()[other];
-      return sum({}, load.traction, area);
-    }
-    const auto between = [&](int from, int to) {
-      const int side = load.upper ? 1 << a : 0;
-      const Index3 cell = grid.cell_at(load.cell);
-      return sum(in_grid(grid.corner(cell, side | to)), in_grid(grid.corner(cell, side | from)), -1);
-    };
-    const Vec3 p = between(0, d == 3 ? 1 << b | 1 << c : 1 << b);
-    if (d == 2)
-      return sum({}, {p[1], -p[0], 0}, a == 0 ? load.traction[a] : -load.traction[a]);
-    const Vec3 q = between(1 << b, 1 << c);
-    return sum({}, {p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]},
-               0.5 * load.traction[a]);
-  }
   Vec3 in_world(const Vec3& vector) const { return to_world(scene_.specimen.placement, vector); }
   /// The force of a load on its face, in the world.
   Vec3 force(const FaceLoad& load) const { return in_world(force_on_face(scene_, answer_, load)); }
 
 private:
-  Vec3 in_grid(std::int64_t node) const {
-    Vec3 x = scene_.specimen.position(scene_.specimen.grid.node_at(node));
-    for (int b = 0; b < scene_.dimension() && is_deformed_; ++b)
-      x[b] += answer_.displacement(b, node);
-    return x;
-  }
-
   const Scene& scene_;
   const Answer& answer_;
   bool is_deformed_;

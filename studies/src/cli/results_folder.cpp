@@ -221,14 +221,13 @@ bool ResultsFolder::is_of_replaced_series(const std::string& name) const {
 fs::path ResultsFolder::finish(ordered_json results) {
   const fs::path list = file(fmt::format("_{}_results.json", kind_));
   add(list);
-  ordered_json all{{"kind", kind_},
-                   {"maille", version},
-                   {"commit", commit()},
-                   {"command", command_line()},
-                   {"scene", scene_},
-                   {"scene_file", scene_file_},
-                   {"scene_text", scene_text_},
-                   {"inputs", inputs_}};
+  ordered_json all{{"kind", kind_}};
+  all.update(made_by());
+  all.update({{"command", command_line()},
+              {"scene", scene_},
+              {"scene_file", scene_file_},
+              {"scene_text", scene_text_},
+              {"inputs", inputs_}});
   all.update(results);
   std::vector<fs::path> gone;
   for (const auto& entry : fs::directory_iterator(folder_))

@@ -1,5 +1,7 @@
 #include "elastic/finite/tangent_kernel.hpp"
 
+#include "elastic/model/lattice_kernel.hpp"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "elastic/finite/tangent_kernel.cpp"
 #include <hwy/foreach_target.h>
@@ -15,12 +17,8 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Many = hn::CappedTag<double, 4>;
 using One = hn::CappedTag<double, 1>;
 
-constexpr int most_cells = 64; ///< done in one go
-
-/// What cells pull with at their nodes, by component and row of nodes: at their own place and at the next.
-struct Pulls {
-  double lower[3][4][most_cells + 1], upper[3][4][most_cells + 1];
-};
+/// What cells pull with at their nodes, at their own place and at the next, by component and row of nodes.
+using Pulls = double[2][3][4][most_cells + 1];
 
 HWY_INLINE constexpr int bits(int of) {
   return (of & 1) + (of >> 1 & 1) + (of >> 2 & 1);
@@ -42,7 +40,7 @@ template<int d, class D>
 HWY_INLINE void find_pulls(D tag, const TangentRun& run, int x, Pulls& pulls) {
   using V = hn::VFromD<D>;
   using At = TangentNumbers<d>;
-  constexpr int n = 1 << d, g = d * d, n_beyond = At::n_beyond;
+  constexpr int g = d * d, n_beyond = At::n_beyond, n = n_beyond + 1 + d;
   constexpr int beyond[4] = {3, 5, 6, 7};
   const hn::Rebind<float, D> floats;
   const auto number = [&](int k) HWY_ATTR {
@@ -63,7 +61,7 @@ HWY_INLINE void find_pulls(D tag, const TangentRun& run, int x, Pulls& pulls) {
   }
   for (int i = 0; i < g; ++i)
     dP[i] = zero;
-  for (int i = 0, k = At::A; i < g; ++i) {
+  for (int i = 0, k = 0; i < g; ++i) {
     dP[i] = hn::MulAdd(number(k++), dH[i], dP[i]);
     for (int j = i + 1; j < g; ++j, ++k) {
       const V A = number(k);
@@ -89,7 +87,7 @@ HWY_INLINE void find_pulls(D tag, const TangentRun& run, int x, Pulls& pulls) {
     }
   int at = At::K;
   for (const BeyondPair* pair = run.pairs; pair < run.pairs + run.n_pairs; ++pair) {
-    const int i = pair->i, j = pair->j;
+    const auto [i, j] = *pair;
     const V K = number(at++);
     df[i] = hn::MulAdd(K, w[j], df[i]);
     if (i != j)
@@ -115,10 +113,7 @@ HWY_INLINE void find_pulls(D tag, const TangentRun& run, int x, Pulls& pulls) {
     transform<n>(pull);
     for (int corner = 0; corner < n; ++corner) {
       const V signed_pull = bits(corner) % 2 != 0 ? hn::Neg(pull[corner]) : pull[corner];
-      if (corner & 1)
-        hn::StoreU(signed_pull, tag, pulls.upper[b][corner >> 1] + x + 1);
-      else
-        hn::StoreU(signed_pull, tag, pulls.lower[b][corner >> 1] + x);
+      hn::StoreU(signed_pull, tag, pulls[corner & 1][b][corner >> 1] + x + (corner & 1));
     }
   }
 }
@@ -142,8 +137,8 @@ HWY_INLINE void add_part(const TangentRun& run) {
   const int n = run.cells;
   for (int b = 0; b < d; ++b)
     for (int row = 0; row < 1 << (d - 1); ++row) {
-      double *const to = run.forces[b] + run.corner[2 * row], *const lower = pulls.lower[b][row],
-                    *const upper = pulls.upper[b][row];
+      double *const to = run.forces[b] + run.corner[2 * row], *const lower = pulls[0][b][row],
+                    *const upper = pulls[1][b][row];
       lower[n] = upper[0] = 0;
       for (int i = 0; i <= n; ++i)
         to[i] += lower[i] + upper[i];

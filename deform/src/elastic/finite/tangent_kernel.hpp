@@ -13,19 +13,17 @@
 /// each other; sums are float64. Every cell is computed alike in vectors of any length.
 
 #include <cstdint>
+#include <utility>
 
 namespace maille::deform {
 
 /// Row and column, i <= j, of an entry of K that is not zero: 3 k + component of CellModes::beyond_modes.
-struct BeyondPair {
-  std::uint8_t i, j;
-};
+using BeyondPair = std::pair<std::uint8_t, std::uint8_t>;
 
-/// Places of a cell's numbers.
+/// Places of a cell's numbers, after the upper triangle of A, row after row [N m].
 template<int dimension>
 struct TangentNumbers {
   static constexpr int d = dimension, n_beyond = (1 << d) - 1 - d;
-  static constexpr int A = 0;                               ///< upper triangle, row after row [N m]
   static constexpr int F = d * d * (d * d + 1) / 2;         ///< by columns
   static constexpr int h = F + d * d, f = h + d * n_beyond; ///< mode after mode [m], [N]
   static constexpr int K = f + d * n_beyond;                ///< of every BeyondPair [N/m]

@@ -19,8 +19,6 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Many = hn::CappedTag<double, 4>;
 using One = hn::CappedTag<double, 1>;
 
-constexpr int most_cells = 64; ///< done in one go
-
 /// What cells pull with at their lower and upper corners along x, by component and row of nodes: y + 2 z.
 struct Pulls {
   double lower[3][4][most_cells], upper[3][4][most_cells];

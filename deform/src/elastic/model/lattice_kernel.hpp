@@ -10,6 +10,9 @@ constexpr int mean_coefficient(int p, int q) {
   return p <= q ? p * 6 - p * (p - 1) / 2 + q - p : mean_coefficient(q, p);
 }
 
+/// Cells of a run that kernels do in one go: what they pull with stays in the first cache.
+inline constexpr int most_cells = 64;
+
 /// Cells along x that follow one another, of one matter without thin axes, in 3D.
 struct LatticeRun {
   int cells = 0;

@@ -248,8 +248,6 @@ std::string why_no_deck(const Scene& scene) {
   }
   if (scene.specimen.has_weights())
     return "cells that are tissue in part, or of a map of stiffness, are no material of the deck";
-  if (scene.strain == Strain::finite)
-    return "the deck is of small strain";
   if (!scene.springs.empty())
     return "the deck has no springs to the ground";
   return scene.sliding.empty() ? "" : "the deck has no borders that slide";
