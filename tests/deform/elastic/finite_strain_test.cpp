@@ -252,6 +252,21 @@ TEST(FiniteStrainAnalytic, APressureThatFollowsIsInBalance) {
   }
 }
 
+// Truth: balance. Nothing pulls at a strip that contracts with a free end, so what holds it carries no force.
+TEST(FiniteStrainAnalytic, AFreeContractionPullsAtNothing) {
+  Scene scene = test::straight_bar(3, 2);
+  scene.materials[0].law = NeoHookean{4e3, 40e3};
+  const double stress = 30e3;
+  scene.active_stress.assign(static_cast<std::size_t>(scene.specimen.grid.n_cells()), stress);
+  test::hold_face(scene, 0, false);
+  const Answer answer = test::solved(scene, "coupled");
+  Vec3 force{};
+  for (std::size_t p = 0; p < answer.reaction.size(); ++p)
+    force[scene.prescribed[p].component] += answer.reaction[p];
+  const Vec3& h = scene.specimen.grid.spacing();
+  EXPECT_LE(std::hypot(force[0], force[1], force[2]), 1e-3 * stress * 4 * h[1] * h[2]);
+}
+
 TEST(FiniteStrainContract, AnyNumberOfThreadsGivesTheSameBits) {
   Scene scene = bent_bar(3, 10, 1); // enough nodes for threads to be used
   make_fibrous(scene);

@@ -113,7 +113,7 @@ void FiniteElasticity::find_matter() {
           }))
         pairs_.push_back({i, j});
   for (std::size_t kind = 0; kind < matter_.size(); ++kind)
-    for (const auto [i, j] : pairs_) // in float32: energy and tangent have the same numbers
+    for (const auto& [i, j] : pairs_) // in float32: energy and tangent have the same numbers
       matter_[kind].beyond.push_back(static_cast<float>(0.5 * (beyond[kind](i, j) + beyond[kind](j, i))));
   n_numbers_ = TangentNumbers<dimension>::K + static_cast<std::int64_t>(pairs_.size());
 }
@@ -122,7 +122,7 @@ template<class Beyond>
 Beyond FiniteElasticity::pull(const Matter& matter, const Beyond& w) const {
   Beyond f = Beyond::Zero();
   for (std::size_t at = 0; at < pairs_.size(); ++at) {
-    const auto [i, j] = pairs_[at];
+    const auto& [i, j] = pairs_[at];
     f.data()[i] += matter.beyond[at] * w.data()[j];
     if (i != j)
       f.data()[j] += matter.beyond[at] * w.data()[i];

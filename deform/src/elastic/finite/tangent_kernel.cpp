@@ -87,7 +87,7 @@ HWY_INLINE void find_pulls(D tag, const TangentRun& run, int x, Pulls& pulls) {
     }
   int at = At::K;
   for (const BeyondPair* pair = run.pairs; pair < run.pairs + run.n_pairs; ++pair) {
-    const auto [i, j] = *pair;
+    const auto& [i, j] = *pair;
     const V K = number(at++);
     df[i] = hn::MulAdd(K, w[j], df[i]);
     if (i != j)
