@@ -112,11 +112,11 @@ TEST(InterruptedReferenceContract, LeavesNoFileAndTheTextSaysSo) {
 TEST(InterruptedReferenceContract, WithoutAnAnswerEarlierFilesStay) {
   const CommandFolder folder;
   folder.write("in/large.toml", CommandFolder::box("[\"1 mm\", 0, 0]", far_too_many) + wide_limits);
-  const Files earlier{{"c.csv", "precious"}, {"r.json", "{}"}};
+  const Files earlier{{"c.csv", "precious"}, {"r.json", "{}"}}; // of others: --overwrite
   for (const auto& [name, text] : earlier)
     folder.write("out/" + name, text);
   const Outcome run = folder.run("compare IN/large.toml --methods fem_q1 --fem-solver cholmod --threads 1 "
-                                 "--json OUT/r.json --csv OUT/c.csv",
+                                 "--json OUT/r.json --csv OUT/c.csv --overwrite",
                                  "timeout --preserve-status -s INT -k 60 4");
   EXPECT_EQ(run.code, 128 + 2) << run.err;
   EXPECT_TRUE(test::has(run.err, "earlier files stay"));

@@ -123,7 +123,7 @@ TEST_F(ResultKeysGolden, OfProbe) {
             "passivity.largest_passive_stiffness passivity.least_energy_j passivity.taken_back_j interrupted "
             "penetrations looks" +
                 latency("latency") + latency("work") +
-                " title maille command scene_file scene_text explanation");
+                " title maille commit host date command scene_file scene_text explanation");
   const Outcome csv = maille_command(arguments + " --csv -");
   EXPECT_TRUE(csv.out.starts_with("time,hand_x,hand_y,hand_z,proxy_x,proxy_y,proxy_z,force_x,force_y,force_z,"
                                   "body_stiffness,latency_us\n0,0.013,0.01,0.014,0.013,0.01,0.014,0,0,0,"))

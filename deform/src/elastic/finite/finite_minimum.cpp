@@ -240,9 +240,10 @@ bool FiniteMinimum::step_downhill(const Displacement& direction, double slope, S
   return false;
 }
 
+/// Over the size of the energy: the law of an active muscle has less than none at rest.
 /// @param slope of the energy along the direction to where its minimum is thought to be
 double FiniteMinimum::estimated_error(double slope) const {
-  const double product = std::max(0.0, -slope), energy = std::max(2 * state_.elastic, floor_);
+  const double product = std::max(0.0, -slope), energy = std::max(2 * std::abs(state_.elastic), floor_);
   return std::min(1.0, limits_ ? Nearness{product, limits_->gap()}.error(energy)
                                : 2 * std::sqrt(product / energy));
 }
@@ -253,7 +254,7 @@ void FiniteMinimum::find_newton_direction(double goal, Displacement& direction, 
   mask(residual);
   sums_.add(0, residual, -1, residual);
   std::ranges::fill(direction.values(), 0.0);
-  const double enough = 0.5 * std::pow(start_tolerance * goal, 2) * state_.elastic;
+  const double enough = 0.5 * std::pow(start_tolerance * goal, 2) * std::abs(state_.elastic);
   solve_for(tangent, residual, start_tolerance, direction, answer, limits_ ? 0 : enough);
   mask(direction);
 }
@@ -304,7 +305,7 @@ FiniteMinimum::End FiniteMinimum::descend(double goal, Answer& answer) {
     const double slope = sums_.dot(state_.gradient, direction); // handles do not move along it
     answer.residual = estimated_error(slope);
     const double rounding = 16 * std::numeric_limits<double>::epsilon() *
-                            (state_.elastic + std::abs(state_.elastic - state_.energy));
+                            (std::abs(state_.elastic) + std::abs(state_.elastic - state_.energy));
     const bool is_lowest = -slope <= std::max(floor_, rounding);
     if (on_trial == 0 && (answer.residual <= goal || (is_lowest && !limits_))) {
       if (convexity == Convexity::positive && !is_indefinite) {
