@@ -19,14 +19,6 @@
 namespace maille::deform {
 
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
-using Vector9 = Eigen::Matrix<double, 9, 1>;
-
-inline Vector9 as_vector(const Eigen::Matrix3d& A) {
-  return A.reshaped();
-}
-inline Eigen::Matrix3d as_matrix(const Vector9& v) {
-  return v.reshaped(3, 3);
-}
 
 /// Voigt's place of a pair of axes.
 inline constexpr std::array<std::array<int, 3>, 3> voigt{{{0, 5, 4}, {5, 1, 3}, {4, 3, 2}}};

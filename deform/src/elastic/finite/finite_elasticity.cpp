@@ -285,7 +285,7 @@ void FiniteElasticity::step_pressures(const Displacement& direction, double leng
 }
 
 template<int dimension>
-void FiniteElasticity::store_tangent(std::int64_t cell, const Matrix3d& F, const Matrix9& A,
+void FiniteElasticity::store_tangent(std::int64_t cell, const Matrix3d& F, const Matrix9d& A,
                                      const typename CellModes<dimension>::Beyond& h) {
   float* to = numbers_.data() + numbers_of(cell);
   const auto put = [&](double number) {
@@ -339,7 +339,8 @@ Matrix6 FiniteElasticity::stiffness_in_frame(std::int64_t cell) const {
     }
   Matrix6 C;
   for (int q = 0; q < 6; ++q) {
-    const Matrix3d stress = R.transpose() * as_matrix(A * as_vector(R * as_strain(Vector6::Unit(q))));
+    const Matrix3d change = R * as_strain(Vector6::Unit(q)),
+                   stress = R.transpose() * (A * change.reshaped()).reshaped(3, 3);
     C.col(q) = stress_of(0.5 * (stress + stress.transpose()));
   }
   C = (0.5 * (C + C.transpose())).eval();

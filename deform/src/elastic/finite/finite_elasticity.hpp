@@ -89,7 +89,6 @@ public:
   const Scene& scene() const { return scene_; }
 
 private:
-  using Matrix9 = Eigen::Matrix<double, 9, 9>;
   /// A kind of matter.
   struct Matter {
     Matrix6 stiffness = Matrix6::Zero(); ///< object's frame [Pa]
@@ -120,7 +119,7 @@ private:
   template<class Beyond>
   Beyond pull(const Matter& matter, const Beyond& w) const;
   template<int dimension>
-  void store_tangent(std::int64_t cell, const Eigen::Matrix3d& F, const Matrix9& A,
+  void store_tangent(std::int64_t cell, const Eigen::Matrix3d& F, const Eigen::Matrix<double, 9, 9>& A,
                      const typename CellModes<dimension>::Beyond& h);
   /// Where the numbers of the tangent of a cell begin; they are n_in_row_ apart.
   std::int64_t numbers_of(std::int64_t cell) const {

@@ -199,9 +199,7 @@ FiniteMinimum::End FiniteMinimum::predict(const Scene& to, Answer& answer) {
     }
     evaluate(state_); // inverted cells and energies are those of the state
   }
-  if (std::isinf(state_.energy))
-    return End::failed;
-  return End::settled;
+  return std::isinf(state_.energy) ? End::failed : End::settled;
 }
 
 FiniteMinimum::End FiniteMinimum::go_to(double fraction, Answer& answer) {
