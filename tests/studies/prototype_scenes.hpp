@@ -14,7 +14,7 @@ inline constexpr double mm = 1e-3;
 
 inline const std::filesystem::path world_folder = std::filesystem::path(MAILLE_SCENES) / "world";
 
-/// Frames take the time that they need: what is seen must not depend on the machine.
+/// Frames have no time budget, so that results do not depend on the machine.
 inline Player player_of(const char* scene, const char* trajectory) {
   WorldScene world = read_world_scene(world_folder / scene);
   world.frame_budget.reset();

@@ -15,8 +15,8 @@ namespace {
 /// Bytes past the end that vectors may read: pairs of values, six bytes of two gradients by eight.
 constexpr std::size_t padding = 8;
 
-/// Passes of the binomial filter over the values whose gradients are taken: a Gaussian of sqrt(passes / 2)
-/// voxels. Without it the voxels' stairs are shaded as rings; from four passes lips and lids fade.
+/// Passes of a binomial filter before gradients are taken; together they are a Gaussian of sqrt(passes / 2)
+/// voxels. Without the filter the steps between voxels are shaded as rings; four passes blur lips and lids.
 constexpr int smoothing_passes = 2;
 
 /// Weights 1/4, 1/2, 1/4 along an axis; values beyond the border are those of the border.

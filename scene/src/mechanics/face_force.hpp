@@ -15,7 +15,7 @@
 
 namespace maille {
 
-/// Whether the scene asks for finite strain, and the method knows it: `relaxed` and `sweep` do not.
+/// Whether the answer is of finite strain: `limits`, `relaxed` and `sweep` ignore `strain`.
 inline bool is_of_finite_strain(const Scene& scene, const Answer& answer) {
   return in_blocks(scene) &&
          (answer.method == "coupled" || answer.method.starts_with("fem_") || answer.method == "calculix");

@@ -33,7 +33,7 @@ struct PlainView {
   std::vector<std::array<Vec3, 2>> clips{}; ///< a point and the normal of the side that is kept
 };
 
-/// The values, twice by weights of 1/4, 1/2, 1/4 along each axis: what Maille lights.
+/// The values, filtered twice along each axis by weights of 1/4, 1/2, 1/4, as Maille does for gradients.
 std::vector<double> smoothed(const PlainObject& of);
 
 /// What a ray sees: premultiplied colour and opacity.

@@ -349,11 +349,11 @@ void deliver(const std::string& text, const std::optional<std::string>& file);
 /// processes that were killed left unfinished.
 /// @throws UsageError
 void prepare_folder(const std::filesystem::path& folder);
-/// True with --overwrite: results of others, and files that Maille did not write, may be replaced.
+/// Whether --overwrite was given: the command may replace results of other scenes and foreign files.
 bool& may_overwrite();
 /// Checks, before any work is done, that `file` (nothing and "-": stdout) can be written, and is not an
 /// input, nor a file of `results`, nor, unless may_overwrite(), a file that Maille did not write; a later
-/// attempt to read it is refused (reserve_output). Scenes make way for an `ending` of theirs alone.
+/// attempt to read it is refused (reserve_output). A scene file is replaced only if `ending` is ".toml".
 /// @throws UsageError
 void prepare_file(const std::string& option, const std::optional<std::string>& file,
                   const std::optional<ResultsFolder>& results = {}, std::string_view ending = "");

@@ -1,6 +1,7 @@
 #include "inputs.hpp"
 
 #include "cli/commands.hpp"
+#include "export/whole_file.hpp"
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/materials/text_file.hpp"
@@ -17,7 +18,6 @@
 #include <fstream>
 #include <functional>
 #include <iterator>
-#include <optional>
 #include <span>
 #include <string_view>
 
@@ -50,23 +50,18 @@ std::uint64_t hash_of(const std::vector<T>& values) {
   return std::hash<std::string_view>{}({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
-/// @return nothing where it cannot be read
-std::optional<std::uint64_t> hash_of_file(const std::filesystem::path& file) {
-  std::uint64_t sum = 0;
-  std::string part(std::size_t{1} << 20, '\0');
-  std::ifstream stream(file, std::ios::binary);
-  do {
-    stream.read(part.data(), std::ssize(part));
-    const auto size = static_cast<std::string::size_type>(stream.gcount());
-    sum = sum * 0x100000001b3U + std::hash<std::string_view>{}({part.data(), size});
-  } while (stream);
-  return stream.is_open() && !stream.bad() ? std::optional(sum) : std::nullopt;
-}
-
 std::string hash_of_opened_files() {
   std::vector<std::uint64_t> sums; // sorted: names may differ between machines
-  for (const std::filesystem::path& file : opened_files().files())
-    sums.push_back(hash_of_file(file).value_or(0));
+  std::string part(std::size_t{1} << 20, '\0');
+  for (const std::filesystem::path& file : opened_files().files()) {
+    std::uint64_t& sum = sums.emplace_back(0);
+    std::ifstream stream(file, std::ios::binary);
+    do {
+      stream.read(part.data(), std::ssize(part));
+      const auto size = static_cast<std::string::size_type>(stream.gcount());
+      sum = sum * 0x100000001b3U + std::hash<std::string_view>{}({part.data(), size});
+    } while (stream);
+  }
   std::ranges::sort(sums);
   return fmt::format("{} {:x}", sums.size(), hash_of(sums));
 }
@@ -135,13 +130,11 @@ bool reports_failure() {
 std::map<std::string, std::string> digests_of_opened_files() {
   std::map<std::string, std::string> digests;
   for (const std::filesystem::path& file : opened_files().files()) {
-    if (!std::filesystem::is_regular_file(file))
-      continue; // a pipe has been read, and has no more
-    const auto hash = hash_of_file(file);
-    if (!hash)
+    const std::string digest = digest_of(file); // none of a pipe, which cannot be read twice
+    if (digest.empty() && std::filesystem::is_regular_file(file) && !std::filesystem::is_empty(file))
       throw InputError(
           {{file.string(), 0, "", "a file that stays readable", "an error while it was read again"}});
-    digests.emplace(file.lexically_normal().string(), fmt::format("{:016x}", *hash));
+    digests.emplace(file.lexically_normal().string(), digest);
   }
   return digests;
 }

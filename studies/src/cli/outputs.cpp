@@ -17,7 +17,7 @@ namespace maille::studies {
 namespace fs = std::filesystem;
 
 std::string json_text(nlohmann::ordered_json json) {
-  // By this key is_own_result() knows the file.
+  // is_own_result() recognises the file by this key.
   if (json.is_object())
     json.emplace("maille", version);
   for (std::size_t row = 0; json.is_array() && row < json.size() && json[row].is_object(); ++row)

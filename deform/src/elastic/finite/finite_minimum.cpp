@@ -238,7 +238,7 @@ bool FiniteMinimum::step_downhill(const Displacement& direction, double slope, S
   return false;
 }
 
-/// Over the size of the energy: the law of an active muscle has less than none at rest.
+/// Relative to the size of the energy, which is negative where a muscle law is active.
 /// @param slope of the energy along the direction to where its minimum is thought to be
 double FiniteMinimum::estimated_error(double slope) const {
   const double product = std::max(0.0, -slope), energy = std::max(2 * std::abs(state_.elastic), floor_);
