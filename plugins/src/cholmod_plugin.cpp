@@ -212,7 +212,11 @@ void SupernodalFactor::solve_lower(Eigen::MatrixXd& values) const {
     const Supernode one = supernode(number);
     const Eigen::Index n = one.numbers.cols(), n_below = one.numbers.rows() - n;
     own = values.middleRows(one.rows.front(), n);
-    one.numbers.topRows(n).triangularView<Eigen::Lower>().solveInPlace(own);
+    const auto triangle = one.numbers.topRows(n).triangularView<Eigen::Lower>();
+    if (own.cols() == 1) // Eigen would pack the factor for one column as for many
+      triangle.solveInPlace(own.col(0));
+    else
+      triangle.solveInPlace(own);
     values.middleRows(one.rows.front(), n) = own;
     if (n_below == 0)
       continue;

@@ -77,15 +77,13 @@ public:
   void prescribe();
   /// Finds all touches in the present state.
   void find_touches();
-  /// All of all bodies is moved to where the forces of contacts have them.
-  void catch_up();
+  /// Moves all of all bodies to where the forces of contacts have them. @return by how much, at most [m]
+  double catch_up();
   /// A step of the hand begins: what touches now holds where it is.
   void begin();
   /// Steps get shorter where rounds go back and forth: what does not move any more then is on an edge between
   /// faces, and its forces are shares of what those ask for. @return how far anything went, at most [m]
   double round();
-  /// Motion since the last search for touches [m].
-  double gone() const { return gone_; }
   /// Estimated rest until nothing moves, if rounds converge as the last ones did.
   struct Left {
     double motion = 0; ///< of anything, at most [m]

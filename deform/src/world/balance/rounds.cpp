@@ -118,7 +118,7 @@ void Balance::begin() {
   rounds_ = 0;
   asked_ = {};
   past_.clear();
-  has_stalled_ = false;
+  has_looked_ = has_stalled_ = false;
 }
 
 /// Finds by what free objects are kept where a round begins: by ever so little, but by a part of the forces
@@ -213,14 +213,16 @@ std::optional<double> Balance::mix(std::vector<Response>& responses, double furt
   return furthest * (way - change * less).norm() / way.norm();
 }
 
-void Balance::catch_up() {
-  has_looked_ = false;
-  if (!is_local())
-    return;
-  for (SurfaceObject& one : objects_) {
-    if (one.soft && one.soft->catch_up())
+double Balance::catch_up() {
+  double furthest = 0;
+  for (SurfaceObject& one : objects_)
+    if (const double way = one.soft && is_local() ? one.soft->catch_up() : 0; way > 0) {
+      furthest = std::max(furthest, way);
       one.place();
-  }
+    }
+  if (furthest > negligible * cell_)
+    has_looked_ = false;
+  return furthest;
 }
 
 void Balance::remember(double furthest, double not_done) {
@@ -257,6 +259,7 @@ double Balance::round() {
     has_looked_ = false;
   } else if (gone_ > step_over_cell * cell_) {
     catch_up();
+    has_looked_ = false;
   }
   measure_touches();
   keep_free();

@@ -238,12 +238,12 @@ void SoftPart::watch_all() {
     flexibility_->watch(moved_);
 }
 
-bool SoftPart::catch_up() {
+double SoftPart::catch_up() {
   if (moved_.size() == place_of_.size())
-    return false;
-  watch_all();
+    return 0;
+  const Eigen::VectorXd before = std::move(state_.displacement);
   state_.displacement = state_.unloaded + flexibility_->moved_by(state_.contact_forces, state_.forced);
-  return true;
+  return (state_.displacement - before).cwiseAbs().maxCoeff();
 }
 
 } // namespace maille::deform

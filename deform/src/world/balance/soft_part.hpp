@@ -90,8 +90,8 @@ public:
   /// @return whether other nodes are moved than before
   bool watch(std::vector<std::int32_t> nodes_of_skin);
   void watch_all();
-  /// Moves all nodes to where the forces of contacts have them. @return whether any was left behind
-  bool catch_up();
+  /// Moves all nodes to where the forces of contacts have them. @return by how much, at most [m]
+  double catch_up();
 
   double energy() const { return flexibility_ ? flexibility_->energy(state_.displacement) : 0; }
 

@@ -156,9 +156,7 @@ bool SurfaceFrame::settle(bool is_last) {
   for (int round = 0; round < iteration_cap && !has_settled && frame_.clock.may_go_on(); ++round) {
     frame_.clock.count_round();
     const bool is_still = balance_.round() < still;
-    has_settled = is_still && (is_on_the_way || balance_.gone() < still); // all that may touch was looked at
-    if (is_still && !is_on_the_way)
-      balance_.catch_up();
+    has_settled = is_still && (is_on_the_way || balance_.catch_up() < still);
   }
   if (!is_on_the_way)
     balance_.catch_up();

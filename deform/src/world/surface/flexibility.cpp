@@ -11,6 +11,7 @@
 #include <Eigen/QR>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -293,6 +294,7 @@ Flexibility::Flexibility(const Scene& scene, const std::vector<std::int64_t>& fi
   if (floats)
     rigid_ = rigid_motions(scene.specimen, nodes);
   fixed_ = FixedMask(nodes.size());
+  forces_ = moved_ = Eigen::VectorXd::Zero(n_components());
   for (const std::int64_t component : fixed)
     fixed_.fix(component / d, static_cast<std::uint8_t>(1U << (component % d)));
   const bool is_small = d == 2 || n_components() <= most_factored;
@@ -399,20 +401,28 @@ const Eigen::VectorXd& Flexibility::watched_column(std::int64_t component) {
   return part;
 }
 
-Eigen::VectorXd Flexibility::moved_by(const Eigen::VectorXd& forces,
-                                      std::span<const std::int64_t> components) {
+const Eigen::VectorXd& Flexibility::moved_by(const Eigen::VectorXd& forces,
+                                             std::span<const std::int64_t> components) {
+  double change = 0; // a force moves its own component most
+  for (const auto& some : {components, std::span<const std::int64_t>(forced_)})
+    for (const std::int64_t component : some)
+      change += std::abs(forces[component] - forces_[component]) * column(component)[component];
+  if (change <= tolerance * moved_.cwiseAbs().maxCoeff())
+    return moved_;
+  forces_ = forces;
+  forced_.assign(components.begin(), components.end());
   if (std::ssize(components) < most_summed) {
     find_columns(components);
-    Eigen::VectorXd sum = Eigen::VectorXd::Zero(n_components());
+    moved_.setZero();
     for (const std::int64_t component : components)
-      sum += forces[component] * columns_[component].values;
-    return sum;
+      moved_ += forces[component] * columns_[component].values;
+    return moved_;
   }
   Eigen::VectorXd balanced = forces;
   take_rigid_motions_from(balanced);
-  Eigen::VectorXd sum = stiffness_->solve(balanced, tolerance);
-  take_rigid_motions_from(sum);
-  return sum;
+  moved_ = stiffness_->solve(balanced, tolerance);
+  take_rigid_motions_from(moved_);
+  return moved_;
 }
 
 void Flexibility::forget_unused() {

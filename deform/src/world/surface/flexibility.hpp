@@ -97,9 +97,10 @@ public:
   bool watches_all() const { return dimension_ * std::ssize(watched_) == n_components(); }
   /// column() at the nodes that are watched.
   const Eigen::VectorXd& watched_column(std::int64_t component);
-  /// Displacement of everything for forces on components: the sum of their columns.
+  /// Displacement of everything for forces on components: the sum of their columns. Kept while the forces
+  /// change by so little that nothing moves.
   /// @param components where there are forces
-  Eigen::VectorXd moved_by(const Eigen::VectorXd& forces, std::span<const std::int64_t> components);
+  const Eigen::VectorXd& moved_by(const Eigen::VectorXd& forces, std::span<const std::int64_t> components);
   /// Displacement where fixed components have the values that they have in `prescribed`, without forces; of
   /// a body that floats its mean shift and turn.
   Eigen::VectorXd moved(const Eigen::VectorXd& prescribed) const;
@@ -135,6 +136,8 @@ private:
   std::vector<std::int64_t> kept_components_; ///< sorted, with their compliance
   Eigen::MatrixXd kept_compliance_;
   std::vector<std::int32_t> watched_;
+  std::vector<std::int64_t> forced_; ///< of the forces that moved_by() was asked for last
+  Eigen::VectorXd forces_, moved_;   ///< those, and its answer
   int dimension_;
 };
 
