@@ -113,9 +113,10 @@ void App::save_shot(std::string file) {
   file = (settings_.shots / file).string();
   show();
   const std::vector<std::uint8_t> pixels = window_.screenshot();
-  const std::string why = !is_plain        ? file + ": expected the plain name of a picture, NAME.png"
-                          : pixels.empty() ? file + ": there is nothing to be seen"
-                                           : write_png(file, window_.width(), window_.height(), pixels);
+  const std::string why = !is_plain ? file + ": expected the plain name of a picture, NAME.png"
+                          : pixels.empty()
+                              ? file + ": there is nothing to be seen"
+                              : write_png(file, window_.width(), window_.height(), pixels, tools_.add_mark);
   faults_.clear();
   report_.has_lost = report_.has_lost || !why.empty();
   if (!why.empty())
@@ -131,7 +132,7 @@ void App::write_film_picture() {
   if (pixels.empty())
     return;
   const std::string why = write_png(fmt::format("{}_{:04}.png", film_->string(), film_pictures_),
-                                    window_.width(), window_.height(), pixels);
+                                    window_.width(), window_.height(), pixels, tools_.add_mark);
   if (why.empty()) {
     ++film_pictures_;
     return;

@@ -17,7 +17,8 @@ bool is_name_of_picture(const std::string& name) {
   return name.size() > 4 && name.ends_with(".png") && name.find('/') == std::string::npos;
 }
 
-std::string write_png(const std::string& file, int width, int height, const std::vector<std::uint8_t>& rgba) {
+std::string write_png(const std::string& file, int width, int height, const std::vector<std::uint8_t>& rgba,
+                      const std::function<void(const std::filesystem::path&)>& finish) {
   if (width < 1 || height < 1 || rgba.size() < std::size_t{4} * width * height)
     return file + ": there is no picture";
   png_image image{};
@@ -38,10 +39,12 @@ std::string write_png(const std::string& file, int width, int height, const std:
     std::FILE* const stream = fdopen(create_beside(file, temporary), "wb");
     bool is_whole = stream != nullptr && std::fwrite(bytes.data(), 1, size, stream) == size;
     is_whole = stream != nullptr && std::fclose(stream) == 0 && is_whole;
-    if (!is_whole)
-      error.assign(errno, std::generic_category());
-    else
+    if (is_whole && finish)
+      finish(temporary);
+    if (is_whole)
       std::filesystem::rename(temporary, file, error);
+    else
+      error.assign(errno, std::generic_category());
   } catch (const std::filesystem::filesystem_error& fault) {
     error = fault.code();
   }

@@ -4,6 +4,7 @@
 #include "cli/inputs.hpp"
 #include "cli/live_options.hpp"
 #include "compare/methods.hpp"
+#include "export/whole_file.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/materials/quantity.hpp"
 #include "maille/scene/read_scene.hpp"
@@ -162,7 +163,11 @@ int live_command(const LiveOptions& options) {
   if (options.headless && !options.script)
     throw UsageError("--headless: expected --script EVENTS.csv with it: without a window only scripts act");
   const live::LiveSettings settings = settings_of(options);
+  for (const auto& [at, event] : settings.script)
+    if ((event.kind == live::EventKind::shot || event.name == "shot") && !event.text.empty())
+      prepare_file("--shots", (settings.shots / event.text).string(), std::nullopt, ".png");
   live::LiveTools tools;
+  tools.add_mark = add_mark;
   tools.load = load;
   tools.finite_elements = finite_elements;
   tools.make_film = [](const std::filesystem::path& stem, std::int64_t n, double seconds) {

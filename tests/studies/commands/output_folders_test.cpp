@@ -326,6 +326,42 @@ TEST(OutputFileContract, StudiesMayBeReplaced) {
   EXPECT_EQ(folder.text("box.toml"), box_of("0.1 mm"));
 }
 
+// A script names pictures; what another program wrote under such a name stays.
+TEST(OutputFileContract, PicturesOfScriptsReplaceOnlyMaillesOwn) {
+  const Folder folder;
+  const std::string line = "live " + folder.scene + " --headless --shots " + folder.out + " --script " +
+                           folder
+                               .write("events.csv", "time [s],event,x,y,button,name,value\n0,shot,,,,,a.png\n"
+                                                    "0,close,,,,,\n")
+                               .string();
+  test::done(line);
+  test::done(line);
+  for (const std::string text : {"mine", "\x89PNG\r\n\x1a\n of another program"}) {
+    folder.write("out/a.png", text);
+    EXPECT_TRUE(test::has(test::refused(line).err, "--overwrite replaces it"));
+    EXPECT_EQ(folder.text("out/a.png"), text);
+  }
+  test::done(line + " --overwrite");
+  EXPECT_TRUE(folder.text("out/a.png").starts_with("\x89PNG"));
+}
+
+// A pipe gives its text once, and leads to no file.
+TEST(OutputFolderContract, AScenePipedInHasResults) {
+  const Folder folder;
+  const std::string run = " run /dev/stdin --methods limits --out ";
+  for (const char* const before : {"cat ", "< "}) {
+    const Outcome piped = test::shell(before + folder.scene + (before[0] == 'c' ? " | " : " ") +
+                                      MAILLE_COMMAND + run + folder.out);
+    EXPECT_EQ(piped.code, 0) << piped.err;
+    EXPECT_TRUE(test::has(folder.text("out/stdin_run_results.json"), "0.1 mm")) << "the scene's text";
+  }
+  EXPECT_EQ(test::shell("cat " + folder.scene +
+                        " | " MAILLE_COMMAND " run /dev/stdin --json /dev/stderr "
+                        "--methods limits")
+                .code,
+            0);
+}
+
 TEST(OutputFileContract, NamesOfImagesAreQuotedInNewScenes) {
   const Folder folder;
   const std::string image =

@@ -42,6 +42,8 @@ struct LiveTools {
   /// Makes a film of numbered pictures `stem_0000.png`; @return why not, or nothing
   std::function<std::optional<std::string>(const std::filesystem::path& stem, std::int64_t n, double seconds)>
       make_film;
+  /// Marks a picture as one that later sessions may replace. @throws std::filesystem::filesystem_error
+  std::function<void(const std::filesystem::path&)> add_mark;
 };
 
 /// An event of a script, at a time after its begin [s].

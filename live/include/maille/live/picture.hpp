@@ -133,7 +133,9 @@ std::vector<Rgb> field_palette();
 /// `NAME.png`, without a folder.
 bool is_name_of_picture(const std::string& name);
 /// Writes a PNG of four bytes a pixel, whole or not at all, in the place of nothing or of a file that is no
-/// input and no link. @return why it could not; empty: it is there
-std::string write_png(const std::string& file, int width, int height, const std::vector<std::uint8_t>& rgba);
+/// input and no link. @param finish  called with the file before it has its name
+/// @return why it could not; empty: it is there
+std::string write_png(const std::string& file, int width, int height, const std::vector<std::uint8_t>& rgba,
+                      const std::function<void(const std::filesystem::path&)>& finish = {});
 
 } // namespace maille::live
