@@ -24,11 +24,6 @@ namespace maille {
 
 namespace fs = std::filesystem;
 
-std::string read_text_file(const fs::path& file, std::string_view what, std::int64_t largest) {
-  note_opened(file);
-  return read_own_text_file(file, what, largest);
-}
-
 std::string read_own_text_file(const fs::path& file, std::string_view what, std::int64_t largest) {
   const auto fail = [&](const std::string& expected, const std::string& found) {
     throw InputError({{file.string(), 0, "", fmt::format("{} {}", what, expected), found}});
@@ -70,6 +65,7 @@ struct OpenedRegister {
   std::map<Identity, fs::path> inputs;
   std::vector<std::pair<std::string, fs::path>> outputs; ///< option and file
   std::vector<std::set<fs::path>*> lists;
+  std::map<fs::path, std::string> pipes; ///< which give their text once, to a command that reads it twice
 };
 
 OpenedRegister& opened() {
@@ -78,6 +74,17 @@ OpenedRegister& opened() {
 }
 
 } // namespace
+
+std::string read_text_file(const fs::path& file, std::string_view what, std::int64_t largest) {
+  note_opened(file);
+  std::error_code none;
+  if (!opened().keeps_opened || !fs::is_fifo(file, none))
+    return read_own_text_file(file, what, largest);
+  const std::scoped_lock lock(opened().busy);
+  if (!opened().pipes.contains(file))
+    opened().pipes[file] = read_own_text_file(file, what, largest);
+  return opened().pipes[file];
+}
 
 void note_opened(const fs::path& file) {
   const std::optional<Identity> identity = identity_of(file);
@@ -123,9 +130,10 @@ bool is_kept_input(const fs::path& file) {
 
 void reserve_output(const std::string& option, const fs::path& file) {
   const std::scoped_lock lock(opened().busy);
-  const fs::path path = fs::weakly_canonical(fs::absolute(file));
+  std::error_code none;
+  const fs::path path = fs::weakly_canonical(fs::absolute(file), none); // empty for a pipe
   for (const auto& [other, known] : opened().outputs)
-    if (other != option && fs::weakly_canonical(known) == path)
+    if (other != option && !path.empty() && fs::weakly_canonical(known, none) == path)
       throw UsageError(
           fmt::format("{} {}: expected a file of its own, found that of {}", option, file.string(), other));
   opened().outputs.emplace_back(option, fs::absolute(file));

@@ -25,6 +25,13 @@ using nlohmann::ordered_json;
 
 constexpr std::int64_t largest_list = std::int64_t{1} << 30; ///< [bytes]
 
+/// Where a name leads; of a pipe, which leads to no file, the name.
+fs::path place_of(const fs::path& file) {
+  std::error_code error;
+  const fs::path place = fs::weakly_canonical(fs::absolute(file), error);
+  return error ? fs::absolute(file) : place;
+}
+
 /// A list of results; nothing for another file.
 ordered_json list_in(const fs::path& file) {
   ordered_json list;
@@ -81,9 +88,8 @@ FolderLock lock_of(const fs::path& folder, const std::string& scene, std::vector
 ResultsFolder::ResultsFolder(fs::path folder, std::string scene, const fs::path& scene_file, std::string kind,
                              const std::vector<std::string>& sure)
     : folder_(std::move(folder)), scene_(std::move(scene)), kind_(std::move(kind)),
-      scene_file_(fs::weakly_canonical(fs::absolute(scene_file)).string()),
-      scene_text_(scene_text_of(scene_file)), inputs_(digests_of_opened_files()),
-      lock_(lock_of(folder_, scene_, sure, kind_)) {
+      scene_file_(place_of(scene_file).string()), scene_text_(scene_text_of(scene_file)),
+      inputs_(digests_of_opened_files()), lock_(lock_of(folder_, scene_, sure, kind_)) {
   for (const std::string& ending : sure)
     plan(ending);
   plan(fmt::format("_{}_results.json", kind_));
@@ -135,9 +141,8 @@ void ResultsFolder::look_at(const fs::path& file) {
 
 void refuse_name_of_result(const std::string& option, const std::optional<std::string>& file,
                            const fs::path& folder, const std::function<bool(const std::string&)>& is_result) {
-  const fs::path path = file && *file != "-" ? fs::weakly_canonical(fs::absolute(*file)) : fs::path();
-  if (!path.empty() && path.parent_path() == fs::weakly_canonical(fs::absolute(folder)) &&
-      is_result(path.filename().string()))
+  const fs::path path = file && *file != "-" ? place_of(*file) : fs::path();
+  if (!path.empty() && path.parent_path() == place_of(folder) && is_result(path.filename().string()))
     throw UsageError(
         fmt::format("{} {}: expected a file of its own, found the name of a result of --out", option, *file));
 }

@@ -54,7 +54,7 @@ Family family_of(const FitOptions& options) {
   all.insert(all.end(), options.tests.begin(), options.tests.end());
   for (std::size_t i = 0; i < all.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
-      if (std::filesystem::weakly_canonical(all[i]) == std::filesystem::weakly_canonical(all[j]))
+      if (std::error_code none; std::filesystem::equivalent(all[i], all[j], none))
         throw UsageError(fmt::format("{}: expected every scene once, found it twice", all[i].string()));
   if (!options.tests.empty()) {
     if (options.holdout)
