@@ -189,6 +189,12 @@ std::vector<BrokenRule> broken_rules(Law law) {
     require(of->lambda > -2 * of->mu / 3, "lambda", "lambda > -2/3 mu", of->lambda);
   if (const auto* of = std::get_if<Muscle>(&law))
     require(of->lam_max >= of->Lofl, "lam_max", "lam_max >= Lofl", of->lam_max);
+  if (found.empty() && !violated_inequalities(rest_constants(law)).empty())
+    for (const auto& [name, value] : parameters(law))
+      if (name == "k" || name == "lambda")
+        found.push_back({std::string(name),
+                         fmt::format("{} from 1e-5 to 1e9 times the stiffness that the others give", name),
+                         fmt::format("{:g}", *value)});
   return found;
 }
 

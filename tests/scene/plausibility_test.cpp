@@ -275,6 +275,44 @@ TEST(PlausibilityAnalytic, AnAnswerThatIsInsideOutFails) {
   EXPECT_EQ(checked("limits", -1.01, 12).status, Status::done) << "knows no strains";
 }
 
+// Analytic: nu 0, so a stretch by 10 % has the second Piola-Kirchhoff stress G (1 - 1 / 1.21) along it, and the
+// first of 0.105 E / 1.1.
+TEST(PlausibilityAnalytic, AStressThatNoMatterBearsFails) {
+  const auto status = [](const std::string& modulus) {
+    const Scene scene = parse_scene(
+        "strain = \"finite\"\n" +
+        strip(pulled("6 mm"), "5 mm", "{ law = \"neo_hookean\", E = \"" + modulus + "\", nu = 0 }"));
+    Answer answer;
+    answer.method = "coupled";
+    answer.status = Status::done;
+    answer.displacement = Displacement(scene.specimen.grid);
+    for (std::int64_t node = 0; node < scene.specimen.grid.n_nodes(); ++node)
+      answer.displacement(0, node) = 0.1 * 5e-3 * scene.specimen.grid.node_at(node)[0];
+    fail_where_inside_out(scene, answer);
+    EXPECT_EQ(answer.displacement.empty(), answer.status == Status::failed);
+    return answer.status;
+  };
+  EXPECT_EQ(status("5000 GPa"), Status::done);
+  EXPECT_EQ(status("20000 GPa"), Status::failed);
+}
+
+TEST(PlausibilityContract, WorldsNameTheirOwnKeys) {
+  const auto warnings = [](const std::string& more) {
+    std::string all;
+    for (const std::string& warning : world_warnings(parse_world_scene(
+             test::world_text("[20, 20, 20]") +
+             test::object_text("body", "deformable", "[6, 6, 6]",
+                               "material = { law = \"neo_hookean\", E = \"10 kPa\", nu = 0.3 }\n"
+                               "position = [\"6 mm\", \"6 mm\", \"6 mm\"]\n" +
+                                   more))))
+      all += warning + "\n";
+    return all;
+  };
+  EXPECT_TRUE(test::has(warnings(""), "relaxation = { frame = \"blocks\" }"));
+  EXPECT_FALSE(test::has(warnings(""), "strain ="));
+  EXPECT_EQ(warnings("relaxation = { frame = \"blocks\" }\n"), "");
+}
+
 // Looks of scene files: what they mean, and every fault in them.
 
 /// A scene of an image of 4 x 4 x 4 voxels with the values 0 to 63.

@@ -23,6 +23,8 @@ namespace {
 constexpr double largest_small_strain = 0.1, largest_cell = 0.01, largest_body = 10; // 1, m, m
 /// Share of the body's length: a cantilever that bends further turns its end by more than 17 degrees.
 constexpr double largest_small_deflection = 0.2;
+/// Above the strength of any matter, which is some 1e11 Pa: an exponential law says so where it is stretched.
+constexpr double greatest_stress = 1e12; // [Pa]
 /// Loads above this part of the stiffness press cells to half their length.
 constexpr double most_of_stiffness = 0.5;
 
@@ -229,22 +231,31 @@ void fail_where_inside_out(const Scene& scene, Answer& answer) {
   if (!is_converged(answer.status) || !has_stress(answer.method) || answer.displacement.empty())
     return;
   std::int64_t far = 0;
+  double largest = 0;
   FieldsOfCells fields(scene, answer);
   for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
     if (body.is_matter(cell)) {
-      const Vec3 strain = principal_values(fields(cell).strain);
+      const FieldsOfCells::Values values = fields(cell);
+      const Vec3 strain = principal_values(values.strain);
       far += strain[2] <= least || strain[0] >= most ? 1 : 0;
+      for (const double stress : values.stress)
+        largest = std::max(largest, std::abs(stress));
     }
-  if (static_cast<double>(far) <= share * static_cast<double>(body.n_matter_cells()))
+  const bool is_torn = scene.strain == Strain::finite && !(largest <= greatest_stress);
+  if (static_cast<double>(far) <= share * static_cast<double>(body.n_matter_cells()) && !is_torn)
     return;
   answer.status = Status::failed;
   answer.displacement = {};
   answer.reaction.clear();
   answer.strain_energy.reset();
   answer.message =
-      fmt::format("{} of {} cells are turned inside out, or stretched to over {:g} times their length: "
-                  "less load or movement, or stiffer tissue",
-                  far, body.n_matter_cells(), 1 + most);
+      is_torn
+          ? fmt::format("a stress of {:.3g} Pa, which no matter bears: are the parameters of the law and "
+                        "the movement what was meant?",
+                        largest)
+          : fmt::format("{} of {} cells are turned inside out, or stretched to over {:g} times their length: "
+                        "less load or movement, or stiffer tissue",
+                        far, body.n_matter_cells(), 1 + most);
 }
 
 std::string length_in_words(double metres) {

@@ -395,8 +395,12 @@ std::vector<std::string> world_warnings(const WorldScene& world) {
     warnings.push_back("maille-cholmod.so is not there: multigrid takes the place of factors of bodies in "
                        "contact, many times as slow");
   for (const WorldObject& object : world.objects) {
-    for (const std::string& warning : plausibility(object.scene).warnings)
+    for (std::string warning : plausibility(object.scene).warnings) {
+      constexpr std::string_view of_scenes = "strain = \"finite\""; // a key that worlds do not have
+      if (const std::size_t at = warning.find(of_scenes); at != std::string::npos)
+        warning.replace(at, of_scenes.size(), "relaxation = { frame = \"blocks\" } and contact = \"cells\"");
       warnings.push_back(object.name + ": " + warning);
+    }
     if (const double factor = stiffening_of_relaxed(object.scene);
         world.method == "relaxed" && object.kind == ObjectKind::deformable && factor > largest_stiffening)
       warnings.push_back(

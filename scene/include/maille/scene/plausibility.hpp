@@ -103,7 +103,8 @@ std::vector<std::string> implausible_answer(const Scene& scene, const Plausibili
                                             const PartMechanics& body);
 
 /// Fails and empties an answer of elasticity that is no state of a body: in a twentieth of its cells and more
-/// a direction is shortened to nothing, or stretched threefold. Cost  O(cells), about 0.5 us each
+/// a direction is shortened to nothing, or stretched threefold; or, at finite strain, a stress that no matter
+/// bears, 1e12 Pa. Cost  O(cells), about 0.5 us each
 void fail_where_inside_out(const Scene& scene, Answer& answer);
 
 /// `60 x 20 x 20 mm`, with the unit that suits the largest.
