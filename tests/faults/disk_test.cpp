@@ -369,6 +369,15 @@ TEST(ResourceLimitsContract, NoCommandHangsOrEndsByASignal) {
   commands.push_back({"check", "check IN/box.toml"});
   commands.push_back({"explain", "check --why IN/box.toml"});
   commands.push_back({"render", "render IN/box.toml --width 40 --height 40 --out OUT/r.png"});
+  folder.write("in/world.toml", test::world_text("[12, 8]") + test::object_text("a box", "rigid", "[2, 2]"));
+  folder.write("in/path.toml",
+               "frame_time = \"100 ms\"\n[[drive]]\nobject = \"a box\"\nby = [\"3 mm\", 0]\n");
+  folder.write("in/events.csv", "time [s],event,x,y,button,name,value\n0,shot,,,,,a.png\n0,close,,,,,\n");
+  for (const char* more :
+       {"play IN/world.toml IN/path.toml --out OUT --picture OUT/p.png",
+        "live IN/world.toml --headless --script IN/events.csv --shots OUT", "new strip --out OUT/strip.toml",
+        "new calf --out OUT/calf", "run IN/box.toml --steps 2 --film OUT/f.mp4", "help methods"})
+    commands.push_back({more, std::string(more) + (more[0] == 'h' ? "" : " --overwrite")});
   for (const WritingCommand& command : commands)
     folder.prepare(command);
   constexpr int is_endless = 124, not_loaded = 127, first_signal = 129, stopped_by_timeout = 137;
@@ -376,7 +385,8 @@ TEST(ResourceLimitsContract, NoCommandHangsOrEndsByASignal) {
   for (const auto& [limit, values] : {std::pair<std::string, std::vector<int>>{"-d", {30, 64, 150}},
                                       {"-v", {16, 150, 900}},
                                       {"-s", {64, 1024}},
-                                      {"-n", {4, 7}}})
+                                      {"-n", {4, 7}},
+                                      {"-f", {1, 20}}})
     for (const int value : values) {
       const int argument = limit == "-d" || limit == "-v" ? 1024 * value : value;
       const std::string before =

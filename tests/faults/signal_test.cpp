@@ -183,6 +183,18 @@ TEST(StopTimeContract, EveryPhaseEndsWithinASecondOfProcessor) {
   };
   const std::string large = scene("large.toml", "[90, 60, 60]"), small = scene("small.toml", "[30, 20, 20]"),
                     out = folder.out().string(), maille = MAILLE_COMMAND;
+  folder.write("in/falls.toml", "[world]\ncells = [40, 40, 40]\nspacing = \"1 mm\"\ncontact = \"surfaces\"\n"
+                                "dynamics = { gravity = [0, 0, \"-9.81 m/s^2\"] }\n" +
+                                    test::object_text("body", "deformable", "[20, 20, 10]",
+                                                      "material = " + test::soft +
+                                                          "\ndensity = 1000\nspacing = \"1 mm\"\n"
+                                                          "position = [\"9 mm\", \"9 mm\", 0]\n"));
+  folder.write("in/time.toml", "frame_time = \"20 ms\"\nframes = 100\n");
+  folder.write("in/many.toml",
+               "scene = \"small.toml\"\nmethods = [\"coupled\"]\nreference = \"fem_q1\"\n"
+               "[[parameter]]\nkey = \"move[1].by.0\"\nrange = [\"0.1 mm\", \"0.5 mm\"]\ncount = 40\n");
+  const std::string world = (folder.in() / "falls.toml").string(),
+                    path = (folder.in() / "time.toml").string(), study = (folder.in() / "many.toml").string();
   std::mt19937 lot(41);
   double worst = 0;
   int n_stopped = 0;
@@ -193,7 +205,10 @@ TEST(StopTimeContract, EveryPhaseEndsWithinASecondOfProcessor) {
          6.0},
         {"run " + small + " --methods fem_q1 --threads 1", 3.0},
         {"render " + large + " --threads 1 --width 6000 --height 6000 --samples 16 --out " + out + "/r.png",
-         3.0}})
+         3.0},
+        {"run " + small + " --methods coupled --steps 20 --film " + out + "/f.mp4 --threads 1", 3.0},
+        {"play " + world + " " + path + " --threads 1 --out " + out, 4.0},
+        {"study " + study + " --threads 1 --jobs 1 --out " + out, 4.0}})
     for (int trial = 0; trial < 6; ++trial) {
       const double after = std::uniform_real_distribution(0.1, latest)(lot);
       const int signal = trial % 2 == 0 ? SIGTERM : SIGINT;

@@ -1,5 +1,5 @@
-/// The machine that readers are tried on, by the linker's --wrap: little memory, and DICOM headers from
-/// bytes.
+/// The machine that readers are tried on, by the linker's --wrap: little memory, and headers and values from
+/// bytes in place of GDCM and VTK, which work in processes of their own.
 
 #include "plugin_readers.hpp"
 #include "support/temporary_folder.hpp"
@@ -9,7 +9,10 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
+#include <functional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 /// For maille::available_memory(): sizes are held against this.
@@ -60,9 +63,31 @@ std::string pixels(const std::string& file, std::vector<double>& values) {
   return "";
 }
 
+/// The element ImageData as it stands in the file; what is behind it is the text `Units`.
+std::string header_of_vti(const std::string& file, std::string& xml, std::string& units) {
+  constexpr std::string_view end = "</ImageData>";
+  const std::string text = maille::test::text_of(file);
+  const std::size_t from = text.find("<ImageData"), to = text.find(end, from);
+  if (to == std::string::npos)
+    return "no image data";
+  xml = text.substr(from, to + end.size() - from);
+  units = text.substr(to + end.size());
+  return "";
+}
+
+/// The file's bytes over and over; a fault where it is as long as a multiple of 16.
+std::function<std::string(std::span<char>)> values_of_vti(const std::string& file, bool, const std::string&,
+                                                          std::int64_t) {
+  return [text = maille::test::text_of(file), next = std::size_t{0}](std::span<char> to) mutable {
+    for (char& byte : to)
+      byte = text[next++ % text.size()];
+    return std::string(text.size() % 16 == 0 ? "data that end early" : "");
+  };
+}
+
 } // namespace
 
-/// For maille::open_plugin(): the plugin of DICOM is the stand-in above.
+/// For maille::open_plugin(): the plugins of DICOM and of VTK's images are the stand-ins above.
 extern "C" const void* __real__ZN6maille11open_pluginEPKcS1_mPKv(const char* file, const char* what,
                                                                  std::size_t layout, const void* host);
 extern "C" const void* __wrap__ZN6maille11open_pluginEPKcS1_mPKv(const char* file, const char* what,
@@ -70,7 +95,13 @@ extern "C" const void* __wrap__ZN6maille11open_pluginEPKcS1_mPKv(const char* fil
 extern "C" const void* __wrap__ZN6maille11open_pluginEPKcS1_mPKv(const char* file, const char* what,
                                                                  std::size_t layout, const void* host) {
   static constexpr maille::image_formats::DicomFunctions functions{headers, pixels};
-  return std::strstr(file, "dicom") != nullptr
-             ? &functions
-             : __real__ZN6maille11open_pluginEPKcS1_mPKv(file, what, layout, host);
+  if (std::strstr(file, "dicom") != nullptr)
+    return &functions;
+  const void* const real = __real__ZN6maille11open_pluginEPKcS1_mPKv(file, what, layout, host);
+  if (std::strstr(file, "vtk-readers") == nullptr)
+    return real;
+  static maille::image_formats::VtkReaders vtk = *static_cast<const maille::image_formats::VtkReaders*>(real);
+  vtk.header = header_of_vti; // arrays of results are VTK's own, which field_file tries
+  vtk.values = values_of_vti;
+  return &vtk;
 }

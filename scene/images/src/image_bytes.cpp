@@ -140,7 +140,8 @@ std::string_view without_blanks(std::string_view text) {
 
 bool read_header_lines(TextHeader& header, const std::filesystem::path& file, std::size_t largest,
                        Faults& faults, const std::function<bool(std::string_view line)>& take) {
-  std::string text(largest, '\0');
+  std::error_code none;
+  std::string text(std::min<std::uintmax_t>(largest, std::filesystem::file_size(file, none)), '\0');
   text.resize(open_file(file, 0, faults)->read(text));
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t end = std::min(text.find('\n', at), text.size());
