@@ -390,8 +390,8 @@ TEST(LawContract, BrokenRules) {
   EXPECT_EQ(broken(Muscle{0, 0, -1, 0, 0.9, 0.9, -1, 1.1, 0, 0}),
             "g1 g2 g3 p1 p2 Lofl lam_max smax activation k ");
   EXPECT_EQ(broken(Muscle{1, 1, 0, 1, 1.4, 1.3, 0, 1, 1, 1}), "lam_max ");
-  // A bulk modulus that makes the matter at rest incompressible, or of no resistance to volume. Analytic: with
-  // shear modulus 4, 1 - 2 nu = 4 / k for large k and 1 + nu = 3 k / 8 for small.
+  // A bulk modulus far from the rest of the law. Analytic: with shear modulus 4, 1 - 2 nu = 4 / k for large k
+  // and 1 + nu = 3 k / 8 for small.
   for (const double k : {4e-4, 4.0, 4e8})
     EXPECT_EQ(broken(MooneyRivlin{1, 1, k}), "") << k;
   for (const double k : {1e-300, 4e-8, 4e10, 1e300})

@@ -275,8 +275,7 @@ TEST(PlausibilityAnalytic, AnAnswerThatIsInsideOutFails) {
   EXPECT_EQ(checked("limits", -1.01, 12).status, Status::done) << "knows no strains";
 }
 
-// Analytic: nu 0, so a stretch by 10 % has the second Piola-Kirchhoff stress G (1 - 1 / 1.21) along it, and the
-// first of 0.105 E / 1.1.
+// Analytic: nu 0, so a stretch by 10 % has the Cauchy stress G (1.1 - 1 / 1.1), which is 0.095 E.
 TEST(PlausibilityAnalytic, AStressThatNoMatterBearsFails) {
   const auto status = [](const std::string& modulus) {
     const Scene scene = parse_scene(

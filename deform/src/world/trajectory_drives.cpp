@@ -1,4 +1,5 @@
 #include "maille/deform/world/trajectory_drives.hpp"
+#include "world/occupancy/posed_lattice.hpp"
 
 #include <Eigen/Geometry>
 
@@ -8,10 +9,6 @@
 namespace maille::deform {
 
 namespace {
-
-Eigen::Vector3d vector(const Vec3& v) {
-  return Eigen::Vector3d::Map(v.data());
-}
 
 Eigen::Vector3d apply(const Pose& pose, const Eigen::Vector3d& x) {
   return pose.position + pose.rotation * x;

@@ -223,7 +223,7 @@ TEST(StacksContract, ALimbLiesDownOnATable) {
   }
 }
 
-// Contract: a soft body that rests on its world's floor takes a round a step of 1 ms, fewer than one that falls.
+// Contract: a soft body at rest on its world's floor takes a round a step of 1 ms, a falling one more.
 TEST(StacksContract, ABodyAtRestTakesARoundAStep) {
   std::vector<std::int64_t> rounds;
   for (const double above : {0.0, 20.0}) {

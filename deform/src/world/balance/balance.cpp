@@ -22,10 +22,6 @@ constexpr double free_drag = 1e-4;
 /// Components of a body in 2D [1]: its factor grows faster than the body, and larger ones are refused.
 constexpr std::int64_t most_components_2d = 400'000;
 
-Eigen::Vector3d vector(const Vec3& v) {
-  return Eigen::Vector3d::Map(v.data());
-}
-
 } // namespace
 
 Balance::Balance(WorldObjects& world) : world_(world) {
@@ -74,7 +70,7 @@ Balance::Balance(WorldObjects& world) : world_(world) {
   for (const auto& [i, j, nodes] : near_pairs_) // a hand would feel it when they touch
     for (const int number : {i, j})
       if (object(number).soft)
-        object(number).soft->prepare();
+        object(number).soft->flexibility().prepare();
 }
 
 void Balance::hold(int threads) {

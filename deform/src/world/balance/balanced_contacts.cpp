@@ -210,8 +210,7 @@ void Balance::add_compliance_of_body(int number, Program& program) {
   Eigen::VectorXd missing(n); // of what it would be without contacts
   for (Eigen::Index i = 0; i < n; ++i)
     missing[i] = one.soft->missing(components[i]);
-  const Eigen::MatrixXd& compliance = one.soft->compliance(components);
-  const Eigen::MatrixXd half = forces * compliance; // rows x components
+  const Eigen::MatrixXd half = forces * one.soft->flexibility().compliance(components); // rows x components
   const Eigen::MatrixXd given_way = forces * half.transpose();
   program.compliance(rows, rows) += given_way;
   program.gap(rows) += forces * missing;

@@ -113,7 +113,7 @@ void Balance::begin() {
   grip();
   for (SurfaceObject& one : objects_)
     if (one.soft)
-      one.soft->forget_unused();
+      one.soft->flexibility().forget_unused();
   length_ = drag_ = 1;
   rounds_ = 0;
   asked_ = {};

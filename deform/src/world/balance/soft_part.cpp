@@ -146,7 +146,7 @@ double SoftPart::pull_at(std::int64_t component) const {
 }
 
 Eigen::VectorXd SoftPart::answer(const std::vector<std::pair<std::int64_t, double>>& forces) {
-  if (flexibility_->watches_all()) {
+  if (moved_.size() == place_of_.size()) {
     Eigen::VectorXd of_all = Eigen::VectorXd::Zero(state_.displacement.size());
     std::vector<std::int64_t> components;
     for (const auto& [component, force] : forces) {
@@ -159,8 +159,12 @@ Eigen::VectorXd SoftPart::answer(const std::vector<std::pair<std::int64_t, doubl
   for (std::size_t k = 0; k < moved_.size(); ++k)
     answer.segment(dimension_ * static_cast<Eigen::Index>(k), dimension_) =
         state_.unloaded.segment(std::int64_t{dimension_} * moved_[k], dimension_);
-  for (const auto& [component, force] : forces)
-    answer += force * flexibility_->watched_column(component);
+  for (const auto& [component, force] : forces) {
+    const Eigen::VectorXd& column = flexibility_->column(component);
+    for (std::size_t k = 0; k < moved_.size(); ++k)
+      answer.segment(dimension_ * static_cast<Eigen::Index>(k), dimension_) +=
+          force * column.segment(std::int64_t{dimension_} * moved_[k], dimension_);
+  }
   return answer;
 }
 
@@ -219,7 +223,6 @@ bool SoftPart::watch(std::vector<std::int32_t> nodes_of_skin) {
   if (moved == moved_)
     return false;
   moved_ = std::move(moved);
-  flexibility_->watch(moved_);
   way_.resize(0);
   std::ranges::fill(place_of_, -1);
   for (std::size_t k = 0; k < moved_.size(); ++k)
@@ -228,14 +231,12 @@ bool SoftPart::watch(std::vector<std::int32_t> nodes_of_skin) {
 }
 
 void SoftPart::watch_all() {
-  if (moved_.size() == place_of_.size() && flexibility_ && flexibility_->watches_all())
+  if (std::ssize(moved_) == body_->lattice().n_voxels())
     return;
   moved_.resize(body_->lattice().n_voxels());
   std::iota(moved_.begin(), moved_.end(), 0);
   place_of_ = moved_;
   way_.resize(0);
-  if (flexibility_)
-    flexibility_->watch(moved_);
 }
 
 double SoftPart::catch_up() {

@@ -54,8 +54,6 @@ public:
   /// @param carried  inertia times where every component would fly to [N]
   void set_carried(const Eigen::VectorXd& where) { carried_ = inertia_.cwiseProduct(where); }
   void forget_stiffness() { flexibility_.reset(); }
-  void prepare() { flexibility_->prepare(); }
-  void forget_unused() { flexibility_->forget_unused(); }
   /// Where handles and inertia have the body without contacts. @return how far that has changed [m]
   double prescribe();
 
@@ -65,10 +63,7 @@ public:
   /// Force of a hand or a hold on a component, along the axes of the first frame [N].
   double pull_at(std::int64_t component) const;
 
-  /// @param components  sorted
-  const Eigen::MatrixXd& compliance(const std::vector<std::int64_t>& components) {
-    return flexibility_->compliance(components);
-  }
+  Flexibility& flexibility() { return *flexibility_; }
   /// From where a component is to where it would be without contacts [m].
   double missing(std::int64_t component) const {
     return state_.unloaded[component] - state_.displacement[component];

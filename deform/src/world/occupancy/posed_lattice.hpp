@@ -20,6 +20,10 @@ inline constexpr double furthest_cell = 1 << 30;
 /// middle of the only cell.
 using InCells = std::array<double, 3>;
 
+inline Eigen::Vector3d vector(const Vec3& v) {
+  return Eigen::Vector3d::Map(v.data());
+}
+
 /// The nodes of a body, numbered from 0 on in the order of its grid ("voxels" of the world), at a pose that
 /// does not change.
 class PosedLattice {

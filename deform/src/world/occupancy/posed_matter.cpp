@@ -10,10 +10,6 @@ namespace maille::deform {
 
 namespace {
 
-Eigen::Vector3d vector(const Vec3& v) {
-  return Eigen::Vector3d::Map(v.data());
-}
-
 /// What a voxel takes up along each axis of the world [cells].
 Eigen::Vector3d extent(const Vec3& spacing, const Eigen::Matrix3d& rotation, const Vec3& cell_size) {
   return (rotation.cwiseAbs() * vector(spacing)).cwiseQuotient(vector(cell_size));

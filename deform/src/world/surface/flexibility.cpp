@@ -60,8 +60,6 @@ constexpr std::int64_t most_column_bytes = std::int64_t{1} << 30;
 /// their factor is larger than that.
 constexpr double most_factor_numbers = 4e7;
 constexpr std::int64_t most_ordered = 200'000;
-/// Columns beyond which it takes less time to answer for the forces that they are of.
-constexpr std::ptrdiff_t most_summed = 500;
 /// Columns that are found together: fewer read the factor more often, more take memory.
 constexpr std::size_t columns_at_once = 48;
 
@@ -316,8 +314,7 @@ Eigen::VectorXd Flexibility::force_for_column(std::int64_t component) const {
   Eigen::VectorXd unit = Eigen::VectorXd::Zero(n_components());
   if (rigid_.size() > 0 || !is_fixed(component))
     unit[component] = 1;
-  if (rigid_.size() > 0)
-    unit -= rigid_ * rigid_.row(component).transpose();
+  take_rigid_motions_from(unit);
   return unit;
 }
 
@@ -356,53 +353,16 @@ const Eigen::MatrixXd& Flexibility::compliance(const std::vector<std::int64_t>& 
   find_columns(components);
   if (components == kept_components_)
     return kept_compliance_;
-  const std::vector<std::int64_t> before = std::exchange(kept_components_, components);
-  const Eigen::MatrixXd known = std::move(kept_compliance_);
-  const auto n = std::ssize(components);
-  const Eigen::Map<const Eigen::VectorX<std::int64_t>> component(components.data(), n);
-  Eigen::VectorX<Eigen::Index> place(n); // among the components known before; -1: new
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const auto at = std::ranges::lower_bound(before, component[i]);
-    place[i] = at != before.end() && *at == component[i] ? at - before.begin() : -1;
-  }
-  kept_compliance_.resize(n, n);
-  for (Eigen::Index j = 0; j < n; ++j) {
-    const Eigen::VectorXd& column = columns_[component[j]].values;
-    for (Eigen::Index i = 0; i < n; ++i)
-      kept_compliance_(i, j) =
-          place[i] >= 0 && place[j] >= 0 ? known(place[i], place[j]) : column[component[i]];
-  }
-  for (Eigen::Index j = 0; j < n; ++j)
-    for (Eigen::Index i = 0; i < j; ++i)
-      if (place[i] < 0 || place[j] < 0) // the mean of what the columns of both say
-        kept_compliance_(i, j) = kept_compliance_(j, i) =
-            0.5 * (kept_compliance_(i, j) + kept_compliance_(j, i));
-  return kept_compliance_;
-}
-
-void Flexibility::watch(const std::vector<std::int32_t>& nodes) {
-  watched_ = nodes;
-  for (auto& [component, column] : columns_)
-    column.watched.resize(0);
-}
-
-const Eigen::VectorXd& Flexibility::watched_column(std::int64_t component) {
-  const Eigen::VectorXd& whole = column(component);
-  Eigen::VectorXd& part = columns_[component].watched;
-  const Eigen::Index n = dimension_ * std::ssize(watched_);
-  if (watches_all())
-    return whole;
-  if (part.size() != n) {
-    part.resize(n);
-    for (std::size_t i = 0; i < watched_.size(); ++i)
-      part.segment(dimension_ * static_cast<Eigen::Index>(i), dimension_) =
-          whole.segment(std::int64_t{dimension_} * watched_[i], dimension_);
-  }
-  return part;
+  kept_components_ = components;
+  Eigen::MatrixXd rows(std::ssize(components), std::ssize(components));
+  for (std::size_t j = 0; j < components.size(); ++j)
+    rows.col(static_cast<Eigen::Index>(j)) = columns_[components[j]].values(components);
+  return kept_compliance_ = 0.5 * (rows + rows.transpose()); // the mean of what the columns of both say
 }
 
 const Eigen::VectorXd& Flexibility::moved_by(const Eigen::VectorXd& forces,
                                              std::span<const std::int64_t> components) {
+  find_columns(components);
   double change = 0; // a force moves its own component most
   for (const auto& some : {components, std::span<const std::int64_t>(forced_)})
     for (const std::int64_t component : some)
@@ -411,17 +371,9 @@ const Eigen::VectorXd& Flexibility::moved_by(const Eigen::VectorXd& forces,
     return moved_;
   forces_ = forces;
   forced_.assign(components.begin(), components.end());
-  if (std::ssize(components) < most_summed) {
-    find_columns(components);
-    moved_.setZero();
-    for (const std::int64_t component : components)
-      moved_ += forces[component] * columns_[component].values;
-    return moved_;
-  }
-  Eigen::VectorXd balanced = forces;
-  take_rigid_motions_from(balanced);
-  moved_ = stiffness_->solve(balanced, tolerance);
-  take_rigid_motions_from(moved_);
+  moved_.setZero();
+  for (const std::int64_t component : components)
+    moved_ += forces[component] * column(component);
   return moved_;
 }
 

@@ -89,14 +89,8 @@ public:
   void prepare() { stiffness_->prepare(); }
   /// Those that are not there yet, all at once.
   void find_columns(std::span<const std::int64_t> components);
-  /// Symmetric part of the columns' rows at the same components. Entries are kept from call to call.
-  /// @param components sorted
+  /// Symmetric part of the columns' rows at the same components. Kept for the next call.
   const Eigen::MatrixXd& compliance(const std::vector<std::int64_t>& components);
-  /// Rounds ask for these nodes of the body alone from now on. @param nodes sorted
-  void watch(const std::vector<std::int32_t>& nodes);
-  bool watches_all() const { return dimension_ * std::ssize(watched_) == n_components(); }
-  /// column() at the nodes that are watched.
-  const Eigen::VectorXd& watched_column(std::int64_t component);
   /// Displacement of everything for forces on components: the sum of their columns. Kept while the forces
   /// change by so little that nothing moves.
   /// @param components where there are forces
@@ -129,13 +123,12 @@ private:
   Eigen::MatrixXd rigid_; ///< of what floats: its rigid motions, of length 1 and across one another
   double column_accuracy_;
   struct Column {
-    Eigen::VectorXd values, watched; ///< the latter empty until it is asked for
+    Eigen::VectorXd values;
     bool is_used = false;
   };
   std::map<std::int64_t, Column> columns_;
-  std::vector<std::int64_t> kept_components_; ///< sorted, with their compliance
+  std::vector<std::int64_t> kept_components_; ///< with their compliance
   Eigen::MatrixXd kept_compliance_;
-  std::vector<std::int32_t> watched_;
   std::vector<std::int64_t> forced_; ///< of the forces that moved_by() was asked for last
   Eigen::VectorXd forces_, moved_;   ///< those, and its answer
   int dimension_;
