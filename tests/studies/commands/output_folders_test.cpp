@@ -355,11 +355,11 @@ TEST(OutputFolderContract, AScenePipedInHasResults) {
     EXPECT_EQ(piped.code, 0) << piped.err;
     EXPECT_TRUE(test::has(folder.text("out/stdin_run_results.json"), "0.1 mm")) << "the scene's text";
   }
-  EXPECT_EQ(test::shell("cat " + folder.scene +
-                        " | " MAILLE_COMMAND " run /dev/stdin --json /dev/stderr "
-                        "--methods limits")
-                .code,
-            0);
+  const fs::path link = folder / "link.toml";
+  fs::create_symlink(folder.scene, link);
+  test::done("run " + link.string() + " --methods limits --out " + (folder / "linked").string());
+  EXPECT_EQ(
+      test::shell("bash -c '" MAILLE_COMMAND " run " + folder.scene + " --json >(cat > /dev/null)'").code, 0);
 }
 
 TEST(OutputFileContract, NamesOfImagesAreQuotedInNewScenes) {
