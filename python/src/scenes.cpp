@@ -190,7 +190,7 @@ AnswerHandle run(const SceneHandle& handle, const std::string& method, std::opti
       steering);
 }
 
-/// A scene step by step: a quasi-static answer from rest to a fraction of moves and loads, as `run --steps`.
+/// A scene step by step: a quasi-static answer to a fraction of moves and loads, as `run --steps`.
 /// The body of `coupled` stays from step to step, and limits that the scene asks for are those of the whole.
 class StepsHandle {
 public:

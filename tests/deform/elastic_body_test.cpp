@@ -2,6 +2,7 @@
 
 #include "elastic/kept_answers.hpp"
 #include "maille/deform/solve.hpp"
+#include "support/bodies/bent_bar.hpp"
 #include "support/bodies/carved.hpp"
 #include "support/coupled_algorithms.hpp"
 #include "support/kit.hpp"
@@ -178,32 +179,107 @@ TEST(ElasticBodyConsistent, LimitsThatBindMoreAndLess) {
   }
 }
 
-TEST(ElasticBodyContract, TheSameQuestionsGiveTheSameBitsForAnyNumberOfThreads) {
-  const auto answers = [](int threads) {
-    Control control;
-    control.threads = threads;
-    Scene scene = carved({21, 21, 31});
+Scene finite(Scene scene) {
+  scene.strain = Strain::finite;
+  return scene;
+}
+
+// A course that goes on, turns aside, goes back, and whose nodes, matter and loads change.
+TEST(ElasticBodyConsistent, CoursesAtFiniteStrain) {
+  for (Scene scene : {finite(carved()), finite(box())}) {
     ElasticBody body;
-    std::vector<Answer> all;
-    for (const Vec3& by : {Vec3{1e-4, 0, 5e-5}, {1.1e-4, 1e-5, 5e-5}}) {
+    for (const Vec3& by : {Vec3{1e-3, 0, 5e-4},
+                           {1.5e-3, 0, 7.5e-4},
+                           {2e-3, 0, 1e-3},
+                           {2e-3, 3e-4, 1e-3},
+                           {5e-4, 0, 2.5e-4},
+                           {5e-4, 0, 2.5e-4}}) {
       move_by(scene, by);
-      all.push_back(body.answer(scene, control));
+      expect_as_alone(body, scene);
     }
-    scene.materials[1].elasticity = ElasticConstants::isotropic(90e3, 0.4);
-    all.push_back(body.answer(scene, control));
-    return all;
-  };
-  const std::vector<Answer> one = answers(1), three = answers(3);
-  for (std::size_t i = 0; i < one.size(); ++i) {
-    EXPECT_EQ(one[i].displacement, three[i].displacement) << i;
-    EXPECT_EQ(one[i].reaction, three[i].reaction) << i;
+    scene.materials[0].elasticity = ElasticConstants::isotropic(15e3, 0.3);
+    expect_as_alone(body, scene);
+    scene.prescribed.erase(scene.prescribed.end() - 3, scene.prescribed.end());
+    expect_as_alone(body, scene);
+    for (Material& material : scene.materials)
+      material.density = 1000;
+    scene.gravity = {0, -9.81, 0};
+    expect_as_alone(body, scene);
+  }
+}
+
+// Truth: from rest, every angle by itself.
+TEST(ElasticBodyConsistent, TurnsInSteps) {
+  for (const int dimension : {2, 3}) {
+    ElasticBody body;
+    for (const double angle : {0.1, 0.2, 0.3, 0.4, 0.5, -0.5})
+      expect_as_alone(body, test::bent_bar(dimension, 2, angle));
+  }
+}
+
+TEST(ElasticBodyContract, TheNextStepAtFiniteStrainIsCheap) {
+  Scene scene = finite(carved());
+  scene.materials[0].law = NeoHookean{4e3, 6e3};
+  scene.materials[0].elasticity = rest_constants(*scene.materials[0].law);
+  ElasticBody body;
+  std::vector<std::int64_t> iterations;
+  for (int step = 1; step <= 6; ++step) {
+    move_by(scene, {step * 2e-4, 0, 0});
+    iterations.push_back(body.answer(scene).iterations);
+  }
+  EXPECT_LE(2 * iterations[4], solve(scene, Method::coupled).iterations);
+  EXPECT_LE(2 * iterations[5], solve(scene, Method::coupled).iterations);
+}
+
+// Truth: Euler's load of a column, a quarter of a period long; it is passed on a course of stable states.
+TEST(ElasticBodyContract, ACourseFindsTheStateUnstable) {
+  constexpr int length = 40, across = 2;
+  Scene scene = test::box_scene(2, {length, across, 1});
+  scene.materials[0].elasticity = ElasticConstants::isotropic(1e6, 0);
+  scene.strain = Strain::finite;
+  test::hold_face(scene, 0, false);
+  const double thin = across * 1e-3,
+               euler = std::pow(std::numbers::pi * thin / (2 * length * 1e-3), 2) * 1e6 / 12;
+  for (int y = 0; y < across; ++y)
+    scene.tractions.push_back({scene.specimen.grid.cell({length - 1, y, 0}), 0, true, {}});
+  ElasticBody body;
+  for (const double part : {0.5, 0.7, 0.9, 1.1}) {
+    for (FaceLoad& load : scene.tractions)
+      load.traction = {-part * euler, 0, 0};
+    const Answer answer = body.answer(scene);
+    EXPECT_EQ(answer.message.find("unstable") != std::string::npos, part > 1) << part << answer.message;
+  }
+}
+
+TEST(ElasticBodyContract, TheSameQuestionsGiveTheSameBitsForAnyNumberOfThreads) {
+  for (const Strain strain : {Strain::small, Strain::finite}) {
+    const auto answers = [&](int threads) {
+      Control control;
+      control.threads = threads;
+      Scene scene = carved({21, 21, 31});
+      scene.strain = strain;
+      ElasticBody body;
+      std::vector<Answer> all;
+      for (const Vec3& by : {Vec3{1e-4, 0, 5e-5}, {1.1e-4, 1e-5, 5e-5}}) {
+        move_by(scene, by);
+        all.push_back(body.answer(scene, control));
+      }
+      scene.materials[1].elasticity = ElasticConstants::isotropic(90e3, 0.4);
+      all.push_back(body.answer(scene, control));
+      return all;
+    };
+    const std::vector<Answer> one = answers(1), three = answers(3);
+    for (std::size_t i = 0; i < one.size(); ++i) {
+      EXPECT_EQ(one[i].displacement, three[i].displacement) << i;
+      EXPECT_EQ(one[i].reaction, three[i].reaction) << i;
+    }
   }
 }
 
 TEST(ElasticBodyContract, WithItsHierarchyAloneAnAnswerKnowsNoneBeforeIt) {
   Scene rough = box(); // its state is float32
   rough.relaxation.tolerance = 1e-3;
-  for (Scene scene : {carved(), box(), rough, within_limits(carved({8, 7, 8}))}) {
+  for (Scene scene : {carved(), box(), rough, within_limits(carved({8, 7, 8})), finite(carved({8, 7, 8}))}) {
     ElasticBody body(Keeping::hierarchy);
     const Scene first = scene;
     body.answer(scene);

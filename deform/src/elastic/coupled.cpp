@@ -89,14 +89,14 @@ bool is_shared_by_ranks(const Scene& scene, int n_ranks) {
 Answer solve_coupled(const Scene& scene, const Control& control, KeptBody* kept) {
   if (std::string reason = reason_to_refuse_coupled(scene); !reason.empty())
     return refusal("coupled", std::move(reason));
-  return in_arena("coupled", control, [&] {
-    return scene.strain == Strain::finite ? solve_coupled_finite(scene, control)
-                                          : CoupledRun(scene, control, kept).run();
-  });
+  return solve_carried(scene, control, kept);
 }
 
-Answer solve_carried(const Scene& scene, const Control& control, KeptBody& kept) {
-  return in_arena("coupled", control, [&] { return CoupledRun(scene, control, &kept).run(); });
+Answer solve_carried(const Scene& scene, const Control& control, KeptBody* kept) {
+  return in_arena("coupled", control, [&] {
+    return scene.strain == Strain::finite ? solve_coupled_finite(scene, control, kept)
+                                          : CoupledRun(scene, control, kept).run();
+  });
 }
 
 } // namespace maille::deform

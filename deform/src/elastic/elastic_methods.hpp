@@ -46,8 +46,8 @@ Answer solve_relaxed(const Scene& scene, const Control& control = {});
 ///
 /// @param kept  of the scene's body, its threads included; null: nothing is kept
 Answer solve_coupled(const Scene& scene, const Control& control = {}, KeptBody* kept = nullptr);
-/// The same of a question that it is known to carry. @pre small strain
-Answer solve_carried(const Scene& scene, const Control& control, KeptBody& kept);
+/// The same of a question that it is known to carry.
+Answer solve_carried(const Scene& scene, const Control& control, KeptBody* kept);
 
 /// True if `n_ranks` ranks answer a scene together, each with a slab of a body of any shape; see Slabs.
 bool is_shared_by_ranks(const Scene& scene, int n_ranks);

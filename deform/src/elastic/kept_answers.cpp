@@ -11,7 +11,8 @@
 namespace maille::deform {
 
 Answer KeptAnswers::answer(const Scene& scene, const Control& control) {
-  if (scene.strain == Strain::finite || !scene.tied.ties.empty())
+  const bool is_finite = scene.strain == Strain::finite;
+  if ((is_finite && keeping_ != Keeping::answers) || !scene.tied.ties.empty())
     return solve_coupled(scene, control);
   FixedMask fixed(scene.specimen.grid, scene.prescribed);
   const bool is_of_body = body_ && body_->is_of(scene);
@@ -21,8 +22,9 @@ Answer KeptAnswers::answer(const Scene& scene, const Control& control) {
   carried_ = std::move(fixed);
   const Arena::Open open(arena_);
   const int threads = elastic_threads(scene, control);
-  if (threads != threads_ || !is_of_body)
+  if (threads != threads_ || !is_of_body || is_finite != is_finite_)
     body_.reset();
+  is_finite_ = is_finite;
   if (!body_) {
     body_ = std::make_unique<KeptBody>(scene, threads);
     body_->begins_anew = keeping_ != Keeping::answers;
@@ -33,7 +35,7 @@ Answer KeptAnswers::answer(const Scene& scene, const Control& control) {
     body_->take_materials(scene);
   const std::int64_t kept = arena_.present();
   try {
-    Answer answer = solve_carried(scene, control, *body_);
+    Answer answer = solve_carried(scene, control, body_.get());
     if (has_displacement(answer.status)) {
       answer.bytes += kept;
       if (keeping_ != Keeping::answers) // with what is kept as it was made

@@ -11,8 +11,7 @@
 namespace maille::deform {
 
 /// Keeps what solve_coupled() sets up for a body for as long as questions are about it: see ElasticBody,
-/// whose rules are these; but frames are not turned, and what no method can carry is not refused. In blocks
-/// nothing is kept.
+/// whose rules are these; but frames are not turned, and what no method can carry is not refused.
 class KeptAnswers {
 public:
   explicit KeptAnswers(Keeping keeping) : keeping_(keeping) {}
@@ -35,6 +34,7 @@ private:
   std::unique_ptr<KeptBody> body_;
   FixedMask carried_;            ///< of a question that was not refused
   int threads_ = 0;              ///< of its team
+  bool is_finite_ = false;       ///< its strain
   std::int64_t first_bytes_ = 0; ///< of answers about it, the most
 };
 

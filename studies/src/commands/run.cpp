@@ -168,8 +168,8 @@ std::string text_of_steps(const Scene& scene, const std::vector<Comparison>& ste
   return text;
 }
 
-/// Answers the scene in steps of equal size by one method; each is a quasi-static answer from rest to its
-/// fraction of the moves and loads.
+/// Answers the scene in steps of equal size by one method; each is a quasi-static answer to its fraction
+/// of the moves and loads.
 /// @param files  nothing: none are written
 std::vector<Comparison> run_in_steps(const SceneAndMeasures& asked, const std::string& method,
                                      const RunOptions& options, const Control& control, Methods& methods,

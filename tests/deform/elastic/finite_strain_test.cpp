@@ -28,7 +28,8 @@ Trace traced(const Scene& scene) {
   const Clock clock;
   const Control control;
   const CoupledTask task{scene, control, scene.prescribed, team, clock, [] { return false; }};
-  FiniteMinimum minimum(task, make_operator(task));
+  FiniteCourse course{{task, make_operator(task)}};
+  FiniteMinimum minimum(task, course);
   Trace trace;
   minimum.watch = [&](double fraction, double energy) { trace.energies.emplace_back(fraction, energy); };
   EXPECT_TRUE(minimum.solve(trace.answer));

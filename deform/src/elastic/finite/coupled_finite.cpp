@@ -3,6 +3,7 @@
 #include "control/method.hpp"
 #include "elastic/finite/finite_minimum.hpp"
 #include "elastic/ladder/ladder.hpp"
+#include "elastic/model/fixed_mask.hpp"
 #include "maille/scene/scene.hpp"
 
 #include <fmt/format.h>
@@ -10,6 +11,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
 
 namespace maille::deform {
 
@@ -36,25 +41,64 @@ std::string message_for(const Scene& scene, const FiniteMinimum& minimum) {
   return message;
 }
 
-/// Calls solve(minimum, operator at rest, answer), which says whether it found what it was to.
-/// @param fraction how much of moves and loads is on @param make the operator for a task
+/// A course of a body and its fixed components, its preconditioner refreshed or not.
+class KeptCourse : public KeptHierarchy {
+public:
+  KeptCourse(const Scene& scene, KeptBody& body)
+      : prescribed_(scene.prescribed), task_{body.scene(), control_, prescribed_,
+                                             body.team(),  clock_,   [] { return false; }},
+        fixed_(scene.specimen.grid, prescribed_), course_{{task_, make_operator(task_)}} {}
+  bool is_made_for(const Scene& scene) const {
+    return fixed_ == FixedMask(scene.specimen.grid, scene.prescribed);
+  }
+  bool take_materials(double) override { return false; }
+  FiniteCourse& course() { return course_; }
+
+private:
+  std::vector<Prescribed> prescribed_;
+  Control control_;
+  Clock clock_;
+  CoupledTask task_;
+  FixedMask fixed_;
+  FiniteCourse course_;
+};
+
+/// Of the body that is kept, or a new one.
+std::shared_ptr<FiniteCourse> course_of(const CoupledTask& task) {
+  if (task.kept == nullptr)
+    return std::make_shared<FiniteCourse>(FiniteCourse{{task, make_operator(task)}});
+  std::unique_ptr<KeptHierarchy>& hierarchy = task.kept->hierarchy;
+  auto* known = dynamic_cast<KeptCourse*>(hierarchy.get());
+  if (known == nullptr || !known->is_made_for(task.scene)) {
+    hierarchy.reset(); // before there are two
+    auto made = std::make_unique<KeptCourse>(task.scene, *task.kept);
+    known = made.get();
+    hierarchy = std::move(made);
+  }
+  return {std::shared_ptr<void>(), &known->course()};
+}
+
+/// Calls solve(minimum, task, answer), which says whether it found what it was to.
+/// @param fraction how much of moves and loads is on @param make the course for a task
 template<class Make, class Solve>
-Answer minimised(const Scene& scene, const Control& control, double* fraction, const Make& make,
-                 const Solve& solve) {
+Answer minimised(const Scene& scene, const Control& control, KeptBody* kept, double* fraction,
+                 const Make& make, const Solve& solve) {
   const Clock clock;
   std::optional<Status> stopped;
-  ThreadTeam team(elastic_threads(scene, control));
-  const CoupledTask task{scene, control, scene.prescribed, team, clock, [&] {
-                           if (!stopped)
-                             stopped = reason_to_stop(control, clock);
-                           return stopped.has_value();
-                         }};
+  std::optional<ThreadTeam> own_team;
+  ThreadTeam& team = kept != nullptr ? kept->team() : own_team.emplace(elastic_threads(scene, control));
+  CoupledTask task{scene, control, scene.prescribed, team, clock, [&] {
+                     if (!stopped)
+                       stopped = reason_to_stop(control, clock);
+                     return stopped.has_value();
+                   }};
+  task.kept = kept;
   Answer answer;
   answer.method = "coupled";
-  const auto at_rest = make(task);
-  FiniteMinimum minimum(task, at_rest);
+  const std::shared_ptr<FiniteCourse> course = make(task);
+  FiniteMinimum minimum(task, *course);
   answer.seconds.setup = clock.seconds();
-  const bool is_converged = solve(minimum, *at_rest, answer);
+  const bool is_converged = solve(minimum, task, answer);
   answer.algorithm = fmt::format("lattice at finite strain, Newton steps around multigrid, "
                                  "{} increment{}",
                                  minimum.increments(), minimum.increments() == 1 ? "" : "s");
@@ -68,10 +112,26 @@ Answer minimised(const Scene& scene, const Control& control, double* fraction, c
 }
 
 /// The least energy, whatever limits say.
-Answer least_elastic(const Scene& scene, const Control& control, double* fraction = nullptr) {
-  return minimised(
-      scene, control, fraction, make_operator,
-      [](FiniteMinimum& minimum, ElasticOperator&, Answer& answer) { return minimum.solve(answer); });
+Answer least_elastic(const Scene& scene, const Control& control, KeptBody* kept = nullptr,
+                     double* fraction = nullptr) {
+  double reached = 1;
+  Answer answer = minimised(scene, control, kept, &reached, course_of,
+                            [](FiniteMinimum& minimum, CoupledTask& task, Answer& found) {
+                              Displacement start;
+                              const EarlierAnswers::Start at =
+                                  task.kept != nullptr
+                                      ? task.kept->answers.find_course(task.scene, task.prescribed, start)
+                                      : EarlierAnswers::Start::nowhere;
+                              task.start = &start;
+                              return at == EarlierAnswers::Start::nowhere
+                                         ? minimum.solve(found)
+                                         : minimum.go_on(at == EarlierAnswers::Start::arrived, found);
+                            });
+  if (kept != nullptr && reached > 0 && (is_converged(answer.status) || control.seconds_budget))
+    kept->answers.add(reached < 1 ? scaled(scene, reached) : scene, answer.displacement);
+  if (fraction != nullptr)
+    *fraction = reached;
+  return answer;
 }
 
 double energy_of(const Scene& scene, const Displacement& u, int threads) {
@@ -109,8 +169,8 @@ constexpr std::array<double, 3> narrowed_near{1e-4, 1e-3, narrowed_far};
 /// The least energy within limits, and moves and loads taken back where those grant less.
 class WithinLimits {
 public:
-  WithinLimits(const Scene& scene, const Control& control)
-      : scene_(scene), control_(control), limits_(scene) {}
+  WithinLimits(const Scene& scene, const Control& control, KeptBody* kept)
+      : scene_(scene), control_(control), kept_(kept), limits_(scene) {}
 
   Answer run();
 
@@ -124,6 +184,7 @@ private:
 
   const Scene& scene_;
   const Control& control_;
+  KeptBody* kept_;
   Clock clock_;
   LinkLimits limits_;
 };
@@ -154,10 +215,16 @@ WithinLimits::Brought WithinLimits::bring_within(const Scene& scene, double narr
 
 /// @param answer feasible; stays so, and becomes the least energy unless its status says otherwise
 void WithinLimits::minimise(const Scene& scene, Answer& answer) const {
-  Answer least = minimised(scene, remaining(), nullptr, make_operator_within_limits,
-                           [&](FiniteMinimum& minimum, PenalizedOperator& at_rest, Answer& found) {
-                             return minimum.minimise_within(limits_, at_rest, answer.displacement, found);
-                           });
+  std::shared_ptr<PenalizedOperator> at_rest;
+  Answer least = minimised(
+      scene, remaining(), nullptr, nullptr,
+      [&](const CoupledTask& task) {
+        at_rest = make_operator_within_limits(task);
+        return std::make_shared<FiniteCourse>(FiniteCourse{{task, at_rest}});
+      },
+      [&](FiniteMinimum& minimum, const CoupledTask&, Answer& found) {
+        return minimum.minimise_within(limits_, *at_rest, answer.displacement, found);
+      });
   answer.status = least.status;
   answer.iterations += least.iterations;
   answer.algorithm += ", limits by multipliers";
@@ -207,7 +274,7 @@ double WithinLimits::find_granted(double reached, std::optional<Status>& stopped
 
 Answer WithinLimits::run() {
   double share = 1; // a solve that was cut short may have handles on their way
-  Answer answer = least_elastic(scene_, control_, &share);
+  Answer answer = least_elastic(scene_, control_, kept_, &share);
   if (!has_displacement(answer.status))
     return answer;
   std::optional<Status> stopped = is_converged(answer.status) ? std::nullopt : std::optional(answer.status);
@@ -239,10 +306,10 @@ Answer WithinLimits::run() {
 
 } // namespace
 
-Answer solve_coupled_finite(const Scene& scene, const Control& control) {
+Answer solve_coupled_finite(const Scene& scene, const Control& control, KeptBody* kept) {
   if (!scene.limits_bind_coupled())
-    return least_elastic(scene, control);
-  return WithinLimits(scene, control).run();
+    return least_elastic(scene, control, kept);
+  return WithinLimits(scene, control, kept).run();
 }
 
 } // namespace maille::deform

@@ -1,7 +1,7 @@
 #pragma once
 /// `coupled` where the scene asks for finite strain.
 
-#include "maille/scene/answer.hpp"
+#include "elastic/krylov/kept_body.hpp"
 
 namespace maille::deform {
 
@@ -9,6 +9,9 @@ namespace maille::deform {
 /// and the elastic answer breaks them, the answer is the least energy within them near it, each link in the
 /// mean frame of the cells around, and feasible whenever it ends; where no feasible state is found, moves and
 /// loads are cut back by bisection (status clamped), and the message says to what share.
-Answer solve_coupled_finite(const Scene& scene, const Control& control);
+/// @param kept of the scene's body: the answer begins where earlier ones point to (see EarlierAnswers), with
+///        the preconditioner of the last; within the scene's tolerance of the answer from rest, where that is
+///        of the same branch. Limits begin at the elastic answer. Null: from rest
+Answer solve_coupled_finite(const Scene& scene, const Control& control, KeptBody* kept = nullptr);
 
 } // namespace maille::deform

@@ -279,6 +279,7 @@ void FiniteElasticity::step_pressures(const Displacement& direction, double leng
             numbers_[numbers_of(cell) + (TangentNumbers<dimension>::F + i) * n_in_row_];
       const double grown = F.inverse().cwiseProduct(at.mean_gradient().transpose()).sum(); // of ln J
       pressure_[cell] += length * (volume_pressure_[cell] + bulk(cell) * grown - pressure_[cell]);
+      volume_pressure_[cell] += length * bulk(cell) * grown;
     });
   });
   has_pressures_ = true;

@@ -64,9 +64,11 @@ Scene without_search(Scene scene) {
 
 } // namespace
 
-FiniteMinimum::FiniteMinimum(const CoupledTask& task, std::shared_ptr<ElasticOperator> at_rest)
+FiniteMinimum::FiniteMinimum(const CoupledTask& task, FiniteCourse& course)
     : task_(task), scene_(without_search(task.scene)), linear_(scene_), elasticity_(scene_, linear_),
-      preconditioner_(task, std::move(at_rest)), sums_(scene_.specimen.grid, task.team) {
+      course_(course), preconditioner_(course.preconditioner), sums_(scene_.specimen.grid, task.team),
+      gradients_(static_cast<std::size_t>(scene_.dimension()), FixedMask(scene_.specimen, scene_.prescribed),
+                 sums_) {
   state_.u = state_.gradient = Displacement(scene_.specimen.grid);
   floor_ = rounding_strain * rounding_strain * energy_of_unit_strain(scene_, linear_);
 }
@@ -134,15 +136,14 @@ void FiniteMinimum::carry(const Scene& from, const Scene& to) {
 /// @return false if stopped
 bool FiniteMinimum::solve_for(ElasticOperator& K, const Displacement& residual, double reduction,
                               Displacement& d, Answer& answer, double enough) {
-  FieldGradients gradients(residual.n_components(), FixedMask(scene_.specimen, scene_.prescribed),
-                           FieldSums(scene_.specimen.grid, task_.team));
-  gradients.residual() = residual;
-  mask(gradients.residual());
-  gradients.begin(K, d);
+  gradients_.residual() = residual;
+  mask(gradients_.residual());
+  gradients_.begin(K, d);
   ReductionWatch reduced(limits_ ? most_coupled_iterations : most_iterations, reduction, task_.must_stop,
                          floor_, enough);
-  has_negative_curvature_ = conjugate_gradients(gradients, reduced) == GradientsEnd::no_curvature;
+  has_negative_curvature_ = conjugate_gradients(gradients_, reduced) == GradientsEnd::no_curvature;
   solve_iterations_ = reduced.iterations();
+  first_product_ = reduced.first();
   // The preconditioner is not positive: it is renewed next time.
   has_failed_ = solve_iterations_ == 0 && !(reduced.first() >= -floor_);
   solve_iterations_ = has_failed_ ? most_iterations : solve_iterations_;
@@ -154,8 +155,11 @@ bool FiniteMinimum::solve_for(ElasticOperator& K, const Displacement& residual, 
 void FiniteMinimum::linearise(Convexity convexity, bool may_refresh) {
   elasticity_.linearise(state_.u, convexity, task_.team);
   preconditioner_.turn_with(elasticity_);
-  if (may_refresh && !limits_ && solve_iterations_ > worth_refreshing && preconditioner_.refresh(elasticity_))
+  if (may_refresh && !limits_ && solve_iterations_ > worth_refreshing &&
+      preconditioner_.refresh(elasticity_)) {
     preconditioner_.turn_with(elasticity_);
+    course_.response = Displacement(); // its norm was the old one's
+  }
 }
 
 /// From the last increment's state to a start for this one, with handles in place.
@@ -252,7 +256,7 @@ void FiniteMinimum::find_newton_direction(double goal, Displacement& direction, 
   mask(residual);
   sums_.add(0, residual, -1, residual);
   std::ranges::fill(direction.values(), 0.0);
-  const double enough = 0.5 * std::pow(start_tolerance * goal, 2) * std::abs(state_.elastic);
+  const double enough = 0.5 * std::pow(0.1 * goal, 2) * std::abs(state_.elastic);
   solve_for(tangent, residual, start_tolerance, direction, answer, limits_ ? 0 : enough);
   mask(direction);
 }
@@ -271,13 +275,13 @@ bool FiniteMinimum::step_on_trial(const Displacement& direction, State& next) {
   return false;
 }
 
-FiniteMinimum::End FiniteMinimum::descend(double goal, Answer& answer) {
+FiniteMinimum::End FiniteMinimum::descend(double goal, Answer& answer, Convexity convexity) {
   State next{state_.u, state_.gradient};
   Displacement direction(scene_.specimen.grid);
   Base base;
-  int on_trial = 0; // steps since the base
-  Convexity convexity = Convexity::positive;
+  int on_trial = 0;           // steps since the base
   bool is_indefinite = false; // the last exact tangent
+  bool keeps_tangent = false; // the state has hardly changed since
   bool has_moved = false;     // since multipliers were last improved; never without limits
   for (int i = 0; i < (limits_ ? most_coupled_iterations : most_steps); ++i) {
     if (watch && on_trial == 0)
@@ -291,7 +295,9 @@ FiniteMinimum::End FiniteMinimum::descend(double goal, Answer& answer) {
       evaluate(state_);
     if (limits_ && limits_->are_penalties_out_of_date())
       penalized_->set_penalties(limits_->penalties());
-    linearise(convexity, on_trial == 0);
+    if (!keeps_tangent)
+      linearise(convexity, on_trial == 0);
+    const bool kept_tangent = std::exchange(keeps_tangent, false);
     find_newton_direction(goal, direction, answer);
     if (has_negative_curvature_ && convexity == Convexity::exact) {
       convexity = Convexity::positive;
@@ -322,9 +328,11 @@ FiniteMinimum::End FiniteMinimum::descend(double goal, Answer& answer) {
     if (on_trial == 0)
       base = {state_, direction, slope};
     const bool is_finite = step_on_trial(direction, next);
-    if (is_finite && next.energy <= base.state.energy + armijo * base.slope)
+    if (is_finite && next.energy <= base.state.energy + armijo * base.slope) {
+      keeps_tangent = convexity == Convexity::exact && !limits_ && on_trial == 0 && !kept_tangent &&
+                      answer.residual <= 0.1 * start_tolerance;
       on_trial = 0;
-    else if (is_finite && next.energy <= base.state.energy - base.slope / armijo && ++on_trial <= 2) {
+    } else if (is_finite && next.energy <= base.state.energy - base.slope / armijo && ++on_trial <= 2) {
       std::swap(state_, next);
       continue;
     } else {
@@ -361,20 +369,34 @@ void FiniteMinimum::find_reactions(Answer& answer) const {
 }
 
 /// Conjugate gradients on the tangent with forces that excite every motion: where some direction is not
-/// positive, they meet it.
+/// positive, they meet it. On a course they begin at the last answer's response, in which a direction that
+/// has become soft stands out.
 void FiniteMinimum::look_for_instability(Answer& answer) {
   if (is_unstable_ || limits_)
     return;
   // Descents settle at an exact tangent.
   TangentOperator tangent(elasticity_, nullptr, preconditioner_, task_.team);
-  Displacement push(scene_.specimen.grid), direction(push);
+  Displacement push(scene_.specimen.grid), residual(push);
   std::uint32_t random = 1;
   for (double& value : push.values()) {
     random = random * 1664525U + 1013904223U;
     value = static_cast<double>(random >> 8) - (1 << 23);
   }
-  solve_for(tangent, push, start_tolerance, direction, answer);
+  const bool is_first = course_.response.empty();
+  if (is_first)
+    course_.response = Displacement(scene_.specimen.grid);
+  else {
+    tangent.apply(course_.response, residual);
+    sums_.add(1, push, -1, residual);
+  }
+  const double enough = start_tolerance * start_tolerance * course_.push;
+  solve_for(tangent, is_first ? push : residual, is_first ? start_tolerance : 0, course_.response, answer,
+            enough);
   is_unstable_ = has_negative_curvature_;
+  if (is_first)
+    course_.push = first_product_;
+  if (is_unstable_)
+    course_.response = Displacement();
 }
 
 bool FiniteMinimum::solve(Answer& answer) {
@@ -390,6 +412,29 @@ bool FiniteMinimum::solve(Answer& answer) {
     increment /= end == End::failed ? 2 : 1;
     n_increments_ += end == End::settled ? 1 : 0;
   }
+  if (end == End::settled)
+    look_for_instability(answer);
+  return finish(end, answer);
+}
+
+bool FiniteMinimum::go_on(bool has_arrived, Answer& answer) {
+  answer.residual = 1;
+  put_on_loads_of(scene_);
+  state_.u = has_arrived ? task_.initial_state() : *task_.start;
+  evaluate(state_);
+  End end = std::isinf(state_.energy) ? End::failed : has_arrived ? End::settled : predict(scene_, answer);
+  if (end == End::settled) {
+    fraction_ = 1;
+    end = descend(scene_.relaxation.tolerance, answer, Convexity::exact);
+  }
+  if (end == End::failed || fraction_ == 0) {
+    fraction_ = 0;
+    std::ranges::fill(state_.u.values(), 0.0);
+    elasticity_.forget_pressures();
+    evaluate(state_);
+    return end == End::failed ? solve(answer) : finish(end, answer);
+  }
+  n_increments_ = 1;
   if (end == End::settled)
     look_for_instability(answer);
   return finish(end, answer);

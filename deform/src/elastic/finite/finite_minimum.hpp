@@ -37,17 +37,26 @@
 
 namespace maille::deform {
 
+/// What answers about one body hand on to the next.
+struct FiniteCourse {
+  TurnedPreconditioner preconditioner;
+  Displacement response{}; ///< of the last tangent to the push that looks for instability; empty: none yet
+  double push = 0;         ///< square of the push in the preconditioner's norm
+};
+
 class FiniteMinimum {
 public:
-  /// @param task must outlive this
-  /// @param at_rest operator of the body at rest, whose preconditioner it takes
-  FiniteMinimum(const CoupledTask& task, std::shared_ptr<ElasticOperator> at_rest);
+  /// Both must outlive this.
+  FiniteMinimum(const CoupledTask& task, FiniteCourse& course);
 
   /// Fills in displacement, iterations, residual, energy; reactions if it came to the end. @return false if
   /// stopped, or given up
   bool solve(Answer& answer);
+  /// The same from the task's start, in one step; from rest where that leads to no minimum.
+  /// @param has_arrived the start differs little from what is prescribed, which is put in place
+  bool go_on(bool has_arrived, Answer& answer);
   /// The least energy within limits, from a state in which handles are in place. The state found is within
-  /// the limits but for the estimated error. @param at_rest the operator of the constructor
+  /// the limits but for the estimated error. @param at_rest the operator in the preconditioner
   bool minimise_within(const LinkLimits& limits, PenalizedOperator& at_rest, Displacement start,
                        Answer& answer);
   /// How much of moves and loads is on in the present state: 1 at the end.
@@ -83,7 +92,7 @@ private:
                  Answer& answer, double enough = 0);
   void linearise(Convexity convexity, bool may_refresh);
   void find_newton_direction(double goal, Displacement& direction, Answer& answer);
-  End descend(double goal, Answer& answer);
+  End descend(double goal, Answer& answer, Convexity convexity = Convexity::positive);
   void look_for_instability(Answer& answer);
   double estimated_error(double slope) const;
   bool finish(End end, Answer& answer);
@@ -99,7 +108,8 @@ private:
   Scene scene_; ///< the task's, its taut scale out of the way
   LatticeElasticity linear_;
   FiniteElasticity elasticity_;
-  TurnedPreconditioner preconditioner_;
+  FiniteCourse& course_;
+  TurnedPreconditioner& preconditioner_;
   FieldSums sums_;
   std::optional<TurnedLimits> limits_;     ///< once they count, as the next
   PenalizedOperator* penalized_ = nullptr; ///< gets the penalties of limits_
@@ -110,7 +120,9 @@ private:
   double fraction_ = 0;
   double floor_ = 0; ///< twice an energy that is rounding [J]
   int n_increments_ = 0;
+  FieldGradients gradients_;
   int solve_iterations_ = 0;            ///< of the last solve
+  double first_product_ = 0;            ///< square of its residual, in the preconditioner's norm [J]
   bool has_negative_curvature_ = false; ///< the last solve met a direction of negative curvature
   bool has_failed_ = false;             ///< the last solve found no direction
   bool is_unstable_ = false;

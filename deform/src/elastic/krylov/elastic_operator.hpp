@@ -61,6 +61,7 @@ public:
   void begin(ElasticOperator& K, Displacement& u) {
     K_ = &K;
     u_ = &u;
+    std::ranges::fill(direction_.values(), 0.0);
   }
   /// To be filled in by the caller.
   Displacement& residual() { return residual_; }

@@ -15,7 +15,8 @@ namespace {
 
 /// Relative distance below which two sets of data count as the same direction.
 constexpr double same_direction = 1e-3;
-/// Earlier answers that leave more than this of what is asked are no start.
+/// Earlier answers that leave more than this of what is asked are no start. Points of a course that are
+/// nearer to each other than this part of the way ahead support no polynomial.
 constexpr double too_far = 0.5;
 
 Scene matter_of(const Scene& scene) {
@@ -72,12 +73,10 @@ struct Products {
 
 } // namespace
 
-bool EarlierAnswers::find_start(const Scene& scene, const std::vector<Prescribed>& prescribed,
-                                Displacement& u) {
-  was_spanned_ = false;
-  if (answers_.empty())
-    return false;
-  const std::array<List<double>, 3> loads = loads_of(scene);
+/// Products of the data of earlier answers and of the new question (last).
+Eigen::MatrixXd EarlierAnswers::products_with(const Scene& scene,
+                                              const std::vector<Prescribed>& prescribed) const {
+  const Loads loads = loads_of(scene);
   const auto n = static_cast<Eigen::Index>(answers_.size());
   const auto earlier = [&](Eigen::Index i) -> const One& { return answers_[i]; };
   Products products(n + 1);
@@ -92,7 +91,28 @@ bool EarlierAnswers::find_start(const Scene& scene, const std::vector<Prescribed
   for (Eigen::Index i = 0; i <= n; ++i)
     for (Eigen::Index j = 0; j <= n; ++j)
       products.loads(i, j) = product(i < n ? earlier(i).loads : loads, j < n ? earlier(j).loads : loads);
-  const Eigen::MatrixXd all = products.of_both();
+  return products.of_both();
+}
+
+Displacement EarlierAnswers::mean(const Scene& scene, const Eigen::VectorXd& weights) const {
+  Displacement u(scene.specimen.grid);
+  const std::span<double> values = u.values();
+  for (std::size_t i = 0; i < answers_.size(); ++i) {
+    const double weight = weights[static_cast<Eigen::Index>(i)];
+    const std::span<const double> from = answers_[i].u.values();
+    for (std::size_t k = 0; weight != 0 && k < values.size(); ++k)
+      values[k] += weight * from[k];
+  }
+  return u;
+}
+
+bool EarlierAnswers::find_start(const Scene& scene, const std::vector<Prescribed>& prescribed,
+                                Displacement& u) {
+  was_spanned_ = false;
+  if (answers_.empty())
+    return false;
+  const auto n = static_cast<Eigen::Index>(answers_.size());
+  const Eigen::MatrixXd all = products_with(scene, prescribed);
   const double size = all(n, n);
   if (!(size > 0))
     return false;
@@ -109,14 +129,49 @@ bool EarlierAnswers::find_start(const Scene& scene, const std::vector<Prescribed
   was_spanned_ = left <= same_direction * same_direction * size;
   if (left > too_far * too_far * size)
     return false;
-  u = Displacement(scene.specimen.grid);
-  const std::span<double> values = u.values();
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const std::span<const double> from = earlier(i).u.values();
-    for (std::size_t k = 0; part[i] != 0 && k < values.size(); ++k)
-      values[k] += part[i] * from[k];
-  }
+  u = mean(scene, part);
   return true;
+}
+
+EarlierAnswers::Start
+EarlierAnswers::find_course(const Scene& scene, const std::vector<Prescribed>& prescribed, Displacement& u) {
+  was_spanned_ = false;
+  if (answers_.empty())
+    return Start::nowhere;
+  const auto n = static_cast<Eigen::Index>(answers_.size()), last = n - 1;
+  const Eigen::MatrixXd all = products_with(scene, prescribed);
+  const Eigen::VectorXd ahead = Eigen::VectorXd::Unit(n + 1, n) - Eigen::VectorXd::Unit(n + 1, last);
+  const double way = ahead.dot(all * ahead);
+  Eigen::VectorXd weights = Eigen::VectorXd::Unit(n, last);
+  double left = way > std::pow(same_direction, 4) * all(n, n) ? way : 0; // else the question is the last one
+  if (left > 0) {
+    // Places along the way, the last answer's 0 and the new question's 1; rest has no data.
+    const Eigen::VectorXd products = all * ahead;
+    std::vector<double> places{0};
+    std::vector<Eigen::Index> support{last};
+    for (Eigen::Index i = last - 1; i >= -1; --i) {
+      const double place = ((i < 0 ? 0 : products[i]) - products[last]) / way;
+      if (std::ranges::all_of(places, [&](double other) { return std::abs(place - other) > too_far; })) {
+        places.push_back(place);
+        support.push_back(i);
+      }
+    }
+    Eigen::VectorXd polynomial = Eigen::VectorXd::Zero(n + 1);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      double weight = 1; // of Lagrange
+      for (std::size_t j = 0; j < places.size(); ++j)
+        weight *= j == i ? 1 : (1 - places[j]) / (places[i] - places[j]);
+      if (support[i] >= 0)
+        polynomial[support[i]] = weight;
+    }
+    const Eigen::VectorXd beyond = Eigen::VectorXd::Unit(n + 1, n) - polynomial;
+    if (const double of_polynomial = beyond.dot(all * beyond); of_polynomial < way) {
+      weights = polynomial.head(n);
+      left = of_polynomial;
+    }
+  }
+  u = mean(scene, weights);
+  return left <= same_direction * same_direction * way ? Start::arrived : Start::on_the_way;
 }
 
 void EarlierAnswers::add(const Scene& scene, const Displacement& u) {
@@ -153,15 +208,18 @@ bool KeptBody::is_of(const Scene& question) const {
 
 double KeptBody::take_materials(const Scene& question) {
   double ratio = 1;
+  bool has_changed = false;
   for (std::size_t i = 0; i < scene_.materials.size(); ++i) {
     const Matrix6 before = maille::stiffness(scene_.materials[i].elasticity),
                   now = maille::stiffness(question.materials[i].elasticity);
     if (before != now)
       ratio = std::max(ratio, ratio_between(now, before));
+    has_changed = has_changed || before != now || scene_.materials[i].law != question.materials[i].law;
     scene_.materials[i] = question.materials[i];
   }
-  if (ratio > 1) {
+  if (has_changed)
     answers.matter_has_changed();
+  if (ratio > 1) {
     if (hierarchy && (begins_anew || !hierarchy->take_materials(ratio)))
       hierarchy.reset();
   }

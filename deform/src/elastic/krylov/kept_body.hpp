@@ -3,6 +3,8 @@
 
 #include "elastic/krylov/coupled_task.hpp"
 
+#include <Eigen/Core>
+
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -23,11 +25,18 @@ public:
 /// Answers to questions about one body, of which the start of the next is made. A linear body's answer is
 /// linear in what is prescribed and in loads: the mean of earlier answers, weighted by least squares, whose
 /// prescribed values and loads come nearest to the new ones. Moves that go on as they went begin where they
-/// end.
+/// end. At finite strain an answer is a smooth function of its data along a course of questions.
 class EarlierAnswers {
 public:
   /// @return false, and `u` is not changed, where there is nothing to begin with
   bool find_start(const Scene& scene, const std::vector<Prescribed>& prescribed, Displacement& u);
+  /// The start at finite strain: the polynomial through the answers and rest, along the way from the last
+  /// data to the new ones, or the last answer, whichever data come nearer. What is prescribed is not in
+  /// place.
+  /// @return nowhere: no answer, `u` is not changed; arrived: its data are the new ones but for rounding or
+  ///         what a course curves
+  enum class Start { nowhere, on_the_way, arrived };
+  Start find_course(const Scene& scene, const std::vector<Prescribed>& prescribed, Displacement& u);
   /// Takes up an answer to the question of the last find_start().
   void add(const Scene& scene, const Displacement& u);
   /// The body's matter is another from now on: the last answer is a start, but no part of others.
@@ -41,6 +50,9 @@ private:
     Loads loads;
   };
   static constexpr std::size_t most = 3; ///< a node that is moved has three directions
+
+  Eigen::MatrixXd products_with(const Scene& scene, const std::vector<Prescribed>& prescribed) const;
+  Displacement mean(const Scene& scene, const Eigen::VectorXd& weights) const;
 
   std::vector<One> answers_;   ///< the newest last
   bool was_spanned_ = false;   ///< by them, the last question
