@@ -231,6 +231,23 @@ TEST(ElasticBodyContract, TheNextStepAtFiniteStrainIsCheap) {
   EXPECT_LE(2 * iterations[5], solve(scene, Method::coupled).iterations);
 }
 
+TEST(ElasticBodyContract, ACourseStoppedAnyTimeHasItsHandlesInPlace) {
+  Scene scene = finite(carved({6, 5, 7}));
+  for (int checks = 0; checks < 40; checks += 3) {
+    ElasticBody body;
+    move_by(scene, {5e-4, 0, 2e-4});
+    body.answer(scene);
+    move_by(scene, {7e-4, 3e-4, 0});
+    Control control;
+    control.stop_requested = [left = checks]() mutable { return left-- <= 0; };
+    const Answer answer = body.answer(scene, control);
+    const bool is_at_rest = largest_entry(answer.displacement) == 0;
+    for (const Prescribed& p : scene.prescribed)
+      EXPECT_EQ(answer.displacement(p.component, p.node), is_at_rest ? 0 : p.value) << checks;
+    expect_as_alone(body, scene);
+  }
+}
+
 // Truth: Euler's load of a column, a quarter of a period long; it is passed on a course of stable states.
 TEST(ElasticBodyContract, ACourseFindsTheStateUnstable) {
   constexpr int length = 40, across = 2;

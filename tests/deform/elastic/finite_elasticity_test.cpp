@@ -92,6 +92,64 @@ TEST(FiniteElasticityOracle, ForcesAndTangentAreDerivatives) {
   }
 }
 
+void expect_near(const Displacement& found, const Displacement& truth, double part) {
+  const double largest = std::sqrt(dot(truth, truth));
+  for (std::size_t i = 0; i < truth.values().size(); ++i)
+    ASSERT_NEAR(found.values()[i], truth.values()[i], part * largest);
+}
+
+// Truth: the scalar law, which a body takes whose fibres contract, here by no stress at all. Runs are longer
+// and shorter than vectors, broken by the other material and by cells without matter.
+TEST(FiniteElasticityOracle, VectorsOfCellsAreTheScalarLaw) {
+  std::mt19937 random(7);
+  for (const double lambda : {9e3, 4e6, -2e3}) {
+    Scene scene = test::box_scene(3, {11, 3, 2});
+    scene.strain = Strain::finite;
+    scene.materials.assign(2, scene.materials[0]);
+    for (Material& material : scene.materials) {
+      material.law = NeoHookean{&material == scene.materials.data() ? 4e3 : 7e3, lambda};
+      material.elasticity = rest_constants(*material.law);
+    }
+    Specimen& body = scene.specimen;
+    const auto n = static_cast<std::size_t>(body.grid.n_cells());
+    body.material_id.assign(n, 0);
+    body.tissue.assign(n, 0.75F);
+    for (const std::size_t cell : {4, 5, 17, 18})
+      body.material_id[cell] = 1;
+    body.material_id[13] = body.material_id[30] = no_material;
+    const LatticeElasticity linear(scene);
+    FiniteElasticity vectors(scene, linear), scalar(scene, linear);
+    scalar.set_active_stress(std::vector<double>(n, 0.0));
+    ThreadTeam one(1), three(3);
+    const double h = body.grid.spacing()[0];
+    for (const double size : {1e-7, 0.01, 0.12}) {
+      const Displacement u = random_field(body.grid, size * h, random),
+                         p = random_field(body.grid, h, random);
+      Displacement found(body.grid), truth(body.grid);
+      const double energy = scalar.evaluate(u, truth, one);
+      EXPECT_NEAR(vectors.evaluate(u, found, three), energy, 1e-12 * energy + 1e-16 * 4e3 * 1e-9);
+      expect_near(found, truth, 1e-12 + 1e-15 / size); // of the difference of F and 1 / F
+      for (const auto convexity :
+           {FiniteElasticity::Convexity::exact, FiniteElasticity::Convexity::positive}) {
+        for (FiniteElasticity* of : {&vectors, &scalar}) {
+          of->linearise(u, convexity, one);
+          of->apply_tangent(p, of == &vectors ? found : truth, one);
+        }
+        expect_near(found, truth, 1e-6); // of float32
+        for (FiniteElasticity* of : {&vectors, &scalar})
+          of->step_pressures(p, 0.1 * size, one); // the next tangent has pressures
+      }
+      for (FiniteElasticity* of : {&vectors, &scalar})
+        of->forget_pressures();
+    }
+    Displacement inverted(body.grid), forces(body.grid);
+    inverted(0, body.grid.node({5, 1, 1})) = 6 * h;
+    EXPECT_EQ(vectors.evaluate(inverted, forces, one), scalar.evaluate(inverted, forces, one));
+    EXPECT_EQ(vectors.n_inverted(), scalar.n_inverted());
+    EXPECT_GT(vectors.n_inverted(), 0);
+  }
+}
+
 // Truth: LatticeElasticity, the first order of the same question.
 TEST(FiniteElasticityConsistent, TangentAtRestIsTheLattices) {
   std::mt19937 random(5);

@@ -50,9 +50,9 @@ enum class Keeping {
 /// they are. Whatever else changes is found by comparing: another body is begun anew. At finite strain an
 /// answer begins where a polynomial through those before it leads, with their preconditioner.
 ///
-/// Answers are those of solve() to the scene's tolerance, at finite strain on the branch of the answer before;
-/// the same questions in the same order give the same bits, for any number of threads. At small strain 3D
-/// keeps all, 1D and 2D the answers. Not for two threads at a time.
+/// Answers are those of solve() to the scene's tolerance, at finite strain on the branch of the last one; the
+/// same questions in the same order give the same bits, for any number of threads. At small strain 3D keeps
+/// all, 1D and 2D the answers. Not for two threads at a time.
 /// Memory      that of `coupled`, up to three displacements more, and a copy of the body's matter
 /// Checked by  tests/deform/elastic_body_test.cpp; figures: `studies/lab/run bodies`
 class ElasticBody {

@@ -63,7 +63,7 @@ private:
   FiniteCourse course_;
 };
 
-/// Of the body that is kept, or a new one.
+/// The kept body's, or a new one.
 std::shared_ptr<FiniteCourse> course_of(const CoupledTask& task) {
   if (task.kept == nullptr)
     return std::make_shared<FiniteCourse>(FiniteCourse{{task, make_operator(task)}});
@@ -118,14 +118,12 @@ Answer least_elastic(const Scene& scene, const Control& control, KeptBody* kept 
   Answer answer = minimised(scene, control, kept, &reached, course_of,
                             [](FiniteMinimum& minimum, CoupledTask& task, Answer& found) {
                               Displacement start;
-                              const EarlierAnswers::Start at =
+                              const std::optional<bool> has_arrived =
                                   task.kept != nullptr
                                       ? task.kept->answers.find_course(task.scene, task.prescribed, start)
-                                      : EarlierAnswers::Start::nowhere;
+                                      : std::nullopt;
                               task.start = &start;
-                              return at == EarlierAnswers::Start::nowhere
-                                         ? minimum.solve(found)
-                                         : minimum.go_on(at == EarlierAnswers::Start::arrived, found);
+                              return minimum.solve(found, has_arrived);
                             });
   if (kept != nullptr && reached > 0 && (is_converged(answer.status) || control.seconds_budget))
     kept->answers.add(reached < 1 ? scaled(scene, reached) : scene, answer.displacement);

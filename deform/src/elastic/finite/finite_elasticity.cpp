@@ -1,6 +1,7 @@
 #include "elastic/finite/finite_elasticity.hpp"
 
 #include "elastic/finite/cell_tangent.hpp"
+#include "elastic/model/lattice_kernel.hpp"
 
 #include <Eigen/LU>
 
@@ -89,6 +90,8 @@ void FiniteElasticity::find_matter() {
     is_known[kind] = true;
     Matter& matter = matter_[kind];
     matter.stiffness = scene_.object_stiffness(cell);
+    if (const auto& law = scene_.materials[scene_.specimen.material(cell)].law; law && dimension == 3)
+      matter.in_vectors = std::get_if<NeoHookean>(&*law);
     const Eigen::MatrixXd reduced = scene_.cell_stiffness(cell);
     for (Eigen::Index p = 0; p < reduced.rows(); ++p)
       for (Eigen::Index q = 0; q < reduced.cols(); ++q)
@@ -130,40 +133,47 @@ Beyond FiniteElasticity::pull(const Matter& matter, const Beyond& w) const {
   return f;
 }
 
-template<class Work>
-void FiniteElasticity::for_each_layer(ThreadTeam& team, Work&& work) const {
-  const int d = grid_.dimension(), layers = grid_.cells()[d - 1];
-  run_slabs(team, layers, [&](int layer) {
-    if (d == 1)
-      work.template operator()<1>(layer);
-    else if (d == 2)
-      work.template operator()<2>(layer);
-    else
-      work.template operator()<3>(layer);
-  });
-}
-
-template<class Visit>
-void FiniteElasticity::for_each_run(int layer, Visit&& visit) const {
-  const std::int64_t in_layer = grid_.n_cells() / grid_.cells()[grid_.dimension() - 1],
-                     begin = layer * in_layer;
-  for (std::int64_t row = begin; row < begin + in_layer; row += n_in_row_) {
-    const std::int64_t node = grid_.corner(grid_.cell_at(row), 0);
-    for (std::int64_t x = 0; x < n_in_row_; ++x) {
-      const std::int64_t first = x;
-      while (x < n_in_row_ && scene_.specimen.is_matter(row + x))
-        ++x;
-      if (x > first)
-        visit(row + first, x - first, node + first);
-    }
+void FiniteElasticity::fill(TangentRun& run, int n, std::int64_t node, const Displacement& u,
+                            Displacement* forces) const {
+  run.dimension = grid_.dimension();
+  run.cells = n;
+  run.row = n_in_row_;
+  run.pairs = pairs_.data();
+  run.n_pairs = static_cast<int>(pairs_.size());
+  std::ranges::copy(offset_, run.corner);
+  for (int b = 0; b < run.dimension; ++b) {
+    run.per_length[b] = 1 / grid_.spacing()[b];
+    run.u[b] = u.component(b).data() + node;
+    run.forces[b] = forces != nullptr ? forces->component(b).data() + node : nullptr;
   }
 }
 
-template<class Visit>
-void FiniteElasticity::for_each_cell(int layer, Visit&& visit) const {
+template<class VisitRun, class Visit>
+void FiniteElasticity::for_each_law(int layer, const Displacement& u, VisitRun&& visit_run,
+                                    Visit&& visit) const {
+  std::array<double, most_cells> weight, determinant;
   for_each_run(layer, [&](std::int64_t first, std::int64_t n, std::int64_t node) {
-    for (std::int64_t x = 0; x < n; ++x)
-      visit(first + x, node + x);
+    for (std::int64_t x = 0; x < n;) {
+      const Matter& matter = matter_of(first + x);
+      if (matter.in_vectors == nullptr || !active_stress_.empty()) {
+        visit(first + x, node + x);
+        ++x;
+        continue;
+      }
+      const std::int64_t begin = x;
+      for (; x < n && x - begin < most_cells && &matter_of(first + x) == &matter; ++x)
+        weight[x - begin] = linear_.weight(first + x);
+      LawRun run;
+      fill(run, static_cast<int>(x - begin), node + begin, u, nullptr);
+      run.mu = matter.in_vectors->mu;
+      run.lambda = matter.in_vectors->lambda;
+      run.kappa = bulk(first + begin);
+      run.volume = volume_;
+      run.weight = weight.data();
+      run.beyond = matter.beyond.data();
+      run.determinant = determinant.data();
+      visit_run(run, first + begin, node + begin);
+    }
   });
 }
 
@@ -182,7 +192,15 @@ double FiniteElasticity::evaluate(const Displacement& u, Displacement& forces, T
   for_each_layer(team, [&]<int dimension>(int layer) {
     CellModes<dimension> at(grid_.spacing());
     OfLayer sum;
-    for_each_cell(layer, [&](std::int64_t cell, std::int64_t node) {
+    const auto of_run = [&](LawRun& run, std::int64_t first, std::int64_t node) {
+      run.energy = energies_.data() + first;
+      for (int b = 0; b < dimension; ++b)
+        run.forces[b] = forces.component(b).data() + node;
+      evaluate_law(run);
+      for (int i = 0; i < run.cells; ++i)
+        run.determinant[i] > 0 ? void(sum.energy += run.energy[i]) : void(++sum.inverted);
+    };
+    for_each_law(layer, u, of_run, [&](std::int64_t cell, std::int64_t node) {
       at.gather(u, node, offset_);
       const Matrix3d H = at.mean_gradient(), F = Matrix3d::Identity() + H;
       if (!(F.determinant() > 0)) {
@@ -230,25 +248,43 @@ void FiniteElasticity::linearise(const Displacement& u, Convexity convexity, Thr
   turn_frames(u, team);
   for_each_layer(team, [&]<int dimension>(int layer) {
     CellModes<dimension> at(grid_.spacing());
-    for_each_cell(layer, [&](std::int64_t cell, std::int64_t node) {
+    const auto of_cell = [&](std::int64_t cell, std::int64_t node) {
       at.gather(u, node, offset_);
-      const Matrix3d H = at.mean_gradient(), F = Matrix3d::Identity() + H;
-      Matrix3d E = 0.5 * (H + H.transpose() + H.transpose() * H);
-      double active = 0;
-      LawResponse response = respond(cell, E, active);
-      const double pressure = bulk(cell) * std::log(F.determinant());
-      if (!has_pressures_ || has_free_strains_)
-        pressure_[cell] = pressure;
-      shift_pressure(pressure_[cell] - pressure, F, response);
-      Matrix9d A = tangent_of_gradient(F, response);
-      if (convexity == Convexity::positive)
-        make_positive(-least_eigenvalue, A); // turns cost nothing
-      volume_pressure_[cell] = pressure;
-      using Beyond = typename CellModes<dimension>::Beyond;
-      store_tangent<dimension>(cell, F, A,
-                               convexity == Convexity::exact ? at.beyond() : Beyond(Beyond::Zero()));
-    });
+      linearise_cell(cell, at, convexity);
+    };
+    const auto of_run = [&](LawRun& run, std::int64_t first, std::int64_t node) {
+      run.found = numbers_.data() + numbers_of(first);
+      run.pressure = pressure_.data() + first;
+      run.volume_pressure = volume_pressure_.data() + first;
+      run.has_pressures = has_pressures_;
+      run.is_exact = convexity == Convexity::exact;
+      run.least_part = least_eigenvalue;
+      linearise_law(run);
+      for (int i = 0; i < run.cells && !run.is_exact; ++i)
+        if (!(run.determinant[i] > 0))
+          of_cell(first + i, node + i);
+    };
+    for_each_law(layer, u, of_run, of_cell);
   });
+}
+
+template<int dimension>
+void FiniteElasticity::linearise_cell(std::int64_t cell, const CellModes<dimension>& at,
+                                      Convexity convexity) {
+  const Matrix3d H = at.mean_gradient(), F = Matrix3d::Identity() + H;
+  Matrix3d E = 0.5 * (H + H.transpose() + H.transpose() * H);
+  double active = 0;
+  LawResponse response = respond(cell, E, active);
+  const double pressure = bulk(cell) * std::log(F.determinant());
+  if (!has_pressures_ || has_free_strains_)
+    pressure_[cell] = pressure;
+  shift_pressure(pressure_[cell] - pressure, F, response);
+  Matrix9d A = tangent_of_gradient(F, response);
+  if (convexity == Convexity::positive)
+    make_positive(-least_eigenvalue, A); // turns cost nothing
+  volume_pressure_[cell] = pressure;
+  using Beyond = typename CellModes<dimension>::Beyond;
+  store_tangent<dimension>(cell, F, A, convexity == Convexity::exact ? at.beyond() : Beyond(Beyond::Zero()));
 }
 
 void FiniteElasticity::linearise_in_frames(Displacement& at_rest, ThreadTeam& team) {
@@ -314,14 +350,9 @@ void FiniteElasticity::apply_tangent(const Displacement& p, Displacement& forces
   std::ranges::fill(forces.values(), 0.0);
   for_each_layer(team, [&]<int dimension>(int layer) {
     for_each_run(layer, [&](std::int64_t first, std::int64_t n, std::int64_t node) {
-      TangentRun run{dimension, static_cast<int>(n), numbers_.data() + numbers_of(first),
-                     n_in_row_, pairs_.data(),       static_cast<int>(pairs_.size())};
-      std::ranges::copy(offset_, run.corner);
-      for (int b = 0; b < dimension; ++b) {
-        run.per_length[b] = 1 / grid_.spacing()[b];
-        run.u[b] = p.component(b).data() + node;
-        run.forces[b] = forces.component(b).data() + node;
-      }
+      TangentRun run;
+      fill(run, static_cast<int>(n), node, p, &forces);
+      run.numbers = numbers_.data() + numbers_of(first);
       add_tangent_forces(run);
     });
   });

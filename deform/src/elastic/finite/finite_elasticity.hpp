@@ -29,6 +29,7 @@
 /// Checked by  tests/deform/elastic/finite_elasticity_test.cpp
 
 #include "elastic/finite/cell_modes.hpp"
+#include "elastic/finite/law_kernel.hpp"
 #include "elastic/finite/tangent_kernel.hpp"
 
 #include <Eigen/Geometry>
@@ -91,9 +92,10 @@ public:
 private:
   /// A kind of matter.
   struct Matter {
-    Matrix6 stiffness = Matrix6::Zero(); ///< object's frame [Pa]
-    Matrix6 in_scene = Matrix6::Zero();  ///< reduced to the scene's dimension; other rows are zero
-    std::vector<double> beyond;          ///< stiffness of what lies beyond the mean, by pairs_ [N/m]
+    Matrix6 stiffness = Matrix6::Zero();    ///< object's frame [Pa]
+    Matrix6 in_scene = Matrix6::Zero();     ///< reduced to the scene's dimension; other rows are zero
+    std::vector<double> beyond;             ///< stiffness of what lies beyond the mean, by pairs_ [N/m]
+    const NeoHookean* in_vectors = nullptr; ///< the law, where evaluate_law() has it; null: cell by cell
   };
   /// Energies and inverted cells of a layer.
   struct OfLayer {
@@ -112,12 +114,18 @@ private:
   /// Calls visit(cell, its first node) for the cells of matter of a layer.
   template<class Visit>
   void for_each_cell(int layer, Visit&& visit) const;
+  /// The same, but visit_run(LawRun, its first cell) for the runs of matter in_vectors.
+  template<class VisitRun, class Visit>
+  void for_each_law(int layer, const Displacement& u, VisitRun&& visit_run, Visit&& visit) const;
+  void fill(TangentRun& run, int n, std::int64_t node, const Displacement& u, Displacement* forces) const;
   const Matter& matter_of(std::int64_t cell) const { return matter_[linear_.kind_number(cell)]; }
   template<int dimension>
   void find_matter();
   /// K of what lies beyond the mean gradient, times w [N].
   template<class Beyond>
   Beyond pull(const Matter& matter, const Beyond& w) const;
+  template<int dimension>
+  void linearise_cell(std::int64_t cell, const CellModes<dimension>& at, Convexity convexity);
   template<int dimension>
   void store_tangent(std::int64_t cell, const Eigen::Matrix3d& F, const Eigen::Matrix<double, 9, 9>& A,
                      const typename CellModes<dimension>::Beyond& h);
@@ -151,5 +159,42 @@ private:
   std::vector<double> energies_;         ///< by cell [J]
   std::array<std::int64_t, 8> offset_{}; ///< of corners from the first one
 };
+
+template<class Work>
+void FiniteElasticity::for_each_layer(ThreadTeam& team, Work&& work) const {
+  const int d = grid_.dimension(), layers = grid_.cells()[d - 1];
+  run_slabs(team, layers, [&](int layer) {
+    if (d == 1)
+      work.template operator()<1>(layer);
+    else if (d == 2)
+      work.template operator()<2>(layer);
+    else
+      work.template operator()<3>(layer);
+  });
+}
+
+template<class Visit>
+void FiniteElasticity::for_each_run(int layer, Visit&& visit) const {
+  const std::int64_t in_layer = grid_.n_cells() / grid_.cells()[grid_.dimension() - 1],
+                     begin = layer * in_layer;
+  for (std::int64_t row = begin; row < begin + in_layer; row += n_in_row_) {
+    const std::int64_t node = grid_.corner(grid_.cell_at(row), 0);
+    for (std::int64_t x = 0; x < n_in_row_; ++x) {
+      const std::int64_t first = x;
+      while (x < n_in_row_ && scene_.specimen.is_matter(row + x))
+        ++x;
+      if (x > first)
+        visit(row + first, x - first, node + first);
+    }
+  }
+}
+
+template<class Visit>
+void FiniteElasticity::for_each_cell(int layer, Visit&& visit) const {
+  for_each_run(layer, [&](std::int64_t first, std::int64_t n, std::int64_t node) {
+    for (std::int64_t x = 0; x < n; ++x)
+      visit(first + x, node + x);
+  });
+}
 
 } // namespace maille::deform

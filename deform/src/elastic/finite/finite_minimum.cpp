@@ -119,10 +119,10 @@ void FiniteMinimum::evaluate(State& state) {
   }
   state.energy += energy_of_springs(linear_.springs(), state.u);
   elasticity_.add_springs(state.u, state.gradient);
-  if (loads_.empty())
-    return;
-  state.energy -= sums_.dot(loads_, state.u);
-  sums_.add(-1, loads_, 1, state.gradient);
+  if (!loads_.empty()) {
+    state.energy -= sums_.dot(loads_, state.u);
+    sums_.add(-1, loads_, 1, state.gradient);
+  }
 }
 
 /// As the object's frame goes from one increment to the next, so does the body.
@@ -142,11 +142,10 @@ bool FiniteMinimum::solve_for(ElasticOperator& K, const Displacement& residual, 
   ReductionWatch reduced(limits_ ? most_coupled_iterations : most_iterations, reduction, task_.must_stop,
                          floor_, enough);
   has_negative_curvature_ = conjugate_gradients(gradients_, reduced) == GradientsEnd::no_curvature;
-  solve_iterations_ = reduced.iterations();
   first_product_ = reduced.first();
   // The preconditioner is not positive: it is renewed next time.
-  has_failed_ = solve_iterations_ == 0 && !(reduced.first() >= -floor_);
-  solve_iterations_ = has_failed_ ? most_iterations : solve_iterations_;
+  has_failed_ = reduced.iterations() == 0 && !(first_product_ >= -floor_);
+  solve_iterations_ = has_failed_ ? most_iterations : reduced.iterations();
   answer.iterations += reduced.iterations();
   return !task_.must_stop();
 }
@@ -253,7 +252,6 @@ double FiniteMinimum::estimated_error(double slope) const {
 void FiniteMinimum::find_newton_direction(double goal, Displacement& direction, Answer& answer) {
   TangentOperator tangent(elasticity_, limits_ ? &*limits_ : nullptr, preconditioner_, task_.team);
   Displacement residual = state_.gradient;
-  mask(residual);
   sums_.add(0, residual, -1, residual);
   std::ranges::fill(direction.values(), 0.0);
   const double enough = 0.5 * std::pow(0.1 * goal, 2) * std::abs(state_.elastic);
@@ -278,7 +276,9 @@ bool FiniteMinimum::step_on_trial(const Displacement& direction, State& next) {
 FiniteMinimum::End FiniteMinimum::descend(double goal, Answer& answer, Convexity convexity) {
   State next{state_.u, state_.gradient};
   Displacement direction(scene_.specimen.grid);
-  Base base;
+  State base; // the last accepted one, and the search direction there
+  Displacement downhill;
+  double steepness = 0;
   int on_trial = 0;           // steps since the base
   bool is_indefinite = false; // the last exact tangent
   bool keeps_tangent = false; // the state has hardly changed since
@@ -288,7 +288,7 @@ FiniteMinimum::End FiniteMinimum::descend(double goal, Answer& answer, Convexity
       watch(fraction_, state_.energy);
     if (task_.must_stop()) {
       if (on_trial > 0)
-        std::swap(state_, base.state);
+        std::swap(state_, base);
       return End::stopped;
     }
     if (on_trial == 0 && turn_loads())
@@ -326,20 +326,20 @@ FiniteMinimum::End FiniteMinimum::descend(double goal, Answer& answer, Convexity
       continue;
     }
     if (on_trial == 0)
-      base = {state_, direction, slope};
+      base = state_, downhill = direction, steepness = slope;
     const bool is_finite = step_on_trial(direction, next);
-    if (is_finite && next.energy <= base.state.energy + armijo * base.slope) {
+    if (is_finite && next.energy <= base.energy + armijo * steepness) {
       keeps_tangent = convexity == Convexity::exact && !limits_ && on_trial == 0 && !kept_tangent &&
                       answer.residual <= 0.1 * start_tolerance;
       on_trial = 0;
-    } else if (is_finite && next.energy <= base.state.energy - base.slope / armijo && ++on_trial <= 2) {
+    } else if (is_finite && next.energy <= base.energy - steepness / armijo && ++on_trial <= 2) {
       std::swap(state_, next);
       continue;
     } else {
       on_trial = 0;
-      std::swap(state_, base.state);
+      std::swap(state_, base);
       elasticity_.forget_pressures();
-      if (!step_downhill(base.direction, base.slope, next)) {
+      if (!step_downhill(downhill, steepness, next)) {
         evaluate(state_);
         if (has_moved) { // better multipliers, once
           limits_->improve_multipliers();
@@ -363,18 +363,11 @@ FiniteMinimum::End FiniteMinimum::descend(double goal, Answer& answer, Convexity
   return limits_ ? End::stopped : End::failed;
 }
 
-void FiniteMinimum::find_reactions(Answer& answer) const {
-  for (const Prescribed& p : scene_.prescribed)
-    answer.reaction.push_back(state_.gradient(p.component, p.node));
-}
-
-/// Conjugate gradients on the tangent with forces that excite every motion: where some direction is not
-/// positive, they meet it. On a course they begin at the last answer's response, in which a direction that
-/// has become soft stands out.
+/// Conjugate gradients on the exact tangent, at which descents settle, with forces that excite every motion:
+/// where some direction is not positive, they meet it. On a course they begin at the last answer's response.
 void FiniteMinimum::look_for_instability(Answer& answer) {
   if (is_unstable_ || limits_)
     return;
-  // Descents settle at an exact tangent.
   TangentOperator tangent(elasticity_, nullptr, preconditioner_, task_.team);
   Displacement push(scene_.specimen.grid), residual(push);
   std::uint32_t random = 1;
@@ -382,28 +375,45 @@ void FiniteMinimum::look_for_instability(Answer& answer) {
     random = random * 1664525U + 1013904223U;
     value = static_cast<double>(random >> 8) - (1 << 23);
   }
-  const bool is_first = course_.response.empty();
-  if (is_first)
+  if (course_.response.empty()) {
     course_.response = Displacement(scene_.specimen.grid);
-  else {
-    tangent.apply(course_.response, residual);
-    sums_.add(1, push, -1, residual);
+    course_.push = 0;
   }
-  const double enough = start_tolerance * start_tolerance * course_.push;
-  solve_for(tangent, is_first ? push : residual, is_first ? start_tolerance : 0, course_.response, answer,
-            enough);
-  is_unstable_ = has_negative_curvature_;
+  tangent.apply(course_.response, residual);
+  sums_.add(1, push, -1, residual);
+  const bool is_first = course_.push == 0;
+  solve_for(tangent, residual, is_first ? start_tolerance : 0, course_.response, answer,
+            start_tolerance * start_tolerance * course_.push);
   if (is_first)
     course_.push = first_product_;
+  is_unstable_ = has_negative_curvature_;
   if (is_unstable_)
     course_.response = Displacement();
 }
 
-bool FiniteMinimum::solve(Answer& answer) {
-  const double planned = 1.0 / planned_increments();
-  double increment = planned;
+/// From the task's start in one step; back at rest where that leads to no minimum.
+FiniteMinimum::End FiniteMinimum::go_on(bool has_arrived, Answer& answer) {
+  put_on_loads_of(scene_);
+  state_.u = has_arrived ? task_.initial_state() : *task_.start;
+  evaluate(state_);
+  End end = std::isinf(state_.energy) ? End::failed : has_arrived ? End::settled : predict(scene_, answer);
+  if (end == End::settled) {
+    fraction_ = n_increments_ = 1;
+    end = descend(scene_.relaxation.tolerance, answer, Convexity::exact);
+  }
+  if (end == End::failed || fraction_ == 0) {
+    fraction_ = n_increments_ = 0;
+    std::ranges::fill(state_.u.values(), 0.0);
+    elasticity_.forget_pressures();
+    evaluate(state_);
+  }
+  return end;
+}
+
+bool FiniteMinimum::solve(Answer& answer, std::optional<bool> has_arrived) {
+  double increment = 1.0 / planned_increments();
   answer.residual = 1;
-  End end = End::settled;
+  End end = has_arrived ? go_on(*has_arrived, answer) : End::settled;
   for (int failures = 0; fraction_ < 1 && end != End::stopped; failures += end == End::failed ? 1 : 0) {
     if (task_.control.progress)
       task_.control.progress(0.99 * fraction_, "finite strain");
@@ -412,29 +422,6 @@ bool FiniteMinimum::solve(Answer& answer) {
     increment /= end == End::failed ? 2 : 1;
     n_increments_ += end == End::settled ? 1 : 0;
   }
-  if (end == End::settled)
-    look_for_instability(answer);
-  return finish(end, answer);
-}
-
-bool FiniteMinimum::go_on(bool has_arrived, Answer& answer) {
-  answer.residual = 1;
-  put_on_loads_of(scene_);
-  state_.u = has_arrived ? task_.initial_state() : *task_.start;
-  evaluate(state_);
-  End end = std::isinf(state_.energy) ? End::failed : has_arrived ? End::settled : predict(scene_, answer);
-  if (end == End::settled) {
-    fraction_ = 1;
-    end = descend(scene_.relaxation.tolerance, answer, Convexity::exact);
-  }
-  if (end == End::failed || fraction_ == 0) {
-    fraction_ = 0;
-    std::ranges::fill(state_.u.values(), 0.0);
-    elasticity_.forget_pressures();
-    evaluate(state_);
-    return end == End::failed ? solve(answer) : finish(end, answer);
-  }
-  n_increments_ = 1;
   if (end == End::settled)
     look_for_instability(answer);
   return finish(end, answer);
@@ -454,8 +441,8 @@ bool FiniteMinimum::minimise_within(const LinkLimits& limits, PenalizedOperator&
 bool FiniteMinimum::finish(End end, Answer& answer) {
   answer.strain_energy = state_.elastic;
   answer.reaction.clear();
-  if (end == End::settled)
-    find_reactions(answer);
+  for (std::size_t i = 0; i < scene_.prescribed.size() && end == End::settled; ++i)
+    answer.reaction.push_back(state_.gradient(scene_.prescribed[i].component, scene_.prescribed[i].node));
   answer.displacement = std::move(state_.u);
   return end == End::settled;
 }

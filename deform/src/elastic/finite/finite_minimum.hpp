@@ -51,10 +51,9 @@ public:
 
   /// Fills in displacement, iterations, residual, energy; reactions if it came to the end. @return false if
   /// stopped, or given up
-  bool solve(Answer& answer);
-  /// The same from the task's start, in one step; from rest where that leads to no minimum.
-  /// @param has_arrived the start differs little from what is prescribed, which is put in place
-  bool go_on(bool has_arrived, Answer& answer);
+  /// @param has_arrived begin at the task's start, from rest only where that leads to no minimum; true: it
+  ///        differs little from what is prescribed, which is put in place. Nothing: from rest
+  bool solve(Answer& answer, std::optional<bool> has_arrived = std::nullopt);
   /// The least energy within limits, from a state in which handles are in place. The state found is within
   /// the limits but for the estimated error. @param at_rest the operator in the preconditioner
   bool minimise_within(const LinkLimits& limits, PenalizedOperator& at_rest, Displacement start,
@@ -77,14 +76,9 @@ private:
     double energy = 0;        ///< less the work of loads [J]
     double elastic = 0;       ///< [J]
   };
-  /// The last accepted state, and the search direction there.
-  struct Base {
-    State state;
-    Displacement direction;
-    double slope = 0;
-  };
 
   int planned_increments() const;
+  End go_on(bool has_arrived, Answer& answer);
   End go_to(double fraction, Answer& answer);
   void carry(const Scene& from, const Scene& to);
   End predict(const Scene& to, Answer& answer);
@@ -102,7 +96,6 @@ private:
   void put_on_loads_of(const Scene& step);
   bool turn_loads();
   void mask(Displacement& field) const;
-  void find_reactions(Answer& answer) const;
 
   const CoupledTask& task_;
   Scene scene_; ///< the task's, its taut scale out of the way

@@ -1,11 +1,10 @@
 #include "elastic/finite/tangent_kernel.hpp"
 
-#include "elastic/model/lattice_kernel.hpp"
-
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "elastic/finite/tangent_kernel.cpp"
 #include <hwy/foreach_target.h>
-#include <hwy/highway.h>
+
+#include "elastic/finite/cell_kernel-inl.hpp"
 
 // Compiled once per kind of vector: see feasible/box/cone_kernel.cpp for what that forbids.
 
@@ -13,52 +12,19 @@ HWY_BEFORE_NAMESPACE();
 namespace maille::deform {
 namespace HWY_NAMESPACE {
 
-namespace hn = hwy::HWY_NAMESPACE;
-using Many = hn::CappedTag<double, 4>;
-using One = hn::CappedTag<double, 1>;
-
-/// What cells pull with at their nodes, at their own place and at the next, by component and row of nodes.
-using Pulls = double[2][3][4][most_cells + 1];
-
-HWY_INLINE constexpr int bits(int of) {
-  return (of & 1) + (of >> 1 & 1) + (of >> 2 & 1);
-}
-
-template<int n, class V>
-HWY_INLINE void transform(V* values) {
-  for (int half = 1; half < n; half *= 2)
-    for (int i = 0; i < n; ++i)
-      if ((i & half) == 0) {
-        const V low = values[i], high = values[i | half];
-        values[i] = hn::Add(high, low);
-        values[i | half] = hn::Sub(high, low);
-      }
-}
-
 /// Pulls of the cells from x on. See CellModes for the modes.
 template<int d, class D>
 HWY_INLINE void find_pulls(D tag, const TangentRun& run, int x, Pulls& pulls) {
   using V = hn::VFromD<D>;
   using At = TangentNumbers<d>;
-  constexpr int g = d * d, n_beyond = At::n_beyond, n = n_beyond + 1 + d;
-  constexpr int beyond[4] = {3, 5, 6, 7};
+  constexpr int g = d * d, n_beyond = At::n_beyond;
   const hn::Rebind<float, D> floats;
   const auto number = [&](int k) HWY_ATTR {
     return hn::PromoteTo(tag, hn::LoadU(floats, run.numbers + k * run.row + x));
   };
   const V zero = hn::Zero(tag);
-  V mode[d][n], dH[g], F[g], dP[g];
-  for (int b = 0; b < d; ++b) {
-    const V first = hn::LoadU(tag, run.u[b] + x);
-    mode[b][0] = zero;
-    for (int corner = 1; corner < n; ++corner)
-      mode[b][corner] = hn::Sub(hn::LoadU(tag, run.u[b] + run.corner[corner] + x), first);
-    transform<n>(mode[b]);
-    for (int a = 0; a < d; ++a)
-      dH[d * a + b] = hn::Mul(hn::Set(tag, 2 * run.per_length[a] / n), mode[b][1 << a]);
-    for (int k = 0; k < n_beyond; ++k)
-      mode[b][beyond[k]] = hn::Mul(hn::Set(tag, 1.0 / n), mode[b][beyond[k]]);
-  }
+  V dH[g], dh[n_beyond + 1][d], F[g], dP[g], dq[n_beyond + 1][d];
+  find_modes<d>(tag, run, x, dH, dh);
   for (int i = 0; i < g; ++i)
     dP[i] = zero;
   for (int i = 0, k = 0; i < g; ++i) {
@@ -82,7 +48,7 @@ HWY_INLINE void find_pulls(D tag, const TangentRun& run, int x, Pulls& pulls) {
     for (int b = 0; b < d; ++b) {
       V sum = zero;
       for (int c = 0; c < d; ++c)
-        sum = hn::MulAdd(F[d * b + c], mode[c][beyond[k]], hn::MulAdd(dH[d * b + c], h[k][c], sum));
+        sum = hn::MulAdd(F[d * b + c], dh[k][c], hn::MulAdd(dH[d * b + c], h[k][c], sum));
       w[3 * k + b] = sum;
     }
   int at = At::K;
@@ -94,55 +60,24 @@ HWY_INLINE void find_pulls(D tag, const TangentRun& run, int x, Pulls& pulls) {
       df[j] = hn::MulAdd(K, w[i], df[j]);
   }
   for (int b = 0; b < d; ++b) {
-    V pull[n];
-    pull[0] = zero;
-    for (int a = 0; a < d; ++a) {
-      V sum = dP[d * a + b];
+    for (int a = 0; a < d; ++a)
       for (int k = 0; k < n_beyond; ++k)
-        sum = hn::MulAdd(mode[b][beyond[k]], f[k][a], hn::MulAdd(h[k][b], df[3 * k + a], sum));
-      pull[1 << a] = hn::Mul(hn::Set(tag, 2 * run.per_length[a] / n), sum);
-    }
+        dP[d * a + b] = hn::MulAdd(dh[k][b], f[k][a], hn::MulAdd(h[k][b], df[3 * k + a], dP[d * a + b]));
     for (int k = 0; k < n_beyond; ++k) {
       V sum = zero;
       for (int a = 0; a < d; ++a)
         sum = hn::MulAdd(dH[d * a + b], f[k][a], hn::MulAdd(F[d * a + b], df[3 * k + a], sum));
-      pull[beyond[k]] = hn::Mul(hn::Set(tag, 1.0 / n), sum);
-    }
-    for (int m = 0; m < n; ++m)
-      pull[m] = bits(m) % 2 != 0 ? hn::Neg(pull[m]) : pull[m];
-    transform<n>(pull);
-    for (int corner = 0; corner < n; ++corner) {
-      const V signed_pull = bits(corner) % 2 != 0 ? hn::Neg(pull[corner]) : pull[corner];
-      hn::StoreU(signed_pull, tag, pulls[corner & 1][b][corner >> 1] + x + (corner & 1));
+      dq[k][b] = sum;
     }
   }
-}
-
-/// Cells are computed twice where vectors overlap at the end of a run, with the same result.
-template<int d, class D>
-HWY_INLINE void find_all(D tag, const TangentRun& run, Pulls& pulls) {
-  const int lanes = static_cast<int>(hn::Lanes(tag));
-  for (int x = 0; x < run.cells; x += lanes)
-    find_pulls<d>(tag, run, x < run.cells - lanes ? x : run.cells - lanes, pulls);
+  put_pulls<d>(tag, run, x, dP, dq, pulls);
 }
 
 template<int d>
 HWY_INLINE void add_part(const TangentRun& run) {
   Pulls pulls;
-  const Many many;
-  if (run.cells >= static_cast<int>(hn::Lanes(many)))
-    find_all<d>(many, run, pulls);
-  else
-    find_all<d>(One(), run, pulls);
-  const int n = run.cells;
-  for (int b = 0; b < d; ++b)
-    for (int row = 0; row < 1 << (d - 1); ++row) {
-      double *const to = run.forces[b] + run.corner[2 * row], *const lower = pulls[0][b][row],
-                    *const upper = pulls[1][b][row];
-      lower[n] = upper[0] = 0;
-      for (int i = 0; i <= n; ++i)
-        to[i] += lower[i] + upper[i];
-    }
+  for_each_vector(run.cells, [&](auto tag, int x) HWY_ATTR { find_pulls<d>(tag, run, x, pulls); });
+  add_pulls<d>(run, pulls);
 }
 
 void add_run(const TangentRun& run) {

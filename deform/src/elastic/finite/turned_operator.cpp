@@ -69,18 +69,23 @@ void TurnedPreconditioner::turn_with(const FiniteElasticity& elasticity) {
 
 void TurnedPreconditioner::turn(Displacement& field, bool forth) const {
   const Grid& grid = task_.scene.specimen.grid;
-  const auto d = static_cast<std::size_t>(grid.dimension());
-  const int planes = grid.nodes()[d - 1];
+  if (grid.dimension() == 1)
+    return;
+  const bool has_z = grid.dimension() == 3;
+  const int planes = grid.nodes()[grid.dimension() - 1];
   const auto in_plane = static_cast<std::size_t>(grid.n_nodes() / planes);
+  double *const x = field.component(0).data(), *const y = field.component(1).data(),
+                *const z = has_z ? field.component(2).data() : nullptr;
   task_.team.run(planes, [&](int plane, int) {
     const auto first = static_cast<std::size_t>(plane) * in_plane;
     for (std::size_t i = first; i < first + in_plane; ++i) {
-      Eigen::Vector3d v = Eigen::Vector3d::Zero();
-      for (std::size_t b = 0; b < d; ++b)
-        v[static_cast<Eigen::Index>(b)] = field(b, i);
-      v = forth ? rotation_[i] * v : rotation_[i].conjugate() * v;
-      for (std::size_t b = 0; b < d; ++b)
-        field(b, i) = v[static_cast<Eigen::Index>(b)];
+      const Eigen::Quaterniond& q = rotation_[i];
+      const double w = forth ? q.w() : -q.w(), a = x[i], b = y[i], c = has_z ? z[i] : 0;
+      const double p = q.y() * c - q.z() * b, r = q.z() * a - q.x() * c, s = q.x() * b - q.y() * a;
+      x[i] = a + 2 * (w * p + q.y() * s - q.z() * r);
+      y[i] = b + 2 * (w * r + q.z() * p - q.x() * s);
+      if (has_z)
+        z[i] = c + 2 * (w * s + q.x() * r - q.y() * p);
     }
   });
 }

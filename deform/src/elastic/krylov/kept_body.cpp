@@ -56,42 +56,33 @@ double product(const std::array<List<double>, 3>& a, const std::array<List<doubl
   return product(a[0], b[0]) + product(a[1], b[1]) + product(a[2], b[2]);
 }
 
-/// Products of data, of earlier questions and the new one (last): of what is prescribed, and of loads.
-struct Products {
-  Eigen::MatrixXd values, loads;
-  explicit Products(Eigen::Index n)
-      : values(Eigen::MatrixXd::Zero(n, n)), loads(Eigen::MatrixXd::Zero(n, n)) {}
-  /// Both count alike: each over the largest that there is.
-  Eigen::MatrixXd of_both() const {
-    const auto over_largest = [](const Eigen::MatrixXd& m) -> Eigen::MatrixXd {
-      const double most = m.diagonal().maxCoeff();
-      return most > 0 ? Eigen::MatrixXd(m / most) : m;
-    };
-    return over_largest(values) + over_largest(loads);
-  }
-};
+Eigen::MatrixXd over_largest(const Eigen::MatrixXd& m) {
+  const double most = m.diagonal().maxCoeff();
+  return most > 0 ? Eigen::MatrixXd(m / most) : m;
+}
 
 } // namespace
 
-/// Products of the data of earlier answers and of the new question (last).
+/// Products of the data of earlier answers and of the new question (last). What is prescribed and loads count
+/// alike: each over the largest that there is.
 Eigen::MatrixXd EarlierAnswers::products_with(const Scene& scene,
                                               const std::vector<Prescribed>& prescribed) const {
   const Loads loads = loads_of(scene);
   const auto n = static_cast<Eigen::Index>(answers_.size());
   const auto earlier = [&](Eigen::Index i) -> const One& { return answers_[i]; };
-  Products products(n + 1);
+  Eigen::MatrixXd of_values = Eigen::MatrixXd::Zero(n + 1, n + 1), of_loads = of_values;
   std::vector<double> here(static_cast<std::size_t>(n) + 1);
   for (const Prescribed& p : prescribed) {
     for (Eigen::Index i = 0; i < n; ++i)
       here[i] = earlier(i).u(p.component, p.node);
     here.back() = p.value;
     const Eigen::Map<const Eigen::VectorXd> data(here.data(), n + 1);
-    products.values.noalias() += data * data.transpose();
+    of_values.noalias() += data * data.transpose();
   }
   for (Eigen::Index i = 0; i <= n; ++i)
     for (Eigen::Index j = 0; j <= n; ++j)
-      products.loads(i, j) = product(i < n ? earlier(i).loads : loads, j < n ? earlier(j).loads : loads);
-  return products.of_both();
+      of_loads(i, j) = product(i < n ? earlier(i).loads : loads, j < n ? earlier(j).loads : loads);
+  return over_largest(of_values) + over_largest(of_loads);
 }
 
 Displacement EarlierAnswers::mean(const Scene& scene, const Eigen::VectorXd& weights) const {
@@ -133,11 +124,11 @@ bool EarlierAnswers::find_start(const Scene& scene, const std::vector<Prescribed
   return true;
 }
 
-EarlierAnswers::Start
-EarlierAnswers::find_course(const Scene& scene, const std::vector<Prescribed>& prescribed, Displacement& u) {
+std::optional<bool> EarlierAnswers::find_course(const Scene& scene, const std::vector<Prescribed>& prescribed,
+                                                Displacement& u) {
   was_spanned_ = false;
   if (answers_.empty())
-    return Start::nowhere;
+    return std::nullopt;
   const auto n = static_cast<Eigen::Index>(answers_.size()), last = n - 1;
   const Eigen::MatrixXd all = products_with(scene, prescribed);
   const Eigen::VectorXd ahead = Eigen::VectorXd::Unit(n + 1, n) - Eigen::VectorXd::Unit(n + 1, last);
@@ -171,7 +162,7 @@ EarlierAnswers::find_course(const Scene& scene, const std::vector<Prescribed>& p
     }
   }
   u = mean(scene, weights);
-  return left <= same_direction * same_direction * way ? Start::arrived : Start::on_the_way;
+  return left <= same_direction * same_direction * way;
 }
 
 void EarlierAnswers::add(const Scene& scene, const Displacement& u) {

@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace maille::deform {
@@ -33,10 +34,10 @@ public:
   /// The start at finite strain: the polynomial through the answers and rest, along the way from the last
   /// data to the new ones, or the last answer, whichever data come nearer. What is prescribed is not in
   /// place.
-  /// @return nowhere: no answer, `u` is not changed; arrived: its data are the new ones but for rounding or
-  ///         what a course curves
-  enum class Start { nowhere, on_the_way, arrived };
-  Start find_course(const Scene& scene, const std::vector<Prescribed>& prescribed, Displacement& u);
+  /// @return whether its data are the new ones but for rounding, or what a course curves; nothing, and `u` is
+  ///         not changed, where there is no answer
+  std::optional<bool> find_course(const Scene& scene, const std::vector<Prescribed>& prescribed,
+                                  Displacement& u);
   /// Takes up an answer to the question of the last find_start().
   void add(const Scene& scene, const Displacement& u);
   /// The body's matter is another from now on: the last answer is a start, but no part of others.
