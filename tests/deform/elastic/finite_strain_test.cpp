@@ -28,7 +28,7 @@ Trace traced(const Scene& scene) {
   const Clock clock;
   const Control control;
   const CoupledTask task{scene, control, scene.prescribed, team, clock, [] { return false; }};
-  FiniteCourse course{{task, make_operator(task)}};
+  FiniteCourse course(scene, scene.prescribed, team, make_operator);
   FiniteMinimum minimum(task, course);
   Trace trace;
   minimum.watch = [&](double fraction, double energy) { trace.energies.emplace_back(fraction, energy); };

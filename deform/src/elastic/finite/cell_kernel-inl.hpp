@@ -40,10 +40,10 @@ HWY_INLINE void transform(V* values) {
       }
 }
 
-/// Of the cells from x on. @param gradient by columns [1] @param beyond mode after mode [m]
+/// The modes of the cells from x on. @param gradient by columns [1] @param beyond mode after mode [m]
 template<int d, class D, class V = hn::VFromD<D>>
 HWY_INLINE void find_modes(D tag, const TangentRun& run, int x, V* gradient, V (*beyond)[d]) {
-  constexpr int n = 1 << d, n_beyond = n - 1 - d;
+  constexpr int n_beyond = TangentNumbers<d>::n_beyond, n = n_beyond + 1 + d;
   for (int b = 0; b < d; ++b) {
     V mode[n];
     const V first = hn::LoadU(tag, run.u[b] + x);
@@ -62,7 +62,7 @@ HWY_INLINE void find_modes(D tag, const TangentRun& run, int x, V* gradient, V (
 template<int d, class D, class V = hn::VFromD<D>>
 HWY_INLINE void put_pulls(D tag, const TangentRun& run, int x, const V* of_gradient, const V (*of_beyond)[d],
                           Pulls& pulls) {
-  constexpr int n = 1 << d, n_beyond = n - 1 - d;
+  constexpr int n_beyond = TangentNumbers<d>::n_beyond, n = n_beyond + 1 + d;
   for (int b = 0; b < d; ++b) {
     V pull[n];
     pull[0] = hn::Zero(tag);

@@ -3,7 +3,6 @@
 #include "control/method.hpp"
 #include "elastic/finite/finite_minimum.hpp"
 #include "elastic/ladder/ladder.hpp"
-#include "elastic/model/fixed_mask.hpp"
 #include "maille/scene/scene.hpp"
 
 #include <fmt/format.h>
@@ -41,45 +40,8 @@ std::string message_for(const Scene& scene, const FiniteMinimum& minimum) {
   return message;
 }
 
-/// A course of a body and its fixed components, its preconditioner refreshed or not.
-class KeptCourse : public KeptHierarchy {
-public:
-  KeptCourse(const Scene& scene, KeptBody& body)
-      : prescribed_(scene.prescribed), task_{body.scene(), control_, prescribed_,
-                                             body.team(),  clock_,   [] { return false; }},
-        fixed_(scene.specimen.grid, prescribed_), course_{{task_, make_operator(task_)}} {}
-  bool is_made_for(const Scene& scene) const {
-    return fixed_ == FixedMask(scene.specimen.grid, scene.prescribed);
-  }
-  bool take_materials(double) override { return false; }
-  FiniteCourse& course() { return course_; }
-
-private:
-  std::vector<Prescribed> prescribed_;
-  Control control_;
-  Clock clock_;
-  CoupledTask task_;
-  FixedMask fixed_;
-  FiniteCourse course_;
-};
-
-/// The kept body's, or a new one.
-std::shared_ptr<FiniteCourse> course_of(const CoupledTask& task) {
-  if (task.kept == nullptr)
-    return std::make_shared<FiniteCourse>(FiniteCourse{{task, make_operator(task)}});
-  std::unique_ptr<KeptHierarchy>& hierarchy = task.kept->hierarchy;
-  auto* known = dynamic_cast<KeptCourse*>(hierarchy.get());
-  if (known == nullptr || !known->is_made_for(task.scene)) {
-    hierarchy.reset(); // before there are two
-    auto made = std::make_unique<KeptCourse>(task.scene, *task.kept);
-    known = made.get();
-    hierarchy = std::move(made);
-  }
-  return {std::shared_ptr<void>(), &known->course()};
-}
-
 /// Calls solve(minimum, task, answer), which says whether it found what it was to.
-/// @param fraction how much of moves and loads is on @param make the course for a task
+/// @param fraction how much of moves and loads is on @param make the operator at rest for a task
 template<class Make, class Solve>
 Answer minimised(const Scene& scene, const Control& control, KeptBody* kept, double* fraction,
                  const Make& make, const Solve& solve) {
@@ -95,7 +57,16 @@ Answer minimised(const Scene& scene, const Control& control, KeptBody* kept, dou
   task.kept = kept;
   Answer answer;
   answer.method = "coupled";
-  const std::shared_ptr<FiniteCourse> course = make(task);
+  std::unique_ptr<KeptHierarchy> own;
+  std::unique_ptr<KeptHierarchy>& hierarchy = kept != nullptr ? kept->hierarchy : own;
+  auto* course = dynamic_cast<FiniteCourse*>(hierarchy.get());
+  if (course == nullptr || !course->has_fixed(scene.prescribed)) {
+    hierarchy.reset(); // before there are two
+    auto made =
+        std::make_unique<FiniteCourse>(kept != nullptr ? kept->scene() : scene, scene.prescribed, team, make);
+    course = made.get();
+    hierarchy = std::move(made);
+  }
   FiniteMinimum minimum(task, *course);
   answer.seconds.setup = clock.seconds();
   const bool is_converged = solve(minimum, task, answer);
@@ -115,7 +86,7 @@ Answer minimised(const Scene& scene, const Control& control, KeptBody* kept, dou
 Answer least_elastic(const Scene& scene, const Control& control, KeptBody* kept = nullptr,
                      double* fraction = nullptr) {
   double reached = 1;
-  Answer answer = minimised(scene, control, kept, &reached, course_of,
+  Answer answer = minimised(scene, control, kept, &reached, make_operator,
                             [](FiniteMinimum& minimum, CoupledTask& task, Answer& found) {
                               Displacement start;
                               const std::optional<bool> has_arrived =
@@ -199,15 +170,15 @@ Control WithinLimits::remaining() const {
 /// found
 WithinLimits::Brought WithinLimits::bring_within(const Scene& scene, double narrowed, Answer& answer) const {
   Displacement feasible = answer.displacement;
-  const TurnedProjection projection = project_in_turned_frames(scene, limits_, feasible, narrowed);
-  if (!projection.is_feasible)
+  const std::optional<int> sweeps = project_in_turned_frames(scene, limits_, feasible, narrowed);
+  if (!sweeps)
     return Brought::not_within;
-  if (projection.sweeps == 0)
+  if (*sweeps == 0)
     return Brought::was_within;
   answer.residual = std::min(1.0, std::max(answer.residual, change_between(answer.displacement, feasible)));
   answer.displacement = std::move(feasible);
   answer.strain_energy = energy_of(scene, answer.displacement, control_.threads);
-  answer.iterations += projection.sweeps;
+  answer.iterations += *sweeps;
   return Brought::within;
 }
 
@@ -216,10 +187,7 @@ void WithinLimits::minimise(const Scene& scene, Answer& answer) const {
   std::shared_ptr<PenalizedOperator> at_rest;
   Answer least = minimised(
       scene, remaining(), nullptr, nullptr,
-      [&](const CoupledTask& task) {
-        at_rest = make_operator_within_limits(task);
-        return std::make_shared<FiniteCourse>(FiniteCourse{{task, at_rest}});
-      },
+      [&](const CoupledTask& task) { return at_rest = make_operator_within_limits(task); },
       [&](FiniteMinimum& minimum, const CoupledTask&, Answer& found) {
         return minimum.minimise_within(limits_, *at_rest, answer.displacement, found);
       });

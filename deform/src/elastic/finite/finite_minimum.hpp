@@ -29,19 +29,35 @@
 #include "elastic/finite/turned_operator.hpp"
 #include "elastic/krylov/coupled_task.hpp"
 #include "elastic/krylov/elastic_operator.hpp"
+#include "elastic/krylov/kept_body.hpp"
 
 #include <functional>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 namespace maille::deform {
 
-/// What answers about one body hand on to the next.
-struct FiniteCourse {
+/// What answers about one body with some fixed components hand on to the next.
+struct FiniteCourse : KeptHierarchy {
+  /// @param body must outlive this, as must the team @param make the operator at rest for a task
+  FiniteCourse(const Scene& body, std::vector<Prescribed> fixed, ThreadTeam& team,
+               const std::function<std::shared_ptr<ElasticOperator>(const CoupledTask&)>& make)
+      : prescribed(std::move(fixed)), task{body, control, prescribed, team, clock, [] { return false; }},
+        preconditioner(task, make(task)) {}
+  bool has_fixed(const std::vector<Prescribed>& components) const {
+    return FixedMask(task.scene.specimen.grid, components) == FixedMask(task.scene.specimen.grid, prescribed);
+  }
+  bool take_materials(double) override { return false; }
+
+  const std::vector<Prescribed> prescribed;
+  const Control control;
+  const Clock clock;
+  const CoupledTask task;
   TurnedPreconditioner preconditioner;
-  Displacement response{}; ///< of the last tangent to the push that looks for instability; empty: none yet
-  double push = 0;         ///< square of the push in the preconditioner's norm
+  Displacement response; ///< of the last tangent to the push that looks for instability; empty: none yet
+  double push = 0;       ///< square of the push in the preconditioner's norm
 };
 
 class FiniteMinimum {

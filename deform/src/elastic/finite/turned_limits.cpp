@@ -219,7 +219,7 @@ struct FramedLink {
 class FrameProjection {
 public:
   FrameProjection(const Scene& scene, const LinkLimits& limits, double narrowed);
-  TurnedProjection run(const LinkLimits& limits, Displacement& u);
+  std::optional<int> run(const LinkLimits& limits, Displacement& u);
 
 private:
   void find_frames(const Displacement& u);
@@ -278,12 +278,10 @@ void FrameProjection::bring_within(const FramedLink& link, Displacement& u) cons
   }
 }
 
-TurnedProjection FrameProjection::run(const LinkLimits& limits, Displacement& u) {
-  TurnedProjection done;
+std::optional<int> FrameProjection::run(const LinkLimits& limits, Displacement& u) {
   for (int frames = 0; frames < most_frames; ++frames) {
-    done.is_feasible = largest_violation_in_blocks(scene_, limits, u) <= tolerance;
-    if (done.is_feasible)
-      break;
+    if (largest_violation_in_blocks(scene_, limits, u) <= tolerance)
+      return frames * sweeps_per_frames;
     find_frames(u);
     for (int sweep = 0; sweep < sweeps_per_frames; sweep += 2) {
       for (const FramedLink& link : links_)
@@ -291,15 +289,14 @@ TurnedProjection FrameProjection::run(const LinkLimits& limits, Displacement& u)
       for (auto link = links_.rbegin(); link != links_.rend(); ++link)
         bring_within(*link, u);
     }
-    done.sweeps += sweeps_per_frames;
   }
-  return done;
+  return std::nullopt;
 }
 
 } // namespace
 
-TurnedProjection project_in_turned_frames(const Scene& scene, const LinkLimits& limits, Displacement& u,
-                                          double narrowed) {
+std::optional<int> project_in_turned_frames(const Scene& scene, const LinkLimits& limits, Displacement& u,
+                                            double narrowed) {
   return FrameProjection(scene, limits, narrowed).run(limits, u);
 }
 

@@ -10,6 +10,7 @@
 #include "maille/base/arena.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace maille::deform {
@@ -84,11 +85,6 @@ private:
   List<std::uint16_t> has_penalty_; ///< by tail: see bit()
 };
 
-struct TurnedProjection {
-  bool is_feasible = false; ///< largest_violation_in_blocks is 0 but for rounding
-  int sweeps = 0;
-};
-
 /// Moves nodes where they are free, until no link breaks its limits.
 ///
 /// Frames turn with the state and tie the components together, so there is no closed form as there is in the
@@ -99,11 +95,12 @@ struct TurnedProjection {
 ///
 /// @param u        finite; prescribed components are in their places and stay there
 /// @param narrowed by this part of an interval at either end
-/// @return         not feasible where sweeps did not converge: as a rule because what is prescribed asks for
-///                 more than the limits grant
+/// @return         the number of sweeps to where largest_violation_in_blocks is 0 but for rounding; nothing
+///                 where they did not converge: as a rule because what is prescribed asks for more than the
+///                 limits grant
 /// Cost         a microsecond a cell each time that frames are found, some 20 ns a link and sweep
 /// Checked by   tests/deform/elastic/turned_limits_test.cpp
-TurnedProjection project_in_turned_frames(const Scene& scene, const LinkLimits& limits, Displacement& u,
-                                          double narrowed);
+std::optional<int> project_in_turned_frames(const Scene& scene, const LinkLimits& limits, Displacement& u,
+                                            double narrowed);
 
 } // namespace maille::deform
