@@ -90,8 +90,13 @@ void FiniteElasticity::find_matter() {
     is_known[kind] = true;
     Matter& matter = matter_[kind];
     matter.stiffness = scene_.object_stiffness(cell);
-    if (const auto& law = scene_.materials[scene_.specimen.material(cell)].law; law && dimension == 3)
-      matter.in_vectors = std::get_if<NeoHookean>(&*law);
+    const Material& material = scene_.materials[scene_.specimen.material(cell)];
+    const auto* const neo_hookean = material.law ? std::get_if<NeoHookean>(&*material.law) : nullptr;
+    matter.is_corotated = !material.law;
+    matter.is_in_vectors = dimension == 3 && (neo_hookean != nullptr ||
+                                              (matter.is_corotated && material.elasticity.is_isotropic()));
+    matter.mu = neo_hookean != nullptr ? neo_hookean->mu : matter.stiffness(3, 3);
+    matter.lambda = neo_hookean != nullptr ? neo_hookean->lambda : matter.stiffness(0, 1);
     const Eigen::MatrixXd reduced = scene_.cell_stiffness(cell);
     for (Eigen::Index p = 0; p < reduced.rows(); ++p)
       for (Eigen::Index q = 0; q < reduced.cols(); ++q)
@@ -155,7 +160,7 @@ void FiniteElasticity::for_each_law(int layer, const Displacement& u, VisitRun&&
   for_each_run(layer, [&](std::int64_t first, std::int64_t n, std::int64_t node) {
     for (std::int64_t x = 0; x < n;) {
       const Matter& matter = matter_of(first + x);
-      if (matter.in_vectors == nullptr || !active_stress_.empty()) {
+      if (!matter.is_in_vectors || !active_stress_.empty()) {
         visit(first + x, node + x);
         ++x;
         continue;
@@ -165,8 +170,9 @@ void FiniteElasticity::for_each_law(int layer, const Displacement& u, VisitRun&&
         weight[x - begin] = linear_.weight(first + x);
       LawRun run;
       fill(run, static_cast<int>(x - begin), node + begin, u, nullptr);
-      run.mu = matter.in_vectors->mu;
-      run.lambda = matter.in_vectors->lambda;
+      run.is_corotated = matter.is_corotated;
+      run.mu = matter.mu;
+      run.lambda = matter.lambda;
       run.kappa = bulk(first + begin);
       run.volume = volume_;
       run.weight = weight.data();

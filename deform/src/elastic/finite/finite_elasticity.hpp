@@ -92,10 +92,11 @@ public:
 private:
   /// A kind of matter.
   struct Matter {
-    Matrix6 stiffness = Matrix6::Zero();    ///< object's frame [Pa]
-    Matrix6 in_scene = Matrix6::Zero();     ///< reduced to the scene's dimension; other rows are zero
-    std::vector<double> beyond;             ///< stiffness of what lies beyond the mean, by pairs_ [N/m]
-    const NeoHookean* in_vectors = nullptr; ///< the law, where evaluate_law() has it; null: cell by cell
+    Matrix6 stiffness = Matrix6::Zero(); ///< object's frame [Pa]
+    Matrix6 in_scene = Matrix6::Zero();  ///< reduced to the scene's dimension; other rows are zero
+    std::vector<double> beyond;          ///< stiffness of what lies beyond the mean, by pairs_ [N/m]
+    bool is_in_vectors = false, is_corotated = false; ///< see LawRun; else cell by cell
+    double mu = 0, lambda = 0;                        ///< of LawRun [Pa]
   };
   /// Energies and inverted cells of a layer.
   struct OfLayer {
@@ -114,7 +115,7 @@ private:
   /// Calls visit(cell, its first node) for the cells of matter of a layer.
   template<class Visit>
   void for_each_cell(int layer, Visit&& visit) const;
-  /// The same, but visit_run(LawRun, its first cell) for the runs of matter in_vectors.
+  /// The same, but visit_run(LawRun, its first cell) for runs of matter that is_in_vectors.
   template<class VisitRun, class Visit>
   void for_each_law(int layer, const Displacement& u, VisitRun&& visit_run, Visit&& visit) const;
   void fill(TangentRun& run, int n, std::int64_t node, const Displacement& u, Displacement* forces) const;

@@ -22,7 +22,9 @@ struct LawState {
   using V = hn::VFromD<D>;
   V H[9], h[4][3];
   V F[9], G[9], J, L;
-  V f[4][3]; ///< K F^T h
+  V f[4][3];               ///< K F^T h
+  V of_beyond;             ///< w . K w
+  V R[9], U[9], strain[9]; ///< of find_polar(): F = R U, U - I
 
   HWY_INLINE LawState(D tag, const LawRun& run, int x) {
     find_modes<3>(tag, run, x, H, h);
@@ -58,15 +60,39 @@ struct LawState {
       f[i / 3][i % 3] = sum[i];
       of_beyond = hn::MulAdd(w[i], sum[i], of_beyond);
     }
-    V squares = hn::Zero(tag);
-    for (const V& of : H)
-      squares = hn::MulAdd(of, of, squares);
-    trace_E = hn::MulAdd(hn::Set(tag, 0.5), squares, trace(H));
   }
-  V of_beyond; ///< w . K w
-  V trace_E;
+  /// F = R U, and U - I with all its digits: 2 E (U + I)^-1. R by Newton's steps X = (X + X^-T) / 2, of every
+  /// cell by itself.
+  /// Source  Higham 1986 (SIAM J. Sci. Stat. Comput. 7), for the steps
+  HWY_INLINE void find_polar(D tag) {
+    const V one = hn::Set(tag, 1), half = hn::Set(tag, 0.5);
+    for (int i = 0; i < 9; ++i)
+      R[i] = F[i];
+    auto goes_on = hn::Gt(J, hn::Zero(tag));
+    for (int step = 0; step < 40 && !hn::AllFalse(tag, goes_on); ++step) {
+      V next[9], change = hn::Zero(tag);
+      cofactors(R, next);
+      const V factor = hn::Div(one, dot(R, next));
+      for (int i = 0; i < 9; ++i) {
+        next[i] = hn::Mul(half, hn::MulAdd(factor, next[i], R[i]));
+        change = hn::Max(change, hn::Abs(hn::Sub(next[i], R[i])));
+        R[i] = hn::IfThenElse(goes_on, next[i], R[i]);
+      }
+      goes_on = hn::And(goes_on, hn::Gt(change, hn::Set(tag, 1e-8))); // the next one is its square
+    }
+    V sum[9], inverse[9], E[9];
+    for (int i = 0; i < 3; ++i)
+      for (int j = i; j < 3; ++j) {
+        U[3 * i + j] = U[3 * j + i] = dot(R + 3 * i, F + 3 * j);
+        sum[3 * i + j] = sum[3 * j + i] = i == j ? hn::Add(U[3 * i + j], one) : U[3 * i + j];
+      }
+    invert_symmetric(tag, sum, inverse);
+    find_E(tag, E);
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j)
+        strain[3 * i + j] = hn::Mul(hn::Set(tag, 2), dot(E + 3 * i, inverse + 3 * j));
+  }
 
-private:
   static HWY_INLINE void cofactors(const V* A, V* of) {
     for (int a = 0; a < 3; ++a) {
       const V *const p = A + 3 * ((a + 1) % 3), *const q = A + 3 * ((a + 2) % 3);
@@ -76,32 +102,61 @@ private:
       }
     }
   }
-  /// Of the first columns: the determinant, if the second are cofactors.
+  /// Product of the first columns: the determinant, if the second are cofactors.
   static HWY_INLINE V dot(const V* a, const V* b) {
     return hn::MulAdd(a[0], b[0], hn::MulAdd(a[1], b[1], hn::Mul(a[2], b[2])));
   }
   static HWY_INLINE V trace(const V* A) { return hn::Add(A[0], hn::Add(A[4], A[8])); }
+  static HWY_INLINE void invert_symmetric(D tag, const V* A, V* inverse) {
+    cofactors(A, inverse);
+    const V factor = hn::Div(hn::Set(tag, 1), dot(A, inverse));
+    for (int i = 0; i < 9; ++i)
+      inverse[i] = hn::Mul(inverse[i], factor);
+  }
+  /// Green and Lagrange's strain.
+  HWY_INLINE void find_E(D tag, V* E) const {
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j)
+        E[3 * i + j] = hn::Mul(hn::Set(tag, 0.5),
+                               hn::Add(hn::Add(H[3 * i + j], H[3 * j + i]), dot(H + 3 * i, H + 3 * j)));
+  }
 };
 
 template<class D>
 HWY_INLINE void evaluate_at(D tag, const LawRun& run, int x, Pulls& pulls) {
   using V = hn::VFromD<D>;
-  const LawState<D> at(tag, run, x);
+  LawState<D> at(tag, run, x);
   const V mu = hn::Set(tag, run.mu), lambda = hn::Set(tag, run.lambda),
           V_cell = hn::Mul(hn::Set(tag, run.volume), hn::LoadU(tag, run.weight + x)),
-          half = hn::Set(tag, 0.5), half_L = hn::Mul(half, at.L);
-  const V W = hn::MulAdd(mu, hn::Sub(at.trace_E, at.L), hn::Mul(hn::Mul(lambda, half_L), at.L));
+          half = hn::Set(tag, 0.5);
+  V W, P[9], q[4][3];
+  if (run.is_corotated) {
+    at.find_polar(tag);
+    const V twice = hn::Add(mu, mu), trace = at.trace(at.strain), of_R = hn::Mul(lambda, trace);
+    W = hn::Mul(hn::Mul(half, of_R), trace);
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b) {
+        V sum = hn::Zero(tag); // of R (U - I)
+        for (int c = 0; c < 3; ++c)
+          sum = hn::MulAdd(at.R[3 * c + b], at.strain[3 * a + c], sum);
+        P[3 * a + b] = hn::MulAdd(twice, sum, hn::Mul(of_R, at.R[3 * a + b]));
+        W = hn::MulAdd(hn::Mul(mu, at.strain[3 * a + b]), at.strain[3 * a + b], W);
+      }
+  } else {
+    V E[9];
+    at.find_E(tag, E);
+    const V of_G = hn::MulSub(lambda, at.L, mu);
+    W = hn::MulAdd(mu, hn::Sub(at.trace(E), at.L), hn::Mul(hn::Mul(lambda, hn::Mul(half, at.L)), at.L));
+    for (int i = 0; i < 9; ++i)
+      P[i] = hn::MulAdd(mu, at.F[i], hn::Mul(of_G, at.G[i]));
+  }
   hn::StoreU(at.J, tag, run.determinant + x);
   hn::StoreU(hn::MulAdd(V_cell, W, hn::Mul(half, at.of_beyond)), tag, run.energy + x);
-  const V of_G = hn::MulSub(lambda, at.L, mu);
-  V P[9], q[4][3];
-  for (int a = 0; a < 3; ++a)
-    for (int b = 0; b < 3; ++b) {
-      const int i = 3 * a + b;
-      P[i] = hn::Mul(V_cell, hn::MulAdd(mu, at.F[i], hn::Mul(of_G, at.G[i])));
-      for (int k = 0; k < 4; ++k)
-        P[i] = hn::MulAdd(at.h[k][b], at.f[k][a], P[i]);
-    }
+  for (int i = 0; i < 9; ++i) {
+    P[i] = hn::Mul(V_cell, P[i]);
+    for (int k = 0; k < 4; ++k)
+      P[i] = hn::MulAdd(at.h[k][i % 3], at.f[k][i / 3], P[i]);
+  }
   for (int k = 0; k < 4; ++k)
     for (int b = 0; b < 3; ++b)
       q[k][b] = hn::MulAdd(at.F[b], at.f[k][0],
@@ -133,25 +188,53 @@ HWY_INLINE void linearise_at(D tag, const LawRun& run, int x) {
   const auto put = [&](int k, V number) HWY_ATTR {
     hn::StoreU(hn::DemoteTo(floats, number), floats, run.found + k * run.row + x);
   };
-  const LawState<D> at(tag, run, x);
-  const V mu = hn::Set(tag, run.mu), lambda = hn::Set(tag, run.lambda),
-          weight = hn::LoadU(tag, run.weight + x), V_cell = hn::Mul(hn::Set(tag, run.volume), weight),
+  LawState<D> at(tag, run, x);
+  const V weight = hn::LoadU(tag, run.weight + x), V_cell = hn::Mul(hn::Set(tag, run.volume), weight),
           of_volume = hn::Mul(hn::Set(tag, run.kappa), at.L);
   const V pressure = run.has_pressures ? hn::LoadU(tag, run.pressure + x) : of_volume;
   hn::StoreU(pressure, tag, run.pressure + x);
   hn::StoreU(of_volume, tag, run.volume_pressure + x);
-  const V q = hn::Add(hn::Mul(lambda, at.L), hn::Sub(pressure, of_volume)), twist = hn::Sub(mu, q);
+  // A = of_I + lambda N (.) N + twist G x G + the sum of turns (.) turned. Turns, by which R changes, are
+  // R [e_k]x.
+  const V mu = hn::Set(tag, run.mu), lambda = hn::Set(tag, run.lambda), zero = hn::Zero(tag),
+          beyond = hn::Sub(pressure, of_volume);
+  const V of_I = run.is_corotated ? hn::Add(mu, mu) : mu,
+          twist = run.is_corotated ? hn::Neg(beyond) : hn::Sub(mu, hn::MulAdd(lambda, at.L, beyond));
+  const V* const N = run.is_corotated ? at.R : at.G;
+  V turns[3][9], turned[3][9];
+  if (run.is_corotated) {
+    at.find_polar(tag);
+    V M[9], Z[9];
+    const V trace = at.trace(at.U), stiff = hn::MulSub(lambda, at.trace(at.strain), of_I);
+    for (int i = 0; i < 9; ++i)
+      M[i] = i % 4 == 0 ? hn::Sub(trace, at.U[i]) : hn::Neg(at.U[i]);
+    at.invert_symmetric(tag, M, Z);
+    for (int k = 0; k < 3; ++k) // the columns 0, R e_(k+2), -R e_(k+1) from k on
+      for (int b = 0; b < 3; ++b) {
+        const int p = (k + 1) % 3, r = (k + 2) % 3;
+        turns[k][3 * k + b] = zero;
+        turns[k][3 * p + b] = at.R[3 * r + b];
+        turns[k][3 * r + b] = hn::Neg(at.R[3 * p + b]);
+      }
+    for (int k = 0; k < 3; ++k)
+      for (int i = 0; i < 9; ++i) {
+        turned[k][i] = zero;
+        for (int l = 0; l < 3; ++l)
+          turned[k][i] = hn::MulAdd(hn::Mul(stiff, Z[3 * k + l]), turns[l][i], turned[k][i]);
+      }
+  }
   V A[9][9], largest = hn::Zero(tag);
   for (int i = 0, k = 0; i < 9; ++i)
     for (int j = i; j < 9; ++j, ++k) {
       const int across = 3 * (j / 3) + i % 3, along = 3 * (i / 3) + j % 3; // G_bc, G_ea
-      V of = hn::Mul(hn::Mul(lambda, at.G[i]), at.G[j]);
+      V of = hn::Mul(hn::Mul(lambda, N[i]), N[j]);
       of = hn::MulAdd(hn::Mul(twist, at.G[across]), at.G[along], of);
-      A[i][j] = i == j ? hn::Add(of, mu) : of;
+      for (int turn = 0; turn < 3 && run.is_corotated; ++turn)
+        of = hn::MulAdd(turns[turn][i], turned[turn][j], of);
+      A[i][j] = i == j ? hn::Add(of, of_I) : of;
       put(k, hn::Mul(V_cell, A[i][j]));
       largest = i == j ? hn::Max(largest, hn::Abs(A[i][j])) : largest;
     }
-  const V zero = hn::Zero(tag);
   for (int i = 0; i < 9; ++i)
     put(Numbers::F + i, at.F[i]);
   for (int i = 0; i < 12; ++i) {
