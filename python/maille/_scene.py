@@ -264,7 +264,7 @@ class Scene:
             progress: Optional[Progress] = None, frame: str = "world") -> Union[Answer, Series]:
         """Answers the scene by one method; see ``maille.methods()``, and ``maille.fem`` for fem_q1 and fem_q2.
 
-        ``steps``     a Series of that many answers, which go on from each other; ``seconds`` is then a step's. Ctrl-C keeps what is there
+        ``steps``     a Series of that many answers, in sequence; ``seconds`` is then a step's. Ctrl-C keeps what is there
         ``tolerance`` estimated remaining error over the largest prescribed displacement, 0 to 1
         ``threads``   default: as many as there are processors; the same bits for any number
         ``seconds``   a budget: what is there by then, with status budget_reached

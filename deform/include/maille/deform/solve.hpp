@@ -53,7 +53,7 @@ enum class Keeping {
 /// Answers are those of solve() to the scene's tolerance, at finite strain on the branch of the last one; the
 /// same questions in the same order give the same bits, for any number of threads. At small strain 3D keeps
 /// all, 1D and 2D the answers. Not for two threads at a time.
-/// Memory      that of `coupled`, up to three displacements more, and a copy of the body's matter
+/// Memory      that of `coupled`, up to four displacements more, and a copy of the body's matter
 /// Checked by  tests/deform/elastic_body_test.cpp; figures: `studies/lab/run bodies`
 class ElasticBody {
 public:

@@ -154,7 +154,6 @@ private:
   List<double> volume_pressure_; ///< kappa ln J at the last linearise(), by cell [Pa]
   List<double> pressure_;        ///< by cell [Pa]
   bool has_pressures_ = false;
-  Convexity convexity_ = Convexity::exact;
   std::vector<double> active_stress_;
   std::vector<OfLayer> of_layer_;
   std::vector<double> energies_;         ///< by cell [J]

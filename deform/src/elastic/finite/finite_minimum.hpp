@@ -13,6 +13,9 @@
 /// Within limits (TurnedLimits) the energy is an augmented Lagrangian, whose multipliers improve between
 /// steps; the search is the same.
 ///
+/// An answer of a course (EarlierAnswers) begins at an exact tangent where earlier ones lead, in one
+/// increment. A tangent serves a second step where the state has hardly changed.
+///
 /// Pressures follow their faces (FaceLoad::follows): the forces of the present state, which stay during a
 /// step.
 ///
