@@ -156,7 +156,7 @@ std::optional<bool> EarlierAnswers::find_course(const Scene& scene, const std::v
         polynomial[support[i]] = weight;
     }
     const Eigen::VectorXd beyond = Eigen::VectorXd::Unit(n + 1, n) - polynomial;
-    if (const double of_polynomial = beyond.dot(all * beyond); of_polynomial < way) {
+    if (const double of_polynomial = beyond.dot(all * beyond); of_polynomial < way && places.size() > 2) {
       weights = polynomial.head(n);
       left = of_polynomial;
     }

@@ -32,8 +32,8 @@ public:
   /// @return false, and `u` is not changed, where there is nothing to begin with
   bool find_start(const Scene& scene, const std::vector<Prescribed>& prescribed, Displacement& u);
   /// The start at finite strain: the polynomial through the answers and rest, along the way from the last
-  /// data to the new ones, or the last answer, whichever data come nearer. What is prescribed is not in
-  /// place.
+  /// data to the new ones, or the last answer, whichever data come nearer; straight lines, which double a
+  /// bend, are none. What is prescribed is not in place.
   /// @return whether its data are the new ones but for rounding, or what a course curves; nothing, and `u` is
   ///         not changed, where there is no answer
   std::optional<bool> find_course(const Scene& scene, const std::vector<Prescribed>& prescribed,
