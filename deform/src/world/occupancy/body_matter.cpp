@@ -23,6 +23,8 @@ constexpr double closeness = 1.25;
 /// What a face's number of parts can be: nothing is so coarse, and no body is torn so far.
 constexpr int most_parts = std::numeric_limits<std::int8_t>::max();
 
+constexpr auto any_place = [](int, int) { return true; };
+
 /// Into how many parts a face is cut along each axis of the body: into more where it may stand askew.
 Index3 parts_of_faces(const Specimen& specimen, const PosedLattice& lattice) {
   Index3 parts{1, 1, 1};
@@ -39,10 +41,6 @@ Index3 parts_of_faces(const Specimen& specimen, const PosedLattice& lattice) {
   }
   return parts;
 }
-
-} // namespace
-
-namespace {
 
 /// A box that lies in a cell whose corners are not far from those of the box about it: smaller by as much as
 /// a corner is off along an axis, at most. On each of its sides the cell's face is then beyond it, and a
@@ -116,54 +114,9 @@ BodyMatter::BodyMatter(const Specimen& specimen, const PosedLattice& lattice)
           continue;
         add_face(lattice, grid, parts, axis, upper, at);
         if (has_points)
-          add_points(specimen, lattice, parts, axis, upper, at, known);
+          add_points(grid, parts, axis, upper, at, known);
       }
   }
-}
-
-/// Points of one face that no face before it had; its corners are nodes.
-void BodyMatter::add_points(const Specimen& specimen, const PosedLattice& lattice, const Index3& parts,
-                            int axis, bool upper, const Index3& at, std::vector<bool>& known) {
-  const Grid& grid = specimen.grid;
-  const auto a = static_cast<std::size_t>(axis);
-  const std::size_t b = (a + 1) % static_cast<std::size_t>(dimension_),
-                    c = (a + 2) % static_cast<std::size_t>(dimension_);
-  const int n_c = dimension_ == 3 ? parts[c] : 0;
-  for (int j = 0; j <= n_c; ++j)
-    for (int i = 0; i <= parts[b]; ++i) {
-      if (i % parts[b] == 0 && (n_c == 0 || j % n_c == 0))
-        continue;
-      Index3 fine{0, 0, 0};
-      for (std::size_t k = 0; k < static_cast<std::size_t>(dimension_); ++k)
-        fine[k] = at[k] * parts[k];
-      fine[a] += upper ? parts[a] : 0;
-      fine[b] += i;
-      if (n_c > 0)
-        fine[c] += j;
-      const auto number = static_cast<std::size_t>(
-          fine[0] + (std::int64_t{1} * grid.cells()[0] * parts[0] + 1) *
-                        (fine[1] + (dimension_ > 1 ? std::int64_t{1} * grid.cells()[1] * parts[1] + 1 : 1) *
-                                       std::int64_t{fine[2]}));
-      if (known[number])
-        continue;
-      known[number] = true;
-      Point point;
-      point.cell = n_cells() - 1;
-      const double u = static_cast<double>(i) / parts[b], v = n_c > 0 ? static_cast<double>(j) / n_c : 0;
-      for (std::size_t corner = 0; corner < 4; ++corner) {
-        Index3 node = at;
-        node[a] += upper;
-        const bool far_b = (corner & 1) != 0, far_c = (corner & 2) != 0;
-        if (far_c && n_c == 0)
-          continue;
-        node[b] += far_b;
-        if (far_c)
-          node[c] += 1;
-        point.weight[corner] = (far_b ? u : 1 - u) * (n_c == 0 ? 1 : far_c ? v : 1 - v);
-        point.node[corner] = lattice.voxel(grid.node(node));
-      }
-      points_.push_back(point);
-    }
 }
 
 void BodyMatter::add_face(const PosedLattice& lattice, const Grid& grid, const Index3& parts, int axis,
@@ -214,12 +167,17 @@ Index3 BodyMatter::stretched_parts(const Face& face, const PlaceOf&... places) c
   return needed;
 }
 
-void BodyMatter::cut(const Face& face, int n_b, int n_c, std::vector<Point>& list) {
+/// Points between the nodes of a face, along its first edge, then its second.
+/// @param is_wanted of a place, by its number along each edge
+template<class IsWanted>
+void BodyMatter::cut(const Face& face, int n_b, int n_c, const IsWanted& is_wanted,
+                     std::vector<Point>& list) {
   const int last_c = face.node[2] >= 0 ? n_c : 0;
   for (int j = 0; j <= last_c; ++j)
     for (int i = 0; i <= n_b; ++i) {
-      if (i % n_b == 0 && (last_c == 0 || j % last_c == 0))
-        continue; // a node
+      const bool is_node = i % n_b == 0 && (last_c == 0 || j % last_c == 0);
+      if (is_node || !is_wanted(i, j))
+        continue;
       Point point;
       point.cell = face.cell;
       const double u = static_cast<double>(i) / n_b, v = last_c > 0 ? static_cast<double>(j) / last_c : 0;
@@ -233,6 +191,28 @@ void BodyMatter::cut(const Face& face, int n_b, int n_c, std::vector<Point>& lis
     }
 }
 
+/// Points of the last face that no face before it had. @param known  by number among the points of all faces
+void BodyMatter::add_points(const Grid& grid, const Index3& parts, int axis, bool upper, const Index3& at,
+                            std::vector<bool>& known) {
+  const auto a = static_cast<std::size_t>(axis), d = static_cast<std::size_t>(dimension_);
+  const std::size_t b = (a + 1) % d, c = (a + 2) % d;
+  const auto is_new = [&](int i, int j) {
+    Index3 fine{0, 0, 0};
+    for (std::size_t k = 0; k < d; ++k)
+      fine[k] = at[k] * parts[k];
+    fine[a] += upper ? parts[a] : 0;
+    fine[b] += i;
+    fine[c] += j;
+    const auto number = static_cast<std::size_t>(
+        fine[0] + (std::int64_t{1} * grid.cells()[0] * parts[0] + 1) *
+                      (fine[1] + (std::int64_t{1} * grid.cells()[1] * parts[1] + 1) * std::int64_t{fine[2]}));
+    const bool is_known = known[number];
+    known[number] = true;
+    return !is_known;
+  };
+  cut(faces_.back(), parts[b], parts[c], is_new, points_);
+}
+
 /// @param places of all nodes, in each state
 template<class... Places>
 std::vector<BodyMatter::Point> BodyMatter::points_of_stretched(const Places&... places) const {
@@ -240,7 +220,7 @@ std::vector<BodyMatter::Point> BodyMatter::points_of_stretched(const Places&... 
   for (const Face& face : faces_)
     if (const Index3 parts = stretched_parts(face, [&](std::int32_t node) { return places[node]; }...);
         parts != Index3{1, 1, 1})
-      cut(face, parts[0], parts[1], list);
+      cut(face, parts[0], parts[1], any_place, list);
   return list;
 }
 
@@ -251,7 +231,7 @@ std::vector<BodyMatter::Point> BodyMatter::points_of_stretched(std::int32_t cell
     if (const Index3 parts =
             stretched_parts(face, [&](std::int32_t node) { return lattice.place(node, state); });
         parts != Index3{1, 1, 1})
-      cut(face, parts[0], parts[1], list);
+      cut(face, parts[0], parts[1], any_place, list);
   return list;
 }
 

@@ -87,11 +87,12 @@ private:
   InCells between_places(const Point& between, const PlaceOf& place_of) const;
   template<class... PlaceOf>
   Index3 stretched_parts(const Face& face, const PlaceOf&... places) const;
-  static void cut(const Face& face, int n_b, int n_c, std::vector<Point>& list);
+  template<class IsWanted>
+  static void cut(const Face& face, int n_b, int n_c, const IsWanted& is_wanted, std::vector<Point>& list);
   template<class... Places>
   std::vector<Point> points_of_stretched(const Places&... places) const;
-  void add_points(const Specimen& specimen, const PosedLattice& lattice, const Index3& parts, int axis,
-                  bool upper, const Index3& at, std::vector<bool>& known);
+  void add_points(const Grid& grid, const Index3& parts, int axis, bool upper, const Index3& at,
+                  std::vector<bool>& known);
 
   int dimension_;
   bool is_coarse_ = false; ///< longer faces than cells of the world: there are cells between nodes at rest
