@@ -1,15 +1,26 @@
 #include "maille/deform/probe/servo_loop.hpp"
 
-#include "maille/deform/world/world.hpp"
-
 #include <memory>
 #include <stdexcept>
 #include <utility>
 
 namespace maille::deform {
 
-ProbedWorld::ProbedWorld(const WorldScene& scene, int tool, double radius)
-    : rigid_(std::make_unique<RigidWorld>(scene.cells, scene.spacing)) {
+ToolSurroundings surroundings_of(const World& world, int tool) {
+  const auto rigid = std::make_shared<RigidWorld>(world.map().cells(), world.cell_size());
+  ToolSurroundings around;
+  for (int object = 0; object < world.n_objects(); ++object)
+    if (world.kind(object) == ObjectKind::deformable)
+      around.bodies.push_back(std::make_shared<const BodySurface>(
+          world.scene().objects[object].scene, world.displacement(object), world.pose(object)));
+    else if (object != tool)
+      rigid->add(world.shape(object), world.pose(object));
+  around.matter = std::make_shared<const Surroundings>(&rigid->map(), world.cell_size(), around.bodies);
+  around.rigid = rigid;
+  return around;
+}
+
+ProbedWorld::ProbedWorld(const WorldScene& scene, int tool, double radius) {
   const World world(scene); // which also finds out whether objects overlap
   if (tool >= world.n_objects() || (tool >= 0 && world.kind(tool) != ObjectKind::rigid))
     throw std::invalid_argument("ProbedWorld: a tool that is a rigid object");
@@ -22,49 +33,35 @@ ProbedWorld::ProbedWorld(const WorldScene& scene, int tool, double radius)
   } else {
     tool_ = std::make_unique<RigidShape>(point_tool(scene.spacing));
   }
-  for (int object = 0; object < world.n_objects(); ++object) {
-    const WorldObject& what = scene.objects[object];
-    if (world.kind(object) == ObjectKind::deformable) {
-      add_body(what.name, what.scene, world.pose(object), radius);
-    } else if (object != tool) {
-      rigid_->add(world.shape(object), world.pose(object));
-    }
-  }
-  surround(&rigid_->map(), scene.spacing);
+  around_ = surroundings_of(world, tool);
+  for (const WorldObject& object : scene.objects)
+    if (object.kind == ObjectKind::deformable)
+      add_body(object.name, object.scene, radius);
 }
 
 ProbedWorld::ProbedWorld(const Scene& scene, double radius)
     : tool_(std::make_unique<RigidShape>(point_tool(scene.specimen.grid.spacing()))) {
-  add_body(scene.name, scene, {}, radius);
-  surround(nullptr, scene.specimen.grid.spacing());
+  around_.bodies = {std::make_shared<const BodySurface>(scene, Displacement(), Pose{})};
+  around_.matter =
+      std::make_shared<const Surroundings>(nullptr, scene.specimen.grid.spacing(), around_.bodies);
+  add_body(scene.name, scene, radius);
 }
 
-void ProbedWorld::add_body(const std::string& name, const Scene& scene, const Pose& pose, double radius) {
-  Body body;
-  body.name = name;
-  body.scene = std::make_unique<Scene>(scene);
-  Scene& own = *body.scene;
-  std::erase_if(own.prescribed, [](const Prescribed& p) { return !p.held; });
-  own.turns.clear();
-  own.tractions.clear();
-  own.gravity = {0, 0, 0};
-  own.active_stress.clear();
-  body.surface = std::make_shared<BodySurface>(own, Displacement(), pose);
-  body.solver = std::make_unique<ContactSolver>(own, body.surface, radius, tool_.get());
-  bodies_.push_back(std::move(body));
-}
-
-void ProbedWorld::surround(const OccupancyMap* map, const Vec3& cell_size) {
-  std::vector<std::shared_ptr<const BodySurface>> surfaces;
-  for (const Body& body : bodies_)
-    surfaces.push_back(body.surface);
-  surroundings_ = std::make_shared<Surroundings>(map, cell_size, std::move(surfaces));
+void ProbedWorld::add_body(const std::string& name, const Scene& scene, double radius) {
+  auto own = std::make_unique<Scene>(scene);
+  std::erase_if(own->prescribed, [](const Prescribed& p) { return !p.held; });
+  own->turns.clear();
+  own->tractions.clear();
+  own->gravity = {0, 0, 0};
+  own->active_stress.clear();
+  auto solver = std::make_unique<ContactSolver>(*own, around_.bodies[bodies_.size()], radius, tool_.get());
+  bodies_.push_back({name, std::move(own), std::move(solver)});
 }
 
 std::int64_t ProbedWorld::bytes() const {
-  std::int64_t sum = rigid_ ? rigid_->bytes() : 0;
-  for (const Body& body : bodies_)
-    sum += body.surface->bytes();
+  std::int64_t sum = around_.rigid ? around_.rigid->bytes() : 0;
+  for (const auto& surface : around_.bodies)
+    sum += surface->bytes();
   return sum;
 }
 

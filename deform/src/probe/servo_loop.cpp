@@ -14,38 +14,33 @@
 
 namespace maille::deform {
 
-namespace {
-
-using Clock = std::chrono::steady_clock;
-
-std::int64_t now() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now().time_since_epoch()).count();
+std::int64_t ServoClock::now() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
 }
 
-void sleep_until(std::int64_t due) {
+void ServoClock::sleep_until(std::int64_t due) {
 #ifdef __linux__
-  // The clock of std::chrono::steady_clock.
   const timespec until{due / 1'000'000'000, due % 1'000'000'000};
   while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
   }
 #else
-  std::this_thread::sleep_until(Clock::time_point(std::chrono::nanoseconds(due)));
+  std::this_thread::sleep_until(std::chrono::steady_clock::time_point(std::chrono::nanoseconds(due)));
 #endif
 }
 
-/// @return whether the thread goes before others
-bool take_priority() {
+bool ServoClock::take_priority([[maybe_unused]] double above_others) {
 #ifdef __linux__
   prctl(PR_SET_TIMERSLACK, 1ul, 0ul, 0ul, 0ul);
+  const int least = sched_get_priority_min(SCHED_FIFO), most = sched_get_priority_max(SCHED_FIFO);
   sched_param priority{};
-  priority.sched_priority = (sched_get_priority_min(SCHED_FIFO) + sched_get_priority_max(SCHED_FIFO)) / 2;
+  priority.sched_priority = least + static_cast<int>(above_others * (most - least));
   return pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority) == 0;
 #else
   return false;
 #endif
 }
-
-} // namespace
 
 ServoLoop::ServoLoop(ProbeDevice& device, Probe& probe, const ServoSettings& settings)
     : device_(&device), probe_(&probe), settings_(settings) {
@@ -69,20 +64,20 @@ const ServoReport& ServoLoop::wait() {
 
 void ServoLoop::run() {
   if (settings_.wants_priority && settings_.in_real_time)
-    report_.had_priority = take_priority();
+    report_.had_priority = ServoClock::take_priority(0.5);
   const auto period = static_cast<std::int64_t>(std::llround(1e9 * probe_->settings().period));
-  const std::int64_t began = now();
+  const std::int64_t began = ServoClock::now();
   std::int64_t due = began;
   while (report_.ticks < settings_.ticks && !stopping_.load(std::memory_order_relaxed)) {
     if (settings_.in_real_time) {
       due += period;
-      sleep_until(due);
+      ServoClock::sleep_until(due);
     } else {
-      due = now();
+      due = ServoClock::now();
     }
     tick(began, due);
     if (settings_.in_real_time) {
-      const std::int64_t late = (now() - due) / period; // whole periods gone by meanwhile
+      const std::int64_t late = (ServoClock::now() - due) / period; // whole periods gone by meanwhile
       report_.missed += late;
       due += late * period;
     }
@@ -92,10 +87,10 @@ void ServoLoop::run() {
 }
 
 void ServoLoop::tick(std::int64_t began, std::int64_t due) {
-  const std::int64_t woken = now();
+  const std::int64_t woken = ServoClock::now();
   const ProbeState& state = probe_->tick(device_->read());
   device_->write(state.force);
-  const std::int64_t written = now();
+  const std::int64_t written = ServoClock::now();
   report_.latency.add(written - due);
   report_.work.add(written - woken);
   const double time = settings_.in_real_time ? 1e-9 * static_cast<double>(due - began)

@@ -3,8 +3,6 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
-#include <cerrno>
-#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <memory>
@@ -12,52 +10,12 @@
 #include <thread>
 #include <utility>
 
-#ifdef __linux__
-#include <pthread.h>
-#include <sched.h>
-#include <sys/prctl.h>
-#include <time.h>
-#endif
-
 namespace maille::live {
 
 namespace {
 
 constexpr std::int64_t period = 1'000'000; // [ns]
 constexpr double period_seconds = 1e-3;
-
-Eigen::Vector3d half_size(const deform::RigidShape& tool) {
-  const Index3& size = tool.size();
-  return 0.5 * Eigen::Vector3d(size[0], size[1], size[2])
-                   .cwiseProduct(Eigen::Map<const Eigen::Vector3d>(tool.spacing().data()));
-}
-
-std::int64_t now() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
-
-void sleep_until(std::int64_t due) {
-#ifdef __linux__
-  const timespec until{due / 1'000'000'000, due % 1'000'000'000};
-  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
-  }
-#else
-  std::this_thread::sleep_until(std::chrono::steady_clock::time_point(std::chrono::nanoseconds(due)));
-#endif
-}
-
-bool take_priority() {
-#ifdef __linux__
-  prctl(PR_SET_TIMERSLACK, 1ul, 0ul, 0ul, 0ul);
-  sched_param priority{};
-  priority.sched_priority = sched_get_priority_min(SCHED_FIFO);
-  return pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority) == 0;
-#else
-  return false;
-#endif
-}
 
 deform::Pose inverse(const deform::Pose& pose) {
   const Eigen::Matrix3d back = pose.rotation.transpose();
@@ -128,33 +86,33 @@ HandReport HandLoop::report() const {
 }
 
 void HandLoop::run() {
-  const bool had_priority = take_priority();
+  const bool had_priority = deform::ServoClock::take_priority(0);
   {
     const std::lock_guard lock(felt_lock_);
     report_.had_priority = had_priority;
   }
-  std::int64_t due = now();
+  std::int64_t due = deform::ServoClock::now();
   while (!is_stopping_) {
     const std::uint32_t bell = bell_;
     tick();
     if (now_.grip_number == 0 && !device_.load() && is_idle()) { // the hand is open: nothing to feel
       bell_.wait(bell);
-      due = now();
+      due = deform::ServoClock::now();
       continue;
     }
-    const std::int64_t done = now();
+    const std::int64_t done = deform::ServoClock::now();
     {
       const std::lock_guard lock(felt_lock_);
       ++report_.ticks;
       report_.latency.add(std::max<std::int64_t>(0, done - due));
     }
     due += period;
-    if (const std::int64_t late = (now() - due) / period; late > 0) {
+    if (const std::int64_t late = (deform::ServoClock::now() - due) / period; late > 0) {
       due += late * period;
       const std::lock_guard lock(felt_lock_);
       report_.missed += late;
     }
-    sleep_until(due);
+    deform::ServoClock::sleep_until(due);
   }
 }
 
@@ -200,10 +158,10 @@ void HandLoop::take_surroundings() {
     if (around->grip_number == now_.grip_number && around->tool) {
       // Kept alive by the buffer until the next is taken; a share of its parts is ours.
       around_ = std::make_shared<const HandSurroundings>(*around);
-      const bool is_clear = proxy_ && around_->matter->n_inside(*around_->tool, proxy_->pose()) == 0;
+      const bool is_clear = proxy_ && around_->others.matter->n_inside(*around_->tool, proxy_->pose()) == 0;
       if (!is_clear) { // matter came to where the proxy was: back to the tool of the physics
         deform::Pose middle = around_->lattice;
-        middle.position += middle.rotation * half_size(*around_->tool);
+        middle.position += middle.rotation * around_->tool->middle();
         proxy_.emplace(*around_->tool, middle);
       }
     }
@@ -237,14 +195,15 @@ void HandLoop::move_goal(const DeviceState& device) {
 void HandLoop::move_proxy() {
   if (!proxy_ || !around_ || --proxy_pause_ > 0)
     return;
-  const std::int64_t began = now();
+  const std::int64_t began = deform::ServoClock::now();
   // The tool's middle where the frame is at the goal.
   const deform::Pose lattice = then(then(around_->lattice, inverse(around_->frame)), goal_.pose);
-  const Eigen::Vector3d half = half_size(*around_->tool);
+  const Eigen::Vector3d half = around_->tool->middle();
   const deform::Pose goal{lattice.rotation, lattice.position + lattice.rotation * half};
-  proxy_->follow(*around_->matter, towards(goal, proxy_->pose(), half, around_->matter->cell_size()));
+  proxy_->follow(*around_->others.matter,
+                 towards(goal, proxy_->pose(), half, around_->others.matter->cell_size()));
   proxy_time_ = goal_.event_time;
-  proxy_pause_ = 1 + 2 * (now() - began) / period;
+  proxy_pause_ = 1 + 2 * (deform::ServoClock::now() - began) / period;
 }
 
 void HandLoop::show_force() {

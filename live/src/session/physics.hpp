@@ -15,8 +15,7 @@ bool has_soft_bodies(const WorldScene& scene);
 /// What a held rigid object may run into, as the loop at 1 kHz needs it: never changed.
 struct HandSurroundings {
   std::uint64_t grip_number = 0;
-  std::shared_ptr<const deform::RigidWorld> others; ///< whose map `matter` points to
-  std::shared_ptr<const deform::Surroundings> matter;
+  deform::ToolSurroundings others;
   std::shared_ptr<const deform::RigidShape> tool;
   deform::Pose lattice; ///< of the tool, as the physics has it: in no matter
   deform::Pose frame;   ///< of the object then

@@ -25,23 +25,13 @@ std::shared_ptr<const HandSurroundings> Physics::surround() const {
     return nullptr;
   auto around = std::make_shared<HandSurroundings>();
   around->grip_number = grip_number_;
-  auto others = std::make_shared<deform::RigidWorld>(world.map().cells(), world.cell_size());
-  std::vector<std::shared_ptr<const deform::BodySurface>> bodies;
   for (int object = 0; object < world.n_objects(); ++object) {
-    if (object == grip_.object)
-      continue;
-    if (world.kind(object) != ObjectKind::deformable) {
-      others->add(world.shape(object), world.pose(object));
-      continue;
-    }
     const Scene& scene = world.scene().objects[object].scene;
-    if (scene.dimension() < 3 || scene.specimen.grid.n_cells() > most_cells)
+    if (world.kind(object) == ObjectKind::deformable &&
+        (scene.dimension() < 3 || scene.specimen.grid.n_cells() > most_cells))
       return nullptr;
-    bodies.push_back(
-        std::make_shared<const deform::BodySurface>(scene, world.displacement(object), world.pose(object)));
   }
-  around->matter = std::make_shared<const deform::Surroundings>(&others->map(), world.cell_size(), bodies);
-  around->others = std::move(others);
+  around->others = deform::surroundings_of(world, grip_.object);
   around->tool = std::make_shared<const deform::RigidShape>(world.shape(grip_.object));
   around->lattice = world.pose(grip_.object);
   around->frame = timeline_.drives().frame_now(world, static_cast<std::size_t>(grip_.object));

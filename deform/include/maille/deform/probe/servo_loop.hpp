@@ -8,7 +8,7 @@
 
 #include "maille/deform/probe/probe.hpp"
 #include "maille/deform/probe/touch.hpp"
-#include "maille/scene/world/world_scene.hpp"
+#include "maille/deform/world/world.hpp"
 
 #include <array>
 #include <atomic>
@@ -49,6 +49,16 @@ private:
   std::array<std::int64_t, static_cast<std::size_t>(octaves) << bits> counts_{};
   std::int64_t n_ = 0, largest_ = 0;
   double sum_ = 0;
+};
+
+/// The clock of loops at 1 kHz, that of std::chrono::steady_clock. Times in ns.
+class ServoClock {
+public:
+  static std::int64_t now();
+  static void sleep_until(std::int64_t due);
+  /// Has this thread go before others, and wake within a microsecond, where the system lets it (Linux).
+  /// @param above_others part of the range of real-time priorities, 0 to 1 @return whether it does
+  static bool take_priority(double above_others);
 };
 
 struct ServoSettings {
@@ -107,6 +117,17 @@ private:
   std::thread thread_;
 };
 
+/// What a tool in a world may run into: the other rigid objects in a map of their own, and the surfaces of
+/// deformable ones where they are now. Never changes.
+struct ToolSurroundings {
+  std::shared_ptr<const RigidWorld> rigid; ///< whose map `matter` points to
+  std::vector<std::shared_ptr<const BodySurface>> bodies;
+  std::shared_ptr<const Surroundings> matter;
+};
+/// @param tool object of the world that is left out; -1: none
+/// @throws std::invalid_argument for deformable objects of other than three dimensions
+ToolSurroundings surroundings_of(const World& world, int tool);
+
 /// Fixed and rigid objects in one map, the surfaces of deformable ones at rest, and what answers how stiff
 /// these are. Nothing of it moves but the probe's tool.
 class ProbedWorld {
@@ -120,7 +141,7 @@ public:
   /// is the tool.
   ProbedWorld(const Scene& scene, double radius);
 
-  const std::shared_ptr<const Surroundings>& surroundings() const { return surroundings_; }
+  const std::shared_ptr<const Surroundings>& surroundings() const { return around_.matter; }
   const RigidShape& tool() const { return *tool_; }
   /// Start pose of the tool's middle in the scene; empty for a point tool.
   const std::optional<Pose>& start() const { return start_; }
@@ -134,19 +155,17 @@ private:
   struct Body {
     std::string name;
     std::unique_ptr<Scene> scene;
-    std::shared_ptr<const BodySurface> surface;
     std::unique_ptr<ContactSolver> solver;
   };
 
   const Body& at(int body) const { return bodies_[body]; }
-  void add_body(const std::string& name, const Scene& scene, const Pose& pose, double radius);
-  void surround(const OccupancyMap* map, const Vec3& cell_size);
+  /// Adds the body whose surface is the next one of `around_`.
+  void add_body(const std::string& name, const Scene& scene, double radius);
 
-  std::unique_ptr<RigidWorld> rigid_;
+  ToolSurroundings around_;
   std::vector<Body> bodies_;
   std::unique_ptr<RigidShape> tool_; ///< solvers know it by its place
   std::optional<Pose> start_;
-  std::shared_ptr<const Surroundings> surroundings_;
 };
 
 } // namespace maille::deform
