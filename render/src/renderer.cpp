@@ -1,8 +1,8 @@
 #include "maille/render/renderer.hpp"
+#include "maille/base/vectors.hpp"
 
 #include "compose/compose.hpp"
 #include "data/parallel.hpp"
-#include "data/vectors.hpp"
 #include "prepare/prepared_object.hpp"
 #include "prepare/request.hpp"
 

@@ -1,6 +1,5 @@
 #include "maille/render/views.hpp"
-
-#include "data/vectors.hpp"
+#include "maille/base/vectors.hpp"
 
 #include <array>
 #include <cstdint>

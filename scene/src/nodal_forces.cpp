@@ -1,3 +1,4 @@
+#include "maille/base/vectors.hpp"
 #include "maille/scene/scene.hpp"
 
 #include <algorithm>
@@ -6,13 +7,6 @@
 namespace maille {
 
 namespace {
-
-double cell_volume(const Grid& grid) {
-  double volume = 1;
-  for (int axis = 0; axis < grid.dimension(); ++axis)
-    volume *= grid.spacing()[axis];
-  return volume;
-}
 
 void add_weight(const Scene& scene, std::size_t b, List<double>& forces) {
   const Grid& grid = scene.specimen.grid;

@@ -1,3 +1,4 @@
+#include "maille/base/vectors.hpp"
 #include "maille/scene/answer.hpp"
 #include "maille/scene/scene.hpp"
 #include "maille/scene/sliding.hpp"
@@ -15,10 +16,7 @@ List<NodalSpring> nodal_springs(const Scene& scene) {
   const Grid& grid = scene.specimen.grid;
   const int d = grid.dimension(), corners = grid.corners_per_cell();
   for (const FaceSpring& spring : scene.springs) {
-    double area = 1;
-    for (int a = 0; a < d; ++a)
-      area *= a == spring.axis ? 1 : grid.spacing()[a];
-    const double share = spring.stiffness * area * 2 / corners;
+    const double share = spring.stiffness * face_area(grid, spring.axis) * 2 / corners;
     const Eigen::Vector3d n(spring.direction[0], spring.direction[1], spring.direction[2]);
     Eigen::Matrix3d stiffness = share * n * n.transpose();
     if (n.isZero(0))

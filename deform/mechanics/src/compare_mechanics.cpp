@@ -1,3 +1,4 @@
+#include "maille/base/vectors.hpp"
 #include "maille/mechanics/recovery.hpp"
 
 #include <cmath>
@@ -10,18 +11,14 @@ namespace {
 /// that nothing pulls at: what is left is the tolerance of solvers, with no error of its own.
 constexpr double negligible = 1e-3;
 
-double length(const Vec3& v) {
-  return std::hypot(v[0], v[1], v[2]);
-}
-
 /// Relative error of all resultants together; both lists have the same order.
 std::optional<double> force_error(const std::vector<Resultant>& found, const std::vector<Resultant>& wanted,
                                   double scale) {
   double difference = 0, size = 0;
   for (std::size_t i = 0; i < wanted.size() && i < found.size(); ++i) {
     const Vec3 &f = found[i].force, &r = wanted[i].force;
-    difference = std::hypot(difference, length({f[0] - r[0], f[1] - r[1], f[2] - r[2]}));
-    size = std::hypot(size, length(r));
+    difference = std::hypot(difference, distance(f, r));
+    size = std::hypot(size, norm(r));
   }
   return found.size() == wanted.size() && size > negligible * scale ? std::optional(difference / size)
                                                                     : std::nullopt;

@@ -1,7 +1,7 @@
 #include "bodies/brick_depths.hpp"
+#include "maille/base/vectors.hpp"
 
 #include "data/parallel.hpp"
-#include "data/vectors.hpp"
 
 #include <algorithm>
 #include <atomic>

@@ -1,6 +1,5 @@
 #include "bodies/locate.hpp"
-
-#include "data/vectors.hpp"
+#include "maille/base/vectors.hpp"
 
 #include <algorithm>
 #include <array>

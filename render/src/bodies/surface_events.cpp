@@ -1,7 +1,7 @@
 #include "bodies/surface.hpp"
+#include "maille/base/vectors.hpp"
 
 #include "data/parallel.hpp"
-#include "data/vectors.hpp"
 
 #include <hwy/cache_control.h>
 

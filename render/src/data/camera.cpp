@@ -1,6 +1,5 @@
 #include "maille/render/camera.hpp"
-
-#include "data/vectors.hpp"
+#include "maille/base/vectors.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #include "maille/render/deformation.hpp"
+#include "maille/base/vectors.hpp"
 
 #include "data/lattice_nodes.hpp"
-#include "data/vectors.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 #include "maille/render/volume.hpp"
+#include "maille/base/vectors.hpp"
 
-#include "data/vectors.hpp"
 #include "maille/base/arena.hpp"
 
 #include <algorithm>

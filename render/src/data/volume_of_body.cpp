@@ -1,6 +1,6 @@
 // What is cast of a body: its own matter, or the grey values that its look names.
 
-#include "data/vectors.hpp"
+#include "maille/base/vectors.hpp"
 #include "maille/render/volume.hpp"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 #include "prepare/prepared_object.hpp"
+#include "maille/base/vectors.hpp"
 
 #include "bodies/locate.hpp"
-#include "data/vectors.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,9 +1,9 @@
 // What is asked of a picture: whether it can be, and each object's part of it.
 
 #include "prepare/request.hpp"
+#include "maille/base/vectors.hpp"
 
 #include "data/parallel.hpp"
-#include "data/vectors.hpp"
 
 #include <fmt/format.h>
 

@@ -6,6 +6,7 @@
 // used: slices are put in order by where they are. Departures: several slices in one file (enhanced
 // multi-frame), colours and tilted gantries are refused by name.
 
+#include "maille/base/vectors.hpp"
 #include "maille/materials/text_file.hpp"
 #include "plugin_readers.hpp"
 
@@ -19,7 +20,6 @@
 #include <fstream>
 #include <map>
 #include <memory>
-#include <numeric>
 #include <string_view>
 #include <system_error>
 
@@ -37,16 +37,6 @@ struct Slice {
   DicomHeader header;
   double along_normal = 0; ///< [mm]
 };
-
-Vec3 cross(const Vec3& a, const Vec3& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-double dot(const Vec3& a, const Vec3& b) {
-  return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
-}
-double distance(const Vec3& a, const Vec3& b) {
-  return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
-}
 
 std::string name_of(const Slice& slice) {
   return slice.file.filename().string();
@@ -214,10 +204,8 @@ double slice_distance(const std::vector<Slice>& slices, const Vec3& normal, Faul
                  fmt::format("{:.4g} mm between {}{}", step, between(),
                              are_missing ? fmt::format(": {:.0f} missing", missing) : ""));
     }
-    const Vec3& a = slices[n - 1].header.position;
-    const Vec3& b = slices[n].header.position;
-    const Vec3 straight{a[0] + step * normal[0], a[1] + step * normal[1], a[2] + step * normal[2]};
-    if (const double aside = distance(straight, b); !(aside <= 1e-3 * step + 1e-2))
+    const Vec3 straight = plus(slices[n - 1].header.position, times(step, normal));
+    if (const double aside = distance(straight, slices[n].header.position); !(aside <= 1e-3 * step + 1e-2))
       faults.add("ImagePositionPatient", "slices straight behind each other (no tilted gantry)",
                  fmt::format("{} {:.3g} mm aside", between(), aside));
   }

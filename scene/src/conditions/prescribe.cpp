@@ -4,6 +4,7 @@
 
 #include "geometry/border_normals.hpp"
 #include "geometry/pieces.hpp"
+#include "maille/base/vectors.hpp"
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
@@ -60,15 +61,6 @@ void pull_at(const WeightedFaces& faces, Traction&& traction, const Asked& where
   }
 }
 
-/// Area of a cell's face [m^2]; in 2D for a thickness of 1 m, in 1D 1.
-double area(const Grid& grid, int axis) {
-  double area = 1;
-  for (int a = 0; a < grid.dimension(); ++a)
-    if (a != axis)
-      area *= grid.spacing()[a];
-  return area;
-}
-
 } // namespace
 
 void add_traction(const Region& region, const Vec3& traction, const Asked& where, Scene& scene,
@@ -79,7 +71,7 @@ void add_traction(const Region& region, const Vec3& traction, const Asked& where
   double all = 0;
   Vec3 net{};
   for (const auto& [face, part] : faces) {
-    const double of_face = part * area(scene.specimen.grid, face.axis);
+    const double of_face = part * face_area(scene.specimen.grid, face.axis);
     all += of_face;
     net[face.axis] += face.upper ? of_face : -of_face;
   }
@@ -110,7 +102,7 @@ void add_force(const Region& region, const Vec3& force, const Asked& where, Scen
   const auto faces = faces_in(region, where, scene.specimen, faults);
   double total = 0;
   for (const auto& [face, part] : faces)
-    total += part * area(scene.specimen.grid, face.axis);
+    total += part * face_area(scene.specimen.grid, face.axis);
   const Vec3 traction{force[0] / total, force[1] / total, force[2] / total};
   pull_at(
       faces, [&](const FaceLoad&) { return traction; }, where, scene);

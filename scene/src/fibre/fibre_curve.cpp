@@ -1,4 +1,5 @@
 #include "geometry/box_tree.hpp"
+#include "maille/base/vectors.hpp"
 #include "maille/scene/fibre/fibre_field.hpp"
 
 #include <algorithm>
@@ -9,19 +10,13 @@ namespace maille {
 
 namespace {
 
-Vec3 difference(const Vec3& to, const Vec3& from) {
-  return {to[0] - from[0], to[1] - from[1], to[2] - from[2]};
-}
-double dot(const Vec3& a, const Vec3& b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 /// a + t (b - a)
 Vec3 blend(const Vec3& a, const Vec3& b, double t) {
-  return {a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), a[2] + t * (b[2] - a[2])};
+  return plus(a, times(t, minus(b, a)));
 }
-Vec3 unit(const Vec3& v) {
-  const double length = std::hypot(v[0], v[1], v[2]);
-  return {v[0] / length, v[1] / length, v[2] / length};
+Vec3 of_length_1(const Vec3& v) {
+  const double size = norm(v);
+  return {v[0] / size, v[1] / size, v[2] / size};
 }
 
 } // namespace
@@ -29,13 +24,13 @@ Vec3 unit(const Vec3& v) {
 FibreCurve::FibreCurve(std::span<const Vec3> points) : points_(points.begin(), points.end()) {
   std::vector<Vec3> pieces;
   for (std::size_t i = 0; i + 1 < points_.size(); ++i)
-    pieces.push_back(unit(difference(points_[i + 1], points_[i])));
+    pieces.push_back(of_length_1(minus(points_[i + 1], points_[i])));
   const bool is_closed = points_.front() == points_.back();
   directions_.resize(points_.size());
   for (std::size_t i = 0; i < points_.size(); ++i) {
     const Vec3& before = i > 0 ? pieces[i - 1] : is_closed ? pieces.back() : pieces.front();
     const Vec3& after = i < pieces.size() ? pieces[i] : is_closed ? pieces.front() : pieces.back();
-    directions_[i] = unit(blend(before, after, 0.5));
+    directions_[i] = of_length_1(blend(before, after, 0.5));
   }
   std::vector<std::array<Vec3, 2>> ends;
   for (std::size_t i = 0; i + 1 < points_.size(); ++i)
@@ -48,9 +43,9 @@ Vec3 FibreCurve::direction_at(const Vec3& position) const {
   std::size_t first = points_.size();
   Vec3 direction{};
   pieces_->near(position, nearest, [&](std::size_t i) {
-    const Vec3 piece = difference(points_[i + 1], points_[i]);
-    const double t = std::clamp(dot(difference(position, points_[i]), piece) / dot(piece, piece), 0.0, 1.0);
-    const Vec3 away = difference(position, blend(points_[i], points_[i + 1], t));
+    const Vec3 piece = minus(points_[i + 1], points_[i]);
+    const double t = std::clamp(dot(minus(position, points_[i]), piece) / dot(piece, piece), 0.0, 1.0);
+    const Vec3 away = minus(position, blend(points_[i], points_[i + 1], t));
     if (const double square = dot(away, away); square < nearest || (square == nearest && i < first)) {
       nearest = square;
       first = i;
@@ -58,11 +53,11 @@ Vec3 FibreCurve::direction_at(const Vec3& position) const {
     }
     return nearest;
   });
-  return unit(direction);
+  return of_length_1(direction);
 }
 
 bool FibreCurve::doubles_back(const Vec3& before, const Vec3& at, const Vec3& after) {
-  return dot(unit(difference(at, before)), unit(difference(after, at))) < -1 + 1e-9;
+  return dot(of_length_1(minus(at, before)), of_length_1(minus(after, at))) < -1 + 1e-9;
 }
 
 } // namespace maille

@@ -1,3 +1,4 @@
+#include "maille/base/vectors.hpp"
 #include "maille/scene/cell_fields.hpp"
 #include "maille/scene/measure/measure.hpp"
 #include "maille/scene/sliding.hpp"
@@ -43,18 +44,6 @@ Vec3 displacement_at(const Specimen& body, const Displacement& u, const Material
 
 using Tensor = std::array<double, 6>;
 
-double dot(const Vec3& a, const Vec3& b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-Vec3 between(const Vec3& from, const Vec3& to) {
-  return {to[0] - from[0], to[1] - from[1], to[2] - from[2]};
-}
-
-double length(const Vec3& v) {
-  return std::hypot(v[0], v[1], v[2]);
-}
-
 /// R T R^T for one component, R the turn of the body at rest into the world: where moves turn the body, or
 /// blocks their cells, strain and stress turn with them.
 double component_in_world(const Placement& placement, const Tensor& t, std::size_t row, std::size_t column) {
@@ -68,16 +57,15 @@ double component_in_world(const Placement& placement, const Tensor& t, std::size
 
 /// Between the first two points and the last two, of three that share the middle one.
 double angle_of(const std::vector<Vec3>& at) {
-  const Vec3 a = at.size() == 3 ? between(at[1], at[0]) : between(at[0], at[1]),
-             b = between(at[at.size() - 2], at.back());
-  const Vec3 cross{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-  return std::atan2(length(cross), dot(a, b));
+  const Vec3 a = at.size() == 3 ? minus(at[0], at[1]) : minus(at[1], at[0]),
+             b = minus(at.back(), at[at.size() - 2]);
+  return std::atan2(norm(cross(a, b)), dot(a, b));
 }
 
 double length_of(const std::vector<Vec3>& at) {
   double sum = 0;
   for (std::size_t i = 1; i < at.size(); ++i)
-    sum += length(between(at[i - 1], at[i]));
+    sum += distance(at[i], at[i - 1]);
   return sum;
 }
 
@@ -290,9 +278,8 @@ private:
   }
 
   void take_volume(const Measure& measure, MeasuredValue& result) const {
-    double of_cell = 1, tissue = 0, ratios = 0;
-    for (int a = 0; a < scene_.dimension(); ++a)
-      of_cell *= body_.grid.spacing()[a];
+    const double of_cell = cell_volume(body_.grid);
+    double tissue = 0, ratios = 0;
     const VolumeRatio ratio(body_.grid);
     for (const std::int64_t cell : measure.cells) {
       tissue += body_.tissue_of(cell);
@@ -317,7 +304,7 @@ private:
   }
 
   static double part_of(const Measure& measure, const Vec3& vector) {
-    return measure.figure == MeasureFigure::along ? dot(vector, measure.direction) : length(vector);
+    return measure.figure == MeasureFigure::along ? dot(vector, measure.direction) : norm(vector);
   }
 
   static void give(const Measure& measure, const Vec3& vector, MeasuredValue& result) {
@@ -340,7 +327,7 @@ private:
   static LinePoint& add_to_line(const Measure& measure, const MaterialPoint& point, MeasuredValue& result) {
     LinePoint& entry = result.line.emplace_back();
     entry.place = point.place;
-    entry.along = length(between(measure.points.front().place, point.place));
+    entry.along = distance(point.place, measure.points.front().place);
     return entry;
   }
 

@@ -1,5 +1,6 @@
 #include "measure/section.hpp"
 
+#include "maille/base/vectors.hpp"
 #include "maille/scene/sliding.hpp"
 #include "mechanics/face_force.hpp"
 
@@ -109,9 +110,7 @@ Vec3 force_across(const Scene& scene, const SectionPlane& plane, const Answer& a
   for (std::size_t i = 0; i < answer.reaction.size(); ++i)
     if (beyond.distance(scene.prescribed[i].node) > 0)
       force[scene.prescribed[i].component] += answer.reaction[i];
-  double volume = 1;
-  for (int a = 0; a < scene.dimension(); ++a)
-    volume *= body.grid.spacing()[a];
+  const double volume = cell_volume(body.grid);
   for (const FaceLoad& load : scene.tractions)
     add(force, force_on_face(scene, answer, load), beyond.share(load));
   if (scene.gravity != Vec3{0, 0, 0})

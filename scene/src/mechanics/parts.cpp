@@ -1,6 +1,7 @@
 // Strain, stress, energy and volume of labels, materials and the whole body.
 #include "maille/scene/mechanics/mechanics.hpp"
 
+#include "maille/base/vectors.hpp"
 #include "maille/scene/cell_fields.hpp"
 #include "maille/scene/sliding.hpp"
 #include "mechanics/volume_ratio.hpp"
@@ -28,13 +29,6 @@ struct CellFigures {
   std::vector<double> volume, fibre_strain, largest_strain, smallest_strain, fibre_stress, von_mises,
       pressure, energy;
 };
-
-double cell_volume(const Grid& grid) {
-  double volume = 1;
-  for (int a = 0; a < grid.dimension(); ++a)
-    volume *= grid.spacing()[a];
-  return volume;
-}
 
 /// Half of the elastic stress by the strain, both means of the cell.
 double energy_of_means(const Tensor& strain, const Tensor& stress, double active, const Vec3& fibre) {

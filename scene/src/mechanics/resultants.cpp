@@ -1,3 +1,4 @@
+#include "maille/base/vectors.hpp"
 #include "maille/scene/frame.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"
 #include "maille/scene/sliding.hpp"
@@ -14,19 +15,11 @@ namespace maille {
 
 namespace {
 
-Vec3 sum(const Vec3& a, const Vec3& b, double factor = 1) {
-  return {a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]};
-}
-
-Vec3 cross(const Vec3& a, const Vec3& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
 /// Forces [N] at places [m] of the world.
 class Forces {
 public:
   void add(const Vec3& place, const Vec3& force) {
-    force_ = sum(force_, force);
+    force_ = plus(force_, force);
     places_.push_back(place);
     forces_.push_back(force);
   }
@@ -36,7 +29,7 @@ public:
     resultant.centroid = centroid;
     resultant.force = force_;
     for (std::size_t i = 0; i < places_.size(); ++i)
-      resultant.moment = sum(resultant.moment, cross(sum(places_[i], centroid, -1), forces_[i]));
+      resultant.moment = plus(resultant.moment, cross(minus(places_[i], centroid), forces_[i]));
     return resultant;
   }
 
@@ -49,7 +42,7 @@ private:
 class Middle {
 public:
   void add(const Vec3& place, double weight = 1) {
-    sum_ = sum(sum_, place, weight);
+    sum_ = plus(sum_, times(weight, place));
     weight_ += weight;
   }
   Vec3 place() const { return {sum_[0] / weight_, sum_[1] / weight_, sum_[2] / weight_}; }
@@ -72,8 +65,8 @@ public:
       for (int b = 0; b < scene_.dimension(); ++b)
         x[b] += answer_.displacement(b, node);
     else if (frame_.is_turned)
-      x = sum(x, frame_.in_world(x, {}));
-    return sum(scene_.specimen.placement.origin, in_world(x));
+      x = plus(x, frame_.in_world(x, {}));
+    return plus(scene_.specimen.placement.origin, in_world(x));
   }
   /// The mean of a cell's corners, or of those on one of its faces.
   Vec3 middle(std::int64_t cell, const FaceLoad* face = nullptr) const {
@@ -158,16 +151,12 @@ std::vector<Resultant> of_loads(const Scene& scene, const Answer& answer, const 
     Middle centroid;
   };
   const Specimen& body = scene.specimen;
-  const Vec3& h = body.grid.spacing();
   std::map<std::int32_t, Region> regions;
   for (const FaceLoad& load : scene.tractions) {
-    double area = 1;
-    for (int a = 0; a < scene.dimension(); ++a)
-      area *= static_cast<int>(a) == load.axis ? 1 : h[a];
     Region& region = regions[load.condition];
     const Vec3 middle = places.middle(load.cell, &load);
     region.forces.add(middle, places.force(load));
-    region.centroid.add(middle, area);
+    region.centroid.add(middle, face_area(body.grid, load.axis));
   }
   std::vector<Resultant> resultants;
   for (const auto& [condition, region] : regions) {
@@ -178,9 +167,8 @@ std::vector<Resultant> of_loads(const Scene& scene, const Answer& answer, const 
   if (scene.gravity == Vec3{0, 0, 0})
     return resultants;
   Middle centroid;
-  double mass = 0, volume = 1;
-  for (int a = 0; a < scene.dimension(); ++a)
-    volume *= h[a];
+  const double volume = cell_volume(body.grid);
+  double mass = 0;
   for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
     if (body.is_matter(cell)) {
       const double of_cell = volume * body.tissue_of(cell) * scene.materials[body.material(cell)].density;
@@ -190,7 +178,7 @@ std::vector<Resultant> of_loads(const Scene& scene, const Answer& answer, const 
   Resultant& weight = resultants.emplace_back();
   weight.name = "gravity";
   weight.centroid = centroid.place();
-  weight.force = sum({}, places.in_world(scene.gravity), mass);
+  weight.force = times(mass, places.in_world(scene.gravity));
   return resultants;
 }
 
@@ -210,7 +198,7 @@ Mechanics resultants_of(const Scene& scene, const Answer& answer) {
 Vec3 total_force(const std::vector<Resultant>& resultants) {
   Vec3 total{};
   for (const Resultant& resultant : resultants)
-    total = sum(total, resultant.force);
+    total = plus(total, resultant.force);
   return total;
 }
 

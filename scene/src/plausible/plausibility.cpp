@@ -1,5 +1,6 @@
 #include "maille/scene/plausibility.hpp"
 
+#include "maille/base/vectors.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/cell_fields.hpp"
 #include "maille/scene/voxel_map.hpp"
@@ -49,14 +50,6 @@ struct PrescribedNode {
   Vec3 displacement{};
   std::array<bool, 3> held{};
 };
-
-double norm(const Vec3& v) {
-  return std::hypot(v[0], v[1], v[2]);
-}
-
-double distance(const Vec3& a, const Vec3& b) {
-  return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
-}
 
 std::map<std::int64_t, PrescribedNode> by_node(const Scene& scene) {
   std::map<std::int64_t, PrescribedNode> nodes;

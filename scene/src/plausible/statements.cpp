@@ -1,5 +1,6 @@
 // What a scene states, in figures, and what of it has no effect or is not what it seems: for people to look
 // at. All is read off the Scene, so that `check`, `run` and Python say the same.
+#include "maille/base/vectors.hpp"
 #include "maille/plugins/open_plugin.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/frame.hpp"
@@ -29,17 +30,6 @@ constexpr double least_plate = 0.8, least_face = 0.05;
 /// Share of a sliding border's nodes above which one hold or move keeps its sides together.
 constexpr double most_of_border = 0.5;
 
-double norm(const Vec3& v) {
-  return std::hypot(v[0], v[1], v[2]);
-}
-
-double face_area(const Grid& grid, std::size_t axis) {
-  double area = 1;
-  for (std::size_t a = 0; a < std::size_t(grid.dimension()); ++a)
-    area *= a == axis ? 1 : grid.spacing()[a];
-  return area;
-}
-
 /// What one of Scene::conditions has.
 struct Stated {
   std::set<std::int64_t> nodes;
@@ -50,7 +40,7 @@ struct Stated {
 };
 
 void add_face(const Grid& grid, const Index3& cell, std::size_t axis, bool upper, Stated& stated) {
-  stated.area[axis][upper ? 1 : 0] += face_area(grid, axis);
+  stated.area[axis][upper ? 1 : 0] += face_area(grid, int(axis));
   ++stated.n_faces;
   for (int corner = 0; corner < grid.corners_per_cell(); ++corner)
     if ((corner >> axis & 1) == (upper ? 1 : 0))
@@ -74,7 +64,7 @@ void add_outer_faces(const Specimen& body, Stated& stated) {
         is_in = (corner >> axis & 1) != side % 2 ||
                 stated.nodes.contains(body.grid.corner(body.grid.cell_at(cell), corner));
       if (is_in)
-        stated.area[axis][side % 2 ? 1 : 0] += face_area(body.grid, axis);
+        stated.area[axis][side % 2 ? 1 : 0] += face_area(body.grid, int(axis));
     }
 }
 
@@ -112,7 +102,7 @@ Vec3 cross_sections(const Specimen& body) {
   const double cells = static_cast<double>(body.n_matter_cells());
   Vec3 area{};
   for (std::size_t a = 0; a < std::size_t(body.grid.dimension()); ++a)
-    area[a] = cells * face_area(body.grid, a) / body.grid.cells()[a];
+    area[a] = cells * face_area(body.grid, int(a)) / body.grid.cells()[a];
   return area;
 }
 

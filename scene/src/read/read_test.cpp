@@ -1,3 +1,4 @@
+#include "maille/base/vectors.hpp"
 #include "read/reader.hpp"
 #include "time_course.hpp"
 
@@ -82,10 +83,8 @@ Vec3 size_of(const Grid& grid) {
 
 /// Mean spacing across a test's axis.
 double spacing_across(const Grid& grid, int axis) {
-  double product = 1;
-  for (int a = 0; a < grid.dimension(); ++a)
-    product *= a == axis ? 1 : grid.spacing()[a];
-  return grid.dimension() == 3 ? std::sqrt(product) : product;
+  const double area = face_area(grid, axis);
+  return grid.dimension() == 3 ? std::sqrt(area) : area;
 }
 
 /// How far a punch of nodes that are moved reaches beyond the last of them, in spacings. Under its edge the

@@ -1,4 +1,5 @@
-#include "maille/scene/warp/surface.hpp"
+#include "maille/base/vectors.hpp"
+#include "maille/scene/warp/warp.hpp"
 #include "warp/deformed_cells.hpp"
 
 #include <fmt/format.h>
@@ -48,10 +49,7 @@ private:
     made.name = specimen_.label.empty() ? material : fmt::format("{} {}", part, material);
     made.part = part;
     made.world = specimen_.placement.world;
-    const auto& rows = specimen_.placement.direction;
-    const double handedness = rows[0][0] * (rows[1][1] * rows[2][2] - rows[1][2] * rows[2][1]) -
-                              rows[0][1] * (rows[1][0] * rows[2][2] - rows[1][2] * rows[2][0]) +
-                              rows[0][2] * (rows[1][0] * rows[2][1] - rows[1][1] * rows[2][0]);
+    const double handedness = determinant(specimen_.placement.direction);
     std::vector<std::int64_t> used;
     for (const std::int64_t cell : cells) {
       const Index3 at = specimen_.grid.cell_at(cell);

@@ -4,7 +4,7 @@
 // (Turk, 1994); VTK File Formats (Kitware). `SPACE=LPS` in comments is what 3D Slicer writes and reads.
 
 #include "maille/images/written_file.hpp"
-#include "maille/scene/warp/surface.hpp"
+#include "maille/scene/warp/warp.hpp"
 
 #include <fmt/format.h>
 

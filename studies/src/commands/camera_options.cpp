@@ -1,4 +1,5 @@
 #include "commands/camera_options.hpp"
+#include "maille/base/vectors.hpp"
 
 #include <fmt/format.h>
 
@@ -43,8 +44,7 @@ Vec3 direction_of(const std::string& option, const std::string& text) {
 }
 
 bool is_parallel(const Vec3& a, const Vec3& b) {
-  const Vec3 c{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-  return std::hypot(c[0], c[1], c[2]) <= 1e-9 * std::hypot(a[0], a[1], a[2]) * std::hypot(b[0], b[1], b[2]);
+  return norm(cross(a, b)) <= 1e-9 * norm(a) * norm(b);
 }
 
 } // namespace

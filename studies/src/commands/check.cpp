@@ -1,6 +1,7 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
 #include "cli/worlds.hpp"
+#include "maille/base/vectors.hpp"
 #include "maille/images/image.hpp"
 #include "maille/materials/text_file.hpp"
 #include "maille/materials/toml_reader.hpp"
@@ -153,9 +154,7 @@ std::vector<BodyPart> parts_of(const Scene& scene) {
       ++content.cells;
       content.tissue += body.tissue_of(cell);
     }
-  double of_cell = 1;
-  for (int a = 0; a < scene.dimension(); ++a)
-    of_cell *= body.grid.spacing()[a];
+  const double of_cell = cell_volume(body.grid);
   std::vector<BodyPart> parts;
   for (const auto& [key, content] : contents)
     parts.push_back({body.label.empty() ? std::nullopt : std::optional(key.first),

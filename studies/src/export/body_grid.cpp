@@ -1,4 +1,5 @@
 #include "body_grid.hpp"
+#include "maille/base/vectors.hpp"
 
 #include <vtkCellArray.h>
 #include <vtkCellType.h>
@@ -18,10 +19,6 @@ int cell_type(int dimension) {
   return dimension == 1 ? VTK_LINE : dimension == 2 ? VTK_QUAD : VTK_HEXAHEDRON;
 }
 
-Vec3 sum(const Vec3& a, const Vec3& b) {
-  return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
-}
-
 } // namespace
 
 vtkSmartPointer<vtkImageData> image_grid(const Specimen& specimen) {
@@ -33,7 +30,7 @@ vtkSmartPointer<vtkImageData> image_grid(const Specimen& specimen) {
   for (std::size_t axis = grid.dimension(); axis < 3; ++axis)
     spacing[axis] = spacing[0]; // of no extent, but VTK inverts the matrix of the spacings
   image->SetSpacing(spacing.data());
-  const Vec3 origin = sum(placement.origin, to_world(placement, specimen.origin));
+  const Vec3 origin = plus(placement.origin, to_world(placement, specimen.origin));
   image->SetOrigin(origin.data());
   vtkNew<vtkMatrix3x3> direction;
   for (int row = 0; row < 3; ++row)
@@ -56,7 +53,7 @@ vtkSmartPointer<vtkUnstructuredGrid> cell_grid(const Specimen& specimen, const B
   for (const std::int64_t node : numbering.nodes) {
     Vec3 position = specimen.position(grid.node_at(node));
     if (placed)
-      position = sum(specimen.placement.origin, to_world(specimen.placement, position));
+      position = plus(specimen.placement.origin, to_world(specimen.placement, position));
     points->SetPoint(next, position.data());
     point_of[node - first] = next++;
   }

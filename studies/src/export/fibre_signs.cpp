@@ -1,4 +1,5 @@
 #include "body_numbering.hpp"
+#include "maille/base/vectors.hpp"
 
 #include <cmath>
 #include <queue>
@@ -6,10 +7,6 @@
 namespace maille::studies {
 
 namespace {
-
-double dot(const Vec3& a, const Vec3& b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 
 /// Maximum spanning trees over the faces between cells (Prim 1957); a fibre takes its sign as its cell joins
 /// the tree.

@@ -2,7 +2,7 @@
 /// Scenes and answers as files for ParaView: one grid per answer, and a list of files that makes a series.
 
 #include "maille/scene/answer.hpp"
-#include "maille/scene/warp/surface.hpp"
+#include "maille/scene/warp/warp.hpp"
 
 #include <array>
 #include <cstddef>

@@ -3,7 +3,6 @@
 /// files.
 
 #include "maille/scene/answer.hpp"
-#include "maille/scene/warp/surface.hpp"
 #include "maille/scene/warp/warp.hpp"
 
 #include <filesystem>

@@ -1,5 +1,6 @@
 #include "layout.hpp"
 #include "export/body_numbering.hpp"
+#include "maille/base/vectors.hpp"
 #include "maille/materials/toml_reader.hpp"
 #include "picture/question_picture.hpp"
 
@@ -7,18 +8,9 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <numeric>
 
 namespace maille::studies {
 namespace {
-
-double dot(const Vec3& a, const Vec3& b) {
-  return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
-}
-
-Vec3 cross(const Vec3& a, const Vec3& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
 
 Vec3 combine(double a, const Vec3& x, double b, const Vec3& y, double c, const Vec3& z) {
   return {a * x[0] + b * y[0] + c * z[0], a * x[1] + b * y[1] + c * z[1], a * x[2] + b * y[2] + c * z[2]};

@@ -1,3 +1,4 @@
+#include "maille/base/vectors.hpp"
 #include "picture/question_picture.hpp"
 
 #include "body_actors.hpp"
@@ -20,16 +21,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <stdexcept>
 
 namespace maille::studies {
 
 namespace {
-
-double dot(const Vec3& a, const Vec3& b) {
-  return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
-}
 
 Vec3 unit(std::size_t axis, double sign = 1) {
   Vec3 e{};

@@ -2,7 +2,7 @@
 /// Runs studies: case after case, or several side by side, into a table that survives being killed.
 
 #include "compare/methods.hpp"
-#include "maille/scene/warp/surface.hpp"
+#include "maille/scene/warp/warp.hpp"
 #include "study/plan/study_table.hpp"
 
 #include <functional>

@@ -1,4 +1,5 @@
 #include "trade/body.hpp"
+#include "maille/base/vectors.hpp"
 
 #include <fmt/format.h>
 
@@ -37,13 +38,6 @@ std::vector<std::int64_t> cells_of(const Scene& scene) {
     if (scene.specimen.is_matter(cell))
       ++cells[scene.specimen.material(cell)];
   return cells;
-}
-
-double volume_of_cell(const Scene& scene) {
-  double volume = 1;
-  for (int a = 0; a < scene.dimension(); ++a)
-    volume *= scene.specimen.grid.spacing()[a];
-  return volume;
 }
 
 bool is_image(const Scene& scene) {
@@ -89,8 +83,10 @@ std::string what_is_lost(const Scene& scene, double thickness, const Scene& on_l
     return {};
   const std::vector<std::int64_t> here = cells_of(scene), there = cells_of(on_lattice);
   for (std::size_t m = 0; m < here.size(); ++m) {
-    const double before = static_cast<double>(here[m]) * volume_of_cell(scene),
-                 after = m < there.size() ? static_cast<double>(there[m]) * volume_of_cell(on_lattice) : 0;
+    const double before = static_cast<double>(here[m]) * cell_volume(scene.specimen.grid),
+                 after = m < there.size()
+                             ? static_cast<double>(there[m]) * cell_volume(on_lattice.specimen.grid)
+                             : 0;
     if (std::abs(after - before) > most_change_of_volume * before)
       return fmt::format("{} has {:.0f} % of its volume there", scene.materials[m].name,
                          100 * after / before);

@@ -3,7 +3,6 @@
 #include "conditions/voxelise.hpp"
 #include "maille/scene/plausibility.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "maille/scene/warp/surface.hpp"
 #include "maille/scene/warp/warp.hpp"
 #include "scene/warp/warp_bodies.hpp"
 #include "support/kit.hpp"

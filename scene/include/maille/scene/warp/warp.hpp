@@ -1,6 +1,6 @@
 #pragma once
-/// Images and labels carried along by bodies that have been deformed, and the fields that other programs
-/// carry them with. docs/images.md says which program takes which file.
+/// Images and labels carried along by bodies that have been deformed, the fields that other programs carry
+/// them with, and the bodies' surfaces. docs/images.md says which program takes which file.
 ///
 /// The *pull* field leads from where a voxel of the deformed image is to where its matter rests ("fixed to
 /// moving", "resampling"); the *push* field from where matter rests to where it has gone ("modeling").
@@ -8,7 +8,9 @@
 #include "maille/images/image.hpp"
 #include "maille/scene/answer.hpp"
 
+#include <array>
 #include <cstdint>
+#include <filesystem>
 #include <span>
 #include <string>
 #include <vector>
@@ -95,5 +97,35 @@ struct WarpedLabel {
 /// @throws std::invalid_argument  a label that is no whole number below 2^24 in size
 std::vector<WarpedLabel> warped_label_table(const Pull& pull, std::span<const DeformedBody> bodies,
                                             const Image& labels, const Image& after, const Image& ratio);
+
+/// The outer faces of the cells of one part, which are those to cells of other parts and to no matter.
+struct BodySurface {
+  std::string name;                     ///< of its label or material
+  std::int32_t part = 0;                ///< its label, or the number of its material
+  WorldAxes world = WorldAxes::unknown; ///< of the points
+  std::vector<Vec3> points;             ///< in the world [m], each once
+  std::vector<std::array<std::int32_t, 4>>
+      quads; ///< of points, in an order that turns right-handed about outside
+};
+
+/// The parts of a body, a surface each, in the order of their numbers: of labels where it has some, else of
+/// materials. Touching parts share faces, each with its own points.
+/// @param materials of the scene, for names
+/// Cost  O(cells)
+/// @throws std::invalid_argument  a body that is not of three dimensions
+std::vector<BodySurface> surfaces_of(const DeformedBody& body, const std::vector<Material>& materials);
+
+enum class LengthUnit { metre, millimetre };
+
+/// Writes what the ending of the name says; a quad as two triangles.
+///
+/// .stl  binary; one part, or several after each other
+/// .ply  binary; `part` of every face: the label
+/// .vtp  appended raw; cell data Part, field data Units and Name
+/// A patient's world is written as LPS, which 3D Slicer and ITK expect, and the file says so (`SPACE=LPS`)
+/// beside the unit; where the body's image does not state a world, places are as they are.
+/// @throws std::runtime_error  the file cannot be written; std::invalid_argument  another ending
+void write_surfaces(const std::vector<BodySurface>& surfaces, const std::filesystem::path& file,
+                    LengthUnit unit);
 
 } // namespace maille
