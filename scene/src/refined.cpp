@@ -1,5 +1,7 @@
 #include "maille/scene/refined.hpp"
 
+#include "cell_values.hpp"
+
 #include <array>
 #include <cstdint>
 #include <limits>
@@ -26,34 +28,6 @@ Grid halved(const Grid& grid) {
 
 Index3 half_of(const Index3& at) {
   return {at[0] / 2, at[1] / 2, at[2] / 2};
-}
-
-Specimen refine(const Specimen& coarse) {
-  Specimen fine = coarse;
-  fine.grid = halved(coarse.grid);
-  const std::size_t n = fine.grid.n_cells();
-  if (!coarse.material_id.empty())
-    fine.material_id.resize(n);
-  if (!coarse.fibres.empty())
-    fine.fibres.resize(n);
-  fine.label.resize(coarse.label.empty() ? 0 : n);
-  fine.tissue.resize(coarse.tissue.empty() ? 0 : n);
-  fine.stiffness_ratio.resize(coarse.stiffness_ratio.empty() ? 0 : n);
-  for (std::size_t cell = 0; cell < n; ++cell) {
-    const auto parent = static_cast<std::size_t>(
-        coarse.grid.cell(half_of(fine.grid.cell_at(static_cast<std::int64_t>(cell)))));
-    if (!coarse.material_id.empty())
-      fine.material_id[cell] = coarse.material_id[parent];
-    if (!coarse.fibres.empty())
-      fine.fibres[cell] = coarse.fibres[parent];
-    if (!coarse.label.empty())
-      fine.label[cell] = coarse.label[parent];
-    if (!coarse.tissue.empty())
-      fine.tissue[cell] = coarse.tissue[parent];
-    if (!coarse.stiffness_ratio.empty())
-      fine.stiffness_ratio[cell] = coarse.stiffness_ratio[parent];
-  }
-  return fine;
 }
 
 /// Prescribed components of one axis, by node.
@@ -139,24 +113,19 @@ std::vector<Face> refine_faces(const std::vector<Face>& faces, const Grid& grid,
   return parts;
 }
 
-std::vector<double> refine_active_stress(const Scene& scene, const Grid& fine) {
-  std::vector<double> stress(fine.n_cells());
-  for (std::size_t cell = 0; cell < stress.size(); ++cell)
-    stress[cell] =
-        scene.active_stress[scene.specimen.grid.cell(half_of(fine.cell_at(static_cast<std::int64_t>(cell))))];
-  return stress;
-}
-
 } // namespace
 
 Scene refined(const Scene& scene) {
   Scene fine = scene;
-  fine.specimen = refine(scene.specimen);
+  fine.specimen.grid = halved(scene.specimen.grid);
+  const auto parent = [&](std::int64_t cell) {
+    return scene.specimen.grid.cell(half_of(fine.specimen.grid.cell_at(cell)));
+  };
+  carry_cells(fine.specimen, parent);
   fine.prescribed = refine_prescribed(scene, fine.specimen);
   fine.tractions = refine_faces(scene.tractions, scene.specimen.grid, fine.specimen.grid);
   fine.springs = refine_faces(scene.springs, scene.specimen.grid, fine.specimen.grid);
-  if (scene.contracts())
-    fine.active_stress = refine_active_stress(scene, fine.specimen.grid);
+  fine.active_stress = carried(scene.active_stress, fine.specimen.grid.n_cells(), 0.0, parent);
   fine.turns.clear(); // they name nodes of the coarse lattice; what they prescribe is above
   fine.drives.clear();
   fine.timed.clear();

@@ -1,5 +1,5 @@
 #include "maille/deform/solve.hpp"
-#include "maille/scene/fibre/fibre_lattice.hpp"
+#include "maille/scene/fibre/fibre_field.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "support/bodies/lattice_scenes.hpp"
 #include "support/kit.hpp"

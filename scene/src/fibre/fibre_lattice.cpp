@@ -1,5 +1,6 @@
-#include "maille/scene/fibre/fibre_lattice.hpp"
+#include "maille/scene/fibre/fibre_field.hpp"
 
+#include "cell_values.hpp"
 #include "geometry/pieces.hpp"
 #include "geometry/turned_lattice.hpp"
 #include "maille/base/arena.hpp"
@@ -92,15 +93,6 @@ void prescribe(const TurnedLattice& lattice, const Scene& scene, const std::vect
   std::ranges::sort(turned.prescribed, {}, [](const Prescribed& p) {
     return std::pair{p.component, p.node};
   });
-}
-
-/// What the fibre pulls with in the scene's cell that holds the middle of a turned one.
-std::vector<double> active_stress_on(const TurnedLattice& lattice, const Specimen& body, const Scene& scene) {
-  std::vector<double> stress(scene.contracts() ? static_cast<std::size_t>(body.grid.n_cells()) : 0, 0);
-  for (std::size_t cell = 0; cell < stress.size(); ++cell)
-    if (const std::int64_t from = lattice.cell_at_middle_of(body, static_cast<std::int64_t>(cell)); from >= 0)
-      stress[cell] = scene.active_stress[from];
-  return stress;
 }
 
 /// True if the turn takes the axes that are prescribed together to axes of the lattice.
@@ -238,7 +230,9 @@ std::variant<Scene, LatticeRefusal> on_fibre_lattice(const Scene& scene) {
   turned.specimen = lattice.turned_body();
   reader::crop_to_matter(turned.specimen);
   turned.gravity = lattice.to_turned(scene.gravity);
-  turned.active_stress = active_stress_on(lattice, turned.specimen, scene);
+  turned.active_stress =
+      carried(scene.active_stress, turned.specimen.grid.n_cells(), 0.0,
+              [&](std::int64_t cell) { return lattice.cell_at_middle_of(turned.specimen, cell); });
   turn_turns(lattice, turned);
   const std::vector<std::int64_t> source = sources(lattice, turned.specimen, conditions);
   if (!is_every_patch_met(scene.specimen.grid, conditions, source))

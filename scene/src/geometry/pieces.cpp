@@ -1,4 +1,5 @@
 #include "geometry/pieces.hpp"
+#include "cell_values.hpp"
 #include "maille/scene/matter_runs.hpp"
 
 #include <fmt/format.h>
@@ -201,7 +202,7 @@ Index3 crop_to_matter(Specimen& body) {
   if (size == n)
     return low;
   body.grid = Grid(grid.dimension(), size, grid.spacing());
-  const auto crop = [&](auto& values) {
+  for_each_cell_array(body, [&]<class T>(std::vector<T>& values, const T&) {
     if (values.empty())
       return;
     auto kept = std::exchange(values, {});
@@ -211,12 +212,7 @@ Index3 crop_to_matter(Specimen& body) {
         const auto row = kept.begin() + grid.cell({low[0], j, k});
         values.insert(values.end(), row, row + size[0]);
       }
-  };
-  crop(body.material_id);
-  crop(body.fibres);
-  crop(body.label);
-  crop(body.tissue);
-  crop(body.stiffness_ratio);
+  });
   for (std::size_t a = 0; a < 3; ++a)
     body.origin[a] += low[a] * grid.spacing()[a];
   return low;

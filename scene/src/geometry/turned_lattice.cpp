@@ -1,4 +1,5 @@
 #include "geometry/turned_lattice.hpp"
+#include "cell_values.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -46,29 +47,14 @@ Specimen TurnedLattice::turned_body() const {
   const Specimen& old = scene_.specimen;
   Specimen body = old;
   body.grid = grid(body.origin);
-  const std::size_t n = body.grid.n_cells();
-  body.material_id.assign(n, no_material);
   body.fibre = turned_fibre(old.fibre);
-  body.fibres.assign(old.fibres.empty() ? 0 : n, {1, 0, 0});
-  body.label.assign(old.label.empty() ? 0 : n, 0);
-  body.tissue.assign(old.tissue.empty() ? 0 : n, 1);
-  body.stiffness_ratio.assign(old.stiffness_ratio.empty() ? 0 : n, 1);
-  for (std::size_t cell = 0; cell < n; ++cell) {
-    const std::int64_t from = cell_at_middle_of(body, static_cast<std::int64_t>(cell));
-    if (from < 0)
-      continue;
-    body.material_id[cell] = old.material(from);
-    if (!body.label.empty())
-      body.label[cell] = old.label[from];
-    if (!body.tissue.empty())
-      body.tissue[cell] = old.tissue[from];
-    if (!body.stiffness_ratio.empty())
-      body.stiffness_ratio[cell] = old.stiffness_ratio[from];
-    if (!body.fibres.empty()) {
-      const Vec3 f = turned_fibre(old.fibre_of(from));
-      body.fibres[cell] = {static_cast<float>(f[0]), static_cast<float>(f[1]), static_cast<float>(f[2])};
-    }
+  for (auto& fibre : body.fibres) {
+    const Vec3 f = turned_fibre({fibre[0], fibre[1], fibre[2]});
+    fibre = {static_cast<float>(f[0]), static_cast<float>(f[1]), static_cast<float>(f[2])};
   }
+  if (body.material_id.empty())
+    body.material_id.assign(old.grid.n_cells(), 0);
+  carry_cells(body, [&](std::int64_t cell) { return cell_at_middle_of(body, cell); });
   Eigen::Matrix3d direction;
   for (Eigen::Index r = 0; r < 3; ++r)
     direction.row(r) = vector(old.placement.direction[r]);

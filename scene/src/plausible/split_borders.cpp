@@ -1,5 +1,6 @@
 #include "maille/scene/sliding.hpp"
 
+#include "cell_values.hpp"
 #include "geometry/border_normals.hpp"
 #include "maille/scene/cell_fields.hpp"
 
@@ -163,32 +164,24 @@ void Ties::at(const Index3& node, Add&& add) const {
   }
 }
 
-/// Values of cells of the body where its copies have them, `none` elsewhere.
-template<class T>
-std::vector<T> spread(const SplitScene& split, const Grid& of_body, const std::vector<T>& values,
-                      const T& none) {
-  if (values.empty())
-    return {};
-  std::vector<T> all(split.scene.specimen.grid.n_cells(), none);
-  for (std::size_t cell = 0; cell < values.size(); ++cell)
-    if (split.copy_of[cell] >= 0)
-      all[split.cell(of_body, static_cast<std::int64_t>(cell), split.copy_of[cell])] = values[cell];
-  return all;
-}
-
-void split_body(const Specimen& body, SplitScene& split) {
+void split_body(const Scene& scene, SplitScene& split) {
+  const Specimen& body = scene.specimen;
   Specimen& of = split.scene.specimen;
+  const int planes = body.grid.cells()[2] + 1; // from a copy to the next
   Index3 cells = body.grid.cells();
-  cells[2] = split.n_copies * (cells[2] + 1) - 1;
+  cells[2] = split.n_copies * planes - 1;
   of.grid = Grid(3, cells, body.grid.spacing());
-  std::vector<std::uint8_t> material = body.material_id;
-  if (material.empty())
-    material.assign(body.grid.n_cells(), 0);
-  of.material_id = spread(split, body.grid, material, no_material);
-  of.fibres = spread(split, body.grid, body.fibres, {1, 0, 0});
-  of.label = spread(split, body.grid, body.label, std::int32_t{0});
-  of.tissue = spread(split, body.grid, body.tissue, 0.0F);
-  of.stiffness_ratio = spread(split, body.grid, body.stiffness_ratio, 1.0F);
+  const auto source = [&](std::int64_t cell) {
+    Index3 at = of.grid.cell_at(cell);
+    const int copy = at[2] / planes;
+    at[2] %= planes;
+    const std::int64_t from = body.grid.has_cell(at) ? body.grid.cell(at) : -1;
+    return from >= 0 && split.copy_of[from] == copy ? from : -1;
+  };
+  if (of.material_id.empty())
+    of.material_id.assign(body.grid.n_cells(), 0);
+  carry_cells(of, source);
+  split.scene.active_stress = carried(scene.active_stress, of.grid.n_cells(), 0.0, source);
 }
 
 /// Calls visit(copy) for the copies that have a node.
@@ -217,7 +210,6 @@ void split_conditions(const Scene& scene, SplitScene& split) {
   };
   move_faces(of.tractions);
   move_faces(of.springs);
-  of.active_stress = spread(split, body.grid, scene.active_stress, 0.0);
   of.turns
       .clear(); // they and the next two name nodes and cells of the body; a step of a series is split anew
   of.drives.clear();
@@ -258,7 +250,7 @@ SplitScene split_borders(const Scene& scene, const std::vector<SlidingBorder>& p
     }
   split.scene = with_taut_scale(scene);
   split.scene.sliding.clear();
-  split_body(body, split);
+  split_body(scene, split);
   split_conditions(scene, split);
   NodeTies& tied = split.scene.tied;
   tied.planes = body.grid.cells()[2] + 1;

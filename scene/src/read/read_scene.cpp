@@ -2,7 +2,7 @@
 
 #include "maille/materials/library.hpp"
 #include "maille/materials/text_file.hpp"
-#include "maille/scene/fibre/fibre_lattice.hpp"
+#include "maille/scene/fibre/fibre_field.hpp"
 #include "read/measures.hpp"
 #include "read/reader.hpp"
 

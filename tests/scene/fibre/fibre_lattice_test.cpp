@@ -1,4 +1,4 @@
-#include "maille/scene/fibre/fibre_lattice.hpp"
+#include "maille/scene/fibre/fibre_field.hpp"
 
 #include "maille/scene/read_scene.hpp"
 #include "support/kit.hpp"
