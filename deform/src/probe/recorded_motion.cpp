@@ -1,8 +1,6 @@
 #include "maille/deform/probe/device.hpp"
 
-#include "maille/base/csv.hpp"
-#include "maille/materials/fault.hpp"
-#include "maille/materials/quantity.hpp"
+#include "maille/materials/csv_table.hpp"
 #include "maille/materials/text_file.hpp"
 
 #include <Eigen/Geometry>
@@ -10,28 +8,17 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
-#include <limits>
+#include <optional>
 #include <stdexcept>
 
 namespace maille::deform {
 
 namespace {
 
-constexpr std::string_view header = "time,x,y,z", header_with_turns = "time,x,y,z,turn_x,turn_y,turn_z";
 constexpr double furthest = 1e6; ///< of a place [m], and of a turn [rad]
 constexpr double longest = 1e9;  ///< of a time [s]: what follows it tells whether it is kept
 constexpr std::int64_t largest_motion = std::int64_t{1} << 28; // half an hour of places and turns at 1 kHz
-
-/// Without blanks.
-std::vector<std::string> bare(std::vector<std::string> cells) {
-  for (std::string& cell : cells)
-    std::erase_if(cell, [](char c) { return c == ' ' || c == '\t'; });
-  if (cells.size() > 1 && cells.back().empty())
-    cells.pop_back(); // behind a comma at the end of the line
-  return cells;
-}
 
 Eigen::Matrix3d rotation_of(const Eigen::Vector3d& turn) {
   const double angle = turn.norm();
@@ -40,103 +27,41 @@ Eigen::Matrix3d rotation_of(const Eigen::Vector3d& turn) {
   return Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
 }
 
-Dimension dimension_of(std::size_t column) {
-  return column == 0 ? Dimension::time : column < 4 ? Dimension::length : Dimension::angle;
-}
+const std::vector<CsvColumn> columns{{"time", Dimension::time},
+                                     {"x", Dimension::length},
+                                     {"y", Dimension::length},
+                                     {"z", Dimension::length},
+                                     {"turn_x", Dimension::angle, false},
+                                     {"turn_y", Dimension::angle, false},
+                                     {"turn_z", Dimension::angle, false}};
 
-class Reader {
-public:
-  explicit Reader(std::string file) : file_(std::move(file)) {}
-
-  RecordedMotion read(std::string_view text);
-
-private:
-  void fault(std::string expected, std::string found) {
-    faults_.push_back({file_, line_, "", std::move(expected), std::move(found)});
+/// @param before time of the last sample; nothing: this is the first
+/// @return nothing, and a fault, where a number is missing or out of range
+std::optional<RecordedMotion::Sample> read_sample(CsvTable& row, std::optional<double> before) {
+  std::array<double, 7> values{};
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::string_view name = columns[i].name;
+    const auto value = row.number(name);
+    if (!value && row.has(name))
+      return std::nullopt;
+    values[i] = value.value_or(0);
+    if (const double most = i == 0 ? longest : furthest; !(std::abs(values[i]) <= most)) {
+      row.fault(name,
+                fmt::format("at most {:g} {}", most,
+                            i == 0  ? "s"
+                            : i < 4 ? "m"
+                                    : "rad"),
+                fmt::format("{:g}", values[i]));
+      return std::nullopt;
+    }
   }
-  void read_header(const std::vector<std::string>& cells);
-  double number(const std::string& cell, std::size_t column) const;
-  void read_sample(const std::vector<std::string>& cells);
-
-  std::string file_;
-  int line_ = 0;
-  std::size_t columns_ = 0;         ///< 0: the header has not come yet
-  std::array<std::string, 7> unit_; ///< empty: that of SI
-  std::vector<RecordedMotion::Sample> samples_;
-  std::vector<Fault> faults_;
-};
-
-/// Names, each perhaps with its unit in brackets.
-void Reader::read_header(const std::vector<std::string>& cells) {
-  std::string names;
-  for (std::size_t column = 0; column < cells.size(); ++column) {
-    const std::string& cell = cells[column];
-    const auto bracket = cell.find('[');
-    names += (column > 0 ? "," : "") + cell.substr(0, bracket);
-    if (bracket == std::string::npos || column >= unit_.size())
-      continue;
-    unit_[column] = " " + cell.substr(bracket + 1, cell.size() - bracket - 2);
-    if (!cell.ends_with(']') || !parse_quantity("1" + unit_[column], dimension_of(column)))
-      fault("a unit of " + describe(dimension_of(column)), fmt::format("\"{}\"", cell));
+  if (before ? !(values[0] > *before) : values[0] < 0) {
+    row.fault("time", before ? fmt::format("a time after {} s", *before) : "a time from 0 s on",
+              fmt::format("{} s", values[0]));
+    return std::nullopt;
   }
-  columns_ = names == header_with_turns ? unit_.size() : 4;
-  if (names != header && names != header_with_turns)
-    fault(fmt::format("{} or {}, each with its unit in brackets if it is not that of SI", header,
-                      header_with_turns),
-          fmt::format("\"{}\"", fmt::join(cells, ",")));
-}
-
-/// In SI units; not finite where the cell holds no number.
-double Reader::number(const std::string& cell, std::size_t column) const {
-  double value = 0;
-  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-  if (error != std::errc() || end != cell.data() + cell.size())
-    return std::numeric_limits<double>::quiet_NaN();
-  if (!unit_[column].empty() && std::isfinite(value)) // bit-identical to the scene's reader
-    value = parse_quantity(cell + unit_[column], dimension_of(column)).value_or(0);
-  return value;
-}
-
-void Reader::read_sample(const std::vector<std::string>& cells) {
-  std::array<double, std::tuple_size_v<decltype(unit_)>> values{};
-  bool is_finite = cells.size() == columns_;
-  for (std::size_t i = 0; is_finite && i < columns_; ++i)
-    is_finite = std::isfinite(values[i] = number(cells[i], i));
-  if (!is_finite)
-    return fault(fmt::format("{} finite numbers with commas between them", columns_),
-                 fmt::format("\"{}\"", fmt::join(cells, ",")));
-  for (std::size_t i = 0; i < columns_; ++i) {
-    const double most = i == 0 ? longest : furthest;
-    if (!(std::abs(values[i]) <= most))
-      return fault(fmt::format("at most {:g} {}", most,
-                               i == 0  ? "s"
-                               : i < 4 ? "m"
-                                       : "rad"),
-                   fmt::format("{:g}", values[i]));
-  }
-  if (!samples_.empty() && !(values[0] > samples_.back().time))
-    return fault(fmt::format("a time after {} s", samples_.back().time), fmt::format("{} s", values[0]));
-  if (samples_.empty() && values[0] < 0)
-    return fault("a time from 0 s on", fmt::format("{} s", values[0]));
-  samples_.push_back(
-      {values[0], Pose{rotation_of({values[4], values[5], values[6]}), {values[1], values[2], values[3]}}});
-}
-
-RecordedMotion Reader::read(std::string_view text) {
-  for (CsvRecords records(text, CsvComments::anywhere); records.next();) {
-    line_ = records.line();
-    const std::vector<std::string> cells = bare(records.cells());
-    if (cells.size() == 1 && cells.front().empty())
-      continue;
-    columns_ == 0 ? read_header(cells) : read_sample(cells);
-  }
-  if (samples_.empty() && faults_.empty()) {
-    line_ = 0;
-    fault("at least one line of numbers under " + std::string(header), "none");
-  }
-  if (!faults_.empty())
-    throw InputError(std::move(faults_));
-  return RecordedMotion(std::move(samples_));
+  return RecordedMotion::Sample{
+      values[0], Pose{rotation_of({values[4], values[5], values[6]}), {values[1], values[2], values[3]}}};
 }
 
 } // namespace
@@ -169,7 +94,19 @@ Pose RecordedMotion::at(double time) const {
 }
 
 RecordedMotion parse_recorded_motion(std::string_view text, const std::string& file) {
-  return Reader(file).read(text);
+  FaultList faults(file);
+  CsvTable row(text, CsvComments::anywhere, columns, faults);
+  if (row.has("turn_x") != row.has("turn_y") || row.has("turn_x") != row.has("turn_z"))
+    faults.add(row.line_of_header(), "turn_x", "turn_x, turn_y and turn_z, or none of them", "some of them");
+  std::vector<RecordedMotion::Sample> samples;
+  while (row.next())
+    if (const auto sample =
+            read_sample(row, samples.empty() ? std::nullopt : std::optional(samples.back().time)))
+      samples.push_back(*sample);
+  if (samples.empty() && faults.empty())
+    faults.add(0, "", "at least one line of numbers under the names of the columns", "none");
+  faults.throw_if_any();
+  return RecordedMotion(std::move(samples));
 }
 
 RecordedMotion read_recorded_motion(const std::filesystem::path& file) {

@@ -1,20 +1,12 @@
 #pragma once
 /// Tables of numbers as CSV, whose first row names the columns and their units.
 
-#include "maille/materials/quantity.hpp"
-#include "maille/materials/toml_reader.hpp"
+#include "maille/materials/csv_table.hpp"
 
 #include <filesystem>
-#include <string_view>
 #include <vector>
 
 namespace maille::reader {
-
-struct NumberColumn {
-  std::string_view name;
-  Dimension dimension = Dimension::dimensionless;
-  bool is_needed = true;
-};
 
 struct NumberRow {
   int line = 0;
@@ -32,7 +24,7 @@ struct NumberTable {
 /// @param scene of the scene that names the file
 /// @throws InputError with every fault: a missing file, an unknown, repeated or missing column, cells without
 /// a number of that unit, no rows
-NumberTable read_number_table(const std::filesystem::path& file, const std::vector<NumberColumn>& columns,
+NumberTable read_number_table(const std::filesystem::path& file, const std::vector<CsvColumn>& columns,
                               const FileUnits& scene = {});
 
 } // namespace maille::reader

@@ -1,13 +1,11 @@
 #include "world/trajectory_rows.hpp"
 
-#include "maille/base/csv.hpp"
-#include "maille/materials/text_file.hpp"
+#include "maille/materials/csv_table.hpp"
 #include "read/reader.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <map>
@@ -20,124 +18,36 @@ namespace maille::reader {
 
 namespace {
 
-struct Column {
-  std::string_view name;
-  std::optional<Dimension> dimension; ///< nothing: a text or a whole number
-};
-
-constexpr std::array<Column, 18> columns{{{"frame", {}},
-                                          {"nodes", {}},
-                                          {"release", {}},
-                                          {"set", {}},
-                                          {"value", {}},
-                                          {"object", {}},
-                                          {"where", {}},
-                                          {"slide", {}},
-                                          {"dx", Dimension::length},
-                                          {"dy", Dimension::length},
-                                          {"dz", Dimension::length},
-                                          {"x", Dimension::length},
-                                          {"y", Dimension::length},
-                                          {"z", Dimension::length},
-                                          {"angle", Dimension::angle},
-                                          {"axis_x", Dimension::dimensionless},
-                                          {"axis_y", Dimension::dimensionless},
-                                          {"axis_z", Dimension::dimensionless}}};
-
-/// What the first row says: where each column is, and the unit of its numbers.
-struct Header {
-  std::map<std::string, std::size_t, std::less<>> place;
-  std::vector<std::string> unit;
-};
-
-std::string column_names() {
-  std::string names;
-  for (const Column& column : columns)
-    names += (names.empty() ? "" : ", ") + std::string(column.name);
-  return names;
+std::vector<CsvColumn> columns() {
+  const auto length = Dimension::length;
+  const auto none = Dimension::dimensionless;
+  return {{"frame", {}},           {"nodes", {}, false},    {"release", {}, false},
+          {"set", {}, false},      {"value", {}, false},    {"object", {}},
+          {"where", {}, false},    {"slide", {}, false},    {"dx", length, false},
+          {"dy", length, false},   {"dz", length, false},   {"x", length, false},
+          {"y", length, false},    {"z", length, false},    {"angle", Dimension::angle, false},
+          {"axis_x", none, false}, {"axis_y", none, false}, {"axis_z", none, false}};
 }
 
-Header read_header(const std::vector<std::string>& cells, int number, FaultList& faults) {
-  Header header;
-  for (const std::string_view cell : cells) {
-    const auto bracket = cell.find('[');
-    const std::string_view name = trimmed(cell.substr(0, bracket));
-    std::string_view unit = bracket == std::string_view::npos
-                                ? std::string_view{}
-                                : trimmed(cell.substr(bracket + 1, cell.find(']') - bracket - 1));
-    const bool is_one = unit == "1"; // as ISO 80000 writes that there is no unit
-    if (is_one)
-      unit = {};
-    const auto column = std::ranges::find(columns, name, &Column::name);
-    if (column == columns.end())
-      faults.add(number, std::string(name), "one of the columns " + column_names(),
-                 "\"" + std::string(name) + "\"");
-    else if (unit.empty()
-                 ? bracket != std::string_view::npos &&
-                       !(is_one && column->dimension == Dimension::dimensionless)
-                 : !column->dimension || !parse_quantity("1 " + std::string(unit), *column->dimension))
-      faults.add(number, std::string(name), column->dimension ? describe(*column->dimension) : "no unit",
-                 "[" + std::string(unit) + "]");
-    if (!header.place.emplace(std::string(name), header.unit.size()).second)
-      faults.add(number, std::string(name), "each column once", "\"" + std::string(name) + "\" again");
-    header.unit.emplace_back(unit);
-  }
-  for (const char* needed : {"frame", "object"})
-    if (!header.place.contains(std::string_view(needed)))
-      faults.add(number, needed, "a column of that name", "none");
-  return header;
+/// What csv_text has written there.
+std::string plain(const CsvTable& row, std::string_view column) {
+  return without_guard(std::string(row.text(column)));
 }
 
-/// One row of the table.
-class Row {
-public:
-  Row(const Header& header, const std::vector<std::string>& cells, int number, FaultList& faults)
-      : header_(header), cells_(cells), number_(number), faults_(faults) {
-    if (cells_.size() != header.unit.size())
-      fault("", fmt::format("{} cells, as in the first row", header.unit.size()),
-            fmt::format("{}", cells_.size()));
-  }
-  void fault(std::string_view key, std::string expected, std::string found) {
-    faults_.add(number_, std::string(key), std::move(expected), std::move(found));
-  }
-  /// Empty where there is no such column, or nothing in it.
-  std::string_view text(std::string_view name) const {
-    const auto place = header_.place.find(name);
-    return place == header_.place.end() || place->second >= cells_.size() ? std::string_view{}
-                                                                          : trimmed(cells_[place->second]);
-  }
-  /// What csv_text has written there.
-  std::string plain(std::string_view name) const { return without_guard(std::string(text(name))); }
-  double quantity(std::string_view name) {
-    const std::string_view cell = text(name);
-    if (cell.empty())
-      return 0;
-    const Dimension dimension = *std::ranges::find(columns, name, &Column::name)->dimension;
-    const auto value =
-        parse_quantity(std::string(cell) + " " + header_.unit[header_.place.find(name)->second], dimension);
-    if (!value)
-      fault(name, describe(dimension), "\"" + std::string(cell) + "\"");
-    return value.value_or(0);
-  }
-  /// A frame in which nothing is asked.
-  bool is_frame_alone() const {
-    return !text("frame").empty() && std::ranges::all_of(columns, [this](const Column& column) {
-      return column.name == "frame" || text(column.name).empty();
-    });
-  }
-  bool has_any(std::initializer_list<std::string_view> names) const {
-    return std::ranges::any_of(names, [&](std::string_view name) { return !text(name).empty(); });
-  }
+/// 0 where there is no such column, or nothing in it.
+double quantity(CsvTable& row, std::string_view column) {
+  return row.text(column).empty() ? 0 : row.number(column).value_or(0);
+}
 
-private:
-  const Header& header_;
-  const std::vector<std::string>& cells_;
-  int number_;
-  FaultList& faults_;
-};
+/// A frame in which nothing is asked.
+bool is_frame_alone(const CsvTable& row) {
+  return !row.text("frame").empty() && std::ranges::all_of(columns(), [&](const CsvColumn& column) {
+    return column.name == "frame" || row.text(column.name).empty();
+  });
+}
 
 /// Nodes of a face, "x-" and so on.
-std::vector<std::int64_t> nodes_of_face(std::string_view face, const Specimen& body, Row& row) {
+std::vector<std::int64_t> nodes_of_face(std::string_view face, const Specimen& body, CsvTable& row) {
   const auto region = Region::face(face, body.grid.dimension());
   if (!region)
     row.fault("where", "a face of the deformable object: x-, x+, ...", "\"" + std::string(face) + "\"");
@@ -145,7 +55,7 @@ std::vector<std::int64_t> nodes_of_face(std::string_view face, const Specimen& b
 }
 
 /// Numbers of nodes, and `first-last` for several, with blanks between.
-std::vector<std::int64_t> listed_nodes(std::string_view text, const Specimen& body, Row& row) {
+std::vector<std::int64_t> listed_nodes(std::string_view text, const Specimen& body, CsvTable& row) {
   std::vector<std::int64_t> nodes;
   const auto wrong = [&] {
     row.fault("nodes", "numbers of nodes of the body, each once, and ranges of them: `12 17-19`",
@@ -180,7 +90,7 @@ std::vector<std::int64_t> listed_nodes(std::string_view text, const Specimen& bo
 /// By object and text: rows of one region share it.
 using Regions = std::map<std::pair<std::size_t, std::string>, NodeRuns, std::less<>>;
 
-NodeRuns read_nodes(Row& row, std::size_t object, const Specimen& body, Regions& regions) {
+NodeRuns read_nodes(CsvTable& row, std::size_t object, const Specimen& body, Regions& regions) {
   const std::string_view list = row.text("nodes"), face = row.text("where");
   if (!list.empty() && !face.empty())
     row.fault("nodes", "either `where` or `nodes`", "both");
@@ -192,7 +102,7 @@ NodeRuns read_nodes(Row& row, std::size_t object, const Specimen& body, Regions&
   return nodes.empty() ? nodes : regions.emplace(key, std::move(nodes)).first->second;
 }
 
-void read_release(Row& row, DriveSpan& span) {
+void read_release(CsvTable& row, DriveSpan& span) {
   const std::string_view release = row.text("release");
   span.release = release == "true" || release == "1";
   if (!release.empty() && !span.release && release != "false" && release != "0")
@@ -202,8 +112,8 @@ void read_release(Row& row, DriveSpan& span) {
 }
 
 /// A row that changes a constant.
-std::optional<WorldSetting> read_setting(Row& row, const WorldScene& world) {
-  WorldSetting setting{std::nullopt, std::string(row.text("set")), row.plain("value")};
+std::optional<WorldSetting> read_setting(CsvTable& row, const WorldScene& world) {
+  WorldSetting setting{std::nullopt, std::string(row.text("set")), plain(row, "value")};
   if (row.text("frame") != "0")
     row.fault("frame", "0: constants are those of all frames", "\"" + std::string(row.text("frame")) + "\"");
   const auto checked = [&](WorldSetting& read) -> std::optional<WorldSetting> {
@@ -214,21 +124,21 @@ std::optional<WorldSetting> read_setting(Row& row, const WorldScene& world) {
   };
   if (row.text("object").empty())
     return checked(setting);
-  setting.object = object_named(row.plain("object"), world);
+  setting.object = object_named(plain(row, "object"), world);
   if (!setting.object) {
-    row.fault("object", "an object of the world", "\"" + row.plain("object") + "\"");
+    row.fault("object", "an object of the world", "\"" + plain(row, "object") + "\"");
     return std::nullopt;
   }
   return checked(setting);
 }
 
-void read_turn(Row& row, int dimension, DriveSpan& span) {
-  span.angle = row.quantity("angle");
+void read_turn(CsvTable& row, int dimension, DriveSpan& span) {
+  span.angle = quantity(row, "angle");
   if (std::abs(span.angle) > std::numbers::pi)
     row.fault("angle", "at most half a turn a frame", "\"" + std::string(row.text("angle")) + "\"");
   if (!row.has_any({"axis_x", "axis_y", "axis_z"}))
     return;
-  const Vec3 axis{row.quantity("axis_x"), row.quantity("axis_y"), row.quantity("axis_z")};
+  const Vec3 axis{quantity(row, "axis_x"), quantity(row, "axis_y"), quantity(row, "axis_z")};
   const double length = std::hypot(axis[0], axis[1], axis[2]);
   if (!(length > 0) || (dimension < 3 && (axis[0] != 0 || axis[1] != 0)))
     row.fault("axis_x", dimension < 3 ? "an axis along z" : "an axis that is not zero", "another");
@@ -236,12 +146,12 @@ void read_turn(Row& row, int dimension, DriveSpan& span) {
     span.axis = {axis[0] / length, axis[1] / length, axis[2] / length};
 }
 
-void read_movement(Row& row, int dimension, bool is_rigid, DriveSpan& span) {
-  span.by = {row.quantity("dx"), row.quantity("dy"), row.quantity("dz")};
+void read_movement(CsvTable& row, int dimension, bool is_rigid, DriveSpan& span) {
+  span.by = {quantity(row, "dx"), quantity(row, "dy"), quantity(row, "dz")};
   if (!is_rigid && row.has_any({"x", "y", "z", "angle", "axis_x", "axis_y", "axis_z", "slide"}))
     row.fault("where", "nodes of a deformable object shifted by dx, dy, dz", "a position, a turn or `slide`");
   if (row.has_any({"x", "y", "z"})) {
-    span.to = Vec3{row.quantity("x"), row.quantity("y"), row.quantity("z")};
+    span.to = Vec3{quantity(row, "x"), quantity(row, "y"), quantity(row, "z")};
     if (row.has_any({"dx", "dy", "dz"}))
       row.fault("x", "either dx, dy, dz or x, y, z", "both");
   }
@@ -256,7 +166,7 @@ void read_movement(Row& row, int dimension, bool is_rigid, DriveSpan& span) {
     row.fault("slide", "true or false", "\"" + std::string(slide) + "\"");
 }
 
-std::optional<std::int64_t> read_frame(Row& row) {
+std::optional<std::int64_t> read_frame(CsvTable& row) {
   const std::string_view text = row.text("frame");
   std::int64_t frame = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), frame);
@@ -267,13 +177,13 @@ std::optional<std::int64_t> read_frame(Row& row) {
   return std::nullopt;
 }
 
-std::optional<DriveSpan> read_row(Row& row, const WorldScene& world, Regions& regions) {
+std::optional<DriveSpan> read_row(CsvTable& row, const WorldScene& world, Regions& regions) {
   DriveSpan span;
   const auto frame = read_frame(row);
   if (!frame)
     return std::nullopt;
   span.first_frame = *frame;
-  const std::string name = row.plain("object");
+  const std::string name = plain(row, "object");
   const auto object = object_named(name, world);
   if (!object || world.objects[*object].kind == ObjectKind::fixed) {
     row.fault("object", movable_names(world), "\"" + name + "\"");
@@ -297,23 +207,11 @@ std::optional<DriveSpan> read_row(Row& row, const WorldScene& world, Regions& re
 
 Trajectory read_trajectory_rows(std::string_view text, const WorldScene& world, FaultList& faults) {
   Trajectory trajectory;
-  std::optional<Header> header;
   std::optional<WorldScene> with_tool; ///< rows may drive what a row has brought
   const WorldScene* whole = &world;
   Regions regions;
-  for (CsvRecords records(text, CsvComments::lines); records.next();) {
-    const std::string_view first = trimmed(records.cells().front());
-    if ((first.empty() && records.cells().size() == 1) || first.starts_with('#'))
-      continue;
-    if (records.is_open())
-      faults.add(records.line(), "", "a quote at the end of the cell, too", "the end of the file");
-    if (!header) {
-      header = read_header(records.cells(), records.line(), faults);
-      if (!faults.empty())
-        return trajectory; // with unknown columns, every row would be a fault
-      continue;
-    }
-    Row row(*header, records.cells(), records.line(), faults);
+  CsvTable row(text, CsvComments::lines, columns(), faults);
+  while (row.next()) {
     if (!row.text("set").empty()) {
       if (auto setting = read_setting(row, *whole)) {
         if (setting->name == "tool")
@@ -321,14 +219,12 @@ Trajectory read_trajectory_rows(std::string_view text, const WorldScene& world, 
         whole = with_tool ? &*with_tool : whole;
         trajectory.settings.push_back(std::move(*setting));
       }
-    } else if (row.is_frame_alone()) {
+    } else if (is_frame_alone(row)) {
       if (const auto frame = read_frame(row))
         trajectory.n_frames = std::max(trajectory.n_frames, *frame);
     } else if (auto span = read_row(row, *whole, regions))
       trajectory.spans.push_back(std::move(*span));
   }
-  if (!header)
-    faults.add(0, "", "a first row with the columns' names: " + column_names(), "an empty file");
   return trajectory;
 }
 

@@ -50,6 +50,10 @@ TEST(RecordedMotionAnalytic, UnitsStandInTheHeader) {
   EXPECT_EQ(motion.duration(), 0.5);
   EXPECT_EQ(motion.at(0).position, Eigen::Vector3d(0.017, 0.01, 0.25));
   EXPECT_NEAR(motion.at(0).rotation(1, 1), -1, 1e-15);
+  // Columns are found by their names; a turn is given whole or not at all.
+  EXPECT_EQ(parse_recorded_motion("z,y [cm],time,x\n3,200,0,1,\n").at(0).position, Eigen::Vector3d(1, 2, 3));
+  for (const char* text : {"time,x,y,z,turn_x\n0,0,0,0,0\n", "time,x,y,z,x\n0,0,0,0,0\n"})
+    EXPECT_THROW(parse_recorded_motion(text), InputError) << text;
   for (const char* text :
        {"time,x [kPa],y,z\n0,0,0,0\n", "time,x [3 mm],y,z\n0,0,0,0\n", "time,x [mm,y,z\n0,0,0,0\n",
         "time,x,y,z\n0,1e300,0,0\n", "time,x,y,z\n1e15,0,0,0\n"})
