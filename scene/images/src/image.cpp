@@ -2,6 +2,7 @@
 
 #include "maille/images/image.hpp"
 #include "maille/base/arena.hpp"
+#include "maille/base/vectors.hpp"
 #include "maille/images/write_image.hpp"
 
 #include "image_formats.hpp"
@@ -176,6 +177,14 @@ std::string in_quotes(std::string_view text) {
   std::replace_if(
       kept.begin(), kept.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
   return '"' + kept + (text.size() > longest ? "..." : "") + '"';
+}
+
+void FileGeometry::set_axes(const std::array<Vec3, 3>& axes) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    spacing[axis] = norm(axes[axis]);
+    for (std::size_t row = 0; row < 3; ++row)
+      direction[row][axis] = axes[axis][row] / spacing[axis];
+  }
 }
 
 std::int64_t largest_bytes(const ImageLimits& limits) {
@@ -470,30 +479,26 @@ LayerWindow LayeredImage::open(int layers) const {
   if (whole_ && labels_.empty())
     return LayerWindow(*whole_);
   const std::size_t n = static_cast<std::size_t>(info_.size[0]) * static_cast<std::size_t>(info_.size[1]);
+  std::function<void(int, std::vector<float>&)> next;
   if (whole_) {
-    auto rounding = std::make_shared<LabelRounding>(labels_);
-    return {info_, [image = whole_, kept = turned_, n, rounding, path = path_,
-                    last = info_.size[2] - 1](int layer, std::vector<float>& values) {
-              const std::size_t first = values.size();
-              const auto from = image->values.begin() + static_cast<std::ptrdiff_t>(n) * layer;
-              values.insert(values.end(), from, from + static_cast<std::ptrdiff_t>(n));
-              rounding->round(std::span(values).subspan(first));
-              if (layer == last && !path.empty())
-                rounding->warn(path);
-            }};
+    next = [image = whole_, kept = turned_, n](int layer, std::vector<float>& values) {
+      const auto from = image->values.begin() + static_cast<std::ptrdiff_t>(n) * layer;
+      values.insert(values.end(), from, from + static_cast<std::ptrdiff_t>(n));
+    };
+  } else {
+    image_formats::Faults faults(path_.string());
+    image_formats::check_memory(*file_, std::min(layers, info_.size[2]), {}, faults);
+    auto reader = std::make_shared<image_formats::ValueReader>(*file_, faults);
+    next = [reader, n](int, std::vector<float>& values) { reader->read(n, values); };
   }
-  image_formats::Faults faults(path_.string());
-  image_formats::check_memory(*file_, std::min(layers, info_.size[2]), {}, faults);
-  auto reader = std::make_shared<image_formats::ValueReader>(*file_, faults);
   if (labels_.empty())
-    return {info_, [reader, n](int, std::vector<float>& values) { reader->read(n, values); }};
-  auto rounding = std::make_shared<LabelRounding>(labels_);
-  return {info_, [reader, n, rounding, path = path_, last = info_.size[2] - 1](int layer,
-                                                                               std::vector<float>& values) {
+    return {info_, std::move(next)};
+  return {info_, [next = std::move(next), rounding = std::make_shared<LabelRounding>(labels_), path = path_,
+                  last = info_.size[2] - 1](int layer, std::vector<float>& values) {
             const std::size_t first = values.size();
-            reader->read(n, values);
+            next(layer, values);
             rounding->round(std::span(values).subspan(first));
-            if (layer == last)
+            if (layer == last && !path.empty())
               rounding->warn(path);
           }};
 }
@@ -509,12 +514,13 @@ std::vector<Fault> set_affine(ImageInfo& info, const std::array<std::array<doubl
   geometry.units_per_metre = 1;
   geometry.spacing_keys.fill(key);
   geometry.origin_key = geometry.direction_key = key;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    geometry.spacing[axis] = std::hypot(affine[0][axis], affine[1][axis], affine[2][axis]);
-    geometry.origin[axis] = affine[axis][3];
-    for (std::size_t row = 0; row < 3; ++row)
-      geometry.direction[row][axis] = affine[row][axis] / geometry.spacing[axis];
+  std::array<Vec3, 3> axes{};
+  for (std::size_t row = 0; row < 3; ++row) {
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      axes[axis][row] = affine[row][axis];
+    geometry.origin[row] = affine[row][3];
   }
+  geometry.set_axes(axes);
   image_formats::Faults found("");
   image_formats::set_geometry(info, geometry, found);
   return found.all();

@@ -182,6 +182,9 @@ struct FileGeometry {
   std::array<std::string, 3> spacing_keys;
   std::string origin_key;
   std::string direction_key;
+
+  /// Spacing and direction. @param axes from a voxel to the next one along each axis
+  void set_axes(const std::array<Vec3, 3>& axes);
 };
 
 /// The one rule for where an image lies, in metres, the direction orthonormal to rounding, and in which

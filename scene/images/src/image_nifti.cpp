@@ -181,17 +181,13 @@ void read_sform(const Header& header, FileGeometry& geometry) {
   const std::size_t row_bytes = header.version().number == 1 ? 16 : 32;
   geometry.spacing_keys.fill("srow_x, srow_y, srow_z");
   geometry.origin_key = geometry.direction_key = geometry.spacing_keys[0];
-  std::array<Vec3, 3> rows{};
+  std::array<Vec3, 3> axes{};
   for (std::size_t row = 0; row < 3; ++row) {
-    for (std::size_t column = 0; column < 3; ++column)
-      rows[row][column] = header.real(header.version().srow + row * row_bytes, column);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      axes[axis][row] = header.real(header.version().srow + row * row_bytes, axis);
     geometry.origin[row] = header.real(header.version().srow + row * row_bytes, 3);
   }
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    geometry.spacing[axis] = std::hypot(rows[0][axis], rows[1][axis], rows[2][axis]);
-    for (std::size_t row = 0; row < 3; ++row)
-      geometry.direction[row][axis] = rows[row][axis] / geometry.spacing[axis];
-  }
+  geometry.set_axes(axes);
 }
 
 /// Spacing from pixdim; an axis that the image does not have may leave it out.

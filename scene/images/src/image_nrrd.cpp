@@ -7,6 +7,7 @@
 // components is the first or the last one.
 
 #include "image_formats.hpp"
+#include "maille/base/vectors.hpp"
 #include "maille/images/image.hpp"
 
 #include <fmt/format.h>
@@ -365,20 +366,12 @@ private:
       std::ranges::copy(*vector, v.begin());
       axes.push_back(v);
     }
-    const auto length = [](const Vec3& v) { return std::hypot(v[0], v[1], v[2]); };
     if (axes.size() == 2) { // across the slice
-      const Vec3 &a = axes[0], &b = axes[1];
-      const double size = std::sqrt(length(a) * length(b));
-      Vec3 c{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-      for (double& component : c)
-        component /= size;
-      axes.push_back(c);
+      const double size = std::sqrt(norm(axes[0]) * norm(axes[1]));
+      const Vec3 c = cross(axes[0], axes[1]);
+      axes.push_back({c[0] / size, c[1] / size, c[2] / size});
     }
-    for (std::size_t a = 0; a < 3; ++a) {
-      geometry.spacing[a] = length(axes[a]);
-      for (std::size_t row = 0; row < 3; ++row)
-        geometry.direction[row][a] = axes[a][row] / geometry.spacing[a];
-    }
+    geometry.set_axes({axes[0], axes[1], axes[2]});
   }
 
   void set_data(OpenImage& image, std::int64_t bytes) {

@@ -11,7 +11,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
+#include <tuple>
 #include <type_traits>
 
 namespace maille::image_formats {
@@ -72,32 +72,17 @@ private:
   Faults& faults_;
 };
 
+/// In the order of ScalarType.
+using ScalarTypes = std::tuple<std::int8_t, std::uint8_t, std::int16_t, std::uint16_t, std::int32_t,
+                               std::uint32_t, std::int64_t, std::uint64_t, float, double>;
+
 /// Calls use(T{}) for the type T that is named.
-template<class Use>
+template<std::size_t n = 0, class Use>
 auto with_type(ScalarType type, const Use& use) {
-  switch (type) {
-  case ScalarType::int8:
-    return use(std::int8_t{});
-  case ScalarType::uint8:
-    return use(std::uint8_t{});
-  case ScalarType::int16:
-    return use(std::int16_t{});
-  case ScalarType::uint16:
-    return use(std::uint16_t{});
-  case ScalarType::int32:
-    return use(std::int32_t{});
-  case ScalarType::uint32:
-    return use(std::uint32_t{});
-  case ScalarType::int64:
-    return use(std::int64_t{});
-  case ScalarType::uint64:
-    return use(std::uint64_t{});
-  case ScalarType::float32:
-    return use(float{});
-  case ScalarType::float64:
-    return use(double{});
-  }
-  throw std::logic_error("a type of values");
+  if constexpr (n + 1 < std::tuple_size_v<ScalarTypes>)
+    if (static_cast<std::size_t>(type) != n)
+      return with_type<n + 1>(type, use);
+  return use(std::tuple_element_t<n, ScalarTypes>{});
 }
 
 std::int64_t n_values(const ImageInfo& info) {
