@@ -9,6 +9,18 @@
 
 namespace maille::live {
 
+namespace {
+
+/// What the physics' thread answers between two frames. @throws what `answer` does
+template<class Answer>
+auto told_by(Physics& physics, const Answer& answer) {
+  const auto task = std::make_shared<std::packaged_task<decltype(answer())()>>(answer);
+  physics.post([task] { (*task)(); });
+  return task->get_future().get();
+}
+
+} // namespace
+
 Session::Session(WorldScene scene, const SessionSettings& settings)
     : physics_(std::make_unique<Physics>(std::move(scene), settings)),
       hand_(std::make_unique<HandLoop>(*physics_, settings)) {}
@@ -123,31 +135,25 @@ void Session::use(std::shared_ptr<HandDevice> device) {
   hand_->use(std::move(device));
 }
 
-void Session::undo() {
+void Session::travel(std::function<void(Timeline&, const deform::FrameBudget&)> go) {
   open_hand();
-  physics_->post([physics = physics_.get()] {
+  physics_->post([physics = physics_.get(), go = std::move(go)] {
     physics->say("");
-    physics->timeline().undo(physics->budget());
+    go(physics->timeline(), physics->budget());
     physics->renew_state();
   });
+}
+
+void Session::undo() {
+  travel([](Timeline& timeline, const deform::FrameBudget& budget) { timeline.undo(budget); });
 }
 
 void Session::redo() {
-  open_hand();
-  physics_->post([physics = physics_.get()] {
-    physics->say("");
-    physics->timeline().redo(physics->budget());
-    physics->renew_state();
-  });
+  travel([](Timeline& timeline, const deform::FrameBudget& budget) { timeline.redo(budget); });
 }
 
 void Session::go_to(std::int64_t frame) {
-  open_hand();
-  physics_->post([physics = physics_.get(), frame] {
-    physics->say("");
-    physics->timeline().go_to(frame, physics->budget());
-    physics->renew_state();
-  });
+  travel([frame](Timeline& timeline, const deform::FrameBudget& budget) { timeline.go_to(frame, budget); });
 }
 
 void Session::change(const WorldSetting& setting) {
@@ -191,35 +197,25 @@ HandReport Session::hand_report() const {
 }
 
 std::string Session::text() const {
-  std::promise<std::string> promise;
-  physics_->post([&] { promise.set_value(physics_->timeline().text()); });
-  return promise.get_future().get();
+  return told_by(*physics_, [this] { return physics_->timeline().text(); });
 }
 
 std::int64_t Session::n_penetrations() const {
-  std::promise<std::int64_t> promise;
-  physics_->post([&] {
+  return told_by(*physics_, [this] {
     const deform::World& world = physics_->timeline().world();
     // Where surfaces keep objects apart, two of them may meet in a cell.
     const bool has_own_cells = world.scene().contact != ContactLaw::surfaces;
-    promise.set_value(world.n_penetrations() + (has_own_cells ? world.n_shared_cells() : std::int64_t{0}));
+    return world.n_penetrations() + (has_own_cells ? world.n_shared_cells() : std::int64_t{0});
   });
-  return promise.get_future().get();
 }
 
 std::shared_ptr<const Scene> Session::question(int object) const {
-  std::promise<std::shared_ptr<const Scene>> promise;
-  physics_->post([&] {
+  return told_by(*physics_, [&] {
     const deform::World& world = physics_->timeline().world();
     const bool is_there =
         object >= 0 && object < world.n_objects() && world.kind(object) == ObjectKind::deformable;
-    try {
-      promise.set_value(is_there ? std::make_shared<const Scene>(world.question(object)) : nullptr);
-    } catch (...) {
-      promise.set_exception(std::current_exception());
-    }
+    return is_there ? std::make_shared<const Scene>(world.question(object)) : nullptr;
   });
-  return promise.get_future().get();
 }
 
 } // namespace maille::live

@@ -1,4 +1,5 @@
 #include "conditions/places_in_files.hpp"
+#include "maille/base/vectors.hpp"
 #include "read/reader.hpp"
 
 #include "maille/scene/read_scene.hpp"
@@ -83,6 +84,17 @@ private:
       return std::nullopt;
     }
     return std::move(std::get<T>(result));
+  }
+
+  /// What `read` makes of the file that a key names; nothing where that has faults.
+  template<class Read>
+  std::optional<Region> of_file(TableReader& table, std::string_view key, const Read& read) {
+    try {
+      return read();
+    } catch (const InputError& error) {
+      adopt(error, table.path_of(key), table.line_of_key(key), faults_);
+      return std::nullopt;
+    }
   }
 
   std::optional<Region> read_face(const std::string& name, const toml::node& node, const std::string& path) {
@@ -229,12 +241,8 @@ private:
 
   std::optional<Region> mask_of(const std::filesystem::path& file, const std::vector<LabelRange>& ranges,
                                 bool resample, TableReader& table, std::string_view key) {
-    try {
-      return unless_fault(region_of_mask(file, ranges, resample, *body_), table, key);
-    } catch (const InputError& error) {
-      adopt(error, table.path_of(key), table.line_of_key(key), faults_);
-      return std::nullopt;
-    }
+    return of_file(table, key,
+                   [&] { return unless_fault(region_of_mask(file, ranges, resample, *body_), table, key); });
   }
 
   std::optional<Region> read_mask(TableReader& table) {
@@ -300,15 +308,12 @@ private:
     const double metres = read_unit(table);
     if (!file || !within)
       return std::nullopt;
-    try {
+    return of_file(table, "surface", [&]() -> std::optional<Region> {
       SurfaceMesh mesh = read_surface_mesh(*file, metres);
       return body_ ? near(std::move(mesh.triangles), *within,
                           frame_of_file(mesh.frame, false, table, "surface"), table, "surface")
                    : nothing();
-    } catch (const InputError& error) {
-      adopt(error, table.path_of("surface"), table.line_of_key("surface"), faults_);
-      return std::nullopt;
-    }
+    });
   }
 
   std::optional<Region> read_points(TableReader& table) {
@@ -318,7 +323,7 @@ private:
     const auto name = table.text("name");
     if (!file || !within)
       return std::nullopt;
-    try {
+    return of_file(table, "points", [&]() -> std::optional<Region> {
       const Landmarks landmarks = read_landmarks(*file);
       std::vector<Triangle> points;
       for (std::size_t i = 0; i < landmarks.points.size(); ++i)
@@ -332,10 +337,7 @@ private:
       return body_ ? near(std::move(points), *within, frame_of_file(landmarks.frame, true, table, "points"),
                           table, "points")
                    : nothing();
-    } catch (const InputError& error) {
-      adopt(error, table.path_of("points"), table.line_of_key("points"), faults_);
-      return std::nullopt;
-    }
+    });
   }
 
   /// `any`, `all`: lists of regions; `not`: one.
@@ -387,15 +389,11 @@ Vec3 TableFrame::vector_in_object(const Vec3& vector) const {
 }
 
 Turn TableFrame::in_object(Turn turn) const {
-  const auto& d = placement.direction;
-  const double determinant = d[0][0] * (d[1][1] * d[2][2] - d[1][2] * d[2][1]) -
-                             d[0][1] * (d[1][0] * d[2][2] - d[1][2] * d[2][0]) +
-                             d[0][2] * (d[1][0] * d[2][1] - d[1][1] * d[2][0]);
   if (frame == CoordinateFrame::grid)
     return turn;
   turn.axis = vector_in_object(turn.axis);
   turn.about = point_in_object(placement, turn.about);
-  turn.angle = determinant < 0 ? -turn.angle : turn.angle;
+  turn.angle = determinant(placement.direction) < 0 ? -turn.angle : turn.angle;
   return turn;
 }
 

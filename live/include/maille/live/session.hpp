@@ -137,6 +137,8 @@ public:
 
 private:
   void open_hand();
+  /// Goes to another moment.
+  void travel(std::function<void(Timeline&, const deform::FrameBudget&)> go);
 
   std::unique_ptr<Physics> physics_;
   std::unique_ptr<HandLoop> hand_;
