@@ -59,12 +59,12 @@ bool CsvRecords::next() {
     return false;
   cells_.assign(1, {});
   line_ = next_line_;
-  has_line_end_ = is_open_ = false;
-  for (; at_ < text_.size() && !has_line_end_; ++at_) {
+  is_open_ = false;
+  for (bool has_ended = false; at_ < text_.size() && !has_ended; ++at_) {
     const char c = text_[at_];
     next_line_ += c == '\n';
     if (!is_open_ && c == '\n')
-      has_line_end_ = true;
+      has_ended = true;
     else if (!is_open_)
       take(c);
     else if (c != '"')

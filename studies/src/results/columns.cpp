@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <utility>
 
@@ -193,88 +192,6 @@ std::string found_in_words(const Value& value) {
                            : value.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
 }
 
-CsvValues::CsvValues(const Columns& columns, std::string_view text, CsvReading reading)
-    : columns_(columns), records_(text), reading_(std::move(reading)) {
-  read_header();
-  is_readable_ = faults_.empty();
-}
-
-void CsvValues::fault(std::string key, std::string expected, std::string found) {
-  if (faults_.size() < most_faults)
-    faults_.push_back(
-        {reading_.file, std::max(records_.line(), 1), std::move(key), std::move(expected), std::move(found)});
-}
-
-void CsvValues::refuse(const Column& column, const Value& value) {
-  fault(column.csv, column.expected, found_in_words(value));
-}
-
-void CsvValues::read_header() {
-  if (records_.next())
-    std::ranges::transform(records_.cells(), std::back_inserter(names_), without_guard);
-  const auto& list = columns_.list();
-  auto last_known = list.begin();
-  // What is no column belongs to the next open one behind where it stands, else to the first.
-  const auto open = [&] {
-    const auto behind = std::ranges::find(last_known, list.end(), true, &Column::is_open);
-    return behind == list.end() ? std::ranges::find(list, true, &Column::is_open) : behind;
-  };
-  for (const std::string& name : names_) {
-    auto column = name.empty() ? list.end() : std::ranges::find(list, name, &Column::csv);
-    if (column == list.end())
-      column = open();
-    else
-      last_known = column;
-    column_of_cell_.push_back(static_cast<std::size_t>(column - list.begin()));
-    if (&name != &*std::ranges::find(names_, name))
-      fault(name, "each column once", "\"" + name + "\" again");
-  }
-  std::vector<std::string> needed = reading_.needed;
-  for (const Column& column : list)
-    if (reading_.needed.empty() && column.is_read && !column.csv.empty() && !column.may_lack)
-      needed.push_back(column.csv);
-  for (const std::string& name : needed)
-    if (std::ranges::find(names_, name) == names_.end())
-      fault(name, "a column of that name", "none");
-}
-
-bool CsvValues::next(Values& values) {
-  while (is_readable_ && faults_.size() < most_faults && records_.next()) {
-    is_torn_ = reading_.may_be_torn && !records_.has_line_end();
-    if (is_torn_)
-      return false;
-    if (records_.is_open())
-      fault("", "a quote at the end of the cell, too", "the end of the file");
-    else if (const std::size_t n = records_.cells().size(); n != names_.size())
-      fault("", fmt::format("{} cells", names_.size()), fmt::format("{}", n));
-    else {
-      read_cells(values);
-      return true;
-    }
-  }
-  return false;
-}
-
-void CsvValues::read_cells(Values& values) const {
-  const auto& list = columns_.list();
-  values.assign(list.size(), Value(Value::value_t::discarded));
-  for (std::size_t i = 0; i < list.size(); ++i)
-    if (list[i].is_open)
-      values[i] = Value::object();
-  for (std::size_t i = 0; i < names_.size(); ++i) {
-    const std::size_t column = column_of_cell_[i];
-    if (column == list.size() || !list[column].is_read)
-      continue;
-    const std::string cell = without_guard(records_.cells()[i]);
-    const Value number = list[column].is_text ? Value(cell) : number_in_cell(cell);
-    if (!list[column].is_open)
-      values[column] = number;
-    else
-      values[column][names_[i]] =
-          number.is_number() && std::isfinite(number.get<double>()) ? number : Value(cell);
-  }
-}
-
 std::optional<std::int64_t> whole_number(const Value& value, std::int64_t least, std::int64_t most) {
   std::int64_t whole = 0;
   if (value.is_number_float()) {
@@ -289,14 +206,6 @@ std::optional<std::int64_t> whole_number(const Value& value, std::int64_t least,
   else
     return std::nullopt;
   return whole >= least && whole <= most ? std::optional(whole) : std::nullopt;
-}
-
-Value number_in_cell(const std::string& text) {
-  if (text.empty())
-    return nullptr;
-  double number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  return error == std::errc() && end == text.data() + text.size() ? Value(number) : Value(text);
 }
 
 } // namespace maille::studies

@@ -1,8 +1,6 @@
 #pragma once
 /// The columns of a table of results, and what follows from them: text, JSON, CSV, and the way back.
 
-#include "maille/base/csv.hpp"
-#include "maille/materials/fault.hpp"
 #include "results/value.hpp"
 
 #include <string>
@@ -32,15 +30,14 @@ class Columns;
 struct Column : FigureName {
   Shown shown{};           ///< without a heading it is not
   int digits = 0;          ///< of numbers in CSV; 0: as many as read back to the bit
-  bool may_lack = false;   ///< older tables may be without
   bool is_omitted = false; ///< from JSON if it has no value, instead of null
-  /// It stands for as many columns of CSV as its object has keys; into it is read what no other column is.
+  /// It stands for as many columns of CSV as its object has keys.
   bool is_open = false;
   const Columns* within = nullptr; ///< where its value is rows of another table, or one row: that one
   bool is_list = false;            ///< rows
 
   /// How it is read back; see read_value and expected_of.
-  bool is_read = false, is_text = false, is_real = false, is_optional = false;
+  bool is_read = false, is_real = false, is_optional = false;
   std::string expected{};
 };
 
@@ -88,39 +85,6 @@ private:
   CsvNumbers numbers_;
   std::vector<Column> list_;
   std::vector<std::size_t> json_order_, text_order_;
-};
-
-/// How a table in CSV is read.
-struct CsvReading {
-  std::string file;                  ///< for faults
-  std::vector<std::string> needed{}; ///< columns that have to be there; empty: all that are read
-  bool may_be_torn = false;          ///< a last line without its end is left out
-};
-
-/// Reads rows of values from CSV, whose header names the columns in any order, and collects faults.
-class CsvValues {
-public:
-  CsvValues(const Columns& columns, std::string_view text, CsvReading reading);
-  /// The next row with as many cells as the header; incomplete rows are skipped. @return false at the end
-  bool next(Values& values);
-  int line() const { return records_.line(); }
-  bool is_torn() const { return is_torn_; }
-  /// A value of the last row that its column cannot have.
-  void refuse(const Column& column, const Value& value);
-  std::vector<Fault>& faults() { return faults_; }
-
-private:
-  void read_header();
-  void read_cells(Values& values) const;
-  void fault(std::string key, std::string expected, std::string found);
-
-  const Columns& columns_;
-  CsvRecords records_;
-  CsvReading reading_;
-  std::vector<std::string> names_;
-  std::vector<std::size_t> column_of_cell_; ///< behind the last: of none
-  bool is_torn_ = false, is_readable_ = false;
-  std::vector<Fault> faults_;
 };
 
 /// Faults of one file that are collected at most: of a file that is something else, every line has some.

@@ -71,25 +71,18 @@ void add_norms(ResultTable<Row>& columns, const std::string& prefix, const std::
               &ErrorNorms::rms);
 }
 
-/// What a scene's [test] comes to; tables of older versions have none. @param path to an optional TestResult
+/// What a scene's [test] comes to. @param path to an optional TestResult
 template<class Row, class... Path>
 void add_test(ResultTable<Row>& columns, Path... path) {
-  columns
-      .add({"test_reaction", "test.reaction", "N", "of the scene's [test]; of a bent body the moment, N m"},
-           path..., &TestResult::reaction)
-      .newer();
-  columns
-      .add({"test_stiffness", "test.stiffness", "N/m", "reaction over displacement, or N m/rad"}, path...,
-           &TestResult::stiffness)
-      .newer();
-  columns
-      .add({"test_apparent_modulus", "test.apparent_modulus", "Pa", "of a homogeneous body like it"}, path...,
-           &TestResult::apparent_modulus)
-      .newer();
-  columns
-      .add({"test_failure", "test.failure", "N", "reaction at which the tissue fails"}, path...,
-           &TestResult::failure)
-      .newer();
+  columns.add(
+      {"test_reaction", "test.reaction", "N", "of the scene's [test]; of a bent body the moment, N m"},
+      path..., &TestResult::reaction);
+  columns.add({"test_stiffness", "test.stiffness", "N/m", "reaction over displacement, or N m/rad"}, path...,
+              &TestResult::stiffness);
+  columns.add({"test_apparent_modulus", "test.apparent_modulus", "Pa", "of a homogeneous body like it"},
+              path..., &TestResult::apparent_modulus);
+  columns.add({"test_failure", "test.failure", "N", "reaction at which the tissue fails"}, path...,
+              &TestResult::failure);
 }
 
 } // namespace maille::studies

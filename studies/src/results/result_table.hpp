@@ -1,12 +1,13 @@
 #pragma once
-/// A table of results: the columns of one kind of row, from which follow its text, JSON, CSV and readers.
+/// A table of results: the columns of one kind of row, from which follow its text, JSON, CSV and the reader of JSON.
 ///
 ///   columns.add({"bytes", "bytes", "B", "held"}, {"memory", 10, in_words}, &Row::answer, &Answer::bytes);
 ///
 /// A column has a name, a unit, a meaning, and a path of members from the row to a value. An empty optional
-/// or a null pointer on the path gives an empty cell. Paths of members alone can also be read back (CSV to
-/// rows).
+/// or a null pointer on the path gives an empty cell. Paths of members alone can also be read back (JSON
+/// to rows).
 
+#include "maille/materials/fault.hpp"
 #include "results/columns.hpp"
 
 namespace maille::studies {
@@ -47,14 +48,6 @@ auto& made_at(Part& part, Step step, Rest... rest) {
   else
     return made_at(part.*step, rest...);
 }
-
-template<class Row>
-struct RowsOfCsv {
-  std::vector<Row> rows;
-  std::vector<int> lines; ///< in which each begins
-  std::vector<Fault> faults;
-  bool is_torn = false; ///< a last line was left out
-};
 
 template<class Row>
 class ResultTable : public Columns {
@@ -98,7 +91,6 @@ public:
 
   /// More about the figure that was added last.
   ResultTable& omitted(bool is = true) { return last().is_omitted = is, *this; }
-  ResultTable& newer() { return last().may_lack = true, *this; }
   ResultTable& open() { return last().is_open = true, *this; }
   ResultTable& digits(int n) { return last().digits = n, *this; }
   ResultTable& json_behind(const std::string& key) { return move_in_json(key), *this; }
@@ -156,18 +148,6 @@ public:
     return text_of(all_values(rows));
   }
 
-  RowsOfCsv<Row> read_csv(std::string_view text, CsvReading reading) const {
-    RowsOfCsv<Row> read;
-    CsvValues source(*this, text, std::move(reading));
-    for (Values values; source.next(values);) {
-      read.rows.push_back(
-          row_of(values, [&](const Column& column, const Value& value) { source.refuse(column, value); }));
-      read.lines.push_back(source.line());
-    }
-    read.faults = std::move(source.faults());
-    read.is_torn = source.is_torn();
-    return read;
-  }
   /// @param faults of that row, under the keys of its JSON, are added to them
   Row read_json(const nlohmann::ordered_json& json, const std::string& file, int line,
                 std::vector<Fault>& faults) const {
@@ -192,7 +172,6 @@ private:
     using Type = std::remove_reference_t<decltype(made_at(std::declval<Row&>(), steps...))>;
     Column& column = last();
     column.is_read = true;
-    column.is_text = std::is_same_v<Type, std::string> || std::is_enum_v<Type>;
     column.is_real = std::is_floating_point_v<Type> || std::is_same_v<Type, std::optional<double>>;
     column.is_optional = passes_optional<Steps...>;
     column.expected = expected_of<Type>();

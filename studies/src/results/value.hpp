@@ -40,8 +40,6 @@ inline constexpr bool is_readable<std::optional<T>> = is_readable<T>;
 
 /// A whole number within the range, from an integer or from a double that holds it exactly; else nothing.
 std::optional<std::int64_t> whole_number(const Value& value, std::int64_t least, std::int64_t most);
-/// What stands in a cell where a number is expected: that number, null where it is empty, else the text.
-Value number_in_cell(const std::string& text);
 
 template<class T>
 Value value_of(const T& figure) {

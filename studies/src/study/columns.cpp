@@ -1,13 +1,11 @@
 #include "study/table_files.hpp"
 
-#include "maille/materials/json.hpp"
 #include "maille/studies/version.hpp"
 #include "results/figures.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <stdexcept>
 
 namespace maille::studies {
 
@@ -131,10 +129,9 @@ void add_cost(Table& columns) {
   add_limit_violation(columns, &StudyRow::limit_violation).omitted();
 }
 
-/// Tables of older versions have none.
 void add_mechanics(Table& columns) {
-  columns.add({"force", "force", "N", "on all moves together, its size"}, &StudyRow::force).omitted().newer();
-  columns.add({"strain_energy", "strain_energy", "J", "elastic"}, &StudyRow::strain_energy).omitted().newer();
+  columns.add({"force", "force", "N", "on all moves together, its size"}, &StudyRow::force).omitted();
+  columns.add({"strain_energy", "strain_energy", "J", "elastic"}, &StudyRow::strain_energy).omitted();
   add_test(columns, &StudyRow::test);
 }
 
@@ -194,14 +191,6 @@ nlohmann::ordered_json json(const StudyRow& row) {
 std::string json_line(const StudyRow& row) {
   // Messages may quote a file's contents: invalid UTF-8 in them must not cost the row.
   return json(row).dump(-1, ' ', false, Value::error_handler_t::replace);
-}
-
-StudyRow row_from_json(std::string_view line) {
-  std::vector<Fault> faults;
-  StudyRow row = columns_of_study().read_json(parse_json(line, ""), "", 0, faults);
-  if (!faults.empty())
-    throw std::invalid_argument(to_string(faults.front()));
-  return row;
 }
 
 std::vector<std::string> study_columns() {

@@ -45,16 +45,11 @@ StudyTable parse_study_table(std::string_view text, const fs::path& file) {
   return table;
 }
 
-StudyTable parse_study_csv(std::string_view text, const fs::path& file) {
-  auto read = columns_of_study().read_csv(text, {file.string(), {}, true});
-  if (!read.faults.empty())
-    throw InputError(std::move(read.faults));
-  return {std::move(read.rows), read.is_torn};
-}
-
 StudyTable read_study_table(const fs::path& file) {
-  const std::string text = read_own_text_file(file, "a table of a study", largest_table);
-  return file.extension() == ".csv" ? parse_study_csv(text, file) : parse_study_table(text, file);
+  if (file.extension() == ".csv")
+    throw InputError(
+        {{file.string(), 0, "", "a table of JSON lines (*.jsonl)", "its copy for other programs"}});
+  return parse_study_table(read_own_text_file(file, "a table of a study", largest_table), file);
 }
 
 } // namespace maille::studies

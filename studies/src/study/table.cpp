@@ -65,6 +65,24 @@ bool is_plain_name(const std::string& name) {
                               [&](const char* mark) { return name.find(mark) != std::string::npos; });
 }
 
+/// Rows of one table have the same columns of measures: those that some row lacks are added to it, empty.
+std::vector<StudyRow> with_same_measures(std::vector<StudyRow> rows) {
+  std::vector<StudyMeasure> columns; // without values
+  for (const StudyRow& row : rows)
+    for (const StudyMeasure& measure : row.measures)
+      if (std::ranges::find(columns, measure.name, &StudyMeasure::name) == columns.end())
+        columns.push_back({measure.name, measure.unit, std::nullopt});
+  for (StudyRow& row : rows) {
+    std::vector<StudyMeasure> all = columns;
+    for (StudyMeasure& measure : all) {
+      const auto known = std::ranges::find(row.measures, measure.name, &StudyMeasure::name);
+      measure.value = known == row.measures.end() ? std::nullopt : known->value;
+    }
+    row.measures = std::move(all);
+  }
+  return rows;
+}
+
 } // namespace
 
 bool may_end_otherwise(const StudyRow& row) {
@@ -133,23 +151,6 @@ std::vector<MergedTable> merge_study_tables(const std::vector<fs::path>& files, 
     sort_rows(table.rows, methods[study]);
   }
   return merged;
-}
-
-std::vector<StudyRow> with_same_measures(std::vector<StudyRow> rows) {
-  std::vector<StudyMeasure> columns; // without values
-  for (const StudyRow& row : rows)
-    for (const StudyMeasure& measure : row.measures)
-      if (std::ranges::find(columns, measure.name, &StudyMeasure::name) == columns.end())
-        columns.push_back({measure.name, measure.unit, std::nullopt});
-  for (StudyRow& row : rows) {
-    std::vector<StudyMeasure> all = columns;
-    for (StudyMeasure& measure : all) {
-      const auto known = std::ranges::find(row.measures, measure.name, &StudyMeasure::name);
-      measure.value = known == row.measures.end() ? std::nullopt : known->value;
-    }
-    row.measures = std::move(all);
-  }
-  return rows;
 }
 
 } // namespace maille::studies

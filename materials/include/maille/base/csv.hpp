@@ -27,8 +27,6 @@ public:
   const std::vector<std::string>& cells() const { return cells_; }
   /// In which that record begins, from 1.
   int line() const { return line_; }
-  /// False where the text ends before the record's line does: its writer may have been killed there.
-  bool has_line_end() const { return has_line_end_; }
   /// True where the text ends between quotes.
   bool is_open() const { return is_open_; }
 
@@ -40,7 +38,7 @@ private:
   CsvComments comments_;
   std::size_t at_ = 0;
   int line_ = 0, next_line_ = 1;
-  bool has_line_end_ = true, is_open_ = false;
+  bool is_open_ = false;
   std::vector<std::string> cells_;
 };
 

@@ -75,8 +75,6 @@ bool may_end_otherwise(const StudyRow& row);
 /// One line, without line break. Numbers read back to the bit; an infinite one is null.
 std::string json_line(const StudyRow& row);
 nlohmann::ordered_json json(const StudyRow& row);
-/// @throws nlohmann::json::exception, std::invalid_argument where it is no row
-StudyRow row_from_json(std::string_view line);
 
 /// Names of the columns that every table has; those of parameters stand between them.
 std::vector<std::string> study_columns();
@@ -92,9 +90,8 @@ struct StudyTable {
 /// Rows of JSON lines from text; `file` names it in faults. @throws InputError for a line, not the last, that
 /// is no row
 StudyTable parse_study_table(std::string_view text, const std::filesystem::path& file);
-/// Reads a table: JSON lines, or CSV where the name ends in .csv. @throws InputError
+/// The same from a file.
 StudyTable read_study_table(const std::filesystem::path& file);
-StudyTable parse_study_csv(std::string_view text, const std::filesystem::path& file);
 
 /// By case, then in the order that methods have in the rows of the first case that has them.
 void sort_rows(std::vector<StudyRow>& rows, const std::vector<std::string>& methods);
@@ -116,9 +113,6 @@ struct MergedTable {
 /// @throws InputError, also where two rows of one case and method are of different scenes
 std::vector<MergedTable> merge_study_tables(const std::vector<std::filesystem::path>& files,
                                             const std::filesystem::path& folder);
-
-/// Rows of one table have the same columns of measures: those that some row lacks are added to it, empty.
-std::vector<StudyRow> with_same_measures(std::vector<StudyRow> rows);
 
 /// The columns of numbers that say how cases came out: what a picture can be of, beside the columns of
 /// measures.
