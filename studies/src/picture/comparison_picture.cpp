@@ -70,32 +70,6 @@ bool is_nonfinite(const PicturePanel& panel) {
   return std::ranges::any_of(panel.displacement->values(), [](double u) { return !std::isfinite(u); });
 }
 
-void add_labels(vtkRenderer& renderer, const Page& page, const std::vector<PicturePanel>& panels,
-                const std::string& title) {
-  for (std::size_t i = 0; i < panels.size(); ++i) {
-    const Box& box = page.labels[i];
-    const double x = box.left + box.width / 2, top = box.bottom + box.height;
-    add_text(renderer, panels[i].label, x, top, page.text_size, ink, true);
-    if (const std::string note = note_of(panels[i]); !note.empty())
-      add_text(renderer, note, x, top - 1.4 * page.text_size, 0.82 * page.text_size, quiet_ink, false);
-  }
-  if (!title.empty())
-    add_text(renderer, title, page.width / 2.0, page.title.bottom + page.title.height, 1.1 * page.text_size,
-             ink, true);
-}
-
-vtkSmartPointer<vtkRenderer> panel_renderer(const Scene& scene, const PicturePanel& panel,
-                                            const BodyStyle& style, const View& view, const Page& page,
-                                            const Box& box) {
-  auto renderer = vtkSmartPointer<vtkRenderer>::New();
-  renderer->SetLayer(1); // over the page
-  for (const auto& actor : body_actors(scene, *panel.displacement, shown_by_colour(panel), style, view))
-    renderer->AddViewProp(actor);
-  add_lights(*renderer);
-  aim(*renderer, view, page, box);
-  return renderer;
-}
-
 /// The box of a body that is drawn by someone else.
 vtkSmartPointer<vtkActor2D> drawn_body(const PicturePanel& panel, const DrawBody& draw, const View& view,
                                        double warp, const Page& page, const Box& box) {
@@ -138,8 +112,8 @@ std::optional<std::string> render_comparison(const Scene& scene, const std::vect
   const Page page = choose_page(view, panels.size(), settings);
 
   std::string why_not;
-  const auto offscreen = OffscreenWindow::open(page.width, page.height, why_not);
-  if (offscreen == nullptr)
+  const auto sheet = Sheet::open(page, view, why_not);
+  if (sheet == nullptr)
     return why_not;
 
   const double largest = largest_shown(scene, in_view);
@@ -148,27 +122,26 @@ std::optional<std::string> render_comparison(const Scene& scene, const std::vect
   const auto colours = viridis(scale.end);
   const BodyStyle style{warp, unit.metres, colours, page.scale, std::max(1.0, page.width / 1600.0)};
 
-  vtkRenderWindow& window = offscreen->window();
-  vtkNew<vtkRenderer> background;
-  background->SetBackground(1, 1, 1);
-  add_labels(*background, page, panels, settings.title);
+  sheet->add_title(settings.title);
   if (settings.draw_body)
-    add_text(*background, warp == 1 ? "" : fmt::format("shape drawn × {:g}", warp), page.width / 2.0,
+    add_text(sheet->paper(), warp == 1 ? "" : fmt::format("shape drawn × {:g}", warp), page.width / 2.0,
              page.legend.bottom + page.legend.height, 0.82 * page.text_size, quiet_ink, false);
   else
     add_legend(
-        *background, page, *colours, scale,
+        sheet->paper(), page, *colours, scale,
         legend_text(settings.quantity, unit, warp, std::any_of(panels.begin(), panels.end(), is_nonfinite)));
-  const double em = page.text_size;
-  add_triad(*background, view, scene, settings.is_anatomical, page, em);
-  window.AddRenderer(background);
-  for (std::size_t i = 0; i < panels.size(); ++i)
+  add_triad(sheet->paper(), view, scene, settings.is_anatomical, page, page.text_size);
+  for (std::size_t i = 0; i < panels.size(); ++i) {
+    const PicturePanel& panel = panels[i];
+    sheet->write_under(i, panel.label, ink, true);
+    if (const std::string note = note_of(panel); !note.empty())
+      sheet->write_under(i, note, quiet_ink, false, 1.4, 0.82);
     if (settings.draw_body)
-      background->AddActor2D(drawn_body(panels[i], settings.draw_body, view, warp, page, page.drawings[i]));
+      sheet->paper().AddActor2D(drawn_body(panel, settings.draw_body, view, warp, page, page.drawings[i]));
     else
-      window.AddRenderer(panel_renderer(scene, panels[i], style, view, page, page.drawings[i]));
-  window.Render();
-  save(window, png);
+      sheet->draw(i, body_actors(scene, *panel.displacement, shown_by_colour(panel), style, view));
+  }
+  sheet->save(png);
   return std::nullopt;
 }
 

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 namespace maille::studies {
@@ -22,29 +21,13 @@ Vec3 axis_vector(std::size_t axis) {
   return e;
 }
 
-/// Directions of a view from the front, a little to the right and above.
-View oblique(std::size_t longest) {
-  constexpr double turn = 26 * std::numbers::pi / 180, tilt = 20 * std::numbers::pi / 180;
-  const Vec3 along = axis_vector(longest);
-  const Vec3 upright = axis_vector(longest == 2 ? 1 : 2);
-  const Vec3 front = cross(along, upright);
-  View view;
-  view.right = combine(std::cos(turn), along, -std::sin(turn), front, 0, upright);
-  view.toward = combine(std::cos(tilt) * std::sin(turn), along, std::cos(tilt) * std::cos(turn), front,
-                        std::sin(tilt), upright);
-  view.up = cross(view.toward, view.right);
-  return view;
-}
-
 /// Directions of a view of an image: its world's z axis upright (head up), seen from its y axis (from the
 /// front), a little to the side and from above. What an image stores as a mirror image is drawn as one.
 View upright(const Placement& placement) {
-  constexpr double turn = 26 * std::numbers::pi / 180, tilt = 12 * std::numbers::pi / 180;
+  const View in_world = looking({-1, 0, 0}, {0, 0, 1}, 26, 12);
   View view;
-  view.toward = to_object(
-      placement, {-std::cos(tilt) * std::sin(turn), std::cos(tilt) * std::cos(turn), std::sin(tilt)});
-  view.up = to_object(placement,
-                      {std::sin(tilt) * std::sin(turn), -std::sin(tilt) * std::cos(turn), std::cos(tilt)});
+  view.toward = to_object(placement, in_world.toward);
+  view.up = to_object(placement, in_world.up);
   view.right = cross(view.up, view.toward);
   return view;
 }
@@ -57,16 +40,6 @@ std::size_t longest_axis(const Grid& grid) {
   return longest;
 }
 
-/// Smallest interval around what it has been given.
-struct Range {
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  void include(double value) {
-    low = std::min(low, value);
-    high = std::max(high, value);
-  }
-  double middle() const { return (low + high) / 2; }
-};
-
 /// Thickness that one-dimensional bodies are drawn with, and room for their rest shape below.
 constexpr double line_room_ratio = 0.08;
 
@@ -76,6 +49,36 @@ double longest_side(const Scene& scene) {
   const Grid& grid = scene.specimen.grid;
   const std::size_t axis = longest_axis(grid);
   return grid.cells()[axis] * grid.spacing()[axis];
+}
+
+double least_spacing(const Grid& grid) {
+  return *std::min_element(grid.spacing().begin(), grid.spacing().begin() + grid.dimension());
+}
+
+View looking(const Vec3& along, const Vec3& upright, double turn, double tilt) {
+  constexpr double degree = std::numbers::pi / 180;
+  const Vec3 front = cross(along, upright);
+  const double c = std::cos(turn * degree), s = std::sin(turn * degree), ahead = std::cos(tilt * degree);
+  View view;
+  view.right = combine(c, along, -s, front, 0, upright);
+  view.toward = combine(ahead * s, along, ahead * c, front, std::sin(tilt * degree), upright);
+  view.up = cross(view.toward, view.right);
+  return view;
+}
+
+void SeenBox::include(const Vec3& position) {
+  for (std::size_t d = 0; d < 3; ++d) {
+    low_[d] = std::min(low_[d], dot(position, directions_[d]));
+    high_[d] = std::max(high_[d], dot(position, directions_[d]));
+  }
+}
+
+void SeenBox::fit(View& view) const {
+  const auto middle = [&](std::size_t d) { return (low_[d] + high_[d]) / 2; };
+  view.centre = combine(middle(0), directions_[0], middle(1), directions_[1], middle(2), directions_[2]);
+  view.width = high_[0] - low_[0];
+  view.height = high_[1] - low_[1];
+  view.depth = high_[2] - low_[2];
 }
 
 double length_of(const Displacement& displacement, std::int64_t node) {
@@ -134,26 +137,21 @@ Vec3 drawn_position(const Scene& scene, const Displacement& displacement, double
 }
 
 View choose_view(const Scene& scene, const std::vector<PicturePanel>& panels, double warp,
-                 const std::vector<std::int64_t>& nodes) {
+                 const std::vector<std::int64_t>& nodes, const std::vector<Vec3>& also) {
   View view;
+  const std::size_t longest = longest_axis(scene.specimen.grid);
   if (scene.dimension() == 3)
-    view = scene.specimen.shape == "image" ? upright(scene.specimen.placement)
-                                           : oblique(longest_axis(scene.specimen.grid));
-  Range right, up, toward;
-  const auto include = [&](const Vec3& position) {
-    right.include(dot(position, view.right));
-    up.include(dot(position, view.up));
-    toward.include(dot(position, view.toward));
-  };
+    view = scene.specimen.shape == "image"
+               ? upright(scene.specimen.placement)
+               : looking(axis_vector(longest), axis_vector(longest == 2 ? 1 : 2), 26, 20);
+  SeenBox seen(view);
   for (const std::int64_t node : nodes) {
-    include(scene.specimen.position(scene.specimen.grid.node_at(node)));
+    seen.include(scene.specimen.position(scene.specimen.grid.node_at(node)));
     for (const PicturePanel& panel : panels)
-      include(drawn_position(scene, *panel.displacement, warp, node));
+      seen.include(drawn_position(scene, *panel.displacement, warp, node));
   }
-  view.centre = combine(right.middle(), view.right, up.middle(), view.up, toward.middle(), view.toward);
-  view.width = right.high - right.low;
-  view.height = up.high - up.low;
-  view.depth = toward.high - toward.low;
+  std::ranges::for_each(also, [&](const Vec3& point) { seen.include(point); });
+  seen.fit(view);
   if (scene.dimension() == 1)
     view.height = line_room_ratio * view.width;
   return view;

@@ -4,6 +4,7 @@
 #include "picture/comparison_picture.hpp"
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -16,8 +17,38 @@ struct View {
   double width = 0, height = 0, depth = 0;           ///< of what must be seen [m]; only the depth may be 0
 };
 
-/// Longest side of the specimen's grid [m].
+inline double dot(const Vec3& a, const Vec3& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+inline Vec3 cross(const Vec3& a, const Vec3& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+inline double length_of(const Vec3& v) {
+  return std::sqrt(dot(v, v));
+}
+inline Vec3 plus(const Vec3& a, double factor, const Vec3& b) {
+  return {a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]};
+}
+
+/// Directions of a view whose horizon is `along`, seen from a little to its right and above [deg].
+View looking(const Vec3& along, const Vec3& upright, double turn, double tilt);
+
+/// The part of a view's picture plane that must be seen.
+class SeenBox {
+public:
+  explicit SeenBox(const View& view) : directions_{view.right, view.up, view.toward} {}
+  void include(const Vec3& position);
+  /// Sets the centre and the sizes of the view. @pre something was included
+  void fit(View& view) const;
+
+private:
+  std::array<Vec3, 3> directions_;
+  Vec3 low_{INFINITY, INFINITY, INFINITY}, high_{-INFINITY, -INFINITY, -INFINITY};
+};
+
+/// Longest side of the specimen's grid, and least spacing of a grid [m].
 double longest_side(const Scene& scene);
+double least_spacing(const Grid& grid);
 /// Euclidean length [m]; not finite if a component is not.
 double length_of(const Displacement& displacement, std::int64_t node);
 /// Largest finite length over the panels [m], of displacements and of what colours show.
@@ -28,9 +59,9 @@ const Displacement& shown_by_colour(const PicturePanel& panel);
 /// Where a node is drawn [m], object's frame: at rest if its displacement is not finite.
 Vec3 drawn_position(const Scene& scene, const Displacement& displacement, double warp, std::int64_t node);
 
-/// The view in which every panel's body, and the body at rest, is seen whole.
+/// The view in which every panel's body, and the body at rest, is seen whole. @param also points to be seen
 View choose_view(const Scene& scene, const std::vector<PicturePanel>& panels, double warp,
-                 const std::vector<std::int64_t>& nodes);
+                 const std::vector<std::int64_t>& nodes, const std::vector<Vec3>& also = {});
 
 /// The world's axes on the picture: right and up, of length 1 where an axis lies in the picture's plane.
 std::array<std::array<double, 2>, 3> world_axes(const View& view, const Placement& placement);

@@ -1,62 +1,33 @@
 #include "question_actors.hpp"
 
-#include "drawing.hpp"
+#include "body_actors.hpp"
 #include "export/body_grid.hpp"
 
-#include <vtkActor.h>
-#include <vtkCellArray.h>
 #include <vtkCellData.h>
-#include <vtkFeatureEdges.h>
-#include <vtkGeometryFilter.h>
-#include <vtkNew.h>
-#include <vtkPolyData.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
 #include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 namespace maille::studies {
 
 namespace {
 
-vtkSmartPointer<vtkActor> flat_actor(vtkPolyData* shape, const Vec3& colour, double opacity = 1) {
-  vtkNew<vtkPolyDataMapper> mapper;
-  mapper->SetInputData(shape);
-  mapper->ScalarVisibilityOff();
-  auto actor = vtkSmartPointer<vtkActor>::New();
-  actor->SetMapper(mapper);
-  actor->GetProperty()->SetColor(colour[0], colour[1], colour[2]);
-  actor->GetProperty()->SetOpacity(opacity);
-  actor->GetProperty()->LightingOff();
-  return actor;
-}
-
 /// Polygons that face the viewer.
-class Shapes {
+class FacingShapes {
 public:
-  explicit Shapes(const View& view) : view_(view) {}
+  explicit FacingShapes(const View& view) : view_(view) {}
 
   /// @param corners  right and up of `at` [m]
   void add(const Vec3& at, const std::vector<std::array<double, 2>>& corners) {
-    polygons_->InsertNextCell(static_cast<int>(corners.size()));
-    for (const auto& [right, up] : corners) {
-      const Vec3 corner = plus(plus(at, right, view_.right), up, view_.up);
-      polygons_->InsertCellPoint(points_->InsertNextPoint(corner.data()));
-    }
+    Shape& shape = shapes_.emplace_back();
+    for (const auto& [right, up] : corners)
+      shape.push_back(plus(plus(at, right, view_.right), up, view_.up));
   }
-  void add_disc(const Vec3& at, double radius) {
-    constexpr int n_corners = 12;
-    std::vector<std::array<double, 2>> corners;
-    for (int i = 0; i < n_corners; ++i) {
-      const double angle = 2 * std::numbers::pi * i / n_corners;
-      corners.push_back({radius * std::cos(angle), radius * std::sin(angle)});
-    }
-    add(at, corners);
-  }
+  void add_disc(const Vec3& at, double radius) { shapes_.push_back(disc(at, radius, view_)); }
   void add_arrow(const Arrow& arrow, double width) {
     const Vec3 along = plus(arrow.to, -1, arrow.from);
     const double right = dot(along, view_.right), up = dot(along, view_.up), length = std::hypot(right, up);
@@ -70,17 +41,15 @@ public:
                      at(0, 0.5 * width)});
     add(arrow.from, {at(length - head, -1.6 * width), at(length, 0), at(length - head, 1.6 * width)});
   }
-  vtkSmartPointer<vtkActor> actor(const Vec3& colour) const {
-    vtkNew<vtkPolyData> shape;
-    shape->SetPoints(points_);
-    shape->SetPolys(polygons_);
-    return flat_actor(shape, colour);
+  vtkSmartPointer<vtkActor> actor(const Vec3& colour, double forward) const {
+    const auto actor = flat_actor(data_of(shapes_), colour);
+    bring_forward(*actor, view_, forward);
+    return actor;
   }
 
 private:
   const View& view_;
-  vtkNew<vtkPoints> points_;
-  vtkNew<vtkCellArray> polygons_;
+  std::vector<Shape> shapes_;
 };
 
 /// A face of a cell of matter that the viewer may see.
@@ -124,7 +93,8 @@ std::vector<SeenFace> seen_faces(const Scene& scene, const View& view) {
 
 /// Dots on those of the faces that the viewer may see.
 template<class Faces>
-void add_faces(const Specimen& body, const Faces& faces, const View& view, double radius, Shapes& shapes) {
+void add_faces(const Specimen& body, const Faces& faces, const View& view, double radius,
+               FacingShapes& shapes) {
   for (const auto& face : faces)
     if (body.grid.dimension() < 3 || view.toward[face.axis] * (face.upper ? 1 : -1) > 0.15)
       shapes.add_disc(middle_of_face(body, face), radius);
@@ -195,34 +165,15 @@ Props part_actors(const Scene& scene, const BodyParts& parts, const View& view, 
       colours->InsertNextValue(static_cast<unsigned char>(std::lround(255 * c)));
   }
   grid->GetCellData()->SetScalars(colours);
-  vtkNew<vtkGeometryFilter> surface;
-  surface->SetInputData(grid);
-  vtkNew<vtkPolyDataMapper> mapper;
-  mapper->SetInputConnection(surface->GetOutputPort());
-  mapper->SetColorModeToDirectScalars();
-  vtkNew<vtkActor> body;
-  body->SetMapper(mapper);
-  body->GetProperty()->SetInterpolationToFlat();
+  const auto surface = surface_of(*grid);
   const bool is_solid = scene.dimension() == 3;
-  body->GetProperty()->SetAmbient(is_solid ? 0.5 : 1);
-  body->GetProperty()->SetDiffuse(is_solid ? 0.7 : 0);
+  const auto body = surface_actor(surface, is_solid ? Shading{0.5, 0.7} : Shading{1, 0});
+  body->GetMapper()->SetColorModeToDirectScalars();
   if (scene.dimension() == 1)
     body->GetProperty()->SetLineWidth(12);
-  Props props{body.Get()};
-  const Vec3& spacing = scene.specimen.grid.spacing();
-  const double cell =
-      *std::min_element(spacing.begin(), spacing.begin() + scene.dimension()) * pixels_per_metre;
-  if (scene.dimension() > 1 && cell >= 5) {
-    vtkNew<vtkFeatureEdges> edges;
-    edges->SetInputConnection(surface->GetOutputPort());
-    edges->FeatureEdgesOff();
-    edges->ManifoldEdgesOn();
-    edges->ColoringOff();
-    edges->Update();
-    const auto lines = flat_actor(edges->GetOutput(), held_colour, 0.18);
-    bring_forward(*lines, view, 3 / pixels_per_metre);
-    props.push_back(lines);
-  }
+  Props props{body};
+  if (scene.dimension() > 1 && least_spacing(scene.specimen.grid) * pixels_per_metre >= 5)
+    props.push_back(edge_actor(surface, true, 0.18, 1, view, pixels_per_metre));
   return props;
 }
 
@@ -231,16 +182,15 @@ Props fibre_actors(const Scene& scene, const View& view, double pixels_per_metre
     return {};
   int stride = 1;
   const std::vector<SeenFace> faces = thinned(seen_faces(scene, view), stride);
-  const Vec3& spacing = scene.specimen.grid.spacing();
-  const double half = 0.42 * stride * *std::min_element(spacing.begin(), spacing.begin() + scene.dimension());
-  Shapes at_rest(view), pulling(view);
+  const double half = 0.42 * stride * least_spacing(scene.specimen.grid);
+  FacingShapes at_rest(view), pulling(view);
   const double width = std::max(1.4 / pixels_per_metre, 0.05 * half);
   const std::vector<bool> contracts = contracting_cells(scene);
   for (const SeenFace& face : faces) {
     const bool pulls = contracts[face.cell];
     if (!pulls && scene.materials[scene.specimen.material(face.cell)].elasticity.is_isotropic())
       continue;
-    Shapes& strokes = pulls ? pulling : at_rest;
+    FacingShapes& strokes = pulls ? pulling : at_rest;
     const Vec3 fibre = scene.specimen.fibre_of(face.cell);
     const double right = half * dot(fibre, view.right), up = half * dot(fibre, view.up);
     const double length = std::hypot(right, up);
@@ -253,22 +203,17 @@ Props fibre_actors(const Scene& scene, const View& view, double pixels_per_metre
                 {{-right - s, -up + c}, {-right + s, -up - c}, {right + s, up - c}, {right - s, up + c}});
   }
   Props props;
-  for (const auto& [shapes, colour] :
-       {std::pair(&at_rest, fibre_colour), std::pair(&pulling, loaded_colour)}) {
-    const auto actor = shapes->actor(colour);
-    bring_forward(*actor, view, 6 / pixels_per_metre);
-    props.push_back(actor);
-  }
+  for (const auto& [shapes, colour] : {std::pair(&at_rest, fibre_colour), std::pair(&pulling, loaded_colour)})
+    props.push_back(shapes->actor(colour, 6 / pixels_per_metre));
   return props;
 }
 
 Props condition_actors(const Scene& scene, const std::vector<Arrow>& arrows, const View& view,
                        double pixels_per_metre) {
   const Specimen& body = scene.specimen;
-  const Vec3& spacing = body.grid.spacing();
-  const double cell = *std::min_element(spacing.begin(), spacing.begin() + scene.dimension());
-  const double radius = std::clamp(0.28 * cell, 1.6 / pixels_per_metre, 6 / pixels_per_metre);
-  Shapes held(view), moved(view), loaded(view), sprung(view);
+  const double radius =
+      std::clamp(0.28 * least_spacing(body.grid), 1.6 / pixels_per_metre, 6 / pixels_per_metre);
+  FacingShapes held(view), moved(view), loaded(view), sprung(view);
   add_faces(body, scene.tractions, view, radius, loaded);
   add_faces(body, scene.springs, view, 0.6 * radius, sprung);
   std::int64_t last_held = -1, last_moved = -1;
@@ -280,17 +225,12 @@ Props condition_actors(const Scene& scene, const std::vector<Arrow>& arrows, con
   }
   Props props;
   for (const auto& [shapes, colour] : {std::pair(&sprung, sprung_colour), std::pair(&loaded, loaded_colour),
-                                       std::pair(&held, held_colour), std::pair(&moved, moved_colour)}) {
-    const auto actor = shapes->actor(colour);
-    bring_forward(*actor, view, 9 / pixels_per_metre);
-    props.push_back(actor);
-  }
+                                       std::pair(&held, held_colour), std::pair(&moved, moved_colour)})
+    props.push_back(shapes->actor(colour, 9 / pixels_per_metre));
   for (const Arrow& arrow : arrows) {
-    Shapes one(view);
+    FacingShapes one(view);
     one.add_arrow(arrow, 5 / pixels_per_metre);
-    const auto actor = one.actor(arrow.colour);
-    bring_forward(*actor, view, 2 * (view.width + view.height + view.depth));
-    props.push_back(actor);
+    props.push_back(one.actor(arrow.colour, 2 * (view.width + view.height + view.depth)));
   }
   return props;
 }

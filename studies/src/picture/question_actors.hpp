@@ -1,19 +1,14 @@
 #pragma once
 /// What is drawn of a question: cells in the colours of their parts, fibres, and what is done to the body.
 
-#include "layout.hpp"
+#include "drawing.hpp"
 #include "picture/question_arrows.hpp"
 #include "picture/question_picture.hpp"
-
-#include <vtkProp.h>
-#include <vtkSmartPointer.h>
 
 #include <cstddef>
 #include <vector>
 
 namespace maille::studies {
-
-using Props = std::vector<vtkSmartPointer<vtkProp>>;
 
 /// Colour of one part: distinct for the colour-blind while there are few.
 Vec3 part_colour(std::size_t part, std::size_t n_parts);

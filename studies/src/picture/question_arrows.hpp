@@ -1,28 +1,14 @@
 #pragma once
 /// Where arrows stand in a picture of a question, and which way they point; colours of what is done to it.
 
-#include "maille/scene/scene.hpp"
+#include "picture/layout.hpp"
 
-#include <cmath>
-#include <numeric>
 #include <vector>
 
 namespace maille::studies {
 
 inline constexpr Vec3 held_colour{0.10, 0.12, 0.16}, moved_colour{0.82, 0.10, 0.12},
     loaded_colour{0.45, 0.15, 0.65}, sprung_colour{0.60, 0.40, 0.16}, fibre_colour{0.25, 0.27, 0.32};
-
-inline double dot(const Vec3& a, const Vec3& b) {
-  return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
-}
-
-inline double length_of(const Vec3& v) {
-  return std::sqrt(dot(v, v));
-}
-
-inline Vec3 plus(const Vec3& a, double factor, const Vec3& b) {
-  return {a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]};
-}
 
 /// Middle of a load's or a spring's face.
 template<class Face>

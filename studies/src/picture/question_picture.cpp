@@ -7,17 +7,8 @@
 
 #include <fmt/format.h>
 
-#include <vtkActor2D.h>
-#include <vtkCellArray.h>
-#include <vtkNew.h>
-#include <vtkPolyData.h>
-#include <vtkPolyDataMapper2D.h>
-#include <vtkProperty2D.h>
-#include <vtkRenderer.h>
-
 #include <algorithm>
 #include <map>
-#include <numeric>
 
 namespace maille::studies {
 
@@ -29,23 +20,6 @@ struct LegendEntry {
   std::string name;
   bool is_dot = false;
 };
-
-void add_rectangle(vtkRenderer& renderer, const Box& box, const Vec3& colour) {
-  vtkNew<vtkPoints> points;
-  for (const auto& [x, y] : {std::pair(0, 0), std::pair(1, 0), std::pair(1, 1), std::pair(0, 1)})
-    points->InsertNextPoint(box.left + x * box.width, box.bottom + y * box.height, 0);
-  vtkNew<vtkCellArray> polygons;
-  polygons->InsertNextCell({0, 1, 2, 3});
-  vtkNew<vtkPolyData> shape;
-  shape->SetPoints(points);
-  shape->SetPolys(polygons);
-  vtkNew<vtkPolyDataMapper2D> mapper;
-  mapper->SetInputData(shape);
-  vtkNew<vtkActor2D> actor;
-  actor->SetMapper(mapper);
-  actor->GetProperty()->SetColor(colour[0], colour[1], colour[2]);
-  renderer.AddActor2D(actor);
-}
 
 /// Lines of entries that are as wide as the page; widths are guessed from letters.
 class Legend {
@@ -116,25 +90,6 @@ std::vector<LegendEntry> legend_of(const Scene& scene, const BodyParts& parts,
   return entries;
 }
 
-/// Makes room for arrows.
-void include(View& view, const std::vector<Arrow>& arrows) {
-  const auto extend = [&](const Vec3& direction, double& size) {
-    const double middle = std::inner_product(direction.begin(), direction.end(), view.centre.begin(), 0.0);
-    double low = middle - size / 2, high = middle + size / 2;
-    for (const Arrow& arrow : arrows)
-      for (const Vec3& end : {arrow.from, arrow.to}) {
-        const double at = std::inner_product(direction.begin(), direction.end(), end.begin(), 0.0);
-        low = std::min(low, at);
-        high = std::max(high, at);
-      }
-    for (std::size_t i = 0; i < 3; ++i)
-      view.centre[i] += ((low + high) / 2 - middle) * direction[i];
-    size = high - low;
-  };
-  extend(view.right, view.width);
-  extend(view.up, view.height);
-}
-
 } // namespace
 
 BodyParts parts_of(const Scene& scene) {
@@ -164,8 +119,10 @@ std::optional<std::string> render_question(const Scene& scene, const std::filesy
                                            const QuestionPictureSettings& settings) {
   const BodyParts parts = parts_of(scene);
   const std::vector<Arrow> arrows = arrows_of(scene, 0.14 * longest_side(scene));
-  View view = choose_view(scene, {}, 1, matter_only(scene.specimen).nodes);
-  include(view, arrows);
+  std::vector<Vec3> ends;
+  for (const Arrow& arrow : arrows)
+    ends.insert(ends.end(), {arrow.from, arrow.to});
+  const View view = choose_view(scene, {}, 1, matter_only(scene.specimen).nodes, ends);
   const PictureSettings size{.width = settings.width, .largest_height = settings.largest_height};
   const double em = settings.width / 62.0;
   const Legend legend(legend_of(scene, parts, arrows), settings.width - 10 * em, em);
@@ -174,28 +131,17 @@ std::optional<std::string> render_question(const Scene& scene, const std::filesy
   heights.legend = std::max(4.5, legend.height() / em + 1);
   const Page page = choose_page(view, 1, size, heights);
   std::string why_not;
-  const auto offscreen = OffscreenWindow::open(page.width, page.height, why_not);
-  if (offscreen == nullptr)
+  const auto sheet = Sheet::open(page, view, why_not);
+  if (sheet == nullptr)
     return why_not;
-  vtkRenderWindow& window = offscreen->window();
-  vtkNew<vtkRenderer> background;
-  background->SetBackground(1, 1, 1);
-  legend.draw(*background, page.width / 2.0 + 4 * em, page.legend.bottom + page.legend.height - 0.3 * em);
-  add_triad(*background, view, scene, settings.is_anatomical, page, em);
-  window.AddRenderer(background);
-  const Box& box = page.drawings.front();
-  vtkNew<vtkRenderer> drawing;
-  drawing->SetLayer(1);
-  for (const Props& props :
-       {part_actors(scene, parts, view, page.scale), fibre_actors(scene, view, page.scale),
-        condition_actors(scene, arrows, view, page.scale)})
-    for (const auto& prop : props)
-      drawing->AddViewProp(prop);
-  add_lights(*drawing);
-  aim(*drawing, view, page, box);
-  window.AddRenderer(drawing);
-  window.Render();
-  save(window, png);
+  legend.draw(sheet->paper(), page.width / 2.0 + 4 * em, page.legend.bottom + page.legend.height - 0.3 * em);
+  add_triad(sheet->paper(), view, scene, settings.is_anatomical, page, em);
+  Props props = part_actors(scene, parts, view, page.scale);
+  for (const Props& more :
+       {fibre_actors(scene, view, page.scale), condition_actors(scene, arrows, view, page.scale)})
+    props.insert(props.end(), more.begin(), more.end());
+  sheet->draw(0, props);
+  sheet->save(png);
   return std::nullopt;
 }
 

@@ -8,15 +8,10 @@
 
 #include <fmt/format.h>
 
-#include <vtkActor.h>
-#include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkDoubleArray.h>
-#include <vtkNew.h>
-#include <vtkPolyData.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
-#include <vtkRenderer.h>
 
 #include <algorithm>
 #include <array>
@@ -69,9 +64,7 @@ View view_across(const Scene& scene, std::size_t normal) {
   }
   view.right = unit(right, right_sign);
   view.up = unit(up, up_sign);
-  view.toward = {view.right[1] * view.up[2] - view.right[2] * view.up[1],
-                 view.right[2] * view.up[0] - view.right[0] * view.up[2],
-                 view.right[0] * view.up[1] - view.right[1] * view.up[0]};
+  view.toward = cross(view.right, view.up);
   return view;
 }
 
@@ -86,28 +79,21 @@ public:
     for (const auto& [u, v] : {std::pair(0, 0), std::pair(1, 0), std::pair(1, 1), std::pair(0, 1)})
       corners_[n_corners_++] = (u << a) + (v << b) + (upper << normal);
   }
-  std::array<Vec3, 4> of(std::int64_t cell, const Displacement* displacement, double warp) const {
+  Shape of(std::int64_t cell, const Displacement* displacement, double warp) const {
     const Grid& grid = scene_.specimen.grid;
-    std::array<Vec3, 4> places{};
-    for (std::size_t i = 0; i < 4; ++i) {
-      const std::int64_t node = grid.corner(grid.cell_at(cell), corners_[i]);
-      places[i] = displacement != nullptr ? drawn_position(scene_, *displacement, warp, node)
-                                          : scene_.specimen.position(grid.node_at(node));
+    Shape places;
+    for (const int corner : corners_) {
+      const std::int64_t node = grid.corner(grid.cell_at(cell), corner);
+      places.push_back(displacement != nullptr ? drawn_position(scene_, *displacement, warp, node)
+                                               : scene_.specimen.position(grid.node_at(node)));
     }
     return places;
   }
   vtkSmartPointer<vtkPolyData> shape(const Displacement* displacement, double warp) const {
-    vtkNew<vtkPoints> points;
-    vtkNew<vtkCellArray> quads;
-    for (const std::int64_t cell : cells_) {
-      quads->InsertNextCell(4);
-      for (const Vec3& place : of(cell, displacement, warp))
-        quads->InsertCellPoint(points->InsertNextPoint(place.data()));
-    }
-    auto shape = vtkSmartPointer<vtkPolyData>::New();
-    shape->SetPoints(points);
-    shape->SetPolys(quads);
-    return shape;
+    std::vector<Shape> quads;
+    for (const std::int64_t cell : cells_)
+      quads.push_back(of(cell, displacement, warp));
+    return data_of(quads);
   }
 
 private:
@@ -116,33 +102,6 @@ private:
   std::array<int, 4> corners_{};
   std::size_t n_corners_ = 0;
 };
-
-/// What must be seen: the layer at rest and as every panel has it.
-void frame(View& view, const LayerSide& side, const std::vector<std::int64_t>& cells,
-           const std::vector<SlicePanel>& panels, double warp) {
-  std::array<double, 3> low{}, high{};
-  low.fill(INFINITY);
-  high.fill(-INFINITY);
-  const std::array<Vec3, 3> directions{view.right, view.up, view.toward};
-  const auto include = [&](const Displacement* displacement) {
-    for (const std::int64_t cell : cells)
-      for (const Vec3& place : side.of(cell, displacement, warp))
-        for (std::size_t d = 0; d < 3; ++d) {
-          low[d] = std::min(low[d], dot(place, directions[d]));
-          high[d] = std::max(high[d], dot(place, directions[d]));
-        }
-  };
-  include(nullptr);
-  for (const SlicePanel& panel : panels)
-    include(panel.displacement);
-  view.centre = {};
-  for (std::size_t d = 0; d < 3; ++d)
-    for (std::size_t i = 0; i < 3; ++i)
-      view.centre[i] += (low[d] + high[d]) / 2 * directions[d][i];
-  view.width = high[0] - low[0];
-  view.height = high[1] - low[1];
-  view.depth = high[2] - low[2];
-}
 
 /// What 98 % of the values in the layer do not exceed.
 double most_shown(const std::vector<SlicePanel>& panels, const std::vector<std::int64_t>& cells) {
@@ -167,12 +126,8 @@ vtkSmartPointer<vtkActor> layer_actor(const LayerSide& side, const SlicePanel& p
   for (const std::int64_t cell : cells)
     values->InsertNextValue(panel.values[cell] / unit);
   shape->GetCellData()->SetScalars(values);
-  vtkNew<vtkPolyDataMapper> mapper;
-  mapper->SetInputData(shape);
-  mapper->SetLookupTable(colours);
-  mapper->UseLookupTableScalarRangeOn();
-  auto actor = vtkSmartPointer<vtkActor>::New();
-  actor->SetMapper(mapper);
+  const auto actor = surface_actor(shape, {1, 0});
+  colour_by(*actor, *colours);
   actor->GetProperty()->LightingOff();
   if (has_edges) {
     actor->GetProperty()->EdgeVisibilityOn();
@@ -217,49 +172,37 @@ std::optional<std::string> render_slice(const Scene& scene, const std::vector<Sl
   const double warp = chosen_warp(scene, answers);
   View view = scene.dimension() == 3 ? view_across(scene, static_cast<std::size_t>(slice.axis)) : View{};
   const LayerSide side(scene, cells, slice, view);
-  frame(view, side, cells, panels, warp);
+  SeenBox seen(view);
+  const auto include = [&](const Displacement* displacement) {
+    for (const std::int64_t cell : cells)
+      for (const Vec3& place : side.of(cell, displacement, warp))
+        seen.include(place);
+  };
+  include(nullptr);
+  for (const SlicePanel& panel : panels)
+    include(panel.displacement);
+  seen.fit(view);
   const PictureSettings size{.width = settings.width, .largest_height = settings.largest_height};
   PageParts heights;
   heights.label = 2.2;
   const Page page = choose_page(view, panels.size(), size, heights);
   std::string why_not;
-  const auto offscreen = OffscreenWindow::open(page.width, page.height, why_not);
-  if (offscreen == nullptr)
+  const auto sheet = Sheet::open(page, view, why_not);
+  if (sheet == nullptr)
     return why_not;
   const Scale scale = round_scale(most_shown(panels, cells) / unit);
   const auto colours = viridis(scale.end);
-  vtkRenderWindow& window = offscreen->window();
-  vtkNew<vtkRenderer> background;
-  background->SetBackground(1, 1, 1);
-  std::string text = quantity + (warp != 1 ? fmt::format(",  shape drawn × {:g}", warp) : "");
-  add_legend(*background, page, *colours, scale, text + ",  grey: at rest");
-  const double em = page.text_size;
-  add_triad(*background, view, scene, settings.is_anatomical, page, em);
-  window.AddRenderer(background);
-  const Vec3& spacing = scene.specimen.grid.spacing();
-  const bool has_edges =
-      page.scale * *std::min_element(spacing.begin(), spacing.begin() + scene.dimension()) >= 7;
+  const std::string text = quantity + (warp != 1 ? fmt::format(",  shape drawn × {:g}", warp) : "");
+  add_legend(sheet->paper(), page, *colours, scale, text + ",  grey: at rest");
+  add_triad(sheet->paper(), view, scene, settings.is_anatomical, page, page.text_size);
+  const bool has_edges = page.scale * least_spacing(scene.specimen.grid) >= 7;
   for (std::size_t i = 0; i < panels.size(); ++i) {
-    const Box& label = page.labels[i];
-    add_text(*background, panels[i].label, label.left + label.width / 2, label.bottom + label.height, em, ink,
-             true);
-    const Box& box = page.drawings[i];
-    vtkNew<vtkRenderer> drawing;
-    drawing->SetLayer(1);
-    vtkNew<vtkPolyDataMapper> mapper;
-    mapper->SetInputData(side.shape(nullptr, 1));
-    vtkNew<vtkActor> rest;
-    rest->SetMapper(mapper);
-    rest->GetProperty()->SetColor(0.88, 0.89, 0.91);
-    rest->GetProperty()->LightingOff();
+    sheet->write_under(i, panels[i].label, ink, true);
+    const auto rest = flat_actor(side.shape(nullptr, 1), grey_at_rest);
     bring_forward(*rest, view, -(view.width + view.height + view.depth));
-    drawing->AddViewProp(rest);
-    drawing->AddViewProp(layer_actor(side, panels[i], cells, warp, unit, colours, has_edges));
-    aim(*drawing, view, page, box);
-    window.AddRenderer(drawing);
+    sheet->draw(i, {rest, layer_actor(side, panels[i], cells, warp, unit, colours, has_edges)});
   }
-  window.Render();
-  save(window, png);
+  sheet->save(png);
   return std::nullopt;
 }
 

@@ -3,46 +3,30 @@
 #include "body_actors.hpp"
 #include "drawing.hpp"
 
-#include <vtkActor.h>
-#include <vtkCellArray.h>
-#include <vtkNew.h>
-#include <vtkPolyData.h>
-#include <vtkPolyDataMapper.h>
-#include <vtkProperty.h>
-
 #include <algorithm>
-#include <cmath>
-#include <numbers>
+#include <iterator>
 
 namespace maille::studies {
 namespace {
 
-/// From the front, a little from above and the right.
-void look_from_above(View& view) {
-  constexpr double turn = 28 * std::numbers::pi / 180, tilt = 24 * std::numbers::pi / 180;
-  view.right = {std::cos(turn), std::sin(turn), 0};
-  view.toward = {std::sin(turn) * std::cos(tilt), -std::cos(turn) * std::cos(tilt), std::sin(tilt)};
-  view.up = {-std::sin(turn) * std::sin(tilt), std::cos(turn) * std::sin(tilt), std::cos(tilt)};
-}
-
-/// The whole world, whatever is in it.
-View view_of(const WorldScene& world) {
-  View view;
-  if (world.dimension == 3)
-    look_from_above(view);
+/// The corners of the world, whatever is in it.
+std::vector<Vec3> corners_of(const WorldScene& world) {
   Vec3 size{};
   for (int a = 0; a < world.dimension; ++a)
     size[a] = world.cells[a] * world.spacing[a];
-  view.centre = {size[0] / 2, size[1] / 2, size[2] / 2};
-  const auto extent = [&](const Vec3& direction) {
-    double sum = 0;
-    for (std::size_t a = 0; a < 3; ++a)
-      sum += std::abs(direction[a]) * size[a];
-    return sum;
-  };
-  view.width = extent(view.right);
-  view.height = world.dimension == 1 ? 1.6 * world.spacing[0] : extent(view.up);
-  view.depth = extent(view.toward);
+  std::vector<Vec3> corners;
+  for (int corner = 0; corner < 8; ++corner)
+    corners.push_back({(corner & 1) * size[0], (corner >> 1 & 1) * size[1], (corner >> 2 & 1) * size[2]});
+  return corners;
+}
+
+View view_of(const WorldScene& world) {
+  View view = world.dimension == 3 ? looking({1, 0, 0}, {0, 0, 1}, 28, 24) : View{};
+  SeenBox seen(view);
+  std::ranges::for_each(corners_of(world), [&](const Vec3& corner) { seen.include(corner); });
+  seen.fit(view);
+  if (world.dimension == 1)
+    view.height = 1.6 * world.spacing[0];
   return view;
 }
 
@@ -65,46 +49,39 @@ void add_legend(vtkRenderer& page_renderer, const WorldScene& world, const Page&
              page.legend.bottom + page.legend.height, em, object_colour(world, named[i]), true);
 }
 
-/// The world's border: its edges, which are a wall's.
+/// The world's border: its edges, which are a wall's. Of a line they are drawn as a pixel wide.
 vtkSmartPointer<vtkProp> outline_of(const WorldScene& world, double pixels_per_metre) {
-  vtkNew<vtkPoints> points;
-  vtkNew<vtkCellArray> lines;
-  Vec3 size{};
-  for (int a = 0; a < world.dimension; ++a)
-    size[a] = world.cells[a] * world.spacing[a];
-  if (world.dimension == 1)
-    size[1] = 1 / pixels_per_metre; // a line, not nothing
-  for (int corner = 0; corner < 8; ++corner)
-    points->InsertNextPoint((corner & 1) * size[0], (corner >> 1 & 1) * size[1], (corner >> 2 & 1) * size[2]);
-  for (vtkIdType corner = 0; corner < 8; ++corner)
-    for (vtkIdType axis = 0; axis < 3; ++axis)
-      if ((corner >> axis & 1) == 0)
-        lines->InsertNextCell({corner, corner | vtkIdType{1} << axis});
-  vtkNew<vtkPolyData> edges;
-  edges->SetPoints(points);
-  edges->SetLines(lines);
-  vtkNew<vtkPolyDataMapper> mapper;
-  mapper->SetInputData(edges);
-  auto actor = vtkSmartPointer<vtkActor>::New();
-  actor->SetMapper(mapper);
-  actor->GetProperty()->SetColor(0.78, 0.79, 0.82);
-  actor->GetProperty()->LightingOff();
+  std::vector<Vec3> corners = corners_of(world);
+  std::vector<Shape> edges;
+  for (std::size_t corner = 0; corner < 8; ++corner) {
+    if (world.dimension == 1 && (corner >> 1 & 1) == 1)
+      corners[corner][1] = 1 / pixels_per_metre;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if ((corner >> axis & 1) == 1)
+        edges.push_back({corners[corner ^ std::size_t{1} << axis], corners[corner]});
+  }
+  return flat_actor(data_of(edges, true), {0.78, 0.79, 0.82});
+}
+
+/// Dots where objects touch, in front of everything.
+vtkSmartPointer<vtkProp> dots(const std::vector<Vec3>& points, double radius, const View& view) {
+  std::vector<Shape> discs;
+  for (const Vec3& point : points)
+    discs.push_back(disc(point, radius, view));
+  const auto actor = flat_actor(data_of(discs), {0.85, 0.1, 0.15});
+  bring_forward(*actor, view, view.depth + 2 * radius);
   return actor;
 }
 
-vtkSmartPointer<vtkRenderer> renderer_of(const WorldScene& world, const WorldMoment& moment, const View& view,
-                                         const Page& page, const Box& box) {
-  auto renderer = vtkSmartPointer<vtkRenderer>::New();
-  renderer->SetBackground(0.965, 0.968, 0.975);
+Props props_of(const WorldScene& world, const WorldMoment& moment, const View& view, const Page& page) {
+  Props props;
   for (std::size_t i = 0; i < world.objects.size(); ++i)
-    for (const auto& actor : object_actors(world, i, *moment.objects[i], view, page.scale))
-      renderer->AddViewProp(actor);
+    std::ranges::move(object_actors(world, i, *moment.objects[i], view, page.scale),
+                      std::back_inserter(props));
   if (!moment.contacts.empty())
-    renderer->AddViewProp(dots(moment.contacts, 2.5 * std::max(1.0, page.width / 1000.0) / page.scale, view));
-  renderer->AddViewProp(outline_of(world, page.scale));
-  add_lights(*renderer);
-  aim(*renderer, view, page, box);
-  return renderer;
+    props.push_back(dots(moment.contacts, 2.5 * std::max(1.0, page.width / 1000.0) / page.scale, view));
+  props.push_back(outline_of(world, page.scale));
+  return props;
 }
 
 } // namespace
@@ -119,28 +96,16 @@ std::optional<std::string> render_world(const WorldScene& world, const std::vect
   page.width += page.width % 2;
   page.height += page.height % 2;
   std::string why_not;
-  const auto offscreen = OffscreenWindow::open(page.width, page.height, why_not);
-  if (offscreen == nullptr)
+  const auto sheet = Sheet::open(page, view, why_not);
+  if (sheet == nullptr)
     return why_not;
-  vtkRenderWindow& window = offscreen->window();
-  vtkNew<vtkRenderer> background;
-  background->SetBackground(1, 1, 1);
-  add_legend(*background, world, page);
-  if (!settings.title.empty())
-    add_text(*background, settings.title, page.width / 2.0, page.title.bottom + page.title.height,
-             1.1 * page.text_size, ink, true);
-  for (std::size_t i = 0; i < panels.size(); ++i)
-    add_text(*background, panels[i].label, page.labels[i].left + page.labels[i].width / 2,
-             page.labels[i].bottom + page.labels[i].height, page.text_size, quiet_ink, false);
-  window.AddRenderer(background);
+  add_legend(sheet->paper(), world, page);
+  sheet->add_title(settings.title);
   for (std::size_t i = 0; i < panels.size(); ++i) {
-    const auto renderer = renderer_of(world, *panels[i].moment, view, page, page.drawings[i]);
-    renderer->SetLayer(1);
-    renderer->EraseOn();
-    window.AddRenderer(renderer);
+    sheet->write_under(i, panels[i].label, quiet_ink, false);
+    sheet->draw(i, props_of(world, *panels[i].moment, view, page), Vec3{0.965, 0.968, 0.975});
   }
-  window.Render();
-  save(window, png);
+  sheet->save(png);
   return std::nullopt;
 }
 
