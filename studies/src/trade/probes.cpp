@@ -1,3 +1,9 @@
+/// Probes: cheap answers on lattices of the scene, each of half the spacing of the one before.
+///
+/// Two lattices speak for the displacement where the scene is like those of the table of trades, whose errors
+/// are known, and three where it is not. The table knows no errors of anything else: three lattices speak for
+/// it. Both kinds of probing take their answers from LatticeAnswers.
+
 #include "trade/probes.hpp"
 #include "trade/body.hpp"
 #include "trade/measure.hpp"
@@ -7,6 +13,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
@@ -19,88 +26,105 @@ namespace {
 
 constexpr double probing_tolerance = 1e-3;
 constexpr double most_probed_cells = 1e6; ///< of lattices finer than the scene's own
-constexpr int coarsest = -2;
-constexpr int finest_pair = 0; ///< its coarser lattice is the scene's own at most
+/// Halvings of the coarser lattice of a pair, and of the lattices of a quantity.
+constexpr int coarsest = -2, finest_pair = 0, finest_of_quantity = 2;
 /// By less, answers that halve the spacing do not come nearer to each other; by more than order 2 gives they
 /// do by chance.
 constexpr double least_growth = 1.4, largest_growth = 4;
+/// Answers that differ by less differ by their algebra.
+constexpr double algebra = 2 * probing_tolerance;
 constexpr std::array<const char*, 3> probed_methods{"limits", "relaxed", "coupled"};
 
-/// The scene as elasticity has it: limits that stand in for it and do not bind.
-Scene without_active_limits(const Scene& scene) {
-  Scene free = with_tolerance(scene, probing_tolerance);
-  free.limits = {};
-  return free;
+std::string in_words(const Answer& answer) {
+  return fmt::format("{}{}{}", to_string(answer.status), answer.message.empty() ? "" : ": ", answer.message);
 }
 
-/// Quick answers are asked for again: the first of a process pays for pages and caches.
-Probes::OfMethod probe_method(const Scene& scene, const std::string& method, const Displacement& elastic,
-                              const Control& control) {
-  constexpr int most_runs = 5;
-  constexpr double long_enough = 0.005;
-  std::vector<double> seconds;
-  Probes::OfMethod result;
-  double total = 0;
-  while (seconds.size() < most_runs && (seconds.size() < 2 || total < long_enough) && total < 0.2) {
-    const Measured run = measure(scene, method, probing_tolerance, control);
-    if (!is_converged(run.answer.status)) {
-      result.why_not = fmt::format("{} {}{}{}", method, to_string(run.answer.status),
-                                   run.answer.message.empty() ? "" : ": ", run.answer.message);
-      return result;
-    }
-    seconds.push_back(run.answer.seconds.total());
-    total += run.wall_seconds;
-    result.model_error = compare(scene, run.answer.displacement, elastic).relative_l2;
-  }
-  result.seconds = median(seconds);
-  return result;
-}
-
-/// Chooses the lattices and answers on them.
-class Probing {
+/// Which lattices hold the body, and the elastic answers on them.
+class LatticeAnswers {
 public:
-  Probing(Lattices& lattices, const Control& control) : lattices_(lattices), control_(control) {}
-  Probes run(bool judge_kind);
+  LatticeAnswers(Lattices& lattices, const Control& control)
+      : lattices_(lattices), control_(control), thickness_(thickness_in_cells(lattices.scene())) {}
 
-private:
-  /// Whether there is such a lattice, and it holds the body; else why not is kept.
-  bool holds(int halvings);
-  bool is_small_enough(int halvings) const;
-  /// Finds the coarsest pair. @return false without such a pair
-  bool find_pair();
-  /// The elastic answer, cached; null on failure, and then `why_not`.
-  const Displacement* elastic(int halvings);
+protected:
   const Scene& at(int halvings) { return *lattices_.at(halvings).scene; }
-  double difference(int halvings, const Displacement& fine, const Displacement& coarse) {
-    return compare(at(halvings), between_lattices(at(halvings - 1), coarse, at(halvings)), fine).relative_l2;
+  bool is_small_enough(int halvings) const {
+    const double cells = static_cast<double>(lattices_.scene().specimen.grid.n_cells());
+    return halvings <= 0 || cells * std::exp2(halvings * lattices_.scene().dimension()) <= most_probed_cells;
   }
-  /// @return the finest answer that was asked for; null where nothing can be said, and then `why_not`
-  const Displacement* answer_on_lattices();
-  bool find_distances(const Displacement& finest);
+  /// Whether there is such a lattice, and it holds the body; else why not is kept.
+  bool holds(int halvings) {
+    if (probes_.lost.contains(halvings))
+      return false;
+    const LatticeScene lattice = lattices_.at(halvings);
+    std::string why_not = lattice.why_not;
+    if (lattice.scene)
+      why_not = what_is_lost(lattices_.scene(), thickness_, *lattice.scene, halvings);
+    if (!why_not.empty())
+      probes_.lost[halvings] = why_not;
+    return why_not.empty();
+  }
+  /// The answer as elasticity has it, limits or not, kept; null on failure, and then `why_not`.
+  const Answer* elastic(int halvings) {
+    if (const auto known = elastic_.find(halvings); known != elastic_.end())
+      return &known->second;
+    Scene free = with_tolerance(at(halvings), probing_tolerance);
+    free.limits = {};
+    Answer answer = measure(free, "coupled", {}, control_).answer;
+    if (is_converged(answer.status))
+      return &(elastic_[halvings] = std::move(answer));
+    probes_.why_not = "the probe by coupled ended " + in_words(answer);
+    return nullptr;
+  }
+  /// Times a method on the lattice of the probes, within limits where they bind. Quick answers are asked for
+  /// again: the first of a process pays for pages and caches.
+  /// @param error_of  of an answer, over the elastic one
+  template<class ErrorOf>
+  void time(const std::string& method, const ErrorOf& error_of) {
+    constexpr int most_runs = 5;
+    constexpr double long_enough = 0.005, too_long = 0.2; // [s]
+    std::vector<double> seconds;
+    Probes::OfMethod& of = probes_.of[method];
+    double total = 0;
+    while (seconds.size() < most_runs && (seconds.size() < 2 || total < long_enough) && total < too_long) {
+      const Measured run = measure(at(probes_.halvings), method, probing_tolerance, control_);
+      if (!is_converged(run.answer.status)) {
+        of.why_not = method + " " + in_words(run.answer);
+        return;
+      }
+      seconds.push_back(run.answer.seconds.total());
+      total += run.wall_seconds;
+      of.model_error = error_of(run.answer);
+    }
+    of.seconds = median(seconds);
+  }
 
   Lattices& lattices_;
   const Control& control_;
-  double thickness_ = 0;
+  double thickness_;
   Probes probes_;
-  std::map<int, Displacement> elastic_; ///< by halvings
+
+private:
+  std::map<int, Answer> elastic_; ///< by halvings
 };
 
-bool Probing::is_small_enough(int halvings) const {
-  const double cells = static_cast<double>(lattices_.scene().specimen.grid.n_cells());
-  return halvings <= 0 || cells * std::exp2(halvings * lattices_.scene().dimension()) <= most_probed_cells;
-}
+/// Chooses the lattices of the displacement and answers on them.
+class Probing : LatticeAnswers {
+public:
+  using LatticeAnswers::LatticeAnswers;
+  Probes run(bool judge_kind);
 
-bool Probing::holds(int halvings) {
-  if (probes_.lost.contains(halvings))
-    return false;
-  const LatticeScene lattice = lattices_.at(halvings);
-  std::string why_not = lattice.why_not;
-  if (lattice.scene)
-    why_not = what_is_lost(lattices_.scene(), thickness_, *lattice.scene, halvings);
-  if (!why_not.empty())
-    probes_.lost[halvings] = why_not;
-  return why_not.empty();
-}
+private:
+  /// Finds the coarsest pair. @return false without such a pair
+  bool find_pair();
+  double difference(int halvings, const Answer& fine, const Answer& coarse) {
+    return compare(at(halvings), between_lattices(at(halvings - 1), coarse.displacement, at(halvings)),
+                   fine.displacement)
+        .relative_l2;
+  }
+  /// @return the finest answer that was asked for; null where nothing can be said, and then `why_not`
+  const Answer* answer_on_lattices();
+  bool find_distances(const Answer& finest);
+};
 
 bool Probing::find_pair() {
   for (int halvings = coarsest; halvings < 0; ++halvings)
@@ -118,36 +142,26 @@ bool Probing::find_pair() {
   return false;
 }
 
-const Displacement* Probing::elastic(int halvings) {
-  if (const auto known = elastic_.find(halvings); known != elastic_.end())
-    return &known->second;
-  Answer answer = measure(without_active_limits(at(halvings)), "coupled", {}, control_).answer;
-  if (is_converged(answer.status))
-    return &(elastic_[halvings] = std::move(answer.displacement));
-  probes_.why_not = fmt::format("the probe by coupled ended {}{}{}", to_string(answer.status),
-                                answer.message.empty() ? "" : ": ", answer.message);
-  return nullptr;
-}
-
 /// Distances on all lattices that resolve the body, from the answer on the finest probed lattice.
-bool Probing::find_distances(const Displacement& finest) {
-  const Displacement best = between_lattices(at(probes_.halvings), finest, lattices_.scene());
+bool Probing::find_distances(const Answer& finest) {
+  const Displacement best = between_lattices(at(probes_.halvings), finest.displacement, lattices_.scene());
   for (int halvings = coarsest; halvings < probes_.halvings; ++halvings) {
     if (!holds(halvings))
       continue;
-    const Displacement* const there = elastic(halvings);
+    const Answer* const there = elastic(halvings);
     if (there == nullptr)
       return false;
     probes_.distance[halvings] =
-        compare(lattices_.scene(), between_lattices(at(halvings), *there, lattices_.scene()), best)
+        compare(lattices_.scene(), between_lattices(at(halvings), there->displacement, lattices_.scene()),
+                best)
             .relative_l2;
   }
   return true;
 }
 
-const Displacement* Probing::answer_on_lattices() {
-  const Displacement* const coarse = elastic(probes_.halvings - 1);
-  const Displacement* fine = coarse != nullptr ? elastic(probes_.halvings) : nullptr;
+const Answer* Probing::answer_on_lattices() {
+  const Answer* const coarse = elastic(probes_.halvings - 1);
+  const Answer* fine = coarse != nullptr ? elastic(probes_.halvings) : nullptr;
   if (fine == nullptr)
     return nullptr;
   probes_.difference = difference(probes_.halvings, *fine, *coarse);
@@ -159,7 +173,7 @@ const Displacement* Probing::answer_on_lattices() {
           fmt::join(probes_.unlike, ", "));
       return nullptr;
     }
-    const Displacement* const finer = elastic(++probes_.halvings);
+    const Answer* const finer = elastic(++probes_.halvings);
     if (finer == nullptr)
       return nullptr;
     const double before = std::exchange(probes_.difference, difference(probes_.halvings, *finer, *fine));
@@ -179,28 +193,143 @@ const Displacement* Probing::answer_on_lattices() {
 }
 
 Probes Probing::run(bool judge_kind) {
-  thickness_ = thickness_in_cells(lattices_.scene());
   if (judge_kind)
     probes_.unlike = how_unlike_the_table(lattices_.scene());
-  const Displacement* const finest = find_pair() ? answer_on_lattices() : nullptr;
+  const Answer* const finest = find_pair() ? answer_on_lattices() : nullptr;
   if (finest == nullptr)
     return std::move(probes_);
   const Scene& scene = at(probes_.halvings);
   probes_.nodes = scene.specimen.n_matter_nodes();
   for (const char* method : probed_methods)
-    probes_.of[method] = probe_method(scene, method, *finest, control_);
+    time(method, [&](const Answer& answer) {
+      return compare(scene, answer.displacement, finest->displacement).relative_l2;
+    });
   if (!(probes_.difference > 0) || !std::isfinite(probes_.difference))
     probes_.why_not = "nothing moves between the holds and the moves of the probing lattices";
   return std::move(probes_);
 }
 
+/// Finds three lattices that speak for a quantity.
+class QuantityProbing : LatticeAnswers {
+public:
+  QuantityProbing(Lattices& lattices, const Quantity& quantity, const Control& control)
+      : LatticeAnswers(lattices, control), quantity_(quantity) {
+    probes_.quantity = quantity.name;
+  }
+
+  Probes run() {
+    probes_.lost[coarsest - 1] = "it is coarser than the lattices that speak for it";
+    for (int halvings = coarsest; halvings <= finest_of_quantity; ++halvings)
+      if (is_small_enough(halvings) && holds(halvings))
+        held_.push_back(halvings);
+    if (!find_lattices())
+      return std::move(probes_);
+    find_distances();
+    const Scene& scene = at(probes_.halvings);
+    probes_.nodes = scene.specimen.n_matter_nodes();
+    time("coupled", [&](const Answer& answer) {
+      return quantity_.difference({&scene, &answer}, {&scene, elastic(probes_.halvings)}).value_or(0);
+    });
+    for (const char* method : {"limits", "relaxed"})
+      probes_.of[method].why_not = fmt::format("of coupled alone can an error of {} be promised", what());
+    return std::move(probes_);
+  }
+
+private:
+  const std::string& what() const { return quantity_.name; }
+
+  bool is_held(int halvings) const { return std::ranges::find(held_, halvings) != held_.end(); }
+
+  /// @return nothing on failure, and then `why_not`
+  std::optional<double> difference(int coarse, int fine) {
+    const Answer* const a = elastic(coarse);
+    const Answer* const b = a != nullptr ? elastic(fine) : nullptr;
+    if (b == nullptr)
+      return std::nullopt;
+    const auto found = quantity_.difference({&at(coarse), a}, {&at(fine), b});
+    if (!found || !std::isfinite(*found)) {
+      probes_.why_not = fmt::format("its answers have no {} to compare", what());
+      return std::nullopt;
+    }
+    return found;
+  }
+
+  /// Whether numbers of three lattices move on in one direction: where they turn, two agree by chance.
+  bool goes_on(int coarse) {
+    if (!quantity_.numbers)
+      return true;
+    const auto a = quantity_.numbers(at(coarse), *elastic(coarse)),
+               b = quantity_.numbers(at(coarse + 1), *elastic(coarse + 1)),
+               c = quantity_.numbers(at(coarse + 2), *elastic(coarse + 2));
+    double product = 0;
+    for (std::size_t i = 0; i < c.size(); ++i)
+      product += (b[i] - a[i]) * (c[i] - b[i]);
+    return product > 0;
+  }
+
+  /// The coarsest three that approach each other.
+  bool find_lattices() {
+    std::string why_not = "there are no three lattices to compare that hold the body and are small enough";
+    for (int coarse = coarsest; coarse + 2 <= finest_of_quantity; ++coarse) {
+      if (!is_held(coarse) || !is_held(coarse + 1) || !is_held(coarse + 2))
+        continue;
+      const auto before = difference(coarse, coarse + 1);
+      const auto last = before ? difference(coarse + 1, coarse + 2) : std::nullopt;
+      if (!last) {
+        why_not = std::exchange(probes_.why_not, {});
+        continue;
+      }
+      probes_.halvings = coarse + 2;
+      probes_.difference = std::max(*last, *before / largest_growth);
+      probes_.growth = *before / probes_.difference;
+      if (std::max(*before, *last) <= algebra) {
+        probes_.difference = algebra;
+        probes_.growth = 2;
+        return true;
+      }
+      if (*probes_.growth >= least_growth && (*last <= algebra || goes_on(coarse)))
+        return true;
+      why_not = fmt::format(
+          "three lattices do not approach each other: their {} differs by {:.2g} % and {:.2g} "
+          "%{}",
+          what(), 100 * *before, 100 * *last, *probes_.growth >= least_growth ? ", there and back" : "");
+    }
+    probes_.why_not = why_not;
+    return false;
+  }
+
+  void find_distances() {
+    for (const int halvings : held_) {
+      if (halvings >= probes_.halvings)
+        continue;
+      const auto there = difference(halvings, probes_.halvings);
+      if (there)
+        probes_.distance[halvings] = *there;
+      else
+        probes_.lost[halvings] = std::exchange(probes_.why_not, {});
+    }
+  }
+
+  const Quantity& quantity_;
+  std::vector<int> held_; ///< lattices that hold the body
+};
+
+template<class Run>
+Probes timed(const Run& run) {
+  const auto start = std::chrono::steady_clock::now();
+  Probes probes = run();
+  probes.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return probes;
+}
+
 } // namespace
 
 Probes probe(Lattices& lattices, const Control& control, bool judge_kind) {
-  const auto start = std::chrono::steady_clock::now();
-  Probes probes = Probing(lattices, control).run(judge_kind);
-  probes.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  return probes;
+  return timed([&] { return Probing(lattices, control).run(judge_kind); });
+}
+
+Probes probe_quantity(Lattices& lattices, const Quantity& quantity, const Control& control) {
+  return timed([&] { return QuantityProbing(lattices, quantity, control).run(); });
 }
 
 RawPrediction predict_raw(const Probes& probes, const Way& way, const Scene* at, std::int64_t nodes) {
