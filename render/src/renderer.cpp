@@ -147,25 +147,6 @@ std::int64_t Renderer::bytes() const {
   return bytes;
 }
 
-std::optional<Pick> Renderer::pick(int x, int y) const {
-  const Parts& parts = *parts_;
-  if (x < 0 || y < 0 || x >= parts.picture.width || y >= parts.picture.height)
-    return std::nullopt;
-  const std::size_t pixel = parts.picture.pixel(x, y);
-  const std::int32_t object = parts.picture.object[pixel];
-  if (object < 0)
-    return std::nullopt;
-  const Ray ray = parts.view.camera.ray(parts.view.width, parts.view.height, x, y);
-  const double depth = parts.picture.depth[pixel];
-  Pick pick{object, plus(ray.origin, times(depth, ray.direction)), {}};
-  const Parts::Kept& kept = parts.kept[object];
-  const auto rest = kept.prepared->rest_at(x, y, static_cast<float>(depth));
-  if (!rest)
-    return std::nullopt;
-  pick.rest = *rest;
-  return pick;
-}
-
 std::optional<CropBox> bounds_of(const SceneObject& object) {
   if (object.hidden || !object.volume)
     return std::nullopt;

@@ -79,44 +79,10 @@ std::array<const Picture*, 2> StereoRenderer::render(std::span<const SceneObject
   return {&eyes_[0].render(objects, views[0]), &eyes_[1].render(objects, views[1])};
 }
 
-RingOfViews::RingOfViews(const View& first, int n_views, int threads) {
-  if (n_views < 1)
-    throw std::invalid_argument("a ring has at least one view");
-  for (int i = 0; i < n_views; ++i) {
-    View view = first;
-    view.camera = first.camera.turned(360.0 * i / n_views, 0);
-    views_.push_back(view);
-    renderers_.emplace_back(threads);
-  }
-}
-
-void RingOfViews::prepare(std::span<const SceneObject> objects) {
-  for (int i = 0; i < n_views(); ++i)
-    render(i, objects);
-}
-
-const Picture& RingOfViews::render(int which, std::span<const SceneObject> objects) {
-  const std::size_t i = which;
-  return renderers_.at(i).render(objects, views_[i]);
-}
-
-Counters RingOfViews::counters() const {
-  Counters sum;
-  for (const Renderer& renderer : renderers_) {
-    const Counters& of = renderer.counters();
-    sum.rays += of.rays;
-    sum.rays_again += of.rays_again;
-    sum.objects += of.objects;
-    sum.pixels_merged += of.pixels_merged;
-  }
-  return sum;
-}
-
-std::int64_t RingOfViews::bytes() const {
-  std::int64_t bytes = 0;
-  for (const Renderer& renderer : renderers_)
-    bytes += renderer.bytes();
-  return bytes;
+View view_of_ring(const View& first, int which, int n_views) {
+  View view = first;
+  view.camera = first.camera.turned(360.0 * which / n_views, 0);
+  return view;
 }
 
 } // namespace maille::render

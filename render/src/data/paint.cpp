@@ -24,11 +24,6 @@ std::uint32_t packed(const Rgb& colour) {
   return bits;
 }
 
-Rgb unpacked(std::uint32_t bits) {
-  return {static_cast<float>(bits & 255) / 255, static_cast<float>((bits >> 8) & 255) / 255,
-          static_cast<float>((bits >> 16) & 255) / 255};
-}
-
 /// The colour of a list, equally spaced from 0 to 1.
 Rgb colour_along(std::span<const Rgb> colours, double at) {
   const double place = std::clamp(at, 0.0, 1.0) * static_cast<double>(colours.size() - 1);
@@ -75,35 +70,6 @@ std::shared_ptr<const Paint> Paint::picture(const VoxelGrid& grid, std::span<con
     paint->pixels_.push_back(rgb[i] | static_cast<std::uint32_t>(rgb[i + 1]) << 8 |
                              static_cast<std::uint32_t>(rgb[i + 2]) << 16);
   return paint;
-}
-
-Rgb Paint::colour_at(const Vec3& index) const {
-  Index3 low{};
-  Vec3 part{};
-  for (std::size_t a = 0; a < 3; ++a) {
-    const double at = std::clamp(index[a], 0.0, static_cast<double>(grid_.size[a] - 1));
-    low[a] = kind_ == Kind::field ? std::min(static_cast<int>(at), std::max(0, grid_.size[a] - 2))
-                                  : static_cast<int>(std::floor(at + 0.5));
-    part[a] = at - low[a];
-  }
-  const auto voxel = [&](int corner) {
-    const Index3 at{low[0] + (corner & 1), low[1] + ((corner >> 1) & 1), low[2] + (corner >> 2)};
-    return static_cast<std::size_t>(at[0] + std::int64_t{grid_.size[0]} *
-                                                (at[1] + std::int64_t{grid_.size[1]} * at[2]));
-  };
-  if (kind_ == Kind::picture)
-    return unpacked(pixels_[voxel(0)]);
-  if (kind_ == Kind::labels)
-    return unpacked(palette_[numbers_[voxel(0)]]);
-  double sum = 0;
-  for (int corner = 0; corner < 8; ++corner) {
-    double weight = 1;
-    for (std::size_t a = 0; a < 3; ++a)
-      weight *= ((corner >> a) & 1) != 0 ? part[a] : 1 - part[a];
-    if (weight != 0)
-      sum += weight * numbers_[voxel(corner)];
-  }
-  return unpacked(palette_[std::lround(sum)]);
 }
 
 std::int64_t Paint::bytes() const {

@@ -1,7 +1,7 @@
 #include "prepare/prepared_object.hpp"
 #include "maille/base/vectors.hpp"
 
-#include "bodies/locate.hpp"
+#include "data/vectors.hpp"
 
 #include <algorithm>
 #include <array>
@@ -380,22 +380,6 @@ std::int64_t PreparedObject::cast_one_by_one(int tile, std::span<const std::int3
   if (events_)
     events_->stretches(tile, stretches);
   return cast_pixels(tile, in_tile, events_ ? &stretches : nullptr, true, sink);
-}
-
-std::optional<Vec3> PreparedObject::rest_at(int x, int y, double depth) const {
-  Ray ray = view_.camera.ray(view_.width, view_.height, x, y);
-  ray.origin = object_.pose.to_object(ray.origin);
-  ray.direction = transposed_times(object_.pose.rotation, ray.direction);
-  if (!events_)
-    return plus(ray.origin, times(depth, ray.direction));
-  const int tile = x / tile_edge + tiles_x_ * (y / tile_edge);
-  const std::size_t pixel = x % tile_edge + tile_edge * (y % tile_edge);
-  TileStretches of;
-  events_->stretches(tile, of);
-  for (std::uint32_t s = of.first[pixel]; s < of.first[pixel + 1]; ++s)
-    if (depth >= of.stretches[s].begin - step_ && depth <= of.stretches[s].end + step_)
-      return rest_on_ray(*object_.deformation, ray, of.stretches[s], depth, step_);
-  return std::nullopt;
 }
 
 std::int64_t PreparedObject::bytes() const {

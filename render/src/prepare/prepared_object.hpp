@@ -27,9 +27,6 @@ public:
   std::int64_t cast(int tile, RunSink& sink) const;
   /// Casts some pixels of a tile sample by sample.
   std::int64_t cast_one_by_one(int tile, std::span<const std::int32_t> in_tile, RunSink& sink) const;
-  /// Where what a pixel's ray meets at some depth was at rest, in the object's frame; nothing where it is
-  /// outside.
-  std::optional<Vec3> rest_at(int x, int y, double depth) const;
   std::int64_t bytes() const;
 
 private:

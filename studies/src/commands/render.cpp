@@ -189,10 +189,8 @@ std::vector<std::string> draw(const RenderOptions& options, const SeenScene& see
     keep(for_two_eyes(options.stereo, left, painter.picture(seen, views[1]), background), file);
   };
   if (options.ring > 0) {
-    const render::RingOfViews ring(view, options.ring, options.threads);
-    for (int i = 0; i < options.ring; ++i) {
-      draw_view(ring.view(i), picture_of(options, i));
-    }
+    for (int i = 0; i < options.ring; ++i)
+      draw_view(render::view_of_ring(view, i, options.ring), picture_of(options, i));
   } else {
     draw_view(view, options.out);
   }

@@ -63,13 +63,6 @@ struct Counters {
   std::int64_t pixels_merged = 0; ///< composited
 };
 
-/// A point of an object under a pixel.
-struct Pick {
-  std::int32_t object = -1;
-  Vec3 world{}; ///< [m]
-  Vec3 rest{};  ///< in the object's frame, where the matter was before it was deformed [m]
-};
-
 /// Keeps, for each object, runs of matter along each pixel's ray (depth, premultiplied colour) while its
 /// pose, deformation, look and the view stay the same.
 ///
@@ -89,8 +82,6 @@ public:
   /// @throws std::invalid_argument for a picture of no pixels or more than 2^28, a camera that looks nowhere,
   ///         what is not finite, or a look or a volume that is missing
   const Picture& render(std::span<const SceneObject> objects, const View& view);
-  /// What is under a pixel of the last picture; nothing where there is nothing.
-  std::optional<Pick> pick(int x, int y) const;
   const Counters& counters() const;
   std::int64_t bytes() const;
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Pairs of pictures for two eyes, and rings of views that are cast beforehand.
+/// Pairs of pictures for two eyes, and rings of views.
 
 #include "maille/render/renderer.hpp"
 
@@ -32,24 +32,8 @@ private:
   std::array<Renderer, 2> eyes_;
 };
 
-/// Pictures from all around a focal point. What does not move is cast once for each view; a tool that moves
-/// is cast anew and merged by depth: Gibson 1995, figure 4.
-class RingOfViews {
-public:
-  /// @param n_views equally spaced in azimuth, > 0
-  RingOfViews(const View& first, int n_views, int threads = 1);
-
-  int n_views() const { return static_cast<int>(renderers_.size()); }
-  const View& view(int which) const { return views_[which]; }
-  /// Casts all views beforehand.
-  void prepare(std::span<const SceneObject> objects);
-  const Picture& render(int which, std::span<const SceneObject> objects);
-  Counters counters() const;
-  std::int64_t bytes() const;
-
-private:
-  std::vector<View> views_;
-  std::vector<Renderer> renderers_;
-};
+/// View `which` of a ring around the focal point, equally spaced in azimuth; 0 is the first itself.
+/// @pre n_views > 0
+View view_of_ring(const View& first, int which, int n_views);
 
 } // namespace maille::render
