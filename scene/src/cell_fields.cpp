@@ -191,4 +191,26 @@ Vec3 principal_values(const std::array<double, 6>& t) {
   return {values[2], values[1], values[0]};
 }
 
+double largest_principal(const std::array<double, 6>& tensor) {
+  const Vec3 values = principal_values(tensor);
+  return std::max(std::abs(values[0]), std::abs(values[2]));
+}
+
+std::vector<float> lengths_of_cells(const Specimen& body, const Displacement& displacement) {
+  const Grid& grid = body.grid;
+  std::vector<float> lengths(grid.n_cells(), 0);
+  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
+    if (!body.is_matter(cell))
+      continue;
+    Vec3 mean{};
+    for (int corner = 0; corner < grid.corners_per_cell(); ++corner) {
+      const Vec3 u = displacement.at(grid.corner(grid.cell_at(cell), corner));
+      for (std::size_t a = 0; a < 3; ++a)
+        mean[a] += u[a] / grid.corners_per_cell();
+    }
+    lengths[cell] = static_cast<float>(std::hypot(mean[0], mean[1], mean[2]));
+  }
+  return lengths;
+}
+
 } // namespace maille

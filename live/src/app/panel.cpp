@@ -1,6 +1,7 @@
 /// What stands beside the picture.
 
 #include "app/app.hpp"
+#include "maille/scene/cell_fields.hpp"
 
 #include <fmt/format.h>
 
@@ -344,13 +345,14 @@ void App::refresh_field() {
   field->object = object;
   const Scene& scene = scene_->objects[i].scene;
   if (colour_by_ == ColourBy::strain) {
-    field->of_cells = strain_of_cells(scene, *state_->displacements[i]);
+    for (const auto& strain : cell_fields(scene, *state_->displacements[i]).strain)
+      field->of_cells.push_back(static_cast<float>(largest_principal(strain)));
     field->name = "strain";
   } else {
     const auto verdict = colour_by_ == ColourBy::error ? judge_->estimated() : judge_->of_fem();
     if (!Judge::is_of(verdict, *state_) || verdict->object != object || !verdict->difference)
       return; // not known, or of another state
-    field->of_cells = length_at_cells(scene, *verdict->difference);
+    field->of_cells = lengths_of_cells(scene.specimen, *verdict->difference);
     for (float& value : field->of_cells)
       value *= 1000;
     field->name = "distance";

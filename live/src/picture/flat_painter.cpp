@@ -139,7 +139,7 @@ private:
     const Displacement* const by = state.displacements[number].get();
     const bool has_field = looking.field && looking.field->object == static_cast<int>(number) &&
                            looking.field->of_cells.size() == static_cast<std::size_t>(grid.n_cells());
-    const std::vector<Rgb> palette = has_field ? field_palette() : std::vector<Rgb>{};
+    const std::vector<Rgb> palette = has_field ? render::field_colours() : std::vector<Rgb>{};
     for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
       if (!body.is_matter(cell))
         continue;

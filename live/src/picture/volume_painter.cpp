@@ -155,10 +155,14 @@ private:
         render::carry_along(scene.objects[i].scene.specimen, *state.displacements[i], *kept.deformation);
         kept.shown = state.displacements[i];
       }
-      const bool has_field = looking.field && looking.field->object == static_cast<int>(i);
+      const auto n_cells = static_cast<std::size_t>(scene.objects[i].scene.specimen.grid.n_cells());
+      const bool has_field = looking.field && looking.field->object == static_cast<int>(i) &&
+                             looking.field->of_cells.size() == n_cells;
       const std::shared_ptr<const Field> field = has_field ? looking.field : nullptr;
       if (field != kept.field) {
-        objects[i].paint = field ? paint_of(*field, scene.objects[i].scene.specimen) : own_paint(i);
+        objects[i].paint = field ? render::paint_of_cells(scene.objects[i].scene.specimen, field->of_cells,
+                                                          field->low, field->high)
+                                 : own_paint(i);
         rough_.objects[i].paint = objects[i].paint;
         kept.field = field;
       }
@@ -184,41 +188,6 @@ private:
       point.value += shift_ * range;
     }
     return look;
-  }
-
-  /// Cells without matter take the value of a neighbour, so that a surface has its body's colours.
-  static std::shared_ptr<const render::Paint> paint_of(const Field& field, const Specimen& body) {
-    const Grid& grid = body.grid;
-    if (field.of_cells.size() != static_cast<std::size_t>(grid.n_cells()))
-      return nullptr;
-    render::VoxelGrid voxels;
-    for (std::size_t a = 0; a < 3; ++a) {
-      voxels.size[a] = grid.cells()[a] + 2;
-      voxels.spacing[a] = grid.spacing()[a];
-      voxels.origin[a] = body.origin[a] - 0.5 * grid.spacing()[a];
-    }
-    std::vector<float> values(voxels.n_voxels(), 0);
-    for (std::int64_t i = 0; i < voxels.n_voxels(); ++i) {
-      const Index3 at{static_cast<int>(i % voxels.size[0]) - 1,
-                      static_cast<int>(i / voxels.size[0] % voxels.size[1]) - 1,
-                      static_cast<int>(i / voxels.size[0] / voxels.size[1]) - 1};
-      float sum = 0;
-      int n = 0;
-      for (int z = -1; z <= 1; ++z)
-        for (int y = -1; y <= 1; ++y)
-          for (int x = -1; x <= 1; ++x) {
-            const Index3 cell{at[0] + x, at[1] + y, at[2] + z};
-            if (!grid.has_cell(cell) || !body.is_matter(grid.cell(cell)))
-              continue;
-            const bool is_own = x == 0 && y == 0 && z == 0;
-            const float weight = is_own ? 1000.0f : 1.0f;
-            sum += weight * field.of_cells[grid.cell(cell)];
-            n += is_own ? 1000 : 1;
-          }
-      values[i] = n > 0 ? sum / static_cast<float>(n) : 0;
-    }
-    const std::vector<Rgb> palette = field_palette();
-    return render::Paint::field(voxels, values, field.low, field.high, palette);
   }
 
   static void take(const render::Picture& picture, Painted& painted) {

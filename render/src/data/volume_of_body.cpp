@@ -98,4 +98,44 @@ std::shared_ptr<const Volume> volume_of(const Seen& seen, const Specimen& body, 
   return std::make_shared<Volume>(voxels, seen.grey.values, low, high, depth, seen.look.shading.on);
 }
 
+VoxelGrid cells_as_voxels(const Specimen& body) {
+  VoxelGrid grid;
+  grid.size = body.grid.cells();
+  grid.spacing = body.grid.spacing();
+  for (std::size_t a = 0; a < 3; ++a)
+    grid.origin[a] = body.origin[a] + 0.5 * body.grid.spacing()[a];
+  return grid;
+}
+
+std::shared_ptr<const Paint> paint_of_cells(const Specimen& body, std::vector<float> values, double low,
+                                            double high) {
+  std::vector<std::uint8_t> has_value(values.size());
+  for (std::size_t cell = 0; cell < values.size(); ++cell)
+    has_value[cell] = body.is_matter(static_cast<std::int64_t>(cell));
+  for (int pass = 0; pass < 2; ++pass) {
+    const auto before = has_value;
+    for (std::size_t cell = 0; cell < values.size(); ++cell) {
+      if (before[cell] != 0)
+        continue;
+      const Index3 at = body.grid.cell_at(static_cast<std::int64_t>(cell));
+      double sum = 0;
+      int count = 0;
+      for (int dz = -1; dz <= 1; ++dz)
+        for (int dy = -1; dy <= 1; ++dy)
+          for (int dx = -1; dx <= 1; ++dx) {
+            const Index3 other{at[0] + dx, at[1] + dy, at[2] + dz};
+            if (!body.grid.has_cell(other) || before[body.grid.cell(other)] == 0)
+              continue;
+            sum += values[body.grid.cell(other)];
+            ++count;
+          }
+      if (count > 0) {
+        values[cell] = static_cast<float>(sum / count);
+        has_value[cell] = 1;
+      }
+    }
+  }
+  return Paint::field(cells_as_voxels(body), values, low, high, field_colours());
+}
+
 } // namespace maille::render

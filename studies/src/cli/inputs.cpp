@@ -148,15 +148,6 @@ std::string scene_text_of(const std::filesystem::path& file) {
   }
 }
 
-namespace {
-
-double largest_principal(const std::array<double, 6>& tensor) {
-  const Vec3 values = principal_values(tensor);
-  return std::max(std::abs(values[0]), std::abs(values[2]));
-}
-
-} // namespace
-
 Displacement nodal_sizes(const Scene& scene, const Displacement& displacement, bool of_stress) {
   const CellFields fields = cell_fields(scene, displacement);
   const Specimen& body = scene.specimen;

@@ -21,59 +21,17 @@ double equivalent(const std::array<double, 6>& e) {
 
 std::vector<float> values_of(const Scene& scene, const Displacement* displacement, const std::string& field) {
   const Specimen& body = scene.specimen;
-  const std::size_t n = body.grid.n_cells();
-  std::vector<float> values(n, 0);
-  if (displacement != nullptr && (field == "displacement" || field == "error")) {
-    for (std::size_t cell = 0; cell < n; ++cell) {
-      Vec3 mean{};
-      const Index3 at = body.grid.cell_at(static_cast<std::int64_t>(cell));
-      for (int corner = 0; corner < body.grid.corners_per_cell(); ++corner) {
-        const Vec3 u = displacement->at(body.grid.corner(at, corner));
-        for (std::size_t a = 0; a < 3; ++a)
-          mean[a] += u[a] / body.grid.corners_per_cell();
-      }
-      values[cell] = static_cast<float>(std::hypot(mean[0], mean[1], mean[2]));
-    }
-    return values;
-  }
+  if (displacement != nullptr && (field == "displacement" || field == "error"))
+    return lengths_of_cells(body, *displacement);
   if (displacement != nullptr && (field == "strain" || field == "stress")) {
     const CellFields fields = cell_fields(scene, *displacement);
-    for (std::size_t cell = 0; cell < n; ++cell)
+    std::vector<float> values(fields.strain.size());
+    for (std::size_t cell = 0; cell < values.size(); ++cell)
       values[cell] =
           static_cast<float>(field == "stress" ? fields.von_mises[cell] : equivalent(fields.strain[cell]));
     return values;
   }
   return {};
-}
-
-/// Cells without matter take the mean of their neighbours with it, so that colours go on to the surface.
-void spread(const Specimen& body, std::vector<float>& values) {
-  std::vector<std::uint8_t> has_value(values.size());
-  for (std::size_t cell = 0; cell < values.size(); ++cell)
-    has_value[cell] = body.is_matter(static_cast<std::int64_t>(cell));
-  for (int pass = 0; pass < 2; ++pass) {
-    const auto before = has_value;
-    for (std::size_t cell = 0; cell < values.size(); ++cell) {
-      if (before[cell] != 0)
-        continue;
-      const Index3 at = body.grid.cell_at(static_cast<std::int64_t>(cell));
-      double sum = 0;
-      int count = 0;
-      for (int dz = -1; dz <= 1; ++dz)
-        for (int dy = -1; dy <= 1; ++dy)
-          for (int dx = -1; dx <= 1; ++dx) {
-            const Index3 other{at[0] + dx, at[1] + dy, at[2] + dz};
-            if (!body.grid.has_cell(other) || before[body.grid.cell(other)] == 0)
-              continue;
-            sum += values[body.grid.cell(other)];
-            ++count;
-          }
-      if (count > 0) {
-        values[cell] = static_cast<float>(sum / count);
-        has_value[cell] = 1;
-      }
-    }
-  }
 }
 
 /// For each cell the one whose colour it has: its own, or, without matter, a neighbour's with it, so that
@@ -107,7 +65,7 @@ std::shared_ptr<const render::Paint> paint_of_fibres(const Specimen& body) {
     for (const double part : fibre)
       rgb.push_back(static_cast<std::uint8_t>(std::lround(255 * std::min(1.0, std::abs(part)))));
   }
-  return render::Paint::picture(cells_as_voxels(body), rgb);
+  return render::Paint::picture(render::cells_as_voxels(body), rgb);
 }
 
 /// Labels, or materials where the body is no segmentation, in as many colours.
@@ -130,7 +88,7 @@ std::shared_ptr<const render::Paint> paint_of_numbers(const Specimen& body) {
                       : body.is_matter(cell) ? body.material(cell)
                                              : std::uint8_t{0});
   }
-  return render::Paint::labels(cells_as_voxels(body), std::move(numbers), colours);
+  return render::Paint::labels(render::cells_as_voxels(body), std::move(numbers), colours);
 }
 
 } // namespace
@@ -149,7 +107,7 @@ std::shared_ptr<const render::Paint> paint_of_labels(const Specimen& body, const
         numbers[cell] = static_cast<std::uint8_t>(l);
     }
   }
-  return render::Paint::labels(cells_as_voxels(body), std::move(numbers), colours, true);
+  return render::Paint::labels(render::cells_as_voxels(body), std::move(numbers), colours, true);
 }
 
 std::shared_ptr<const render::Paint> paint_of_field(const Scene& scene, const Displacement* displacement,
@@ -162,7 +120,6 @@ std::shared_ptr<const render::Paint> paint_of_field(const Scene& scene, const Di
   auto values = values_of(scene, displacement, field);
   if (values.empty())
     return nullptr;
-  spread(scene.specimen, values);
   std::vector<float> of_matter;
   for (std::size_t cell = 0; cell < values.size(); ++cell)
     if (scene.specimen.is_matter(static_cast<std::int64_t>(cell)))
@@ -171,8 +128,7 @@ std::shared_ptr<const render::Paint> paint_of_field(const Scene& scene, const Di
   const std::size_t place = of_matter.size() - 1 - of_matter.size() / 100;
   std::ranges::nth_element(of_matter, of_matter.begin() + static_cast<std::ptrdiff_t>(place));
   largest = of_matter[place];
-  const auto colours = render::field_colours();
-  return render::Paint::field(cells_as_voxels(scene.specimen), values, 0, largest, colours);
+  return render::paint_of_cells(scene.specimen, std::move(values), 0, largest);
 }
 
 } // namespace maille::studies

@@ -97,15 +97,6 @@ std::shared_ptr<const render::Paint> paint_of_look(const Specimen& body, const L
   return look.label_colours.empty() || body.label.empty() ? nullptr : paint_of_labels(body, look);
 }
 
-render::VoxelGrid cells_as_voxels(const Specimen& body) {
-  render::VoxelGrid grid;
-  grid.size = body.grid.cells();
-  grid.spacing = body.grid.spacing();
-  for (std::size_t a = 0; a < 3; ++a)
-    grid.origin[a] = body.origin[a] + 0.5 * body.grid.spacing()[a];
-  return grid;
-}
-
 std::int64_t SeenScene::bytes() const {
   std::int64_t sum = 0;
   for (const render::SceneObject& object : objects)

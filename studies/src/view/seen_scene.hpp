@@ -37,9 +37,6 @@ void follow(const deform::World& world, SeenScene& seen);
 /// The body as an answer's displacement has it.
 void follow(const Scene& scene, const Displacement& displacement, SeenScene& seen);
 
-/// A voxel for each cell of a body's box.
-render::VoxelGrid cells_as_voxels(const Specimen& body);
-
 /// The picture of a body's look on its cells. @pre look.picture is not empty
 /// @throws InputError where it cannot be read, or does not reach over all of the body
 std::shared_ptr<const render::Paint> paint_of_picture(const Specimen& body, const Look& look);

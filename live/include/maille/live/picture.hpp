@@ -123,13 +123,6 @@ private:
   std::thread thread_;
 };
 
-/// Strain of a body's cells: the principal one of largest size.
-std::vector<float> strain_of_cells(const Scene& scene, const Displacement& displacement);
-/// |u| at the middle of cells [m].
-std::vector<float> length_at_cells(const Scene& scene, const Displacement& displacement);
-/// Colours of a field, from low to high.
-std::vector<Rgb> field_palette();
-
 /// `NAME.png`, without a folder.
 bool is_name_of_picture(const std::string& name);
 /// Writes a PNG of four bytes a pixel, whole or not at all, in the place of nothing or of a file that is no

@@ -111,7 +111,6 @@ public:
   const VoxelGrid& grid() const { return grid_; }
   Kind kind() const { return kind_; }
   bool keeps_own() const { return keeps_own_; }
-  Rgb colour_at(const Vec3& index) const; ///< in double precision; for oracles and single points
   std::int64_t bytes() const;
 
   // ---- for the kernels ----
@@ -130,5 +129,12 @@ private:
 
 /// The colours of `viridis`-like maps for fields: 0 dark to 1 bright, perceptually even.
 std::vector<Rgb> field_colours();
+
+/// A voxel for each cell of a body's box.
+VoxelGrid cells_as_voxels(const Specimen& body);
+/// Paint by a number a cell, in field_colours() from `low` to `high`. Cells without matter take the mean of
+/// their neighbours with it, so that colours go on to the surface.
+std::shared_ptr<const Paint> paint_of_cells(const Specimen& body, std::vector<float> values, double low,
+                                            double high);
 
 } // namespace maille::render

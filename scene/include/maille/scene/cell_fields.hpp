@@ -87,5 +87,10 @@ std::array<double, 6> nominal(const std::array<double, 6>& strain, const std::ar
 double along(const std::array<double, 6>& tensor, const Vec3& direction);
 /// Its eigenvalues, the largest first.
 Vec3 principal_values(const std::array<double, 6>& tensor);
+/// The size of the principal value of largest size.
+double largest_principal(const std::array<double, 6>& tensor);
+
+/// The length of each cell's mean displacement [m]; 0 without matter.
+std::vector<float> lengths_of_cells(const Specimen& body, const Displacement& displacement);
 
 } // namespace maille
