@@ -13,20 +13,21 @@ BodyNumbering whole_grid(const Grid& grid) {
   return numbering;
 }
 
-BodyNumbering matter_only(const Specimen& specimen) {
+BodyNumbering numbering_of(const Specimen& specimen, const Layers& layers) {
   const Grid& grid = specimen.grid;
   BodyNumbering numbering;
-  std::vector<bool> used(grid.n_nodes());
-  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
+  const std::int64_t first_node = grid.node({0, 0, layers.first});
+  std::vector<bool> used((layers.end - layers.first + 1) * grid.stride(2));
+  for (std::int64_t cell = grid.cell({0, 0, layers.first}); cell < grid.cell({0, 0, layers.end}); ++cell) {
     if (!specimen.is_matter(cell))
       continue;
     numbering.cells.push_back(cell);
     for (int corner = 0; corner < grid.corners_per_cell(); ++corner)
-      used[grid.corner(grid.cell_at(cell), corner)] = true;
+      used[grid.corner(grid.cell_at(cell), corner) - first_node] = true;
   }
-  for (std::int64_t node = 0; node < grid.n_nodes(); ++node)
-    if (used[node])
-      numbering.nodes.push_back(node);
+  for (std::size_t i = 0; i < used.size(); ++i)
+    if (used[i])
+      numbering.nodes.push_back(first_node + static_cast<std::int64_t>(i));
   return numbering;
 }
 

@@ -15,10 +15,19 @@ struct BodyNumbering {
   std::vector<std::int64_t> cells;
 };
 
+/// Layers of cells across z.
+struct Layers {
+  int first = 0, end = 0;
+};
+
 /// Every node and cell of the grid.
 BodyNumbering whole_grid(const Grid& grid);
-/// The cells of matter and their corners, both in the grid's order.
-BodyNumbering matter_only(const Specimen& specimen);
+/// The cells of matter of some layers and their corners, both in the grid's order and by its numbers.
+BodyNumbering numbering_of(const Specimen& specimen, const Layers& layers);
+/// The same of all layers.
+inline BodyNumbering matter_only(const Specimen& specimen) {
+  return numbering_of(specimen, {0, specimen.grid.cells()[2]});
+}
 
 /// The inverse of to_world: a vector of the world, in the object's frame.
 Vec3 to_object(const Placement& placement, const Vec3& vector);

@@ -91,24 +91,6 @@ std::vector<Layers> pieces_of(const Specimen& specimen, std::int64_t cells) {
   return pieces;
 }
 
-BodyNumbering numbering_of(const Specimen& specimen, const Layers& piece) {
-  const Grid& grid = specimen.grid;
-  BodyNumbering numbering;
-  const std::int64_t first_node = grid.node({0, 0, piece.first});
-  std::vector<bool> used((piece.end - piece.first + 1) * grid.stride(2));
-  for (std::int64_t cell = grid.cell({0, 0, piece.first}); cell < grid.cell({0, 0, piece.end}); ++cell) {
-    if (!specimen.is_matter(cell))
-      continue;
-    numbering.cells.push_back(cell);
-    for (int corner = 0; corner < grid.corners_per_cell(); ++corner)
-      used[grid.corner(grid.cell_at(cell), corner) - first_node] = true;
-  }
-  for (std::size_t i = 0; i < used.size(); ++i)
-    if (used[i])
-      numbering.nodes.push_back(first_node + static_cast<std::int64_t>(i));
-  return numbering;
-}
-
 LayersOfBody::LayersOfBody(const Scene& scene, const ExportFields& fields, const Layers& layers)
     : first_cell_(scene.specimen.grid.cell({0, 0, layers.first})),
       first_node_(scene.specimen.grid.node({0, 0, layers.first})), scene_(layers_of(scene, layers)),

@@ -13,15 +13,8 @@
 
 namespace maille::studies {
 
-/// Layers of cells across z.
-struct Layers {
-  int first = 0, end = 0;
-};
-
 /// Splits the body into pieces of whole layers, each with the fewest layers that hold `cells` cells.
 std::vector<Layers> pieces_of(const Specimen& specimen, std::int64_t cells);
-/// The cells of matter of a piece, and their corners, by their numbers on the body's grid.
-BodyNumbering numbering_of(const Specimen& specimen, const Layers& piece);
 
 /// What a file shows of some layers of a body: as write_vtk() has it, by numbers on the grid of the layers.
 class LayersOfBody {

@@ -13,8 +13,8 @@ namespace maille::studies {
 ///
 /// Every cell of matter is a C3D8 brick, which ccx 2.20 integrates at 2 x 2 x 2 points as fem_q1 does, so the
 /// answers differ by what ccx prints (seven digits). In 2D and 1D the bricks are one layer 1 m thick whose
-/// sides are tied together and do not leave the plane or line. Nodes are numbered as in body_nodes(), copies
-/// of a layer after all of them.
+/// sides are tied together and do not leave the plane or line. Nodes are numbered from 1 as in matter_only(),
+/// copies of a layer after all of them.
 ///
 /// Materials: *ELASTIC with the material's own constants, isotropic or as engineering constants turned by an
 /// *ORIENTATION a fibre direction. Where the scene's dimension frees stresses (plane stress, 1D) the reduced
@@ -28,9 +28,6 @@ std::string calculix_deck(const Scene& scene);
 
 /// Why a deck cannot say what a scene asks; empty if it can.
 std::string why_no_deck(const Scene& scene);
-
-/// Grid numbers of the body's nodes in the order of the deck, which counts from 1.
-std::vector<std::int64_t> body_nodes(const Scene& scene);
 
 /// Displacements from what ccx prints for *NODE PRINT (a .dat file).
 /// @throws std::runtime_error if it does not hold a displacement for every node of the body

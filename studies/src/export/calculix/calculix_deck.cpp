@@ -1,5 +1,5 @@
+#include "export/body_numbering.hpp"
 #include "export/calculix/calculix.hpp"
-
 #include "maille/scene/scene.hpp"
 
 #include <fmt/format.h>
@@ -52,7 +52,7 @@ private:
 
 Deck::Deck(const Scene& scene)
     : scene_(scene), grid_(scene.specimen.grid), d_(scene.dimension()), copies_(1 << (3 - d_)),
-      nodes_(body_nodes(scene)), number_(static_cast<std::size_t>(grid_.n_nodes()), -1) {
+      nodes_(matter_only(scene.specimen).nodes), number_(static_cast<std::size_t>(grid_.n_nodes()), -1) {
   for (std::size_t i = 0; i < nodes_.size(); ++i)
     number_[nodes_[i]] = static_cast<std::int64_t>(i);
   std::string name = scene.name; // as one line, whatever the file is called
@@ -251,14 +251,6 @@ std::string why_no_deck(const Scene& scene) {
   if (!scene.springs.empty())
     return "the deck has no springs to the ground";
   return scene.sliding.empty() ? "" : "the deck has no borders that slide";
-}
-
-std::vector<std::int64_t> body_nodes(const Scene& scene) {
-  std::vector<std::int64_t> nodes;
-  for (std::int64_t node = 0; node < scene.specimen.grid.n_nodes(); ++node)
-    if (scene.specimen.is_node(scene.specimen.grid.node_at(node)))
-      nodes.push_back(node);
-  return nodes;
 }
 
 std::string calculix_deck(const Scene& scene) {

@@ -1,3 +1,4 @@
+#include "export/body_numbering.hpp"
 #include "export/calculix/calculix.hpp"
 #include "export/whole_file.hpp"
 #include "maille/materials/text_file.hpp"
@@ -8,18 +9,12 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <sstream>
 
 namespace maille::studies {
 
 namespace {
-
-std::string content_of(const std::filesystem::path& file) {
-  std::ifstream stream(file);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
-}
 
 /// The lines of ccx's output that say what went wrong; empty if it says nothing of the kind.
 std::string errors_in(const std::string& output) {
@@ -33,7 +28,7 @@ std::string errors_in(const std::string& output) {
 } // namespace
 
 Displacement read_calculix_displacement(const Scene& scene, std::istream& printed) {
-  const std::vector<std::int64_t> nodes = body_nodes(scene);
+  const std::vector<std::int64_t> nodes = matter_only(scene.specimen).nodes;
   std::vector<bool> is_known(nodes.size(), false);
   Displacement u(scene.specimen.grid);
   for (std::string line; std::getline(printed, line);) {
@@ -94,7 +89,8 @@ Answer solve_by_calculix(const Scene& scene, const Control& control) {
     answer.displacement = Displacement(scene.specimen.grid);
     return answer;
   }
-  const std::string errors = errors_in(content_of(folder / "output.txt"));
+  const std::string errors = errors_in(
+      read_own_text_file(folder / "output.txt", "what ccx says", std::numeric_limits<std::int64_t>::max()));
   if (*status != 0 || !errors.empty()) {
     answer.status = Status::failed;
     answer.message =
