@@ -1,8 +1,10 @@
 #include "picture/comparison_picture.hpp"
 
+#include "maille/scene/world/world_scene.hpp"
 #include "picture/layout.hpp"
 #include "picture/question_arrows.hpp"
 #include "picture/question_picture.hpp"
+#include "picture/world_picture.hpp"
 #include "studies/export/export_scenes.hpp"
 #include "support/kit.hpp"
 
@@ -112,34 +114,24 @@ TEST(PictureFileContract, RefusesPanelsWithoutAnswer) {
                std::invalid_argument);
 }
 
-TEST(PictureFileContract, SaysWhereItCouldNotWrite) {
+TEST(PictureFileContract, SaysWhereItCouldNotWriteAndLeavesNoHalfFile) {
   const Scene scene = block(2, {2, 2, 1});
   const Displacement still(scene.specimen.grid);
   TemporaryFolder folder;
-  try {
-    if (const auto why_not =
-            render_comparison(scene, {{"still", &still, {}, false}}, folder / "missing/a.png"))
-      GTEST_SKIP() << *why_not;
-    ADD_FAILURE() << "written";
-  } catch (const fs::filesystem_error& error) {
-    EXPECT_TRUE(test::has(std::string(error.what()), "missing/a.png"));
+  for (const bool is_full : {false, true}) {
+    const std::string name = is_full ? "a.png" : "missing/a.png";
+    std::optional<test::FullDisk> full;
+    if (is_full)
+      full.emplace(1000);
+    try {
+      if (const auto why_not = render_comparison(scene, {{"still", &still, {}, false}}, folder / name))
+        GTEST_SKIP() << *why_not;
+      ADD_FAILURE() << "written";
+    } catch (const fs::filesystem_error& error) {
+      EXPECT_TRUE(test::has(std::string(error.what()), name));
+    }
+    EXPECT_TRUE(folder.is_empty());
   }
-  EXPECT_TRUE(folder.is_empty());
-}
-
-TEST(PictureFileContract, LeavesNoHalfFileOnAFullDisk) {
-  const Scene scene = block(2, {2, 2, 1});
-  const Displacement still(scene.specimen.grid);
-  TemporaryFolder folder;
-  const test::FullDisk full(1000);
-  try {
-    if (const auto why_not = render_comparison(scene, {{"still", &still, {}, false}}, folder / "a.png"))
-      GTEST_SKIP() << *why_not;
-    ADD_FAILURE() << "written";
-  } catch (const fs::filesystem_error& error) {
-    EXPECT_TRUE(test::has(std::string(error.what()), "a.png"));
-  }
-  EXPECT_TRUE(folder.is_empty());
 }
 
 /// Draws in a process that finds no EGL (an empty vendor list), and ends it with 0 if the message has `part`,
@@ -287,6 +279,36 @@ TEST(ImageViewAnalytic, TheBodyStandsUprightHoweverItsImageIsStored) {
     EXPECT_NEAR(axes[2][0], 0, 1e-12);
     EXPECT_NEAR(axes[2][1], 0.9781, 1e-4) << "superior";
   }
+}
+
+// Truth: the scene: 8 of 200 cells are the piece's, 20 the wall's; the page's colours are those that
+// object_colour names.
+TEST(WorldPictureAnalytic, ObjectsTakeTheirShareOfTheWorld) {
+  const WorldScene world =
+      parse_world_scene(test::world_text("[20, 10]") + test::object_text("wall", "fixed", "[20, 1]") +
+                        test::object_text("piece", "rigid", "[4, 2]", "position = [\"3 mm\", \"4 mm\"]\n"));
+  const auto corners = [](const Grid& grid, double x, double y) {
+    std::vector<Vec3> nodes;
+    for (int j = 0; j < grid.nodes()[1]; ++j)
+      for (int i = 0; i < grid.nodes()[0]; ++i)
+        nodes.push_back({x + 1e-3 * i, y + 1e-3 * j, 0});
+    return std::make_shared<const std::vector<Vec3>>(std::move(nodes));
+  };
+  const WorldMoment moment{0,
+                           {corners(world.objects[0].scene.specimen.grid, 0, 0),
+                            corners(world.objects[1].scene.specimen.grid, 3e-3, 4e-3)},
+                           {}};
+  const test::TemporaryFolder folder;
+  const auto png = folder / "world.png";
+  if (const auto why = render_world(world, {{"now", &moment}}, png, {.title = "", .width = 801}))
+    GTEST_SKIP() << *why;
+  Picture picture = read_back(png);
+  EXPECT_EQ(picture.width % 2, 0); // as films want it
+  EXPECT_EQ(picture.height % 2, 0);
+  const double cell = double(picture.pixels[{189, 189, 194}]) / 20; // the wall is 0.74 0.74 0.76
+  EXPECT_GT(cell, 100);
+  // Edges and, below the drawing, the object's name are of the same colour, and take or add a little.
+  EXPECT_NEAR(double(picture.pixels[{0, 114, 178}]) / cell, 8, 1.2);
 }
 
 } // namespace

@@ -69,7 +69,7 @@ std::string csv() {
   return text;
 }
 
-// Truth: golden; RFC 4180, 17 digits, and an apostrophe before what a spreadsheet takes for a formula.
+// Truth: golden; RFC 4180, 17 digits, and an apostrophe before cells like formulas of spreadsheets.
 TEST(ResultTableContract, CsvHasEveryDigit) {
   EXPECT_EQ(csv(), "name,\"'@E, far\",status,time_s,bytes,steps,error\n"
                    "'=1+1,0.1,clamped,0.3333333333333333,9007199254740991,3,0.25\n"

@@ -33,6 +33,14 @@ protected:
     std::sort(lines.begin(), lines.end());
     return lines;
   }
+  /// Whether the copy for other programs has the rows of the table, in their order.
+  static void expect_copied(const fs::path& table) {
+    const auto rows = read_study_table(table).rows;
+    std::string csv = csv_header(rows.at(0));
+    for (const StudyRow& row : rows)
+      csv += csv_line(row);
+    EXPECT_EQ(test::text_of(fs::path(table).replace_extension(".csv")), csv);
+  }
   const test::StudyFolder folder;
   const std::string moves =
       test::small_head + parameter("move.0.by.0", "range = [\"0.1 mm\", \"0.8 mm\"]\ncount = 8");
@@ -53,9 +61,7 @@ TEST_F(StudyCommandContract, OneRowACaseAndMethodWithItsFigures) {
   EXPECT_EQ(table[21].parameters[0].first, "move.0.by.0 [mm]");
   EXPECT_EQ(std::get<double>(table[21].parameters[0].second), 0.8);
   EXPECT_EQ(table[0].nodes, 45);
-  const std::string sheet = test::text_of(out / "study.csv");
-  EXPECT_EQ(std::count(sheet.begin(), sheet.end(), '\n'), 25) << "a header and the same rows";
-  EXPECT_EQ(rows(out / "study.csv"), rows(out / "study.jsonl"));
+  expect_copied(out / "study.jsonl");
 }
 
 TEST_F(StudyCommandContract, AFailingCaseIsARowWithItsMessage) {
@@ -95,7 +101,7 @@ TEST_F(StudyCommandContract, ResumeRepairsATornTable) {
     fs::resize_file(table, size);
     const Outcome run = test::done(line + " --resume");
     EXPECT_EQ(rows(table), expected);
-    EXPECT_EQ(rows(folder / "out/study.csv"), expected);
+    expect_copied(table);
     if (size > 10) {
       EXPECT_TRUE(test::has(run.out, "rows were there"));
     }
@@ -161,7 +167,7 @@ TEST_F(StudyCommandContract, PartsMergedAreTheWhole) {
       "study merge " + (folder / "parts").string() + " --out " + (folder / "merged").string();
   const Outcome merged = test::done(merge);
   EXPECT_EQ(rows(folder / "merged/study.jsonl"), rows(folder / "whole/study.jsonl"));
-  EXPECT_EQ(rows(folder / "merged/study.csv"), rows(folder / "whole/study.jsonl"));
+  expect_copied(folder / "merged/study.jsonl");
   EXPECT_TRUE(test::has(test::text_of(folder / "merged/study.pvd"), "../parts/study_0016_fem_q1.vti"));
   const Outcome with_study = test::done(merge + " --study " + with_files);
   const auto sensitivity_in = [&](const char* place) {
