@@ -319,7 +319,9 @@ struct AnswerFile {
 std::filesystem::path finish(ResultsFolder& folder, const Scene& scene, const std::vector<AnswerFile>& files,
                              nlohmann::ordered_json results);
 /// Says on stderr why a picture could not be drawn; an older one in its place goes: it shows something else.
-void no_picture(const std::string& why, const std::filesystem::path& file);
+/// @param why_not  nothing: it was drawn @param says_so  then, on stdout @return whether it was
+bool tell_of_picture(const std::optional<std::string>& why_not, const std::filesystem::path& file,
+                     bool says_so = false);
 /// True where Ctrl-C came before any method had an answer: earlier results are worth more. Says on stderr
 /// that they stay.
 bool is_cut_short(const Control& control, bool has_answers, bool has_files);

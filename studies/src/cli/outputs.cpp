@@ -48,13 +48,19 @@ void deliver(const std::string& text, const std::optional<std::string>& file) {
     throw std::runtime_error("cannot write to standard output");
 }
 
-void no_picture(const std::string& why, const fs::path& file) {
+bool tell_of_picture(const std::optional<std::string>& why_not, const fs::path& file, bool says_so) {
   constexpr std::string_view prefix = "no picture: ";
-  fmt::print(stderr, "{}{}\n", why.starts_with(prefix) ? "" : prefix, why);
+  if (!why_not) {
+    if (says_so)
+      fmt::print("wrote {}\n", file.string());
+    return true;
+  }
+  fmt::print(stderr, "{}{}\n", why_not->starts_with(prefix) ? "" : prefix, *why_not);
   // An earlier picture would show other results. After a signal it stays, as all earlier files do.
   std::error_code error;
   if (stop_signal() == 0 && is_own_result(file) && !is_kept_input(file))
     fs::remove(file, error);
+  return false;
 }
 
 void prepare_folder(const fs::path& folder) {

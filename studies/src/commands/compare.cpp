@@ -88,11 +88,9 @@ bool draw(const Scene& scene, const Comparison& comparison, const CompareOptions
     settings.unit = 1e3;
     settings.unit_name = "kPa";
   }
-  const auto why_not = panels.empty() ? std::optional<std::string>("no method has an answer")
-                                      : render_comparison(scene, panels, file, settings);
-  if (why_not)
-    no_picture(*why_not, file);
-  return !why_not;
+  return tell_of_picture(panels.empty() ? std::optional<std::string>("no method has an answer")
+                                        : render_comparison(scene, panels, file, settings),
+                         file);
 }
 
 /// What a command line can get wrong by itself.

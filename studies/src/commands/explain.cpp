@@ -16,6 +16,7 @@
 #include "maille/scene/world/world_scene.hpp"
 #include "picture/question_picture.hpp"
 #include "picture/read_picture.hpp"
+#include "trade/lattices.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -251,14 +252,7 @@ struct Fit {
 /// The scene of a file, with `times` as many voxels of its image merged along each axis.
 Scene merged_scene(const std::filesystem::path& file, int times) {
   toml::table table = toml::parse_file(file.string());
-  toml::table& specimen = *table["specimen"].as_table();
-  if (const toml::array* const axes = specimen["coarsen"].as_array()) {
-    toml::array more;
-    for (const toml::node& axis : *axes)
-      more.push_back(times * axis.value_or(std::int64_t{1}));
-    specimen.insert_or_assign("coarsen", more);
-  } else
-    specimen.insert_or_assign("coarsen", times * specimen["coarsen"].value_or(std::int64_t{1}));
+  coarsen_image(*table["specimen"].as_table(), times);
   std::ostringstream text;
   text << table;
   return parse_scene(text.view(), file);
@@ -473,8 +467,7 @@ int explain_command(const CheckOptions& options) {
     return exit_done;
   QuestionPictureSettings settings;
   settings.is_anatomical = is_of_a_patient(options.scene);
-  if (const auto why_not = render_question(scene, *options.picture, settings))
-    no_picture(*why_not, *options.picture);
+  tell_of_picture(render_question(scene, *options.picture, settings), *options.picture);
   return exit_done;
 }
 

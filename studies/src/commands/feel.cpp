@@ -191,12 +191,8 @@ int feel_command(const PlayOptions& options) {
   }
   if (options.feel.csv)
     deliver(csv(run), options.feel.csv);
-  if (options.picture) {
-    if (const auto why_not = draw_probe_run(run, probed.title, *options.picture))
-      no_picture(*why_not, *options.picture);
-    else if (speaks)
-      fmt::print("wrote {}\n", *options.picture);
-  }
+  if (options.picture)
+    tell_of_picture(draw_probe_run(run, probed.title, *options.picture), *options.picture, speaks);
   if (run.inside > 0)
     fmt::print(stderr,
                "maille play: the tool was in matter in {} of {} looks: forces there are not to be believed\n",

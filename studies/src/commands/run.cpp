@@ -263,27 +263,6 @@ void check_warp(const RunOptions& options, const Scene& scene) {
     throw UsageError("--warp: expected " + why_not);
 }
 
-/// Draws the force curves; on failure says why on stderr.
-bool draw(const Scene& scene, const std::vector<ForceCurve>& curves, const RunOptions& options) {
-  const auto why_not = draw_curves(scene, curves, *options.picture);
-  if (why_not)
-    no_picture(*why_not, *options.picture);
-  else if (options.json != "-")
-    fmt::print("wrote {}\n", *options.picture);
-  return !why_not;
-}
-
-/// Films the first method.
-bool film(const Scene& scene, const std::string& method, const std::vector<Comparison>& steps,
-          const RunOptions& options) {
-  const auto why_not = film_steps(scene, method, steps, *options.film);
-  if (why_not)
-    no_picture(*why_not, *options.film);
-  else if (options.json != "-")
-    fmt::print("wrote {}\n", *options.film);
-  return !why_not;
-}
-
 void write_deck(const Scene& scene, const std::string& file) {
   if (const std::string reason = why_no_deck(scene); !reason.empty())
     throw UsageError("--write: expected a scene that a deck of CalculiX can say: " + reason);
@@ -360,7 +339,8 @@ int run_command(const RunOptions& options) {
       not_printed = std::current_exception();
     }
     if (options.film && speaks && method == names.front() && !control.should_stop())
-      is_filmed = film(scene, method, steps, options);
+      is_filmed = tell_of_picture(film_steps(scene, method, steps, *options.film), *options.film,
+                                  options.json != "-");
   }
   if (!speaks)
     return exit_done;
@@ -374,7 +354,9 @@ int run_command(const RunOptions& options) {
     if (options.json != "-" && !not_printed)
       fmt::print("wrote {}\n", file.string());
   }
-  const bool is_drawn = !options.picture || is_cut || draw(scene, course.curves, options);
+  const bool is_drawn = !options.picture || is_cut ||
+                        tell_of_picture(draw_curves(scene, course.curves, *options.picture), *options.picture,
+                                        options.json != "-");
   if (not_printed)
     std::rethrow_exception(not_printed);
   return is_cut || !is_drawn || !is_filmed || course.has_failed ? exit_run_failed : exit_done;

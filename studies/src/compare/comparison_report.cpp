@@ -53,7 +53,7 @@ std::string mechanics_in_words(const Scene& scene, const Comparison& comparison)
     for (const bool held : {true, false})
       if (has_reactions(scene, answer) && is_any(held))
         text += fmt::format("; force on {} {} {}", held ? "holds" : "moves",
-                            force_in_words(in_world(scene, total_reaction(scene, answer, held))), unit);
+                            vector_in_words(in_world(scene, total_reaction(scene, answer, held))), unit);
     if (answer.strain_energy)
       text += fmt::format("; strain energy {:.4g} J{}", *answer.strain_energy,
                           scene.dimension() == 2 ? "/m" : "");
@@ -195,14 +195,12 @@ void add_mechanics_errors(Table& columns, bool is_shown) {
 
 /// Displacement beside what else is asked of an answer.
 const Table& columns_of_errors() {
-  static const Table table = [] {
-    Table columns;
+  static const Table table([](Table& columns) {
     add_method(columns, of_row, of_answer, &Answer::method);
     columns.add({"", "", "", ""}, {"displacement", 12, in_percent}, of_row, &ComparisonRow::error,
                 &ErrorNorms::relative_l2);
     add_mechanics_errors(columns, true);
-    return columns;
-  }();
+  });
   return table;
 }
 
@@ -251,14 +249,12 @@ void add_mechanics_estimates(Table& columns, bool is_shown) {
 
 /// The same of what is estimated.
 const Table& columns_of_estimates() {
-  static const Table table = [] {
-    Table columns;
+  static const Table table([](Table& columns) {
     add_method(columns, of_row, of_answer, &Answer::method);
     columns.add({"", "", "", ""}, {"displacement", 12, in_percent}, of_row, &ComparisonRow::estimation,
                 &deform::ErrorEstimation::estimate, &deform::EstimatedError::norms, &ErrorNorms::relative_l2);
     add_mechanics_estimates(columns, true);
-    return columns;
-  }();
+  });
   return table;
 }
 

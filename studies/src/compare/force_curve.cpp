@@ -17,7 +17,7 @@ void add_force_of_curve(ResultTable<CurvePoint>& columns, const std::string& nam
                         std::optional<Vec3> CurvePoint::*force) {
   add_force(columns, name, force);
   columns.add({}, {fmt::format("force on {}s [N]", name), 32, nullptr, true}, force,
-              [](const Vec3& of) { return force_in_words(of); });
+              [](const Vec3& of) { return vector_in_words(of); });
 }
 
 std::optional<double> force_of(const CurvePoint& point) {
@@ -29,17 +29,6 @@ std::optional<double> force_of(const CurvePoint& point) {
 
 std::optional<Vec3> sum_of(const std::vector<Resultant>& resultants) {
   return resultants.empty() ? std::nullopt : std::optional(total_force(resultants));
-}
-
-std::string force_in_words(std::span<const double> force) {
-  double largest = 0;
-  for (const double component : force)
-    largest = std::max(largest, std::abs(component));
-  std::string text;
-  for (const double component : force)
-    text += fmt::format("{}{:.4g}", text.empty() ? "(" : ", ",
-                        std::abs(component) > 1e-6 * largest ? component : 0);
-  return text + ")";
 }
 
 ForceCurve force_curve(const Scene& scene, const std::string& method, const std::vector<Comparison>& steps,

@@ -63,8 +63,7 @@ void drop_rounding(PartMechanics& part) {
 } // namespace
 
 const Parts& columns_of_parts() {
-  static const Parts table = [] {
-    Parts columns;
+  static const Parts table([](Parts& columns) {
     columns.add({"", "", "", ""}, {"part", -26}, part_in_words);
     columns.add({"", "label", "", "grey value of the image"}, &PartMechanics::label).omitted();
     columns.add({"", "material", "", "its name, of a label that of its first cell"}, &PartMechanics::material)
@@ -88,21 +87,18 @@ const Parts& columns_of_parts() {
              {"energy", 13, [](double joules) { return fmt::format("{:.4g} J", joules); }, true},
              &PartMechanics::strain_energy)
         .omitted();
-    return columns;
-  }();
+  });
   return table;
 }
 
 const ResultTable<Resultant>& columns_of_resultants() {
-  static const ResultTable<Resultant> table = [] {
-    ResultTable<Resultant> columns;
+  static const ResultTable<Resultant> table([](ResultTable<Resultant>& columns) {
     columns.add({"", "name", "", "hold[1], move[1], load[1], ... in the scene's order"}, &Resultant::name);
     columns.add({"", "where", "", "as the scene has it"}, &Resultant::where);
     columns.add({"", "centroid", "m", "of its region, x y z of the world"}, &Resultant::centroid);
     columns.add({"", "force", "N", "on the body, N/m in 2D"}, &Resultant::force);
     columns.add({"", "moment", "N m", "on the body about the centroid, N in 2D"}, &Resultant::moment);
-    return columns;
-  }();
+  });
   return table;
 }
 

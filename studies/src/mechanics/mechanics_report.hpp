@@ -6,8 +6,6 @@
 
 #include <fmt/format.h>
 
-#include <span>
-
 namespace maille::studies {
 
 /// A row a label, a material or the whole body.
@@ -22,8 +20,6 @@ std::string in_words(const Mechanics& mechanics);
 
 /// The sum of their forces; nothing where there are none.
 std::optional<Vec3> sum_of(const std::vector<Resultant>& resultants);
-/// `(0.17, 0, 0)`: components that are rounding beside the largest are 0.
-std::string force_in_words(std::span<const double> force);
 
 /// A column of CSV an axis of the world. @param path to the force, perhaps optional
 template<class Row, class... Path>

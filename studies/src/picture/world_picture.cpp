@@ -49,7 +49,7 @@ void add_legend(vtkRenderer& page_renderer, const WorldScene& world, const Page&
              page.legend.bottom + page.legend.height, em, object_colour(world, named[i]), true);
 }
 
-/// The world's border: its edges, which are a wall's. Of a line they are drawn as a pixel wide.
+/// The world's border: its edges, which are a wall's. Those of a line are drawn as a pixel wide.
 vtkSmartPointer<vtkProp> outline_of(const WorldScene& world, double pixels_per_metre) {
   std::vector<Vec3> corners = corners_of(world);
   std::vector<Shape> edges;

@@ -14,6 +14,10 @@
 
 namespace maille::studies {
 
+inline Vec3 array(const Eigen::Vector3d& v) {
+  return {v[0], v[1], v[2]};
+}
+
 /// What became of one drive of a frame.
 struct PlayedDrive {
   int object = 0;

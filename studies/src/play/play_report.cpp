@@ -35,10 +35,6 @@ std::string name_of(const WorldScene& scene, int object) {
   return object < 0 ? "border" : scene.objects[object].name;
 }
 
-Vec3 array(const Eigen::Vector3d& v) {
-  return {v[0], v[1], v[2]};
-}
-
 /// The name of an object of a row. @param number where the row has it
 template<class Of>
 void add_name(ResultTable<InWorld<Of>>& columns, const char* key, const char* meaning, int Of::*number) {

@@ -17,10 +17,6 @@ Eigen::Vector3d vector(const Vec3& v) {
   return Eigen::Vector3d::Map(v.data());
 }
 
-Vec3 array(const Eigen::Vector3d& v) {
-  return {v[0], v[1], v[2]};
-}
-
 Eigen::Vector3d apply(const Pose& pose, const Eigen::Vector3d& x) {
   return pose.position + pose.rotation * x;
 }

@@ -11,17 +11,6 @@ namespace maille::studies {
 
 namespace {
 
-std::string vector_in_words(const Vec3& vector, std::string_view unit) {
-  double largest = 0;
-  for (const double component : vector)
-    largest = std::max(largest, std::abs(component));
-  std::string text;
-  for (const double component : vector)
-    text += fmt::format("{}{:.4g}", text.empty() ? "(" : ", ",
-                        std::abs(component) > 1e-7 * largest ? component : 0);
-  return fmt::format("{}) {}", text, unit);
-}
-
 std::string value_in_words(const MeasuredValue& value) {
   if (!value.is_line)
     return value.value ? measure_in_words(*value.value, value.unit) : value.why_not;
@@ -37,8 +26,7 @@ std::string value_in_words(const MeasuredValue& value) {
 }
 
 const ResultTable<MeasureLine>& columns_of_lines() {
-  static const ResultTable<MeasureLine> table = [] {
-    ResultTable<MeasureLine> columns;
+  static const ResultTable<MeasureLine> table([](ResultTable<MeasureLine>& columns) {
     constexpr auto value = &MeasureRow::value;
     columns.add({"", "", "", "its name"}, {"measure", -16}, &MeasureLine::row, value, &MeasuredValue::name);
     columns.add({"", "", "", "that answered"}, {"method", -18}, &MeasureLine::whose);
@@ -48,12 +36,11 @@ const ResultTable<MeasureLine>& columns_of_lines() {
                 &MeasureRow::error);
     columns.add({"", "", "", "x, y and z of the world"}, {" vector", 0, nullptr, true}, &MeasureLine::row,
                 [](const MeasureRow& row) {
-                  return row.value.vector
-                             ? std::optional(" " + vector_in_words(*row.value.vector, row.value.unit))
-                             : std::nullopt;
+                  return row.value.vector ? std::optional(fmt::format(
+                                                " {} {}", vector_in_words(*row.value.vector), row.value.unit))
+                                          : std::nullopt;
                 });
-    return columns;
-  }();
+  });
   return table;
 }
 
@@ -207,6 +194,17 @@ std::string measure_in_words(double value, std::string_view unit) {
   if (unit == "m^2")
     return fmt::format("{:.5g} mm^2", 1e6 * value);
   return fmt::format("{:.4g} {}", value, unit);
+}
+
+std::string vector_in_words(std::span<const double> vector) {
+  double largest = 0;
+  for (const double component : vector)
+    largest = std::max(largest, std::abs(component));
+  std::string text;
+  for (const double component : vector)
+    text += fmt::format("{}{:.4g}", text.empty() ? "(" : ", ",
+                        std::abs(component) > 1e-6 * largest ? component : 0);
+  return text + ")";
 }
 
 std::string line_csv(const MeasuredValue& value) {

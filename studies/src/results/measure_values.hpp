@@ -5,6 +5,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -52,6 +53,8 @@ std::string measure_steps_csv(const std::vector<MeasureStep>& steps);
 
 /// `2.5 mm`, `41.8 kPa`, `3.2 %`: three or four digits in a unit that suits it.
 std::string measure_in_words(double value, std::string_view unit);
+/// `(0.17, 0, 0)`: components that are rounding beside the largest are 0.
+std::string vector_in_words(std::span<const double> vector);
 /// The points of a line as CSV: along_m, x_m, y_m, z_m, then the value, of vectors its components too.
 std::string line_csv(const MeasuredValue& value);
 

@@ -1,5 +1,6 @@
 #pragma once
-/// A table of results: the columns of one kind of row, from which follow its text, JSON, CSV and the reader of JSON.
+/// A table of results: the columns of one kind of row, from which follow its text, JSON and CSV, and how JSON
+/// is read.
 ///
 ///   columns.add({"bytes", "bytes", "B", "held"}, {"memory", 10, in_words}, &Row::answer, &Answer::bytes);
 ///

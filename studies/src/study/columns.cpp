@@ -157,8 +157,7 @@ void add_origin(Table& columns) {
 } // namespace
 
 const Table& columns_of_study() {
-  static const Table table = [] {
-    Table columns;
+  static const Table table([](Table& columns) {
     add_case(columns);
     add_norms(columns, "", "error", &StudyRow::error);
     add_cost(columns);
@@ -167,8 +166,7 @@ const Table& columns_of_study() {
     columns.add({"reference", "reference", "", "that errors are measured against"}, &StudyRow::reference);
     add_norms(columns, "reference_", "reference_error", &StudyRow::reference_error);
     add_origin(columns);
-    return columns;
-  }();
+  });
   return table;
 }
 

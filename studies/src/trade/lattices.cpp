@@ -2,7 +2,6 @@
 
 #include "maille/materials/fault.hpp"
 #include "maille/materials/text_file.hpp"
-#include "maille/materials/toml_reader.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/refined.hpp"
 
@@ -78,7 +77,8 @@ std::string without_measures(const std::string& text) {
   return as_text(document);
 }
 
-/// Larger blocks of voxels.
+} // namespace
+
 void coarsen_image(toml::table& specimen, int factor) {
   std::vector<std::int64_t> blocks = whole_numbers(specimen.get("coarsen"));
   if (blocks.empty())
@@ -90,8 +90,6 @@ void coarsen_image(toml::table& specimen, int factor) {
   else
     specimen.insert_or_assign("coarsen", list_of(blocks));
 }
-
-} // namespace
 
 Lattices::Lattices(const std::filesystem::path& file)
     : Lattices(read_text_file(file, "a scene file"), file) {}

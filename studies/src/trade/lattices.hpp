@@ -1,6 +1,7 @@
 #pragma once
 /// One scene on coarser and finer lattices, and answers carried from one to the other.
 
+#include "maille/materials/toml_reader.hpp"
 #include "maille/scene/answer.hpp"
 #include "maille/scene/measure/measure.hpp"
 
@@ -59,6 +60,9 @@ private:
   std::shared_ptr<const std::vector<Measure>> measures_;
   std::map<int, LatticeScene> known_;
 };
+
+/// Merges `factor` times as many voxels of a specimen's image along each axis.
+void coarsen_image(toml::table& specimen, int factor);
 
 /// An answer on one lattice at the nodes of another of the same body: (multi)linear within the cell of matter
 /// that a node lies in. A node outside of all matter (staircases differ) takes the linear continuation of the
