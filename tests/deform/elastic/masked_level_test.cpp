@@ -34,11 +34,12 @@ void expect_forces_of_general_operator(const Scene& scene) {
     for (int c = 0; c < 3; ++c)
       u(c, node) = std::sin(1.7 * double(node) + c);
   elasticity.apply(u, forces, team);
-  const auto scale = [&](int c) { return level.scale()[std::size_t(c)]; };
+  const auto scale = [&](int c) { return level.matter().scale()[std::size_t(c)]; };
   const AlignedArray<float> v =
       field_of(scene, level, [&](int c, std::int64_t node) { return u(c, node) * scale(c); });
-  const AlignedArray<float> expected = field_of(
-      scene, level, [&](int c, std::int64_t node) { return forces(c, node) / (level.unit() * scale(c)); });
+  const AlignedArray<float> expected = field_of(scene, level, [&](int c, std::int64_t node) {
+    return forces(c, node) / (level.matter().unit() * scale(c));
+  });
   AlignedArray<float> found = level.field();
   level.apply(v.data(), found.data(), team);
   float largest = 0;
@@ -110,7 +111,7 @@ TEST(MaskedLevelOracle, PassesOverPlanesAreThoseOverWholeFields) {
       MaskedLevel level(scene, elasticity, scene.prescribed, team);
       AlignedArray<float> u = level.field(), product = level.field();
       const float* const inverse = level.inverse();
-      for (std::size_t i = 0; i < std::size_t(level.field_size()); ++i)
+      for (std::size_t i = 0; i < std::size_t(3 * level.component_stride()); ++i)
         if (inverse[i] > 0) {
           level.u[i] = u[i] = std::sin(1.7F * float(i));
           level.f[i] = std::cos(0.3F * float(i));
@@ -144,9 +145,9 @@ TEST(MaskedGalerkinOracle, CoarseOperatorsAreDenseProducts) {
       }
       ThreadTeam team(2);
       const MaskedLevel level(scene, elasticity, scene.prescribed, team);
-      const CellComplex fine = level.complex(team);
+      const CellComplex fine = level.matter().complex(team);
       const Coarsened once = coarsen(fine, joining, team), twice = coarsen(once.complex, joining, team);
-      const CoarseOperator A = level.galerkin_product(fine, once, false, team),
+      const CoarseOperator A = galerkin_product(level, fine, once, false, team),
                            B = galerkin_product(A, once.complex, twice,
                                                 twice.interpolation.transposed(twice.complex.n_vertices),
                                                 team);
@@ -164,7 +165,7 @@ TEST(CellComplexAnalytic, LinearFunctionsAreInterpolatedExactly) {
   const LatticeElasticity elasticity(scene);
   ThreadTeam team(2);
   const MaskedLevel level(scene, elasticity, scene.prescribed, team);
-  const CellComplex fine = level.complex(team);
+  const CellComplex fine = level.matter().complex(team);
   const auto positions = [](const CellComplex& complex, double spacing) {
     Eigen::MatrixXd place = Eigen::MatrixXd::Zero(complex.n_vertices, 4); // 1 x y z
     for (const ComplexCell& cell : complex.cells)
@@ -193,8 +194,8 @@ TEST(CellComplexContract, AnyNumberOfThreadsCoarsensAlike) {
   ThreadTeam one(1), three(3);
   const MaskedLevel level(scene, elasticity, scene.prescribed, one);
   for (const Joining joining : {Joining::faces, Joining::places}) {
-    const Coarsened a = coarsen(level.complex(one), joining, one),
-                    b = coarsen(level.complex(three), joining, three);
+    const Coarsened a = coarsen(level.matter().complex(one), joining, one),
+                    b = coarsen(level.matter().complex(three), joining, three);
     EXPECT_EQ(a.cell_of, b.cell_of);
     EXPECT_EQ(a.place, b.place);
     EXPECT_EQ(a.is_hinge, b.is_hinge);
@@ -216,7 +217,7 @@ TEST(CellComplexAnalytic, WhatHangsTogetherByAnEdgeOrACornerStaysApart) {
     const LatticeElasticity elasticity(scene);
     ThreadTeam team(2);
     const MaskedLevel level(scene, elasticity, scene.prescribed, team);
-    return coarsen(level.complex(team), joining, team).complex.n_vertices;
+    return coarsen(level.matter().complex(team), joining, team).complex.n_vertices;
   };
   EXPECT_EQ(coarse_vertices(3, Joining::faces), 2 * 27 - 9); // joined by a face
   EXPECT_EQ(coarse_vertices(2, Joining::faces), 2 * 27);     // by an edge

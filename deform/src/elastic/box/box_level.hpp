@@ -59,6 +59,19 @@ public:
   std::int64_t offset(int c, int x, int y, int z) const {
     return c * operator_.component_stride + z * operator_.slab_stride + y * operator_.row_stride + x;
   }
+  /// Calls visit(FieldRow) for all rows. See FieldRow.
+  template<class Visit>
+  void for_each_row(ThreadTeam& team, const Visit& visit) const {
+    const int* const n = operator_.nodes;
+    team.run(n[2], [&](int z, int) {
+      for (std::size_t c = 0; c < 3; ++c)
+        for (int y = 0; y < n[1]; ++y) {
+          const std::int64_t row = y + std::int64_t{1} * n[1] * z;
+          visit(
+              FieldRow{c, offset(static_cast<int>(c), 0, y, z), n[0] * row, n[0], operator_.inverse[c][row]});
+        }
+    });
+  }
   bool may_move(int c, int x, int y, int z) const {
     return operator_.inverse[c][y + std::int64_t{1} * operator_.nodes[1] * z][x] > 0;
   }

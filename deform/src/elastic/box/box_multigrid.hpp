@@ -61,9 +61,4 @@ private:
   BoxMultigrid& multigrid_;
 };
 
-/// Loads as a field of a level; empty if there are none.
-/// @param loads per component and node [N], empty: none along it; @param unit of the field [N]
-PaddedArray forces_on(const BoxLevel& level, const Grid& grid, const std::array<List<double>, 3>& loads,
-                      double unit);
-
 } // namespace maille::deform

@@ -107,7 +107,15 @@ void BoxSolver::begin_on_coarser_grids(Displacement& u) {
   BoxLevel& level = body_.multigrid->finest();
   const Grid& grid = task_.scene.specimen.grid;
   const double scale = gradients_->scale();
-  const PaddedArray forces = forces_on(level, grid, loads_, body_.unit * scale);
+  PaddedArray forces;
+  if (std::ranges::any_of(loads_, [](const auto& of_component) { return !of_component.empty(); })) {
+    const double factor = 1 / (body_.unit * scale);
+    forces = PaddedArray(level.field_size());
+    load_field(
+        level, body_.multigrid->team_for(level),
+        [&](std::size_t c) { return loads_[c].empty() ? nullptr : loads_[c].data(); },
+        Vec3{factor, factor, factor}, forces.data());
+  }
   const float* const pulls = forces.size() > 0 ? forces.data() : nullptr;
   float* const state = body_.fields->state();
   for (const Prescribed& p : task_.prescribed) {

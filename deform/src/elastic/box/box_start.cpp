@@ -106,22 +106,4 @@ void BoxStart::solve(float* u, const float* forces, const std::function<void(int
   }
 }
 
-PaddedArray forces_on(const BoxLevel& level, const Grid& grid, const std::array<List<double>, 3>& loads,
-                      double unit) {
-  if (std::ranges::all_of(loads, [](const auto& of_component) { return of_component.empty(); }))
-    return {};
-  PaddedArray forces(level.field_size());
-  for (int c = 0; c < 3; ++c) {
-    const auto& of_component = loads[c];
-    for (int z = 0; z < grid.nodes()[2] && !of_component.empty(); ++z)
-      for (int y = 0; y < grid.nodes()[1]; ++y) {
-        const double* const load = of_component.data() + grid.node({0, y, z});
-        float* const row = forces.data() + level.offset(c, 0, y, z);
-        for (int x = 0; x < grid.nodes()[0]; ++x)
-          row[x] = static_cast<float>(load[x] / unit);
-      }
-  }
-  return forces;
-}
-
 } // namespace maille::deform

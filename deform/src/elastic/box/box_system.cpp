@@ -25,21 +25,14 @@ void BoxSystem::apply(const Displacement& u, Displacement& forces) {
 
 void BoxSystem::precondition(const Displacement& residual, Displacement& correction) {
   BoxLevel& level = multigrid_.finest();
-  const int* const nodes = level.A().nodes;
   const double size = largest_entry(residual), to_level = size > 0 ? 1 / size : 0;
-  multigrid_.team_for(level).run(nodes[2], [&](int z, int) {
-    for (int c = 0; c < 3; ++c)
-      for (int y = 0; y < nodes[1]; ++y) {
-        const double* const from =
-            residual.component(c).data() + static_cast<std::ptrdiff_t>(scene_.specimen.grid.node({0, y, z}));
-        float* const to = level.f.data() + level.offset(c, 0, y, z);
-        for (int x = 0; x < nodes[0]; ++x)
-          to[x] = static_cast<float>(to_level * from[x]);
-      }
-  });
+  ThreadTeam& team = multigrid_.team_for(level);
+  load_field(
+      level, team, [&](std::size_t c) { return residual.component(c).data(); },
+      Vec3{to_level, to_level, to_level}, level.f.data());
   multigrid_.precondition();
   float* const u = level.u.data();
-  multigrid_.team_for(level).run(nodes[2], [&](int z, int) {
+  team.run(level.n_planes(), [&](int z, int) {
     finish_box(level.A(), z, {}, u, level.r.data(), u, level.f.data(), size / unit_, false,
                correction.values().data());
   });

@@ -3,6 +3,7 @@
 
 #include "elastic/componentwise/axis_coarsening.hpp"
 #include "elastic/componentwise/componentwise_kernel.hpp"
+#include "elastic/krylov/field_map.hpp"
 #include "elastic/multigrid/plane_multigrid.hpp"
 #include "lattice/field_memory.hpp"
 #include "maille/base/grid.hpp"
@@ -92,6 +93,15 @@ public:
   /// Sum of the weights of a node's links, and its anchor.
   double diagonal(const Index3& at) const;
   bool may_move(const Index3& at) const;
+  /// Calls visit(FieldRow) for all rows. See FieldRow.
+  template<class Visit>
+  void for_each_row(ThreadTeam& team, const Visit& visit) const {
+    team.run(nodes_[2], [&](int z, int) {
+      for (int y = 0; y < nodes_[1]; ++y)
+        visit(FieldRow{0, offset({0, y, z}), node({0, y, z}), nodes_[0],
+                       operator_.inverse_diagonal[y + std::int64_t{1} * nodes_[1] * z]});
+    });
+  }
 
   /// Puts the values of the fixed nodes into a field.
   void place_fixed(float* field) const;

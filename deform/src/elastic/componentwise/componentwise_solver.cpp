@@ -85,25 +85,12 @@ ComponentwiseSolver::ComponentwiseSolver(const Scene& scene, LinkWeights weights
 
 void ComponentwiseSolver::begin_from_coarsest(std::span<double> u) {
   ComponentwiseLevel& finest = multigrid_->finest();
-  finest.clear(finest.f);
-  const int nx = finest.nodes()[0];
-  std::size_t i = 0;
-  for (int z = 0; z < finest.nodes()[2] && !forces_.empty(); ++z)
-    for (int y = 0; y < finest.nodes()[1]; ++y) {
-      float* const row = finest.f.data() + finest.offset({0, y, z});
-      for (int x = 0; x < nx; ++x, ++i)
-        row[x] = static_cast<float>(forces_[i]);
-    }
-  for (const FixedNode& fixed : finest.fixed())
-    finest.f.data()[finest.offset(finest.node_at(fixed.node))] = 0;
+  load_field(
+      finest, multigrid_->team(), [&](std::size_t) { return forces_.empty() ? nullptr : forces_.data(); },
+      Vec3{1, 1, 1}, finest.f.data());
   multigrid_->solve_from_coarsest(!forces_.empty());
-  i = 0;
-  for (int z = 0; z < finest.nodes()[2]; ++z)
-    for (int y = 0; y < finest.nodes()[1]; ++y) {
-      const float* const row = finest.u.data() + finest.offset({0, y, z});
-      for (int x = 0; x < nx; ++x, ++i)
-        u[i] = double{row[x]};
-    }
+  store_field(finest, multigrid_->team(), finest.u.data(), Vec3{1, 1, 1},
+              [&](std::size_t) { return u.data(); });
   for (const FixedNode& fixed : finest.fixed())
     u[fixed.node] = fixed.value;
 }
@@ -307,32 +294,13 @@ void ComponentwiseSolver::precondition(std::span<const double> residual, std::sp
     std::ranges::fill(correction, 0.0);
     return;
   }
-  const Index3& n = finest.nodes();
-  const auto first_of = [&](int y, int z) {
-    return static_cast<std::size_t>(n[0]) *
-           (static_cast<std::size_t>(y) + static_cast<std::size_t>(n[1]) * static_cast<std::size_t>(z));
-  };
-  finest.clear(finest.f);
-  multigrid_->team().run(n[2], [&](int z, int) {
-    for (int y = 0; y < n[1]; ++y) {
-      float* const row = finest.f.data() + finest.offset({0, y, z});
-      const double* const from = residual.data() + first_of(y, z);
-      for (int x = 0; x < n[0]; ++x)
-        row[x] = static_cast<float>(from[x] / largest);
-    }
-  });
-  for (const FixedNode& fixed : finest.fixed())
-    finest.f.data()[finest.offset(finest.node_at(fixed.node))] = 0;
+  const double to_level = 1 / largest, back = largest / unit_;
+  load_field(
+      finest, multigrid_->team(), [&](std::size_t) { return residual.data(); },
+      Vec3{to_level, to_level, to_level}, finest.f.data());
   multigrid_->precondition();
-  const double back = largest / unit_;
-  multigrid_->team().run(n[2], [&](int z, int) {
-    for (int y = 0; y < n[1]; ++y) {
-      const float* const row = finest.u.data() + finest.offset({0, y, z});
-      double* const to = correction.data() + first_of(y, z);
-      for (int x = 0; x < n[0]; ++x)
-        to[x] = back * double{row[x]};
-    }
-  });
+  store_field(finest, multigrid_->team(), finest.u.data(), Vec3{back, back, back},
+              [&](std::size_t) { return correction.data(); });
 }
 
 double ComponentwiseSolver::energy(std::span<const double> u) {

@@ -1,4 +1,5 @@
 #include "elastic/componentwise/componentwise_level.hpp"
+#include "elastic/masked/diagonal_gradients.hpp"
 #include "elastic/masked/masked_multigrid.hpp"
 #include "elastic/multigrid/chebyshev.hpp"
 
@@ -6,7 +7,6 @@
 #include <cmath>
 
 #include <cstdint>
-#include <optional>
 #include <utility>
 
 namespace maille::deform {
@@ -64,39 +64,6 @@ void BlockLevel::invert_diagonal(ThreadTeam& team) {
   }
 }
 
-/// Preconditioned by the diagonal: u is the direction, f the residual. The state is not kept.
-class BlockLevel::Directions : public GradientSpace {
-public:
-  Directions(BlockLevel& level, ThreadTeam& team)
-      : level_(level), team_(team), inverse_(level.inverse_.data()) {}
-  double precondition() override {
-    level_.for_each_part(team_, [&](std::int64_t first, std::int64_t n) {
-      start_entries(n, 1, inverse_ + first, level_.f.data() + first, level_.r.data() + first);
-    });
-    return level_.dot(level_.f.data(), level_.r.data(), team_);
-  }
-  std::optional<double> find_step(double beta, double product) override {
-    level_.for_each_part(team_, [&](std::int64_t first, std::int64_t n) {
-      direct_entries(n, level_.r.data() + first, static_cast<float>(beta), level_.u.data() + first);
-    });
-    level_.exchange_borders(level_.u);
-    level_.A_.apply(level_.u.data(), level_.r.data(), team_);
-    return product / level_.sum_over_parts(team_, [&](std::int64_t first, std::int64_t n) {
-      return mask_and_dot_entries(n, inverse_ + first, level_.u.data() + first, level_.r.data() + first);
-    });
-  }
-  void take_step(double step) override {
-    level_.for_each_part(team_, [&](std::int64_t first, std::int64_t n) {
-      step_entries(n, static_cast<float>(step), level_.r.data() + first, level_.f.data() + first);
-    });
-  }
-
-private:
-  BlockLevel& level_;
-  ThreadTeam& team_;
-  const float* inverse_;
-};
-
 void BlockLevel::set_noise(ThreadTeam& team) {
   for_each_part(team, [&](std::int64_t first, std::int64_t n) {
     noise_entries(n, first + (is_shared() ? shared_->offset() : 0), inverse_.data() + first,
@@ -124,8 +91,15 @@ void BlockLevel::round_operator(ThreadTeam& team) {
 
 double BlockLevel::largest_eigenvalue(ThreadTeam& team) {
   set_noise(team);
-  Directions directions(*this, team);
-  return largest_eigenvalue_seen_by(directions);
+  DiagonalGradients<BlockLevel> gradients(*this, team);
+  return largest_eigenvalue_seen_by(gradients);
+}
+
+double BlockLevel::apply_and_dot(const float* p, float* Ap, ThreadTeam& team) {
+  A_.apply(p, Ap, team);
+  return sum_over_parts(team, [&](std::int64_t first, std::int64_t n) {
+    return mask_and_dot_entries(n, inverse() + first, p + first, Ap + first);
+  });
 }
 
 void BlockLevel::relax(float weight, ThreadTeam& team) {
@@ -159,14 +133,6 @@ void BlockLevel::find_residual(ThreadTeam& team) {
     A_.with_blocks(
         [&](const auto& blocks) { find_block_residual(blocks, first, end, f.data(), u.data(), r.data()); });
   });
-}
-
-void BlockLevel::go_down(BlockLevel& coarser, ThreadTeam& team, CycleStart) {
-  go_down(&coarser, team);
-}
-
-void BlockLevel::come_up(const BlockLevel& coarser, ThreadTeam& team, double*) {
-  come_up(&coarser, team);
 }
 
 void BlockLevel::go_down(BlockLevel* coarser, ThreadTeam& team) {

@@ -100,8 +100,8 @@ private:
 
 class CellProducts {
 public:
-  CellProducts(const MaskedLevel& level, const LatticeElasticity& elasticity, const Grid& grid,
-               const CellComplex& fine, const Coarsened& coarsened, ThreadTeam& team);
+  CellProducts(const MaskedLevel& level, const CellComplex& fine, const Coarsened& coarsened,
+               ThreadTeam& team);
   /// Kinds of material in the eighths of a piece without fixed vertices or hinges; 0 for other pieces.
   std::uint64_t pattern(std::size_t piece) const;
   CellMatrix matrix(std::uint64_t pattern) const;
@@ -113,7 +113,7 @@ public:
 private:
   void find_plain_slots(ThreadTeam& team);
   CellCoefficients coefficients(std::size_t kind) const {
-    return level_.coefficients_of(elasticity_.kinds()[kind]);
+    return level_.matter().coefficients_of(elasticity_.kinds()[kind]);
   }
   std::size_t kind_of(const ComplexCell& cell) const {
     return static_cast<std::size_t>(elasticity_.kind_number(grid_.cell(cell.at)));
@@ -137,18 +137,19 @@ private:
   bool takes_thin_ = true;         ///< of_coefficients_, also the cells whose matter is thin
 };
 
-CellProducts::CellProducts(const MaskedLevel& level, const LatticeElasticity& elasticity, const Grid& grid,
-                           const CellComplex& fine, const Coarsened& coarsened, ThreadTeam& team)
-    : assembly(fine, coarsened), level_(level), elasticity_(elasticity), grid_(grid), fine_(fine) {
+CellProducts::CellProducts(const MaskedLevel& level, const CellComplex& fine, const Coarsened& coarsened,
+                           ThreadTeam& team)
+    : assembly(fine, coarsened), level_(level), elasticity_(level.matter().elasticity()),
+      grid_(level.matter().scene().specimen.grid), fine_(fine) {
   find_plain_slots(team);
-  if (elasticity.n_kinds() > most_kinds_remembered) {
+  if (elasticity_.n_kinds() > most_kinds_remembered) {
     const auto thin = static_cast<std::size_t>(
-        std::ranges::count_if(elasticity.kinds(), [](const auto& kind) { return kind.thin != 0; }));
-    takes_thin_ = thin > elasticity.kinds().size() / worth_table_of_thin;
+        std::ranges::count_if(elasticity_.kinds(), [](const auto& kind) { return kind.thin != 0; }));
+    takes_thin_ = thin > elasticity_.kinds().size() / worth_table_of_thin;
     of_coefficients_ = LinearProducts(MaskedOperator::coefficients_of(takes_thin_), team);
     return;
   }
-  of_kind_.resize(elasticity.kinds().size());
+  of_kind_.resize(elasticity_.kinds().size());
   remembered_.resize(8 * of_kind_.size());
   team.run(static_cast<int>(of_kind_.size()), [&](int item, int) {
     const auto kind = static_cast<std::size_t>(item);
@@ -310,16 +311,16 @@ List<std::uint64_t> common_patterns(const List<std::uint64_t>& of_piece) {
 
 } // namespace
 
-CoarseOperator MaskedLevel::galerkin_product(const CellComplex& fine, const Coarsened& coarsened,
-                                             bool by_patterns, ThreadTeam& team) const {
-  return galerkin_product(fine, coarsened, nullptr, by_patterns, team, coarsened.complex.cells, nullptr);
+CoarseOperator galerkin_product(const MaskedLevel& level, const CellComplex& fine, const Coarsened& coarsened,
+                                bool by_patterns, ThreadTeam& team) {
+  return galerkin_product(level, fine, coarsened, nullptr, by_patterns, team, coarsened.complex.cells,
+                          nullptr);
 }
 
-CoarseOperator MaskedLevel::galerkin_product(const CellComplex& fine, const Coarsened& coarsened,
-                                             const SharedPieces* shared, bool by_patterns, ThreadTeam& team,
-                                             const List<ComplexCell>& cells_of_all,
-                                             CoarseOperator* whole) const {
-  const CellProducts products(*this, elasticity_, scene_.specimen.grid, fine, coarsened, team);
+CoarseOperator galerkin_product(const MaskedLevel& level, const CellComplex& fine, const Coarsened& coarsened,
+                                const SharedPieces* shared, bool by_patterns, ThreadTeam& team,
+                                const List<ComplexCell>& cells_of_all, CoarseOperator* whole) {
+  const CellProducts products(level, fine, coarsened, team);
   const PieceAssembly& assembly = products.assembly;
   const List<ComplexCell>& cells = coarsened.complex.cells;
   const auto matrix = [&](std::size_t number, const Piece& piece, PieceMatrix& memory) {
@@ -346,7 +347,7 @@ CoarseOperator MaskedLevel::galerkin_product(const CellComplex& fine, const Coar
   if (shared != nullptr && by_patterns)
     of_all = shared->gather(of_known);
   const List<std::uint64_t> patterns =
-      slabs_.from_first(common_patterns(shared == nullptr ? of_known : of_all));
+      level.slabs().from_first(common_patterns(shared == nullptr ? of_known : of_all));
   std::unordered_map<std::uint64_t, std::int32_t> numbers;
   for (const std::uint64_t pattern : patterns)
     numbers.emplace(pattern, static_cast<std::int32_t>(numbers.size()));
@@ -379,7 +380,7 @@ CoarseOperator MaskedLevel::galerkin_product(const CellComplex& fine, const Coar
   BlockMatrix blocks = assembly.sum_of_pieces(others, team, matrix);
   if (shared != nullptr) {
     BlockMatrix gathered = shared->gather(blocks);
-    if (slabs_.is_first())
+    if (level.slabs().is_first())
       *whole = CoarseOperator(std::move(gathered), pieces_of(cells_of_all, 0, of_all));
   }
   return CoarseOperator(std::move(blocks), pieces_of(cells, first_known, of_known));

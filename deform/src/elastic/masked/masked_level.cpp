@@ -2,205 +2,31 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <limits>
 #include <numeric>
+#include <utility>
 
 namespace maille::deform {
 
 namespace {
 
-/// With no more kinds of matter, cells name them by a byte, which is 0 for none, and look their coefficients
-/// up in a table that stays in the cache; with more each has its own.
-constexpr std::size_t most_kinds_in_table = LatticeElasticity::few_kinds;
-static_assert(most_kinds_in_table <= std::numeric_limits<std::uint8_t>::max());
-/// Layers of cells per work item.
+/// Layers of cells per work item. Those of every second slab share no node, so the order of sums is always
+/// the same.
 constexpr int layers_per_slab = MaskedRows::planes_per_slab;
-/// Slots whose penalised links form one work item.
-constexpr std::int64_t slots_per_part = 4096;
 
 } // namespace
 
 MaskedLevel::MaskedLevel(const Scene& scene, const LatticeElasticity& elasticity,
-                         const std::vector<Prescribed>& prescribed, ThreadTeam& team)
-    : MaskedLevel(scene, elasticity, prescribed, team, Slabs(scene.specimen, nullptr)) {}
-
-MaskedLevel::MaskedLevel(const Scene& scene, const LatticeElasticity& elasticity,
                          const std::vector<Prescribed>& prescribed, ThreadTeam& team, const Slabs& slabs)
-    : scene_(scene), elasticity_(elasticity), slabs_(slabs), rows_(scene.specimen, slabs.layers()),
+    : matter_(scene, elasticity, slabs, team), inverse_(field()),
       sums_(static_cast<std::size_t>(slabs.own().end - slabs.own().first), 0) {
-  operator_.component_stride = stride_of(rows_.n_slots());
-  choose_unit(elasticity);
-  set_coefficients(elasticity, team);
-  inverse_ = field();
-  set_inverse(elasticity, team);
-  make_fields();
+  matter_.invert_diagonal(inverse_, team);
+  make_fields(true);
   set_fixed(prescribed);
 }
 
-/// Calls work(first layer, end) for slabs of layers of cells, as run_slabs() does.
-template<class Work>
-void MaskedLevel::for_layers(ThreadTeam& team, const Work& work) const {
-  const auto [begin, end] = rows_.layers();
-  run_slabs(team, begin / layers_per_slab, (end + layers_per_slab - 1) / layers_per_slab, [&](int slab) {
-    work(std::max(begin, slab * layers_per_slab), std::min((slab + 1) * layers_per_slab, end));
-  });
-}
-
-/// Calls visit(place in the run, cell number) for the cells of matter of a run.
-template<class Visit>
-void MaskedLevel::for_each_cell(const CellRun& run, const Visit& visit) const {
-  const std::int64_t first = scene_.specimen.grid.cell(run.first);
-  for (int x = 0; x < run.cells; ++x)
-    if (scene_.specimen.is_matter(first + x))
-      visit(x, first + x);
-}
-
-void MaskedLevel::choose_unit(const LatticeElasticity& elasticity) {
-  const Vec3& h = scene_.specimen.grid.spacing();
-  const double shortest = *std::ranges::min_element(h);
-  for (std::size_t a = 0; a < 3; ++a)
-    scale_[a] = h[a] / shortest;
-  double stiffest = 0;
-  for (const LatticeElasticity::Kind& kind : elasticity.kinds())
-    stiffest = std::max(stiffest, kind.largest_mean());
-  unit_ = slabs_.largest(stiffest) / (shortest * shortest);
-  factors_ = coefficient_factors(h, scale_, unit_);
-}
-
-bool MaskedLevel::has_table(const LatticeElasticity& elasticity) {
-  return elasticity.n_kinds() <= most_kinds_in_table && !elasticity.has_weights();
-}
-
-void MaskedLevel::set_coefficients(const LatticeElasticity& elasticity, ThreadTeam& team) {
-  const auto& kinds = elasticity.kinds();
-  operator_.couples_all = false;
-  for (const auto& kind : kinds)
-    for (int q = 3; q < 6; ++q)
-      for (int p = 0; p < q; ++p)
-        operator_.couples_all = operator_.couples_all || kind.mean_at(p, q) != 0;
-  operator_.couples_all = slabs_.largest(operator_.couples_all ? 1 : 0) > 0;
-  for_layers(team, [&](int first_layer, int end_layer) {
-    for (CellRun& run : rows_.runs_of_layers(first_layer, end_layer)) {
-      run.bends = false;
-      for_each_cell(run, [&](int, std::int64_t cell) {
-        run.bends = run.bends || kinds[elasticity.kind_number(cell)].thin != 0;
-      });
-    }
-  });
-  if (has_table(elasticity))
-    set_table(elasticity, team);
-  else
-    set_own_coefficients(elasticity, team);
-  operator_.coefficients = coefficients_.data();
-}
-
-void MaskedLevel::set_table(const LatticeElasticity& elasticity, ThreadTeam& team) {
-  const auto& kinds = elasticity.kinds();
-  const std::size_t n_kinds = kinds.size() + 1; // the first is void
-  const auto n_cells = static_cast<std::size_t>(rows_.n_cell_slots());
-  coefficients_ = AlignedArray<float>(MaskedOperator::most_coefficients * n_kinds);
-  for (std::size_t i = 0; i < kinds.size(); ++i) {
-    const CellCoefficients c = coefficients_of(kinds[i]);
-    for (std::size_t k = 0; k < c.size(); ++k)
-      coefficients_[k * n_kinds + i + 1] = static_cast<float>(c[k]);
-  }
-  kind_ = AlignedArray<std::uint8_t>(n_cells + MaskedRows::block);
-  for_layers(team, [&](int first_layer, int end_layer) {
-    for (const CellRun& run : rows_.runs_of_layers(first_layer, end_layer))
-      for_each_cell(run, [&](int x, std::int64_t cell) {
-        kind_[run.cell_slot + x] = static_cast<std::uint8_t>(elasticity.kind_number(cell) + 1);
-      });
-  });
-  block_kind_ = AlignedArray<std::uint8_t>(n_cells / MaskedRows::block);
-  set_kinds_of_blocks(team);
-  operator_.block_kind = block_kind_.data();
-  operator_.kind = kind_.data();
-  operator_.n_kinds = static_cast<std::int32_t>(n_kinds);
-}
-
-void MaskedLevel::set_own_coefficients(const LatticeElasticity& elasticity, ThreadTeam& team) {
-  constexpr std::size_t block = MaskedRows::block;
-  std::int32_t n_blocks = 0;
-  for (CellRun& run : rows_.runs_of_layers(rows_.layers().first, rows_.layers().end)) {
-    run.cell_slot = n_blocks;
-    n_blocks += run.blocks() * MaskedOperator::coefficients_of(run.bends);
-  }
-  coefficients_ = AlignedArray<float>(block * static_cast<std::size_t>(n_blocks));
-  for_layers(team, [&](int first_layer, int end_layer) {
-    for (const CellRun& run : rows_.runs_of_layers(first_layer, end_layer)) {
-      const auto n = static_cast<std::size_t>(MaskedOperator::coefficients_of(run.bends));
-      float* const of_run = coefficients_.data() + block * static_cast<std::size_t>(run.cell_slot);
-      for_each_cell(run, [&](int x, std::int64_t cell) {
-        const CellCoefficients c = coefficients_of(elasticity.kinds()[elasticity.kind_number(cell)]);
-        const auto at = static_cast<std::size_t>(x);
-        float* const to = of_run + at / block * n * block + at % block;
-        for (std::size_t k = 0; k < n; ++k)
-          to[k * block] = static_cast<float>(elasticity.weight(cell) * c[k]);
-      });
-    }
-  });
-}
-
-void MaskedLevel::set_kinds_of_blocks(ThreadTeam& team) {
-  for_parts(block_kind_.size(), team, [&](std::size_t first, std::size_t end, std::size_t) {
-    for (std::size_t b = first; b < end; ++b) {
-      std::uint8_t least = 0, most = 0;
-      for (const std::uint8_t kind : kind_.all().subspan(b * MaskedRows::block, MaskedRows::block))
-        if (kind > 0) {
-          least = least == 0 ? kind : std::min(least, kind);
-          most = std::max(most, kind);
-        }
-      block_kind_[b] = least == most ? most : std::uint8_t{0};
-    }
-  });
-}
-
-void MaskedLevel::set_inverse(const LatticeElasticity& elasticity, ThreadTeam& team) {
-  const Grid& grid = scene_.specimen.grid;
-  const auto n = static_cast<std::size_t>(rows_.n_slots());
-  List<double> diagonal(3 * n, 0);
-  const auto of_kind = [&](std::size_t kind) {
-    const LatticeElasticity::Kind& of = elasticity.kinds()[kind];
-    return cell_diagonal(coefficients_of(of), of.thin != 0);
-  };
-  std::vector<CellDiagonal> few;
-  for (std::size_t kind = 0; kind < elasticity.kinds().size() && has_table(elasticity); ++kind)
-    few.push_back(of_kind(kind));
-  for_layers(team, [&](int first_layer, int end_layer) {
-    for (const CellRun& run : rows_.runs_of_layers(first_layer, end_layer))
-      for_each_cell(run, [&](int x, std::int64_t cell) {
-        const auto kind = static_cast<std::size_t>(elasticity.kind_number(cell));
-        const CellDiagonal own = few.empty() ? of_kind(kind) : CellDiagonal{};
-        const CellDiagonal& of_cell = few.empty() ? own : few[kind];
-        const double weight = elasticity.weight(cell);
-        for (std::size_t row = 0; row < 4; ++row) { // of two corners
-          double more[6];
-          for (std::size_t i = 0; i < 6; ++i)
-            more[i] = weight * of_cell[6 * row + i];
-          double* const to = diagonal.data() + 3 * static_cast<std::size_t>(run.node_slot[row] + x);
-          for (std::size_t i = 0; i < 6; ++i)
-            to[i] += more[i];
-        }
-      });
-  });
-  for (const NodalSpring& spring : elasticity.springs())
-    for (std::size_t c = 0; c < 3; ++c)
-      diagonal[3 * static_cast<std::size_t>(rows_.slot(grid.node_at(spring.node))) + c] +=
-          spring.stiffness(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(c)) /
-          (unit_ * scale_[c] * scale_[c]);
-  for_parts(n, team, [&](std::size_t first, std::size_t end, std::size_t) {
-    for (std::size_t slot = first; slot < end; ++slot)
-      for (std::size_t c = 0; c < 3; ++c)
-        if (const double value = diagonal[3 * slot + c]; value > 0)
-          inverse_[c * static_cast<std::size_t>(component_stride()) + slot] = static_cast<float>(1 / value);
-  });
-}
-
-/// True if all layers of the body around the node are stored.
-bool MaskedLevel::is_known(const Index3& node) const {
-  const auto [first, end] = rows_.layers();
-  return scene_.specimen.is_node(node) && (node[2] > first || first == 0) && node[2] >= first &&
-         (node[2] < end || (node[2] == end && end == scene_.specimen.grid.cells()[2]));
+void MaskedLevel::make_fields(bool does) {
+  for (AlignedArray<float>* const each : {&u, &f, &r})
+    *each = does ? field() : AlignedArray<float>();
 }
 
 void MaskedLevel::set_fixed(const std::vector<Prescribed>& prescribed) {
@@ -208,29 +34,28 @@ void MaskedLevel::set_fixed(const std::vector<Prescribed>& prescribed) {
     inverse_[at] = free;
   fixed_.clear();
   fixed_.reserve(prescribed.size());
-  const Grid& grid = scene_.specimen.grid;
   for (const Prescribed& p : prescribed) {
-    const Index3 node = grid.node_at(p.node);
-    if (!is_known(node))
+    const std::int32_t slot = matter_.slot_if_known(p.node);
+    if (slot == no_index)
       continue;
-    const auto at = static_cast<std::size_t>(p.component * component_stride() + rows_.slot(node));
+    const auto at = static_cast<std::size_t>(p.component * component_stride() + slot);
     fixed_.emplace_back(at, inverse_[at]);
     inverse_[at] = 0;
   }
-  set_springs(elasticity_); // which do not act where nothing may move
+  set_springs(); // which do not act where nothing may move
 }
 
 void MaskedLevel::renew_matter(ThreadTeam& team) {
-  set_coefficients(elasticity_, team);
-  set_inverse(elasticity_, team);
+  matter_.renew(team);
+  matter_.invert_diagonal(inverse_, team);
   for (auto& [at, free] : fixed_)
     free = std::exchange(inverse_[at], 0.0F);
 }
 
-void MaskedLevel::set_springs(const LatticeElasticity& elasticity) {
+void MaskedLevel::set_springs() {
   springs_.clear();
-  for (const NodalSpring& spring : elasticity.springs()) {
-    SlotSpring of{rows_.slot(scene_.specimen.grid.node_at(spring.node)), {}};
+  for (const NodalSpring& spring : matter_.elasticity().springs()) {
+    SlotSpring of{rows().slot(matter_.scene().specimen.grid.node_at(spring.node)), {}};
     const auto may_move = [&](std::size_t c) {
       return inverse_[c * static_cast<std::size_t>(component_stride()) + static_cast<std::size_t>(of.slot)] >
              0;
@@ -240,7 +65,7 @@ void MaskedLevel::set_springs(const LatticeElasticity& elasticity) {
         if (may_move(a) && may_move(b))
           of.block[3 * b + a] = static_cast<float>(
               spring.stiffness(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)) /
-              (unit_ * scale_[a] * scale_[b]));
+              (matter_.unit() * matter_.scale()[a] * matter_.scale()[b]));
     springs_.push_back(of);
   }
   std::ranges::sort(springs_, {}, &SlotSpring::slot);
@@ -250,7 +75,7 @@ BlockMatrix MaskedLevel::springs_as_matrix() const {
   BlockMatrix matrix;
   if (springs_.empty())
     return matrix;
-  matrix.first.assign(static_cast<std::size_t>(rows_.n_slots()) + 1, 0);
+  matrix.first.assign(static_cast<std::size_t>(rows().n_slots()) + 1, 0);
   matrix.blocks = AlignedArray<float>(9 * springs_.size() + 16);
   for (const SlotSpring& spring : springs_) {
     std::ranges::copy(spring.block, matrix.blocks.data() + 9 * matrix.column.size());
@@ -261,30 +86,127 @@ BlockMatrix MaskedLevel::springs_as_matrix() const {
   return matrix;
 }
 
-CellComplex MaskedLevel::complex(ThreadTeam& team) const {
-  const int begin = rows_.layers().first, layers = rows_.layers().end - begin;
-  std::vector<std::size_t> first(static_cast<std::size_t>(layers) + 1, 0); // of layers
-  team.run(layers, [&](int z, int) {
-    std::size_t n = 0;
-    for (const CellRun& run : rows_.runs_of_layer(begin + z))
-      for_each_cell(run, [&](int, std::int64_t) { ++n; });
-    first[static_cast<std::size_t>(z) + 1] = n;
+/// Calls work(first place in a field, how many) for the three components of a plane of nodes.
+template<class Work>
+void MaskedLevel::for_components(int plane, const Work& work) const {
+  const std::int64_t first = rows().first_slot(plane), n = rows().first_slot(plane + 1) - first;
+  for (std::int64_t c = 0; c < 3; ++c)
+    work(c * component_stride() + first, n);
+}
+
+/// Calls finish(plane) once the forces of a plane of nodes are whole. The planes between two slabs are begun
+/// by the one that comes first, and ended by the other; what loops over runs of cells add beyond their rows
+/// is nothing, also to planes that are finished. A rank's slabs are those of one process, as far as its own
+/// planes ask for their layers.
+template<class Finish>
+void MaskedLevel::apply_by_planes(const float* displacement, float* forces, ThreadTeam& team,
+                                  const Finish& finish) const {
+  const auto [begin, layers] = slabs().layers_of_own(); // and their end
+  const int first_slab = begin / layers_per_slab, end_slab = (layers + layers_per_slab - 1) / layers_per_slab;
+  const bool is_matter_alone = springs_.empty();
+  const auto clear = [&](int plane) {
+    for_components(plane, [&](std::int64_t at, std::int64_t n) { std::fill_n(forces + at, n, 0.0F); });
+  };
+  const auto finish_whole = [&](int plane) {
+    if (is_matter_alone && slabs().is_own(plane))
+      finish(plane);
+  };
+  run_slabs(team, first_slab, end_slab, [&](int slab) {
+    const int first = std::max(begin, slab * layers_per_slab),
+              end = std::min((slab + 1) * layers_per_slab, layers);
+    const bool is_first = slab % 2 == 0;
+    if (is_first || slab == first_slab)
+      clear(first);
+    for (int z = first; z < end; ++z) {
+      if (is_first || z + 1 < end || end == layers)
+        clear(z + 1);
+      add_matter_forces(matter_.cells(), rows().runs_of_layer(z), displacement, forces);
+      if (!is_first || z > first || z == begin)
+        finish_whole(z);
+    }
+    if (!is_first || end == layers)
+      finish_whole(end);
   });
-  std::partial_sum(first.begin(), first.end(), first.begin());
-  CellComplex complex;
-  complex.n_vertices = rows_.n_slots();
-  complex.cells.resize(first.back());
-  team.run(layers, [&](int z, int) {
-    std::size_t next = first[z];
-    for (const CellRun& run : rows_.runs_of_layer(begin + z))
-      for_each_cell(run, [&](int x, std::int64_t) {
-        ComplexCell& cell = complex.cells[next++];
-        cell.at = {run.first[0] + x, run.first[1], run.first[2]};
-        for (int corner = 0; corner < 8; ++corner)
-          cell.vertex[corner] = run.node_slot[corner >> 1] + x + (corner & 1);
-      });
+  if (is_matter_alone)
+    return;
+  const std::int64_t stride = component_stride();
+  for (const SlotSpring& spring : springs_)
+    for (std::int64_t a = 0; a < 3; ++a) {
+      float pull = 0;
+      for (std::int64_t b = 0; b < 3; ++b)
+        pull += spring.block[3 * b + a] * displacement[b * stride + spring.slot];
+      forces[a * stride + spring.slot] += pull;
+    }
+  team.run(slabs().own().end, [&](int plane, int) { finish(plane); }); // on one rank
+}
+
+void MaskedLevel::apply(const float* displacement, float* forces, ThreadTeam& team) const {
+  apply_by_planes(displacement, forces, team, [](int) {});
+}
+
+double MaskedLevel::apply_and_dot(const float* p, float* Ap, ThreadTeam& team) {
+  std::ranges::fill(sums_, 0);
+  apply_by_planes(p, Ap, team, [&](int plane) {
+    for_components(plane, [&](std::int64_t at, std::int64_t n) {
+      sums_[plane - slabs().own().first] += mask_and_dot_entries(n, inverse_.data() + at, p + at, Ap + at);
+    });
   });
-  return complex;
+  return sum_over_planes();
+}
+
+void MaskedLevel::set_noise(ThreadTeam& team) {
+  const PlaneRange own = slabs().own();
+  const std::int32_t first = rows().first_slot(own.first), end = own.end > rows().layers().end
+                                                                     ? rows().n_slots_of_rows()
+                                                                     : rows().first_slot(own.end);
+  const std::vector<double> before = slabs().first_of_ranks(end - first);
+  const auto offset = static_cast<std::int64_t>(before[slabs().rank()]) - first;
+  const std::int64_t stride =
+      MaskedMatter::stride_of(MaskedRows::n_slots_for(static_cast<std::int64_t>(before.back())));
+  team.run(3, [&](int c, int) {
+    const std::int64_t at = c * component_stride();
+    noise_entries(component_stride(), c * stride + offset, inverse_.data() + at, f.data() + at);
+  });
+}
+
+double MaskedLevel::dot(const float* a, const float* b, ThreadTeam& team) {
+  const PlaneRange own = slabs().own();
+  team.run(own.end - own.first, [&](int item, int) {
+    double& sum = sums_[item];
+    sum = 0;
+    for_components(own.first + item,
+                   [&](std::int64_t at, std::int64_t n) { sum += dot_entries(n, a + at, b + at); });
+  });
+  return sum_over_planes();
+}
+
+void MaskedLevel::relax(float weight, ThreadTeam& team) {
+  apply_by_planes(u.data(), r.data(), team, [&](int plane) {
+    for_components(plane, [&](std::int64_t at, std::int64_t n) {
+      step_from_entries(n, weight, inverse_.data() + at, f.data() + at, u.data() + at, r.data() + at);
+    });
+  });
+  std::swap(u, r);
+}
+
+double MaskedLevel::relax_and_dot(float weight, ThreadTeam& team) {
+  std::ranges::fill(sums_, 0);
+  apply_by_planes(u.data(), r.data(), team, [&](int plane) {
+    for_components(plane, [&](std::int64_t at, std::int64_t n) {
+      sums_[plane - slabs().own().first] +=
+          step_and_dot_entries(n, weight, inverse_.data() + at, f.data() + at, u.data() + at, r.data() + at);
+    });
+  });
+  std::swap(u, r);
+  return sum_over_planes();
+}
+
+void MaskedLevel::find_residual(ThreadTeam& team) {
+  apply_by_planes(u.data(), r.data(), team, [&](int plane) {
+    for_components(plane, [&](std::int64_t at, std::int64_t n) {
+      subtract_entries(n, inverse_.data() + at, f.data() + at, r.data() + at);
+    });
+  });
 }
 
 } // namespace maille::deform

@@ -1,179 +1,134 @@
 #pragma once
-/// Finest multigrid level of a body of any shape: cell stiffness, operator, and fixed components.
+/// Finest multigrid level of a body of any shape: its fields, fixed components, and relaxation.
 ///
-/// Fields are float32 and scaled: displacements times scale() of their axis, forces divided by it and by
-/// unit(), so that entries are of order 1 for any spacing and modulus. A field has one number per component
-/// and slot; slots follow the rows of nodes that touch the body (MaskedRows), padded to whole vectors.
-/// inverse() is the inverse of the diagonal and doubles as the mask: 0 where a component is fixed.
+/// The operator is that of MaskedMatter, plus springs as sparse rows. inverse() is the inverse of its
+/// diagonal and doubles as the mask: 0 where a component is fixed or a slot has no matter.
 ///
-/// The operator applies cell by cell from a few coefficients per cell (MaskedOperator), shared by all cells
-/// of a kind. It equals LatticeElasticity within float32 rounding. Springs are added
-/// as sparse rows.
+/// A pass goes over planes of nodes, and finishes a plane while it is in the cache. Ranks share a body by
+/// slabs of planes: a rank's fields are valid in its own planes; exchange_borders() copies the planes next to
+/// them from their owners.
 
+#include "elastic/krylov/field_map.hpp"
 #include "elastic/masked/block_matrix.hpp"
-#include "elastic/masked/cell_complex.hpp"
 #include "elastic/masked/coarse_operator.hpp"
-#include "elastic/masked/masked_kernel.hpp"
-#include "elastic/masked/piece_assembly.hpp"
-#include "elastic/masked/slabs.hpp"
-#include "elastic/model/lattice_elasticity.hpp"
+#include "elastic/masked/masked_matter.hpp"
 #include "lattice/field_memory.hpp"
 #include "maille/scene/answer.hpp"
 #include "parallel/thread_team.hpp"
 
-#include <Eigen/Core>
-
+#include <algorithm>
 #include <array>
+#include <span>
 #include <utility>
 #include <vector>
 
 namespace maille::deform {
 
-using CellCoefficients = std::array<double, MaskedOperator::most_coefficients>;
-
-/// What coefficients are of the numbers of a kind of matter, each of its own.
-/// @param scale per axis: spacing over the unit of length; forces are those of displacements times it
-CellCoefficients coefficient_factors(const Vec3& spacing, const Vec3& scale, double unit);
-CellCoefficients coefficients_of(const LatticeElasticity::Kind& kind, const CellCoefficients& factors);
-CellMatrix cell_matrix(const CellCoefficients& c);
-using CellDiagonal = std::array<double, 24>;
-CellDiagonal cell_diagonal(const CellCoefficients& c, bool bends); ///< of the same
-
-/// Fields are float32, component after component, each with a number for every slot of MaskedRows:
-/// displacements times scale() of their axis, forces over it and over unit().
 class MaskedLevel {
 public:
-  /// @param scene in 3D; must outlive this @param prescribed which components of which nodes do not move
+  /// @param scene in 3D; must outlive this @param prescribed components that are fixed
   MaskedLevel(const Scene& scene, const LatticeElasticity& elasticity,
-              const std::vector<Prescribed>& prescribed, ThreadTeam& team);
-  /// A rank's part: what is said of a field below is so in its own planes; in the others it is nothing to
-  /// rely on, but what fields are to have in the planes next to them is asked of exchange_borders().
-  /// @param elasticity of slabs.layers() @pre no springs where slabs are shared
+              const std::vector<Prescribed>& prescribed, ThreadTeam& team)
+      : MaskedLevel(scene, elasticity, prescribed, team, Slabs(scene.specimen, nullptr)) {}
+  /// A rank's part. @param elasticity of slabs.layers() @pre no springs where slabs are shared
   MaskedLevel(const Scene& scene, const LatticeElasticity& elasticity,
               const std::vector<Prescribed>& prescribed, ThreadTeam& team, const Slabs& slabs);
 
-  const Slabs& slabs() const { return slabs_; }
+  const MaskedMatter& matter() const { return matter_; }
+  const Slabs& slabs() const { return matter_.slabs(); }
+  const MaskedRows& rows() const { return matter_.rows(); }
+  std::int64_t component_stride() const { return matter_.cells().component_stride; }
+  /// An empty field, with the padding that loops may read.
+  AlignedArray<float> field() const { return AlignedArray<float>(field_size() + 16); }
+  /// Copies the planes next to its own from their owners. @param above planes above its own
   void exchange_borders(AlignedArray<float>& field, int above = 1) const {
-    slabs_.exchange_borders(rows_, component_stride(), field.data(), above);
-  }
-  const MaskedRows& rows() const { return rows_; }
-  std::int64_t component_stride() const { return operator_.component_stride; }
-  static constexpr std::int64_t stride_of(std::int64_t n_slots) { return (n_slots + 15) / 16 * 16; }
-  std::int64_t field_size() const { return 3 * operator_.component_stride; }
-  /// With the padding that loops may read.
-  AlignedArray<float> field() const {
-    return AlignedArray<float>(static_cast<std::size_t>(field_size()) + 16);
-  }
-  double unit() const { return unit_; } ///< of forces over displacements [N/m]
-  const Vec3& scale() const { return scale_; }
-  CellCoefficients coefficients_of(const LatticeElasticity::Kind& kind) const {
-    return deform::coefficients_of(kind, factors_);
+    slabs().exchange_borders(rows(), component_stride(), field.data(), above);
   }
   /// Inverse of the diagonal; 0 where a component is fixed, or outside the body.
   const float* inverse() const { return inverse_.data(); }
-  /// Other components than before do not move from now on.
+  /// Fixes these components in place of the present ones.
   void set_fixed(const std::vector<Prescribed>& prescribed);
-  /// The constants of matter are those that `elasticity` has by now; kinds of matter and where they are, what
-  /// is fixed, and the unit stay.
+  /// Reads the constants of matter anew. See MaskedMatter::renew.
   void renew_matter(ThreadTeam& team);
   /// forces = A displacement, of fixed components too. Same bits for any number of threads.
   void apply(const float* displacement, float* forces, ThreadTeam& team) const;
-  // The same, and what is done with the forces of a plane of nodes while they are in the cache.
-  /// Ap = A p where components may move, 0 elsewhere. @return p . Ap
+  /// Ap = A p where components are free, 0 elsewhere. @return p . Ap
   double apply_and_dot(const float* p, float* Ap, ThreadTeam& team);
-  /// u += weight (f - A u) / diagonal, in the memory of r. @return where it is asked for, u . f
+  /// u += weight (f - A u) / diagonal, in the memory of r. The second one returns u . f.
   void relax(float weight, ThreadTeam& team);
   double relax_and_dot(float weight, ThreadTeam& team);
-  /// r = f - A u where components may move, 0 elsewhere.
+  /// r = f - A u where components are free, 0 elsewhere.
   void find_residual(ThreadTeam& team);
-
   /// f = eigenvalue_noise(), the same on any number of ranks.
   void set_noise(ThreadTeam& team);
-  /// Dot product of two fields.
   double dot(const float* a, const float* b, ThreadTeam& team);
-
-  /// Cells of matter, in the grid's order; vertices are slots.
-  CellComplex complex(ThreadTeam& team) const;
   /// Stiffness of the springs to the ground, by slots; no blocks without springs.
   BlockMatrix springs_as_matrix() const;
-  /// The operator between the coarse functions of `coarsened`, which was made of complex(); zero where
-  /// components are fixed. @param by_patterns where most pieces are alike
-  CoarseOperator galerkin_product(const CellComplex& fine, const Coarsened& coarsened, bool by_patterns,
-                                  ThreadTeam& team) const;
-  /// The same where ranks share it: the rank's rows. @param whole becomes that of all on the first rank
-  /// @param cells of all, there
-  CoarseOperator galerkin_product(const CellComplex& fine, const Coarsened& coarsened,
-                                  const SharedPieces* shared, bool by_patterns, ThreadTeam& team,
-                                  const List<ComplexCell>& cells, CoarseOperator* whole) const;
-  AlignedArray<float> u, f, r;
-  /// The fields are not needed while coarser grids are built.
-  void release_fields() {
-    u = {};
-    f = {};
-    r = {};
-  }
-  void make_fields() {
-    u = field();
-    f = field();
-    r = field();
-  }
 
-  /// Calls work(first entry, how many, part) for parts of the entries of a field.
+  AlignedArray<float> u, f, r;
+  /// Makes the fields, all 0, or frees them while coarser grids are built.
+  void make_fields(bool does);
+
+  /// Calls work(first entry, how many) for parts of the entries of a field.
   template<class Work>
   void for_each_part(ThreadTeam& team, Work&& work) const {
-    for_parts(static_cast<std::size_t>(field_size()), team,
-              [&](std::size_t first, std::size_t end, std::size_t part) {
-                work(static_cast<std::int64_t>(first), static_cast<std::int64_t>(end - first),
-                     static_cast<int>(part));
-              });
+    for_parts(field_size(), team, [&](std::size_t first, std::size_t end, std::size_t) {
+      work(static_cast<std::int64_t>(first), static_cast<std::int64_t>(end - first));
+    });
   }
-  int n_parts() const { return static_cast<int>(n_parts_of(static_cast<std::size_t>(field_size()))); }
+  /// Calls visit(FieldRow) for the rows of nodes in its own planes and in those next to them. See FieldRow.
+  template<class Visit>
+  void for_each_row(ThreadTeam& team, const Visit& visit) const;
 
 private:
-  double sum_over_planes() { return slabs_.total(sums_); }
+  std::size_t field_size() const { return static_cast<std::size_t>(3 * component_stride()); }
+  double sum_over_planes() { return slabs().total(sums_); }
   template<class Finish>
   void apply_by_planes(const float* displacement, float* forces, ThreadTeam& team,
                        const Finish& finish) const;
   template<class Work>
   void for_components(int plane, const Work& work) const;
+  void set_springs();
 
-  static bool has_table(const LatticeElasticity& elasticity);
-  bool is_known(const Index3& node) const;
-  void choose_unit(const LatticeElasticity& elasticity);
-  template<class Work>
-  void for_layers(ThreadTeam& team, const Work& work) const;
-  template<class Visit>
-  void for_each_cell(const CellRun& run, const Visit& visit) const;
-  void set_coefficients(const LatticeElasticity& elasticity, ThreadTeam& team);
-  void set_table(const LatticeElasticity& elasticity, ThreadTeam& team);
-  void set_own_coefficients(const LatticeElasticity& elasticity, ThreadTeam& team);
-  void set_kinds_of_blocks(ThreadTeam& team);
-  void set_inverse(const LatticeElasticity& elasticity, ThreadTeam& team);
-
-  void set_springs(const LatticeElasticity& elasticity);
-
+  /// In the units of fields, column after column; 0 where components are fixed.
   struct SlotSpring {
     std::int32_t slot = 0;
-    std::array<float, 9>
-        block{}; ///< in the units of fields, column after column; 0 where components are fixed
+    std::array<float, 9> block{};
   };
 
-  const Scene& scene_;
-  const LatticeElasticity& elasticity_;
-  Slabs slabs_;
-  MaskedRows rows_;
+  MaskedMatter matter_;
   List<SlotSpring> springs_;
-  double unit_ = 1;
-  Vec3 scale_{1, 1, 1};
-  CellCoefficients factors_{}; ///< of coefficients
-  MaskedOperator operator_;
-  AlignedArray<float> coefficients_;
-  AlignedArray<std::uint8_t> kind_, block_kind_;
   AlignedArray<float> inverse_;
   std::vector<double> sums_; ///< of its own planes of nodes
   /// Entries of inverse_ before components were fixed.
   std::vector<std::pair<std::size_t, float>> fixed_;
 };
+
+template<class Visit>
+void MaskedLevel::for_each_row(ThreadTeam& team, const Visit& visit) const {
+  const Grid& grid = matter_.scene().specimen.grid;
+  const PlaneRange own = slabs().own();
+  const auto all = rows().rows_of_planes({own.first - 1, own.end + 1});
+  team.run((static_cast<int>(all.size()) + rows_per_item - 1) / rows_per_item, [&](int item, int) {
+    const auto first = static_cast<std::size_t>(item * rows_per_item);
+    for (const NodeRow& row : all.subspan(first, std::min<std::size_t>(rows_per_item, all.size() - first)))
+      for (std::int64_t c = 0; c < 3; ++c) {
+        const std::int64_t place = c * component_stride() + row.slot;
+        visit(FieldRow{static_cast<std::size_t>(c), place, grid.node(row.first), row.nodes,
+                       inverse_.data() + place});
+      }
+  });
+}
+
+/// The operator of the first coarser grid, between the functions of `coarsened`; 0 where components are
+/// fixed. @param fine what level.matter().complex() returned @param by_patterns where most pieces are alike
+CoarseOperator galerkin_product(const MaskedLevel& level, const CellComplex& fine, const Coarsened& coarsened,
+                                bool by_patterns, ThreadTeam& team);
+/// The same where ranks share it: the rank's rows. @param cells of all ranks, on the first one @param whole
+/// receives the operator of all ranks, on the first one
+CoarseOperator galerkin_product(const MaskedLevel& level, const CellComplex& fine, const Coarsened& coarsened,
+                                const SharedPieces* shared, bool by_patterns, ThreadTeam& team,
+                                const List<ComplexCell>& cells, CoarseOperator* whole);
 
 /// The operator of the next coarser grid, as blocks. @param fine what A's grid was `coarsened` of
 /// @param P_transposed of its interpolation

@@ -1,5 +1,6 @@
 #include "elastic/masked/masked_multigrid.hpp"
 
+#include "elastic/masked/diagonal_gradients.hpp"
 #include "elastic/multigrid/chebyshev.hpp"
 
 #include <algorithm>
@@ -37,20 +38,20 @@ MaskedMultigrid::MaskedMultigrid(std::unique_ptr<MaskedLevel> finest, int steps,
     : Multigrid(team), finest_(std::move(finest)) {
   largest_ = largest_eigenvalue();
   weights_ = chebyshev_weights(largest_, steps);
-  finest_->release_fields();
+  finest_->make_fields(false);
   build(steps);
   for (const auto& level : levels_)
     level->make_fields(true);
   if (finest_->slabs().is_first())
     factor_coarsest();
   round_operators(steps);
-  finest_->make_fields();
+  finest_->make_fields(true);
 }
 
 /// Takes the interpolation out of `coarsened`.
 CoarseOperator MaskedMultigrid::operator_above_finest(const CellComplex& fine, Coarsened& coarsened) {
   const std::int32_t n = coarsened.complex.n_vertices;
-  CoarseOperator A = finest_->galerkin_product(fine, coarsened, n > most_vertices_solved_directly, team());
+  CoarseOperator A = galerkin_product(*finest_, fine, coarsened, n > most_vertices_solved_directly, team());
   to_finest_ = SlotInterpolation(coarsened);
   if (const BlockMatrix springs = finest_->springs_as_matrix(); !springs.column.empty()) {
     const Weights P = to_finest_.rows_of(springs, A.pieces().pieces);
@@ -63,7 +64,7 @@ CoarseOperator MaskedMultigrid::operator_above_finest(const CellComplex& fine, C
 /// there
 CellComplex MaskedMultigrid::build_by_ranks(int steps, CoarseOperator& whole) {
   const Slabs& slabs = finest_->slabs();
-  const CellComplex fine = finest_->complex(team());
+  const CellComplex fine = finest_->matter().complex(team());
   Coarsened next = coarsen(fine, Joining::faces, team(), true);
   shared_.emplace(slabs, next);
   const auto used = used_vertices(next, finest_->rows().first_slot(slabs.own().first),
@@ -73,7 +74,7 @@ CellComplex MaskedMultigrid::build_by_ranks(int steps, CoarseOperator& whole) {
     shared_.emplace(slabs, next);
   }
   CellComplex complex = shared_->complex(next);
-  CoarseOperator A = finest_->galerkin_product(fine, next, &*shared_, true, team(), complex.cells, &whole);
+  CoarseOperator A = galerkin_product(*finest_, fine, next, &*shared_, true, team(), complex.cells, &whole);
   to_finest_ = SlotInterpolation(next);
   levels_.push_back(std::make_unique<BlockLevel>(std::move(A), shared_->parts(), &*shared_, steps, team()));
   return complex;
@@ -82,7 +83,7 @@ CellComplex MaskedMultigrid::build_by_ranks(int steps, CoarseOperator& whole) {
 void MaskedMultigrid::build(int steps) {
   CoarseOperator whole{BlockMatrix()}; // of what ranks share
   CellComplex complex =
-      finest_->slabs().are_shared() ? build_by_ranks(steps, whole) : finest_->complex(team());
+      finest_->slabs().are_shared() ? build_by_ranks(steps, whole) : finest_->matter().complex(team());
   while (finest_->slabs().is_first() &&
          (levels_.empty() || complex.n_vertices > most_vertices_solved_directly)) {
     const bool is_finest = levels_.empty();
@@ -140,45 +141,10 @@ void MaskedMultigrid::round_operators(int steps) {
   correct_twice(true);
 }
 
-/// Preconditioned by the diagonal of the finest level: u is the direction, f the residual. The state is not
-/// kept.
-class MaskedMultigrid::Directions : public GradientSpace {
-public:
-  explicit Directions(MaskedMultigrid& all) : all_(all), level_(all.finest()), inverse_(level_.inverse()) {}
-  double precondition() override {
-    for_each_part([&](std::int64_t first, std::int64_t n) {
-      start_entries(n, 1, inverse_ + first, level_.f.data() + first, level_.r.data() + first);
-    });
-    return level_.dot(level_.f.data(), level_.r.data(), all_.team());
-  }
-  std::optional<double> find_step(double beta, double product) override {
-    for_each_part([&](std::int64_t first, std::int64_t n) {
-      direct_entries(n, level_.r.data() + first, static_cast<float>(beta), level_.u.data() + first);
-    });
-    level_.exchange_borders(level_.u);
-    return product / level_.apply_and_dot(level_.u.data(), level_.r.data(), all_.team());
-  }
-  void take_step(double step) override {
-    for_each_part([&](std::int64_t first, std::int64_t n) {
-      step_entries(n, static_cast<float>(step), level_.r.data() + first, level_.f.data() + first);
-    });
-  }
-
-private:
-  template<class Work>
-  void for_each_part(const Work& work) {
-    level_.for_each_part(all_.team(), [&](std::int64_t first, std::int64_t n, int) { work(first, n); });
-  }
-
-  MaskedMultigrid& all_;
-  MaskedLevel& level_;
-  const float* inverse_;
-};
-
 double MaskedMultigrid::largest_eigenvalue() {
   finest_->set_noise(team());
-  Directions directions(*this);
-  return largest_eigenvalue_seen_by(directions);
+  DiagonalGradients<MaskedLevel> gradients(*finest_, team());
+  return largest_eigenvalue_seen_by(gradients);
 }
 
 void MaskedMultigrid::set_fixed(const std::vector<Prescribed>& prescribed) {
@@ -194,7 +160,7 @@ void MaskedMultigrid::renew_matter() {
 void MaskedMultigrid::release() {
   levels_.clear();
   to_finest_ = {};
-  finest_->release_fields();
+  finest_->make_fields(false);
 }
 
 /// level(i).u = about the solution of A u = level(i).f; changes that f.
@@ -204,7 +170,7 @@ void MaskedMultigrid::correct(std::size_t i) {
   const bool is_last = coarser == nullptr && !here.is_shared();
   const auto once = [&] {
     if (is_last)
-      return cycle(i);
+      return solve_coarsest();
     here.go_down(coarser, team());
     if (coarser != nullptr)
       correct(i + 1);
@@ -225,7 +191,7 @@ double MaskedMultigrid::precondition() {
 }
 
 void MaskedMultigrid::go_down_from_finest() {
-  finest_->for_each_part(team(), [&](std::int64_t first, std::int64_t n, int) {
+  finest_->for_each_part(team(), [&](std::int64_t first, std::int64_t n) {
     start_entries(n, weights_[0], finest_->inverse() + first, finest_->f.data() + first,
                   finest_->u.data() + first);
   });
@@ -292,7 +258,7 @@ std::optional<double> MaskedGradients::find_step(double beta, double product) {
   if (direction_.size() == 0) // the first residual is found before it is there
     direction_ = level.field();
   float* const p = direction_.data();
-  level.for_each_part(team_, [&](std::int64_t at, std::int64_t n, int) {
+  level.for_each_part(team_, [&](std::int64_t at, std::int64_t n) {
     direct_entries(n, level.u.data() + at, static_cast<float>(beta), p + at);
   });
   level.exchange_borders(direction_);
@@ -302,7 +268,7 @@ std::optional<double> MaskedGradients::find_step(double beta, double product) {
 
 void MaskedGradients::take_step(double step) {
   const auto length = static_cast<float>(step);
-  multigrid_.finest().for_each_part(team_, [&](std::int64_t at, std::int64_t n, int) {
+  multigrid_.finest().for_each_part(team_, [&](std::int64_t at, std::int64_t n) {
     step_entries(n, -length, direction_.data() + at, state_.data() + at);
     step_entries(n, length, multigrid_.finest().r.data() + at, multigrid_.finest().f.data() + at);
   });

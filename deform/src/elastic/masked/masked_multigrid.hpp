@@ -13,11 +13,12 @@
 
 namespace maille::deform {
 
+template<class Level>
+class DiagonalGradients;
+
 /// A coarser grid of a body.
 class BlockLevel {
 public:
-  static constexpr std::int64_t nodes_worth_threads = 0; ///< for_rows() decides
-
   /// @param from_here interpolation of the next finer level; none where that is the body's own
   /// @param to_here transposed
   BlockLevel(CoarseOperator A, Weights from_here, Weights to_here, int steps, ThreadTeam& team);
@@ -28,8 +29,6 @@ public:
              ThreadTeam& team);
 
   const CoarseOperator& A() const { return A_; }
-  const Weights& from_here() const { return from_here_; }
-  const Weights& to_here() const { return to_here_; } ///< the sums of the finer level's residuals
   std::int32_t n() const { return A_.n_rows(); }
   /// Forces whose answers are made of soft motions more than of others, as those of conjugate gradients are.
   void set_noise(ThreadTeam& team);
@@ -62,15 +61,14 @@ public:
   void come_up(const BlockLevel* coarser, ThreadTeam& team);
   /// u = what coarser.u is here, or that added to it.
   void take_from(const BlockLevel* coarser, bool adds, ThreadTeam& team);
-  // Interface of MultigridLevel.
-  void go_down(BlockLevel& coarser, ThreadTeam& team, CycleStart start);
-  void come_up(const BlockLevel& coarser, ThreadTeam& team, double* products);
-  std::int64_t n_nodes() const { return n(); }
+  // Interface of CoarsestLevel.
   CoarsestSolve::Unknowns unknowns() const;
   void for_each_entry(const CoarsestSolve::Unknowns& unknowns, const CoarsestSolve::Visit& visit) const;
 
 private:
-  class Directions;
+  friend class DiagonalGradients<BlockLevel>;
+  const float* inverse() const { return inverse_.data(); }
+  double apply_and_dot(const float* p, float* Ap, ThreadTeam& team);
   void invert_diagonal(ThreadTeam& team);
   double largest_eigenvalue(ThreadTeam& team);
   double energy(ThreadTeam& team);
@@ -99,7 +97,7 @@ private:
   double dot(const float* a, const float* b, ThreadTeam& team);
 
   CoarseOperator A_;
-  Weights from_here_, to_here_;
+  Weights from_here_, to_here_; ///< to_here_ sums the finer level's residuals
   AlignedArray<float> inverse_; ///< of the diagonal
   double largest_ = 0;          ///< eigenvalue of inverse diagonal times A, or a little more
   std::vector<float> weights_;  ///< of the relaxation
@@ -142,7 +140,6 @@ public:
   double precondition();
 
 private:
-  class Directions;
   double largest_eigenvalue();
   void build(int steps);
   CellComplex build_by_ranks(int steps, CoarseOperator& whole);

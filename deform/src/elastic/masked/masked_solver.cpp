@@ -14,47 +14,20 @@
 
 namespace maille::deform {
 
-namespace {
-
-/// Calls visit(component, first place in the fields, first node, how many) for all rows of nodes of its own
-/// planes and of those next to them.
-template<class Visit>
-void for_each_row(const MaskedLevel& level, const Grid& grid, ThreadTeam& team, const Visit& visit) {
-  const PlaneRange own = level.slabs().own();
-  const auto rows = level.rows().rows_of_planes({own.first - 1, own.end + 1});
-  team.run((static_cast<int>(rows.size()) + rows_per_item - 1) / rows_per_item, [&](int item, int) {
-    const auto first = static_cast<std::size_t>(item * rows_per_item);
-    for (const NodeRow& row : rows.subspan(first, std::min<std::size_t>(rows_per_item, rows.size() - first)))
-      for (std::size_t c = 0; c < 3; ++c)
-        visit(c, static_cast<std::int64_t>(c) * level.component_stride() + row.slot,
-              static_cast<std::size_t>(grid.node(row.first)), row.nodes);
-  });
-}
-
-} // namespace
-
 void MaskedSystem::load_residual(const Displacement& residual) {
-  const MaskedLevel& level = multigrid_.finest();
-  scale_ = largest_entry(residual) / level.unit();
+  MaskedLevel& level = multigrid_.finest();
+  scale_ = largest_entry(residual) / level.matter().unit();
   if (!(scale_ > 0))
     scale_ = 1;
-  for_each_row(level, grid_, team_, [&](std::size_t c, std::int64_t at, std::size_t node, int n) {
-    const double unit = level.unit() * level.scale()[c] * scale_;
-    const double* const from = residual.component(c).data() + node;
-    for (int i = 0; i < n; ++i)
-      multigrid_.finest().f.data()[at + i] =
-          level.inverse()[at + i] > 0 ? static_cast<float>(from[i] / unit) : 0;
-  });
+  load_field(
+      level, team_, [&](std::size_t c) { return residual.component(c).data(); },
+      level.matter().force_factors(scale_), level.f.data());
 }
 
 void MaskedSystem::store_correction(const float* found, Displacement& direction) {
   const MaskedLevel& level = multigrid_.finest();
-  for_each_row(level, grid_, team_, [&](std::size_t c, std::int64_t at, std::size_t node, int n) {
-    const double factor = scale_ / level.scale()[c];
-    double* const to = direction.component(c).data() + node;
-    for (int i = 0; i < n; ++i)
-      to[i] = level.inverse()[at + i] > 0 ? factor * double{found[at + i]} : 0;
-  });
+  store_field(level, team_, found, level.matter().displacement_factors(scale_),
+              [&](std::size_t c) { return direction.component(c).data(); });
 }
 
 void MaskedSystem::find_direction(const Displacement& residual, int most, double reduction,
@@ -168,15 +141,10 @@ MaskedBody& MaskedSolver::body_of(const CoupledTask& task, std::unique_ptr<Maske
 MaskedSolver::MaskedSolver(const CoupledTask& task)
     : MixedSolver(task), body_(body_of(task, own_)),
       system_(task.scene.specimen.grid, body_.elasticity, body_.multigrid, task.team) {
-  begin(body_.multigrid.finest().unit(), body_.smallest_eigenvalue);
+  begin(body_.multigrid.finest().matter().unit(), body_.smallest_eigenvalue);
   by_node_.resize(task.prescribed.size());
   std::iota(by_node_.begin(), by_node_.end(), 0);
   std::ranges::stable_sort(by_node_, {}, [&](std::int32_t i) { return task.prescribed[i].node; });
-}
-
-template<class Visit>
-void MaskedSolver::for_each_row(const Visit& visit) {
-  deform::for_each_row(body_.multigrid.finest(), task_.scene.specimen.grid, task_.team, visit);
 }
 
 /// Calls visit(component, first place in the fields, first node, how many, their forces) for all rows of its
@@ -257,16 +225,16 @@ bool MaskedSolver::put_planes(int first_plane, int end_plane, const std::array<d
 MixedSolver::Residual MaskedSolver::begin_round(const Displacement& u, double scale) {
   MaskedLevel& level = body_.multigrid.finest();
   Residual residual;
+  const Vec3 factor = level.matter().force_factors(scale);
   find_forces(u, [&](std::size_t c, std::int64_t at, std::size_t node, int n, const double* forces) {
-    const double unit = level.unit() * level.scale()[c] * scale;
     for (int i = 0; i < n; ++i) {
       const std::size_t k = node + static_cast<std::size_t>(i);
       const double value = (loads_[c].empty() ? 0 : loads_[c][k]) - forces[i];
-      level.f.data()[at + i] = level.inverse()[at + i] > 0 ? static_cast<float>(value / unit) : 0;
+      level.f.data()[at + i] = level.inverse()[at + i] > 0 ? static_cast<float>(factor[c] * value) : 0;
     }
   });
   body_.fields.restart();
-  residual.energy = energy_ / level.unit();
+  residual.energy = energy_ / level.matter().unit();
   for (const NodeRow& row : level.rows().rows_of_planes(level.slabs().own()))
     for (std::int64_t c = 0; c < 3; ++c)
       for (std::int64_t at = c * level.component_stride() + row.slot, end = at + row.nodes; at < end; ++at)
@@ -280,6 +248,7 @@ double MaskedSolver::work_of_loads() {
   const float* const direction = body_.fields.direction();
   const Grid& grid = task_.scene.specimen.grid;
   const PlaneRange own = level.slabs().own();
+  const Vec3 factor = level.matter().force_factors(1);
   std::vector<double> works(own.end - own.first, 0); // of planes
   for (const NodeRow& row : level.rows().rows_of_planes(own)) {
     const std::int64_t node = grid.node(row.first);
@@ -287,7 +256,7 @@ double MaskedSolver::work_of_loads() {
     for (std::size_t c = 0; c < 3; ++c)
       for (int i = 0; i < n && !loads_[c].empty(); ++i)
         works[row.first[2] - own.first] +=
-            loads_[c][node + i] / (level.unit() * level.scale()[c]) *
+            factor[c] * loads_[c][node + i] *
             double{direction[static_cast<std::int64_t>(c) * level.component_stride() + row.slot + i]};
   }
   return level.slabs().total(works);
@@ -295,7 +264,7 @@ double MaskedSolver::work_of_loads() {
 
 /// Adds n slots of a float32 state. @param state of the first
 void MaskedSolver::add(double scale, const float* state, std::size_t component, int n, double* to) const {
-  const double factor = scale / body_.multigrid.finest().scale()[component];
+  const double factor = body_.multigrid.finest().matter().displacement_factors(scale)[component];
   for (int i = 0; i < n; ++i)
     to[i] += factor * double{state[i]};
 }
@@ -315,10 +284,10 @@ void MaskedSolver::finish_round(Displacement& u, CoupledRound end) {
       own_->release();
     u = slabs().are_shared() ? initial_part() : task_.initial_state();
   }
-  for_each_row([&](std::size_t c, std::int64_t at, std::size_t node, int n) {
-    double* const to = u.component(c).data() + (static_cast<std::int64_t>(node) - first_node());
-    add_earlier_rounds(at, c, n, to);
-    add(gradients_->scale(), body_.fields.state() + at, c, n, to);
+  body_.multigrid.finest().for_each_row(task_.team, [&](const FieldRow& row) {
+    double* const to = u.component(row.component).data() + (row.node - first_node());
+    add_earlier_rounds(row.place, row.component, row.n, to);
+    add(gradients_->scale(), body_.fields.state() + row.place, row.component, row.n, to);
   });
   earlier_.clear();
 }

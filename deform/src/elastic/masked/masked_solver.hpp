@@ -128,8 +128,6 @@ private:
   void add_earlier_rounds(std::int64_t at, std::size_t component, int n, double* to) const;
   bool put_planes(int first_plane, int end_plane, const std::array<double*, 3>& to) const;
   template<class Visit>
-  void for_each_row(const Visit& visit);
-  template<class Visit>
   void find_forces(const Displacement& u, const Visit& visit);
 
   std::int64_t first_node() const { ///< of displacements

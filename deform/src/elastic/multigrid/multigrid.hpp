@@ -23,17 +23,22 @@ struct CycleStart {
   float step = 0;            ///< f -= step r comes first
 };
 
-/// What a V-cycle asks of a level, whose fields u, f and r are its own.
+/// A level that may be the last one, with fields u and f of its own: its unknowns and its matrix.
 template<class L>
-concept MultigridLevel = requires(L& level, L& coarser, const L& of, ThreadTeam& team, CycleStart start,
-                                  double* products, const CoarsestSolve& coarsest,
-                                  const CoarsestSolve::Visit& visit) {
+concept CoarsestLevel = requires(const L& of, const CoarsestSolve& coarsest,
+                                 const CoarsestSolve::Visit& visit) {
+  { of.unknowns() } -> std::same_as<CoarsestSolve::Unknowns>;
+  of.for_each_entry(coarsest.unknowns(), visit);
+};
+
+/// A level of a V-cycle, whose fields u, f and r are its own.
+template<class L>
+concept CycleLevel = CoarsestLevel<L> &&
+    requires(L& level, L& coarser, const L& of, ThreadTeam& team, CycleStart start, double* products) {
   /// u = some steps of relaxation for A u = f; coarser.f = the residual, summed up.
   level.go_down(coarser, team, start);
   /// u += what coarser.u is here, and the steps in reverse. @param products of u and f by plane, or null
   level.come_up(coarser, team, products);
-  { of.unknowns() } -> std::same_as<CoarsestSolve::Unknowns>;
-  of.for_each_entry(coarsest.unknowns(), visit);
   { of.n_nodes() } -> std::convertible_to<std::int64_t>;
   { L::nodes_worth_threads } -> std::convertible_to<std::int64_t>; ///< threads do not pay on fewer
 };
@@ -49,19 +54,16 @@ template<class Level>
 class Multigrid {
 public:
   /// @param team outlives this
-  explicit Multigrid(ThreadTeam& team) : team_(team) { static_assert(MultigridLevel<Level>); }
+  explicit Multigrid(ThreadTeam& team) : team_(team) { static_assert(CoarsestLevel<Level>); }
 
   std::size_t n_levels() const { return levels_.size(); }
   Level& level(std::size_t i) { return *levels_[i]; }
   const Level& level(std::size_t i) const { return *levels_[i]; }
   /// level(i).u = one cycle for A u = level(i).f.
-  void cycle(std::size_t i, CycleStart start = {}, double* products = nullptr) {
+  void cycle(std::size_t i, CycleStart start = {}, double* products = nullptr) requires CycleLevel<Level> {
+    if (i + 1 == n_levels())
+      return solve_coarsest();
     Level& here = level(i);
-    if (i + 1 == n_levels()) {
-      std::fill_n(here.u.data(), here.u.size(), 0.0F);
-      coarsest_->add_solution(here.f.data(), here.u.data());
-      return;
-    }
     here.go_down(level(i + 1), team_for(here), start);
     cycle(i + 1);
     here.come_up(level(i + 1), team_for(here), products);
@@ -73,6 +75,12 @@ public:
 
 protected:
   const CoarsestSolve& coarsest() const { return *coarsest_; }
+  /// u = the solution of A u = f on the last level.
+  void solve_coarsest() {
+    Level& last = *levels_.back();
+    std::fill_n(last.u.data(), last.u.size(), 0.0F);
+    coarsest_->add_solution(last.f.data(), last.u.data());
+  }
   /// Factors the present last level. @return false where it is not fixed well enough
   bool factor_coarsest() {
     const Level& last = *levels_.back();

@@ -35,9 +35,10 @@ Scene porous_body(int materials, unsigned seed, unsigned one_in = 30) {
 /// The body's own grid and the coarser ones of it.
 struct Grids {
   Grids(const Scene& of, ThreadTeam& team)
-      : scene(of), elasticity(of), level(of, elasticity, of.prescribed, team), fine(level.complex(team)),
-        once(coarsen(fine, Joining::faces, team)), twice(coarsen(once.complex, Joining::faces, team)),
-        A(level.galerkin_product(fine, once, true, team)),
+      : scene(of), elasticity(of), level(of, elasticity, of.prescribed, team),
+        fine(level.matter().complex(team)), once(coarsen(fine, Joining::faces, team)),
+        twice(coarsen(once.complex, Joining::faces, team)),
+        A(galerkin_product(level, fine, once, true, team)),
         B(galerkin_product(A, once.complex, twice, twice.interpolation.transposed(twice.complex.n_vertices),
                            team)) {}
   const Scene& scene;
@@ -78,13 +79,14 @@ Values forces_of_slots(const Grids& of, const Values& u) {
           visit(c, std::size_t(node), 3 * std::size_t(slot) + c);
       }
   };
-  for_each_free(
-      [&](std::size_t c, std::size_t node, std::size_t at) { moved(c, node) = u[at] / of.level.scale()[c]; });
+  for_each_free([&](std::size_t c, std::size_t node, std::size_t at) {
+    moved(c, node) = u[at] / of.level.matter().scale()[c];
+  });
   ThreadTeam alone(1);
   of.elasticity.apply(moved, forces, alone);
   Values result(u.size());
   for_each_free([&](std::size_t c, std::size_t node, std::size_t at) {
-    result[at] = forces(c, node) / (of.level.unit() * of.level.scale()[c]);
+    result[at] = forces(c, node) / (of.level.matter().unit() * of.level.matter().scale()[c]);
   });
   return result;
 }
