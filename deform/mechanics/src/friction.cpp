@@ -195,7 +195,9 @@ bool Friction::fails(const std::string& motion) {
   status_ = Status::failed;
   message_ =
       motion.empty()
-          ? fmt::format("friction came to no end in {} rounds: what sticks goes on changing", rounds_)
+          ? fmt::format(
+                "friction did not settle in {} rounds: contacts keep changing between sticking and slipping",
+                rounds_)
           : fmt::format("{}: friction, {:.4g} N at most, does not hold what pulls there", motion, most);
   return false;
 }

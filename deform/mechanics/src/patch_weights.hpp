@@ -19,8 +19,9 @@ namespace maille {
 class PatchWeights {
 public:
   static constexpr int across = 4;
-  static constexpr int monomials = 10; ///< 1; x y z; xx xy xz yy yz zz, in cells from the node
-  using Coefficients = Eigen::Matrix<double, monomials, 1>;
+  /// Of 1; x y z; xx xy xz yy yz zz, in cells from the node.
+  using Coefficients = Eigen::Matrix<double, 10, 1>;
+  static constexpr int monomials = Coefficients::SizeAtCompileTime;
 
   explicit PatchWeights(int dimension);
 

@@ -25,11 +25,12 @@ public:
   std::int64_t visited() const { return visited_; }
   Displacement displacement(const Grid& grid) const;
 
-private:
   struct Candidate {
     std::int32_t sponsor;
     std::size_t entry; ///< of the link from the sponsor to the candidate
   };
+
+private:
   void offer(std::int32_t node, int direction);
   bool follow(const Candidate& candidate, std::int32_t node);
   void offer_onward(std::int32_t node, int direction);
@@ -165,10 +166,11 @@ Answer solve_literal(const Scene& scene, const Control& control) {
 std::int64_t bytes_for_literal(const Scene& scene) {
   const std::int64_t nodes = scene.specimen.n_matter_nodes(), d = scene.dimension();
   // Every link may offer its end once from either side; lists grow by doubling, into new memory.
-  constexpr std::int64_t candidate = 16, doubling = 3;
+  constexpr std::int64_t doubling = 3;
   return bytes_at_least(scene) + LinkTable::bytes_for(scene.specimen) +
          d * nodes * std::int64_t{sizeof(double)} + d * nodes / 8 +
-         doubling * candidate * scene.specimen.n_matter_links() + bytes_of_prescribed(scene);
+         doubling * std::int64_t{sizeof(CandidateLists::Candidate)} * scene.specimen.n_matter_links() +
+         bytes_of_prescribed(scene);
 }
 
 } // namespace maille::deform

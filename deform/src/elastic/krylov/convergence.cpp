@@ -50,6 +50,10 @@ void Convergence::restart() {
   beside_square_.clear();
 }
 
+bool Convergence::is_measured() const {
+  return gains_.size() >= delay;
+}
+
 void Convergence::add(double step, double product, double scale) {
   gains_.push_back(step * product * scale * scale);
   products_.push_back(product * scale * scale);
@@ -94,7 +98,7 @@ double Convergence::rate() const {
 
 /// The energy norm after the last step.
 double Convergence::of_steps(double energy) const {
-  if (gains_.size() < delay)
+  if (!is_measured())
     return 1;
   const double* const last = &gains_.back();
   const double of_gains = std::max({last[0] / last[-1], last[-1] / last[-2], least_rate});

@@ -49,6 +49,8 @@ public:
   /// coefficients.
   void restart();
   bool is_empty() const { return gains_.empty(); }
+  /// True if there were enough steps to tell rates and the smallest eigenvalue.
+  bool is_measured() const;
   /// Smallest eigenvalue of B K found so far (a Ritz value); at most 1.
   double smallest_eigenvalue() const { return smallest_; }
   /// Starts with the eigenvalue that an earlier solve with the same K and B has found, so that a residual

@@ -46,6 +46,12 @@ struct CoupledTask {
   /// Cache of earlier questions about this body, updated for later ones. Null: no cache.
   KeptBody* kept = nullptr;
 
+  /// Shows how many of the tolerance's orders of magnitude the estimated error has fallen.
+  void show_progress(double residual) const {
+    const double orders = std::log(residual) / std::log(scene.relaxation.tolerance);
+    if (control.progress)
+      control.progress(std::clamp(orders, 0.0, 0.99), "solving");
+  }
   /// The start, or rest, with what is prescribed.
   Displacement initial_state() const {
     Displacement u = start != nullptr ? *start : Displacement(scene.specimen.grid);

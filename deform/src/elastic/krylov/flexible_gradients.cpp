@@ -72,16 +72,15 @@ void FlexibleGradients::end(Convergence::End end) {
     problem_ = "conjugate gradients diverged: the residual is not finite";
   if (end == Convergence::End::stagnated)
     problem_ =
-        "conjugate gradients came to no end: the error does not fall any more; the moduli or the sizes "
-        "of the cells differ by more than float64 can tell";
+        "conjugate gradients stagnated: the error no longer falls; the moduli or the sizes of the cells "
+        "differ by more than float64 resolves";
 }
 
 bool FlexibleGradients::goes_on() {
   end_ = CoupledRound::stopped;
   if (answer_->iterations >= last_iteration_ || task_.must_stop())
     return false;
-  if (task_.control.progress)
-    task_.control.progress(std::min(0.99, static_cast<double>(answer_->iterations) / 30), "solving");
+  task_.show_progress(answer_->residual);
   return true;
 }
 

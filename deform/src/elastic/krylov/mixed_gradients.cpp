@@ -13,7 +13,6 @@ namespace {
 constexpr double reduction_per_round = 1e-10;
 /// Residuals above it, or below its inverse, are counted in other units, for the range of float32.
 constexpr double largest_residual = 1e8;
-constexpr int usual_iterations = 30; ///< for the progress bar
 
 } // namespace
 
@@ -42,9 +41,7 @@ bool MixedGradients::goes_on() {
     round_ = CoupledRound::stalled;
     return false;
   }
-  if (task_.control.progress)
-    task_.control.progress(std::min(0.99, static_cast<double>(answer_->iterations) / usual_iterations),
-                           "solving");
+  task_.show_progress(answer_->residual);
   return true;
 }
 
@@ -128,11 +125,10 @@ void MixedSolver::begin(double unit, double& smallest) {
 }
 
 CoupledRound MixedSolver::solve(Displacement& u, Answer& answer) {
-  constexpr std::int64_t enough_to_know = 3; ///< iterations that tell the smallest eigenvalue
-  const std::int64_t before = answer.iterations;
   const CoupledRound end = gradients_->solve(*this, u, answer);
-  if (end == CoupledRound::finished && (*smallest_ > 0 || answer.iterations >= before + enough_to_know))
-    *smallest_ = gradients_->smallest_eigenvalue();
+  const Convergence& convergence = gradients_->convergence();
+  if (end == CoupledRound::finished && (*smallest_ > 0 || convergence.is_measured()))
+    *smallest_ = convergence.smallest_eigenvalue();
   return end;
 }
 

@@ -35,7 +35,7 @@ public:
   }
   /// See Convergence.
   void begin_with(double smallest) { convergence_.begin_with(smallest); }
-  double smallest_eigenvalue() const { return convergence_.smallest_eigenvalue(); }
+  const Convergence& convergence() const { return convergence_; }
   /// Solves for u, unless stopped or stalled.
   CoupledRound solve(MixedSolver& solver, Displacement& u, Answer& answer);
 

@@ -240,17 +240,18 @@ void Coarsening::find_vertices() {
 std::int32_t Coarsening::place_in_piece(std::int32_t cell, int corner) const {
   const Index3& at = place(cell);
   const int halves[3] = {at[0] % 2 + (corner & 1), at[1] % 2 + (corner >> 1 & 1), at[2] % 2 + (corner >> 2)};
-  return PlaceWeights::n_places * piece(cell) + halves[0] + 3 * halves[1] + 9 * halves[2];
+  return places_of_piece * piece(cell) + halves[0] + 3 * halves[1] + 9 * halves[2];
 }
 
 /// Whether two places, of one vertex in two pieces, have the same weights: then vertices at the corners that
 /// count are the same, one after another.
 bool Coarsening::are_the_same(std::int32_t one, std::int32_t other) const {
-  const PlaceWeights &at = place_weights[one % PlaceWeights::n_places],
-                     &there = place_weights[other % PlaceWeights::n_places];
+  const PlaceWeights &at = place_weights[one % places_of_piece],
+                     &there = place_weights[other % places_of_piece];
   const auto& cells = result_.complex.cells;
-  const std::int32_t *const vertices = cells[one / PlaceWeights::n_places].vertex,
-                            *const others = cells[other / PlaceWeights::n_places].vertex;
+  const std::int32_t *const vertices = cells[one / places_of_piece].vertex, *const others =
+                                                                                cells[other / places_of_piece]
+                                                                                    .vertex;
   bool are = at.size == there.size;
   for (int i = 0; i < at.size && are; ++i)
     are = vertices[at.corner[i]] == others[there.corner[i]];
@@ -260,8 +261,8 @@ bool Coarsening::are_the_same(std::int32_t one, std::int32_t other) const {
 /// Calls visit(vertex, weight).
 template<class Visit>
 void Coarsening::for_each_weight(std::int32_t place, const Visit& visit) const {
-  const PlaceWeights& of = place_weights[place % PlaceWeights::n_places];
-  const ComplexCell& piece = result_.complex.cells[place / PlaceWeights::n_places];
+  const PlaceWeights& of = place_weights[place % places_of_piece];
+  const ComplexCell& piece = result_.complex.cells[place / places_of_piece];
   for (int i = 0; i < of.size; ++i)
     visit(piece.vertex[of.corner[i]], of.weight[i]);
 }
@@ -365,7 +366,7 @@ void Coarsening::interpolate(bool of_hinges_alone) {
   for_parts(of_hinges_alone ? 0 : n, team_, [&](std::size_t first, std::size_t end, std::size_t) {
     for (std::size_t v = first; v < end; ++v)
       if (const std::int32_t place = result_.place[v]; place >= 0)
-        weights.first[v + 1] = place_weights[place % PlaceWeights::n_places].size;
+        weights.first[v + 1] = place_weights[place % places_of_piece].size;
   });
   for (std::size_t i = 0; i < hinge.size(); ++i)
     weights.first[static_cast<std::size_t>(hinge[i]) + 1] = means.first[i + 1] - means.first[i];

@@ -36,14 +36,13 @@ struct Weights {
 
 /// What a place in a piece has of the piece's vertices: by halves of its sides, x + 3 y + 9 z, each 0 to 2.
 struct PlaceWeights {
-  static constexpr int n_places = 27;
   int size = 0;
   int corner[8] = {}; ///< ascending
   float weight[8] = {};
 };
-constexpr std::array<PlaceWeights, PlaceWeights::n_places> weights_of_places() {
-  std::array<PlaceWeights, PlaceWeights::n_places> all{};
-  for (int place = 0; place < PlaceWeights::n_places; ++place)
+constexpr std::array<PlaceWeights, 27> weights_of_places() {
+  std::array<PlaceWeights, 27> all{};
+  for (int place = 0; place < static_cast<int>(all.size()); ++place)
     for (int corner = 0; corner < 8; ++corner) {
       float weight = 1;
       for (int a = 0, halves = place; a < 3; ++a, halves /= 3)
@@ -57,6 +56,7 @@ constexpr std::array<PlaceWeights, PlaceWeights::n_places> weights_of_places() {
   return all;
 }
 inline constexpr auto place_weights = weights_of_places();
+inline constexpr auto places_of_piece = static_cast<int>(place_weights.size());
 
 /// How pieces of matter are joined when a grid is coarsened.
 enum class Joining {
@@ -70,7 +70,7 @@ struct Coarsened {
   CellComplex complex;
   List<std::int32_t> cell_of; ///< per fine cell
   Weights interpolation;      ///< of fine vertices from coarse ones; where asked for so, of hinges alone
-  /// Per fine vertex: PlaceWeights::n_places times the number of its piece, and its place in that. -1 at
+  /// Per fine vertex: places_of_piece times the number of its piece, and its place in that. -1 at
   /// hinges, and of no cell.
   List<std::int32_t> place;
   /// Per fine vertex: whether it takes the mean of pieces that are not joined there, else it is one's own.

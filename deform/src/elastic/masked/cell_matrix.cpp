@@ -154,8 +154,8 @@ CellMatrix cell_matrix(const CellCoefficients& c) {
 
 namespace {
 
-/// Entries of the diagonal, rounded up for the loops.
-constexpr std::size_t diagonal_size = 32;
+/// The 24 entries of the diagonal, rounded up.
+constexpr std::size_t diagonal_size = column_part;
 
 /// The diagonal is linear in the coefficients: what each of them gives, one after another.
 std::vector<float> diagonals_of_coefficients() {

@@ -44,9 +44,9 @@ inline constexpr int fewest_pieces_of_a_pattern = 3;
 
 /// Matrices of pieces where many are alike: those of one material have no more than 255.
 struct PatternedPieces {
-  /// A column holds the forces of a unit displacement of one vertex and component, in the order of vertices
-  /// (24).
-  static constexpr std::size_t column_size = 24, matrix_size = 24 * column_size;
+  /// A column holds the forces of a unit displacement of one vertex and component, in the order of vertices.
+  static constexpr std::size_t column_size = 3 * std::extent_v<decltype(PatternedPiece::vertex)>,
+                               matrix_size = column_size * column_size;
   List<PatternedPiece> pieces; ///< of all planes, one after another, whether they have patterns or not
   /// First piece of every slab of planes; every second slab shares no vertex.
   List<std::size_t> first_of_slab;

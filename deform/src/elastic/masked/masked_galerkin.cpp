@@ -24,7 +24,9 @@ constexpr std::size_t worth_table_of_thin = 6;
 /// half of the coefficients have a part in; of every pair the corners of both, one after another.
 class LinearProducts {
 public:
-  static constexpr std::size_t n_pairs = 6, pair_size = 64;
+  static constexpr std::pair<int, int> components[] = {{0, 0}, {1, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}};
+  using OfPair = Eigen::Matrix<float, 8, 8>;
+  static constexpr std::size_t n_pairs = std::size(components), pair_size = OfPair::SizeAtCompileTime;
   using Sum = std::array<double, n_pairs * pair_size>;
 
   LinearProducts() = default;
@@ -82,8 +84,6 @@ public:
   }
 
 private:
-  using OfPair = Eigen::Matrix<float, 8, 8>;
-  static constexpr std::pair<int, int> components[n_pairs] = {{0, 0}, {1, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}};
   static Eigen::Matrix<double, 8, 8> of_pair(const CellMatrix& K, std::size_t pair) {
     const auto [a, b] = components[pair];
     return K(Eigen::seqN(a, 8, 3), Eigen::seqN(b, 8, 3));

@@ -17,7 +17,7 @@ namespace maille::deform {
 /// scene), 3 of its twists, 3 of its edges, and where some cell of the body is thin 6 of bending across every
 /// axis (upper triangle of 3 x 3); all 0 where there is no matter.
 struct MaskedOperator {
-  static constexpr int most_coefficients = 45, mean = 0, twist = 21, edge = 24, bending = 27;
+  enum Coefficient : int { mean = 0, twist = 21, edge = 24, bending = 27, most_coefficients = 45 };
   static constexpr int coefficients_of(bool bends) { return bends ? most_coefficients : bending; }
   /// [coefficient][kind] if there is `kind`; else [block of cells][coefficient][cell], of every run as many
   /// as it has, one run after another.
@@ -32,7 +32,10 @@ struct MaskedOperator {
 /// forces += A u of the cells of some runs, one after another.
 void add_matter_forces(const MaskedOperator& A, std::span<const CellRun> runs, const float* u, float* forces);
 
-/// sum += columns times c: n columns of `size` numbers, one after another. @pre size is a multiple of 32
+/// Numbers of a column that one pass of add_columns() takes.
+inline constexpr std::int64_t column_part = 32;
+/// sum += columns times c: n columns of `size` numbers, one after another. @pre size is a multiple of
+/// column_part
 void add_columns(std::int64_t size, int n, const float* columns, const double* c, double* sum);
 
 /// f = eigenvalue_noise() of the entries from `first` on. @param inverse, f of the first one

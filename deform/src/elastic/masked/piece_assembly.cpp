@@ -39,8 +39,8 @@ void PieceAssembly::add_cell(const ComplexCell& cell, const CellMatrix& K, const
     for (int corner = 0; corner < 8; ++corner) {
       const auto vertex = static_cast<std::size_t>(cell.vertex[corner]);
       if (const std::int32_t place = coarsened_.place[vertex]; place >= 0) {
-        const PlaceWeights& of = place_weights[place % PlaceWeights::n_places];
-        const std::int32_t* const vertices = coarsened_.complex.cells[place / PlaceWeights::n_places].vertex;
+        const PlaceWeights& of = place_weights[place % places_of_piece];
+        const std::int32_t* const vertices = coarsened_.complex.cells[place / places_of_piece].vertex;
         for (int i = 0; i < of.size; ++i)
           visit(3 * corner, 3 * piece.local(vertices[of.corner[i]]), double{of.weight[i]});
         continue;

@@ -4,6 +4,7 @@
 #include "elastic/masked/cell_complex.hpp"
 #include "elastic/masked/coarse_operator.hpp"
 #include "elastic/masked/masked_rows.hpp"
+#include "elastic/model/lattice_elasticity.hpp"
 #include "lattice/field_memory.hpp"
 #include "maille/base/communicator.hpp"
 
@@ -21,7 +22,7 @@ class Slabs {
 public:
   /// Planes that slabs consist of: whole blocks of 2 cells, and what LatticeElasticity::for_each_window()
   /// takes at once.
-  static constexpr int planes_per_unit = 4;
+  static constexpr int planes_per_unit = LatticeElasticity::planes_per_window;
   /// Layers of cells below and above a slab's own: three planes of blocks tell which of the coarser grid's
   /// vertices at the border are one, and their numbers.
   static constexpr int layers_below = 6, layers_above = layers_below;

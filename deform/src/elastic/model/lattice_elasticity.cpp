@@ -49,7 +49,6 @@ struct HashOfMatter {
 
 /// Cells of one kind along x that are worth vectors.
 constexpr std::int64_t fewest_cells_of_run = 3;
-constexpr int planes_per_window = 4;
 
 } // namespace
 

@@ -45,6 +45,7 @@ inline constexpr int corners_of_cell = 1 << dimension;
 class LatticeElasticity {
 public:
   static constexpr double alpha = 1.0 / 3;
+  static constexpr int planes_per_window = 4; ///< planes of nodes that for_each_window() takes at once
 
   /// @param scene must outlive this
   explicit LatticeElasticity(const Scene& scene);

@@ -88,7 +88,7 @@ Eigen::SparseMatrix<double> StiffnessBlocks::lower(const FixedMask& fixed,
     n_groups += n_free > before ? 1 : 0;
   }
   Eigen::SparseMatrix<double> matrix(n_free, n_free);
-  matrix.reserve(static_cast<Eigen::Index>(n_free) * 3 * n_after);
+  matrix.reserve(static_cast<Eigen::Index>(n_free) * 3 * std::tuple_size_v<Row>);
   for (std::size_t column = 0; column < free.size(); ++column) {
     if (free[column] < 0)
       continue;

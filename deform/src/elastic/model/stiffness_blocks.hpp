@@ -38,7 +38,6 @@ public:
   Eigen::SparseMatrix<double> lower(const FixedMask& fixed, std::vector<std::int32_t>* group = nullptr) const;
 
 private:
-  static constexpr std::size_t n_after = 14;
   struct Block {
     std::int32_t node = -1;
     Eigen::Matrix3d values = Eigen::Matrix3d::Zero();
@@ -46,8 +45,9 @@ private:
   Block& block(std::int64_t near, int after); ///< of a node of the grid
 
   const Grid& grid_;
-  std::vector<std::int32_t> place_; ///< in `nodes`, by node of the grid; -1: none
-  std::vector<std::array<Block, n_after>> rows_;
+  std::vector<std::int32_t> place_;  ///< in `nodes`, by node of the grid; -1: none
+  using Row = std::array<Block, 14>; ///< the node itself and its 13 neighbours that follow it in the grid
+  std::vector<Row> rows_;
 };
 
 } // namespace maille::deform

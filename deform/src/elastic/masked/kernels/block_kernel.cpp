@@ -120,13 +120,12 @@ HWY_INLINE VF total(Sums* sums) {
 
 /// Row `row` of A u; the fourth number is unused.
 HWY_INLINE VF sum_of_blocks(const BlockMatrix& A, std::int32_t row, int part, const float* u) {
-  constexpr int stride = 9;
   BlockSums sums[4];
   const std::int32_t begin = A.first.data()[row], n = A.first.data()[row + 1] - begin;
   const std::int32_t* const column = A.column.data() + begin;
-  const float* const block = A.blocks.data() + std::int64_t{stride} * begin;
+  const float* const block = A.blocks.data() + std::int64_t{9} * begin;
   const auto add = [&](int sum, std::int32_t i) HWY_ATTR {
-    sums[sum].add(block + i * stride, u + std::int64_t{block_stride} * column[i], part);
+    sums[sum].add(block + 9 * i, u + std::int64_t{block_stride} * column[i], part);
   };
   in_turns(n, add);
   return total(sums);
@@ -187,19 +186,17 @@ HWY_INLINE VF sum_of_blocks(const RoundedBlockMatrix& A, std::int32_t row, int, 
 }
 #else
 HWY_INLINE VF sum_of_blocks(const RoundedBlockMatrix& A, std::int32_t row, int part, const float* u) {
-  constexpr int stride = 8;
   BlockSums sums[4];
   const std::int32_t begin = A.first.data()[row], n = A.first.data()[row + 1] - begin;
   const std::int32_t* const column = A.column.data() + begin;
-  const std::uint16_t *const block = A.blocks.data() + std::int64_t{stride} * begin, *const last =
-                                                                                         A.last.data() +
-                                                                                         begin;
+  const std::uint16_t *const block = A.blocks.data() + std::int64_t{8} * begin, *const last =
+                                                                                    A.last.data() + begin;
   const auto numbers = [&](const std::uint16_t* at) HWY_ATTR {
     return hn::PromoteTo(
         F(), hn::LoadU(hn::Rebind<hwy::float16_t, F>(), reinterpret_cast<const hwy::float16_t*>(at + part)));
   };
   const auto add = [&](int sum, std::int32_t i) HWY_ATTR {
-    const std::uint16_t* const at = block + i * stride;
+    const std::uint16_t* const at = block + 8 * i;
     const std::uint16_t column_of_z[8] = {at[6], at[7], last[i]};
     sums[sum].add(numbers(at), numbers(at + 3), numbers(column_of_z),
                   u + std::int64_t{block_stride} * column[i]);

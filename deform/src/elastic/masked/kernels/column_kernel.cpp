@@ -18,12 +18,11 @@ namespace hn = hwy::HWY_NAMESPACE;
 using D = hn::CappedTag<double, 4>;
 
 void add_all(std::int64_t size, int n, const float* columns, const double* c, double* sum) {
-  constexpr std::int64_t at_once = 32;
-  constexpr int n_vectors = static_cast<int>(at_once) / static_cast<int>(hn::MaxLanes(D()));
+  constexpr int n_vectors = static_cast<int>(column_part) / static_cast<int>(hn::MaxLanes(D()));
   const D d;
   const hn::Rebind<float, D> single;
   const auto lanes = static_cast<std::int64_t>(hn::Lanes(d));
-  for (std::int64_t first = 0; first < size; first += at_once) {
+  for (std::int64_t first = 0; first < size; first += column_part) {
     hn::VFromD<D> sums[n_vectors];
     for (int i = 0; i < n_vectors; ++i)
       sums[i] = hn::LoadU(d, sum + first + i * lanes);

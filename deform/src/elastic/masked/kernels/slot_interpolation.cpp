@@ -24,8 +24,8 @@ template<class Visit>
 HWY_INLINE void for_each_weight(std::int32_t place, const PatternedPiece* pieces, const Weights& hinges,
                                 const Visit& visit) {
   if (place >= 0) {
-    const PatternedPiece& piece = pieces[place / PlaceWeights::n_places];
-    const PlaceWeights& of = place_weights.data()[place % PlaceWeights::n_places];
+    const PatternedPiece& piece = pieces[place / places_of_piece];
+    const PlaceWeights& of = place_weights.data()[place % places_of_piece];
     for (int i = 0; i < of.size; ++i)
       visit(piece.vertex[of.corner[i]], of.weight[i]);
     return;
