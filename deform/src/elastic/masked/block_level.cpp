@@ -58,7 +58,7 @@ void BlockLevel::invert_diagonal(ThreadTeam& team) {
     largest = std::max(largest, inverse_[i]);
   if (is_shared())
     largest = static_cast<float>(shared_->largest(double{largest}));
-  for (std::size_t i = 0; i < inverse_.size(); ++i) { // else all that it moves is fixed, or another rank's
+  for (std::size_t i = 0; i < inverse_.size(); ++i) { // else the component is fixed, or owned by another rank
     float& entry = inverse_[i];
     entry = entry > 1e-10f * largest && i >= first && i < end ? 1 / entry : 0;
   }
@@ -77,8 +77,8 @@ double BlockLevel::energy(ThreadTeam& team) {
 }
 
 void BlockLevel::round_operator(ThreadTeam& team) {
-  constexpr double small_part = 0.03;           // up to here no more iterations were seen
-  constexpr std::int32_t fewest_vertices = 500; // others take next to no memory
+  constexpr double small_part = 0.03;           // larger changes cost iterations, as measured
+  constexpr std::int32_t fewest_vertices = 500; // smaller levels take little memory
   if ((is_shared() ? shared_->n_vertices() : n()) < fewest_vertices)
     return;
   const double exact = energy(team);
@@ -176,7 +176,7 @@ void BlockLevel::correct_twice(bool does) {
   first_.correction = AlignedArray<float>(does ? u.size() : 0);
 }
 
-/// The fourth number of a row, which does not count, is 0 in u.
+/// The unused fourth number of a row is 0 in u.
 double BlockLevel::dot(const float* a, const float* b, ThreadTeam& team) {
   return sum_over_parts(
       team, [&](std::int64_t first, std::int64_t n) { return dot_entries(n, a + first, b + first); });

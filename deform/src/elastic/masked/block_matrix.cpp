@@ -10,30 +10,30 @@ namespace maille::deform {
 
 namespace {
 
-/// Rows of the product, gathered block by block.
+/// Some rows of a product.
 struct ProductRows {
   List<std::int32_t> length, column;
   List<float> blocks;
 };
 
-/// Numbers of a sum: the nine of a block and one that does not count, for loops in pairs.
+/// A block has nine numbers; a tenth makes the loop even.
 constexpr std::size_t sum_stride = 10;
 
-/// Sums of blocks of one row, wherever its columns are.
+/// Accumulates the blocks of one row of a product, in any order of columns.
 class BlockRow {
 public:
   explicit BlockRow(std::int32_t n_columns) : place_(static_cast<std::size_t>(n_columns), -1) {}
-  /// Loads nine numbers; one more must be readable.
+  /// Reads ten numbers of `block`.
   template<class Number>
   void add(std::int32_t column, double weight, const Number* block) {
     double* const sum = at(column);
-    double product[sum_stride]; // or compilers take the block for a part of the sum
+    double product[sum_stride]; // a copy, because the compiler must assume that block and sum overlap
     for (std::size_t e = 0; e < sum_stride; ++e)
       product[e] = weight * double{block[e]};
     for (std::size_t e = 0; e < sum_stride; ++e)
       sum[e] += product[e];
   }
-  /// Calls visit(column, sum) for all of them; then there are none.
+  /// Calls visit(column, sum) for all sums and clears them.
   template<class Visit>
   void empty_into(const Visit& visit) {
     for (std::size_t i = 0; i < columns_.size(); ++i) {
@@ -75,7 +75,7 @@ private:
   std::vector<std::size_t> order_;
 };
 
-/// First the rows of A that the row takes part in, then their columns: a fine column has one sum only.
+/// First the rows of A, then their columns: so each fine column has one sum.
 void add_row(const BlockMatrix& A, const Weights& P, const Weights& P_transposed, std::size_t row,
              BlockRow& of_fine, BlockRow& sums) {
   for (auto i = static_cast<std::size_t>(P_transposed.first[row]);
@@ -96,7 +96,8 @@ void add_row(const BlockMatrix& A, const Weights& P, const Weights& P_transposed
 } // namespace
 
 RoundedBlockMatrix rounded(BlockMatrix& A, ThreadTeam& team) {
-  constexpr int exponent_of_largest = 15; // of 2^15 (2 - 2^-10), so that the smallest are normal numbers too
+  constexpr int exponent_of_largest =
+      15; // the largest binary16 is 2^15 (2 - 2^-10); so small entries stay normal numbers
   RoundedBlockMatrix B;
   B.scale.resize(A.n_rows());
   constexpr std::size_t padding = line_of_floats / 2;
@@ -109,7 +110,7 @@ RoundedBlockMatrix rounded(BlockMatrix& A, ThreadTeam& team) {
       const auto begin = static_cast<std::size_t>(A.first[row]);
       const std::int32_t n_blocks = A.first[row + 1] - A.first[row];
       const float* const blocks = A.blocks.data() + 9 * begin;
-      std::int32_t largest = 0; // numbers without their sign are ordered as their bits are
+      std::int32_t largest = 0; // absolute values are ordered as their bits
       for (std::int32_t i = 0; i < 9 * n_blocks; ++i)
         largest = std::max(largest, std::bit_cast<std::int32_t>(blocks[i]) & 0x7fffffff);
       int exponent = 0;

@@ -11,8 +11,7 @@
 
 namespace maille::deform {
 
-/// Symmetric. Blocks of a row have columns in ascending order, and hold their three columns one after
-/// another.
+/// A symmetric matrix. Columns of a row ascend; a block stores its three columns one after another.
 struct BlockMatrix {
   List<std::int32_t> first; ///< per row, and the end
   List<std::int32_t> column;
@@ -21,32 +20,31 @@ struct BlockMatrix {
   std::int32_t n_rows() const { return static_cast<std::int32_t>(first.size()) - 1; }
 };
 
-/// The same in half the bytes: numbers of 16 bits (IEEE 754's binary16), each times the scale of its row.
-/// That is a power of 2, so numbers that mirror one another are rounded alike, by 2^-11 of themselves at
-/// most.
+/// The same in half the bytes: binary16 numbers (IEEE 754) times a scale per row. The scale is a power of 2,
+/// so symmetric entries round alike, by at most 2^-11 of their size.
 struct RoundedBlockMatrix {
   List<std::int32_t> first, column;
   List<float> scale; ///< per row
-  /// The first eight numbers of each block, which fill a vector, and the last ones; some of padding.
+  /// The first eight numbers of each block, which fill a vector, and the ninth ones, both padded.
   AlignedArray<std::uint16_t> blocks, last;
 
   std::int32_t n_rows() const { return static_cast<std::int32_t>(first.size()) - 1; }
 };
-/// Takes first and column out of A, whose numbers stay.
+/// Moves `first` and `column` out of A; the numbers of A stay.
 RoundedBlockMatrix rounded(BlockMatrix& A, ThreadTeam& team);
 
 /// P^T A P.
 BlockMatrix galerkin_product(const BlockMatrix& A, const Weights& P, const Weights& P_transposed,
                              ThreadTeam& team);
 
-/// A + B, of equally many rows, with a block wherever one of them has one.
+/// A + B. The result has a block where either matrix has one. @pre equal numbers of rows
 BlockMatrix sum_of(const BlockMatrix& A, const BlockMatrix& B);
 
-/// Fields have four numbers for each row: three components, and one that does not count.
+/// Numbers of a field per row: three components and an unused fourth.
 inline constexpr int block_stride = 4;
 
-/// Loops over the rows from `first` on, for every kind of vector that the machine may have; `inverse` of the
-/// diagonal, 0 where nothing is to be moved.
+/// Loops over the rows from `first` to `end`, compiled for every vector instruction set. `inverse` is that of
+/// the diagonal, 0 where a component is fixed.
 /// out = A u
 void apply_blocks(const BlockMatrix& A, std::int32_t first, std::int32_t end, const float* u, float* out);
 void apply_blocks(const RoundedBlockMatrix& A, std::int32_t first, std::int32_t end, const float* u,
@@ -61,9 +59,10 @@ void relax_blocks(const BlockMatrix& A, std::int32_t first, std::int32_t end, fl
                   const float* inverse, const float* f, const float* u, float* next);
 void relax_blocks(const RoundedBlockMatrix& A, std::int32_t first, std::int32_t end, float weight,
                   const float* inverse, const float* f, const float* u, float* next);
-/// Rounds n blocks over `unit`, a power of 2, to 16 bits: the first eight numbers of each, and the last ones.
+/// Divides n blocks by `unit`, a power of 2, and rounds them to 16 bits: eight numbers of each, then the
+/// ninth.
 void round_blocks(const float* blocks, std::int32_t n, float unit, std::uint16_t* eight, std::uint16_t* last);
-/// out = sum of weights times entries of u, or that added to it
+/// out = P u, or out += P u
 void interpolate_blocks(const Weights& P, std::int32_t first, std::int32_t end, const float* u, bool adds,
                         float* out);
 

@@ -11,11 +11,10 @@ namespace maille::deform {
 
 namespace {
 
-/// Planes of blocks of 2 x 2 x 2 cells that are done in one go: those of every second slab have no vertex in
-/// common.
+/// Planes of blocks of 2 x 2 x 2 cells per work item: every second slab shares no vertex.
 constexpr int planes_per_slab = 2;
 
-/// What vertices at hinges belong to: 8 cell + corner.
+/// Owners of the vertices at hinges: 8 cell + corner.
 struct HingeStar {
   std::int32_t vertex = 0, entry = 0;
 };
@@ -81,8 +80,8 @@ void Coarsening::for_slabs_in_turn(const Work& work) {
   run_slabs(team_, n_slabs(), [&](int slab) { work(first_of_slab(slab), first_of_slab(slab + 1), slab); });
 }
 
-/// Calls visit(other, axis) for cells that share the face with it that lies beyond it along an axis, within
-/// its block or in another.
+/// Calls visit(other, axis) for the neighbours beyond the upper faces of a cell, within its block or in
+/// another.
 template<class Visit>
 void Coarsening::for_each_shared_face(std::int32_t cell, bool within, const Visit& visit) const {
   const std::int32_t* const vertex = fine_.cells[cell].vertex;
@@ -101,8 +100,8 @@ void Coarsening::for_each_shared_face(std::int32_t cell, bool within, const Visi
   }
 }
 
-/// The cells of a plane of blocks block after block, x fastest; those of one block in their order: sorted by
-/// counting, axis after axis.
+/// Sorts the cells of a plane of blocks by block, x fastest, and by their order within a block: counting
+/// sort, axis by axis.
 void Coarsening::sort_by_blocks(int plane, List<std::int32_t>& order) const {
   const std::int32_t begin = first_of_plane_[plane],
                      end = first_of_plane_[static_cast<std::size_t>(plane) + 1];
@@ -123,8 +122,7 @@ void Coarsening::sort_by_blocks(int plane, List<std::int32_t>& order) const {
   std::ranges::copy(from, order.begin() + begin);
 }
 
-/// Cells of one block of 2 x 2 x 2, as far as they are joined within it, become one. Pieces are numbered by
-/// blocks, plane after plane.
+/// Joins the connected cells of each block into pieces. Pieces are numbered by blocks, plane by plane.
 void Coarsening::find_pieces() {
   List<std::int32_t> order(fine_.cells.size()), number(fine_.cells.size(), -1);
   DisjointSets sets(fine_.cells.size());
@@ -160,8 +158,8 @@ void Coarsening::find_pieces() {
   });
 }
 
-/// The corners of pieces that share faces, of the cells from `first` on with what is in their own slab or in
-/// the next. @param sets of 8 piece + corner
+/// Joins the corners of pieces across shared faces, for the cells from `first` on, within their slab or the
+/// next. @param sets of 8 piece + corner
 void Coarsening::join_faces(std::int32_t first, std::int32_t end, bool to_next_slab,
                             DisjointSets& sets) const {
   for (std::int32_t cell = first; cell < end; ++cell) {
@@ -192,7 +190,7 @@ void Coarsening::join_places(DisjointSets& sets) const {
       sets.join(corners[i].second, corners[i - 1].second);
 }
 
-/// In the order in which pieces have them.
+/// Numbers vertices in the order of pieces.
 void Coarsening::find_vertices() {
   auto& cells = result_.complex.cells;
   const std::size_t n = 8 * cells.size();
@@ -243,8 +241,7 @@ std::int32_t Coarsening::place_in_piece(std::int32_t cell, int corner) const {
   return places_of_piece * piece(cell) + halves[0] + 3 * halves[1] + 9 * halves[2];
 }
 
-/// Whether two places, of one vertex in two pieces, have the same weights: then vertices at the corners that
-/// count are the same, one after another.
+/// True if two places of one vertex, in two pieces, have the same weights on the same vertices.
 bool Coarsening::are_the_same(std::int32_t one, std::int32_t other) const {
   const PlaceWeights &at = place_weights[one % places_of_piece],
                      &there = place_weights[other % places_of_piece];
@@ -288,7 +285,7 @@ void Coarsening::find_places() {
   });
 }
 
-/// Sorted by vertex, those of one vertex in the order of cells.
+/// Sorts by vertex, and by cell within a vertex.
 List<HingeStar> Coarsening::hinges() {
   std::vector<List<HingeStar>> parts(n_slabs());
   for_slabs_in_turn([&](std::int32_t first, std::int32_t end, int slab) {
@@ -306,7 +303,7 @@ List<HingeStar> Coarsening::hinges() {
   return all;
 }
 
-/// The row of a vertex that is of several pieces which are not joined there.
+/// Interpolation weights of a hinge.
 void Coarsening::add_mean(std::span<const HingeStar> star, Weights& weights) const {
   List<std::pair<std::int32_t, float>> sum;
   List<std::int32_t> pieces;

@@ -1,5 +1,10 @@
 #pragma once
-/// Which cells of a grid hold matter and which vertices they share, and the same on coarser grids.
+/// Cells of matter and the vertices that they share, and how they are coarsened.
+///
+/// Scheme    the finest complex has the cells of a grid that hold matter. A coarser one has a cell, called a
+///           piece, for each connected part of the matter in a block of 2 x 2 x 2 cells. Pieces that touch
+///           only at an edge or a corner keep separate vertices there: a hinge.
+/// Exact     linear displacements of every piece are interpolated exactly.
 
 #include "maille/base/arena.hpp"
 #include "maille/base/grid.hpp"
@@ -34,7 +39,8 @@ struct Weights {
   Weights transposed(std::int32_t n_columns) const;
 };
 
-/// What a place in a piece has of the piece's vertices: by halves of its sides, x + 3 y + 9 z, each 0 to 2.
+/// Weights of a place in a piece on the eight vertices of the piece. A place counts half sides from the
+/// lowest corner: x + 3 y + 9 z, each 0 to 2.
 struct PlaceWeights {
   int size = 0;
   int corner[8] = {}; ///< ascending
@@ -60,29 +66,29 @@ inline constexpr auto places_of_piece = static_cast<int>(place_weights.size());
 
 /// How pieces of matter are joined when a grid is coarsened.
 enum class Joining {
-  /// Only where cells share a face: what hangs together by an edge or a corner, a hinge, may still turn on
-  /// coarser grids
+  /// Where cells share a face. Parts that share only an edge or a corner stay separate, so that the hinge
+  /// between them can still turn on coarser grids.
   faces,
-  places ///< wherever they lie in the same or neighbouring cells, as on a grid without holes
+  places ///< where they lie in the same or neighbouring cells, as on a grid without holes
 };
 
 struct Coarsened {
   CellComplex complex;
   List<std::int32_t> cell_of; ///< per fine cell
-  Weights interpolation;      ///< of fine vertices from coarse ones; where asked for so, of hinges alone
-  /// Per fine vertex: places_of_piece times the number of its piece, and its place in that. -1 at
-  /// hinges, and of no cell.
+  Weights interpolation;      ///< of fine vertices from coarse ones; of hinges alone if requested
+  /// Per fine vertex: places_of_piece times the number of its piece, plus its place in the piece; -1 at
+  /// hinges and where no cell is.
   List<std::int32_t> place;
-  /// Per fine vertex: whether it takes the mean of pieces that are not joined there, else it is one's own.
+  /// Per fine vertex: 1 if it takes the mean of several pieces that are not joined there.
   List<std::uint8_t> is_hinge;
 };
 
-/// Twice the spacing. Every coarse cell is a piece of the matter in 2 x 2 x 2 cells; its eight vertices are
-/// its own, but for those that it shares with the pieces that it is joined to. A vertex interpolates linearly
-/// in every piece that it belongs to; where they are joined that is the same, at hinges it takes the mean. So
-/// on the coarse grid pieces move by themselves, and the energy of the hinge between them is in the matrix.
+/// Coarsens to twice the spacing. Every coarse cell is a piece of the matter in 2 x 2 x 2 cells and has eight
+/// vertices, which it shares with the pieces that it is joined to. A fine vertex is interpolated linearly in
+/// each of its pieces: joined pieces give the same value, and a hinge takes the mean of the values. So pieces
+/// move independently on the coarse grid, and the matrix holds the energy of the hinge between them.
 ///
-/// The same for any number of threads. @pre cells come plane after plane
+/// Same result for any number of threads. @pre cells are in the order of planes
 Coarsened coarsen(const CellComplex& fine, Joining joining, ThreadTeam& team, bool of_hinges_alone = false);
 
 } // namespace maille::deform

@@ -58,8 +58,8 @@ CellCoefficients coefficients_of(const LatticeElasticity::Kind& kind, const Cell
 
 namespace {
 
-/// Differences that contain one column (corner and component) of a cell, and their signs: its strain, its two
-/// shears, its two twists, and the differences of faces across both other axes.
+/// The differences that one column (corner and component) of a cell contributes to, and their signs: its
+/// normal strain, two shears, two twists, and the face differences across both other axes.
 struct CellColumn {
   std::array<int, 3> strain{};
   std::array<double, 3> of_strain{};
@@ -87,7 +87,7 @@ CellColumn cell_column(int corner, int component) {
   return column;
 }
 
-/// What the differences of one column pull with, but for edges.
+/// Generalised stresses of a unit displacement of one column, without edges.
 struct CellPull {
   std::array<double, 6> strain{};
   std::array<double, 3> twist{};
@@ -108,7 +108,7 @@ struct CellPull {
                      c[bending_coefficient(a, f, 2)] * column.of_twist[q];
     }
   }
-  /// The other's part in them: a number of the cell's matrix.
+  /// The entry of the cell matrix for the other column.
   double at(const CellColumn& other) const {
     double sum = 0;
     for (std::size_t p = 0; p < 3; ++p)
@@ -157,7 +157,7 @@ namespace {
 /// The 24 entries of the diagonal, rounded up.
 constexpr std::size_t diagonal_size = column_part;
 
-/// The diagonal is linear in the coefficients: what each of them gives, one after another.
+/// The diagonal is linear in the coefficients: its parts, one coefficient after another.
 std::vector<float> diagonals_of_coefficients() {
   const std::array<CellColumn, 24> columns = cell_columns();
   std::vector<float> all(diagonal_size * MaskedOperator::most_coefficients, 0.0F);

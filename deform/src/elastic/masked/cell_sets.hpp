@@ -1,5 +1,5 @@
 #pragma once
-/// What is looked up of cells while a grid is coarsened: what is joined, and who is beyond a face.
+/// Look-up tables of coarsening: connected parts (union and find), and the cell that starts at a vertex.
 
 #include "elastic/masked/cell_complex.hpp"
 
@@ -23,13 +23,13 @@ public:
     }
     return i;
   }
-  /// The same for several threads at a time, once all are joined.
+  /// The same without path compression, for several threads after the last join.
   std::int32_t seek(std::int32_t i) const {
     while (parent_[i] != i)
       i = parent_[i];
     return i;
   }
-  /// The smallest one stands for all, in whatever order they are joined.
+  /// The smallest number represents a set, in any order of joins.
   void join(std::int32_t i, std::int32_t j) {
     i = find(i), j = find(j);
     parent_[std::max(i, j)] = std::min(i, j);

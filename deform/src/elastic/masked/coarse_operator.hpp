@@ -39,7 +39,7 @@ struct PatternedPiece {
   std::int32_t pattern = no_pattern; ///< whose matrix it has
 };
 
-/// A matrix takes 2 KB, and a piece that has no pattern some 1 to 2 KB as blocks.
+/// A matrix takes 2 KB; a piece without a pattern takes 1 to 2 KB as blocks.
 inline constexpr int fewest_pieces_of_a_pattern = 3;
 
 /// Matrices of pieces where many are alike: those of one material have no more than 255.
@@ -63,17 +63,16 @@ struct PatternedPieces {
   void set_by_pattern(ThreadTeam& team);
 };
 
-/// out += matrices of the pieces times u, of places in by_pattern. For every kind of vector, as
-/// apply_blocks().
+/// out += matrices of the pieces at these places of by_pattern, times u. Compiled as apply_blocks().
 void add_pieces(const PatternedPieces& all, std::size_t first, std::size_t end, const float* u, float* out);
 
-/// The sum of a matrix of blocks, and of what pieces of known patterns are.
+/// A coarse operator: a matrix of blocks, plus the pieces that share patterns.
 /// Same bits for any number of threads.
 ///
 /// Cost  a piece of a known pattern has 36 bytes, and a vertex of it some 800 as blocks, 500 of them rounded
 class CoarseOperator {
 public:
-  /// @param blocks of whatever has no pattern, with a row for every vertex
+  /// @param blocks of the pieces without a pattern, with a row for every vertex
   explicit CoarseOperator(BlockMatrix blocks, PatternedPieces pieces = {});
 
   std::int32_t n_rows() const { return is_rounded_ ? rounded_.n_rows() : blocks_.n_rows(); }
@@ -82,11 +81,11 @@ public:
   const BlockMatrix& blocks() const { return blocks_; }
   BlockMatrix& blocks() { return blocks_; }
   const PatternedPieces& pieces() const { return pieces_; }
-  /// Blocks become numbers of 16 bits, and then those that they were again, or those are forgotten.
+  /// Rounds blocks to 16 bits; then restores the exact blocks, or frees them.
   void round(ThreadTeam& team);
   void undo_rounding();
   void forget_exact() { blocks_.blocks = {}; }
-  /// Calls visit(blocks), as they are stored.
+  /// Calls visit(blocks) with the stored representation.
   template<class Visit>
   void with_blocks(const Visit& visit) const {
     is_rounded_ ? visit(rounded_) : visit(blocks_);

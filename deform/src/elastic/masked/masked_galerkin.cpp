@@ -14,14 +14,14 @@ namespace maille::deform {
 
 namespace {
 
-/// Kinds of material: patterns store a byte for each cell, where 0 is empty.
+/// Kinds of material in patterns, which store a byte per cell; 0 is empty.
 constexpr std::size_t most_kinds_remembered = 64;
-/// Below one thin kind in this number, a table for thin cells costs more than it saves.
+/// If fewer than one kind in this number is thin, a table for thin cells costs more than it saves.
 constexpr std::size_t worth_table_of_thin = 6;
 
-/// The matrix of a plain cell as its piece has it is linear in the cell's coefficients: what each of them
-/// gives, by the eighth of the piece that the cell is in. By pairs of components, each of which fewer than
-/// half of the coefficients have a part in; of every pair the corners of both, one after another.
+/// The contribution of a plain cell to its piece is linear in the coefficients of the cell. This table has
+/// the contribution of each coefficient, by octant. It is split by pairs of components, because each pair
+/// depends on fewer than half of the coefficients; each pair stores its 8 x 8 corners.
 class LinearProducts {
 public:
   static constexpr std::pair<int, int> components[] = {{0, 0}, {1, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}};
@@ -105,7 +105,7 @@ public:
   /// Kinds of material in the eighths of a piece without fixed vertices or hinges; 0 for other pieces.
   std::uint64_t pattern(std::size_t piece) const;
   CellMatrix matrix(std::uint64_t pattern) const;
-  /// Column after column. @param sum memory
+  /// The matrix of a piece, column by column, in the memory of `sum`.
   const double* matrix(std::size_t number, const Piece& piece, PieceMatrix& sum) const;
 
   PieceAssembly assembly;
@@ -233,7 +233,7 @@ void CellProducts::add_cell(const ComplexCell& cell, const Piece& piece, PieceMa
   assembly.add_cell(cell, K, piece, sum);
 }
 
-/// As PatternedPieces have it.
+/// Stores a matrix in the layout of PatternedPieces.
 void put_matrix(const CellMatrix& K, float* out) {
   for (std::size_t j = 0; j < 24; ++j)
     for (std::size_t i = 0; i < 24; ++i)
@@ -252,8 +252,8 @@ CellMatrix matrix_of(const PatternedPieces& known, std::int32_t pattern) {
   return K;
 }
 
-/// Matrices of patterns as pieces of twice the size have them, by the eighth that they are in: those that
-/// most cells ask for, in no more memory than some of the pieces themselves.
+/// Cache of P^T K P for patterns by octant: the most frequent ones, limited to a small part of the memory of
+/// the pieces.
 class ProductsOfPatterns {
 public:
   ProductsOfPatterns(const PatternedPieces& known, const CellComplex& fine, std::size_t n_pieces,
@@ -295,8 +295,7 @@ private:
   List<Eigen::Matrix<float, 24, 24>> products_;
 };
 
-/// The patterns that enough pieces have, in the order in which they are met; none where most pieces have
-/// others.
+/// Frequent patterns, in the order of first use; none if most pieces have rare patterns.
 List<std::uint64_t> common_patterns(const List<std::uint64_t>& of_piece) {
   std::unordered_map<std::uint64_t, std::int32_t> uses;
   List<std::uint64_t> patterns;
@@ -334,7 +333,7 @@ CoarseOperator galerkin_product(const MaskedLevel& level, const CellComplex& fin
   const auto slabs_for_threads = [&](const List<ComplexCell>& of, std::size_t first, std::size_t end) {
     return slabs_of(numbered(first, end), of, PieceAssembly::planes_per_slab);
   };
-  // The pieces that its own rows are made of.
+  // Range of the pieces that contribute to the rank's rows.
   const std::size_t first_known = shared == nullptr ? 0 : shared->first_known(),
                     end_known = shared == nullptr ? cells.size() : shared->end_known();
   List<std::uint64_t> of_known(by_patterns ? end_known - first_known : 0), of_all;
@@ -351,7 +350,7 @@ CoarseOperator galerkin_product(const MaskedLevel& level, const CellComplex& fin
   std::unordered_map<std::uint64_t, std::int32_t> numbers;
   for (const std::uint64_t pattern : patterns)
     numbers.emplace(pattern, static_cast<std::int32_t>(numbers.size()));
-  /// Pieces of cells, of which some from `first` on have patterns.
+  /// Pieces of cells; those from `first` on have known patterns.
   const auto pieces_of = [&](const List<ComplexCell>& of, std::size_t first,
                              const List<std::uint64_t>& known) {
     PatternedPieces pieces;

@@ -42,7 +42,7 @@ void MaskedLevel::set_fixed(const std::vector<Prescribed>& prescribed) {
     fixed_.emplace_back(at, inverse_[at]);
     inverse_[at] = 0;
   }
-  set_springs(); // which do not act where nothing may move
+  set_springs(); // they do not act on fixed components
 }
 
 void MaskedLevel::renew_matter(ThreadTeam& team) {
@@ -94,10 +94,10 @@ void MaskedLevel::for_components(int plane, const Work& work) const {
     work(c * component_stride() + first, n);
 }
 
-/// Calls finish(plane) once the forces of a plane of nodes are whole. The planes between two slabs are begun
-/// by the one that comes first, and ended by the other; what loops over runs of cells add beyond their rows
-/// is nothing, also to planes that are finished. A rank's slabs are those of one process, as far as its own
-/// planes ask for their layers.
+/// Calls finish(plane) when the forces of a plane of nodes are complete. The plane between two slabs is
+/// cleared by the first of the two to run and finished by the second. Loops over runs add zero beyond their
+/// rows, so finished planes do not change. A rank uses the slabs of a single process, so its bits are the
+/// same.
 template<class Finish>
 void MaskedLevel::apply_by_planes(const float* displacement, float* forces, ThreadTeam& team,
                                   const Finish& finish) const {

@@ -12,8 +12,8 @@ namespace maille::deform {
 
 namespace {
 
-/// With no more kinds of matter, cells name them by a byte, which is 0 for none, and look their coefficients
-/// up in a table that stays in the cache; with more each has its own.
+/// Up to this many kinds, cells store a one-byte kind (0: no matter) and share a table of coefficients that
+/// stays in the cache. Beyond it, each cell has its own coefficients.
 constexpr std::size_t most_kinds_in_table = LatticeElasticity::few_kinds;
 static_assert(most_kinds_in_table <= std::numeric_limits<std::uint8_t>::max());
 /// Layers of cells per work item.

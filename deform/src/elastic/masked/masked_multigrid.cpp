@@ -14,17 +14,17 @@ namespace {
 
 /// A level with no more vertices is solved directly.
 constexpr std::int32_t most_vertices_solved_directly = 60;
-/// If coarsening leaves more of the vertices than this, there are many small pieces, and they are joined.
+/// If coarsening leaves a larger share of the vertices, the pieces are small, and Joining::places is used.
 constexpr double worst_coarsening = 0.6;
 
-/// The number of coarse grids, from the finest on, that are corrected twice. More hardly help, and bodies
-/// whose grids shrink slowly would pay for them.
+/// Coarse grids that are corrected twice, from the finest on. More grids bring little, and cost much where
+/// grids shrink slowly.
 constexpr std::size_t n_corrected_twice = 2;
 
-/// With one step a chain of 500 cells is not told from what may be rounded.
+/// Relaxation steps of the rounding test. A single step does not detect a chain of 500 cells.
 constexpr int most_steps_to_ask = 3;
 
-/// From `first` on; the finest level has slots without matter.
+/// Vertices with matter from `first` to `end`; the finest level also has empty slots.
 std::int64_t used_vertices(const Coarsened& coarsened, std::int32_t first, std::int32_t end) {
   std::int64_t n = 0;
   for (auto v = static_cast<std::size_t>(first); v < static_cast<std::size_t>(end); ++v)
@@ -48,7 +48,7 @@ MaskedMultigrid::MaskedMultigrid(std::unique_ptr<MaskedLevel> finest, int steps,
   finest_->make_fields(true);
 }
 
-/// Takes the interpolation out of `coarsened`.
+/// Moves the interpolation out of `coarsened`.
 CoarseOperator MaskedMultigrid::operator_above_finest(const CellComplex& fine, Coarsened& coarsened) {
   const std::int32_t n = coarsened.complex.n_vertices;
   CoarseOperator A = galerkin_product(*finest_, fine, coarsened, n > most_vertices_solved_directly, team());
@@ -60,8 +60,8 @@ CoarseOperator MaskedMultigrid::operator_above_finest(const CellComplex& fine, C
   return A;
 }
 
-/// The first of the coarser grids. @param whole becomes its operator, on the first rank @return its cells,
-/// there
+/// Builds the first coarser grid. @param whole receives its operator on the first rank @return its cells, on
+/// the first rank
 CellComplex MaskedMultigrid::build_by_ranks(int steps, CoarseOperator& whole) {
   const Slabs& slabs = finest_->slabs();
   const CellComplex fine = finest_->matter().complex(team());
@@ -110,11 +110,11 @@ void MaskedMultigrid::build(int steps) {
   }
 }
 
-/// What rounding does to a body depends on what is soft in it: stiff parts that hang on thin or soft ones
-/// turn at next to no energy, which 2^-11 of their own stiffness may be more than. So every level is asked by
-/// what a cycle from the second on makes of forces at random, in few steps of relaxation, as what is soft is
-/// not their task; the first by what that is there. The smallest first: the largest is in memory twice for a
-/// while.
+/// Rounds level operators to 16 bits where that is safe. Stiff parts that hang on thin or soft ones rotate at
+/// very little energy, and rounding by 2^-11 of their stiffness may exceed it. So each level is tested with
+/// the result of a cycle on pseudo-random forces, with few relaxation steps, because relaxation handles stiff
+/// motions. The first level is tested with the interpolated result. The smallest level comes first, because a
+/// level is stored twice during its test.
 void MaskedMultigrid::round_operators(int steps) {
   const bool is_shared = level(0).is_shared();
   const std::size_t n_twice = std::min(n_levels(), n_corrected_twice);
@@ -163,7 +163,7 @@ void MaskedMultigrid::release() {
   finest_->make_fields(false);
 }
 
-/// level(i).u = about the solution of A u = level(i).f; changes that f.
+/// level(i).u = approximate solution of A u = level(i).f; changes f.
 void MaskedMultigrid::correct(std::size_t i) {
   BlockLevel& here = level(i);
   BlockLevel* const coarser = i + 1 < n_levels() ? &level(i + 1) : nullptr;
@@ -205,15 +205,15 @@ void MaskedMultigrid::go_down_from_finest() {
   add_up_residuals();
 }
 
-/// What vertices of the first coarser grid take part in, slot after slot: so nothing but the interpolation
-/// need be kept. Planes of nodes in slabs, of which those of every second one have no vertex in common.
+/// Restricts the residual to the first coarser grid, slot by slot, so that only the interpolation is stored,
+/// not its transpose. Slabs of planes run in parallel; every second one shares no vertex.
 void MaskedMultigrid::add_up_residuals() {
   constexpr int planes_per_slab = Slabs::planes_per_unit;
   BlockLevel& coarse = level(0);
   std::ranges::fill(coarse.f.all(), 0.0F);
   const auto& pieces = coarse.A().pieces().pieces;
   const MaskedRows& rows = finest_->rows();
-  const PlaneRange own = finest_->slabs().own(); // its own vertices are in them, and in those next to them
+  const PlaneRange own = finest_->slabs().own(); // its vertices lie in these planes and the adjacent ones
   const int begin = std::max(0, own.first - 1), planes = own.end + (finest_->slabs().is_last() ? 0 : 2);
   run_slabs(team(), begin / planes_per_slab, (planes + planes_per_slab - 1) / planes_per_slab, [&](int slab) {
     const int first_plane = std::max(begin, slab * planes_per_slab);
@@ -255,7 +255,7 @@ AlignedArray<float> MaskedGradients::take_state() {
 
 std::optional<double> MaskedGradients::find_step(double beta, double product) {
   MaskedLevel& level = multigrid_.finest();
-  if (direction_.size() == 0) // the first residual is found before it is there
+  if (direction_.size() == 0) // allocated after the first residual, to limit memory
     direction_ = level.field();
   float* const p = direction_.data();
   level.for_each_part(team_, [&](std::int64_t at, std::int64_t n) {

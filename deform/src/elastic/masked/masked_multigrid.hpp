@@ -19,47 +19,46 @@ class DiagonalGradients;
 /// A coarser grid of a body.
 class BlockLevel {
 public:
-  /// @param from_here interpolation of the next finer level; none where that is the body's own
-  /// @param to_here transposed
+  /// @param from_here interpolation of the next finer level from this one; empty on the first coarser grid
+  /// @param to_here its transpose
   BlockLevel(CoarseOperator A, Weights from_here, Weights to_here, int steps, ThreadTeam& team);
-  /// The finest of them. @param parts entries whose products are added up first, and the end
-  /// @param shared if not null, then all ranks call what is below together, but for what coarser levels do;
-  ///        the level has the rank's rows. It must outlive this
+  /// The first coarser grid. @param parts ranges of entries for sums, and the end @param shared must outlive
+  /// this. If not null, all ranks call the functions below together, and the level has the rank's rows
   BlockLevel(CoarseOperator A, List<std::int64_t> parts, const SharedPieces* shared, int steps,
              ThreadTeam& team);
 
   const CoarseOperator& A() const { return A_; }
   std::int32_t n() const { return A_.n_rows(); }
-  /// Forces whose answers are made of soft motions more than of others, as those of conjugate gradients are.
+  /// f = pseudo-random forces that excite soft motions most, as the residuals of conjugate gradients do.
   void set_noise(ThreadTeam& team);
-  /// Relaxes with this number of steps before and after each coarser level.
+  /// Sets the number of relaxation steps before and after each coarser level.
   void relax_in(int steps);
-  /// A is kept in numbers of 16 bits where that changes the energy of u by a small part at most.
+  /// Rounds A to 16 bits if that changes the energy of u by little.
   void round_operator(ThreadTeam& team);
 
   AlignedArray<float> u, f, r; ///< block_stride numbers a vertex
-  /// The fields are not needed while coarser grids are built; at first they do not exist.
+  /// Makes the fields, or frees them while coarser grids are built.
   void make_fields(bool does) {
     for (AlignedArray<float>* const field : {&u, &f, &r})
       *field = AlignedArray<float>(does ? inverse_.size() : 0);
   }
-  /// The first of two corrections. @pre is_corrected_twice()
+  /// The first of two corrections. See MaskedMultigrid.
   struct FirstCorrection {
     AlignedArray<float> correction;
     double curvature = 0, step = 0;
   };
   bool is_corrected_twice() const { return is_corrected_twice_; }
   void correct_twice(bool does);
-  /// u is a correction for A u = f: it is put aside, and f becomes what its best multiple leaves.
+  /// Stores u as the first correction, and subtracts its best multiple from the problem: f -= step A u.
   void put_aside(ThreadTeam& team);
-  /// u is a correction for that: it becomes the best sum of both.
+  /// u = the best linear combination of u and the first correction.
   void combine(ThreadTeam& team);
 
   bool is_shared() const { return shared_ != nullptr; }
   /// @param coarser null on ranks that have none
   void go_down(BlockLevel* coarser, ThreadTeam& team);
   void come_up(const BlockLevel* coarser, ThreadTeam& team);
-  /// u = what coarser.u is here, or that added to it.
+  /// u = interpolation of coarser.u, or u += it.
   void take_from(const BlockLevel* coarser, bool adds, ThreadTeam& team);
   // Interface of CoarsestLevel.
   CoarsestSolve::Unknowns unknowns() const;
@@ -74,8 +73,7 @@ private:
   double energy(ThreadTeam& team);
   void relax(float weight, ThreadTeam& team);
   void find_residual(ThreadTeam& team);
-  /// Calls work(first entry, how many) for parts of a field, of any length. @return the sum of what it
-  /// returns
+  /// Calls work(first entry, how many) for parts of a field. @return the sum of its results
   template<class Work>
   double sum_over_parts(ThreadTeam& team, const Work& work) {
     team.run(static_cast<int>(sums_.size()), [&](int item, int) {
@@ -102,26 +100,23 @@ private:
   double largest_ = 0;          ///< eigenvalue of inverse diagonal times A, or a little more
   std::vector<float> weights_;  ///< of the relaxation
   FirstCorrection first_;
-  bool is_corrected_twice_ = false; ///< also where a rank has no vertices
+  bool is_corrected_twice_ = false; ///< also on ranks without vertices
   const SharedPieces* shared_ = nullptr;
   List<std::int64_t> parts_;
-  AlignedArray<float> of_all_; ///< a field of all ranks, where it is shared, on the first
+  AlignedArray<float> of_all_; ///< the gathered field, on the first rank of a shared level
   std::vector<double> sums_;   ///< of parts of a field
 };
 
-/// Coarser grids on which parts of the body that are not joined through faces stay apart (see coarsen:
-/// muscles touch at edges, and a coarse grid that joins such hinges cannot correct how they turn), the exact
-/// operator between their functions (Galerkin); on top of them the body's own, which is not assembled.
+/// Multigrid of a body of any shape. On coarser grids, parts of the body that are not joined through faces
+/// stay apart (see coarsen): muscles touch at edges, and a coarse grid that joins such hinges cannot correct
+/// their rotation. Coarse operators are exact Galerkin products; the finest operator is not assembled.
 ///
-/// Coarse functions are too stiff where a body is thin beside them. So the problems of the two finest of the
-/// coarser grids are corrected twice, by steps of the right length (conjugate gradients): what the first
-/// correction is short of, the second makes good. Ranks share the body's own grid and the first of the
-/// coarser ones; the others are on the first rank.
-///
-/// Cost    the finest of the coarser grids, of an eighth to a fifth as many vertices as nodes, has a matrix
-///         for each pattern of matter in a piece, the others some 27 blocks of 36 bytes a vertex; where
-///         matter is different from cell to cell, all have blocks. The finest two levels have most of the
-///         work
+/// Coarse functions are too stiff where a body is thin compared with them. So the two finest coarse problems
+/// are corrected twice, with optimal step lengths (two steps of conjugate gradients). Ranks share the finest
+/// grid and the first coarser one; the others are on the first rank.
+/// Cost    the first coarser grid has an eighth to a fifth as many vertices as the body has nodes, and a
+///         matrix for each pattern of matter in a piece; where every cell differs, and on the other grids,
+///         some 27 blocks of 36 bytes a vertex. The two finest levels have most of the work
 /// Source  Notay and Vassilevski 2008, Recursive Krylov-based multigrid cycles, section 2
 /// Figures docs/developers/relaxation.md. See Multigrid.
 class MaskedMultigrid : private Multigrid<BlockLevel> {
@@ -130,13 +125,13 @@ public:
   MaskedMultigrid(std::unique_ptr<MaskedLevel> finest, int steps, ThreadTeam& team);
 
   MaskedLevel& finest() { return *finest_; }
-  /// Other components are fixed at the finest level, or its matter has other constants, while coarser levels
-  /// stay what they were: for those that are near, as good a preconditioner.
+  /// Changes the fixed components of the finest level, or reads the constants of matter anew there. Coarser
+  /// levels stay as they are: as good a preconditioner if the change is small.
   void set_fixed(const std::vector<Prescribed>& prescribed);
   void renew_matter();
-  /// Frees all but the meaning of the fields of finest().
+  /// Frees the hierarchy; rows and units of finest() stay.
   void release();
-  /// finest().u = one cycle for A u = finest().f from nothing; changes r. @return u . f
+  /// finest().u = one cycle for A u = finest().f, starting at 0; changes r. @return u . f
   double precondition();
 
 private:
@@ -157,21 +152,21 @@ private:
   double largest_ = 0;                 ///< eigenvalue of the finest level, as of the others
 };
 
-/// Residual, correction and image are the fields f, u and r of the multigrid.
+/// Conjugate gradients on the finest level: residual, correction and image are its fields f, u and r.
 class MaskedGradients : public GradientSpace {
 public:
   /// Both must outlive this.
   MaskedGradients(MaskedMultigrid& multigrid, ThreadTeam& team);
 
-  /// The state is nothing.
+  /// Sets the state to 0.
   void restart();
-  /// The same. @return the previous state
+  /// Sets the state to 0. @return the previous state
   AlignedArray<float> take_state();
   double precondition() override { return multigrid_.precondition(); }
   std::optional<double> find_step(double beta, double product) override;
   void take_step(double step) override;
 
-  /// Nothing but the state is left.
+  /// Frees all but the state.
   void release_direction() { direction_ = {}; }
   const float* state() const { return state_.data(); }
   const float* direction() const { return direction_.data(); }

@@ -19,8 +19,8 @@ MaskedRows::MaskedRows(const Specimen& body, LayerRange layers)
 
 namespace {
 
-/// Void cells between two that hold matter in one run. A gap of one has no node of its own, one of two has
-/// one in each of the four rows.
+/// Longest gap of void cells inside a run. A gap of one has no void node, a gap of two has one in each of the
+/// four rows.
 constexpr int longest_gap = 2;
 
 } // namespace
@@ -47,7 +47,7 @@ void MaskedRows::place_cells(const Specimen& body) {
   }
 }
 
-/// Rows of nodes are the unions of what the runs of the four rows of cells about them reach.
+/// A row of nodes is the union of the nodes that the runs of its four rows of cells reach.
 void MaskedRows::place_nodes(const Grid& grid) {
   const Index3 &cells = grid.cells(), &nodes = grid.nodes();
   List<std::int32_t> first_of_row; // of cells

@@ -1,5 +1,5 @@
 #pragma once
-/// Where the nodes and cells of a body of any shape lie in memory: rows along x, wherever there is matter.
+/// Memory layout of the nodes and cells of a body of any shape: rows along x where there is matter.
 
 #include "lattice/field_memory.hpp"
 #include "maille/scene/scene.hpp"
@@ -34,11 +34,10 @@ struct CellRun {
   int node_blocks() const { return (cells + block) / block; } ///< of the nodes at their corners
 };
 
-/// Only rows that touch material are stored, so memory and work follow the body, not its bounding box. Within
-/// a row every node's neighbour along x is its neighbour in memory, so loops run in vectors and without
-/// tables of neighbours. Loops over the blocks of a run reach up to a block beyond its nodes and add zero
-/// there: to the next rows, or to unused slots between slabs of planes, so that slabs that run in parallel
-/// (every second one) touch no slot in common.
+/// Memory and work follow the body, not its bounding box. In a row the next node along x is the next in
+/// memory, so loops run in vectors without neighbour tables. A loop over the blocks of a run may read and
+/// write up to a block beyond its nodes and adds zero there: to the next rows, or to unused slots between
+/// slabs of planes. So slabs that run in parallel (every second one) share no slot.
 class MaskedRows {
 public:
   static constexpr int block = CellRun::block;
@@ -46,7 +45,7 @@ public:
 
   /// @param body in 3D; must outlive this
   explicit MaskedRows(const Specimen& body);
-  /// Rows of some layers only; planes at their ends have the rows that these layers touch.
+  /// Rows of some layers; planes at their ends have the rows that these layers touch.
   MaskedRows(const Specimen& body, LayerRange layers);
 
   std::span<const NodeRow> rows_of_planes(PlaneRange planes) const {
@@ -71,7 +70,7 @@ public:
   /// First slot of plane z of nodes, or the end; slots between planes belong to the plane before.
   std::int32_t first_slot(int z) const { return first_slot_[z - layers_.first]; }
   std::int32_t n_cell_slots() const { return n_cell_slots_; }
-  /// @pre the node is in a row that is kept, as all nodes of matter are whose layers are
+  /// @pre the node is in a stored row, as every node of matter between stored layers is
   std::int32_t slot(const Index3& node) const;
 
 private:

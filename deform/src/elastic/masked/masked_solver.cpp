@@ -49,10 +49,10 @@ void MaskedSystem::precondition(const Displacement& residual, Displacement& corr
 
 namespace {
 
-/// Components that may be fixed otherwise than where a hierarchy was made, besides a tenth of those there.
+/// Changed fixed components that a hierarchy tolerates; or a tenth of its fixed components, if more.
 constexpr std::int64_t few_fixed = 300;
-/// A material that became stiffer or softer by this factor costs its root in iterations; a larger change is
-/// worth a new hierarchy.
+/// Change of stiffness that a hierarchy tolerates: a change by a factor k costs sqrt(k) in iterations, and
+/// rebuilding is cheaper beyond this.
 constexpr double largest_ratio = 2;
 
 } // namespace
@@ -147,8 +147,8 @@ MaskedSolver::MaskedSolver(const CoupledTask& task)
   std::ranges::stable_sort(by_node_, {}, [&](std::int32_t i) { return task.prescribed[i].node; });
 }
 
-/// Calls visit(component, first place in the fields, first node, how many, their forces) for all rows of its
-/// own nodes.
+/// Evaluates K u and calls visit(component, first place in the fields, first node, how many, forces) for all
+/// rows of its own nodes.
 template<class Visit>
 void MaskedSolver::find_forces(const Displacement& u, const Visit& visit) {
   const MaskedLevel& level = body_.multigrid.finest();
@@ -201,7 +201,7 @@ void MaskedSolver::find_forces(const Displacement& u, const Visit& visit) {
   energy_ = level.slabs().total(energies_);
 }
 
-/// What is prescribed, and what earlier rounds have found. See LatticeElasticity::PutPlanes.
+/// Puts prescribed values and the results of earlier rounds. See LatticeElasticity::PutPlanes.
 bool MaskedSolver::put_planes(int first_plane, int end_plane, const std::array<double*, 3>& to) const {
   const Grid& grid = task_.scene.specimen.grid;
   const std::int64_t first_node = grid.node({0, 0, first_plane}),

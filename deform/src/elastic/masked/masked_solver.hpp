@@ -40,8 +40,8 @@ public:
 
   void apply(const Displacement& u, Displacement& forces) override { elasticity_.apply(u, forces, team_); }
   void precondition(const Displacement& residual, Displacement& correction) override;
-  /// direction = about K^-1 residual, by conjugate gradients in float32, until the residual in the cycle's
-  /// norm is `reduction` of the first, `most` iterations at most @pre as precondition()
+  /// direction = about K^-1 residual, by conjugate gradients in float32, until r . B r has fallen by
+  /// `reduction`, at most `most` iterations. @pre as precondition()
   void find_direction(const Displacement& residual, int most, double reduction, Displacement& direction);
 
 private:
@@ -52,7 +52,7 @@ private:
   const LatticeElasticity& elasticity_;
   MaskedMultigrid& multigrid_;
   ThreadTeam& team_;
-  double scale_ = 1;                         ///< residuals are counted in this times the level's unit [m]
+  double scale_ = 1;                         ///< unit of residuals over the unit of the level [m]
   std::optional<MaskedGradients> gradients_; ///< once they are needed
 };
 
@@ -68,7 +68,7 @@ public:
   MaskedBody(const Scene& scene, const std::vector<Prescribed>& prescribed, ThreadTeam& team,
              Communicator* all = nullptr);
 
-  /// To be called if the body is cached: what follows compares with these fixed components.
+  /// Records the fixed components that later questions are compared with. For cached bodies.
   void remember_fixed(const std::vector<Prescribed>& prescribed);
   /// Adapts to other fixed components.
   /// @return false if a new hierarchy is better, because too many fixed components differ
@@ -78,7 +78,7 @@ public:
   /// Fixes other components without that check.
   void set_fixed(const std::vector<Prescribed>& prescribed);
   bool take_materials(double ratio) override;
-  /// Frees all but elasticity and state; no further solve follows.
+  /// Frees all but elasticity and state, after the last solve.
   void release();
 
 private:
@@ -89,7 +89,7 @@ public:
   LatticeElasticity elasticity;
   MaskedMultigrid multigrid;
   MaskedGradients fields;
-  double smallest_eigenvalue = 0; ///< of the preconditioned operator, as it was met; 0: not yet
+  double smallest_eigenvalue = 0; ///< of the preconditioned operator, as estimated; 0: unknown
 
 private:
   FixedMask made_for_, fixed_; ///< see remember_fixed()
@@ -113,7 +113,7 @@ public:
   const Slabs& slabs() const { return body_.multigrid.finest().slabs(); }
 
 private:
-  /// Start for the planes that a rank stores.
+  /// The start, in the planes that a rank stores.
   Displacement initial_part() const;
   GradientSpace& space() override { return body_.fields; }
   Residual begin_round(const Displacement& u, double scale) override;
@@ -141,9 +141,9 @@ private:
   std::vector<std::int32_t> by_node_; ///< what is prescribed, in the order of nodes
   std::vector<Round> earlier_;        ///< where there is no displacement yet
   std::vector<double> energies_;      ///< of planes of nodes
-  double energy_ = 0;                 ///< u . K u when forces were found the last time [J]
-  List<double> held_;                 ///< what pulled at the scene's prescribed components then [N]
-  bool are_forces_of_state_ = false;  ///< no step was taken since they were found
+  double energy_ = 0;                 ///< u . K u at the last evaluation of forces [J]
+  List<double> held_;                 ///< forces on the scene's prescribed components then [N]
+  bool are_forces_of_state_ = false;  ///< no step was taken since then
 };
 
 } // namespace maille::deform

@@ -88,7 +88,7 @@ List<std::size_t> slabs_of(std::span<const std::int32_t> pieces, const List<Comp
 
 namespace {
 
-/// Per vertex: the numbers of the pieces that have it.
+/// Pieces by vertex.
 struct PiecesOfVertices {
   PiecesOfVertices(const List<Piece>& pieces, std::size_t n_vertices) : first(n_vertices + 1, 0) {
     for (const Piece& piece : pieces)

@@ -1,5 +1,5 @@
 #pragma once
-/// Galerkin products cell by cell: what the pieces of a coarser grid are made of, and their sums as blocks.
+/// Galerkin products P^T K P, cell by cell: cells of each piece, matrices of pieces, and their sum as blocks.
 
 #include "elastic/masked/block_matrix.hpp"
 #include "elastic/masked/cell_complex.hpp"
@@ -23,7 +23,7 @@ using CellMatrix = Eigen::Matrix<double, 24, 24>;
 /// Rows and columns: 3 local vertex + component.
 using PieceMatrix = Eigen::MatrixXd;
 
-/// Which coarse vertices the fine ones of a piece are interpolated from.
+/// The coarse vertices that the fine vertices of a piece are interpolated from.
 struct Piece {
   List<std::int32_t> vertices; ///< its own eight first
   std::int32_t local(std::int32_t vertex) const {
@@ -31,14 +31,13 @@ struct Piece {
   }
 };
 
-/// Parts of pieces, in the order of planes: the first of each slab, and the end.
+/// Cuts pieces into slabs of `planes` planes: the first piece of each slab, and the end.
 List<std::size_t> slabs_of(std::span<const std::int32_t> pieces, const List<ComplexCell>& cells, int planes);
 
-/// For a coarsened grid: the cells of each piece, and how their matrices add up.
+/// The cells of each piece of a coarsened grid, and the sum of their matrices.
 class PieceAssembly {
 public:
-  /// Planes of pieces that are added up in one go: those of every second slab share no row, not even at
-  /// hinges.
+  /// Planes of pieces per work item. Every second slab shares no row, not even at hinges.
   static constexpr int planes_per_slab = MaskedRows::planes_per_slab;
 
   /// Both must outlive this.
@@ -51,18 +50,17 @@ public:
   }
   Piece piece(std::size_t number) const;
   bool is_hinge(std::int32_t vertex) const { return coarsened_.is_hinge[vertex] != 0; }
-  /// Which eighth of its piece a cell is, by bits x y z.
+  /// The octant of its piece that a cell lies in, by bits x y z.
   static std::size_t octant(const ComplexCell& cell) {
     return static_cast<std::size_t>(cell.at[0] % 2 + 2 * (cell.at[1] % 2) + 4 * (cell.at[2] % 2));
   }
-  /// sum += P^T K P, whatever its vertices are interpolated from.
+  /// sum += P^T K P of a cell with any vertices, hinges included.
   void add_cell(const ComplexCell& cell, const CellMatrix& K, const Piece& piece, PieceMatrix& sum) const;
-  /// The same of a cell without hinges: K becomes P^T K P.
+  /// K = P^T K P of a cell without hinges.
   static void take_to_piece(std::size_t octant, CellMatrix& K);
 
-  /// The sum of the matrices of some pieces, in ascending order, and of others.
-  /// @param matrix gives it the matrix of a piece, column after column: (number, Piece, memory) -> const
-  ///        double*; from several threads
+  /// Sum of `others` and the matrices of the pieces `numbers`, which ascend. @param matrix (number, Piece,
+  /// memory) -> the piece's matrix, column by column; called on several threads
   template<class Matrix>
   BlockMatrix sum_of_pieces(std::span<const std::int32_t> numbers, ThreadTeam& team, const Matrix& matrix,
                             BlockMatrix others = {}) const;
@@ -73,10 +71,10 @@ private:
   List<std::int32_t> first_, cells_; ///< of pieces
 };
 
-/// Which blocks there are: pairs of vertices of one piece, and those of `others`, whose numbers they have.
+/// An empty matrix with a block for each pair of vertices of a piece, plus the blocks of `others`.
 BlockMatrix matrix_for(const List<Piece>& pieces, std::int32_t n_vertices, BlockMatrix others,
                        ThreadTeam& team);
-/// @param local column after column @param order memory
+/// Adds the matrix of a piece. @param local its columns, one after another @param order scratch memory
 void add_piece(const Piece& piece, const double* local, std::vector<std::size_t>& order, BlockMatrix& matrix);
 
 template<class Matrix>

@@ -8,7 +8,7 @@ namespace maille::deform {
 
 namespace {
 
-/// First planes of slabs of about as much matter each, and the end.
+/// First planes of slabs with about equal matter, and the end.
 std::vector<int> cuts(const Specimen& body, int n_slabs) {
   const Grid& grid = body.grid;
   const int layers = grid.cells()[2], units = layers / Slabs::planes_per_unit;
@@ -165,7 +165,7 @@ List<std::int64_t> first_entries_of_planes(const List<ComplexCell>& pieces, Plan
   return first;
 }
 
-/// What two ranks know alike has numbers that differ by as many as there are on earlier ranks.
+/// Local numbers of two ranks differ by the number of vertices of earlier ranks.
 SharedPieces::SharedPieces(const Slabs& slabs, const Coarsened& coarsened)
     : slabs_(slabs), pieces_(slabs.of_pieces()) {
   const List<ComplexCell>& cells = coarsened.complex.cells;

@@ -1,5 +1,5 @@
 #pragma once
-/// How ranks share the finest grid of a body, and the finest of the coarser ones.
+/// Domain decomposition: how ranks share the finest grid of a body and the first coarser one.
 
 #include "elastic/masked/cell_complex.hpp"
 #include "elastic/masked/coarse_operator.hpp"
@@ -15,23 +15,23 @@
 
 namespace maille::deform {
 
-/// Planes of nodes along z are cut into slabs, of about as much matter each; every rank has one, and knows
-/// the cells that its planes, and the coarser grid's vertices in them, depend on. One process has all of
-/// them. Sums are of planes, in their order: the same bits for any number of ranks.
+/// Cuts the planes of nodes along z into slabs of about equal matter, one for each rank. A rank stores the
+/// cells that its planes, and the coarse vertices in them, depend on. Without ranks one process has all
+/// planes. Sums go over planes in their order, so bits do not depend on the number of ranks.
 class Slabs {
 public:
-  /// Planes that slabs consist of: whole blocks of 2 cells, and what LatticeElasticity::for_each_window()
-  /// takes at once.
+  /// Slabs are multiples of this many planes: whole blocks of 2 cells, and whole windows of
+  /// LatticeElasticity.
   static constexpr int planes_per_unit = LatticeElasticity::planes_per_window;
-  /// Layers of cells below and above a slab's own: three planes of blocks tell which of the coarser grid's
-  /// vertices at the border are one, and their numbers.
+  /// Layers of cells stored below and above a slab's own. Three planes of blocks determine which coarse
+  /// vertices at the border are shared, and their numbers.
   static constexpr int layers_below = 6, layers_above = layers_below;
 
-  /// @param all null, or of no more ranks than the body has units: one process
+  /// @param all null for one process; at most as many ranks as the body has units
   Slabs(const Specimen& body, Communicator* all);
 
   bool are_shared() const { return all_ != nullptr; }
-  /// Whether coarser grids are here.
+  /// True on the rank that has the coarser grids.
   bool is_first() const { return rank() == 0; }
   bool is_last() const { return rank() + 2 == static_cast<int>(first_.size()); }
   int rank() const { return all_ == nullptr ? 0 : all_->rank(); }
@@ -40,7 +40,7 @@ public:
   LayerRange layers() const;                        ///< of cells that are known
   LayerRange layers_of_own() const;                 ///< that meet its own planes
   bool is_own(int plane) const { return plane >= own().first && plane < own().end; }
-  /// The same of planes of pieces, blocks of 2 x 2 x 2 cells.
+  /// The slabs of the coarser grid, in planes of pieces.
   Slabs of_pieces() const;
 
   /// Sum over the own planes of every rank, in the order of planes.
@@ -48,18 +48,18 @@ public:
   std::vector<double> of_ranks(double of_own) const;
   /// Largest of one number from every rank.
   double largest(double of_own) const;
-  /// Sums of those of earlier ranks, by rank, and of all.
+  /// Sums over the earlier ranks, by rank, and the total.
   std::vector<double> first_of_ranks(double of_own) const;
   /// Copies the plane below this rank's own, and `above` planes above them, from their owners.
   /// @param field component after component, `stride` apart
   void exchange_borders(const MaskedRows& rows, std::int64_t stride, float* field, int above = 1) const;
-  /// Numbers of all planes become what their owners have, on the first rank; the others have none.
-  /// @pre slabs are shared
+  /// Gathers the numbers of all planes on the first rank; `of_all` is unused on other ranks. @pre slabs are
+  /// shared
   void gather_planes(std::span<double> of_own, std::span<double> of_all) const;
-  /// Lists of all ranks, by rank, on the first; the others have none.
+  /// Gathers the lists of all ranks on the first rank, by rank; other ranks get an empty result.
   template<class Number>
   std::vector<List<Number>> gather(const List<Number>& of_own) const;
-  /// What the first rank has; of one process its own.
+  /// Broadcasts the list of the first rank.
   template<class Number>
   List<Number> from_first(List<Number> numbers) const;
 
@@ -99,13 +99,13 @@ List<Number> Slabs::from_first(List<Number> numbers) const {
   return numbers;
 }
 
-/// First entries of a field of the coarser grid of the vertices that pieces of some planes have and none
-/// below, and the end: vertices have numbers in the order of the first pieces that have them.
+/// Ranges of a coarse field by planes of pieces: the first entry of each plane, and the end. Vertices are
+/// numbered by the first piece that has them.
 List<std::int64_t> first_entries_of_planes(const List<ComplexCell>& pieces, PlaneRange planes);
 
-/// The finest of the coarser grids. A rank knows the pieces of its layers, with numbers of its own. It has
-/// the rows of the vertices whose first piece is in its planes, one after another, and on both sides of them
-/// those that rows have columns of, whose owners are asked for their values.
+/// The first coarser grid where ranks share it. A rank knows the pieces of its layers under local numbers. It
+/// owns the rows of the vertices whose first piece lies in its planes; these are contiguous. The columns that
+/// its rows need from neighbours lie on both sides of them.
 class SharedPieces {
 public:
   /// @param slabs outlive this, and are shared @param coarsened of the cells that the rank knows
@@ -114,26 +114,26 @@ public:
   /// Number of vertices over all ranks.
   std::int32_t n_vertices() const { return n_vertices_; }
   bool is_first() const { return slabs_.is_first(); }
-  /// All pieces with the numbers of all, on the first rank; no cells elsewhere.
+  /// All pieces with global numbers on the first rank; no cells elsewhere.
   CellComplex complex(const Coarsened& coarsened) const;
-  /// The first of the pieces that its rows are made of, and the end.
+  /// Range of the pieces that contribute to its rows.
   std::size_t first_known() const { return known_.first; }
   std::size_t end_known() const { return known_.second; }
-  /// What all pieces have, on the first rank. @param of_known of those that are known
+  /// Gathers one number per piece on the first rank. @param of_known numbers of the known pieces
   List<std::uint64_t> gather(const List<std::uint64_t>& of_known) const;
-  /// The matrix of all vertices, there, from the rows of all ranks.
+  /// Gathers the matrix of all vertices on the first rank.
   BlockMatrix gather(const BlockMatrix& A) const;
 
   // Fields have block_stride numbers a vertex.
-  /// Its own, by first_entries_of_planes().
+  /// Ranges of its own entries; see first_entries_of_planes().
   const List<std::int64_t>& parts() const { return parts_; }
-  /// What the numbers of entries among all are more than its own.
+  /// Global minus local number of an entry.
   std::int64_t offset() const { return block_stride * std::int64_t{first_vertex_ - of_earlier_}; }
   double total(std::span<const double> of_parts) const { return pieces_.total(of_parts); }
   double largest(double of_own) const { return slabs_.largest(of_own); }
-  /// Entries on both sides of its own become what their owners have.
+  /// Copies the entries on both sides of its own from their owners.
   void exchange_borders(float* field) const;
-  /// A field of all vertices, there, becomes what their owners have, and the other way round.
+  /// Gathers a field of all vertices on the first rank, or scatters it.
   void collect(const float* field, float* of_all) const;
   void hand_out(const float* of_all, float* field) const;
 
