@@ -1,4 +1,4 @@
-/// The last levels of a box: which ones are, and their matrices for the direct solve.
+/// The coarsest level of a box: which level it is, and its matrix for the direct solve.
 #include "elastic/box/box_level.hpp"
 
 #include <algorithm>
@@ -26,7 +26,7 @@ bool is_thin_lattice(const Index3& nodes, const Vec3& spacing, std::int64_t n_fi
   const auto thin = static_cast<std::size_t>(std::ranges::min_element(nodes) - nodes.begin()),
              along = static_cast<std::size_t>(longest_axis(nodes));
   const double in_layer = unknowns_in_layer(nodes);
-  // Multiplications that the factors may cost: more where cells are flat, as relaxation helps little there.
+  // Affordable multiplications of the factors: more where cells are flat, because relaxation is poor there.
   const double most =
       std::max(spacing[along] > 2.5 * spacing[thin] ? 2e10 : 1e9, 2e4 * static_cast<double>(n_finest));
   return nodes[thin] == 2 && 3 * nodes[along] * in_layer * in_layer * in_layer <= most;
@@ -83,8 +83,8 @@ CoarsestSolve::Unknowns BoxLevel::unknowns() const {
   return unknowns;
 }
 
-/// Calls visit(row, column, value) for the entries of the operator between unknowns. It is applied to every
-/// third node along each axis at once: their neighbours are no one else's.
+/// Calls visit(row, column, value) for the entries of the operator between unknowns. The operator is applied
+/// to every third node along each axis at once; their neighbourhoods do not overlap.
 void BoxLevel::for_each_entry(const CoarsestSolve::Unknowns& unknowns,
                               const CoarsestSolve::Visit& visit) const {
   const BoxOperator& A = operator_;

@@ -16,11 +16,11 @@ HWY_BEFORE_NAMESPACE();
 namespace maille::deform {
 namespace HWY_NAMESPACE {
 
-/// For the operator: with longer vectors more of a row's last one is padding, and boxes often have a node
-/// more than a power of two.
+/// Vectors of the operator. Longer ones would waste padding, because boxes often have a power of two plus one
+/// node.
 using F = hn::CappedTag<float, line_of_floats / 2>;
 using VF = hn::VFromD<F>;
-/// For all else.
+/// Vectors of all other loops.
 using Line = hn::CappedTag<float, line_of_floats>;
 using VLine = hn::VFromD<Line>;
 
@@ -28,7 +28,7 @@ struct LoadPadded {
   HWY_INLINE VF operator()(const float* row, int x) const { return hn::Load(F(), row + x); }
 };
 
-/// Sixteen running sums of products, whatever the length of vectors.
+/// Sixteen running sums of products, for any vector length.
 class SixteenSums {
 public:
   HWY_INLINE SixteenSums() {

@@ -1,9 +1,9 @@
 #pragma once
-/// The lattice operator of a box of one material as sums of products of operators along its axes, and the
-/// innermost loops of elasticity with it, for every kind of vector that the machine may have.
+/// The lattice operator of a box of one material, as sums of products of operators along its axes, and inner
+/// loops on it, compiled for every vector instruction set.
 ///
-/// All loops work on one plane z of one level. In float32 rows are padded to whole lines of line_of_floats
-/// with nodes that never move and stay 0, and the three components of a field follow one another.
+/// Each loop works on one plane z of a level. In float32, rows are padded to whole lines of line_of_floats
+/// with nodes that stay 0, and the three components follow one another.
 
 #include "elastic/componentwise/componentwise_kernel.hpp"
 #include "maille/base/grid.hpp"
@@ -14,7 +14,7 @@
 
 namespace maille::deform {
 
-/// Along one axis, a cell of length h between two nodes with values u, v adds to what pulls at them
+/// Along one axis, a cell of length h between two nodes with values u, v contributes to the forces at both
 ///
 ///   L, link:  (u - v) H / h, (v - u) H / h      M, mass:  (u + v) h / H at both
 ///   D, difference:  v - u at both               T, its transpose:  -(u + v), u + v
@@ -47,7 +47,7 @@ struct BoxCoefficients {
   bool is_thin() const { return bends[0] || bends[1] || bends[2]; }
 };
 
-/// One axis of a level: of each cell the length over the regular one, and the inverse. Entries -1 and n_cells
+/// One axis of a level, per cell: its length over the regular one, and the inverse. Entries -1 and n_cells
 /// are 0.
 template<class T>
 struct BoxAxis {
@@ -63,27 +63,28 @@ struct BoxOperator {
   BoxAxis<double> axis[3];
   /// Those of x, padded with zeros to whole lines and one more.
   BoxAxis<float> x_axis;
-  /// Lines of 16 nodes from 1 to before this one have only regular cells about them.
+  /// Lines of 16 nodes from 1 to before this one touch only regular cells.
   int end_of_regular_lines = 1;
-  /// Per component, row j + nodes[1] k: the inverse of the operator's diagonal, 0 where a node may not move.
+  /// Per component, row j + nodes[1] k: the inverse of the diagonal, 0 where a component is fixed.
   const float* const* inverse[3] = {};
 };
 
-/// What the loops need beside their arguments, for one thread [bytes].
+/// Scratch memory of the loops, for one thread [bytes].
 std::int64_t box_scratch_bytes(const BoxOperator& A);
 
-/// f -= step q, and then u = weight f / diagonal where nodes may move, 0 elsewhere: a Jacobi step from
-/// nothing. q may be u.
+/// f -= step q; then u = weight f / diagonal where components are free, 0 elsewhere: a Jacobi step from 0. q
+/// may be u.
 void start_box(const BoxOperator& A, int z, float weight, float step, const float* q, float* f, float* u);
-/// next = u + weight (f - A u) / diagonal: a Jacobi step of A u = f. Where nodes may not move, next = u.
+/// next = u + weight (f - A u) / diagonal: a Jacobi step of A u = f. Where components are fixed, next = u.
 void relax_box(const BoxOperator& A, int z, float weight, const float* f, const float* u, float* next,
                void* scratch);
-/// r = f - A u where nodes may move, 0 elsewhere.
+/// r = f - A u where components are free, 0 elsewhere.
 void find_box_residual(const BoxOperator& A, int z, const float* f, const float* u, float* r, void* scratch);
-/// f = pulls - A u where nodes may move, 0 elsewhere, with A u in float64. @param pulls null: none.
+/// f = pulls - A u where components are free, 0 elsewhere, with A u in float64. @param pulls loads; null:
+/// none
 /// @return the plane's part of u . A u, of all nodes
 double begin_box(const BoxOperator& A, int z, const float* pulls, const float* u, float* f, void* scratch);
-/// q = A p where nodes may move, 0 elsewhere. @return the plane's part of p . q
+/// q = A p where components are free, 0 elsewhere. @return the plane's part of p . q
 double apply_box_and_dot(const BoxOperator& A, int z, const float* p, float* q, void* scratch);
 /// forces = A u in float64, everywhere. @param u dense, [component][node]; @param forces one plane, likewise
 void apply_box(const BoxOperator& A, int z, const double* u, double* forces, void* scratch);
@@ -94,12 +95,12 @@ double dot_box(const BoxOperator& A, int z, const float* a, const float* b);
 void update_box_direction(const BoxOperator& A, int z, const float* v, float beta, float step, float* p,
                           float* x);
 
-/// Steps along a direction that are still to be taken.
+/// Pending steps along a direction.
 struct BoxSteps {
   float of_state = 0, of_residual = 0;
 };
-/// x += steps.of_state p, f -= steps.of_residual q, and then u = scale x, or that added to it; u is dense and
-/// in float64, [component][node].
+/// x += steps.of_state p; f -= steps.of_residual q; then u = scale x, or u += scale x if `adds`. u is dense
+/// and in float64, [component][node].
 /// @return the plane's part of x . f
 double finish_box(const BoxOperator& A, int z, const BoxSteps& steps, const float* p, const float* q,
                   float* x, float* f, double scale, bool adds, double* u);

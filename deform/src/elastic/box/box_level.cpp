@@ -18,7 +18,7 @@ std::size_t of(int i) {
   return static_cast<std::size_t>(i);
 }
 
-/// What the operators along one axis have on their diagonals at one node (see BoxCoefficients).
+/// Diagonals of the operators along one axis at one node (see BoxCoefficients).
 struct BoxDiagonal {
   double mass = 0, link = 0, change = 0;
 
@@ -56,8 +56,8 @@ Index3 cells_between(const std::array<std::vector<double>, 3>& place) {
   return {along(0), along(1), along(2)};
 }
 
-/// The largest eigenvalue of the operator over its diagonal on a small box of regular cells, a little rounded
-/// up. That of a larger box is no larger: it is a sum of such.
+/// Upper estimate of the largest eigenvalue of the operator over its diagonal, on a small box of regular
+/// cells. A larger box is a sum of such boxes and has no larger eigenvalue.
 double largest_eigenvalue_of_block(const BoxCoefficients& coefficients, const Index3& cells) {
   constexpr int steps = 60; // of the power method; it comes from below
   BoxOperator A;
@@ -151,7 +151,7 @@ void BoxLevel::lay_out_axes() {
   A.component_stride = A.slab_stride * A.nodes[2];
 }
 
-/// Where all axes were coarsened alike it is the same as before.
+/// The eigenvalue of the finer level, if all axes were coarsened alike.
 void BoxLevel::find_largest_eigenvalue(const BoxLevel* finer) {
   constexpr int largest_block = 4;
   bool is_alike = finer != nullptr;
@@ -165,7 +165,7 @@ void BoxLevel::find_largest_eigenvalue(const BoxLevel* finer) {
       is_alike ? finer->largest_eigenvalue_ : largest_eigenvalue_of_block(operator_.coefficients, block_);
 }
 
-/// Per place along an axis, which kind of place it is; those of one kind have the same diagonals.
+/// Kinds of positions along an axis; positions of one kind have the same diagonals.
 std::vector<int> BoxLevel::kinds_along(int axis) const {
   std::vector<BoxDiagonal> kinds;
   std::vector<int> kind_of;
@@ -182,7 +182,7 @@ std::vector<int> BoxLevel::kinds_along(int axis) const {
   return kind_of;
 }
 
-/// Which components are fixed anywhere in each row, z by z.
+/// Components that are fixed anywhere in a row, for every row, z by z.
 List<std::uint8_t> BoxLevel::fixed_in_rows() const {
   List<std::uint8_t> of_row;
   for (auto row = fixed_.bits().begin(); row != fixed_.bits().end(); row += operator_.nodes[0])
@@ -206,7 +206,7 @@ const float* BoxLevel::inverse_row(int c, int y, int z, const std::string& key, 
   return place->second.data();
 }
 
-/// Rows differ by the kinds of their places along y and z, and by what is fixed in them: many share one.
+/// Rows differ by their kinds along y and z, and by their fixed nodes; many rows share memory.
 void BoxLevel::invert_diagonal() {
   const BoxOperator& A = operator_;
   const std::vector<int> along_y = kinds_along(1), along_z = kinds_along(2);

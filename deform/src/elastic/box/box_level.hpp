@@ -19,10 +19,10 @@
 
 namespace maille::deform {
 
-/// Those of more than two nodes along which a lattice is about as stiff as along its stiffest.
+/// Axes of more than two nodes along which the lattice is about as stiff as along its stiffest axis.
 std::array<bool, 3> axes_to_coarsen(const Index3& nodes, const BoxCoefficients& coefficients);
 
-/// What the direct solve of the coarsest level will hold for a box of that stiffness.
+/// Memory of the direct solve of the coarsest level [bytes].
 std::int64_t box_coarsest_bytes(const Eigen::Matrix<double, 6, 6>& C, const Grid& grid);
 
 class BoxLevel {
@@ -36,14 +36,13 @@ public:
   BoxLevel(const Stiffness& C, std::array<std::vector<double>, 3> place, double unit, FixedMask fixed,
            const BoxLevel* finer = nullptr);
 
-  /// The next level: the same body on half the nodes along the axes along which it is stiffest, because point
-  /// by point relaxation smoothes along those only. A coarse component is fixed where the one in its place
-  /// is, and where fixed ones have at least as much of its interpolation as free ones. Null if no axis is
-  /// left. Forgets which components are fixed.
+  /// The next coarser level, or null. It has half the nodes along the stiffest axes, because pointwise
+  /// relaxation smooths along these only. A coarse component is fixed if the fine one at its position is, or
+  /// if fixed components have at least half of its interpolation weight. Forgets the fixed components.
   std::unique_ptr<BoxLevel> coarser();
 
   const BoxOperator& A() const { return operator_; }
-  /// As the transfers of the componentwise multigrid know a level: fields and fixed nodes of one component.
+  /// One component as the componentwise transfers see it: fields and fixed nodes.
   const ComponentwiseOperator& component(int c) const { return components_[c]; }
   const std::array<AxisCoarsening, 3>& transfer() const { return *transfer_; }
   Index3 nodes() const { return {operator_.nodes[0], operator_.nodes[1], operator_.nodes[2]}; }
@@ -75,17 +74,17 @@ public:
   bool may_move(int c, int x, int y, int z) const {
     return operator_.inverse[c][y + std::int64_t{1} * operator_.nodes[1] * z][x] > 0;
   }
-  /// No eigenvalue of the operator over its diagonal is larger.
+  /// Upper bound of the eigenvalues of the operator over its diagonal.
   double largest_eigenvalue() const { return largest_eigenvalue_; }
   std::size_t field_size() const { return static_cast<std::size_t>(3 * operator_.component_stride); }
 
   PaddedArray u, f, r; ///< [component][z][y][x]
 
-  /// Jacobi's steps before and after each coarser level, here and on coarser ones to come: 2 or more.
+  /// Sets the Jacobi steps before and after each coarser level, here and on coarser levels: 2 or more.
   void set_relaxation(int steps);
-  /// Memory for the loops of the calling thread.
+  /// Scratch memory of the calling thread.
   void* scratch() const;
-  // What the cycle of PlaneMultigrid asks.
+  // Interface of PlaneLevel.
   int n_planes() const { return operator_.nodes[2]; }
   const std::vector<float>& relaxation() const { return relaxation_; }
   void start(int z, float weight, float step, float* to) {
@@ -105,9 +104,9 @@ public:
   void come_up(const BoxLevel& coarser, ThreadTeam& team, double* products) {
     come_up_planes(*this, coarser, team, products);
   }
-  /// A few nodes; or only one cell thick along some axis: interpolation along such a beam or plate is far
-  /// too stiff in bending. @param n_finest nodes of the finest level: factors may cost about as much as some
-  /// cycles on it
+  /// is_small: few nodes. is_thin: one cell thick along some axis, where interpolation is far too stiff in
+  /// bending, and the factor is affordable. @param n_finest nodes of the finest level: a factor may cost
+  /// about as much as some cycles on it
   bool is_small() const;
   bool is_thin(std::int64_t n_finest) const;
   CoarsestSolve::Unknowns unknowns() const;
@@ -127,15 +126,15 @@ private:
   std::array<std::vector<double>, 3> place_;
   double unit_;
   FixedMask fixed_;
-  std::uint8_t thin_; ///< axes along which the body is, by bits; on coarser levels, too
+  std::uint8_t thin_; ///< axes along which the body is one or two cells thick, by bits
   BoxOperator operator_;
   std::array<ComponentwiseOperator, 3> components_;
   std::array<AlignedArray<double>, 6> axes_;
   std::array<PaddedArray, 2> x_axis_;
   std::array<List<const float*>, 3> inverse_rows_;
-  std::map<std::string, PaddedArray> rows_; ///< by what tells them apart
+  std::map<std::string, PaddedArray> rows_; ///< distinct rows, by kinds and fixed nodes
   std::unique_ptr<std::array<AxisCoarsening, 3>> transfer_;
-  Index3 block_{}; ///< cells of the box whose largest eigenvalue stands for all
+  Index3 block_{}; ///< cells of the box that largest_eigenvalue_ was computed on
   double largest_eigenvalue_ = 0;
   std::vector<float> relaxation_;
 };

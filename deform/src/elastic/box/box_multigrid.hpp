@@ -1,5 +1,5 @@
 #pragma once
-/// Multigrid for elasticity on a box: as a preconditioner, and full, as where the answer begins.
+/// Multigrid for elasticity on a box: a preconditioner, and full multigrid for the start.
 
 #include "elastic/box/box_level.hpp"
 #include "maille/scene/answer.hpp"
@@ -10,15 +10,14 @@
 
 namespace maille::deform {
 
-/// The operator itself on coarser grids, linear interpolation. See PlaneMultigrid.
+/// Rediscretised operators on coarser grids, linear interpolation. See PlaneMultigrid.
 class BoxMultigrid : public PlaneMultigrid<BoxLevel> {
 public:
   /// @param steps of relaxation before and after each coarser level, 2 or more
   BoxMultigrid(std::unique_ptr<BoxLevel> finest, int steps, ThreadTeam& team)
       : PlaneMultigrid(with_relaxation(std::move(finest), steps), team) {}
 
-  /// K u on plane z of the body in the unit of its stiffness, [component][node], until the thread's next
-  /// plane.
+  /// K u on plane z in the unit of stiffness, [component][node]; valid until the next call on this thread.
   const double* forces_of_plane(const Displacement& u, int z) const;
   /// Nodes in a plane of the body.
   std::size_t in_plane() const {
@@ -32,10 +31,9 @@ private:
   }
 };
 
-/// Full multigrid: the question is solved on the coarsest grid of the multigrid; on every finer one the
-/// answer is interpolated, what is prescribed there put in, and one cycle brings it nearer, with the step of
-/// least energy along it. Interpolated to the box that is within some hundredths of its answer, for the price
-/// of a quarter of an iteration.
+/// Full multigrid: solves on the coarsest grid; on every finer grid it interpolates, sets prescribed values,
+/// and improves by one cycle with the step of least energy. The result is within some hundredths of the
+/// answer, for a quarter of the time of an iteration.
 ///
 /// Same bits for any number of threads.
 class BoxStart {
@@ -43,11 +41,11 @@ public:
   /// @param multigrid its fields are used
   explicit BoxStart(BoxMultigrid& multigrid) : multigrid_(multigrid) {}
 
-  /// Changes `u` where it may move.
+  /// Changes free components of `u`.
   /// @param u      holds the prescribed values, and 0 elsewhere [unit]; [component][z][y][x], as the fields
   ///        of the finest level
-  /// @param forces the same of what pulls; null: nothing does
-  /// @param is_done called with every plane z when it and its neighbours are found, on any thread
+  /// @param forces loads in the same layout; null: none
+  /// @param is_done called for every plane z when it and its neighbours are complete, on any thread
   void solve(float* u, const float* forces, const std::function<void(int z)>& is_done);
 
 private:

@@ -15,9 +15,9 @@ HWY_BEFORE_NAMESPACE();
 namespace maille::deform {
 namespace HWY_NAMESPACE {
 
-/// The operator on one plane, row by row, with nodes in vectors along x. A first pass over a row leaves three
-/// numbers a node and component: what it adds to the force at its left neighbour, at itself, and at its right
-/// one; a second adds them up.
+/// The operator on one plane, row by row, with nodes in vectors along x. The first pass over a row stores
+/// three numbers per node and component: its contributions to the force at its left neighbour, at itself, and
+/// at its right neighbour. The second pass adds them.
 template<class D, class Load>
 class BoxPlane {
 public:
@@ -68,7 +68,7 @@ private:
   HWY_INLINE bool is_regular_at(int axis, int i) const {
     return A_.axis[axis].mass[i - 1] == 1 && A_.axis[axis].mass[i] == 1;
   }
-  /// Row `kind` (0 to the left, 1 here, 2 to the right) of what component c leaves for the second pass.
+  /// Row `kind` (0 left, 1 itself, 2 right) of the contributions of component c.
   HWY_INLINE T* row_of(int c, int kind) const { return rows_ + (3 * c + kind) * length_ + line; }
 
   template<bool is_regular, bool couples, class Rows>

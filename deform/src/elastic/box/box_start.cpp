@@ -6,7 +6,8 @@
 
 namespace maille::deform {
 
-/// The value in the place of a coarse node, or else the mean of those that hold it.
+/// The prescribed value at the position of a coarse node, or else the mean of the prescribed values around
+/// it.
 double BoxStart::prescribed_at(std::size_t level, const float* fine, int c, const Index3& coarse) const {
   const BoxLevel& from = multigrid_.level(level);
   const auto& t = from.transfer();
@@ -56,7 +57,7 @@ void BoxStart::interpolate(std::size_t level, const float* coarse, float* fine,
   });
 }
 
-/// One cycle for the residual, and the step of least energy along what it finds.
+/// One cycle for the residual, and the step of least energy along its correction.
 void BoxStart::improve(std::size_t level, float* u, const float* forces) {
   BoxLevel& grid = multigrid_.level(level);
   const BoxOperator& A = grid.A();

@@ -8,14 +8,14 @@
 
 namespace maille::deform {
 
-/// Residual, correction and image are the fields f, u and r of the multigrid's finest level. Steps are taken
-/// when their direction and its image are read for the next one.
+/// Residual, correction and image are the fields f, u and r of the finest level. A step is taken when its
+/// direction and image are read for the next one.
 class BoxGradients : public GradientSpace {
 public:
   /// @param multigrid must outlive this
   explicit BoxGradients(BoxMultigrid& multigrid);
 
-  /// The state is nothing, and no step is left to be taken.
+  /// Sets the state to 0 and drops pending steps.
   void restart();
   double precondition() override;
   std::optional<double> find_step(double beta, double product) override;
@@ -23,7 +23,7 @@ public:
 
   float* state() { return state_.data(); }
   float* direction() { return direction_.data(); }
-  /// Not taken yet.
+  /// Pending steps.
   BoxSteps& steps() { return steps_; }
 
 private:
@@ -38,8 +38,8 @@ public:
   /// @param unit of forces per displacement in the multigrid [N/m]; @param scene, multigrid must outlive this
   BoxSystem(const Scene& scene, BoxMultigrid& multigrid, double unit)
       : scene_(scene), multigrid_(multigrid), unit_(unit) {}
-  /// Applies K cell by cell, from differences, from now on. On a body a thousand times as long as thick the
-  /// rounding of sums over nodes would be as much as bending.
+  /// Applies K cell by cell, from differences, in later calls. On a body a thousand times as long as thick,
+  /// rounding of sums over nodes is as large as bending.
   void resolve_bending() { by_cells_.emplace(scene_, multigrid_.team()); }
 
   void apply(const Displacement& u, Displacement& forces) override;

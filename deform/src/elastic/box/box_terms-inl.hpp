@@ -1,5 +1,5 @@
-/// What a vector of nodes of a box adds to forces. Included once per kind of vector, by box_kernel.cpp and
-/// box_double_kernel.cpp; see cone_kernel.cpp for what that forbids.
+/// Contributions of a vector of nodes of a box to forces. Included once per vector instruction set, by
+/// box_kernel.cpp and box_double_kernel.cpp; see cone_kernel.cpp for the restrictions.
 #if defined(MAILLE_BOX_TERMS_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef MAILLE_BOX_TERMS_INL
 #undef MAILLE_BOX_TERMS_INL
@@ -123,8 +123,8 @@ struct Products {
   }
 };
 
-/// What is left to do along x for one component of the force: L_x link + M_x mass + D_x difference + T_x
-/// transpose + E_x share. At regular cells T_x = -D_x, so `difference` less `transpose` is kept, and
+/// Operands of the operators along x for one component of the force: L_x link + M_x mass + D_x difference +
+/// T_x transpose + E_x share. At regular cells T_x = -D_x, so `difference` minus `transpose` is stored, and
 /// `transpose` for the ends of rows.
 template<class D>
 struct AlongX {
@@ -132,8 +132,8 @@ struct AlongX {
   V link, mass, change, transpose, share;
 };
 
-/// What one component of the displacement adds, of materials whose axes are the grid's. Components come in
-/// turn, x, y, z: few numbers are alive at a time, so that they fit the registers.
+/// Contribution of one component of the displacement, for materials aligned with the grid. Components come in
+/// turn, x, y, z, so that the live values fit the registers.
 template<int j, bool is_regular, bool has_ends, class D>
 HWY_INLINE void combine(const BoxNumbers<hn::TFromD<D>>& n, const Products<D>& u, AlongX<D>* out) {
   const D d;
@@ -192,7 +192,7 @@ HWY_INLINE void combine(const BoxNumbers<hn::TFromD<D>>& n, const Products<D>& u
   }
 }
 
-/// What combine leaves out: normal strains and shears that are coupled with other shears.
+/// The terms that combine() omits: coupling of normal strains and shears with other shears.
 template<bool is_regular, bool has_ends, class D, class P = Products<D>>
 HWY_INLINE void combine_rest(const BoxNumbers<hn::TFromD<D>>& n, const P& u, int j, AlongX<D>* out) {
   const D d;
@@ -216,7 +216,7 @@ HWY_INLINE void combine_rest(const BoxNumbers<hn::TFromD<D>>& n, const P& u, int
   }
 }
 
-/// What thin boxes add: as strains, with the link across in place of the mass.
+/// Bending terms of thin boxes: as strains, with the link across in place of the mass.
 template<bool is_regular, bool has_ends, class D, class P = Products<D>>
 HWY_INLINE void combine_bending(const BoxCoefficients& c, const P& u, int j, AlongX<D>* out) {
   const D d;

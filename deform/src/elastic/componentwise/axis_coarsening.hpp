@@ -1,5 +1,5 @@
 #pragma once
-/// How the nodes of one axis are thinned out for the next coarser level.
+/// Coarsening of one axis: which nodes the next coarser level has, and interpolation between both.
 
 #include "elastic/componentwise/componentwise_kernel.hpp"
 
@@ -9,9 +9,10 @@
 
 namespace maille::deform {
 
-/// Every second node and the last; the last interval of the coarse axis spans three where the number of
-/// intervals is odd, so intervals differ by a factor below 2 at any depth. Interpolation is linear in the
-/// places of the nodes. Two nodes become one that carries both.
+/// The coarse axis has every second node and the last one. If the number of intervals is odd, its last
+/// interval spans three, so lengths of intervals differ by less than a factor of 2 at any depth.
+/// Interpolation is linear in the positions of nodes. An axis of two nodes becomes one node that carries
+/// both.
 class AxisCoarsening {
 public:
   /// @param place of the nodes, ascending, in any unit; @param coarsens if false, both levels are the same
@@ -30,19 +31,19 @@ public:
   double hat(int i, int k) const { return hat_[i * most_in_support + k]; }
   /// The fine node in the place of a coarse one.
   int fine_place(int i) const { return fine_place_[i]; }
-  /// The coarse interval that holds the one from fine node i to the next, and the part of it that this is.
-  /// @pre two coarse nodes or more
+  /// The coarse interval that contains the fine interval i, and the share of its length that interval i
+  /// takes. @pre at least two coarse nodes
   int interval(int i) const;
   double part_of_interval(int i) const;
-  /// The coarse planes that can be summed up after fine plane `i`, looking one plane ahead.
+  /// Coarse planes whose restriction is complete after fine plane `i`, with one plane of look-ahead.
   std::ranges::iota_view<int, int> coarse_after(int i) const;
 
   /// For the loops; points into this.
   AxisTransfer view() const;
 
-  /// Weights of the coarse links along this axis: energies of linear displacements are kept.
+  /// Weights of the coarse links along this axis, which preserve the energy of linear displacements.
   std::vector<double> coarse_link(const std::vector<double>& fine) const;
-  /// What fine nodes carry, shared out to the coarse ones.
+  /// Masses of coarse nodes: fine masses distributed by the interpolation weights.
   std::vector<double> coarse_mass(const std::vector<double>& fine) const;
 
 private:

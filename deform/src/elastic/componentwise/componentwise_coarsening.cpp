@@ -53,14 +53,14 @@ double GridPair::matter_at(const Index3& coarse) const {
 
 namespace {
 
-/// Where a fine link's part goes along one axis: at most two coarse places.
+/// The share of a fine link along one axis: at most two coarse positions.
 struct Parts {
   std::array<int, 2> place{};
   std::array<float, 2> weight{};
   std::size_t n = 0;
 };
 
-/// Along the link's own axis the square of the part of the way; across it the hat functions.
+/// Along the link's own axis the square of its share of the length; across it the hat functions.
 Parts parts_of_link(const AxisCoarsening& axis, int i, bool is_own) {
   const auto right = static_cast<float>(axis.right_weight(i));
   if (!is_own || !axis.coarsens())
@@ -164,8 +164,8 @@ private:
         sum_[parents.node[i]] += weight * parents.weight[i] * of_free_ones;
   }
 
-  /// What the coarse links count of a fine one. Between two free ends it is nothing to rely on: they may move
-  /// alike.
+  /// The part of a fine link's energy that coarse links count. Between two free ends it is not reliable,
+  /// because they may move alike.
   void count_off(const Index3& near, std::size_t a, double weight) {
     const AxisCoarsening& along = grids_.axis(a);
     if (along.n_coarse() < 2)

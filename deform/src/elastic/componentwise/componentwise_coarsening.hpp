@@ -33,7 +33,7 @@ public:
   }
   const AxisCoarsening& axis(std::size_t a) const { return fine_.transfer()[a]; }
   Parents parents(const Index3& fine) const;
-  /// How much interpolation weight the fine nodes of matter have at a coarse one.
+  /// Sum of the interpolation weights of the fine nodes of matter on a coarse node.
   double matter_at(const Index3& coarse) const;
 
 private:
@@ -47,15 +47,15 @@ private:
 /// softer than the Galerkin product, since (sum hat d)^2 <= sum hat d^2.
 LinkWeights coarse_weights(const GridPair& grids);
 
-/// A coarse node is fixed if the fine one in its place is, or if fixed ones have as much weight around it as
-/// the others: without the second half the vertices that hang in void beside a hold stay free
-/// (docs/theory.md, 7b).
+/// A coarse node is fixed if the fine node at its position is, or if fixed nodes have at least the
+/// interpolation weight of free nodes around it. Without the second condition, vertices in void beside a hold
+/// stay free (docs/theory.md, 7b).
 List<FixedNode> coarse_fixed(const GridPair& grids);
 
-/// What keeps coarse corrections from overshooting beside fixed nodes, where interpolation is cut off: a link
+/// Anchors prevent overshoot of coarse corrections beside fixed nodes, where interpolation is cut off. A link
 /// from a free node i to a fixed one costs w (P u)_i^2 <= w s_i sum_I P_iI u_I^2, s_i the sum of P_iI over
-/// free coarse nodes I (Cauchy and Schwarz). Coarse links between a free and a fixed node count part of it
-/// already; an anchor is the rest.
+/// free coarse nodes I (Cauchy and Schwarz). Coarse links between a free and a fixed node count a part of it;
+/// the anchor is the rest.
 Anchors coarse_anchors(const GridPair& grids, const List<FixedNode>& coarse_fixed);
 
 } // namespace maille::deform

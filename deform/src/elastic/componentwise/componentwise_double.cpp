@@ -22,7 +22,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 using D = hn::CappedTag<double, 8>;
 using V = hn::VFromD<D>;
 
-/// Several of a row's weights at once.
+/// A vector of the weights of a row.
 struct BoxVectors {
   const DoubleBoxRow& w;
   HWY_INLINE V of(double factor, const double* per_node) const {
@@ -51,7 +51,7 @@ HWY_INLINE V difference(const double* to, const double* from, int x) {
   return hn::Sub(hn::LoadU(D(), to + x), hn::LoadU(D(), from + x));
 }
 
-/// What pulls a node of a row towards its neighbours, added to `sum`.
+/// Adds the link forces on a node of a row to `sum`.
 template<class Row>
 double pulled(const Row& w, const NeighbourRows& n, int x, int nx, double sum) {
   const double here = n.row[x];
@@ -64,7 +64,7 @@ double pulled(const Row& w, const NeighbourRows& n, int x, int nx, double sum) {
   return sum;
 }
 
-/// The same of several nodes at once, none of them at an end of the row.
+/// The same for a vector of nodes, none of them at an end of the row.
 template<class Vectors>
 HWY_INLINE V pulled(const Vectors& w, const NeighbourRows& n, int x, V sum) {
   sum = hn::MulAdd(w.x_link(x - 1), difference(n.row - 1, n.row, x), sum);

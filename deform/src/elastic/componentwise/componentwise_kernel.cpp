@@ -18,7 +18,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 using D = hn::CappedTag<float, line_of_floats>;
 using V = hn::VFromD<D>;
 
-/// The weights of a row of a box: factors that the row's nodes share, times one number per node.
+/// Weights of a row of a box: factors of the row, times one number per node.
 struct BoxRow {
   const float* x_link;
   const float* x_mass;
@@ -52,7 +52,7 @@ struct BoxRow {
   }
 };
 
-/// The weights of a row of any body: one number per link.
+/// Weights of a row of any body: one number per link.
 struct LinkRow {
   const float *x_link, *y_below, *y_above, *z_below, *z_above;
 
@@ -77,7 +77,7 @@ struct LinkRow {
   }
 };
 
-/// Calls visit(y, row offset, inverse diagonal, residual at) for the rows of a plane in which nodes may move;
+/// Calls visit(y, row offset, inverse diagonal, residual at) for the rows of a plane that have free nodes.
 /// residual at(x, f, u) is f - A u of a vector of nodes.
 template<class Row, class Visit>
 HWY_INLINE void for_rows(const ComponentwiseOperator& A, int z, const float* u, Visit&& visit) {

@@ -1,9 +1,8 @@
 #pragma once
-/// The innermost loops of the componentwise multigrid, in float32, for every kind of vector that the machine
-/// may have.
+/// Inner loops of the componentwise multigrid in float32, compiled for every vector instruction set.
 ///
-/// They work on one plane of one level. Rows are padded to whole lines of line_of_floats
-/// with nodes that have no links and never move.
+/// Each works on one plane of a level. Rows are padded to whole lines of line_of_floats; padding has no links
+/// and stays 0.
 
 #include "lattice/field_memory.hpp"
 
@@ -19,12 +18,12 @@ namespace maille::deform {
 struct ComponentwiseOperator {
   int nodes[3] = {1, 1, 1};
   std::int64_t row_stride = 0, slab_stride = 0;
-  /// Per row j + nodes[1] k: the inverse of the operator's diagonal, 0 where a node may not move. Rows in
-  /// which none may are nullptr.
+  /// Per row j + nodes[1] k: the inverse of the diagonal, 0 at fixed nodes; nullptr for rows without free
+  /// nodes.
   const float* const* inverse_diagonal = nullptr;
 
-  /// Per row: what ties each node to its place beside its links, or nullptr where nothing does (see Anchors
-  /// in componentwise_level.hpp); nullptr as a whole if there is no such row.
+  /// Per row: anchors of the nodes (componentwise_level.hpp), or nullptr without anchors; nullptr as a whole
+  /// if no row has any.
   const float* const* anchor = nullptr;
 
   const float* axis_link[3] = {}; ///< of a box
@@ -32,14 +31,14 @@ struct ComponentwiseOperator {
   const float* link[3] = {};      ///< of any other body: per node, of the link to the next; nullptr on a box
 };
 
-/// u = weight f / diagonal where nodes may move, 0 elsewhere: a Jacobi step from nothing.
+/// u = weight f / diagonal at free nodes, 0 elsewhere: a Jacobi step from 0.
 void start_relaxation(const ComponentwiseOperator& A, int z, float weight, const float* f, float* u);
-/// next = u + weight (f - A u) / diagonal: a Jacobi step of A u = f. Where nodes may not move, next = u.
+/// next = u + weight (f - A u) / diagonal: a Jacobi step of A u = f. At fixed nodes next = u.
 void relax_plane(const ComponentwiseOperator& A, int z, float weight, const float* f, const float* u,
                  float* next);
-/// r = f - A u where nodes may move, 0 elsewhere.
+/// r = f - A u at free nodes, 0 elsewhere.
 void find_residual(const ComponentwiseOperator& A, int z, const float* f, const float* u, float* r);
-/// q = A p where nodes may move, 0 elsewhere. @return the plane's part of p . q
+/// q = A p at free nodes, 0 elsewhere. @return the plane's part of p . q
 double apply_and_dot(const ComponentwiseOperator& A, int z, const float* p, float* q);
 
 /// The plane's part of a . b.
@@ -50,9 +49,8 @@ double update_direction(const ComponentwiseOperator& A, int z, const float* v, f
 double take_step(const ComponentwiseOperator& A, int z, double alpha, double scale, const float* p,
                  const float* q, double* x, float* r);
 
-/// How the nodes of one axis and those of the next coarser level belong together. Coarse node I sits on fine
-/// node 2 I, but for the last, which sits on the last; where the number of intervals is odd the last spans
-/// three.
+/// Nodes of one axis and of the next coarser level. Coarse node I sits on fine node 2 I; the last sits on the
+/// last, and its interval spans three if the number of intervals is odd.
 struct AxisTransfer {
   int n_fine = 1, n_coarse = 1;
   bool is_coarsened = false;
@@ -67,7 +65,7 @@ inline constexpr int most_in_support = 5;
 /// Coarse plane `z` of the transposed interpolation of r. @param scratch as long as a fine row and two lines
 void restrict_plane(const ComponentwiseOperator& coarse, const ComponentwiseOperator& fine,
                     const AxisTransfer* transfer, int z, const float* r, float* f_coarse, float* scratch);
-/// Fine plane `z` of u += interpolation of u_coarse where nodes may move; u = instead of += if `replaces`.
+/// Fine plane `z` of u += interpolation of u_coarse at free nodes, or u = it if `replaces`.
 /// @param scratch as long as a fine row and a coarse one and four lines
 void prolong_plane(const ComponentwiseOperator& coarse, const ComponentwiseOperator& fine,
                    const AxisTransfer* transfer, int z, const float* u_coarse, bool replaces, float* u,

@@ -7,7 +7,7 @@ namespace maille::deform {
 
 namespace {
 
-/// In float32, with the zeros that the loops expect around it.
+/// Converts to float32, with the zeros around it that the loops read.
 PaddedArray padded_copy(const std::vector<double>& values) {
   PaddedArray copy(static_cast<std::size_t>(padded_row(static_cast<int>(values.size()) + 1)));
   std::ranges::transform(values, copy.data(), [](double value) { return static_cast<float>(value); });
@@ -113,8 +113,8 @@ bool ComponentwiseLevel::may_move(const Index3& at) const {
   return row != nullptr && row[at[0]] > 0;
 }
 
-/// Rows of a box differ by two numbers an axis, the sum of the link factors at a node and its mass, of which
-/// there are three or four kinds; so a few rows serve all, and those with fixed nodes have their own.
+/// Inverse diagonals of a box. Rows differ by the sum of link factors and the mass along y and z, which have
+/// three or four values each; so few distinct rows are stored. Rows with fixed nodes have their own.
 void ComponentwiseLevel::invert_diagonal_of_box() {
   using Kind = std::pair<double, double>;
   const auto kind = [&](std::size_t axis, int i) {
@@ -259,8 +259,8 @@ void ComponentwiseLevel::clear(PaddedArray& field) const {
   std::fill_n(field.data(), field.size(), 0.0F);
 }
 
-/// Two Jacobi steps that damp what the coarser level cannot see: Chebyshev's weights for the eigenvalues 0.5
-/// to 2 of the operator over its diagonal, which has none above 2 (Gershgorin).
+/// Two Jacobi steps that damp the modes which the coarser level cannot represent: Chebyshev's weights for
+/// eigenvalues 0.5 to 2 of the operator over its diagonal, which has none above 2 (Gershgorin).
 const std::vector<float>& ComponentwiseLevel::relaxation() const {
   static const std::vector<float> weights{0.5617F, 1.3895F};
   return weights;

@@ -57,9 +57,9 @@ struct LinkWeights {
   bool is_box() const { return link[0].size() == 0; }
 };
 
-/// What ties nodes of a coarse level to rest, beside their links. A coarse function that is interpolated and
-/// then cut off at fixed nodes is steeper than the coarse links know: left out, corrections beside a hold
-/// overshoot, without bound under anisotropy. Per node with anchors, ascending.
+/// Springs to rest at coarse nodes, ascending by node. A coarse function that is interpolated and cut off at
+/// fixed nodes is steeper than coarse links know. Without anchors, corrections beside a hold overshoot,
+/// without bound under anisotropy.
 using Anchors = std::map<std::int64_t, double>;
 
 class ComponentwiseLevel {
@@ -69,8 +69,8 @@ public:
   ComponentwiseLevel(const Index3& nodes, std::array<std::vector<double>, 3> place, LinkWeights weights,
                      List<FixedNode> fixed, Anchors anchors = {});
 
-  /// The next level: coarsens the axes whose links are among the strongest, because point by point relaxation
-  /// smoothes along those only; null if no axis is left.
+  /// The next coarser level, or null. It coarsens the axes whose links are among the strongest, because
+  /// pointwise relaxation smooths along these only.
   std::unique_ptr<ComponentwiseLevel> coarser();
 
   const ComponentwiseOperator& A() const { return operator_; }
@@ -109,7 +109,7 @@ public:
 
   PaddedArray u, f, r;
 
-  // What the cycle of PlaneMultigrid asks.
+  // Interface of PlaneLevel.
   int n_planes() const { return nodes_[2]; }
   const std::vector<float>& relaxation() const;
   void start(int z, float weight, float, float* to) { start_relaxation(operator_, z, weight, f.data(), to); }
@@ -156,16 +156,16 @@ private:
   std::unique_ptr<std::array<AxisCoarsening, 3>> transfer_;
 };
 
-/// r = scale (f - A u) in float32 where nodes may move, 0 elsewhere, for one plane.
+/// r = scale (f - A u) in float32 at free nodes, 0 elsewhere, for one plane.
 /// @param u dense; @param f dense, in the operator's unit; nullptr: no forces
 /// @return the largest |f - A u| in the plane
 double find_true_residual(const ComponentwiseLevel& level, int z, const double* u, const double* f,
                           double scale, float* r);
-/// f = scale A u for one plane, whether nodes may move or not; dense.
+/// f = scale A u for one plane, at fixed nodes too; dense.
 void find_forces(const ComponentwiseLevel& level, int z, const double* u, double scale, double* f);
 /// Half of the sum of weight (difference)^2 over the links that start in a plane.
 double energy_of_plane(const ComponentwiseLevel& level, int z, const double* u);
-/// (A u) of one node, whether it may move or not.
+/// A u at one node, fixed or free.
 double force_on(const ComponentwiseLevel& level, const Index3& at, const double* u);
 
 } // namespace maille::deform

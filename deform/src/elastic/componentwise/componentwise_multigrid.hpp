@@ -5,14 +5,14 @@
 
 namespace maille::deform {
 
-/// Levels are rediscretised, not Galerkin products: seven weights a node at most on every level
-/// (docs/theory.md, sections 2 and 7b: arithmetic means; semicoarsening under anisotropy), and anchors
-/// beside fixed nodes. Figures: docs/developers/relaxation.md. See PlaneMultigrid.
+/// Levels are rediscretised, not Galerkin products: at most seven weights a node on every level
+/// (docs/theory.md, sections 2 and 7b: arithmetic means; semicoarsening under anisotropy), and anchors beside
+/// fixed nodes. Figures: docs/developers/relaxation.md. See PlaneMultigrid.
 class ComponentwiseMultigrid : public PlaneMultigrid<ComponentwiseLevel> {
 public:
   using PlaneMultigrid::PlaneMultigrid;
 
-  /// Full multigrid: finest().u solves A u = f with the fixed values, about as well as the grid can tell.
+  /// Full multigrid: finest().u solves A u = f with the fixed values, to about the discretisation error.
   /// Right-hand sides of coarser levels are made from the finest one if `has_forces`.
   void solve_from_coarsest(bool has_forces);
 };

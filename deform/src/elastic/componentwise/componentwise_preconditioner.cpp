@@ -34,7 +34,7 @@ ComponentwisePreconditioner::ComponentwisePreconditioner(const Scene& scene, con
 }
 
 void ComponentwisePreconditioner::set_up(Part& part) const {
-  part.solver.reset(); // its memory first
+  part.solver.reset(); // frees its memory first
   if (part.penalties.empty() && !has_own_springs_) {
     part.solver = std::make_unique<ComponentwiseSolver>(scene_, moduli_, part.component,
                                                         fixed_nodes(prescribed_, part.component), team_);

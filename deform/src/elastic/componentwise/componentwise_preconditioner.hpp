@@ -1,6 +1,5 @@
 #pragma once
-/// The componentwise model as a preconditioner, of full elasticity on any body among others, and as an
-/// operator of its own.
+/// The componentwise model as a preconditioner, also of full elasticity, and as an operator.
 
 #include "elastic/componentwise/componentwise_solver.hpp"
 #include "elastic/krylov/coupled_task.hpp"
@@ -13,9 +12,9 @@
 
 namespace maille::deform {
 
-/// One multigrid cycle of the componentwise model per component. Penalties of links just raise their weights.
+/// One multigrid cycle of the componentwise model per component. A penalty raises the weight of its link.
 ///
-/// Set up when it is first used. Same bits for any number of threads.
+/// Set up at first use. Same bits for any number of threads.
 class ComponentwisePreconditioner {
 public:
   /// All but `components` and `springs` must outlive this. @param springs to the ground, ascending by node;
@@ -24,13 +23,13 @@ public:
                               const std::vector<int>& components, const std::vector<Prescribed>& prescribed,
                               ThreadTeam& team, std::optional<List<NodalSpring>> springs = {});
 
-  /// These links have penalties from now on, and no others. Components for which nothing changes stay.
+  /// Replaces the penalties. Components whose penalties do not change keep their set-up.
   void set_penalties(const List<PenaltyLink>& links);
-  /// correction = B residual for every component, B symmetric and positive definite where it may move, 0
-  /// elsewhere, but for rounding to float32; residual [N] and correction [m] dense, of those components
-  /// alone.
+  /// correction = B residual for every component. B is symmetric and positive definite on free nodes and 0
+  /// elsewhere, within float32 rounding. residual [N] and correction [m] are dense and have only these
+  /// components.
   void precondition(const Displacement& residual, Displacement& correction);
-  /// What solves for one component, with the prescribed values. @pre one of the components
+  /// The solver of one component, with the prescribed values. @pre one of the components
   ComponentwiseSolver& solver(int component);
 
 private:
@@ -61,7 +60,7 @@ List<FixedNode> fixed_nodes(const std::vector<Prescribed>& prescribed, int compo
 /// 0 to dimension - 1.
 std::vector<int> all_components(const Scene& scene);
 
-/// What operators around the componentwise multigrid share.
+/// Shared part of operators around the componentwise multigrid.
 class ComponentwisePreconditioned : public PenalizedOperator {
 public:
   void precondition(const Displacement& residual, Displacement& correction) override {
@@ -83,7 +82,7 @@ private:
   ComponentwisePreconditioner preconditioner_;
 };
 
-/// One component of `relaxed`; fields have it alone.
+/// One component of `relaxed`; its fields have this component only.
 class ComponentwiseSystem : public ComponentwisePreconditioned {
 public:
   /// @param solver of the component; must outlive this, as the task
@@ -107,8 +106,7 @@ public:
     elasticity_.apply(u, forces, task().team);
   }
 
-  /// Prescribed values, and where no start is given one from the componentwise model, which knows no more
-  /// than each component by itself.
+  /// Sets the prescribed values. Without a start, the componentwise model extends each component by itself.
   void prescribe(Displacement& u);
 
 protected:

@@ -71,7 +71,7 @@ LinkWeights weights_of_box(const Grid& grid, const CellModuli& moduli, int compo
   return weights;
 }
 
-/// One number per link from the factors of a box.
+/// Weights per link from the factors of a box.
 LinkWeights expanded(const LinkWeights& box, const Index3& n) {
   LinkWeights weights;
   const std::int64_t row_stride = padded_row(n[0]);

@@ -20,10 +20,10 @@ namespace maille::deform {
 namespace {
 
 constexpr int most_iterations = 2000;
-/// Float32 carries the correction for so much of a reduction; then the residual is found anew.
+/// Reduction of the error per round in float32; then the residual is recomputed in float64.
 constexpr double reduction_per_residual = 1e-4;
 
-/// From the changes of successive steps to the error that is left.
+/// Estimates the remaining error from the changes of successive steps.
 class StepErrors {
 public:
   void add(double change) {
@@ -95,7 +95,7 @@ void ComponentwiseSolver::begin_from_coarsest(std::span<double> u) {
     u[fixed.node] = fixed.value;
 }
 
-/// Forces as the residual has them, in unit_; null where there are none.
+/// Forces minus spring forces, in unit_; null if there are none.
 const double* ComponentwiseSolver::forces_less_springs(std::span<const double> u) {
   const Anchors& springs = multigrid_->finest().anchors();
   if (springs.empty())
@@ -107,7 +107,7 @@ const double* ComponentwiseSolver::forces_less_springs(std::span<const double> u
   return with_springs_.data();
 }
 
-/// Puts the residual, scaled to 1 at most, where the multigrid takes its right-hand side. @return the scale
+/// Loads the scaled residual as the right-hand side of the multigrid. @return the scale
 double ComponentwiseSolver::begin_correction(std::span<const double> u, const double* forces) {
   ComponentwiseLevel& finest = multigrid_->finest();
   const auto find = [&](double scale) {
@@ -129,7 +129,7 @@ double ComponentwiseSolver::begin_correction(std::span<const double> u, const do
   return largest;
 }
 
-/// In float32, from the residual in the finest level's f; steps go straight into u.
+/// One round of conjugate gradients in float32 on the finest level's f; steps are added to u directly.
 class ComponentwiseSolver::Correction : public GradientSpace {
 public:
   /// @param scale of the residual
@@ -159,7 +159,7 @@ public:
                                    finest.f.data());
     });
   }
-  /// The largest of any node, of the last step or of the correction [m].
+  /// Largest change of any node, in the last step or the last correction [m].
   double change() const {
     return scale_ * std::max(*std::ranges::max_element(sums_), *std::ranges::max_element(largest_));
   }
@@ -214,7 +214,7 @@ void ComponentwiseSolver::apply(std::span<const double> u, std::span<double> for
     forces[node] += unit_ * stiffness * u[node];
 }
 
-/// Whether sums of fixed values and forces stay far from the ends of float32.
+/// True if fixed values and forces are far from the limits of float32.
 bool ComponentwiseSolver::fits_float32() const {
   constexpr double large = 1e30;
   double largest = 0;
@@ -225,20 +225,20 @@ bool ComponentwiseSolver::fits_float32() const {
   return largest == 0 || (largest > 1 / large && largest < large);
 }
 
-/// Without forces no displacement is beyond the fixed ones. Float32 may say otherwise where weights differ so
-/// much that it cannot tell some from nothing; from there the way back is long.
+/// Without forces, every displacement lies between the fixed values. Float32 may violate this where weights
+/// differ extremely, and recovery from there takes many iterations.
 void ComponentwiseSolver::keep_between_fixed_values(std::span<double> u) const {
-  double least = 0, most = 0; // where nothing is fixed all is at rest
+  double least = 0, most = 0; // without fixed nodes all is at rest
   for (const FixedNode& fixed : multigrid_->finest().fixed()) {
     least = std::min(least, fixed.value);
     most = std::max(most, fixed.value);
   }
-  const double range = most - least; // what is a little outside is left to the iterations
+  const double range = most - least; // iterations correct smaller excesses
   const auto is_near = [&](double value) { return value >= least - range && value <= most + range; };
   if (std::ranges::all_of(u, is_near))
     return;
   for (double& value : u)
-    value = value > least ? std::min(value, most) : least; // also what is no number
+    value = value > least ? std::min(value, most) : least; // NaN too
 }
 
 SolveOutcome ComponentwiseSolver::solve(std::span<double> u, std::span<const double> forces, double tolerance,
@@ -273,7 +273,7 @@ SolveOutcome ComponentwiseSolver::solve(std::span<double> u, std::span<const dou
     if (outcome.was_stopped || watch.is_done())
       return outcome;
     const double first_change = watch.first_change();
-    // Where a whole round brought nothing, rounding is all that is left.
+    // No progress in a whole round: the error is at rounding level.
     if (first_change >= 0.5 * best_change || first_change == 0) {
       outcome.remaining = std::min(outcome.remaining, std::max(first_change, best_change));
       outcome.was_stopped = !std::isfinite(outcome.remaining); // not a single step was possible

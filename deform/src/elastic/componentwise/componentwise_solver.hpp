@@ -15,7 +15,7 @@
 
 namespace maille::deform {
 
-/// What an iteration came to.
+/// Result of an iteration.
 struct SolveOutcome {
   int iterations = 0;   ///< steps of conjugate gradients; the start by full multigrid is one
   double remaining = 0; ///< estimated largest error of any node [m]
@@ -29,16 +29,15 @@ struct SolveOutcome {
 /// Conjugate gradients around one multigrid cycle, in float32 on the correction, whose right-hand side is the
 /// residual in float64; after every four digits the residual is found anew. Starts by full multigrid.
 ///
-/// **The error** is estimated from the changes c_k of successive steps: 2 c rho / (1 - rho), rho the largest
-/// of the last three contractions and 0.1. A first step says nothing.
+/// Error  estimated from the changes c_k of successive steps: 2 c rho / (1 - rho), rho the largest of the
+///        last three ratios of changes and 0.1. A single step gives no estimate.
 class ComponentwiseSolver {
 public:
-  /// @param fixed prescribed values of the component [m], ascending by node; nodes that no links join to any
-  /// of them stay at rest
+  /// @param fixed prescribed values of the component [m], ascending by node; nodes without a chain of links
+  /// to any of them stay at rest
   ComponentwiseSolver(const Scene& scene, const CellModuli& moduli, int component, List<FixedNode> fixed,
                       ThreadTeam& team);
-  /// The same with weights of one's own. @param weights, springs of level_nodes(grid), in units of `unit`
-  /// [N/m];
+  /// The same with given weights. @param weights, springs of level_nodes(grid), in units of `unit` [N/m];
   /// @param is_loose what loose_nodes() says of `fixed`
   ComponentwiseSolver(const Scene& scene, LinkWeights weights, double unit, List<FixedNode> fixed,
                       std::vector<bool> is_loose, Anchors springs, ThreadTeam& team);
@@ -46,8 +45,8 @@ public:
   /// Changes `u` (dense, [m]) to the minimum.
   /// @param forces dense [N]; empty: none
   /// @param tolerance on the largest error of any node [m]
-  /// @param is_warm `u` is a start with the prescribed values in place; if false it may be anything
-  /// @param must_stop asked before every iteration; the state is usable whenever it says so
+  /// @param is_warm true: `u` is a start that has the prescribed values; false: `u` is ignored
+  /// @param must_stop asked before every iteration; the state is usable if it stops
   SolveOutcome solve(std::span<double> u, std::span<const double> forces, double tolerance, bool is_warm,
                      const std::function<bool()>& must_stop);
 
@@ -60,10 +59,10 @@ public:
 
   /// Elastic energy, without that of springs [J].
   double energy(std::span<const double> u);
-  /// Force of the links on a node, to be held against by what prescribes it [N].
+  /// Reaction at a prescribed node: the force of its links and spring [N].
   double elastic_force(std::span<const double> u, std::int64_t node) const;
-  /// True where no link joins a node to a prescribed one, and so nothing says where it is. @pre a node of the
-  /// body
+  /// True if no chain of links joins a node to a fixed one, so that its position is undetermined. @pre a node
+  /// of the body
   bool is_loose(std::int64_t node) const { return !is_loose_.empty() && is_loose_[node]; }
   /// The sum of the weights of a node's links [N/m].
   double stiffness_at(std::int64_t node) const;
@@ -93,13 +92,13 @@ private:
   List<double> with_springs_; ///< forces_ and what springs pull with, where there are some
 };
 
-/// Nodes along the level's axes: those of the grid, but that the planes of a 2D body are its rows, so that
-/// loops over planes have something to do.
+/// Nodes along the axes of the level: those of the grid, but a 2D body is stored as planes of one row each,
+/// so that loops over planes can run in parallel.
 Index3 level_nodes(const Grid& grid);
 /// The level's axis for an axis of the grid.
 int level_axis(const Grid& grid, int axis);
 
-/// V / h_a^2 per axis of the grid: times a modulus the weight of a link inside matter of one kind [m].
+/// V / h_a^2 per axis of the grid: a link inside one kind of matter weighs its modulus times this [m].
 Vec3 weight_per_modulus(const Grid& grid);
 /// Weight of one link for one component: the sum over the cells of the body around it [N/m].
 double link_weight(const Specimen& body, const CellModuli& moduli, const Index3& tail, int axis,
@@ -118,7 +117,7 @@ Anchors springs_along(const List<NodalSpring>& springs, int component, double un
 /// True if no spring to the ground joins components.
 bool springs_are_along_axes(const Scene& scene);
 
-/// Which nodes of the body no chain of links joins to a fixed one or a spring; empty if none.
+/// Nodes of the body without a chain of links to a fixed node or a spring; empty if none.
 std::vector<bool> loose_nodes(const Scene& scene, const List<FixedNode>& fixed, const Anchors& springs);
 
 } // namespace maille::deform

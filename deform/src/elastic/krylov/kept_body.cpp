@@ -15,8 +15,7 @@ namespace {
 
 /// Relative distance below which two sets of data count as the same direction.
 constexpr double same_direction = 1e-3;
-/// Earlier answers that leave more than this of what is asked are no start. Points of a course that are
-/// nearer to each other than this part of the way ahead support no polynomial.
+/// Largest share of the question that a useful start may leave unexplained.
 constexpr double too_far = 0.5;
 
 Scene matter_of(const Scene& scene) {
@@ -56,10 +55,20 @@ double product(const std::array<List<double>, 3>& a, const std::array<List<doubl
   return product(a[0], b[0]) + product(a[1], b[1]) + product(a[2], b[2]);
 }
 
-Eigen::MatrixXd over_largest(const Eigen::MatrixXd& m) {
-  const double most = m.diagonal().maxCoeff();
-  return most > 0 ? Eigen::MatrixXd(m / most) : m;
-}
+/// Inner products of the data of earlier questions and the new one (last): prescribed values, and loads.
+struct Products {
+  Eigen::MatrixXd values, loads;
+  explicit Products(Eigen::Index n)
+      : values(Eigen::MatrixXd::Zero(n, n)), loads(Eigen::MatrixXd::Zero(n, n)) {}
+  /// Both are normalised by their largest value.
+  Eigen::MatrixXd of_both() const {
+    const auto over_largest = [](const Eigen::MatrixXd& m) -> Eigen::MatrixXd {
+      const double most = m.diagonal().maxCoeff();
+      return most > 0 ? Eigen::MatrixXd(m / most) : m;
+    };
+    return over_largest(values) + over_largest(loads);
+  }
+};
 
 } // namespace
 
@@ -107,7 +116,7 @@ bool EarlierAnswers::find_start(const Scene& scene, const std::vector<Prescribed
   const double size = all(n, n);
   if (!(size > 0))
     return false;
-  // Data are normalised, so that small answers count as large ones do; the newest come first.
+  // Normalised data give small answers the same weight as large ones; the newest come first.
   Eigen::VectorXd unit = all.diagonal().head(n);
   for (double& entry : unit)
     entry = entry > 0 ? 1 / std::sqrt(entry) : 0;
@@ -170,7 +179,7 @@ void EarlierAnswers::add(const Scene& scene, const Displacement& u) {
     answers_.clear();
   are_of_before_ = false;
   if (was_spanned_ && !answers_.empty())
-    answers_.pop_back(); // the others tell what it told
+    answers_.pop_back(); // it depends on the others
   else if (answers_.size() == most)
     answers_.erase(answers_.begin());
   answers_.push_back({u, loads_of(scene)});

@@ -1,5 +1,5 @@
 #pragma once
-/// What is kept of a body from one answer of `coupled` to the next.
+/// Cache of a body between answers of `coupled`: its hierarchy, earlier answers, and multipliers.
 
 #include "elastic/krylov/coupled_task.hpp"
 
@@ -17,30 +17,22 @@ namespace maille::deform {
 class KeptHierarchy {
 public:
   virtual ~KeptHierarchy() = default;
-  /// The constants of materials are others: what depends on them at the finest level becomes theirs, coarser
-  /// ones may stay as they were. @param ratio by which matter became stiffer or softer, at most
-  /// @return false where it is better made anew
+  /// Adapts the finest level to changed constants of materials; coarser levels may stay as they are. @param
+  /// ratio largest change of stiffness, as a factor @return false if rebuilding is better
   virtual bool take_materials(double ratio) = 0;
 };
 
-/// Answers to questions about one body, of which the start of the next is made. A linear body's answer is
-/// linear in what is prescribed and in loads: the mean of earlier answers, weighted by least squares, whose
-/// prescribed values and loads come nearest to the new ones. Moves that go on as they went begin where they
-/// end. At finite strain an answer is a smooth function of its data along a course of questions.
+/// Earlier answers about one body, which give the start of the next one. A linear body's answer is linear in
+/// prescribed values and loads. So the start is the combination of earlier answers whose prescribed values
+/// and loads come nearest to the new ones (least squares). A motion that continues along its course starts at
+/// its result.
 class EarlierAnswers {
 public:
-  /// @return false, and `u` is not changed, where there is nothing to begin with
+  /// @return false, and `u` is unchanged, if no earlier answer helps
   bool find_start(const Scene& scene, const std::vector<Prescribed>& prescribed, Displacement& u);
-  /// The start at finite strain: the polynomial through the answers and rest, along the way from the last
-  /// data to the new ones, or the last answer, whichever data come nearer; straight lines, which double a
-  /// bend, are none. What is prescribed is not in place.
-  /// @return whether its data are the new ones but for rounding, or what a course curves; nothing, and `u` is
-  ///         not changed, where there is no answer
-  std::optional<bool> find_course(const Scene& scene, const std::vector<Prescribed>& prescribed,
-                                  Displacement& u);
-  /// Takes up an answer to the question of the last find_start().
+  /// Adds the answer to the question of the last find_start().
   void add(const Scene& scene, const Displacement& u);
-  /// The body's matter is another from now on: the last answer is a start, but no part of others.
+  /// Matter has changed: the last answer is still a start, but no part of a combination.
   void matter_has_changed();
   void forget() { answers_.clear(); }
 
@@ -56,8 +48,8 @@ private:
   Displacement mean(const Scene& scene, const Eigen::VectorXd& weights) const;
 
   std::vector<One> answers_;   ///< the newest last
-  bool was_spanned_ = false;   ///< by them, the last question
-  bool are_of_before_ = false; ///< before matter changed
+  bool was_spanned_ = false;   ///< the last question was a combination of answers_
+  bool are_of_before_ = false; ///< answers_ precede a change of matter
 };
 
 /// A link's multiplier: the force with which its limits pull at its ends, over its weight in the
@@ -68,7 +60,7 @@ struct KeptMultiplier {
   double pull = 0;
 };
 
-/// One body: a copy of its matter, to which hierarchies refer, and what stands in memory for it.
+/// One body: a copy of its matter, to which hierarchies refer, and its cache.
 class KeptBody {
 public:
   KeptBody(const Scene& scene, int threads);
@@ -79,15 +71,15 @@ public:
   /// True if a question is about this body: the same cells and tissue shares, rotation, springs, and
   /// materials of the same symmetry in the same places. The materials' constants may differ.
   bool is_of(const Scene& question) const;
-  /// Takes over the constants of materials, and updates what depends on them.
-  /// @return how many times stiffer or softer matter became, at most: 1 where nothing changed
+  /// Adopts the constants of materials and updates the cache. @return largest change of stiffness, as a
+  /// factor; 1: none
   double take_materials(const Scene& question);
 
   std::unique_ptr<KeptHierarchy> hierarchy; ///< null: none yet
   EarlierAnswers answers;
   List<KeptMultiplier> multipliers; ///< of the last answer
-  bool is_for_holds = false;        ///< hierarchies are made for what is held, whatever else is prescribed
-  bool begins_anew = false;         ///< answers from rest, though the hierarchy is kept
+  bool is_for_holds = false;        ///< hierarchies fix holds only, not other prescribed components
+  bool begins_anew = false;         ///< each answer starts at rest; the hierarchy is cached
 
 private:
   Scene scene_;

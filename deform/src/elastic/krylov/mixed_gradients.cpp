@@ -9,9 +9,9 @@ namespace maille::deform {
 
 namespace {
 
-/// Float32 carries the correction for so much of a reduction of r . z; then the residual is found anew.
+/// Reduction of r . z per round in float32; then the residual is recomputed in float64.
 constexpr double reduction_per_round = 1e-10;
-/// Residuals above it, or below its inverse, are counted in other units, for the range of float32.
+/// Residuals above this or below its inverse are rescaled, to stay in the range of float32.
 constexpr double largest_residual = 1e8;
 
 } // namespace

@@ -10,13 +10,13 @@ namespace maille::deform {
 
 namespace {
 
-/// Relaxation damps eigenvalues down to this part of the largest, over the number of its steps: measured for
-/// the fewest iterations of conjugate gradients.
+/// Smallest damped eigenvalue over the largest, times the number of steps. Measured for the fewest iterations
+/// of conjugate gradients.
 constexpr double damped_range_times_steps = 0.13;
 
 constexpr std::size_t steps_for_eigenvalue = 10;
 
-/// The steps of conjugate gradients.
+/// Records the steps of conjugate gradients.
 class Steps : public GradientWatch {
 public:
   bool goes_on() override { return steps_.size() < steps_for_eigenvalue; }

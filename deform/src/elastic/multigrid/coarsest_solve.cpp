@@ -30,8 +30,8 @@ Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& K) {
   return inverse_of_modes(K, tolerance);
 }
 
-/// Matter that hangs on an edge turns without energy. Such a mode has the shift alone as its stiffness; its
-/// inverse would exceed float32's digits of all other modes, so it is left out.
+/// Matter that hangs on an edge rotates without energy. Such a mode has only the shift as its stiffness; its
+/// inverse would swamp all other modes in float32, so it is left out.
 Eigen::MatrixXd shifted_inverse(Eigen::MatrixXd K) {
   Eigen::LLT<Eigen::MatrixXd> factors;
   for (double shift = tolerance; shift < 1; shift *= 10) {
@@ -39,7 +39,7 @@ Eigen::MatrixXd shifted_inverse(Eigen::MatrixXd K) {
     factors.compute(K);
     if (factors.info() != Eigen::Success)
       continue;
-    const double stiffer = 100 * shift; // than a mode that has the shift alone
+    const double stiffer = 100 * shift; // than a mode with the shift as its only stiffness
     if (factors.matrixLLT().diagonal().array().square().minCoeff() < stiffer)
       return inverse_of_modes(K, stiffer);
     break;
@@ -91,7 +91,7 @@ bool CoarsestSolve::factor(const std::function<void(const Visit&)>& for_each_ent
   return true;
 }
 
-/// In units that make the diagonal 1, so that matter of any stiffness counts alike.
+/// Scales the diagonal to 1, so that stiff and soft matter count alike.
 void CoarsestSolve::invert(Eigen::MatrixXd K) {
   if (K.rows() == 0)
     return;

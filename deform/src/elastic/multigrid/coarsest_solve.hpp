@@ -11,15 +11,15 @@
 
 namespace maille::deform {
 
-/// One layer of unknowns is solved by the inverse of its matrix, without the zero-energy motions (rounding
-/// leaves these a tiny stiffness). Several layers, of which each touches only the next, are solved by
-/// Cholesky factors, layer by layer, in float64.
+/// A single layer of unknowns is solved by the inverse of its matrix, without zero-energy motions (rounding
+/// gives these a tiny stiffness). Several layers, each coupled to the next only, are solved by a
+/// block-tridiagonal Cholesky factor in float64.
 class CoarsestSolve {
 public:
   struct Unknowns {
     List<std::int64_t> place; ///< in the fields of the level, layer by layer
     List<std::size_t> first;  ///< of each layer in `place`, and their number
-    /// Entries are in float32: what nothing holds cannot be told from what is soft.
+    /// Entries were rounded to float32: a free motion cannot be told from a soft one.
     bool are_rounded = false;
     void begin_layer() { first.push_back(place.size()); }
     /// Number of the unknown at each place of a field of that size, or -1.
@@ -32,8 +32,8 @@ public:
   explicit CoarsestSolve(Unknowns unknowns) : unknowns_(std::move(unknowns)) {}
 
   const Unknowns& unknowns() const { return unknowns_; }
-  /// @param for_each_entry calls what it is given for all entries of a symmetric matrix
-  /// @return false where layers are not held well enough to be factored
+  /// @param for_each_entry calls its argument for all entries of a symmetric matrix
+  /// @return false if the layers are not fixed well enough to be factored
   bool factor(const std::function<void(const Visit&)>& for_each_entry);
   /// u += A^-1 f at the unknowns.
   void add_solution(const float* f, float* u) const;

@@ -17,9 +17,9 @@ namespace maille::deform {
 /// smooths along those only (docs/theory.md, section 2).
 inline constexpr double share_of_strongest = 0.35;
 
-/// Where the relaxation of a level begins.
+/// The start of relaxation on a level.
 struct CycleStart {
-  bool from_coarser = false; ///< at what the next coarser level holds; else at nothing
+  bool from_coarser = false; ///< at the interpolated u of the next coarser level; else at 0
   float step = 0;            ///< f -= step r comes first
 };
 
@@ -35,17 +35,16 @@ concept CoarsestLevel = requires(const L& of, const CoarsestSolve& coarsest,
 template<class L>
 concept CycleLevel = CoarsestLevel<L> &&
     requires(L& level, L& coarser, const L& of, ThreadTeam& team, CycleStart start, double* products) {
-  /// u = some steps of relaxation for A u = f; coarser.f = the residual, summed up.
+  /// u = some steps of relaxation for A u = f; coarser.f = the restricted residual.
   level.go_down(coarser, team, start);
-  /// u += what coarser.u is here, and the steps in reverse. @param products of u and f by plane, or null
+  /// u += interpolation of coarser.u, and the steps in reverse order. @param products of u and f by plane, or null
   level.come_up(coarser, team, products);
   { of.n_nodes() } -> std::convertible_to<std::int64_t>;
   { L::nodes_worth_threads } -> std::convertible_to<std::int64_t>; ///< threads do not pay on fewer
 };
 
-/// A symmetric V-cycle: Jacobi steps with Chebyshev's weights on every level before and after the coarser
-/// ones, a direct solve at the bottom. From nothing it is a symmetric positive definite map, as conjugate
-/// gradients need it.
+/// A symmetric V-cycle: Jacobi steps with Chebyshev's weights before and after coarser levels, and a direct
+/// solve at the bottom. Started at 0 it is a symmetric positive definite map, as conjugate gradients require.
 ///
 /// Same bits for any number of threads.
 ///

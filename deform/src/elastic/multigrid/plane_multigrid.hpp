@@ -1,27 +1,27 @@
 #pragma once
-/// Multigrid on grids that are worked on plane by plane: a plane goes through all steps of one leg of the
-/// cycle while it is in the cache.
+/// Multigrid plane by plane: a plane goes through all steps of one leg of the cycle while it is in the cache.
 
 #include "elastic/multigrid/multigrid.hpp"
 
 namespace maille::deform {
 
-/// What the legs of the cycle ask of a level. Places are planes z; u, f, r are fields of the level.
+/// A level that go_down_planes() and come_up_planes() can process. z is a plane; u, f, r are fields of the
+/// level.
 template<class L>
 concept PlaneLevel = requires(L& level, const L& coarser, const L& of, int z, float weight, float step,
                               const float* from, float* to, bool replaces) {
   { of.n_planes() } -> std::same_as<int>;
   { of.relaxation() } -> std::same_as<const std::vector<float>&>; ///< the weights of Jacobi's steps
-  level.start(z, weight, step, to);                               ///< f -= step r, and a step from nothing
+  level.start(z, weight, step, to);                               ///< f -= step r, and a Jacobi step from 0
   of.relax(z, weight, from, to);
   level.find_residual(z);                          ///< r = f - A u
   of.restrict_to(coarser, z, from, to);            ///< plane z of the coarser one
   of.prolong_from(coarser, z, from, replaces, to); ///< or adds
   { of.dot(z, from, from) } -> std::same_as<double>;
-  of.coarse_planes_after(z); ///< which ones of the coarser level can be summed up then, a plane ahead
+  of.coarse_planes_after(z); ///< coarse planes whose restriction is complete after plane z
 };
 
-/// Fields u and r take turns, so that the last step leaves its result in u.
+/// Relaxation alternates between u and r, and ends in u.
 template<PlaneLevel Level>
 void go_down_planes(Level& fine, Level& coarse, ThreadTeam& team, CycleStart start) {
   const std::vector<float>& weights = fine.relaxation();
@@ -34,7 +34,7 @@ void go_down_planes(Level& fine, Level& coarse, ThreadTeam& team, CycleStart sta
     if (step < 0)
       fine.prolong_from(coarse, z, coarse.u.data(), true, after(-1));
     else if (step == 0 && !start.from_coarser)
-      fine.start(z, weights[0], start.step, after(0)); // which leaves r as it is for other planes
+      fine.start(z, weights[0], start.step, after(0)); // does not change r, which other planes still need
     else if (step < steps)
       fine.relax(z, weights[step], after(step - 1), after(step));
     else if (step == steps)
@@ -63,8 +63,8 @@ void come_up_planes(Level& fine, const Level& coarse, ThreadTeam& team, double* 
     std::swap(fine.u, fine.r);
 }
 
-/// A hierarchy of levels each of which makes the next. Beside what cycles ask, a level says whether it is to
-/// be the last: is_small(), and is_thin(nodes of the finest), where coarser ones would be of no help.
+/// A hierarchy in which each level makes the next. A level says whether it is the last: is_small(), or
+/// is_thin(nodes of the finest) where coarser levels would not help.
 template<PlaneLevel Level>
 class PlaneMultigrid : public Multigrid<Level> {
 public:
@@ -85,8 +85,8 @@ public:
 
   Level& finest() { return this->level(0); }
   const Level& finest() const { return this->level(0); }
-  /// finest().f -= step finest().r, and then finest().u = one cycle for A u = finest().f from nothing.
-  /// Changes finest().r. @return u . f
+  /// finest().f -= step finest().r; then finest().u = one cycle for A u = finest().f, started at 0. Changes
+  /// finest().r. @return u . f
   double precondition(float step = 0) {
     for (int z = 0; this->n_levels() == 1 && z < finest_planes(); ++z)
       finest().start(z, 0, step, finest().u.data());
@@ -101,7 +101,7 @@ public:
     this->team_for(finest()).run(finest_planes(), [&](int z, int) { sums_[z] = work(z); });
     return total();
   }
-  /// The sum over planes of what was put into sums(), in their order.
+  /// The sum of sums(), in the order of planes.
   double total() const { return std::accumulate(sums_.begin(), sums_.end(), 0.0); }
   std::span<double> sums() { return sums_; }
 

@@ -20,7 +20,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 using F = hn::CappedTag<float, block_stride>;
 using VF = hn::VFromD<F>;
 
-/// Calls visit(where in the fields) for the vectors of rows: one each, but on machines without vectors.
+/// Calls visit(offset) for the vectors of rows: one a row, or one a number on machines without vectors.
 template<class Visit>
 HWY_INLINE void for_vectors(std::int32_t first, std::int32_t end, Visit&& visit) {
   for (std::int32_t row = first; row < end; ++row)
@@ -28,8 +28,8 @@ HWY_INLINE void for_vectors(std::int32_t first, std::int32_t end, Visit&& visit)
       visit(row, part);
 }
 
-/// A block, column after column, times the displacement of its vertex: sums stay apart by columns until the
-/// row ends. In one vector where it holds nine numbers, else in three; the same operations.
+/// Sums of a block, column by column, times the displacement of its vertex; columns stay apart until the row
+/// ends. Nine numbers fit one vector, or take three; the operations are the same.
 #if HWY_MAX_BYTES >= 64
 class BlockSums {
   using Whole = hn::FixedTag<float, 16>;
@@ -82,8 +82,8 @@ private:
 };
 #endif
 
-/// Calls add(sum, number of a block) for the blocks of a row: they take turns in four sums, which wait less
-/// for one another, and all_four(number of the first) for four of them at once.
+/// Calls add(sum, number of a block) for the blocks of a row, with four sums in turn to hide latency, and
+/// all_four(number of the first) for four blocks at once.
 template<class Four, class Add>
 HWY_INLINE void in_turns(std::int32_t n, const Four& all_four, const Add& add) {
   std::int32_t i = 0;
@@ -98,7 +98,7 @@ HWY_INLINE void in_turns(std::int32_t n, const Four& all_four, const Add& add) {
     add(2, i);
 }
 
-/// One after another of four, too.
+/// The same without all_four().
 template<class Add>
 HWY_INLINE void in_turns(std::int32_t n, const Add& add) {
   in_turns(
@@ -132,8 +132,7 @@ HWY_INLINE VF sum_of_blocks(const BlockMatrix& A, std::int32_t row, int part, co
 }
 
 #if HWY_MAX_BYTES >= 32
-/// The first eight numbers of blocks in one vector for each of the four sums, the last ones of all four in
-/// another.
+/// One vector has the first eight numbers of a block; another has the ninth numbers of four blocks.
 HWY_INLINE VF sum_of_blocks(const RoundedBlockMatrix& A, std::int32_t row, int, const float* u) {
   using Eight = hn::FixedTag<float, 8>;
   using VE = hn::VFromD<Eight>;
@@ -206,7 +205,7 @@ HWY_INLINE VF sum_of_blocks(const RoundedBlockMatrix& A, std::int32_t row, int p
 }
 #endif
 
-/// Rounds n blocks over `unit`, a power of 2: the first eight numbers of each, and the last ones.
+/// See round_blocks().
 void round_numbers(const float* blocks, std::int32_t n, float unit, std::uint16_t* eight,
                    std::uint16_t* last) {
 #if HWY_MAX_BYTES >= 32

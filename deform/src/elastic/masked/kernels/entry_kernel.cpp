@@ -24,7 +24,7 @@ HWY_INLINE void for_entries(std::int64_t n, Visit&& visit) {
     visit(d, i);
 }
 
-/// The same for any n; what is left of a vector comes one by one.
+/// The same for any n: the remainder of a vector is processed one by one.
 template<class Visit>
 HWY_INLINE void for_any_entries(std::int64_t n, Visit&& visit) {
   const Line d;
@@ -81,8 +81,8 @@ void subtract(std::int64_t n, const float* inverse, const float* f, float* Au) {
   });
 }
 
-/// Sixteen running sums of products, whatever the length of vectors: the next number of visit(tag, i, sums)
-/// belongs to sum i % 16. Visits what is left of sixteen one by one.
+/// Sixteen running sums of products for any vector length: the result of visit(tag, i, sums) goes to sum i %
+/// 16. The remainder is processed one by one.
 template<class Visit>
 HWY_INLINE double sum_of_parts(std::int64_t n, const Visit& visit) {
   constexpr int whole = 16, vectors = whole / static_cast<int>(hn::MaxLanes(Line()));

@@ -19,7 +19,7 @@ using F = hn::CappedTag<float, MaskedRows::block>;
 using VF = hn::VFromD<F>;
 using MF = decltype(hn::Gt(hn::Zero(F()), hn::Zero(F())));
 
-/// Coefficients of neighbouring cells: of their own, of one kind of matter, of several kinds.
+/// Sources of coefficients of adjacent cells: their own, those of one kind, those of several kinds.
 struct OwnCoefficients {
   const float* first;
   HWY_INLINE VF operator[](int k) const { return hn::LoadU(F(), first + k * MaskedRows::block); }
@@ -41,7 +41,7 @@ struct SeveralKinds {
   }
 };
 
-/// The four rows of nodes of a run in the fields: from the start of a component on.
+/// The four rows of nodes of a run, in one component of a field.
 struct Rows {
   std::int64_t slot[4];
   explicit HWY_INLINE Rows(const CellRun& run)
@@ -88,8 +88,8 @@ HWY_INLINE VF normal_stress(const C& c, const VF* strain) {
       hn::MulAdd(c[mean_coefficient(p, 1)], strain[1], hn::Mul(c[mean_coefficient(p, 0)], strain[0])));
 }
 
-/// What neighbouring cells pull with: stresses, sums of twists, edges along x in the four rows of nodes; and
-/// how stiff the edges along y and z are.
+/// Stresses of adjacent cells: mean stresses, sums of twists, edge forces along x in the four rows of nodes,
+/// and edge stiffnesses along y and z.
 struct Pulls {
   VF stress[6], twist[3], along_x[4], y_edge, z_edge;
   VF bend[6]; ///< of thin cells, by component and the axis across: x y, x z, y x, y z, z x, z y
@@ -100,8 +100,8 @@ struct Pulls {
         z_edge(all), bend{all, all, all, all, all, all} {}
 };
 
-/// What bending across an axis pulls with, from the differences of the two faces: along the next axis, the
-/// one after it, and in shear.
+/// Bending stresses across an axis, from the differences of the two faces: along the next axis, along the one
+/// after it, and in shear.
 template<class C>
 HWY_INLINE void bend(const C& c, int across, VF first, VF second, VF shear, VF& of_first, VF& of_second,
                      VF& of_shear) {
@@ -131,7 +131,7 @@ HWY_INLINE void set_stresses(const C& c, const VF* strain, VF* stress) {
   }
 }
 
-/// Pulls of the cells from x on.
+/// Stresses of the cells from x on.
 template<bool couples_all, bool bends, class C>
 HWY_INLINE void find_pulls(const C& c, const float* const* u, const Rows& at, int x, Pulls& pulls) {
   const Corners of_x(u[0], at, x), of_y(u[1], at, x), of_z(u[2], at, x);
@@ -191,8 +191,8 @@ HWY_INLINE void find_pulls_of_run(const MaskedOperator& A, const CellRun& run, c
     find_pulls<couples_all, bends>(SeveralKinds{A.coefficients, A.n_kinds, kinds}, u, rows, x, pulls);
 }
 
-/// What the cells on the lower side of nodes have, from that of the cells on their upper side and of those a
-/// vector before: they stay in registers, for loads across two vectors that were just stored wait for both.
+/// Values of the cells on the lower side of nodes, from the present vector of cells and the one before. They
+/// stay in registers, because a load across two vectors that were just stored stalls.
 #if HWY_TARGET == HWY_SCALAR
 HWY_INLINE VF lower_side(VF before, VF) {
   return before;
@@ -207,7 +207,7 @@ HWY_INLINE V lower_side(V before, V here) {
     return hn::CombineShiftRightBytes<12>(d, here, hn::ConcatLowerUpper(d, here, before));
 }
 #endif
-/// Sum, and difference, of what the cells on both sides have.
+/// Sum and difference of the cells on both sides of a node.
 HWY_INLINE VF both(VF before, VF here) {
   return hn::Add(lower_side(before, here), here);
 }
@@ -217,7 +217,7 @@ HWY_INLINE VF net(VF before, VF here) {
 HWY_INLINE void add_to(float* at, VF value) {
   hn::StoreU(hn::Add(hn::LoadU(F(), at), value), F(), at);
 }
-/// Adds even + (+-) odd_y + (+-) odd_z + (+-)(+-) odd_yz, less the pull of edges, to the four rows.
+/// Adds even +- odd_y +- odd_z +- odd_yz, less the edge forces, to the four rows.
 HWY_INLINE void add_to_rows(float* forces, const Rows& at, int x, VF even, VF odd_y, VF odd_z, VF odd_yz,
                             const VF* extra) {
   const VF low = hn::Sub(even, odd_z), high = hn::Add(even, odd_z), y_low = hn::Sub(odd_y, odd_yz),
@@ -228,8 +228,8 @@ HWY_INLINE void add_to_rows(float* forces, const Rows& at, int x, VF even, VF od
   add_to(forces + at.slot[3] + x, hn::Add(hn::Add(high, y_high), extra[3]));
 }
 
-/// To the nodes from x on, the lower corners of the cells that `here` is of. @param before of the cells a
-/// vector before
+/// Adds the forces of cells to the nodes from x on, the lower corners of the cells `here`. @param before
+/// stresses of the vector of cells before
 template<bool bends>
 HWY_INLINE void add_pulls(const Pulls& before, const Pulls& here, const float* const* u, float* const* forces,
                           const Rows& at, int x) {

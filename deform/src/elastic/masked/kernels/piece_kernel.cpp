@@ -21,12 +21,12 @@ using Line = hn::CappedTag<float, 8>;
 constexpr int column_size = static_cast<int>(PatternedPieces::column_size);
 constexpr int n_lines = column_size / static_cast<int>(hn::MaxLanes(Line()));
 
-/// Pieces that are multiplied at once, so that what is loaded of their matrix serves them all.
+/// Pieces that one pass multiplies, so that they share the loads of their matrix.
 constexpr int most_at_once = 3;
 
 using Forces = hn::VFromD<Line>[n_lines];
 
-/// What pulls at the vertices of pieces of one pattern, three numbers each, from four numbers a vertex of u.
+/// Forces at the vertices of pieces of one pattern, three numbers each, from four numbers a vertex of u.
 template<int n>
 HWY_INLINE void multiply(const float* matrix, const PatternedPiece* const* pieces, const float* u,
                          Forces* forces) {
@@ -64,8 +64,8 @@ HWY_INLINE void add_to_vertices(const hn::VFromD<Line>* forces, const PatternedP
       add_to(out + std::int64_t{block_stride} * piece.vertex[k] + c, forces[3 * k + c]);
 }
 #else
-/// The fourth number of a vertex, which does not count, is one of the next. Vectors stay in registers: loads
-/// across two that were just stored wait for both.
+/// The unused fourth number of a vertex overlaps the next vertex. Vectors stay in registers, because a load
+/// across two that were just stored stalls.
 HWY_INLINE void add_to_vertices(const hn::VFromD<Line>* forces, const PatternedPiece& piece, float* out) {
   const F d;
   VF four[6];
@@ -96,7 +96,7 @@ HWY_INLINE void add_product(const float* matrix, const PatternedPiece* const* pi
     add_to_vertices(forces[i], *pieces[i], out);
 }
 
-/// @param numbers of pieces, those of one pattern after another
+/// @param numbers of pieces, grouped by pattern
 void add(const float* matrices, const PatternedPiece* pieces, const std::int32_t* numbers, std::size_t size,
          const float* u, float* out) {
   for (std::size_t first = 0, end = 0; first < size; first = end) {

@@ -19,7 +19,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 using F = hn::CappedTag<float, block_stride>;
 using VF = hn::VFromD<F>;
 
-/// Calls visit(vertex, weight) for what slots in a piece, or at a hinge, have. @param place not `nowhere`
+/// Calls visit(vertex, weight) for the weights of a slot. @param place not `nowhere`
 template<class Visit>
 HWY_INLINE void for_each_weight(std::int32_t place, const PatternedPiece* pieces, const Weights& hinges,
                                 const Visit& visit) {
@@ -35,8 +35,8 @@ HWY_INLINE void for_each_weight(std::int32_t place, const PatternedPiece* pieces
     visit(hinges.column.data()[i], hinges.weight.data()[i]);
 }
 
-/// As many slots at once as a vector has numbers: what their vertices have lies transposed to the fields of
-/// the body's own grid.
+/// Interpolates as many slots at once as a vector has numbers; the values of vertices are transposed to the
+/// layout of the finest fields.
 void interpolate(const std::int32_t* place, const PatternedPiece* pieces, const Weights& hinges,
                  std::int32_t first, std::int32_t end, const float* u, const float* inverse,
                  std::int64_t stride, float* out) {
@@ -77,7 +77,7 @@ void add_up(const std::int32_t* place, const PatternedPiece* pieces, const Weigh
   const int lanes = static_cast<int>(hn::Lanes(d));
   alignas(16) float forces[block_stride * block_stride];
   for (std::int32_t slot = first; slot < end; slot += lanes) {
-    const float* const at_slot = f + slot; // and some beyond, which do not count
+    const float* const at_slot = f + slot; // reads beyond the slot; the rest is ignored
     hn::StoreInterleaved4(hn::LoadU(d, at_slot), hn::LoadU(d, at_slot + stride),
                           hn::LoadU(d, at_slot + 2 * stride), hn::Zero(d), d, forces);
     for (int i = 0; i < std::min(lanes, end - slot); ++i) {
@@ -118,7 +118,7 @@ SlotInterpolation::SlotInterpolation(Coarsened& coarsened) : place_(std::move(co
                           P.weight.begin() + P.first[slot + 1]);
     hinges_.first.push_back(static_cast<std::int32_t>(hinges_.column.size()));
   }
-  hinges_.first.shrink_to_fit(); // they stay as long as the hierarchy
+  hinges_.first.shrink_to_fit(); // stored as long as the hierarchy
   hinges_.column.shrink_to_fit();
   hinges_.weight.shrink_to_fit();
 }
