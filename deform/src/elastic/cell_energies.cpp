@@ -15,7 +15,7 @@ namespace maille::deform {
 
 namespace {
 
-/// Displacements of a cell's corners from its first one; columns are corners.
+/// Displacements of the corners of a cell relative to its first corner; columns are corners.
 template<int dimension>
 using Corners = Eigen::Matrix<double, 3, 1 << dimension>;
 
@@ -54,7 +54,7 @@ std::vector<double> lattice_energies(const Scene& scene, const Displacement& u, 
   return energy;
 }
 
-/// Energies of `relaxed`: every cell's part of the weights of its edges.
+/// Energies of `relaxed`: each cell's share of the weights of its edges.
 template<int dimension>
 std::vector<double> link_energies(const Scene& scene, const Displacement& u) {
   const Grid& grid = scene.specimen.grid;
@@ -99,7 +99,7 @@ std::vector<double> cell_energies(const Scene& scene, const Answer& answer, int 
     return std::vector<double>(static_cast<std::size_t>(scene.specimen.grid.n_cells()), 0);
   if (!has_displacement(answer.status) || !(is_relaxed || answer.method == "coupled"))
     return answer.cell_energy;
-  if (!answer.split.empty()) // known of each side alone: the displacement has the mean of both
+  if (!answer.split.empty()) // defined on each side separately; the displacement stores the mean of both
     return answer.cell_energy;
   const int dimension = scene.dimension();
   return dimension == 1   ? energies<1>(scene, answer, threads)

@@ -78,7 +78,7 @@ std::string reason_to_refuse_coupled(const Scene& scene) {
 }
 
 bool is_shared_by_ranks(const Scene& scene, int n_ranks) {
-  constexpr std::int64_t fewest_cells = 1000; // so the first of the coarser grids is never solved directly
+  constexpr std::int64_t fewest_cells = 1000; // so that the first coarser grid is never the last
   return n_ranks > 1 && scene.dimension() == 3 && !is_uniform_box(scene) && scene.tied.ties.empty() &&
          scene.sliding.empty() && scene.springs.empty() && !in_blocks(scene) &&
          !scene.limits_bind_coupled() && scene.relaxation.extrapolation == Extrapolation::none &&

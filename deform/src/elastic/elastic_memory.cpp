@@ -3,9 +3,9 @@
 /// Memory of `relaxed` and `coupled` at the peak, by bytes a node and a cell.
 ///
 /// Measured on boxes, sheets, columns, carved and porous bodies, with fibres, limits, ties and blocks;
-/// checked against the heap by footprint_test.cpp. A forecast is 1 to 3 times the peak, up to 7 times
-/// where limits might bind and do not, and half of it where pieces meet in many hinges. It refuses what is
-/// far too large before it begins; the arena's limit ends the rest.
+/// checked against the heap by footprint_test.cpp. A forecast is 1 to 3 times the peak; up to 7 times where
+/// limits do not bind; and half of the peak where pieces meet in many hinges. It refuses scenes that are far
+/// too large before they start; the limit of the arena ends the others.
 
 #include "control/method.hpp"
 #include "elastic/box/box_level.hpp"
@@ -34,7 +34,7 @@ double bytes_of_fields(const Scene& scene, double each) {
   return each * static_cast<double>(padded_row(n[0])) * n[1] * n[2] + 200.0 * (n[0] + n[1] + n[2]);
 }
 
-/// Cells with coefficients of their own: weights, and fibres that are felt.
+/// True if cells have their own coefficients: weights, or fibres that matter.
 bool differs_by_cell(const Scene& scene) {
   return scene.specimen.has_weights() || (!scene.specimen.fibres.empty() &&
                                           !std::ranges::all_of(scene.materials, [](const Material& material) {
@@ -42,7 +42,7 @@ bool differs_by_cell(const Scene& scene) {
                                           }));
 }
 
-/// Or will be: labels that slide are cut along their borders.
+/// True also for labels that slide, which are cut along their borders.
 bool is_tied(const Scene& scene) {
   return !scene.tied.ties.empty() || !scene.sliding.empty();
 }
@@ -71,7 +71,7 @@ double bytes_of_masked(const Scene& scene) {
   const Specimen& body = scene.specimen;
   const auto nodes = static_cast<double>(body.n_matter_nodes()),
              cells = static_cast<double>(body.n_matter_cells());
-  // Blocks of cells share matrices less where there is much surface, and where materials mix.
+  // Pieces share fewer matrices where the surface is large or materials mix.
   const double of_node = 110 + std::min(50.0, 100 * (nodes / std::max(1.0, cells) - 1)) +
                          (scene.materials.size() > 1 ? 40 : 0) +
                          (differs_by_cell(scene) ? of_own_coefficients : 0);
@@ -100,7 +100,7 @@ std::int64_t bytes_for_relaxed(const Scene& scene) {
                        bytes_of_components(scene, scene.has_loads() ? 8 : 0) +
                        (differs_by_cell(scene) ? 76 * static_cast<double>(body.grid.n_cells()) : 0) +
                        bytes_of_ties(scene, binds, 380, 120);
-  // The search for the scale of taut limits is over before the answer is made.
+  // The search for the scale of taut limits ends before the answer is allocated.
   return std::max(with_answer(scene, binds, bytes), binds ? bytes_at_least(scene) : 0);
 }
 

@@ -44,10 +44,10 @@ Answer solve_relaxed(const Scene& scene, const Control& control = {});
 /// Source      docs/theory.md, sections 3 (LAT, Solving LAT, Nested-lattice extrapolation), 4 and 7
 /// Checked by  tests/deform/elastic/ (docs/theory.md, section 8), tests/cross_check
 ///
-/// @param kept  of the scene's body, its threads included; null: nothing is kept
+/// @param kept cache of the scene's body and threads; null: none
 Answer solve_coupled(const Scene& scene, const Control& control = {}, KeptBody* kept = nullptr);
-/// The same of a question that it is known to carry.
-Answer solve_carried(const Scene& scene, const Control& control, KeptBody* kept);
+/// The same for a question that solve_coupled() supports. @pre small strain
+Answer solve_carried(const Scene& scene, const Control& control, KeptBody& kept);
 
 /// True if `n_ranks` ranks answer a scene together, each with a slab of a body of any shape; see Slabs.
 bool is_shared_by_ranks(const Scene& scene, int n_ranks);

@@ -21,20 +21,19 @@ namespace maille::deform {
 
 namespace {
 
-/// A step of less than this part of the correction so far does not change what is said about an error. Not
-/// the change of the correction's length: steps are orthogonal in the energy norm, so lengths hardly change
-/// long before the correction is there.
+/// Smallest step, as a part of the correction so far, that changes the estimate. The length of the correction
+/// is no criterion: steps are orthogonal in the energy norm, so the length changes little long before the
+/// correction is complete.
 constexpr double small_step = 0.05;
 constexpr int fewest_cycles = 2, most_cycles = 60, most_cycles_to_the_end = 600;
-/// 2 to the power of 1.5, see estimate_error.
+/// 2 to the power of 1.5: the ratio of errors of two lattices at order 1.5.
 constexpr double halving_gains = std::numbers::sqrt2 * 2;
-/// An error over its part that half the spacing takes away: 2 of order 1, 4/3 of order 2; here of an order in
-/// between, 1.3, as measured (docs/developers/relaxation.md). Where forces act along lines or at points, less
-/// goes with every halving.
+/// Error over the part of it that half the spacing removes: 2 at order 1, 4/3 at order 2; measured at order
+/// 1.3 (docs/developers/relaxation.md). Forces along lines or at points converge more slowly.
 constexpr double left_over_gone = 1.7, left_over_gone_at_lines = 4;
 constexpr double tolerance_of_finer = 1e-4;
 constexpr const char* stopped_elsewhere = "stopped before a correction on another lattice had settled";
-/// Beyond that half the spacing is no longer looked at.
+/// Largest lattice of half the spacing that is solved.
 constexpr double most_finer_cells = 3e7;
 
 double distance(const Displacement& a, const Displacement& b) {
@@ -50,14 +49,13 @@ void add_difference(double factor, const Displacement& a, const Displacement& b,
     to.values()[i] += factor * (a.values()[i] - b.values()[i]);
 }
 
-/// Takes states some cycles nearer to elasticity, and counts what that took. At finite strain the answer of
-/// the lattice takes their place, from rest.
+/// Improves states by some cycles of the elastic solver and counts the cycles. At finite strain it solves
+/// anew from rest.
 class Corrector {
 public:
   Corrector(const Control& control, EstimatedError& counts) : control_(control), counts_(counts) {}
-  /// @param to_the_end until the scene's own tolerance is met, not only until the correction has settled
-  /// @return nothing where it was stopped, or has not settled
-  /// Reactions are there where it came to the end.
+  /// @param to_the_end true: until the tolerance of the scene is met; false: until the correction has settled
+  /// @return nothing if it was stopped, or has not settled. Reactions are present after a complete solve
   std::optional<Answer> correct(const Scene& scene, const Displacement& start, bool to_the_end = false);
 
 private:
@@ -84,7 +82,7 @@ std::optional<Answer> Corrector::correct(const Scene& scene, const Displacement&
       return true;
     if (to_the_end)
       return answer.iterations >= most_cycles_to_the_end;
-    if (answer.iterations < calls) // asked again at the same state, in a new round
+    if (answer.iterations < calls) // asked twice at the same state, in a new round
       return false;
     ++calls;
     is_converged = answer.iterations >= fewest_cycles &&
@@ -107,7 +105,7 @@ bool have_same_prescribed(const Scene& a, const Scene& b) {
   return std::ranges::equal(a.prescribed, b.prescribed, same);
 }
 
-/// The scene on twice the spacing, where that is the same body, held and moved at the same places.
+/// The scene on twice the spacing, if body, holds and moves are exactly the same there.
 std::optional<Scene> same_on_coarser(const Scene& scene) {
   std::optional<Scene> coarse = coarser_scene(scene, scene.prescribed);
   if (!coarse)
@@ -118,8 +116,7 @@ std::optional<Scene> same_on_coarser(const Scene& scene) {
   return coarse;
 }
 
-/// Adds to `error` how far `elastic`, on the lattice of `scene`, is off as `coarse` tells it. @return false
-/// if it was stopped
+/// Adds the error of `elastic` that `coarse` reveals. @return false if it was stopped
 bool add_from_coarser(const Scene& scene, const Scene& coarse, const Displacement& elastic,
                       Corrector& corrector, Displacement& error) {
   const Displacement there = at_coarse_nodes(coarse, scene, elastic);
@@ -134,7 +131,7 @@ bool add_from_coarser(const Scene& scene, const Scene& coarse, const Displacemen
   return true;
 }
 
-/// The nodes that have a component prescribed, for each component.
+/// Nodes with a prescribed component, for each component.
 std::vector<std::vector<bool>> prescribed_nodes(const Scene& scene) {
   std::vector<std::vector<bool>> is_prescribed(
       static_cast<std::size_t>(scene.dimension()),
@@ -144,8 +141,8 @@ std::vector<std::vector<bool>> prescribed_nodes(const Scene& scene) {
   return is_prescribed;
 }
 
-/// Whether all corners of a grid's face that has `at` as its first one are among `nodes`. @param normal of
-/// the face
+/// True if all corners of the grid's face whose first corner is `at` are among `nodes`. @param normal of the
+/// face
 bool has_face(const Grid& grid, const std::vector<bool>& nodes, const Index3& at, std::size_t normal,
               std::size_t dimension) {
   for (unsigned corner = 0; corner < 1U << dimension; ++corner) {
@@ -163,8 +160,8 @@ bool has_face(const Grid& grid, const std::vector<bool>& nodes, const Index3& at
   return true;
 }
 
-/// Whether some component is held or moved, but over no face of a cell: along lines, or at points, where
-/// elasticity gives way without end as the mesh gets finer.
+/// True if a component is prescribed along a line or at points only, where the elastic displacement grows
+/// without bound under refinement.
 bool acts_along_lines(const Scene& scene) {
   const Grid& grid = scene.specimen.grid;
   const auto dimension = static_cast<std::size_t>(scene.dimension());
@@ -180,7 +177,7 @@ bool acts_along_lines(const Scene& scene) {
       for (std::size_t normal = 0; normal < dimension && !has_any_face; ++normal)
         has_any_face = has_face(grid, nodes, grid.node_at(node), normal, dimension);
     }
-    if (n > 1 && !has_any_face) // a single node keeps the body from drifting, and carries little
+    if (n > 1 && !has_any_face) // a single node only prevents drift and carries little
       return true;
   }
   return false;
@@ -195,7 +192,7 @@ std::optional<Answer> on_finer(const Scene& scene, const Displacement& elastic, 
   interpolate(scene.specimen, elastic.values(), fine.specimen, start.values(), alone);
   std::optional<Answer> corrected = corrector.correct(fine, start, true);
   if (corrected) {
-    // Means over the cells that a cell is cut into: nearer to elasticity's than what its corners say.
+    // Means over the fine cells of a cell are more accurate than the strain at its corners.
     corrected->cell_strain = cell_fields(fine, corrected->displacement).strain;
     bring_to_coarse(scene, fine, *corrected);
   }
@@ -214,9 +211,8 @@ ErrorEstimation none(std::string reason) {
 }
 
 /// Within the body's frame.
-/// @param u a state there; @param answer that it is of, with what acts there, or null: nothing is said of it
-/// @param nearest the difference from the best answer that was found: without what is added to be on the safe
-///        side
+/// @param u a state @param answer the answer that it belongs to, with forces; null: mechanics are not
+/// estimated @param nearest receives the difference from the best state found, without the safety margin
 ErrorEstimation estimate_in_object(const Scene& scene, const Displacement& u, const Answer* answer,
                                    const Control& control, Displacement& nearest) {
   EstimatedError found;
@@ -252,8 +248,8 @@ ErrorEstimation estimate_in_object(const Scene& scene, const Displacement& u, co
   return {std::move(found), ""};
 }
 
-/// Norms of an error over the answer that `nearest` is the distance from: what is added to be on the safe
-/// side is no answer.
+/// Norms of an error relative to the best state, which `nearest` is the distance from: the margin is not part
+/// of the answer.
 ErrorNorms over(ErrorNorms error, const ErrorNorms& nearest) {
   if (!(nearest.relative_l2 > 0) || !(nearest.rms > 0) || !(error.relative_l2 > 0))
     return error;
@@ -263,7 +259,7 @@ ErrorNorms over(ErrorNorms error, const ErrorNorms& nearest) {
   return error;
 }
 
-/// What is said of a displacement, and of the answer that it is of where there is one.
+/// Estimates the error of a displacement, and of the answer that it belongs to, if any.
 ErrorEstimation estimate(const Scene& scene, const Displacement& displacement, const Answer* answer,
                          const Control& control) {
   const Clock clock;

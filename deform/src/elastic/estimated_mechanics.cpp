@@ -13,8 +13,8 @@ namespace maille::deform {
 
 namespace {
 
-/// The state of a correction with what full elasticity on the lattice says of its forces and energy, which it
-/// brings along at finite strain.
+/// The corrected state with the forces and energy of full elasticity on the lattice; at finite strain the
+/// correction already has them.
 Answer with_forces(const Scene& scene, const Answer& elastic) {
   Answer state;
   state.method = "coupled";
@@ -46,8 +46,8 @@ void add_difference(double factor, std::span<const double> a, std::span<const do
     to[i] += factor * (a[i] - b[i]);
 }
 
-/// compare_mechanics() of base + error against base: measured as the error of an answer is, but over the
-/// nearest state that is known, and not over what is added to be on the safe side.
+/// compare_mechanics() of base + error against base, relative to the nearest known state, without the safety
+/// margin.
 MechanicsErrors over(const Scene& scene, const Answer& base, Answer error_and_base, const Answer& answer) {
   error_and_base.method = answer.method;
   if (answer.reaction.empty())
@@ -85,8 +85,8 @@ MechanicsErrors mechanics_by_finer(const Scene& scene, const Answer& answer, con
   const Answer here = with_forces(scene, elastic);
   Answer best = finer, wrong = finer;
   best.method = here.method;
-  // Errors over the parts that half the spacing takes away: the most in nine of ten scenes, others than
-  // those that the estimates are checked on (docs/developers/relaxation.md).
+  // Errors over the parts that half the spacing removes: the 90th percentile over scenes other than those
+  // that the estimates are checked on (docs/developers/relaxation.md).
   const double left = is_along_lines ? 4 : 1.5, left_of_fields = is_along_lines ? 4 : 1.3;
   add_difference(1, answer.displacement.values(), here.displacement.values(), wrong.displacement.values());
   add_difference(left_of_fields, here.displacement.values(), finer.displacement.values(),

@@ -1,28 +1,27 @@
 #pragma once
-/// How far force, energy, strain and stress of an answer are from elasticity, from states that are nearer.
+/// Errors of force, energy, strain and stress of an answer, from more accurate states.
 
 #include "maille/mechanics/recovery.hpp"
 #include "maille/scene/answer.hpp"
 
 namespace maille::deform {
 
-/// What `answer` says within the body's frame: forces there, and `u`, its displacement there.
-/// @pre frame is object_frame(scene)
+/// `answer` in the body's frame: its forces, and its displacement `u`, turned. @pre frame is
+/// object_frame(scene)
 Answer mechanics_in_object(const Scene& scene, const Frame& frame, const Answer& answer,
                            const Displacement& u);
 
-/// The model's part, answer - elastic, and the lattice's: elastic - finer, times an error over its part that
-/// half the spacing takes away. Relative to `finer`.
-/// @param elastic a state of full elasticity on the lattice of `scene`; its reactions are found where it has
-///        none
-/// @param finer that of half the spacing, brought to the lattice of `scene`, with reactions
-/// @param is_along_lines forces act along lines or at points, where less goes with every halving
+/// Error of the model, answer - elastic, plus error of the lattice, elastic - finer, times an error over the
+/// part that half the spacing removes. Relative to `finer`.
+/// @param elastic a state of full elasticity on the lattice of `scene`; missing reactions are computed
+/// @param finer the same on half the spacing, restricted to the lattice of `scene`, with reactions
+/// @param is_along_lines forces act along lines or at points, where convergence is slower
 /// Cost  O(cells); memory: two displacements and the operator of `coupled`
 MechanicsErrors mechanics_by_finer(const Scene& scene, const Answer& answer, const Answer& elastic,
                                    const Answer& finer, bool is_along_lines);
 
-/// The model's part of force and energy alone; strain and stress of the displacement that is estimated to be
-/// wrong. Relative to `elastic`.
+/// Error of the model in force and energy; error of strain and stress from the estimated error of
+/// displacement. Relative to `elastic`.
 MechanicsErrors mechanics_of_model(const Scene& scene, const Answer& answer, const Answer& elastic,
                                    const Displacement& error);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Answers of `coupled` to one question after the other, each at the price of what has changed.
+/// Answers of `coupled` to successive questions about one body; set-up is cached.
 
 #include "elastic/krylov/kept_body.hpp"
 #include "elastic/model/fixed_mask.hpp"
@@ -10,8 +10,9 @@
 
 namespace maille::deform {
 
-/// Keeps what solve_coupled() sets up for a body for as long as questions are about it: see ElasticBody,
-/// whose rules are these; but frames are not turned, and what no method can carry is not refused.
+/// Caches the set-up of solve_coupled() while questions are about one body. The rules are those of
+/// ElasticBody, but frames are not turned and unsupported questions are not refused. At finite strain nothing
+/// is cached.
 class KeptAnswers {
 public:
   explicit KeptAnswers(Keeping keeping) : keeping_(keeping) {}
@@ -24,8 +25,8 @@ public:
   }
   /// [bytes]
   std::int64_t bytes() const { return body_ ? arena_.present() : 0; }
-  /// The same, where the question is about the body that is kept; else 0, for then it is given back before
-  /// anything is made.
+  /// The same if the question is about the cached body; else 0, because the cache is freed before the new
+  /// set-up.
   std::int64_t bytes_of(const Scene& scene) const { return body_ && body_->is_of(scene) ? bytes() : 0; }
 
 private:

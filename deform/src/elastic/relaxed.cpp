@@ -30,7 +30,7 @@ class Relaxation : private ElasticRun {
 public:
   Relaxation(const Scene& scene, const Control& control);
   Answer run();
-  /// True if the limits are taut and nothing says how much, though loads pull.
+  /// True if limits are taut without a given scale, though loads pull.
   bool has_no_slack() const {
     return scene_.has_loads() && scene_.limits.from == LimitSource::taut && limits_->taut_scale() == 0;
   }
@@ -104,7 +104,7 @@ void Relaxation::relax(int component) {
   const std::span<double> u = answer_.displacement.component(component);
   const auto stop = [this] { return must_stop(); };
   double scale = scale_;
-  if (scale == 0) { // loads alone: the start says how far things move
+  if (scale == 0) { // loads alone: the start gives the scale of displacements
     solver.solve(u, forces, std::numeric_limits<double>::infinity(), false, stop);
     scale = scale_of(u);
   }
@@ -150,7 +150,7 @@ void Relaxation::stay_within(ComponentwiseSolver& solver, const List<double>& fo
       answer_.reaction[i] += of_limits(0, scene_.prescribed[i].node);
 }
 
-/// What holds the prescribed nodes against the links.
+/// Reactions of the links at prescribed nodes.
 void Relaxation::react(int component, const ComponentwiseSolver& solver, const List<double>& forces) {
   const std::span<const double> u = answer_.displacement.component(component);
   for (std::size_t i = 0; i < scene_.prescribed.size(); ++i) {
@@ -164,7 +164,7 @@ void Relaxation::keep_energy(ComponentwiseSolver& solver, int component) {
   energy_[component] = solver.energy(answer_.displacement.component(component));
 }
 
-/// Whatever the solve has come to, the answer is feasible and has the prescribed values.
+/// Makes the answer feasible, with the prescribed values, however the solve ended.
 void Relaxation::finish() {
   const bool was_cut_short = stopped_.has_value();
   if (was_cut_short || std::ranges::find(is_feasible_, false) != is_feasible_.end()) {
@@ -204,7 +204,7 @@ Answer Relaxation::failure() const {
   return answer;
 }
 
-/// Every feasible state costs nothing; `limits` has the nearest to rest.
+/// All feasible states have energy 0; `limits` gives the one nearest to rest.
 Answer least_movement(const Scene& scene, const Control& control) {
   Answer answer =
       scene.tied.ties.empty() ? solve_by_cheapest_way(scene, control) : solve_limits_tied(scene, control);

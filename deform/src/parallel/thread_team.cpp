@@ -11,7 +11,7 @@ namespace maille::deform {
 
 namespace {
 
-/// Looks before falling asleep: about 20 microseconds. Waking a thread takes longer.
+/// Polls before sleeping: about 20 microseconds. Waking a thread takes longer.
 constexpr int looks_before_sleep = 1000;
 
 void pause_a_little() {
@@ -32,15 +32,15 @@ int present_processor() {
   return sched_getcpu();
 }
 
-/// A thread that is woken often begins on the processor of the one that woke it, and stays there for longer
-/// than most loops take, with others idle: on virtual machines above all.
+/// A woken thread often starts on the processor of its waker and stays there for longer than most loops take,
+/// with other processors idle, especially on virtual machines.
 void keep_off(std::thread& thread, int processor) {
   cpu_set_t allowed;
   if (processor < 0 || sched_getaffinity(0, sizeof allowed, &allowed) != 0 || CPU_COUNT(&allowed) < 2 ||
       processor >= CPU_SETSIZE)
     return;
   CPU_CLR(static_cast<std::size_t>(processor), &allowed);
-  pthread_setaffinity_np(thread.native_handle(), sizeof allowed, &allowed); // a wish
+  pthread_setaffinity_np(thread.native_handle(), sizeof allowed, &allowed); // best effort
 }
 #else
 int present_processor() {
@@ -56,8 +56,7 @@ ThreadTeam::ThreadTeam(int threads) {
   try {
     for (int i = 1; i < threads; ++i)
       others_.emplace_back([this, i] { serve(i); });
-  } catch (
-      const std::system_error&) { // no memory for another stack, above all: those that are there do the work
+  } catch (const std::system_error&) { // no memory for another stack: the existing threads do the work
   }
 }
 
@@ -95,7 +94,7 @@ void ThreadTeam::run_all(int n_items, Call call, void* callable) {
   ++loop_;
   loop_.notify_all();
   take_items(0);
-  // Shut the gate behind those who came; the late ones find it shut.
+  // Closes the loop to helpers that have not joined.
   std::int32_t none = 0;
   for (int looks = 0; !inside_.compare_exchange_weak(none, -1); none = 0, ++looks)
     pause_or_yield(looks);

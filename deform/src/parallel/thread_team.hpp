@@ -1,5 +1,5 @@
 #pragma once
-/// Threads that stay, for loops of microseconds, and passes over the planes of a grid as one walk.
+/// A pool of threads for loops of microseconds, and pipelined passes over the planes of a grid.
 ///
 /// A loop hands out items in ascending order; which thread takes an item is open. Results have the same bits
 /// at any number of threads because each item writes only what belongs to it, and sums are taken per item
@@ -17,14 +17,14 @@
 
 namespace maille::deform {
 
-/// The caller and threads - 1 others. The others sleep between loops, after waiting awake for a moment, as
-/// drags come in bursts. A loop ends when its items are done; it does not wait for threads that were too late
-/// to take one. Nothing is allocated after construction.
+/// The caller and threads - 1 helpers. Helpers spin briefly between loops, because drags come in bursts, and
+/// then sleep. A loop ends when its items are done; it does not wait for helpers that took none. Nothing is
+/// allocated after construction.
 ///
 /// Not for use by two callers at a time.
 class ThreadTeam {
 public:
-  /// @param threads at least 1; no more than items will ever be used. Fewer, where the system gives no more
+  /// @param threads at least 1; an upper bound. Fewer if the system provides fewer
   explicit ThreadTeam(int threads);
   ~ThreadTeam();
   ThreadTeam(const ThreadTeam&) = delete;
@@ -44,7 +44,7 @@ public:
     run_all(n_items, call, const_cast<void*>(static_cast<const void*>(&work)));
   }
 
-  /// For items that need what one before them does.
+  /// For items that depend on earlier items.
   static void wait_for(const std::atomic<bool>& is_done);
 
 private:
@@ -60,30 +60,30 @@ private:
   void* callable_ = nullptr;
   Arena::Ledger* ledger_ = nullptr; ///< of the caller
   int n_items_ = 0;
-  int callers_ = -1; ///< the processor that the caller was on, which the others keep off
+  int callers_ = -1; ///< the caller's processor, which helpers avoid
 
   std::atomic<int> next_item_{0};
   std::atomic<std::uint32_t> loop_{0};   ///< counts loops
-  std::atomic<std::int32_t> inside_{-1}; ///< helpers at work; -1: the gate is shut
+  std::atomic<std::int32_t> inside_{-1}; ///< active helpers; -1: no loop is open
   std::atomic<bool> ending_{false};
   std::vector<std::thread> others_;
 };
 
-/// On fewer nodes a second thread costs more than it saves, where one pass takes some 10 ns a node.
+/// Fewer nodes than this run on one thread: a second one costs more than it saves at 10 ns a node.
 inline constexpr std::int64_t nodes_worth_threads = 4000;
 
-/// The same, where one pass takes about 1 ns a node.
+/// The same for passes of about 1 ns a node.
 inline constexpr std::int64_t nodes_worth_a_thread = 1 << 15;
 
-/// Rows that a thread takes at a time: fewer cost more for handing out, more leave threads idle at the end.
+/// Rows per work item: fewer cost overhead, more leave threads idle at the end.
 inline constexpr int rows_per_item = 64;
 
-/// What for_parts() does in one go, a multiple of what vectors hold.
+/// Entries per part of for_parts(), a multiple of the vector length.
 inline constexpr std::size_t entries_of_part = 4096;
 constexpr std::size_t n_parts_of(std::size_t n) {
   return (n + entries_of_part - 1) / entries_of_part;
 }
-/// Calls work(first, end, part) for parts of n entries, which are the same for any number of threads.
+/// Calls work(first, end, part) for parts of n entries. Parts do not depend on the number of threads.
 template<class Work>
 void for_parts(std::size_t n, ThreadTeam& team, const Work& work) {
   team.run(static_cast<int>(n_parts_of(n)), [&](int item, int) {
@@ -92,9 +92,9 @@ void for_parts(std::size_t n, ThreadTeam& team, const Work& work) {
   });
 }
 
-/// Calls work(slab) for all slabs of something whose neighbours share what they write, and no others do:
-/// those of even numbers, and each between two of them once both are done, soon, while what they share is in
-/// the cache. So the order of sums is the same for any number of threads.
+/// Calls work(slab) for all slabs, where only neighbouring slabs share data: even slabs first, and each odd
+/// slab soon after both of its neighbours, while the shared data are in the cache. So the order of sums does
+/// not depend on the number of threads.
 template<class Work>
 void run_slabs(ThreadTeam& team, int n_slabs, const Work& work) {
   std::vector<std::atomic<bool>> is_done(std::max(n_slabs, 0));
@@ -115,7 +115,7 @@ void run_slabs(ThreadTeam& team, int n_slabs, const Work& work) {
   });
 }
 
-/// The same for slabs `first` ... end - 1 of many, in the order that all of them have.
+/// The same for the slabs `first` to end - 1 of a larger range, in the same order.
 template<class Work>
 void run_slabs(ThreadTeam& team, int first, int end, const Work& work) {
   const int base = first / 2 * 2;

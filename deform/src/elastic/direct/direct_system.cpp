@@ -12,9 +12,9 @@ namespace maille::deform {
 
 namespace {
 
-/// More take long to be put in order.
+/// Largest numbers of unknowns: ordering more takes long.
 constexpr std::int64_t most_components = 60'000, most_components_of_slender = 200'000;
-/// Operations of the factorisation in the time of one iteration per component, on small bodies and one
+/// Operations of the factorisation that take as long as one iteration per component, on small bodies and one
 /// thread.
 constexpr double operations_per_iteration = 100;
 /// Bytes per non-zero (value and row index).
@@ -68,7 +68,7 @@ void DirectSystem::set_penalties(const List<PenaltyLink>& links) {
   lower_ = blocks.lower(fixed_);
   if (factor())
     return;
-  // The penalties are infinite to float64. The factor of K alone is a preconditioner still.
+  // The penalties exceed float64. The factor of K alone still preconditions.
   lower_ = StiffnessBlocks(task().scene.specimen, elasticity(), nodes_).lower(fixed_);
   factor();
 }

@@ -35,19 +35,19 @@ namespace maille::deform {
 /// Checked by  tests/deform/elastic/slender/slender_boxes_test.cpp
 class DirectSystem : public BodySystem {
 public:
-  /// Orders the unknowns, and knows the size of the factor then. @param task must outlive this
+  /// Orders the unknowns and finds the size of the factor. @param task must outlive this
   explicit DirectSystem(const CoupledTask& task);
   ~DirectSystem() override;
 
   std::int64_t n_components() const { return lower_.rows(); } ///< that are not fixed
-  /// After how many iterations of multigrid a factor has cost less than they have.
+  /// Iterations of multigrid that cost as much as the factor.
   std::int64_t iterations_worth_it() const;
   /// Bytes of the matrix, the factor, and the fields of conjugate gradients around them.
   std::int64_t bytes() const;
   /// @return false where the matrix is not positive definite, within rounding
   bool factor();
 
-  /// correction = K^-1 residual, within rounding. @pre factor() brought true, as for what follows
+  /// correction = K^-1 residual, within rounding. @pre factor() returned true
   void precondition(const Displacement& residual, Displacement& correction) override;
   void set_penalties(const List<PenaltyLink>& links) override;
 
@@ -66,19 +66,19 @@ private:
   Charge of_matrix_, of_factor_;
 };
 
-/// True of columns, ribbons and sheets a hundred times as long as thick: they may bend at less energy than
-/// float32 tells from nothing, and far at little of it. Thick is what columns of as many nodes a cell would
-/// be. Of grids of 2 million nodes at most.
+/// True for columns, ribbons and sheets a hundred times as long as thick: their bending energy may be below
+/// float32 rounding. Thickness is that of a column with the same number of nodes per cell. False for grids of
+/// more than 2 million nodes.
 bool is_very_slender(const Specimen& body);
-/// What a factor may take besides multigrid; 0 for bodies that get none: those that are large, and all but
-/// chains and columns.
+/// Memory allowed for a factor; 0 for bodies that get none: large ones, and all but chains and columns
+/// [bytes].
 std::int64_t bytes_for_factor(const Specimen& body);
 
-/// Null where a factor may not be made.
+/// Null if the body gets no factor.
 std::unique_ptr<DirectSystem> make_direct_system(const CoupledTask& task);
 
-/// For very slender bodies, and bodies on which multigrid of their pieces does not converge.
-/// @param system of the task, may be null @return as CoupledAlgorithm; nothing where there is no factor
+/// Solves by the factor: for very slender bodies, and where multigrid stagnates. @param system of the task,
+/// or null @return as CoupledAlgorithm; nothing without a factor
 std::optional<bool> solve_coupled_by_factor(const CoupledTask& task, std::unique_ptr<DirectSystem> system,
                                             Answer& answer);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// One way to the elastic answer for bodies of every kind: rungs that cost more and resolve more.
+/// The one elastic solver for all bodies: rungs of rising cost and resolution.
 ///
 /// Rungs, in the order in which they are tried:
 ///   1. mixed precision: rounds in float32 around the body's multigrid (MixedSolver). Very slender bodies
@@ -29,7 +29,7 @@ std::shared_ptr<PenalizedOperator> make_operator_within_limits(const CoupledTask
 /// The elastic answer of a body without ties. @pre 1D, 2D or 3D
 CoupledAlgorithm solve_on_ladder;
 
-/// True if float32 cannot tell the body's bending from rigid motion. @pre dimension 3
+/// True if float32 cannot distinguish bending of the body from rigid motion. @pre dimension 3
 bool needs_float64(const Scene& scene);
 
 } // namespace maille::deform

@@ -24,7 +24,7 @@ ActiveLinks::Link ActiveLinks::link_at(int axis, std::size_t node) const {
   return link;
 }
 
-/// Most rows have none.
+/// Most rows have no active link.
 void ActiveLinks::find_in_plane(int z, const double* u, double rounding, List<Link>& found) const {
   const Grid& grid = scene_.specimen.grid;
   const Index3& nodes = grid.nodes();

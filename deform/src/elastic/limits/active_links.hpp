@@ -34,7 +34,7 @@ inline constexpr double enough_changes = 0.01;
 struct Nearness {
   double descent = 0, gap = 0;
 
-  /// Their squares count so much in that of the error: measured against long runs.
+  /// Weights of both squares in the squared error, measured against long runs.
   static constexpr double part_of_descent = 0.25, part_of_gap = 36;
   /// In the energy norm, over that of the state, whose square is given.
   double error(double energy) const {
@@ -48,12 +48,12 @@ struct Nearness {
   }
 };
 
-/// Every link l that was ever outside its range has a multiplier y and pulls with the force
+/// Every link l that was ever outside its range has a multiplier y and exerts the force
 ///
 ///   rho w (v - z),  v = D u + y,  z = v within the range,
-///  w its weight in the componentwise model. That is the slope of rho w / 2 (v - z)^2, the method of
-/// multipliers; y = v - z is a better multiplier. All other links have y = 0 and are within their ranges, so
-/// nothing is known or done about them: few links bind, as a rule.
+/// w its weight in the componentwise model: the slope of rho w / 2 (v - z)^2, the method of multipliers. The
+/// update of the multiplier is y = v - z. All other links have y = 0 and are inside their ranges; they cost
+/// nothing. Few links are active, as a rule.
 ///
 /// Same results for any number of threads.
 class ActiveLinks {
@@ -86,9 +86,9 @@ public:
   }
   Slope slope_at(double step) const;
 
-  /// Finds v anew and adds the change of the forces on the nodes that may move to `residual` [N].
+  /// Recomputes v and adds the change of the forces on free nodes to `residual` [N].
   void update_forces(std::span<const double> u, std::span<double> residual);
-  /// y = v - z. Forces have to be updated after it.
+  /// y = v - z. The caller updates the forces after it.
   void update_multipliers();
 
   /// Adds rho w of the links outside their ranges to a list.
@@ -97,7 +97,7 @@ public:
   std::size_t n_changed() const;
   std::size_t n_outside() const;
 
-  /// Sum of w times the square of by how much z is not D u [J].
+  /// Sum of w (D u - z)^2 [J].
   double gap() const;
   /// Adds, at every node, the force that a fixed component exerts against the limits [N].
   void add_forces(std::span<double> forces) const;

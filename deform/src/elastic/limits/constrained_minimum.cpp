@@ -116,8 +116,7 @@ List<KeptMultiplier> ConstrainedMinimum::multipliers() const {
   return all;
 }
 
-/// The minimum along the links' direction, where a slope that only ever rises is 0: Newton's steps, kept
-/// between bounds.
+/// Root of the slope along the direction, which is monotonic: Newton steps, safeguarded by bounds.
 /// @param slope of the energy at the start, @param curvature of it
 double ConstrainedMinimum::best_step(double slope, double curvature) const {
   double step = 0, low = 0, high = std::numeric_limits<double>::infinity(), first = 0;
@@ -182,7 +181,7 @@ std::optional<double> ConstrainedMinimum::find_step(double beta, double product)
   }
   for (std::size_t k = 0; k < links_.size(); ++k)
     links_[k].set_direction(direction_.component(k));
-  // The residual has the limits' forces in it: their slope at 0 is taken off again.
+  // The residual includes the forces of limits: subtract their slope at 0.
   slope_ = -*step * curvature_;
   for (const ActiveLinks& links : links_)
     slope_ -= links.slope_at(0).first;

@@ -55,9 +55,9 @@ public:
   List<KeptMultiplier> multipliers() const;
   /// Estimated, in the energy norm, over the answer's.
   double error() const { return error_; }
-  /// The memory of a field, once nothing is to be solved any more.
+  /// Releases the memory of a field after the last solve.
   Displacement release_residual() { return std::move(residual_); }
-  /// Adds what the limits pull with at every node [N].
+  /// Adds the forces of the limits at every node [N].
   void add_forces_of_limits(Displacement& forces) const;
   std::size_t n_active() const;
 
@@ -94,22 +94,22 @@ private:
   double gap_ = 0;   ///< before the step
   Answer* answer_ = nullptr;
   std::int64_t last_iteration_ = 0;
-  std::optional<bool> is_found_; ///< once gradients have ended
+  std::optional<bool> is_found_; ///< set when conjugate gradients end
 };
 
-/// Changes `u` to the interpolated optimum of the coarser body, itself begun like this, and gives `minimum`
-/// its multipliers. Which links bind, and how much, is found there at an eighth of the price. It is a start
-/// only: that moves, materials and holes are known to half as many nodes costs iterations, not accuracy.
+/// Sets `u` to the interpolated minimum of the coarser body, found recursively, and passes its multipliers to
+/// `minimum`. Active links and their forces are found there at an eighth of the cost. Differences of moves,
+/// materials and holes on the coarser body cost iterations, not accuracy.
 /// @param u holds the prescribed values, and keeps them
-/// @return  false, and nothing is changed, if the body has an odd number of cells along an axis, or too few,
-///          or if what is held of the coarser one lets it move rigidly, or if it was stopped
+/// @return  false, and nothing changes, if an axis has an odd number of cells or too few, if the holds of the
+/// coarser body leave a rigid motion, or if it was stopped
 bool start_from_coarser(const CoupledTask& task, ConstrainedMinimum& minimum, Displacement& u);
 
 /// If an elastic answer breaks the limits, changes it to the least energy within them (see
 /// ConstrainedMinimum) and then to the nearest feasible state. Strain energy, residual, reactions and message
 /// of the answer are those of that state.
 /// @param is_converged the answer is the elastic one; if false the state only becomes feasible
-/// @return    whether the answer is what was asked for
+/// @return    true if the answer is converged
 bool obey_limits(const CoupledTask& task, bool is_converged, Displacement& u, Answer& answer);
 
 } // namespace maille::deform

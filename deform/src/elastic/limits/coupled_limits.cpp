@@ -47,7 +47,7 @@ bool start_from_coarser(const CoupledTask& task, ConstrainedMinimum& minimum, Di
   Answer unused;
   coarse_minimum.solve(v, scene->relaxation.tolerance, unused);
   minimum.begin_with(coarse_minimum);
-  if (task.must_stop()) // half a coarse answer is worse than the finer elastic one
+  if (task.must_stop()) // an incomplete coarse answer is worse than the elastic one
     return false;
   interpolate(scene->specimen, v.values(), task.scene.specimen, u.values(), task.team);
   for (const Prescribed& p : task.prescribed)
@@ -86,9 +86,9 @@ double relative_change(const Displacement& from, const Displacement& to) {
   return size > 0 ? std::sqrt(change / size) : 0;
 }
 
-/// From the multipliers of the answer before, or, where there are none or they lead to no end, from coarser
-/// bodies. Then the multipliers are those of this answer.
-/// @return whether it was found
+/// Searches from the multipliers of the previous answer; without them, or if that fails, from coarser bodies.
+/// Stores the multipliers of this answer.
+/// @return true if the minimum was found
 bool find_least_energy(const CoupledTask& task, PenalizedOperator& system, Displacement& u,
                        Displacement& spare, Answer& answer) {
   const CellModuli moduli(task.scene);
@@ -137,7 +137,7 @@ bool enforce_limits(const CoupledTask& task, PenalizedOperator& system, bool is_
       "limits are active: the solve was cut short, and its state brought to the nearest feasible one";
   if (is_converged)
     is_converged = find_least_energy(task, system, u, spare, answer);
-  spare = u; // in the memory that it has, if any
+  spare = u; // reuses its memory
   FeasibleSet(task.scene, *task.limits, task.control.threads).bring_in(task.prescribed, u);
   answer.residual = std::min(1.0, std::max(answer.residual, relative_change(spare, u)));
   answer.strain_energy = energy_of(system, u, spare) - energy_of_springs(nodal_springs(task.scene), u);

@@ -21,14 +21,13 @@ struct LinkRow {
   const double *here = nullptr, *next = nullptr, *low = nullptr, *high = nullptr;
 };
 
-/// Whether a link is further outside its range than `tolerance`.
+/// True if a link is outside its range by more than `tolerance`.
 bool is_any_outside(const LinkRow& links, double tolerance);
-/// The most by which a link is outside its range; 0 if none is.
+/// Largest violation of a range; 0 if none.
 double largest_excess(const LinkRow& links);
 
-/// Per link the interval of the difference of displacement along it. One number per axis where all links have
-/// the same, else one per node and axis, of the link to the next node; (-infinity, infinity) where there is
-/// none.
+/// Interval of the displacement difference along each link: one number per axis if all links agree, else one
+/// per node and axis, for the link to the next node; (-infinity, infinity) without a link.
 class IntervalField {
 public:
   IntervalField(const Scene& scene, const LinkLimits& limits, int component);
@@ -37,10 +36,9 @@ public:
   double low(int axis, std::size_t node) const { return at(intervals_.low, axis, node); }
   double high(int axis, std::size_t node) const { return at(intervals_.high, axis, node); }
 
-  /// The most by which a link of plane `z` of the grid (row y in 2D) is outside its range.
+  /// Largest violation of a link of plane `z` of the grid (row y in 2D).
   double excess_in_plane(int z, const double* u) const;
-  /// Whether a link along `axis` from the row of nodes that starts at `at` is further outside than
-  /// `tolerance`.
+  /// True if a link along `axis` from the row of nodes at `at` is outside its range by more than `tolerance`.
   bool is_any_outside_in_row(int axis, const Index3& at, const double* u, double tolerance) const;
   int n_planes() const { return nodes_[2] > 1 ? nodes_[2] : nodes_[1]; }
 
@@ -62,14 +60,14 @@ private:
 /// The least and the largest of all values and 0.
 std::array<double, 2> range_of(std::span<const double> values);
 
-/// True where no link can come to the limits of a component while all displacements are from `least` to
-/// `most`: neither clipping nor links need to be looked at. Cost: O(kinds of matter)
+/// True if no link of a component can reach its limits while all displacements are between `least` and
+/// `most`, so that clipping and checks can be skipped. Cost: O(kinds of matter)
 bool cannot_be_reached(const LinkLimits& limits, int component, int dimension, double least, double most);
-/// The same for all that a scene prescribes: of limits that far away, clipping changes nothing.
+/// The same for the prescribed values of a scene; clipping then changes nothing.
 bool permit_all_that_is_prescribed(const LinkLimits& limits, const Scene& scene);
 
-/// True if a link of `u` breaks the limits by more than `part` of the largest displacement, and than
-/// rounding. Looks at links of those components only whose displacements could come to their limits.
+/// True if a link of `u` violates the limits by more than `part` of the largest displacement, and more than
+/// rounding. Skips components whose displacements cannot reach their limits.
 bool breaks_limits(const Scene& scene, const LinkLimits& limits, ThreadTeam& team, const Displacement& u,
                    double part);
 

@@ -16,8 +16,8 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Many = hn::ScalableTag<double>;
 using One = hn::CappedTag<double, 1>;
 
-/// Calls visit(tag, low, difference, high) for the links from `first` on, as many at once as the tag has.
-/// @return the first that is left
+/// Calls visit(tag, low, difference, high) for the links from `first` on, a vector at a time. @return the
+/// first remaining link
 template<class D, class Visit>
 HWY_INLINE int for_links(D d, const LinkRow& links, int first, Visit&& visit) {
   const int lanes = static_cast<int>(hn::Lanes(d));

@@ -1,5 +1,5 @@
 #pragma once
-/// What the componentwise model knows of the matter in each cell: one modulus per link axis and component.
+/// Moduli of the componentwise model: one per cell, link axis and component.
 
 #include "maille/scene/scene.hpp"
 
@@ -14,7 +14,7 @@ class CellModuli {
 public:
   using Table = std::array<std::array<double, 3>, 3>;
 
-  /// Whether the materials' relaxed_weights count; equal: every modulus is 1 Pa.
+  /// Sets whether the materials' relaxed_weights apply; equal: every modulus is 1 Pa.
   enum class Weights { none, of_relaxed, equal };
   explicit CellModuli(const Scene& scene, Weights weights = Weights::none);
 
@@ -34,7 +34,7 @@ private:
 
   const Specimen* specimen_; ///< the scene must outlive this
   List<Table> kinds_;
-  List<std::int32_t> per_cell_; ///< where every cell has fibres, or a weight, of its own
+  List<std::int32_t> per_cell_; ///< if cells have their own fibres or weights
   std::size_t first_kind_ = 0;
   bool is_homogeneous_box_ = true;
 };

@@ -47,7 +47,7 @@ struct HashOfMatter {
   }
 };
 
-/// Cells of one kind along x that are worth vectors.
+/// Shortest run of cells of one kind along x that vector loops pay off on.
 constexpr std::int64_t fewest_cells_of_run = 3;
 
 } // namespace
@@ -90,7 +90,7 @@ LatticeElasticity::LatticeElasticity(const Scene& scene, ThreadTeam& team,
   });
 }
 
-/// In the place of kinds, which are not known yet.
+/// Stand-in for kinds, which are not known yet.
 void LatticeElasticity::find_thin(ThreadTeam& team) {
   few_kinds_of_.assign(end_cell_ - first_cell_, 0);
   for_parts(few_kinds_of_.size(), team, [&](std::size_t first, std::size_t end, std::size_t) {
@@ -104,7 +104,7 @@ void LatticeElasticity::find_thin(ThreadTeam& team) {
   });
 }
 
-/// What matter of kinds is made of: stiffness and compliance are those of its material, turned.
+/// Stiffness and compliance of the kinds: those of their materials, turned.
 class LatticeElasticity::Stiffnesses {
 public:
   explicit Stiffnesses(const LatticeElasticity& of) : of_(of), scene_(of.scene_) {
@@ -258,8 +258,8 @@ LatticeElasticity::Kind LatticeElasticity::kind_for(const Stiffness& C, const Ma
   return kind;
 }
 
-/// Differences along every edge, what pulls at the edges' ends, and both ends' forces. Corners are numbered
-/// by bits x y z; u and force hold component after component.
+/// Differences along every edge, forces at the ends of edges, and their sums. Corners are numbered by bits x
+/// y z; u and force are stored component by component.
 template<int dimension>
 void LatticeElasticity::add_cell(const Kind& kind, const double* u, double* force) const {
   constexpr int corners = corners_of_cell<dimension>, edges = corners / 2,
@@ -358,7 +358,7 @@ void LatticeElasticity::apply_to_layer(const Nodes<const double>& u, const Nodes
   }
   const auto add_at = [&](std::int64_t cell, std::int64_t node) {
     double of_u[dimension * corners], of_force[dimension * corners] = {};
-    bool is_moved = false; // at the start of a solve most nodes are not
+    bool is_moved = false; // at the start of a solve most nodes are at rest
     for (int b = 0; b < dimension; ++b)
       for (int corner = 0; corner < corners; ++corner) {
         const double value = *u.at(static_cast<std::size_t>(b), node + offset[corner]);
@@ -402,7 +402,7 @@ void LatticeElasticity::add_run(const Nodes<const double>& u, const Nodes<double
     const double* const first = u.at(c, node + row);
     return std::all_of(first, first + n + 1, [](double value) { return value == 0; });
   };
-  bool rests = true; // as all does before the first step, but for what is prescribed
+  bool rests = true; // before the first step only prescribed nodes have moved
   for (const std::int64_t row :
        {std::int64_t{0}, grid_.stride(1), grid_.stride(2), grid_.stride(1) + grid_.stride(2)})
     for (std::size_t c = 0; c < 3 && rests; ++c)

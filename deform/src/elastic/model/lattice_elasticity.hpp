@@ -32,13 +32,13 @@ inline constexpr int corners_of_cell = 1 << dimension;
 /// very links that carry limits. It does not lock: bending is exact, and so is torsion, where Q1 is too
 /// stiff.
 ///
-/// That is the bending of a beam, whose sides are free to give way. A sheet's are not: where a row of matter
-/// along c is one or two cells (thin_axes), what the edges and the twist have of the differences g = (D_c
-/// eps_a, D_c eps_b, D_c gamma_ab) of the cell's two faces, V / 24 (E_a g_1^2 + E_b g_2^2 + G_ab g_3^2), is
-/// that of a plate instead, V / 24 g . Q g, with Q the stiffness of plane stress across c, the inverse of S's
-/// rows and columns aa, bb, ab. Thicker bodies have that from the mean strains of their cells.
+/// The energy above is that of beams, whose sides are free to contract. Sheets differ: where a row of matter
+/// along c is one or two cells (thin_axes), the edges' and twists' part of the face differences g = (D_c
+/// eps_a, D_c eps_b, D_c gamma_ab), V / 24 (E_a g_1^2 + E_b g_2^2 + G_ab g_3^2), is replaced by that of a
+/// plate, V / 24 g . Q g. Q is the stiffness of plane stress across c: the inverse of the rows and columns
+/// aa, bb, ab of S. In thicker bodies the mean strains of cells give this.
 ///
-/// Matter of one kind (material, fibre, thin axes) shares one table; cells without matter are passed over.
+/// Cells of one kind (material, fibre, thin axes) share a table; cells without matter are skipped.
 ///
 /// Source  docs/theory.md, section 3 (LAT)
 /// Checked by  tests/deform/elastic/lattice_elasticity_test.cpp
@@ -60,10 +60,10 @@ public:
                     const std::function<Matrix6(std::int64_t cell)>& stiffness);
 
   const Grid& grid() const { return grid_; }
-  /// The scene's materials have other constants now; what cells are of is the same.
+  /// Reads the constants of the materials anew; kinds and their cells stay.
   void renew();
 
-  /// forces = K u: what must pull at every node to keep it there [N]; dense, [component][node].
+  /// forces = K u: the external forces that hold the displacement [N]; dense, [component][node].
   /// Same bits for any number of threads.
   void apply(const Displacement& u, Displacement& forces, ThreadTeam& team) const;
   /// A range of planes of nodes across z, to which apply() can be restricted.
@@ -72,27 +72,27 @@ public:
     std::int64_t first_node = 0, n_nodes = 0;
     std::array<const double*, 3> u{}, forces{}; ///< by component, of first_node on [m], [N]
   };
-  /// Calls visit(window) for windows that follow one another, whose forces are gone when it returns: the same
-  /// bits as apply()'s in the memory of some planes. @pre in 3D
-  /// @param planes of nodes, where others do not count: windows may hold some before them, whose forces are
-  ///        not whole; the first is 0 or a multiple of 4
+  /// Calls visit(window) for successive windows of planes; a window's forces are valid during the call. Bits
+  /// equal those of apply(), in the memory of a few planes. @pre in 3D
+  /// @param planes of nodes that matter; a window may start before them with incomplete forces. The first is
+  /// 0 or a multiple of 4
   void for_each_window(const Displacement& u, ThreadTeam& team, PlaneRange planes,
                        const std::function<void(const Window&)>& visit) const;
-  /// Puts the displacements of some planes of nodes into memory that is zero, by component.
-  /// @return false where it stays zero
+  /// Writes the displacements of some planes of nodes into zeroed memory, by component. @return false if it
+  /// stays zero
   using PutPlanes = std::function<bool(int first_plane, int end_plane, const std::array<double*, 3>& to)>;
-  /// The same of displacements that are nowhere as a whole.
+  /// The same for displacements that are not stored as a whole.
   void for_each_window(const PutPlanes& put, ThreadTeam& team, PlaneRange planes,
                        const std::function<void(const Window&)>& visit) const;
   /// The diagonal of K [N/m].
   Displacement diagonal() const;
-  /// What pulls at the corners of one cell of matter [N], from their displacements; columns are corners, by
-  /// bits x y z, rows beyond the dimension zero. @tparam dimension that of the scene
+  /// Forces at the corners of one cell of matter [N], from their displacements; columns are corners, by bits
+  /// x y z, rows beyond the dimension are zero. @tparam dimension of the scene
   template<int dimension>
   Eigen::Matrix<double, 3, 1 << dimension>
   cell_forces(std::int64_t cell, const Eigen::Matrix<double, 3, 1 << dimension>& u) const;
 
-  /// What a kind of matter gives a cell [N/m], [N].
+  /// Stiffness of a cell of one kind of matter [N/m], [N].
   struct Kind {
     /// V (C - alpha diag E), order of the scene's dimension, by mean_coefficient().
     std::array<double, 21> mean{};
@@ -112,14 +112,14 @@ public:
   std::size_t n_kinds() const {
     return has_few_kinds_ ? kinds_.size() : std::max(kinds_.size(), few_kinds + 1);
   }
-  /// What a cell's energy is over that of its kind (see Specimen::weight_of).
+  /// Energy of a cell relative to its kind (see Specimen::weight_of).
   double weight(std::int64_t cell) const { return scene_.specimen.weight_of(cell); }
   bool has_weights() const { return scene_.specimen.has_weights(); }
-  /// Springs to the ground, which are part of K; the scene's at first.
+  /// Springs to the ground, which are part of K; by default those of the scene.
   const List<NodalSpring>& springs() const { return springs_; }
-  /// Others in their place. @param springs sorted by node, each once
+  /// Replaces the springs. @param springs sorted by node, each once
   void set_springs(List<NodalSpring> springs) { springs_ = std::move(springs); }
-  /// Into kinds(). @pre the cell holds matter, and is in the layers
+  /// Index of the cell's kind in kinds(). @pre the cell holds matter, in the layers
   std::int32_t kind_number(std::int64_t cell) const {
     const auto at = static_cast<std::size_t>(cell - first_cell_);
     return !few_kinds_of_.empty() ? few_kinds_of_[at] : kind_of_.empty() ? 0 : kind_of_[at];

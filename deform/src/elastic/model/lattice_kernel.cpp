@@ -19,7 +19,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Many = hn::CappedTag<double, 4>;
 using One = hn::CappedTag<double, 1>;
 
-/// What cells pull with at their lower and upper corners along x, by component and row of nodes: y + 2 z.
+/// Forces of cells at their lower and upper corners along x, by component and row of nodes: y + 2 z.
 struct Pulls {
   double lower[3][4][most_cells], upper[3][4][most_cells];
 };
@@ -55,7 +55,7 @@ HWY_INLINE V by_side(D, bool is_upper, V a) {
   return is_upper ? a : hn::Neg(a);
 }
 
-/// Pulls of the cells from x on.
+/// Forces of the cells from x on.
 template<class D>
 HWY_INLINE void find_pulls(D d, const LatticeRun& run, const std::int64_t* row, int x, Pulls& pulls) {
   using V = hn::VFromD<D>;

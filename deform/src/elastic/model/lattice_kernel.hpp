@@ -1,5 +1,5 @@
 #pragma once
-/// The innermost loop of LatticeElasticity, for every kind of vector that the machine may have.
+/// Inner loop of LatticeElasticity, compiled for every vector instruction set.
 
 #include <cstdint>
 
@@ -10,7 +10,7 @@ constexpr int mean_coefficient(int p, int q) {
   return p <= q ? p * 6 - p * (p - 1) / 2 + q - p : mean_coefficient(q, p);
 }
 
-/// Cells of a run that kernels do in one go: what they pull with stays in the first cache.
+/// Cells that a kernel processes at once, so that their forces stay in the first cache.
 inline constexpr int most_cells = 64;
 
 /// Cells along x that follow one another, of one matter without thin axes, in 3D.
@@ -26,7 +26,7 @@ struct LatticeRun {
   std::int64_t next_y = 0, next_z = 0;
 };
 
-/// forces += what pulls at the corners of the cells.
+/// forces += the forces at the corners of the cells.
 void add_run_forces(const LatticeRun& run);
 
 } // namespace maille::deform

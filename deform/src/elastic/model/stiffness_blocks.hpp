@@ -30,11 +30,11 @@ public:
   /// @param nodes all of the matter's, in the order of the grid
   StiffnessBlocks(const Specimen& body, const LatticeElasticity& elasticity,
                   const std::vector<std::int64_t>& nodes);
-  /// A spring between a component of a node of matter and that of the next node along an axis, of one cell.
+  /// Adds a spring between a component of a node of matter and of the next node along an axis of one cell.
   void add_spring(std::int64_t node, int axis, int component, double stiffness);
-  /// The lower triangle, of components dimension * place + component that are not fixed, in this order.
-  /// @param fixed by place
-  /// @param group if not null, becomes the node of each that has some, from 0 on
+  /// The lower triangle of the free components dimension * place + component, in this order. @param fixed by
+  /// place
+  /// @param group if not null, receives the number of the node of each unknown, from 0 on
   Eigen::SparseMatrix<double> lower(const FixedMask& fixed, std::vector<std::int32_t>* group = nullptr) const;
 
 private:

@@ -1,5 +1,5 @@
 #pragma once
-/// Which cells of a body are part of something thin.
+/// Thin parts of a body: cells in rows of one or two cells.
 
 #include "maille/scene/scene.hpp"
 
@@ -13,11 +13,11 @@ namespace maille::deform {
 /// Rows of at most this number of cells along an axis are thin: they bend as plates do.
 inline constexpr int most_cells_of_thin = 2;
 
-/// The axes along which a cell of matter is part of a row that is thin: bit a for axis a. In 3D; none
-/// elsewhere, where bending is exact as it is.
+/// Axes along which a cell of matter is part of a thin row: bit a for axis a. 0 in 1D and 2D, where bending
+/// is exact.
 std::uint8_t thin_axes(const Specimen& body, const Index3& cell);
 
-/// The same of every cell of a full grid. @param cells of a 3D grid
+/// The same for any cell of a full grid. @param cells of a 3D grid
 inline std::uint8_t thin_axes_of_box(const Index3& cells) {
   const auto bit = [&](int a) { return (cells[a] <= most_cells_of_thin ? 1 : 0) << a; };
   return static_cast<std::uint8_t>(bit(0) | bit(1) | bit(2));

@@ -37,7 +37,8 @@ concept CycleLevel = CoarsestLevel<L> &&
     requires(L& level, L& coarser, const L& of, ThreadTeam& team, CycleStart start, double* products) {
   /// u = some steps of relaxation for A u = f; coarser.f = the restricted residual.
   level.go_down(coarser, team, start);
-  /// u += interpolation of coarser.u, and the steps in reverse order. @param products of u and f by plane, or null
+  /// u += interpolation of coarser.u, and the steps in reverse order.
+  /// @param products of u and f by plane, or null
   level.come_up(coarser, team, products);
   { of.n_nodes() } -> std::convertible_to<std::int64_t>;
   { L::nodes_worth_threads } -> std::convertible_to<std::int64_t>; ///< threads do not pay on fewer

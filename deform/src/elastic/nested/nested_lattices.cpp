@@ -54,7 +54,7 @@ struct Products {
   double ratio() const { return coarse > 0 ? mixed / coarse : 0; }
 };
 
-/// What is missing, over the last change.
+/// Missing part over the last change.
 double factor_of(double ratio) {
   const double q = std::clamp(ratio, 0.0, largest_ratio);
   return q / (1 - q);
@@ -67,7 +67,7 @@ double norm(const Displacement& u) {
   return std::sqrt(sum);
 }
 
-/// Node by node of the coarsest lattice.
+/// Ratios at the nodes of the coarsest lattice.
 class ObservedRatios {
 public:
   ObservedRatios(const Grid& finer, const Displacement& change, const Grid& grid, const Displacement& coarse)
@@ -150,7 +150,7 @@ namespace {
 /// Share of the tolerance for coarser lattices, so that the solver error adds less to their differences.
 constexpr double share_of_tolerance = 0.25;
 
-/// The question on every second node with its answer, and likewise with coarser ones.
+/// The question on every second node with its answer, and recursively on coarser lattices.
 struct Coarser {
   Scene scene;
   Displacement u;
@@ -265,7 +265,7 @@ bool NestedSolve::run(Answer& answer) {
       coarser_.reset();
   }
   const bool is_converged = solve_from(coarser_.get(), task_, answer);
-  const bool limits_are_active = !answer.message.empty(); // nothing else has anything to say
+  const bool limits_are_active = !answer.message.empty(); // nothing else sets a message
   if (is_asked && is_converged && !task_.must_stop()) {
     if (reason.empty() && (coarser_->u.empty() || coarser_->coarser->u.empty()))
       reason = "not extrapolated: a coarser lattice has no answer";

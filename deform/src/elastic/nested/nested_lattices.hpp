@@ -1,5 +1,5 @@
 #pragma once
-/// `coupled` on nested lattices, and from them towards finer ones.
+/// Richardson extrapolation of `coupled` from nested lattices towards zero spacing.
 
 #include "elastic/krylov/coupled_task.hpp"
 
@@ -18,18 +18,18 @@ struct Extrapolated {
   std::string reason; ///< why no node was extrapolated; empty otherwise
 };
 
-/// Adds to `u`, the answer with spacing h, what is missing of the limit, as far as lattices of spacing 2h and
-/// 4h show it. If an error falls by the ratio q from one lattice to the next, u_h - u_2h = q (u_2h - u_4h),
-/// then u_h lacks q / (1 - q) (u_h - u_2h). At the edge of a patch that is held or pushed q is 1/2, elsewhere
-/// 1/4 and between. So q is observed node by node of the coarsest lattice, as (u_h - u_2h).(u_2h - u_4h) /
-/// |u_2h - u_4h|^2, and what is missing is interpolated from the nodes of 2h.
+/// Adds to `u`, the answer at spacing h, its estimated distance from the limit, from answers at spacings 2h
+/// and 4h. If the error falls by the ratio q from one lattice to the next, u_h - u_2h = q (u_2h - u_4h), then
+/// u_h lacks q / (1 - q) (u_h - u_2h). At the edge of a held or pushed patch q is 1/2, elsewhere 1/4 to 1/2.
+/// So q is estimated at each node of the coarsest lattice, as (u_h - u_2h).(u_2h - u_4h) / |u_2h - u_4h|^2,
+/// and the correction is interpolated from the nodes of 2h.
 ///
-/// Guarded: nothing changes where the two differences point apart (q <= 0); no q counts as more than 1/2;
-/// where the coarser difference just vanishes (q > 3/4) the q of the whole body counts. Nothing changes at
-/// all if the q of the whole body is no ratio of a sequence that settles, 0 < q <= 3/4, or if u_h and u_2h
-/// differ by more than a quarter (a push at a single node has no limit but 0).
+/// Guards: no change where the two differences point apart (q <= 0); q is at most 1/2; where the coarser
+/// difference almost vanishes (q > 3/4) the q of the whole body is used. No change at all if the q of the
+/// whole body is outside 0 < q <= 3/4, or if u_h and u_2h differ by more than a quarter (a push at a single
+/// node has the limit 0).
 ///
-/// Prescribed components stay what they are. Same bits for any number of threads.
+/// Prescribed components do not change. Same bits for any number of threads.
 ///
 /// Source  Aitken 1926, applied node by node; docs/theory.md, section 3 (Nested-lattice extrapolation)
 /// Gains   docs/relax.md

@@ -16,7 +16,7 @@ namespace {
 /// A body with fewer cells along an axis is not worth coarsening.
 constexpr int fewest_cells = 4;
 
-/// What most of the cells of a coarse cell hold, and the fibres of the first of them.
+/// The majority material of a coarse cell, and the fibres of its first cell.
 void coarsen_matter(const Specimen& fine, Specimen& coarse) {
   if (fine.material_id.empty() && fine.fibres.empty())
     return;
@@ -100,7 +100,7 @@ bool is_same_contraction(const Scene& coarse, const Scene& fine) {
   return true;
 }
 
-/// Cells of `fine` hold what those of `coarse` hold that they lie in.
+/// True if each fine cell holds the same matter as its coarse cell.
 bool is_same_matter(const Scene& coarse, const Scene& fine) {
   const Specimen &of_coarse = coarse.specimen, &of_fine = fine.specimen;
   const bool turns =
@@ -127,8 +127,8 @@ std::vector<double> values_by_node(const Scene& scene, int component) {
   return value;
 }
 
-/// Mean over the coarse nodes around a fine node; NaN if one of them is free. At even places nodes are
-/// counted several times, all equally often.
+/// Mean over the coarse nodes around a fine node; NaN if one of them is free. At even positions nodes count
+/// several times, all equally.
 double mean_around(const Grid& coarse, const std::vector<double>& value, const Index3& fine) {
   double sum = 0;
   for (int corner = 0; corner < 8; ++corner)
@@ -137,7 +137,7 @@ double mean_around(const Grid& coarse, const std::vector<double>& value, const I
   return sum / 8;
 }
 
-/// How many fine nodes of the body lie between coarse ones all of which are prescribed.
+/// Number of fine nodes of the body whose coarse neighbours are all prescribed.
 std::int64_t n_between(const Scene& coarse, const std::vector<double>& value, int component,
                        const Specimen& fine) {
   std::int64_t n = 0;
@@ -156,8 +156,7 @@ std::int64_t n_between(const Scene& coarse, const std::vector<double>& value, in
   return n;
 }
 
-/// As refined() has it: a fine node is prescribed where all the coarse ones that it lies between are, at
-/// their mean.
+/// As in refined(): a fine node is prescribed, at the mean, if all its coarse neighbours are.
 bool is_same_prescribed(const Scene& coarse, const Scene& fine, const std::vector<Prescribed>& prescribed) {
   double largest = 0;
   for (const Prescribed& p : prescribed)
@@ -181,7 +180,7 @@ bool is_same_prescribed(const Scene& coarse, const Scene& fine, const std::vecto
 
 using TractionByFace = std::map<std::tuple<std::int64_t, int, bool>, Vec3>;
 
-/// However many loads share a face.
+/// Sums loads that share a face.
 TractionByFace traction_by_face(const Scene& scene) {
   TractionByFace sums;
   for (const FaceLoad& load : scene.tractions) {
@@ -192,7 +191,7 @@ TractionByFace traction_by_face(const Scene& scene) {
   return sums;
 }
 
-/// The tractions of coarse faces on the fine ones that they consist of.
+/// Distributes the tractions of coarse faces to their fine faces.
 TractionByFace on_parts(const TractionByFace& coarse, const Grid& grid, const Grid& fine) {
   TractionByFace parts;
   for (const auto& [face, traction] : coarse) {
@@ -306,8 +305,8 @@ void interpolate_row(const Grid& coarse, const double* from, const Grid& fine, i
   row[2 * n - 2] = mean[of(n - 1)];
 }
 
-/// The nodes among those around a fine one that are nodes of the body. Those of odd places are counted once,
-/// of even ones twice: so all weights are even.
+/// Coarse neighbours of a fine node that are nodes of the body. Neighbours at odd positions count once, at
+/// even ones twice, so all weights are even.
 class NodesAround {
 public:
   explicit NodesAround(const Specimen& coarse) : grid_(coarse.grid), is_node_(of(coarse.grid.n_nodes())) {

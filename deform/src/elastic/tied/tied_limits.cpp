@@ -13,7 +13,7 @@ namespace maille::deform {
 
 namespace {
 
-/// The energy norm ends a search, and the forces of a slender body are less exact than that.
+/// The search ends by the energy norm, and the forces of slender bodies need more accuracy than that.
 constexpr double share_of_tolerance = 0.1;
 
 std::string border_of(const NodeTie& tie) {

@@ -19,10 +19,10 @@ namespace maille::deform {
 
 namespace {
 
-/// Penalty of the least movement, over the body's length [1]: measured for the fewest iterations on bodies of
-/// 10 to 48 cells; a third as much takes half as many more.
+/// Penalty of the least movement, over the body's length [1]: the fewest iterations on bodies of 10 to 48
+/// cells; a third of it takes half as many again.
 constexpr double penalty_per_cell = 0.1;
-/// The least movement may take this many times the iterations of elastic methods, whose iterations cost more.
+/// Factor on the budget of iterations of the least movement, whose iterations are cheaper.
 constexpr int more_iterations = 8;
 
 /// The links of the componentwise model, per component.
@@ -88,8 +88,8 @@ private:
   List<NodalSpring> springs_;
 };
 
-/// Half the squares of all movements, in units in which a link weighs about as much; preconditioned by the
-/// diagonal, since nothing but penalties joins nodes.
+/// Half the sum of squares of all displacements, scaled to the weight of a link; preconditioned by the
+/// diagonal, because only penalties couple nodes.
 class MovementModel : public TiedModel {
 public:
   MovementModel(const CoupledTask& task, CellModuli moduli)
@@ -109,7 +109,7 @@ public:
   }
 
 private:
-  /// As stiff as the shortest wave of links along every axis.
+  /// The stiffness of the shortest wave of links along each axis.
   static double stiffness_on(const Grid& grid) {
     const Vec3 weight = weight_per_modulus(grid);
     return 4 * (weight[0] + weight[1] + weight[2]);
@@ -173,9 +173,9 @@ Answer TiedRun::least_movement() {
   answer_.seconds.setup = clock_.seconds();
   if (largest_entry(u) == 0)
     return ended(true);
-  // Limits act on waves as long as the body, whose stretches are that much smaller than movements. The norm
-  // is a sum over nodes, but ties are judged one by one. Iterations are cheap, and grow with the body's
-  // length.
+  // Limits act on waves as long as the body, whose stretches are smaller than the displacements by that
+  // factor. The norm is a sum over nodes, but ties are judged one by one. Iterations are cheap, and their
+  // number grows with the length of the body.
   const Index3& n = scene_.specimen.grid.cells();
   const SearchScale scale{penalty_per_cell * std::max({n[0], n[1], scene_.tied.planes}),
                           std::sqrt(static_cast<double>(scene_.specimen.grid.n_nodes())),

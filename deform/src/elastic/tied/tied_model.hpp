@@ -1,5 +1,5 @@
 #pragma once
-/// The operator of bodies whose nodes are tied: conjugate gradients and limits go around it.
+/// The operator of bodies with tied nodes, for conjugate gradients and limits.
 ///
 /// K is that of the bodies; ties are constraints, eliminated by TiedNodes. The preconditioner treats single
 /// bodies, each held by springs where it is tied, and brings their answers together: a Neumann-Neumann method
@@ -57,16 +57,16 @@ private:
   ComponentwisePreconditioner bodies_;
 };
 
-/// What a K that is not of the penalised links asks for.
+/// Settings for a K whose links are not the penalised ones.
 struct SearchScale {
   double stiffer = 1; ///< factor on the penalties
   double sharper = 1; ///< of the tolerance, which is divided by it
   std::int64_t most_iterations = most_coupled_iterations;
 };
 
-/// Changes u, in which tied nodes are together, to the least energy within limits (see ConstrainedMinimum)
-/// and then to the nearest state that keeps them to the last bit, in which ties may be open by as much as the
-/// answer's residual says. Adds to iterations, and says in the answer's message where borders stay open.
+/// Minimises the energy within limits (see ConstrainedMinimum), starting at u, then projects to the nearest
+/// feasible state, in which ties may open by as much as the residual of the answer. Adds to iterations, and
+/// states in the message of the answer where borders stay open.
 /// @param loads    [component][node], empty: none [N]; @param scale of the search
 /// @param knows_forces  reactions are wanted: those of the least energy
 /// @return  whether every tie is closed to the scene's tolerance of the largest displacement
@@ -74,7 +74,7 @@ struct SearchScale {
 bool keep_within_limits(TiedModel& model, const Loads& loads, const SearchScale& scale, bool knows_forces,
                         Displacement& u, Answer& answer);
 
-/// What holds every prescribed component. @param forces K u - loads, and what limits pull with; changed
+/// Reactions of all prescribed components. @param forces K u - loads plus forces of limits; changed
 std::vector<double> reactions_of_tied(const TiedModel& model, Displacement& forces);
 
 /// field -= loads; empty: none.

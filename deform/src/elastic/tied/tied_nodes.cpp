@@ -12,7 +12,7 @@ namespace maille::deform {
 
 namespace {
 
-/// Nodes that ties join, each with the number of its cluster.
+/// Tied nodes and the numbers of their clusters.
 std::map<std::int64_t, std::size_t> clusters_of(const std::vector<NodeTie>& ties) {
   std::map<std::int64_t, std::int64_t> first; // a node that stands for a cluster
   const auto root = [&](std::int64_t node) {

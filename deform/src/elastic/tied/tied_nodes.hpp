@@ -1,5 +1,5 @@
 #pragma once
-/// Displacements in which tied nodes move together: the projection onto them, and forces of ties.
+/// Projection onto displacements in which tied nodes move together, and forces of ties.
 
 #include "elastic/model/fixed_mask.hpp"
 #include "maille/scene/answer.hpp"
@@ -10,15 +10,15 @@
 
 namespace maille::deform {
 
-/// Ties hang together in clusters, the copies of one node of a body; each is solved by itself.
+/// Connected ties form a cluster, the copies of one node of a body; clusters are independent.
 class TiedNodes {
 public:
   /// @param fixed_components which no projection changes
   /// @param diagonal of the operator [N/m]: the stiffer of two nodes moves less
   TiedNodes(const NodeTies& ties, const FixedMask& fixed_components, const Displacement& diagonal);
 
-  /// u += the least change in the diagonal's norm that makes tied nodes move together, as far as components
-  /// may move.
+  /// u += the smallest change, in the norm of the diagonal, that makes tied nodes move together where
+  /// components are free.
   void bring_together(Displacement& u) const;
   /// f -= what ties take of it: the transpose of the projection, bring_together() of a displacement that is 0
   /// where components are fixed.
@@ -46,7 +46,7 @@ private:
 /// along its ties, of which so much as of a bar of the body's length; where they rub those of friction, too.
 List<NodalSpring> springs_at_ties(const Scene& scene, const Displacement& diagonal);
 
-/// The farthest that ties are open [m], and which.
+/// Largest opening of a tie [m], and its number.
 struct OpenTie {
   double gap = 0;
   const NodeTie* tie = nullptr;

@@ -17,7 +17,7 @@ namespace maille::deform {
 
 namespace {
 
-/// Full elasticity, and what rubs.
+/// Full elasticity plus the springs of friction.
 class TiedSystem : public TiedModel {
 public:
   explicit TiedSystem(const CoupledTask& task) : TiedSystem(task, LatticeElasticity(task.scene, task.team)) {}
@@ -28,7 +28,7 @@ public:
       if (tie.spring > 0)
         add_rub(tie, rub_of(tie, u), forces, -1);
   }
-  /// From here on the componentwise model preconditions, which knows penalties.
+  /// Switches to the componentwise preconditioner, which supports penalties.
   void set_penalties(const List<PenaltyLink>& links) override {
     of_single_bodies_.reset();
     multigrid_.reset();
@@ -141,7 +141,7 @@ bool solve_coupled_tied(const CoupledTask& asked, Answer& answer) {
   answer.algorithm = "lattice elasticity, conjugate gradients around multigrid of bodies that slide";
   answer.displacement = asked.initial_state();
   Friction friction(asked.scene);
-  // What slips is small beside what presses: it has to be told from the error of a round.
+  // Slip is small compared with pressing displacements, so rounds need a smaller error.
   Scene exact;
   if (!friction.empty()) {
     exact = asked.scene;
