@@ -26,8 +26,7 @@ struct Drag::Parts {
   Step move();
   bool turn_frame();
   void turn();
-  /// Where a handle that was asked to be somewhere is, in the world's frame: there to the bit, if it was not
-  /// cut.
+  /// Place of a handle in the world frame: the requested one to the bit, unless it was clipped.
   Vec3 clipped(const DragHandle& handle, const Vec3& asked) const;
   Vec3 position(const DragHandle& handle) const { return scene.specimen.position(handle.at); }
 };
@@ -39,8 +38,8 @@ void Drag::Parts::ask(std::int64_t node, const Vec3& displacement) {
   moving.is_moving = true;
 }
 
-/// Turns the frame as the handles turn together, and takes the body along: the middle of the handles keeps
-/// its place within it. @return whether it turned
+/// Rotates the frame with the common rotation of the handles, and the body with it; the centre of the handles
+/// keeps its place. @return true if it rotated
 bool Drag::Parts::turn_frame() {
   if (!may_turn || handles.size() < 2)
     return false;
@@ -66,7 +65,7 @@ bool Drag::Parts::turn_frame() {
   return true;
 }
 
-/// Puts the targets into the frame. Where it has turned, handles that stay in the world move within the body.
+/// Transforms the targets into the frame. After a rotation, handles that rest in the world move in the frame.
 void Drag::Parts::turn() {
   const bool has_turned = turn_frame();
   for (std::size_t i = 0; i < handles.size(); ++i) {
@@ -84,7 +83,7 @@ Vec3 Drag::Parts::clipped(const DragHandle& handle, const Vec3& asked) const {
   return handle.value == handle.wanted ? asked : frame.in_world(position(handle), handle.value);
 }
 
-/// The handle at a node, made if it is new.
+/// The handle at a node, created if necessary.
 DragHandle& Drag::Parts::handle(std::int64_t node) {
   const auto known = std::ranges::find(handles, node, &DragHandle::node);
   if (known != handles.end())

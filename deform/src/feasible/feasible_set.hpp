@@ -28,7 +28,7 @@ public:
   /// Both must outlive it. @param limits of `scene`
   FeasibleSet(const Scene& scene, const LinkLimits& limits, int threads = 1);
 
-  /// What the limits permit of the scene's requests: see clip().
+  /// The requests of the scene, clipped: see clip().
   Clipping clip() const;
   /// The least movement from rest that brings the prescribed components to their values, clipped: the answer
   /// of `limits`. @param plan of the scene; @param clock running since the answer was asked for

@@ -1,5 +1,5 @@
 #pragma once
-/// What `limits` and drags are going to hold, at most, before they allocate it.
+/// Upper bound of the memory of `limits` and drags, before they allocate it.
 
 #include "maille/deform/plan.hpp"
 

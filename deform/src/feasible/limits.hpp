@@ -1,5 +1,5 @@
 #pragma once
-/// `limits`: propagation alone, the chain mail, exactly and in no order.
+/// `limits`: the chain mail by exact propagation, independent of any order.
 
 #include "control/method.hpp"
 #include "feasible/bounds/clipping.hpp"

@@ -1,5 +1,5 @@
 #pragma once
-/// What is near what in space.
+/// Search for neighbours in space by bins.
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -13,7 +13,7 @@
 
 namespace maille::deform {
 
-/// Boxes of space, each with the numbers of what touches it.
+/// Bins of space, each with the numbers of the boxes that touch it.
 class BinnedBoxes {
 public:
   explicit BinnedBoxes(double edge) : edge_(edge) {}

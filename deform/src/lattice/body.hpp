@@ -55,7 +55,7 @@ public:
   /// Takes over a state, rounded to float32. @pre finite
   void set_displacement(const Displacement& state);
 
-  /// The same for a body that is not made, array by array and in all.
+  /// Memory of such a body before it is made, array by array and in total.
   static Footprint footprint(const Scene& scene);
 
 private:

@@ -72,8 +72,8 @@ private:
   std::size_t size_ = 0;
 };
 
-/// At least `size` numbers for the calling thread alone, for loops that need some beside their arguments: a
-/// few planes. They stay for the next loop of that name, so no arena counts them.
+/// Scratch memory of at least `size` numbers for the calling thread. It stays for the next loop of that name,
+/// so no arena counts it.
 template<class T, class Name>
 T* scratch_of_thread(std::size_t size) {
   thread_local AlignedArray<T> scratch;

@@ -1,12 +1,12 @@
 #pragma once
-/// Lists that stand for sets.
+/// Sorted lists without duplicates.
 
 #include <algorithm>
 #include <vector>
 
 namespace maille::deform {
 
-/// Sorts a list and leaves one of each value in it.
+/// Sorts a list and removes duplicates.
 template<class Value>
 void sort_uniquely(std::vector<Value>& list) {
   std::ranges::sort(list);

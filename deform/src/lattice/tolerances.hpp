@@ -1,6 +1,6 @@
 #pragma once
-/// Numbers that elastic methods, worlds and probes share: what counts as rounding, as touching and as
-/// standing still, how far anything moves between two looks, and when an iteration gives up.
+/// Tolerances that elastic methods, worlds and probes share: rounding, contact, rest, largest motion between
+/// checks, and caps of iterations.
 ///
 /// Each small number has one task, and they are far apart, at least a hundredfold:
 ///
@@ -9,9 +9,10 @@
 ///     tolerance        1e-9    what solves and bisections reach, and the gap before a face of a cell
 ///     negligible       1e-6    what a user cannot see; surfaces in contact keep 100 times as much
 ///
-/// So nothing that rounds looks like a gap, and no gap looks like a motion. A larger `tolerance` lets an
-/// object stop visibly early; a smaller one lets rounding put it into the next cell. The order is asserted
-/// below; solid_worlds_test.cpp and random_worlds_test.cpp fail where rounding leads matter into matter.
+/// So rounding never looks like a gap, and a gap never looks like a motion. A larger `tolerance` lets an
+/// object stop visibly early; with a smaller one rounding can put it into the next cell. The order is
+/// asserted below; solid_worlds_test.cpp and random_worlds_test.cpp fail if rounding leads matter into
+/// matter.
 ///
 /// Lengths are in cells of the world: the least spacing, unless a comment says otherwise. Shares are of the
 /// largest force, gap, speed or motion of the same kind.
@@ -35,17 +36,17 @@ inline constexpr double negligible = 1e-6;
 static_assert(std::numeric_limits<double>::epsilon() < rounding / 1000 && rounding < tolerance / 100 &&
               tolerance < negligible / 100);
 
-/// Largest motion between two looks at what touches [cells]: of a hand, of a fold on its way to itself, of a
-/// turn that is cut into pieces, and of a skin until its neighbours are searched again. Longer ones jump over
-/// thin matter, which the tests of self-contact, of threads and of touches notice; shorter ones cost time.
+/// Largest motion between two contact checks [cells]: of a hand, of a fold towards its own body, of a piece
+/// of a rotation, and of a skin between neighbour searches. Longer steps jump over thin matter, as the tests
+/// of self-contact, threads and touches show; shorter ones cost time.
 inline constexpr double step_over_cell = 0.25;
 
 /// Cells of a body that are within this many steps through faces are near one another, and do not touch. With
 /// fewer, a bent body touches itself at a corner; with more, thin folds pass through one another.
 inline constexpr int near_steps = 2;
 
-/// An iteration that converges, or that ends because its states are finite, gives up after this many turns.
-/// Those that were seen take 100 at most: on edges, where contacts alternate.
+/// Cap of iterations that converge or end because their states are finite. Observed: at most 100, on edges
+/// where contacts alternate.
 inline constexpr int iteration_cap = 200;
 
 } // namespace maille::deform

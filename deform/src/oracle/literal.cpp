@@ -19,7 +19,7 @@ public:
 
   /// Puts all moved nodes at their targets and offers their neighbours.
   void place_handles(const Scene& scene);
-  /// Works the lists off; returns why it ended early, if it did.
+  /// Processes the lists; returns why it ended early, if it did.
   std::optional<Status> run(const Control& control, const Clock& clock);
 
   std::int64_t visited() const { return visited_; }
@@ -75,7 +75,7 @@ void CandidateLists::offer(std::int32_t node, int direction) {
       list_[direction].push_back({node, e});
 }
 
-/// Moves a candidate as far as the link to its sponsor asks; true if it moved.
+/// Moves a candidate as far as the link to its sponsor requires; true if it moved.
 bool CandidateLists::follow(const Candidate& candidate, std::int32_t node) {
   const auto j = static_cast<std::size_t>(node), i = static_cast<std::size_t>(candidate.sponsor);
   bool has_moved = false;

@@ -1,5 +1,5 @@
 #pragma once
-/// From which sizes on one way is cheaper than another. Changing them changes no answer beyond rounding.
+/// Sizes at which one algorithm becomes cheaper than another. They change answers by rounding only.
 
 #include "parallel/thread_team.hpp"
 
@@ -11,9 +11,8 @@ namespace maille::deform {
 /// Up to this number of nodes, float64 shortest paths take a few milliseconds.
 inline constexpr std::int64_t nodes_worth_tiles = 2048;
 
-/// More handles than this are dragged all at once rather than one after the other: each costs a pass over
-/// what it moves, scans cost two over everything. Finding out whether a handle reaches all nodes of a body
-/// with holes monotonely takes a pass over the body too.
+/// More handles than this are dragged together: a handle by itself costs a pass over the nodes that it moves,
+/// scans cost two passes over the body. In bodies with holes, the test for monotone paths costs another pass.
 inline constexpr std::size_t most_handles_one_by_one = 4;
 
 } // namespace maille::deform

@@ -50,7 +50,7 @@ bool has_link(const Specimen& body, const Index3& near, std::size_t axis) {
   return false;
 }
 
-/// Nodes reached so far, in the present slab and in the one before it on the way from `from`.
+/// Reached nodes, in the present slab and the previous one on the way from `from`.
 class Frontier {
 public:
   Frontier(const Specimen& body, const Index3& from)
@@ -58,7 +58,7 @@ public:
         now_(static_cast<std::size_t>(width_) * static_cast<std::size_t>(body.grid.nodes()[1])),
         before_(now_.size()) {}
 
-  /// Marks what is reached in slab z; false if a node of matter is not. Slabs are asked for outward.
+  /// Marks the reached nodes of slab z; false if a node of matter is not reached. Slabs are visited outward.
   bool reach_slab(int z) {
     now_.swap(before_);
     for (const bool up : {true, false})

@@ -1,6 +1,6 @@
 #pragma once
-/// The bounds that given displacements leave to other nodes: the seam between clipping and projection and the
-/// ways to find shortest paths, and what these add up to where limits are the same along an axis.
+/// Bounds that prescribed displacements impose on other nodes: the interface between clipping or projection
+/// and the algorithms for shortest paths, and path lengths where limits are equal along an axis.
 
 #include "maille/scene/link_limits.hpp"
 
@@ -12,11 +12,11 @@
 
 namespace maille::deform {
 
-/// What paths add up to, away from a handle whose displacement is given: the least displacement that it
-/// leaves to others (raising: L_i = p - d(i, handle)), or the greatest (U_i = p + d(handle, i)).
+/// Bound around a handle of given displacement: the least displacement of other nodes (raising: L_i = p -
+/// d(i, handle)), or the greatest (U_i = p + d(handle, i)).
 enum class Side { least, greatest };
 
-/// How much the bound changes per link, in the direction of the axis (ahead) and against it (behind); a bound
+/// Change of the bound per link, in the direction of the axis (ahead) and against it (behind); a bound
 /// at offset o is p + sum_a o_a * (o_a >= 0 ? ahead[a] : behind[a]) on a box (docs/theory.md, Theorem 2).
 struct Slopes {
   Vec3 ahead{}, behind{};
@@ -32,7 +32,7 @@ struct Slopes {
 /// Per component, by link axis [m]; zero along axes that the grid does not have. @pre limits.is_homogeneous()
 std::array<LinkIntervals<double>, 3> intervals_by_axis(const Scene& scene, const LinkLimits& limits);
 
-/// The largest d(i, j) + d(j, i) of two nodes of a full grid: how much their displacements may differ in all.
+/// The largest d(i, j) + d(j, i) of two nodes of a full grid: the range of their displacement difference.
 double slack_range(const LinkIntervals<double>& by_axis, const Index3& nodes);
 
 /// True if every node of the body is joined to `from` by a lattice path of links that never turns back along
@@ -43,9 +43,9 @@ class BoundSource {
 public:
   virtual ~BoundSource() = default;
 
-  /// For every one of `nodes`: the greatest displacement that `ends` leave it, min over ends of p_h + d(h,
-  /// node), or the least, max over ends of p_h - d(node, h), along `component`; infinite where no end leads.
-  /// Ends and nodes in any order, with the same bits.
+  /// For each of `nodes`: the greatest displacement that `ends` allow, min over ends of p_h + d(h, node), or
+  /// the least, max over ends of p_h - d(node, h), along `component`; infinite without a path. Bits do not
+  /// depend on the order of ends and nodes.
   virtual void bounds_at(Side side, int component, std::span<const PathEnd> ends,
                          std::span<const std::int64_t> nodes, std::span<double> values) = 0;
 };
@@ -62,10 +62,10 @@ private:
   const LinkLimits& limits_;
 };
 
-/// min over ends h of (p_h + d(h, i)) for every grid node i; +infinity where no end leads.
+/// min over ends h of (p_h + d(h, i)) for every grid node i; +infinity without a path.
 List<double> upper_envelope(const Scene& scene, const LinkLimits& limits, int component,
                             std::span<const PathEnd> ends);
-/// max over ends h of (p_h - d(i, h)) for every grid node i; -infinity where no end leads.
+/// max over ends h of (p_h - d(i, h)) for every grid node i; -infinity without a path.
 List<double> lower_envelope(const Scene& scene, const LinkLimits& limits, int component,
                             std::span<const PathEnd> ends);
 

@@ -20,7 +20,7 @@ double largest_value(std::span<const Prescribed> prescribed, int component) {
 
 } // namespace
 
-/// What the values of a kind leave to all values of the component.
+/// Bounds of all values of the component by the values of one kind.
 void Clipper::bounds_by(Kind kind, int component, std::span<const Prescribed> prescribed, bool least_too) {
   const auto n = static_cast<std::size_t>(
       std::ranges::count_if(prescribed, [&](const Prescribed& p) { return p.component == component; }));
@@ -43,7 +43,7 @@ void Clipper::bounds_by(Kind kind, int component, std::span<const Prescribed> pr
   source_.bounds_at(Side::least, component, ends_, nodes_, least_);
 }
 
-/// True if all values of the component can be met together.
+/// True if all values of the component are compatible.
 bool Clipper::can_all_be_met(int component, std::span<const Prescribed> prescribed, double tolerance) {
   bounds_by(Kind::any, component, prescribed, false);
   auto greatest = greatest_.cbegin();
@@ -52,7 +52,7 @@ bool Clipper::can_all_be_met(int component, std::span<const Prescribed> prescrib
   });
 }
 
-/// Clamps every move into the interval that the holds alone leave it.
+/// Clamps every move into the interval that the holds allow.
 void Clipper::cut_at_holds(int component, std::span<Prescribed> prescribed, double tolerance) {
   bounds_by(Kind::hold, component, prescribed, true);
   std::size_t i = 0;
@@ -67,7 +67,7 @@ void Clipper::cut_at_holds(int component, std::span<Prescribed> prescribed, doub
   }
 }
 
-/// Replaces moves that contradict each other by the nearest ones that do not.
+/// Replaces incompatible moves by the nearest compatible ones.
 void Clipper::reconcile_moves(int component, std::span<Prescribed> prescribed, double tolerance) {
   bounds_by(Kind::move, component, prescribed, true);
   std::size_t i = 0;

@@ -1,6 +1,6 @@
 #pragma once
-/// Which of the requested moves the limits permit, and what becomes of the others; the arithmetic is the
-/// same, whatever finds the paths.
+/// Feasibility of requested moves, and their nearest feasible values. The arithmetic does not depend on the
+/// algorithm for shortest paths.
 ///
 /// Two prescribed nodes may differ by at most the shortest path between them. A move past what holds permit
 /// is cut to the nearest value that they permit. Moves that contradict each other meet at the mean of the
@@ -15,8 +15,8 @@
 
 namespace maille::deform {
 
-/// Cuts the moves of one component back to what limits and holds permit: see clip(). Allocates only where
-/// there are more prescribed values than ever before.
+/// Clips the moves of one component to limits and holds: see clip(). Allocates only if there are more
+/// prescribed values than before.
 class Clipper {
 public:
   Clipper(BoundSource& source, const Grid& grid) : source_(source), grid_(grid) {}
@@ -38,7 +38,7 @@ private:
   List<double> least_, greatest_, requested_;
 };
 
-/// The values that the prescribed components take in the end, and by how much moves were cut back.
+/// Clipped values of the prescribed components, and how far moves were cut back.
 struct Clipping {
   std::vector<Prescribed>
       prescribed;              ///< those of the scene, in its order, with values that the limits permit
@@ -49,14 +49,13 @@ struct Clipping {
   int worst_component = 0;
 };
 
-/// Clips the scene's moves to what its limits and holds permit; moves that can be met stay as they are, to
-/// the last bit.
+/// Clips the moves of a scene to its limits and holds; feasible moves do not change, to the last bit.
 ///
-/// First every moved component is clipped to the interval that the holds alone leave it ("until ... a fixed
-/// voxel is encountered", Gibson 1995, Object Deformation), without iteration. Then moves that still
-/// contradict one another are replaced, all at once and so in no order, by the mean of the least feasible
-/// values above and the greatest feasible values below them: no others are nearer to the requests in the
-/// largest difference. A value is clipped only if it lies further outside than rounding_tolerance.
+/// First every moved component is clipped to the interval that the holds allow ("until ... a fixed voxel is
+/// encountered", Gibson 1995, Object Deformation), without iteration. Then all moves that are still
+/// incompatible are replaced at once by the mean of the least feasible values above and the greatest feasible
+/// values below them: no feasible values are nearer to the requests in the largest difference. A value is
+/// clipped only if it lies outside by more than rounding_tolerance.
 ///
 /// @param limits of `scene`
 /// @return never fails: rest is always feasible
@@ -70,19 +69,19 @@ Clipping clip(const Scene& scene, const LinkLimits& limits);
 void clip_component(const Scene& scene, const LinkLimits& limits, int component,
                     std::vector<Prescribed>& prescribed);
 
-/// How `clipped` differs from what the scene asks for. @pre same order as scene.prescribed
+/// Difference between `clipped` and the request. @pre same order as scene.prescribed
 Clipping compare_with_request(const Scene& scene, std::vector<Prescribed> clipped);
 
-/// Says how many moves were cut back, the largest cut and where; empty if none was.
+/// A message with the number of clipped moves, the largest cut and its place; empty if none.
 std::string describe(const Scene& scene, const Clipping& clipping);
 
-/// Message, count and status of an answer to what the scene asks. @param clipped in the order of
-/// scene.prescribed; @param stopped why it ended early
+/// Sets message, count and status of an answer. @param clipped in the order of scene.prescribed; @param
+/// stopped why it ended early
 void tell_clipping(const Scene& scene, std::vector<Prescribed> clipped, std::optional<Status> stopped,
                    Answer& answer);
 
-/// How far sums along paths of links may stray by rounding [m]: half an ulp of `largest` per link, for paths
-/// as long as twice the sum of the grid's edges, and a few more for the sums they are compared with.
+/// Rounding error of sums along paths of links [m]: half an ulp of `largest` per link, for paths of twice the
+/// sum of the grid's edges, and a few ulps for the comparison.
 double rounding_tolerance(const Grid& grid, double largest);
 
 } // namespace maille::deform

@@ -1,5 +1,5 @@
 #pragma once
-/// What Drag asks of the ways to move a body.
+/// The interface of Drag to the engines that move a body.
 
 #include "feasible/bounds/algorithm_sizes.hpp"
 #include "maille/deform/drag.hpp"
@@ -15,10 +15,10 @@ struct DragHandle {
   std::int64_t node = 0;
   Index3 at{};
   Vec3 value{};  ///< where it is: exact, though the field is rounded
-  Vec3 wanted{}; ///< where it was asked to be
-  Vec3 target{}; ///< where it shall be; after a move, what limits and holds permit
+  Vec3 wanted{}; ///< its requested place
+  Vec3 target{}; ///< requested; after a move, clipped
   bool is_moving = false;
-  /// What the holds alone permit, per component.
+  /// Intervals that the holds allow, per component.
   Vec3 least{-std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity(),
              -std::numeric_limits<double>::infinity()};
   Vec3 greatest{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(),
@@ -29,10 +29,10 @@ class DragEngine {
 public:
   virtual ~DragEngine() = default;
 
-  /// Gets ready for a new handle; false if this way cannot drag it.
+  /// Prepares a new handle; false if this engine cannot drag it.
   virtual bool take(DragHandle& handle) = 0;
-  /// Cuts the targets of the moving handles back to what the others, the holds and the limits permit, and
-  /// moves them there. @return nodes or tiles visited
+  /// Clips the targets of the moving handles to the other handles, holds and limits, and moves them there.
+  /// @return visited nodes or tiles
   virtual std::int64_t move(std::span<DragHandle> handles) = 0;
 
   virtual double displacement(int component, std::int64_t node) const = 0;

@@ -11,7 +11,7 @@
 
 namespace maille::deform {
 
-/// What a field must know of itself for drags to stop early.
+/// Data of a field that let drags stop early.
 struct Rounding {
   double largest = 0; ///< no stored number is larger than this
 };
@@ -46,8 +46,8 @@ private:
   int n_cones_ = 0;
 };
 
-/// How far a node of a feasible field must be inside its bound for those behind it to be safe: well above
-/// what rounding adds to any sum here, far below any drag that can be seen.
+/// Margin by which a node of a feasible field must be inside its bound for the nodes behind it to be
+/// unaffected: well above rounding of any sum here, far below any visible drag.
 template<class T>
 double safe_margin(const Index3& nodes, double largest);
 

@@ -39,8 +39,8 @@ struct Walk {
     return is_clear(axis == 0 ? i : at[0], axis == 1 ? i : at[1], axis == 2 ? i : at[2]);
   }
 
-  /// How far along an axis, from `at` outward to `limit` (exclusive, on either side), nodes are not clear.
-  /// What is clear stays clear outward, so doubling steps and halving find it.
+  /// Extent along an axis, from `at` outward to `limit` (exclusive, on either side), of nodes that may
+  /// change. Clear nodes stay clear outward, so doubling steps and bisection find it.
   HWY_INLINE int reach(int axis, const int* at, int limit) const {
     const int from = at[axis];
     const int sign = limit > from ? 1 : -1;
@@ -66,7 +66,7 @@ struct Walk {
     }
     return from + sign * clear;
   }
-  /// The not clear range about `at` along an axis, within the cone's box.
+  /// Range of nodes that may change around `at` along an axis, within the cone's box.
   HWY_INLINE void range(int axis, const int* at, int& first, int& end) const {
     end = reach(axis, at, cone.end[axis]);
     first = reach(axis, at, cone.begin[axis] - 1) + 1;
@@ -74,8 +74,8 @@ struct Walk {
       first = end = at[axis];
   }
 
-  /// True if every node of the cone's box in that slab may change: what is not clear at the slab's corners is
-  /// clear nowhere between them and the handle. Four looks, instead of some for each row.
+  /// True if every node of the cone's box in that slab may change: if no corner of the slab is clear, no node
+  /// between the corners and the handle is. Four tests replace tests of each row.
   HWY_INLINE bool is_full(int z) const {
     const int x[2] = {cone.begin[0], cone.end[0] - 1}, y[2] = {cone.begin[1], cone.end[1] - 1};
     return !is_clear(x[0], y[0], z) && !is_clear(x[1], y[0], z) && !is_clear(x[0], y[1], z) &&
@@ -121,7 +121,7 @@ struct Walk {
           [](T value, T bound) { return value < bound ? value : bound; });
   }
 
-  /// To the lines of memory that hold a row's ends: they are written anyhow.
+  /// Extends a range to whole cache lines, which are written anyway.
   HWY_INLINE void to_whole_lines(int& x_begin, int& x_end) const {
     x_begin = x_begin / nodes_per_block * nodes_per_block;
     x_end = (x_end + nodes_per_block - 1) / nodes_per_block * nodes_per_block;
@@ -129,8 +129,8 @@ struct Walk {
     x_end = x_end < width ? x_end : width;
   }
 
-  /// All of the cone's box in a slab. What the loop needs is copied first: it writes vectors, which the
-  /// compiler must take for writes to the cone as well.
+  /// Processes the cone's box in a slab. Operands are copied first, because the compiler must assume that
+  /// vector writes alias the cone.
   HWY_INLINE int64_t clamp_full_slab(int z) const {
     int x_begin = cone.begin[0], x_end = cone.end[0];
     to_whole_lines(x_begin, x_end);

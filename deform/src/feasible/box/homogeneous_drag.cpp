@@ -11,7 +11,7 @@ namespace maille::deform {
 
 namespace {
 
-/// How far from its offset the stored part of a handle may get before the offset follows, in slack ranges.
+/// Distance of the stored part of a handle from its offset, in slack ranges, at which the offset follows.
 constexpr double ranges_before_rebase = 4;
 
 class HomogeneousDrag : public DragEngine {
@@ -68,7 +68,7 @@ HomogeneousDrag::HomogeneousDrag(const Scene& scene, const LinkLimits& limits, i
   has_holds_ = std::ranges::any_of(scene.prescribed, &Prescribed::held);
 }
 
-/// What values at other nodes leave to a handle: Theorem 4, pair by pair.
+/// Interval of a handle from values at other nodes: Theorem 4, pair by pair.
 void narrow(double& least, double& greatest, const LinkIntervals<double>& steps, const Index3& handle,
             const Index3& other, double value) {
   const Slopes down(steps, Side::least), up(steps, Side::greatest);
@@ -93,7 +93,7 @@ bool HomogeneousDrag::take(DragHandle& handle) {
   return true;
 }
 
-/// Clamps the one moving handle into the interval that holds and the other handles leave it.
+/// Clamps the moving handle into the interval that holds and other handles allow.
 void HomogeneousDrag::clip_one(DragHandle& moving, std::span<const DragHandle> handles) {
   for (std::size_t b = 0; b < dimension(); ++b) {
     if (body_.is_held(static_cast<int>(b), moving.node)) {
@@ -141,7 +141,7 @@ void HomogeneousDrag::clip_many(std::span<DragHandle> handles) {
   is_at_end_ = true;
 }
 
-/// The part of a handle's move that every node must go along with, however much slack it has.
+/// The part of a handle's move that every node must follow, whatever its slack.
 double HomogeneousDrag::rigid_part(std::size_t b, const DragHandle& handle) const {
   const double by = handle.target[b] - handle.value[b];
   double slack = 0;
@@ -152,8 +152,8 @@ double HomogeneousDrag::rigid_part(std::size_t b, const DragHandle& handle) cons
   return by > slack ? by - slack : by < -slack ? by + slack : 0;
 }
 
-/// Where the field shall have a moving handle. Where the offset has taken the whole move, not an ulp beside
-/// where it is already.
+/// Stored value of a moving handle. If the offset has taken the whole move, the stored value does not change
+/// by an ulp.
 double HomogeneousDrag::stored_target(std::size_t b, const DragHandle& handle) const {
   const int component = static_cast<int>(b);
   const double now = double{body_.field(component).at(handle.at)}, target = stored(b, handle.target[b]);
@@ -161,7 +161,7 @@ double HomogeneousDrag::stored_target(std::size_t b, const DragHandle& handle) c
   return std::abs(target - now) <= ulps ? now : target;
 }
 
-/// Lets the offsets take what the whole body goes along with.
+/// Moves the common part of the motion into the offsets.
 void HomogeneousDrag::follow(std::span<const DragHandle> handles) {
   for (std::size_t b = 0; b < dimension(); ++b) {
     double part = 0;
@@ -200,7 +200,7 @@ std::int64_t HomogeneousDrag::drag_at_once(std::span<DragHandle> handles) {
   return scans_.run(team_);
 }
 
-/// Puts what must not move back where rounding may have moved it.
+/// Restores fixed nodes after rounding.
 void HomogeneousDrag::restore(std::span<const DragHandle> handles) {
   for (const DragHandle& handle : handles)
     for (std::size_t b = 0; b < dimension(); ++b) {
@@ -214,9 +214,9 @@ void HomogeneousDrag::restore(std::span<const DragHandle> handles) {
             static_cast<float>(stored(static_cast<std::size_t>(p.component), p.value)) + 0.0F;
 }
 
-/// Keeps stored numbers small: once a handle has carried the body away by several times its slack, all of it
-/// is near the handle, and the offset goes there. One pass, after all nodes have moved at least three times
-/// as far.
+/// Keeps stored numbers small: once a handle has carried the body away by several times its slack, the whole
+/// body is near the handle, and the offset moves there. One pass, after all nodes have moved at least three
+/// times as far.
 void HomogeneousDrag::rebase(std::span<const DragHandle> handles) {
   const auto moving = std::ranges::find_if(handles, &DragHandle::is_moving);
   for (std::size_t b = 0; b < dimension(); ++b) {

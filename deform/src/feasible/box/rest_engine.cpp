@@ -12,7 +12,7 @@ int useful_threads(const Grid& grid, int threads) {
   return grid.n_nodes() < nodes_worth_a_thread ? 1 : std::max(1, threads);
 }
 
-/// What stays at 0 is where it must be, and the clipped values of the others let it stay.
+/// Nodes that stay at 0 need no bound: the clipped values of the others allow it.
 bool is_handle(const Prescribed& p, int component) {
   return p.component == component && p.value != 0;
 }
@@ -22,8 +22,8 @@ std::size_t n_handles(const std::vector<Prescribed>& prescribed, int component) 
       std::ranges::count_if(prescribed, [&](const Prescribed& p) { return is_handle(p, component); }));
 }
 
-/// Steps of no more than any two displacements of an answer differ by: wider links never bind, and sums with
-/// their slack would cost the digits of the others.
+/// Steps capped by the largest displacement difference of an answer: wider links never bind, and adding their
+/// slack would cost digits.
 std::array<LinkIntervals<double>, 3> no_wider_than_asked(std::array<LinkIntervals<double>, 3> steps,
                                                          const std::vector<Prescribed>& prescribed) {
   Vec3 largest{};

@@ -13,7 +13,7 @@ class RestEngine {
 public:
   RestEngine(const Scene& scene, const LinkLimits& limits, const Plan& plan, int threads);
 
-  /// What the limits permit of the scene's requests for a component, in `prescribed`.
+  /// Clips the scene's requests for a component, in `prescribed`.
   void clip(int component, std::vector<Prescribed>& prescribed) { clipper_.clip(component, prescribed); }
   /// Drags one component of a body at rest. @return nodes visited
   std::int64_t drag(int component, const std::vector<Prescribed>& prescribed, Displacement& state);

@@ -15,7 +15,7 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// How far outside their bounds nodes were, the farthest of each lane; negative: inside.
+/// Largest violation of the bounds in each lane; negative: inside.
 template<class T>
 struct Outside {
   using D = hn::CappedTag<T, nodes_per_block>;
@@ -132,8 +132,8 @@ private:
       }
     return z;
   }
-  /// Clamps a slab between the bounds that there are. True if it tracks how far outside nodes were, and every
-  /// node was inside by more than the margin.
+  /// Clamps a slab between its bounds. @return true if violations are tracked and every node was inside by
+  /// more than the margin
   template<bool tracks>
   HWY_INLINE bool clamp_slab(const SlabBound<T>* least, const SlabBound<T>* greatest, int z) const {
     Outside<T> outside;

@@ -1,6 +1,5 @@
 #pragma once
-/// The innermost loops of the closed form and of the separable scans, for every kind of vector that the
-/// machine may have.
+/// Inner loops of the closed form and of the separable scans, compiled for every vector instruction set.
 
 #include "feasible/bounds/bound_source.hpp"
 #include "lattice/field_memory.hpp"
@@ -9,7 +8,7 @@
 
 namespace maille::deform {
 
-/// A node whose displacement is given, in the numbers of the field.
+/// A node of given displacement, in the numbers of the field.
 struct GridSeed {
   int x = 0, y = 0, z = 0;
   double value = 0;
@@ -46,7 +45,7 @@ struct Sweep {
 std::int64_t clamp_strip(const Sweep<float>& sweep);
 std::int64_t clamp_strip(const Sweep<double>& sweep);
 
-/// Nodes at which a bound is asked for, by z, then y, then x.
+/// Nodes whose bounds are queried, by z, then y, then x.
 struct Queries {
   const GridSeed* at = nullptr; ///< `value` is not used
   int n = 0;
@@ -70,10 +69,10 @@ struct GridSeedArrays {
 /// one
 void sample_by_pairs(const Bound<double>& bound, const GridSeedArrays& seeds, const Queries& queries);
 
-/// More seeds than this in one row are scanned along the row instead of being laid out one by one.
+/// Rows with more seeds than this are scanned; with fewer, each seed is laid out by itself.
 inline constexpr int seeds_laid_out = 16;
 
-/// Nodes of a row are dealt with in groups that begin at multiples of this, whatever the vectors' width.
+/// Nodes of a row are processed in groups that start at multiples of this, for any vector length.
 inline constexpr int nodes_per_block = 16;
 
 /// One component of a drag by one handle: x = max(x, bound) if it raises, min(x, bound) else, with

@@ -15,14 +15,14 @@ int n_blocks(int nodes) {
   return (nodes + nodes_per_block - 1) / nodes_per_block;
 }
 
-/// Rows of a slab bound lie one cache line further apart than they must, lest the same x of all rows share a
-/// few places of the cache.
+/// Rows of a slab bound are spaced by one extra cache line, so that equal x of all rows do not share a few
+/// cache sets.
 std::int64_t slab_row(int nodes) {
   return std::int64_t{nodes_per_block} * (n_blocks(nodes) + 1);
 }
 
-/// Steps along z, which shift whole slabs, of no more than any two displacements differ by: wider links never
-/// bind, and shifts by their slack would cost the digits of the others.
+/// Steps along z, which shift whole slabs, capped by the largest displacement difference: wider links never
+/// bind, and shifts by their slack would cost digits.
 LinkIntervals<double> no_farther(LinkIntervals<double> steps, double farthest) {
   steps.low[2] = std::max(steps.low[2], -farthest);
   steps.high[2] = std::min(steps.high[2], farthest);
@@ -146,7 +146,7 @@ std::int64_t SeparableScans<T>::run(ThreadTeam& team) {
   return visited;
 }
 
-/// Rounding may have put a handle beside its value where others only just permit it.
+/// Restores handles that rounding displaced where other handles just allow them.
 template<class T>
 void SeparableScans<T>::place_handles(Component& component) const {
   for (const auto& seeds : component.seeds)

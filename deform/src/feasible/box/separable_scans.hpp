@@ -1,6 +1,6 @@
 #pragma once
-/// Any number of handles dragged at once in a homogeneous box: Theorem 4, at a cost that does not depend on
-/// how many they are; and the bounds that they leave to other nodes.
+/// Drags any number of handles in a homogeneous box at once: Theorem 4, at a cost independent of their
+/// number; and bounds of other nodes.
 
 #include "feasible/bounds/bound_source.hpp"
 #include "feasible/box/closed_form.hpp"
@@ -22,8 +22,7 @@ struct HandleValue {
   double value = 0;
 };
 
-/// What paths add up to along x from any node of a row to any other, T(offset * slope): the rows of all
-/// cones.
+/// Path lengths along x between any two nodes of a row, T(offset * slope): the rows of all cones.
 template<class T>
 class RowPaths {
 public:

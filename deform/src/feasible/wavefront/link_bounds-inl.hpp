@@ -1,5 +1,5 @@
-/// What links ask of the nodes that they join, a vector of links or one at a time. Included once per kind of
-/// vector, by wavefront_kernel.cpp.
+/// Bounds that links impose on their nodes, for a vector of links or a single one. Included once per vector
+/// instruction set, by wavefront_kernel.cpp.
 #if defined(MAILLE_LINK_BOUNDS_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef MAILLE_LINK_BOUNDS_INL
 #undef MAILLE_LINK_BOUNDS_INL
@@ -39,7 +39,7 @@ template<Way way>
 struct LinksInMemory {
   const std::int32_t* low;
   const std::int32_t* high;
-  /// What a node asks of its next one, given its own value; `at`: of the link's bounds.
+  /// Bound of the next node from the value of a node. @param at of the bounds of the link
   HWY_INLINE Vector forth(Vector value, int at) const {
     return hn::Add(value, hn::Load(Tag(), (way == Way::raise ? low : high) + at));
   }

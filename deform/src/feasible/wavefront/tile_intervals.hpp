@@ -10,7 +10,7 @@
 
 namespace maille::deform {
 
-/// The links of one displacement component, in quanta, made for a tile when it is first asked for.
+/// Links of one displacement component, in quanta; a block is made for a tile at first use.
 /// Bounds are rounded outward to whole quanta: low down, high up. So what is feasible stays feasible: if x_j
 /// - x_i <= high in metres, floor(x_j / q) - floor(x_i / q) <= ceil(high / q), and the same with low;
 /// rounding a state down to whole quanta, or from fine quanta to coarse ones, breaks no bound.

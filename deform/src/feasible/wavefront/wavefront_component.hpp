@@ -15,14 +15,14 @@ double quantum_that_spans(double span);
 /// Values this near to what they should be, in quanta, count as met: rounding down is off by less than one.
 inline constexpr std::int64_t met_within = 1;
 
-/// Where a component shall be in the end. `value` is what stands in the scene, or what it was cut to.
+/// Target of a component. `value` is that of the scene, or its clipped value.
 struct Target {
   std::int64_t node = 0;
   double value = 0;
   bool held = false;
 };
 
-/// Allocates where something is asked for the first time, or more than ever before.
+/// Allocates at first use, or for more values than before.
 class TiledComponent {
 public:
   /// At rest. @param low <= 0, @param high >= 0: the range of values to come [m], as far as known
@@ -42,8 +42,8 @@ public:
 
 private:
   std::int64_t quanta(double value) const;
-  /// Makes the field span values from `low` to `high` [m] besides its own, with coarser quanta if it must;
-  /// or, if `may_cut`, rather by cutting its own values: true if so, and `before_` is what they were.
+  /// Makes the field span values from `low` to `high` [m] besides its own, with coarser quanta if necessary;
+  /// or, if `may_cut`, by cutting its own values: returns true if so, and `before_` has the uncut values.
   bool make_room(double low, double high, bool may_cut);
   void coarsen(int bits);
   bool are_met(std::span<const Seed> seeds) const;

@@ -129,8 +129,7 @@ void TileField::work_off(Way way, TileIntervals& bounds) {
   }
 }
 
-/// Asks for what the next visit reads, while the present one computes: tiles lie too far apart for the
-/// processor to guess.
+/// Prefetches the data of the next visit; tiles are too far apart for the hardware prefetcher.
 void TileField::prefetch(const TileIntervals& bounds, std::int32_t next) const {
   const auto fetch = [](const std::int32_t* first, int n) {
     for (int i = 0; i < n; i += line_of_floats)

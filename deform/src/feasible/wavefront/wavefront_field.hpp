@@ -11,7 +11,7 @@
 
 namespace maille::deform {
 
-/// A node whose value shall be at least (raise) or at most (lower) `value`, in quanta.
+/// A node with a lower (raise) or upper (lower) bound on its value, in quanta.
 struct Seed {
   TilePlace place;
   std::int64_t value = 0;
@@ -54,14 +54,14 @@ public:
   void coarsen(int bits);
 
   // Propagation.
-  /// Brings values up (down) to the seeds' and all others after them as far as links ask. @pre the state is
+  /// Raises (lowers) values to the seeds', and all others as far as links require. @pre the state is
   /// feasible, and the field spans the seeds' values
   void run(Way way, TileIntervals& bounds, std::span<const Seed> seeds);
   /// Makes every link feasible, from any state: the least feasible state above it, or the greatest below.
   void run_everywhere(Way way, TileIntervals& bounds);
 
   // Taking back.
-  /// From now on tiles are recorded before run() changes them.
+  /// Starts to record tiles before run() changes them.
   void begin();
   /// Back to the state at begin(). @pre no other change since
   void take_back();

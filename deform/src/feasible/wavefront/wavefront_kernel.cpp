@@ -128,13 +128,13 @@ void settle_tile(const Visit& visit, Differ differ) {
   }
 }
 
-/// How far `asked` goes beyond `value`.
+/// Violation of `asked` by `value`.
 template<Way way>
 HWY_INLINE Vector beyond(Vector asked, Vector value) {
   return way == Way::raise ? hn::Sub(asked, value) : hn::Sub(value, asked);
 }
 
-/// One row of a face handed on, along y or z.
+/// Passes one row of a face to the neighbour, along y or z.
 template<Way way>
 HWY_INLINE void hand_on(Vector asked, std::int32_t* to, Vector& largest) {
   const Vector value = hn::Load(Tag(), to);

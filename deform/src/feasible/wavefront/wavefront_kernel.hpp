@@ -1,6 +1,6 @@
 #pragma once
-/// The inner loops of the wavefront by vector code: the bounds of one tile's links from the kinds of the
-/// cells around them, and the tile brought to rest, in whole numbers.
+/// Inner loops of the wavefront: bounds of the links of a tile from the kinds of its cells, and relaxation of
+/// the tile to its fixpoint, in integers.
 
 #include "maille/scene/link_intervals.hpp"
 
@@ -20,7 +20,7 @@ inline constexpr std::int32_t no_link = 1 << 30;
 /// Values of nodes lie in [-largest_value, largest_value].
 inline constexpr std::int32_t largest_value = no_link / 2;
 
-/// Which way the values of a tile may go.
+/// Direction of change of the values of a tile.
 enum class Way { raise, lower };
 
 /// Where the bounds of a tile's links lie within its block of 6 * volume + 6 * tile_layer numbers. The links

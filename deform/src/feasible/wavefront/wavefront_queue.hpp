@@ -1,5 +1,5 @@
 #pragma once
-/// Which tile comes next: the largest violation first, roughly.
+/// Queue of tiles: the largest violation first, approximately.
 
 #include "lattice/field_memory.hpp"
 #include "maille/base/arena.hpp"
@@ -26,7 +26,7 @@ public:
     tail_.fill(none);
   }
 
-  /// Violations up to `largest` shall come, and a bucket shall hold a range of half to all of `width`.
+  /// Prepares for violations up to `largest`; a bucket spans half of `width` to all of it.
   /// @pre empty
   void start(std::int32_t largest, std::int32_t width) {
     largest_ = largest;

@@ -18,7 +18,7 @@ std::uint32_t matter_bits(const Specimen& body, int x, int y, int z, int n) {
   return bits;
 }
 
-/// 1, 2, 4 or 8: bodies that are thin along z pay for no more.
+/// Layers of a tile: 1, 2, 4 or 8, so that thin bodies use no more.
 int layers_of(const Grid& grid) {
   int layers = 1;
   while (layers < std::min(tile_edge, grid.nodes()[2]))

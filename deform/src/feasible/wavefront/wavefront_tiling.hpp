@@ -1,5 +1,5 @@
 #pragma once
-/// Which tiles of nodes a body consists of.
+/// Tiles of nodes of a body.
 
 #include "feasible/wavefront/wavefront_kernel.hpp"
 #include "maille/scene/scene.hpp"
