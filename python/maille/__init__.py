@@ -30,7 +30,9 @@ from ._world import Frame, World, drive
 def load(file: PathLike) -> Scene:
     """Reads a scene file.
 
-    @raises FileNotFoundError; SceneFaults with every fault at once, each with its line and key
+    Raises:
+        FileNotFoundError: there is no such file
+        SceneFaults: every fault at once, each with its line and key
     """
     return Scene.from_file(file)
 

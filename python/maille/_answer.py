@@ -210,7 +210,11 @@ class Answer:
 
     @property
     def stress(self) -> Floats:
-        """Mean stress of every cell [Pa], as ``strain``. @raises ValueError for methods that know no stress."""
+        """Mean stress of every cell [Pa], as ``strain``.
+
+        Raises:
+            ValueError: a method without stress
+        """
         self._require_stress()
         return self._tensors("stress", self._core.stress)
 
@@ -236,7 +240,11 @@ class Answer:
 
     @property
     def von_mises(self) -> Floats:
-        """Von Mises stress of every cell [Pa]: array (cz, cy, cx). @raises ValueError as ``stress``."""
+        """Von Mises stress of every cell [Pa]: array (cz, cy, cx).
+
+        Raises:
+            ValueError: a method without stress
+        """
         self._require_stress()
         return self._core.von_mises
 
@@ -270,7 +278,11 @@ class Answer:
 
     @property
     def fibre_stress(self) -> Optional[Floats]:
-        """Stress along the fibre of every cell [Pa], as ``fibre_strain``. @raises ValueError as ``stress``."""
+        """Stress along the fibre of every cell [Pa], as ``fibre_strain``.
+
+        Raises:
+            ValueError: a method without stress
+        """
         self._require_stress()
         return self._along_fibres(self._core.stress)
 
@@ -358,10 +370,11 @@ class Answer:
              file: Optional[Union[str, "os.PathLike[str]"]] = None) -> Any:
         """A slice of the deformed body in the grid's axes, to scale, as a Matplotlib figure.
 
-        ``field`` the colour: displacement (its size), von_mises, fibre_strain, fibre_stress, label, or an array of cells
-        ``axis``  across the slice: 0, 1 or 2 for x, y or z; default: the one with the fewest cells
-        ``at``    the cell's number along it; default: the middle
-        ``file``  .svg or .png, written too
+        Args:
+            field: the colour: displacement (its size), von_mises, fibre_strain, fibre_stress, label, or an array of cells
+            axis: across the slice: 0, 1 or 2 for x, y or z; default: the one with the fewest cells
+            at: the cell's number along it; default: the middle
+            file: .svg or .png, written too
         """
         from ._plots import save, slice_figure
 
@@ -373,11 +386,13 @@ class Answer:
     def warp(self, image: Any, *, labels: Optional[bool] = None, background: float = 0.0) -> Any:
         """The image where its matter has gone, on the same grid: what is no matter is ``background``.
 
-        ``image``  a nibabel image (comes back as one), a ``maille.Image``, or an array on the grid of the scene's
-                   own image
-        ``labels`` True: the nearest voxel's value; False: linear. Without it, whole numbers of at most 256 values
-                   are labels
         Cell by cell, so that labels that slide apart keep their voxels. Cost: about 0.1 us a voxel.
+
+        Args:
+            image: a nibabel image (comes back as one), a ``maille.Image``, or an array on the grid of the scene's
+                own image
+            labels: True: the nearest voxel's value; False: linear. Without it, whole numbers of at most 256 values
+                are labels
         """
         values, grid = self._values_and_grid(image)
         is_labels = are_labels(values) if labels is None else labels
@@ -403,9 +418,10 @@ class Answer:
     def save_transform(self, file: Union[str, "os.PathLike[str]"], image: Any = None, *, forward: bool = False, overwrite: bool = False) -> None:
         """Writes the field that carries images (``forward``: points) for 3D Slicer, ANTs, ITK, plastimatch, elastix.
 
-        ``file``  .nii, .nii.gz, .mha or .nrrd: displacement in mm along left, posterior, superior; of NIfTI in five
-                  axes with intent 1007. A forward field is to be a .nrrd, which alone can say what it is.
-        ``image`` whose grid it is on; the scene's own without one
+        Args:
+            file: .nii, .nii.gz, .mha or .nrrd: displacement in mm along left, posterior, superior; of NIfTI in five
+                axes with intent 1007. A forward field is to be a .nrrd, which alone can say what it is.
+            image: whose grid it is on; the scene's own without one
         """
         if forward and not os.fspath(file).endswith(".nrrd"):
             raise ValueError("expected a .nrrd for a forward field: other files are taken for the inverse")

@@ -42,7 +42,8 @@ class Study(List[Record]):
     def plot(self, column: str = "", file: Optional[str] = None) -> Any:
         """A column over what was varied, as ``study --picture`` draws it: a Matplotlib figure. ``file``: .svg or .png, written too.
 
-        @raises ValueError where nothing is to be drawn
+        Raises:
+            ValueError: there is nothing to draw
         """
         from ._plots import save
         from ._study import study_figure
@@ -64,14 +65,19 @@ def study(of: Union[Body, Sequence[Body]], vary: Optional[Mapping[str, Any]] = N
           jobs: int = 1, threads: Optional[int] = None, out: Optional[PathLike] = None, resume: bool = False) -> Study:
     """Answers a family of scenes as ``maille study``: rows by case and method.
 
-    ``of``      a study file; or with ``vary`` a Scene, a scene file, or several
-    ``vary``    from keys such as ``move[1].by`` to values, a formula of labels, or ``{"range": [a, b], "count": n, "label": "E"}``
-    ``combine`` grid, zip, latin_hypercube, sobol or saltelli, the last three with ``samples``
-    ``jobs``    cases at a time
-    ``out``     a folder that keeps the table; with ``resume`` the study goes on there
-    @raises FileNotFoundError without the command; TypeError, ValueError  a faulty argument; the command's message
-
     Rows that failed say so in ``status``. Ctrl-C: the rows so far, and a MailleWarning.
+
+    Args:
+        of: a study file; or with ``vary`` a Scene, a scene file, or several
+        vary: from keys such as ``move[1].by`` to values, a formula of labels, or ``{"range": [a, b], "count": n, "label": "E"}``
+        combine: grid, zip, latin_hypercube, sobol or saltelli, the last three with ``samples``
+        jobs: cases at a time
+        out: a folder that keeps the table; with ``resume`` the study goes on there
+
+    Raises:
+        FileNotFoundError: the command is not installed
+        TypeError: a faulty argument
+        ValueError: a faulty value, or the command's message
     """
     if vary is None and not isinstance(of, (str, os.PathLike)):
         raise TypeError(f"vary: expected keys of the scene and their values, as only a study file goes without, found none beside {of!r}")

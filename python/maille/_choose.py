@@ -119,7 +119,8 @@ def parse_trade_table(text: str, name: str) -> List[StoredRow]:
     """Rows of a table that ``maille study trade`` wrote. Rows without measurement or prediction are passed over, and those
     whose reference does not know its own error; an error below that counts as that.
 
-    @raises SceneFaults with every fault and its line: a column that is missing, a cell that is no number
+    Raises:
+        SceneFaults: every fault with its line: a missing column, a cell that is no number
     """
     reader = csv.reader(io.StringIO(text, newline=""))
     names: List[str] = next(reader, [])
@@ -168,7 +169,11 @@ def _stored(row: Dict[str, str], value: Dict[str, Optional[float]]) -> List[Stor
 
 
 def read_trade_tables(files: Sequence["str | os.PathLike[str]"]) -> List[StoredRow]:
-    """@raises SceneFaults, also for a file that cannot be read"""
+    """Reads tables of ``study trade``.
+
+    Raises:
+        SceneFaults: every fault; also for a file that cannot be read
+    """
     rows = []
     for file in files or [BUILT_IN_TABLE]:
         try:
@@ -344,7 +349,11 @@ def finish(request: Dict[str, Any]) -> int:
 
 
 def command() -> str:
-    """The program ``maille`` that belongs to this module. @raises FileNotFoundError"""
+    """The program ``maille`` that belongs to this module.
+
+    Raises:
+        FileNotFoundError: it is not installed
+    """
     package = Path(__file__).resolve().parent
     for place in (package.parents[1] / "maille", package.parents[3] / "bin" / "maille"):
         if place.is_file() and os.access(place, os.X_OK):
@@ -359,17 +368,22 @@ def choose(scene: "Scene | str | os.PathLike[str]", error: float, time: float, *
            level: float = 0.95, tables: Sequence["str | os.PathLike[str]"] = (), threads: int = 1) -> Dict[str, Any]:  # fmt: skip
     """The cheapest way that is expected to meet an error and a time on a scene, as ``study choose --json`` writes it.
 
-    ``scene``   a Scene, or a file
-    ``error``   relative: 0.05 is 5 %
-    ``time``    set-up and solve [s]
-    ``of``      what the error is of: "displacement", "force", "energy", "stress", or a measure of the scene
-    ``memory``  [bytes]; None: what is free
-    ``level``   how often the promise is kept, from 0 to 1
-    ``tables``  CSV files of ``study trade`` in place of the built-in one
-    @raises TypeError, ValueError  a faulty argument; the command's message. FileNotFoundError without the command
-
     "chosen" is None where nothing is expected to meet both. Cost: about three times ``coupled`` on the finest lattice probed.
     Source: Lei and others 2018.
+
+    Args:
+        scene: a Scene, or a file
+        error: relative: 0.05 is 5 %
+        time: set-up and solve [s]
+        of: what the error is of: "displacement", "force", "energy", "stress", or a measure of the scene
+        memory: [bytes]; None: what is free
+        level: how often the promise is kept, from 0 to 1
+        tables: CSV files of ``study trade`` in place of the built-in one
+
+    Raises:
+        TypeError: a faulty argument
+        ValueError: a faulty value, or the command's message
+        FileNotFoundError: the command is not installed
     """
     error, time, level = (number_above_0(*one) for one in (("error", error, "0.05"), ("time", time, "10"), ("level", level, "0.95")))
     threads, memory = count("threads", threads), memory if memory is None else count("memory", memory)

@@ -30,8 +30,10 @@ class MailleWarning(UserWarning):
 class SceneFaults(ValueError):
     """Raised where a scene, a world or an image is faulty.
 
-    ``faults`` lists all of them, each with its key, what was expected and what was found; ``str()`` has them
     one a line.
+
+    Args:
+        faults: lists all of them, each with its key, what was expected and what was found; ``str()`` has them
     """
 
     def __init__(self, message: str, faults: Sequence[Tuple[str, int, str, str, str]] = ()) -> None:
@@ -40,7 +42,12 @@ class SceneFaults(ValueError):
 
 
 def number_above_0(name: str, value: Any, example: str) -> float:
-    """A finite argument > 0. @raises TypeError, ValueError"""
+    """A finite argument > 0.
+
+    Raises:
+        TypeError: not a number
+        ValueError: not finite, or not > 0
+    """
     is_number = isinstance(value, numbers.Real) and not isinstance(value, bool)
     if is_number and math.isfinite(value) and value > 0:
         return float(value)
@@ -48,7 +55,12 @@ def number_above_0(name: str, value: Any, example: str) -> float:
 
 
 def count(name: str, value: Any) -> int:
-    """A whole argument from 1. @raises TypeError, ValueError"""
+    """An integer argument from 1 on.
+
+    Raises:
+        TypeError: not an integer
+        ValueError: below 1
+    """
     is_whole = isinstance(value, numbers.Integral) and not isinstance(value, bool)
     if is_whole and value >= 1:
         return int(value)
@@ -56,7 +68,11 @@ def count(name: str, value: Any) -> int:
 
 
 def existing(file: Union[str, "os.PathLike[str]"]) -> str:
-    """The file's name. @raises FileNotFoundError"""
+    """The name of the file.
+
+    Raises:
+        FileNotFoundError: there is no such file
+    """
     if not os.path.exists(file):
         raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), os.fspath(file))
     return os.fspath(file)

@@ -410,16 +410,20 @@ def fit(scenes: Iterable[Scene], tests: Iterable[Scene] = (), *, method: str = "
         trials: int = 20000, threads: int = 1, progress: Optional[Progress] = None) -> Fit:
     """Finds the limits, or weights of ``relaxed``, of all materials of a family that come nearest to a reference: as ``maille fit``.
 
-    ``scenes``    of one dimension; a material is known by its name
-    ``tests``     measured, never fitted to
-    ``method``    limits or relaxed
-    ``reference`` a method that answers each scene; or of each scene and test an Answer, or an array like its displacement [m]
-    ``trials``    of the family, at most
-    ``progress``  as of ``Scene.run``
-
     The result has status, numbers, materials, fitted, held_out and reasons; ``str`` is the command's table, ``save`` writes the material.
-    @raises ValueError, RuntimeError  scenes that nothing moves; a reference that fails
     Cost  some thousand answers of each scene. Ctrl-C: the best so far, status ``interrupted``.
+
+    Args:
+        scenes: of one dimension; a material is known by its name
+        tests: measured, never fitted to
+        method: limits or relaxed
+        reference: a method that answers each scene; or of each scene and test an Answer, or an array like its displacement [m]
+        trials: of the family, at most
+        progress: as of ``Scene.run``
+
+    Raises:
+        ValueError: scenes without moves
+        RuntimeError: a reference that fails
     """
     if method not in ("limits", "relaxed"):
         raise UsageError(f"method: expected limits or relaxed, found {method!r}")

@@ -205,7 +205,8 @@ class Search:
     def _profile(self, j: int, along: Floats, reach: float, rise: float) -> float:
         """How far unknown ``j`` can go until the least misfit beside it has risen by so much; a straight model says ``reach``.
 
-        ``along`` the change of all unknowns with it, of a straight model
+        Args:
+            along: the change of all unknowns with it, of a straight model
         """
         sign, low, high = along[j], 0.0, math.inf
         for _ in range(5):
@@ -412,8 +413,11 @@ def _raise_if_any(faults: Sequence[Fault]) -> None:
 def read_observations(text: str, file: str, units: Mapping[str, str]) -> List[Observation]:
     """Reads CSV with the columns ``measure``, ``value`` and, if wanted, ``sigma`` and ``fraction`` (of moves and loads): in SI, or with a unit.
 
-    ``units`` of the columns that there are, by name: ``N``, ``m``, ...
-    @raises SceneFaults  with every fault
+    Args:
+        units: of the columns that there are, by name: ``N``, ``m``, ...
+
+    Raises:
+        SceneFaults: every fault
     """
     wanted_head = "a first line of the columns measure, value and, if wanted, sigma and fraction"
     faults: List[Fault] = []
@@ -563,15 +567,19 @@ def identify(scene: Union[Scene, Sequence[Scene]], measured: Union[Measured, Seq
              method: str = "coupled", *, sigma: Union[float, str, None] = None, threads: int = 1) -> Identification:
     """Finds constants at which ``method`` says what was measured, with intervals of 95 %: as ``maille fit --measured``.
 
-    ``scene``    a Scene, or several with their data together
-    ``measured`` of each scene a file, or a mapping from columns of ``[[measure]]`` to a value or (value, sigma)
-    ``unknown``  keys of scenes, or ``"E_cross of muscle/soleus"``; > 0, sought from the values that scenes have
-    ``method``   coupled, relaxed, fem_q1 or fem_q2
-    ``sigma``    of displacements of an image or of points: "0.1 mm", or metres
-
     The result has status, message, unknowns (name, value, interval, is_determined), computed, misfit and the fitted ``scenes``.
-    @raises ValueError, SceneFaults  with every fault of the data
     Cost  some 36 answers an unknown. Ctrl-C: the best so far, status ``interrupted``.
+
+    Args:
+        scene: a Scene, or several with their data together
+        measured: of each scene a file, or a mapping from columns of ``[[measure]]`` to a value or (value, sigma)
+        unknown: keys of scenes, or ``"E_cross of muscle/soleus"``; > 0, sought from the values that scenes have
+        method: coupled, relaxed, fem_q1 or fem_q2
+        sigma: of displacements of an image or of points: "0.1 mm", or metres
+
+    Raises:
+        ValueError: a faulty argument
+        SceneFaults: every fault of the data
     """
     scenes = [scene] if isinstance(scene, Scene) else list(scene)
     files = [measured] if isinstance(measured, (str, Mapping, Path)) else list(measured)  # type: ignore[arg-type]

@@ -80,15 +80,16 @@ def labels_of(array: npt.ArrayLike) -> npt.NDArray[Any]:
 class Image:
     """Voxels of labels, and where they are: what a body is made of.
 
-    ``array``   along i, j, k, as nibabel has it; any strides, byte order and type of whole numbers (float too)
-    ``affine``  4 x 4, from indices of voxels to their middles, in ``unit`` (millimetres unless told otherwise);
-                columns perpendicular; its world is right, anterior, superior, as nibabel's. Without one, ``spacing`` says how far voxels are apart:
-                "1 mm" (default), three such, or numbers in a ``unit`` that is given; else they agree
-    ``labels``  which label is which material: a name of the library or a table of constants. Without it,
-                ``material`` is that of every voxel that is not 0
-    ``fibre``   how fibres run, as ``fibre`` of scene files: a direction, or a mapping
-    ``coarsen`` voxels that one cell has along each axis: a number, or three
-    ``keys``    further keys of ``[specimen]``, such as ``{"partial_volume": True}``
+    Args:
+        array: along i, j, k, as nibabel has it; any strides, byte order and type of whole numbers (float too)
+        affine: 4 x 4, from indices of voxels to their middles, in ``unit`` (millimetres unless told otherwise);
+            columns perpendicular; its world is right, anterior, superior, as nibabel's. Without one, ``spacing`` says how far voxels are apart:
+            "1 mm" (default), three such, or numbers in a ``unit`` that is given; else they agree
+        labels: which label is which material: a name of the library or a table of constants. Without it,
+            ``material`` is that of every voxel that is not 0
+        fibre: how fibres run, as ``fibre`` of scene files: a direction, or a mapping
+        coarsen: voxels that one cell has along each axis: a number, or three
+        keys: further keys of ``[specimen]``, such as ``{"partial_volume": True}``
     """
 
     array: Any
@@ -102,7 +103,11 @@ class Image:
     keys: Mapping[str, Any] = field(default_factory=dict)
 
     def rows(self) -> Rows:
-        """The affine in metres. @raises ValueError where a spacing has no unit, or is not the affine's"""
+        """The affine in metres.
+
+        Raises:
+            ValueError: a spacing without a unit, or one that contradicts the affine
+        """
         spacing = "1 mm" if self.spacing is None else self.spacing
         given = [spacing] * 3 if isinstance(spacing, (int, float, str)) else list(spacing)
         if self.affine is None:

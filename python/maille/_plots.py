@@ -184,7 +184,8 @@ def bytes_of(figure: Figure, kind: str = "svg") -> bytes:
 def save(figure: Figure, file: "str | Path") -> None:
     """Writes an .svg or .png file, whole or not at all.
 
-    @raises UsageError  for another ending
+    Raises:
+        UsageError: an unknown file type
     """
     kind = Path(file).suffix
     if kind not in (".svg", ".png"):

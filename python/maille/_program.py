@@ -31,7 +31,11 @@ class UsageError(ValueError):
 
 
 def _output(text: str = "") -> None:
-    """Prints; without a text, sees that all is printed. @raises RuntimeError  after which the interpreter keeps quiet of it"""
+    """Prints a text; without one, flushes the output.
+
+    Raises:
+        RuntimeError: the output is closed; the interpreter reports it no second time
+    """
     try:
         sys.stdout.write(text) if text else sys.stdout.flush()
     except OSError as error:
@@ -70,7 +74,11 @@ _MARKS = {".svg": (16, b"<!-- maille -->\n"), ".png": (39, b"\0\0\0\x0ftEXtSoftw
 
 
 def refuse_foreign(file: "str | os.PathLike[str]", overwrite: bool) -> None:
-    """@raises FileExistsError  where another program's file has the name, unless ``overwrite``. Maille's begin with its mark."""
+    """Refuses to replace a file that Maille did not write; its own files begin with its mark.
+
+    Raises:
+        FileExistsError: another program's file has the name, unless ``overwrite``
+    """
     path = Path(file)
     if overwrite or not path.is_file() or not path.stat().st_size:
         return

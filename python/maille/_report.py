@@ -165,7 +165,9 @@ def page(folder: Path, file: Path, command: str, version: str, drawn: Dict[str, 
     @param version  of Maille, and its commit
     @param drawn    by name of a file of results: the question in words, pictures of its bodies (a request of the command)
     @return the page, and notes of what is missing on it
-    @raises UsageError  a folder without results
+
+    Raises:
+        UsageError: a folder without results
     """
     import jinja2
     import markupsafe
@@ -206,9 +208,11 @@ def main(request: Data) -> int:
 def report(folder: "Union[str, os.PathLike[str]]", out: "Union[str, os.PathLike[str], None]" = None) -> Path:
     """Makes one page (HTML) of a folder of results, as ``maille report`` does; without the command, no pictures of bodies.
 
-    ``out``  FOLDER/report.html where it is None. An earlier page is replaced, any other file is not
+    Args:
+        out: FOLDER/report.html where it is None. An earlier page is replaced, any other file is not
 
-    @raises UsageError  no results there, or another file in the page's place
+    Raises:
+        UsageError: no results there, or a foreign file with the page's name
     """
     folder = Path(folder)
     file = Path(out) if out is not None else folder / "report.html"

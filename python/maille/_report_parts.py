@@ -25,7 +25,11 @@ NONE = "–"
 
 
 def parse(text: bytes, file: Path) -> Any:
-    """@raises UsageError  no JSON, infinite numbers, more brackets inside each other than the interpreter takes"""
+    """Parses JSON.
+
+    Raises:
+        UsageError: no JSON, infinite numbers, or brackets nested too deeply
+    """
 
     def refuse(what: str) -> Any:
         raise ValueError(f"{what[:30]} is no number of JSON")
@@ -41,7 +45,11 @@ def parse(text: bytes, file: Path) -> Any:
 
 
 def read(file: Path, largest: int = LARGEST_FILE) -> bytes:
-    """@raises UsageError  a file that is larger"""
+    """Reads a file.
+
+    Raises:
+        UsageError: a larger file
+    """
     with file.open("rb") as stream:
         content = stream.read(largest + 1)
     if len(content) > largest:

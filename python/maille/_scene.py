@@ -34,9 +34,10 @@ FEM_METHODS = ("fem_q1", "fem_q2")
 def hold(where: Where, axes: Optional[str] = None, *, frame: Optional[str] = None) -> Table:
     """Nodes that are kept where they are, as ``[[hold]]`` of a scene file.
 
-    ``where`` a face (``x-``), or a region as scene files have it: ``{"label": 17, "touching": 30}``
-    ``axes``  components, such as ``xz``; all without it
-    ``frame`` of the places in ``where``: ``grid`` (the body's own axes, default), ``world``, ``ras`` or ``lps``
+    Args:
+        where: a face (``x-``), or a region as scene files have it: ``{"label": 17, "touching": 30}``
+        axes: components, such as ``xz``; all without it
+        frame: of the places in ``where``: ``grid`` (the body's own axes, default), ``world``, ``ras`` or ``lps``
     """
     return _without_none(where=where, axes=axes, frame=frame)
 
@@ -46,12 +47,13 @@ def move(where: Where, *, by: Optional[Sequence[Length]] = None, axes: Optional[
          field: Optional[Mapping[str, Any]] = None) -> Table:
     """Nodes that are put elsewhere, as ``[[move]]``.
 
-    ``where`` as of ``hold``
-    ``by``    three lengths, such as ``"2 mm"``; bare numbers where the scene has ``units``
-    ``axes``  components, such as ``xz``; all without it
-    ``turn``  ``{"angle": "20 deg", "axis": (0, 0, 1), "about": ("1 mm", 0, 0)}``
-    ``frame`` of ``by``, ``turn`` and places: ``grid`` (the body's own axes, default), ``world``, ``ras`` or ``lps``
-    ``field`` displacements from a file in place of ``by``: ``{"image": "u.nii.gz", "unit": "mm"}``
+    Args:
+        where: as of ``hold``
+        by: three lengths, such as ``"2 mm"``; bare numbers where the scene has ``units``
+        axes: components, such as ``xz``; all without it
+        turn: ``{"angle": "20 deg", "axis": (0, 0, 1), "about": ("1 mm", 0, 0)}``
+        frame: of ``by``, ``turn`` and places: ``grid`` (the body's own axes, default), ``world``, ``ras`` or ``lps``
+        field: displacements from a file in place of ``by``: ``{"image": "u.nii.gz", "unit": "mm"}``
     """
     return _without_none(where=where, by=None if by is None else list(by), axes=axes, turn=turn, frame=frame, field=field)
 
@@ -102,17 +104,26 @@ class Comparison:
 class Scene:
     """A question that methods answer.
 
-    ``specimen`` a ``maille.Image`` of labels, a ``box``, or any ``[specimen]`` of a scene file as a mapping
-    ``holds``, ``moves``, ``loads``, ``measures``  what ``hold``, ``move``, ``load_on`` and ``measure`` make
-    ``drives``, ``sliding``  tables of ``[[drive]]`` and ``[[sliding]]``: ``{"between": [17, 19], "friction": 0.3}``
-    ``strain``, ``limits``, ``relaxation``, ``test``, ``title``  as in scene files (docs/scene.md)
-    ``units``    of lengths and angles without one, as in scene files: ``"mm"``, ``"m, rad"``
-    ``name``     of files and results
-    ``folder``   where files that it names are looked for
-
     Lengths and angles are texts with a unit, or ``units`` says what bare numbers are in; other bare numbers are in SI.
     Nothing is read before the scene is first used.
     ``check`` then raises SceneFaults with every fault at once, and so does all else.
+
+    Args:
+        specimen: a ``maille.Image`` of labels, a ``box``, or any ``[specimen]`` of a scene file as a mapping
+        holds: results of ``hold``
+        moves: results of ``move``
+        loads: results of ``load_on``
+        measures: results of ``measure``
+        drives: tables of ``[[drive]]``
+        sliding: tables of ``[[sliding]]``: ``{"between": [17, 19], "friction": 0.3}``
+        limits: as in scene files (docs/scene.md), like the next four
+        relaxation: as in scene files
+        test: as in scene files
+        title: as in scene files
+        strain: as in scene files
+        units: of lengths and angles without one, as in scene files: ``"mm"``, ``"m, rad"``
+        name: of files and results
+        folder: where files that it names are looked for
     """
 
     def __init__(self, specimen: Union[Image, Mapping[str, Any]], holds: Iterable[Mapping[str, Any]] = (),
@@ -143,7 +154,12 @@ class Scene:
 
     @classmethod
     def from_file(cls, file: PathLike) -> "Scene":
-        """A scene file. @raises FileNotFoundError; SceneFaults with every fault, its line and key."""
+        """Reads a scene file.
+
+        Raises:
+            FileNotFoundError: there is no such file
+            SceneFaults: every fault, with its line and key
+        """
         path = Path(existing(file))
         core = _core.read_scene(os.fspath(path))
         scene = cls({}, name=path.stem, folder=path.parent)
@@ -247,7 +263,8 @@ class Scene:
     def check(self) -> Report:
         """Reads the scene and looks at its proportions; nothing is solved.
 
-        @raises SceneFaults  with every fault at once: key, what was expected, what was found
+        Raises:
+            SceneFaults: every fault at once: key, what was expected, what was found
         """
         return Report(**self._built.check())
 
@@ -264,15 +281,17 @@ class Scene:
             progress: Optional[Progress] = None, frame: str = "world") -> Union[Answer, Series]:
         """Answers the scene by one method; see ``maille.methods()``, and ``maille.fem`` for fem_q1 and fem_q2.
 
-        ``steps``     a Series of that many answers, in sequence; ``seconds`` is then a step's. Ctrl-C keeps what is there
-        ``tolerance`` estimated remaining error over the largest prescribed displacement, 0 to 1
-        ``threads``   default: as many as there are processors; the same bits for any number
-        ``seconds``   a budget: what is there by then, with status budget_reached
-        ``bytes``     memory that the method may take; what does not fit is refused before anything is allocated
-        ``progress``  called some 20 times a second at most with the fraction done and what is being done
-        ``frame``     of the answer's arrays: ``world``, as of files and forces, or ``grid``, the image's own axes
         What the command warns of is a MailleWarning, and in ``Answer.warnings``. Other Python threads go on meanwhile. Ctrl-C stops it and raises KeyboardInterrupt; what
-        ``progress`` raises stops it too.
+
+        Args:
+            steps: a Series of that many answers, from rest; ``seconds`` is then a step's. Ctrl-C keeps what is there
+            tolerance: estimated remaining error over the largest prescribed displacement, 0 to 1
+            threads: default: as many as there are processors; the same bits for any number
+            seconds: a budget: what is there by then, with status budget_reached
+            bytes: memory that the method may take; what does not fit is refused before anything is allocated
+            progress: called some 20 times a second at most with the fraction done and what is being done
+            frame: of the answer's arrays: ``world``, as of files and forces, or ``grid``, the image's own axes
+            progress: raises stops it too.
         """
         count = threads or os.cpu_count() or 1
         if method not in (*_core.methods(), *FEM_METHODS):
@@ -393,7 +412,8 @@ class Drag:
     def move(self, where: Union[Where, Sequence[int], npt.NDArray[np.int64]], *, by: Sequence[Length]) -> Record:
         """Puts nodes at a displacement from rest, three lengths [m] along the frame; says whether it was cut (``is_cut``).
 
-        ``where`` a face, a region, or numbers of nodes (see ``Scene.nodes_in``)
+        Args:
+            where: a face, a region, or numbers of nodes (see ``Scene.nodes_in``)
         """
         x, y, z = (one if isinstance(one, float) else _metres(one) for one in by)
         if self._axes is not None:

@@ -191,7 +191,9 @@ def sensitivities(rows: Rows, plan: Dict[str, Any]) -> List[Dict[str, Any]]:
 def read_rows(file: "str | os.PathLike[str]") -> Rows:
     """The rows of a study's table, NAME.jsonl. A writer that is killed tears the last line, which is left out.
 
-    @raises FileNotFoundError; ValueError with the line
+    Raises:
+        FileNotFoundError: there is no such file
+        ValueError: a fault, with its line
     """
     lines = Path(file).read_text(encoding="utf-8", errors="replace").splitlines(keepends=True)
     rows: Rows = []
@@ -210,12 +212,15 @@ def read_rows(file: "str | os.PathLike[str]") -> Rows:
 def sensitivity(table: "str | os.PathLike[str] | Rows", plan: Optional[Dict[str, Any]] = None) -> List[Dict[str, Any]]:
     """Sobol's indices: which parameter of a study makes which share [1] of each result's variance, with intervals of 95 %.
 
-    ``table``  OUT/NAME.jsonl, beside OUT/NAME_about.json; or its rows
-    ``plan``   of rows: what OUT/NAME_about.json has under "plan"
-    @raises ValueError for another file, or without a plan
-
     An entry a response, scene and method, as ``study --json`` has it. Cost: with 1000 cases some seconds an entry. Sources:
     Saltelli and others 2010; Sudret 2008.
+
+    Args:
+        table: OUT/NAME.jsonl, beside OUT/NAME_about.json; or its rows
+        plan: of rows: what OUT/NAME_about.json has under "plan"
+
+    Raises:
+        ValueError: another kind of file, or no plan
     """
     if not isinstance(table, list):
         file = Path(table)
@@ -233,7 +238,9 @@ def design(table: "str | os.PathLike[str] | Rows", response: str = "", scene: st
     """Names, points (n, d) and values (n) of a study for other programs: ``openturns.Sample(points)``; for files ``numpy.savetxt``.
 
     Default: ``default_response`` of the first row's scene by the first method with values.
-    @raises ValueError for parameters of texts, or no values
+
+    Raises:
+        ValueError: a parameter that is text, or no values
     """
     rows = table if isinstance(table, list) else read_rows(table)
     column = response_of(response or default_response(rows), rows)
@@ -461,7 +468,9 @@ def study_figure(rows: Rows, title: str, column: str = "", parameters: Optional[
     coloured point a case. Else a plot a scene and parameter, see docs/study.md.
     @param column  of the table, or of a measure; empty: ``default_response``
     @param parameters  columns of the axes; None: of all parameters, formulas too
-    @raises NoPicture
+
+    Raises:
+        NoPicture: there is nothing to draw
     """
     from ._plots import style
 

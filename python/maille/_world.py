@@ -23,10 +23,13 @@ def drive(object: str, *, by: Sequence[Length] = (0, 0, 0), nodes: Sequence[int]
           slide: bool = False) -> Drive:
     """What a hand does with an object in one frame.
 
-    ``by``     the shift [m], or texts with a unit, in the world's axes
-    ``nodes``  of a deformable object: which of its nodes are moved
-    ``axis``, ``angle`` [rad], ``about`` [m]  of a rigid object's turn; about the middle of its box without one
-    ``slide``  a rigid object goes on along what has stopped it
+    Args:
+        by: the shift [m], or texts with a unit, in the world's axes
+        nodes: of a deformable object: which of its nodes are moved
+        axis: of a rigid object's turn
+        angle: of the turn [rad]
+        about: a point on the axis [m]; without one, the middle of the object's box
+        slide: a rigid object goes on along what has stopped it
     """
     x, y, z = (_metres(one) for one in by)
     a, b, c = (float(one) for one in axis)
@@ -61,7 +64,9 @@ def _frame(number: int, result: Record) -> Frame:
 class World:
     """Fixed, rigid and deformable objects in one grid of cells: a cell belongs to one of them at most, always.
 
-    @raises SceneFaults  with every fault of the file; ValueError where objects share a cell as they begin
+    Raises:
+        SceneFaults: every fault of the file
+        ValueError: objects that overlap at the start
     """
 
     def __init__(self, file: PathLike) -> None:
@@ -118,7 +123,10 @@ class World:
     def play(self, file: PathLike, *, threads: Optional[int] = None) -> Iterator[Frame]:
         """Plays recorded input (TOML or CSV, docs/world.md), a frame a step: ``for frame in world.play("press.toml")``.
 
-        Between two frames the world can be looked at. @raises SceneFaults before the first frame
+        The world may be read between two frames.
+
+        Raises:
+            SceneFaults: a fault of the file, before the first frame
         """
         trajectory = _core.Trajectory(existing(file), self._core)
         return self._frames(trajectory, threads or os.cpu_count() or 1)
