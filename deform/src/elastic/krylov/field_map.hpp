@@ -21,7 +21,7 @@ struct FieldRow {
   std::int64_t place = 0; ///< of the first node, in a field
   std::int64_t node = 0;  ///< the first one
   int n = 0;
-  /// Of the diagonal, from the first node on, 0 where a node is fixed; null: all are.
+  /// Inverse of the diagonal from the first node on, 0 at fixed nodes; null: all nodes are fixed.
   const float* inverse = nullptr;
 };
 
