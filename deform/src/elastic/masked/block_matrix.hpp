@@ -1,7 +1,7 @@
 #pragma once
 /// Sparse matrices of 3 x 3 blocks: the operators of coarser grids.
 
-#include "elastic/masked/cell_complex.hpp"
+#include "elastic/masked/coarsening/cell_complex.hpp"
 #include "lattice/field_memory.hpp"
 #include "parallel/thread_team.hpp"
 

@@ -10,7 +10,7 @@
 /// Exact     it equals LatticeElasticity within float32 rounding. Springs and fixed components are not part
 ///           of it; see MaskedLevel.
 
-#include "elastic/masked/cell_complex.hpp"
+#include "elastic/masked/coarsening/cell_complex.hpp"
 #include "elastic/masked/masked_kernel.hpp"
 #include "elastic/masked/piece_assembly.hpp"
 #include "elastic/masked/slabs.hpp"

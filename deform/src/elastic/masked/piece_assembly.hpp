@@ -2,8 +2,8 @@
 /// Galerkin products P^T K P, cell by cell: cells of each piece, matrices of pieces, and their sum as blocks.
 
 #include "elastic/masked/block_matrix.hpp"
-#include "elastic/masked/cell_complex.hpp"
 #include "elastic/masked/coarse_operator.hpp"
+#include "elastic/masked/coarsening/cell_complex.hpp"
 #include "elastic/masked/masked_rows.hpp"
 #include "parallel/thread_team.hpp"
 

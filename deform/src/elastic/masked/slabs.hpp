@@ -1,8 +1,8 @@
 #pragma once
 /// Domain decomposition: how ranks share the finest grid of a body and the first coarser one.
 
-#include "elastic/masked/cell_complex.hpp"
 #include "elastic/masked/coarse_operator.hpp"
+#include "elastic/masked/coarsening/cell_complex.hpp"
 #include "elastic/masked/masked_rows.hpp"
 #include "elastic/model/lattice_elasticity.hpp"
 #include "lattice/field_memory.hpp"

@@ -2,8 +2,8 @@
 /// Compact interpolation of the finest grid from the first coarser one.
 
 #include "elastic/masked/block_matrix.hpp"
-#include "elastic/masked/cell_complex.hpp"
 #include "elastic/masked/coarse_operator.hpp"
+#include "elastic/masked/coarsening/cell_complex.hpp"
 
 #include "maille/base/arena.hpp"
 

@@ -1,7 +1,7 @@
 #pragma once
 /// Look-up tables of coarsening: connected parts (union and find), and the cell that starts at a vertex.
 
-#include "elastic/masked/cell_complex.hpp"
+#include "elastic/masked/coarsening/cell_complex.hpp"
 
 #include "maille/base/arena.hpp"
 

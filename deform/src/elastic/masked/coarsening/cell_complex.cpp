@@ -1,6 +1,6 @@
-#include "elastic/masked/cell_complex.hpp"
+#include "elastic/masked/coarsening/cell_complex.hpp"
 
-#include "elastic/masked/cell_sets.hpp"
+#include "elastic/masked/coarsening/cell_sets.hpp"
 
 #include <algorithm>
 #include <numeric>
