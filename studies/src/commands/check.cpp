@@ -1,7 +1,7 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
 #include "cli/worlds.hpp"
-#include "maille/base/vectors.hpp"
+#include "maille/deform/solve.hpp"
 #include "maille/images/image.hpp"
 #include "maille/materials/text_file.hpp"
 #include "maille/materials/toml_reader.hpp"
@@ -44,7 +44,8 @@ struct CheckedMeasure {
 };
 
 struct Checked {
-  std::string file, kind; ///< kind empty: a scene
+  std::string file, kind;                       ///< kind empty: a scene
+  std::optional<std::int64_t> cases{}, bytes{}; ///< of a study; bytes of its lattice methods, at most
   std::vector<Fault> faults{};
   std::optional<Plausibility> proportions{}; ///< of a scene with one body; so is the next
   std::vector<BodyPart> parts{};
@@ -123,6 +124,11 @@ const ResultTable<Checked>& columns_of_check() {
     columns.add({"", "kind", "", "study, trajectory or material; of scenes none"}, &Checked::kind)
         .json_where([](const Checked& of) { return !of.kind.empty(); });
     columns.add_rows({"", "faults", "", "all of them"}, columns_of_faults(), &Checked::faults);
+    columns.add({"", "cases", "", "of a study"}, &Checked::cases).json_where([](const Checked& of) {
+      return of.cases.has_value();
+    });
+    columns.add({"", "bytes_at_most", "B", "one case of a study by its lattice methods"}, &Checked::bytes)
+        .json_where([](const Checked& of) { return of.bytes.has_value(); });
     add_plausibility(columns, has_body, &Checked::proportions);
     columns.add({"", "warnings", "", "of a world"}, &Checked::world_warnings)
         .json_where([](const Checked& of) { return of.world_warnings.has_value(); });
@@ -228,8 +234,38 @@ void check_world(Checked& checked) {
         "it (docs/contact.md)\n";
 }
 
+/// Reads every case of a small study and evenly spaced ones of a large study, for their faults and memory.
 void check_study(Checked& checked) {
-  checked.words = fmt::format("a study, {}\n", read_study(checked.file).title);
+  constexpr std::int64_t most_read = 64;
+  const StudyFile study = read_study(checked.file);
+  const std::int64_t n = checked.cases.emplace(n_cases(study));
+  const std::vector<std::string> methods = study.row_methods();
+  checked.words = fmt::format("a study, {}: {} case{} by {}\n", study.title, n, n == 1 ? "" : "s",
+                              fmt::join(methods, ", "));
+  const std::vector<StudyCase> all = cases(study);
+  std::int64_t bytes = 0;
+  int largest = 0;
+  for (std::int64_t i = 0; i < n; i += (n + most_read - 1) / most_read)
+    try {
+      const StudyCase& one = all[static_cast<std::size_t>(i)];
+      const Scene scene =
+          parse_scene_and_measures(resolved_scene(study, one), study.scenes[one.scene].file).scene;
+      for (const std::string& method : methods)
+        if (std::ranges::find(deform::methods(), method) != deform::methods().end())
+          if (const std::int64_t needed = deform::bytes_needed(scene, method); needed > bytes) {
+            bytes = needed;
+            largest = one.number;
+          }
+    } catch (const InputError& error) {
+      for (const Fault& fault : error.faults())
+        checked.words += fmt::format("warning: case {} has no answer: {}: expected {}, found {}\n", i + 1,
+                                     fault.key, fault.expected, fault.found);
+    }
+  if (bytes > 0) {
+    checked.bytes = bytes;
+    checked.words += fmt::format("memory of the lattice methods at most {} (case {})\n",
+                                 bytes_in_words(static_cast<double>(bytes)), largest);
+  }
 }
 
 void check_trajectory(Checked& checked, const fs::path& world) {

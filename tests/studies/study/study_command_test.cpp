@@ -78,6 +78,20 @@ TEST_F(StudyCommandContract, AFailingCaseIsARowWithItsMessage) {
   }
 }
 
+// Contract: `check` counts cases, names those without an answer, and forecasts memory as `bytes_needed` does.
+TEST_F(StudyCommandContract, CheckForecastsCasesAndMemory) {
+  const std::string file =
+      study(test::small_head + parameter("specimen.material.nu_fibre", "values = [0.3, 0.9, 0.2]"));
+  const auto checked = test::json_of("check " + file + " --json");
+  EXPECT_EQ(checked["cases"], 3);
+  EXPECT_GT(checked["bytes_at_most"], 1000);
+  EXPECT_LT(checked["bytes_at_most"], 100e6);
+  const std::string words = test::done("check " + file).out;
+  EXPECT_TRUE(test::has(words, "3 cases by limits")) << words;
+  EXPECT_TRUE(test::has(words, "warning: case 2 has no answer")) << words;
+  EXPECT_FALSE(test::has(words, "case 3 has no answer")) << words;
+}
+
 TEST_F(StudyCommandContract, WithoutResumeATableIsNotOverwritten) {
   const std::string line = "study " + study(moves) + " --out " + (folder / "out").string();
   test::done(line);
