@@ -19,8 +19,8 @@ namespace maille::live {
 namespace {
 
 const std::vector<std::string> methods{"limits", "relaxed", "coupled"};
-const std::vector<std::string> colourings{"its look", "strain", "distance from elasticity",
-                                          "distance from finite elements"};
+const std::vector<std::string> colourings{"material", "strain", "error against elasticity",
+                                          "error against finite elements"};
 const std::vector<std::string> stereos{"one picture", "side by side", "red and cyan"};
 
 Widget text(std::string label, bool emphasis = false) {
@@ -59,21 +59,21 @@ Widget check(std::string name, std::string label, bool is_on) {
           .choices = {}};
 }
 
-constexpr std::array keys{"drag a body: pull at it; the ground: turn the view",
-                          "right button: shift the view; wheel: nearer, or what is held",
-                          "X Y Z in a drag: along that axis",
-                          "arrows , .   turn what is held",
-                          "Shift or P while letting go: pin",
-                          "R   release what is pinned",
-                          "1 2 3   limits, relaxed, coupled",
-                          "F   ask finite elements",
-                          "G   rings",
-                          "T, Shift+T   a ball or a voxel to poke with",
+constexpr std::array keys{"drag a body to pull it; drag the ground to turn the view",
+                          "right button: shift the view; wheel: zoom, or move the held object in depth",
+                          "X Y Z during a drag: move along that axis",
+                          "arrows , .   turn the held object",
+                          "Shift or P at release: pin the patch there",
+                          "R   release all pins",
+                          "1 2 3   method: limits, relaxed, coupled",
+                          "F   compare with finite elements",
+                          "G   rings to turn an object",
+                          "T, Shift+T   add a ball or a voxel as a tool",
                           "Ctrl+Z, Ctrl+Y   undo, redo",
-                          "Home   the whole scene",
-                          "- =   size of letters",
+                          "Home   show the whole scene",
+                          "- =   text size",
                           "F11 full screen, F12 screenshot",
-                          "Ctrl+Q   end"};
+                          "Ctrl+Q   quit"};
 
 constexpr std::array<float, 4> ink{0.1f, 0.1f, 0.12f, 1}, red{0.7f, 0.1f, 0.05f, 1};
 
@@ -92,7 +92,7 @@ std::string newtons(double force) {
 std::string still_to_go(const WorldState& state) {
   if (!(state.motion_left.value_or(0) > 0))
     return {};
-  return fmt::format(", still {:.2g} mm{}", 1000 * *state.motion_left,
+  return fmt::format(", {:.2g} mm{} left", 1000 * *state.motion_left,
                      state.force_left ? " and " + newtons(*state.force_left) : "");
 }
 
@@ -134,57 +134,56 @@ std::vector<Widget> App::panel() const {
   panel.push_back(text(what_to_do_));
   panel.push_back(button("keys", "keys (F1)"));
   for (const std::string& note : notes_)
-    panel.push_back(text("not asked here: " + note, true));
+    panel.push_back(text("warning: " + note, true));
   const bool is_soft = soft_object() >= 0;
   if (is_soft) {
     const auto now = std::ranges::find(methods, scene_->method);
     panel.push_back(
-        choice("method", "moved by (1, 2, 3)", static_cast<double>(now - methods.begin()), methods));
+        choice("method", "method (1, 2, 3)", static_cast<double>(now - methods.begin()), methods));
+    panel.push_back(slider("patch", "radius of the grip [cells]", patch_radius_ / scene_->spacing[0], 0, 12));
+    panel.push_back(check("pin", "pin at release (Shift, P)", pins_));
+    panel.push_back(button("release", "release all pins (R)"));
+    panel.push_back(slider("stiffness", "stiffness factor", stiffness_, 0.1, 10, true));
     panel.push_back(
-        slider("patch", "patch that is taken [cells]", patch_radius_ / scene_->spacing[0], 0, 12));
-    panel.push_back(check("pin", "pin what is let go (Shift, P)", pins_));
-    panel.push_back(button("release", "release all (R)"));
-    panel.push_back(slider("stiffness", "stiffness, times the material's", stiffness_, 0.1, 10, true));
-    panel.push_back(
-        choice("limits", "limits", limits_choice_, {"the scene's", "the material's", "none", "given"}));
+        choice("limits", "limits", limits_choice_, {"of the scene", "of the material", "none", "these"}));
     if (limits_choice_ == 3) {
-      panel.push_back(slider("stretch", "longest / rest", stretch_, 1.01, 2));
-      panel.push_back(slider("compress", "shortest / rest", compress_, 0.2, 0.99));
-      panel.push_back(slider("shear", "shear / rest", shear_, 0.01, 1));
+      panel.push_back(slider("stretch", "largest stretch", stretch_, 1.01, 2));
+      panel.push_back(slider("compress", "smallest stretch", compress_, 0.2, 0.99));
+      panel.push_back(slider("shear", "largest shear", shear_, 0.01, 1));
     }
   }
   if (scene_->dimension > 1)
-    panel.push_back(check("rings", "rings to turn it by (G)", has_rings_));
-  panel.push_back(button("tool", "bring a ball to poke with (T)"));
+    panel.push_back(check("rings", "rings to turn it (G)", has_rings_));
+  panel.push_back(button("tool", "add a ball as a tool (T)"));
   panel.push_back(heading("Time"));
   if (state_->n_frames > 0)
     panel.push_back(slider("frame", fmt::format("frame {} of {}", state_->frame, state_->n_frames),
                            static_cast<double>(state_->frame), 0, static_cast<double>(state_->n_frames)));
   panel.push_back(button("undo", "undo (Ctrl+Z)"));
   panel.push_back(button("redo", "redo (Ctrl+Y)"));
-  panel.push_back(heading("Looks"));
+  panel.push_back(heading("Display"));
   if (is_soft) {
-    panel.push_back(choice("colour", "coloured by", static_cast<double>(colour_by_), colourings));
+    panel.push_back(choice("colour", "colour", static_cast<double>(colour_by_), colourings));
     if (looking_.field)
       panel.push_back(text(fmt::format("{}: 0 (dark) to {:.3g}{} (bright)", looking_.field->name,
                                        looking_.field->high, looking_.field->unit)));
     if (tools_.finite_elements)
-      panel.push_back(
-          button("fem", judge_->is_at_fem() ? "finite elements: at work ..." : "ask finite elements (F)"));
+      panel.push_back(button("fem", judge_->is_at_fem() ? "finite elements: solving ..."
+                                                        : "compare with finite elements (F)"));
   }
   if (scene_->dimension == 3) {
     panel.push_back(slider("opacity", "opacity", looking_.opacity, 0.02, 1, true));
-    panel.push_back(slider("threshold", "opaque from", looking_.opacity_shift, -0.5, 0.5));
-    panel.push_back(choice("stereo", "eyes", static_cast<double>(looking_.stereo), stereos));
+    panel.push_back(slider("threshold", "opacity threshold", looking_.opacity_shift, -0.5, 0.5));
+    panel.push_back(choice("stereo", "stereo", static_cast<double>(looking_.stereo), stereos));
   }
-  panel.push_back(slider("text", "size of letters (-, =)", text_scale_, 0.5, 4));
+  panel.push_back(slider("text", "text size (-, =)", text_scale_, 0.5, 4));
   panel.push_back(button("full", "full screen (F11)"));
   panel.push_back(button("shot", "screenshot (F12)"));
-  panel.push_back(button("film", film_ ? "end the film" : "begin a film"));
+  panel.push_back(button("film", film_ ? "stop recording" : "record a film"));
   if (device_)
     panel.push_back(text(device_->status()));
   if (is_soft && !(scene_->is_open && scene_->method == "limits"))
-    panel.push_back(slider("budget", "frame budget [ms], 0: until settled",
+    panel.push_back(slider("budget", "time per frame [ms], 0: until settled",
                            1000 * budget_.value_or(scene_->method == "limits" ? 0 : usual_budget), 0, 200));
   if (!settings_.menu.empty())
     panel.push_back(button("menu", "back to the menu"));
@@ -210,30 +209,30 @@ std::vector<OverlayText> App::corner() const {
     add(fmt::format("picture {}{}{}", milliseconds(painted->seconds),
                     report_.event_to_picture.empty()
                         ? ""
-                        : ", " + milliseconds(report_.event_to_picture.back()) + " after the hand",
-                    painted->is_whole ? "" : ", coarse while it moves"));
+                        : ", " + milliseconds(report_.event_to_picture.back()) + " after the input",
+                    painted->is_whole ? "" : ", coarse during motion"));
   if (is_soft) {
     const auto verdict = judge_->estimated();
     const bool is_now = Judge::is_of(verdict, *state_);
     if (is_now && verdict->relative)
-      add(fmt::format("about {:.3g} % from elasticity", 100 * *verdict->relative));
+      add(fmt::format("error against elasticity: about {:.3g} %", 100 * *verdict->relative));
     else
-      add(is_now && !verdict->why_not.empty() ? "from elasticity: " + verdict->why_not.substr(0, 60)
-                                              : std::string("from elasticity: ..."));
+      add(is_now && !verdict->why_not.empty() ? "error against elasticity: " + verdict->why_not.substr(0, 60)
+                                              : std::string("error against elasticity: ..."));
     const auto fem = judge_->of_fem();
     if (Judge::is_of(fem, *state_))
-      add(fem->relative ? fmt::format("{:.3g} % from finite elements, which took {:.2g} s",
+      add(fem->relative ? fmt::format("error against finite elements: {:.3g} % ({:.2g} s)",
                                       100 * *fem->relative, fem->seconds)
                         : "finite elements: " + fem->why_not.substr(0, 60));
     add(state_->violation < 0       ? std::string("limits: ...")
-        : state_->violation <= 1e-9 ? std::string("limits: violated by nothing")
-                                    : fmt::format("limits violated by {:.2g} cells", state_->violation),
+        : state_->violation <= 1e-9 ? std::string("limits: kept")
+                                    : fmt::format("limits: violated by {:.2g} cells", state_->violation),
         state_->violation > 1e-6 ? red : ink);
     if (state_->knows_forces)
-      add("force at the hand " + newtons(state_->hand_force.norm()));
+      add("force on the hand: " + newtons(state_->hand_force.norm()));
   }
   if (session_->is_holding() && session_->felt().norm() > 0)
-    add("force shown at 1 kHz " + newtons(session_->felt().norm()));
+    add("force at 1 kHz: " + newtons(session_->felt().norm()));
   // The message of a frame cut short by its budget is obsolete once the world has settled.
   const bool is_over = state_->status == Status::budget_reached && state_->is_settled;
   if (!state_->message.empty() && !is_over)
