@@ -281,17 +281,17 @@ class Scene:
             progress: Optional[Progress] = None, frame: str = "world") -> Union[Answer, Series]:
         """Answers the scene by one method; see ``maille.methods()``, and ``maille.fem`` for fem_q1 and fem_q2.
 
-        What the command warns of is a MailleWarning, and in ``Answer.warnings``. Other Python threads go on meanwhile. Ctrl-C stops it and raises KeyboardInterrupt; what
+        Warnings of the command are MailleWarnings, and in ``Answer.warnings``. Other Python threads run meanwhile. Ctrl-C stops it and
+        raises KeyboardInterrupt; an exception of ``progress`` stops it, too.
 
         Args:
-            steps: a Series of that many answers, from rest; ``seconds`` is then a step's. Ctrl-C keeps what is there
+            steps: a Series of that many answers, each starting from the last; ``seconds`` is then a step's. Ctrl-C keeps what is there
             tolerance: estimated remaining error over the largest prescribed displacement, 0 to 1
             threads: default: as many as there are processors; the same bits for any number
             seconds: a budget: what is there by then, with status budget_reached
             bytes: memory that the method may take; what does not fit is refused before anything is allocated
             progress: called some 20 times a second at most with the fraction done and what is being done
             frame: of the answer's arrays: ``world``, as of files and forces, or ``grid``, the image's own axes
-            progress: raises stops it too.
         """
         count = threads or os.cpu_count() or 1
         if method not in (*_core.methods(), *FEM_METHODS):

@@ -127,7 +127,6 @@ void App::load(const std::filesystem::path& file) {
   notes_.clear();
   pending_.clear();
   colour_by_ = ColourBy::look;
-  patch_radius_ = 0;
   stiffness_ = 1;
   limits_choice_ = 0;
   try {
@@ -140,6 +139,8 @@ void App::load(const std::filesystem::path& file) {
       settings.settings = {{std::nullopt, "method", settings_.method}};
     settings.frame_budget = budget_;
     const int dimension = loaded.scene.dimension;
+    // Two cells across: a single node of an elastic body yields without bound under refinement.
+    patch_radius_ = 1.25 * loaded.scene.spacing[0];
     session_ = std::make_unique<Session>(std::move(loaded.scene), settings);
     session_->use(device_);
     painter_ = std::make_unique<PainterLoop>(
