@@ -119,7 +119,7 @@ TEST(LiveKeepingContract, FiniteElementsAreAskedOnAKeyAndTheDifferenceIsSeen) {
   const LiveReport report = asked_for_truth(window, {}, n_asked);
   EXPECT_TRUE(report.messages.empty());
   EXPECT_EQ(n_asked, 1);
-  EXPECT_TRUE(says(window, "% from finite elements"));
+  EXPECT_TRUE(says(window, "error against finite elements: "));
   ASSERT_NE(window.widget("colour"), nullptr);
   EXPECT_EQ(window.widget("colour")->value, double(ColourBy::fem));
   const bool has_scale = std::ranges::any_of(window.shown().panel, [](const Widget& each) {
@@ -133,7 +133,7 @@ TEST(LiveKeepingContract, ADifferenceIsNotShownOfAnotherState) {
   HeadlessWindow window(160, 120);
   asked_for_truth(window, {key("Z", true)}, n_asked);
   EXPECT_EQ(n_asked, 1);
-  EXPECT_FALSE(says(window, "% from finite elements"));
+  EXPECT_FALSE(says(window, "error against finite elements: "));
 }
 
 /// What is to be seen: where cropped images lie, both eyes, pictures in motion.
