@@ -77,16 +77,6 @@ TEST(SolveContract, MovesThatAreNotFiniteAreRefused) {
   }
 }
 
-TEST(SolveContract, SameInputSameBits) {
-  for (const std::string_view method : methods()) {
-    Control control;
-    const Answer once = solve(pulled_box(), method, control);
-    control.threads = 2;
-    const Answer again = solve(pulled_box(), method, control);
-    EXPECT_EQ(once.displacement, again.displacement) << method;
-  }
-}
-
 TEST(SolveContract, ACallerCanStopEveryMethodThatIsLong) {
   Control stop;
   stop.stop_requested = [] { return true; };

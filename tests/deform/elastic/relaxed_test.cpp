@@ -236,21 +236,6 @@ TEST(RelaxedContract, ErrorsStayBelowTheToleranceAndIterationsDoNotGrow) {
   }
 }
 
-TEST(RelaxedContract, SameBitsForAnyNumberOfThreads) {
-  Scene box = poked_box(34, ElasticConstants::isotropic(1e4, 0.3));
-  Scene holed = box;
-  holed.specimen.material_id.assign(std::size_t(holed.specimen.grid.n_cells()), 0);
-  std::mt19937 random(2);
-  Dice dice{random};
-  for (auto& material : holed.specimen.material_id)
-    material = dice.below(10) == 0 ? no_material : 0;
-  Scene tight = box;
-  tight.limits.given = even_limits(1.2, 0.8, 0.2);
-  tight.relaxation.tolerance = 1e-2;
-  for (const Scene* scene : {&box, &holed, &tight})
-    test::expect_bits_of_any_threads(*scene, "relaxed", {2, 3, 7});
-}
-
 TEST(RelaxedContract, AHomogeneousBoxHoldsNothingPerLink) {
   // 24 bytes a node for the answer; 36 for the two large pages that hold u, f, r and p in float32, an eighth
   // more and a bit for coarser levels, with rows padded from 49 to 64; some 6 for what is prescribed. Weights

@@ -185,29 +185,6 @@ TEST(LimitsConsistent, TheOrderOfHandlesChangesNoBit) {
 
 // ---- drags in steps ----
 
-Displacement dragged(const Scene& scene, int steps) {
-  const LinkLimits limits(scene);
-  Displacement state(scene.specimen.grid);
-  for (int k = 1; k <= steps; ++k)
-    state = drag_limits(scaled(scene, static_cast<double>(k) / steps), limits, state).displacement;
-  return state;
-}
-
-TEST(LimitsConsistent, AMonotoneDragEndsTheSameInAnyNumberOfSteps) {
-  Scene scene = lattice_box({8, 6}, uneven_limits());
-  scene.specimen.material_id.assign(48, 0);
-  for (const int hole : {10, 11, 12, 18, 26, 34, 35})
-    scene.specimen.material_id[static_cast<std::size_t>(hole)] = no_material;
-  hold(scene, {0, 0, 0});
-  move(scene, {8, 6, 0}, {1.5, -1, 0});
-  move(scene, {0, 6, 0}, {-0.25, 0.5, 0});
-  ASSERT_EQ(solve_limits(scene).status, Status::done); // a request that is cut may turn back on its way
-  const Displacement at_once = dragged(scene, 1);
-  EXPECT_EQ(dragged(scene, 128), at_once); // dyadic steps: to the bit
-  const Displacement in_100 = dragged(scene, 100);
-  EXPECT_LE(test::largest_difference(in_100, at_once), 20 * ulp * 1.5);
-}
-
 TEST(LimitsAnalytic, ADragOutAndBackLeavesTheBodyStretched) {
   // The model is plastic: a chain pulled out by 3 and pushed back to 0 stays where the way back left it.
   Scene scene = lattice_box({4}, even_limits(1.5, 0.5, 0));

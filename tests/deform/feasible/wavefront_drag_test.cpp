@@ -79,19 +79,6 @@ TEST(WavefrontDragConsistent, RaisingAndLoweringOneByOneIsAMove) {
 
 // ---- the same bits ----
 
-TEST(WavefrontBitsConsistent, AnyNumberOfThreadsGivesTheSameBits) {
-  for (unsigned seed = 1; seed <= 60; ++seed) {
-    auto [random, scene, limits, body] = test::HoledTiles(seed);
-    body.move(scene.prescribed);
-    const Displacement expected = state_of(scene, body);
-    for (const int threads : {2, 3, 7}) {
-      TiledBody other(scene, limits);
-      other.move(scene.prescribed, threads);
-      ASSERT_EQ(state_of(scene, other), expected) << "seed " << seed;
-    }
-  }
-}
-
 TEST(WavefrontBitsConsistent, AnyVectorInstructionsGiveTheSameBits) {
   std::vector<Scene> scenes;
   for (unsigned seed = 1; seed <= 60; ++seed) {

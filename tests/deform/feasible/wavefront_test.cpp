@@ -146,20 +146,6 @@ TEST(WavefrontContract, PermitsEverythingThatTautLimitsJustAllow) {
   }
 }
 
-TEST(WavefrontAnalytic, ATautChainIsTheElasticBar) {
-  Scene scene = test::lattice_box({100}, {});
-  scene.limits = {LimitSource::taut, {}, {}};
-  test::hold(scene, {0, 0, 0});
-  test::move(scene, {100, 0, 0}, {0.3, 0, 0});
-  const LinkLimits limits(scene);
-  TiledBody body(scene, limits);
-  EXPECT_TRUE(are_same(body.move(scene.prescribed), scene.prescribed));
-  const Displacement u = state_of(scene, body);
-  for (std::int64_t n = 0; n <= 100; ++n) // u = by x / length
-    EXPECT_NEAR(u(0, n), 0.3 * double(n) / 100, 102 * body.quantum(0));
-  EXPECT_EQ(u(0, 100), 0.3); // what is prescribed is met exactly
-}
-
 TEST(WavefrontAnalytic, DyadicNumbersAreExact) {
   // A cone of dyadic slopes on a box: bit for bit what limits gives in double precision.
   Scene scene = test::lattice_box({19, 11, 9}, test::even_limits(1.25, 0.5, 0.125));
