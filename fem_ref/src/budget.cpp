@@ -17,7 +17,7 @@ bool wants_multigrid(const Scene& scene, const Options& options) {
   if (options.shape || scene.strain == Strain::finite)
     return false;
   constexpr std::int64_t largest_bottom = 6000;
-  constexpr double least_nodes = 4000; // a factor is quicker below
+  constexpr double least_nodes = 4000; // a factor is faster below
   if (options.solver == LinearSolver::gmg)
     return why_no_hierarchy(scene).empty();
   return options.solver == LinearSolver::automatic && scene.dimension() == 3 &&
@@ -27,13 +27,13 @@ bool wants_multigrid(const Scene& scene, const Options& options) {
 
 namespace {
 
-/// Matrix, its copy in Trilinos and the hierarchy: the least that any of the solvers with a matrix holds at
-/// once in 3D.
+/// Lower bound of the memory of any solver with a matrix in 3D: the matrix, its copy in Trilinos and the
+/// hierarchy.
 double bytes_at_least(const Scene& scene, const Options& options) {
   const int d = scene.dimension();
   const double nodes = static_cast<double>(scene.specimen.n_matter_nodes()) * std::pow(options.degree, d);
-  const double coupled_nodes = std::pow(options.degree + 2, d); // of a node, on average, in the interior
-  const double bytes_per_entry = 35; // of process memory: 50 at 32^3 cells Q1, 35 at 16^3 cells Q2
+  const double coupled_nodes = std::pow(options.degree + 2, d); // coupled nodes per interior node, on average
+  const double bytes_per_entry = 35; // process memory per entry: 50 at 32^3 cells Q1, 35 at 16^3 cells Q2
   const double bytes_per_node_of_meshes = 2000;
   if (wants_multigrid(scene, options))
     return bytes_per_node_of_meshes * nodes;
@@ -73,16 +73,16 @@ std::string why_refused(const Scene& scene, const Options& options) {
   return {};
 }
 
-/// Boxes by multigrid: 2 to 4 us and 250 to 650 bytes an unknown. Other bodies: in 3D 27 us and 4 KiB with
-/// linear, 60 us and 6.5 KiB with quadratic elements (CG with AMG), in 2D 8 us (a factor); contrast of
-/// materials makes iterations dearer.
+/// Cost per unknown. Boxes by multigrid: 2 to 4 us and 250 to 650 bytes. Other bodies in 3D (CG with AMG): 27
+/// us and 4 KiB with linear, 60 us and 6.5 KiB with quadratic elements; in 2D (factor): 8 us. Contrast
+/// between materials makes iterations more expensive.
 Estimate estimate(const Scene& scene, const Options& options) {
   const int d = scene.dimension();
   const double unknowns =
       d * static_cast<double>(scene.specimen.n_matter_nodes()) * std::pow(options.degree, d);
   if (wants_multigrid(scene, options))
     return {5e-6 * unknowns, 700 * unknowns};
-  if (scene.strain == Strain::finite) // some fifteen tangents
+  if (scene.strain == Strain::finite) // about fifteen tangents
     return {1e-3 * unknowns, 1.6 * bytes_at_least(scene, options)};
   if (d < 3)
     return {1.5e-5 * unknowns, 2500 * unknowns};

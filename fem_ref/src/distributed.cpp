@@ -24,7 +24,7 @@ namespace {
 using Vector = dealii::TrilinosWrappers::MPI::Vector;
 using DofIndices = std::vector<dealii::types::global_dof_index>;
 
-/// One rank's part of the problem.
+/// Part of the problem on one rank.
 template<int dim>
 class Part {
 public:
@@ -49,7 +49,7 @@ private:
   PrescribedInCell<dim> prescribed_;
   DistributedMesh<dim> mesh_;
   dealii::AffineConstraints<double> constraints_;
-  std::vector<std::vector<FaceLoad>> faces_; ///< by cell of the grid; empty where nothing pulls
+  std::vector<std::vector<FaceLoad>> faces_; ///< by grid cell; empty without loads
   dealii::TrilinosWrappers::SparseMatrix matrix_;
   Vector right_hand_side_;
   dealii::TrilinosWrappers::PreconditionAMG multigrid_;
@@ -88,7 +88,7 @@ void Part<dim>::constrain() {
   constraints_.close();
 }
 
-/// Of gravity, tractions and contracting fibres on a cell, in the order dim * node + component.
+/// Loads of gravity, tractions and contracting fibres on a cell, in the order dim * node + component.
 template<int dim>
 void Part<dim>::loads(std::int64_t cell, dealii::Vector<double>& load) const {
   const double tissue = scene_.specimen.tissue_of(cell),
@@ -182,7 +182,7 @@ void sum_over_ranks(std::span<double> values) {
                 MPI_COMM_WORLD);
 }
 
-/// Displacement at every node and reactions, whole on every rank: each gives what it owns.
+/// Collects displacements of all nodes and reactions on every rank: each rank contributes its own.
 template<int dim>
 void Part<dim>::gather(const Vector& u, const Vector& forces, Answer& answer) const {
   const Grid& grid = scene_.specimen.grid;
@@ -213,7 +213,7 @@ void Part<dim>::gather(const Vector& u, const Vector& forces, Answer& answer) co
   sum_over_ranks(answer.reaction);
 }
 
-/// The size of all forces, at prescribed nodes too, where nothing but those has moved.
+/// Norm of all forces, at prescribed nodes too, if only prescribed nodes have moved.
 template<int dim>
 double Part<dim>::forces_before_it_moves() const {
   Vector u(mesh_.own(), MPI_COMM_WORLD), with_neighbours(mesh_.own(), mesh_.relevant(), MPI_COMM_WORLD),
@@ -224,7 +224,7 @@ double Part<dim>::forces_before_it_moves() const {
   return forces.l2_norm();
 }
 
-/// @param size of residual_size
+/// @param size from residual_size()
 template<int dim>
 void Part<dim>::fill(const Vector& u, double size, Result& result) const {
   Answer& answer = result.answer;
@@ -242,7 +242,7 @@ void Part<dim>::fill(const Vector& u, double size, Result& result) const {
     return;
   }
   answer.strain_energy = energy;
-  if (!(answer.residual < std::max(1e-6, 2 * options_.tolerance))) { // who asked for less gets less
+  if (!(answer.residual < std::max(1e-6, 2 * options_.tolerance))) { // a looser tolerance was requested
     answer.status = Status::failed;
     answer.message = fmt::format("the solution leaves a relative residual of {:.2g}", answer.residual);
   }

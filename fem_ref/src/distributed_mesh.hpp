@@ -1,6 +1,6 @@
 #pragma once
-/// One scene by all ranks together: deal.II's distributed triangulation (p4est), Trilinos' matrices, CG with
-/// AMG.
+/// Distributed solve of one scene on all ranks: deal.II's distributed triangulation (p4est), Trilinos
+/// matrices, CG with AMG.
 
 #include "discretization/body.hpp"
 #include "discretization/element.hpp"
@@ -17,8 +17,8 @@
 
 namespace maille::fem_ref {
 
-/// One rank's part of it. All ranks make it together; p4est says which cells are whose. The mesh is in units
-/// of cells, so that a cell's place says which it is in the scene's grid.
+/// One rank's part of the mesh. Construction is collective; p4est distributes the cells. The mesh is in units
+/// of cells, so the position of a cell gives its grid index.
 template<int dim>
 class DistributedMesh {
 public:
@@ -29,31 +29,31 @@ public:
 
   const dealii::FESystem<dim>& element() const { return element_; }
   const dealii::DoFHandler<dim>& numbering() const { return numbering_; }
-  /// Unknowns of this rank, and those of its cells and their neighbours.
+  /// Unknowns of this rank; unknowns of its cells and their neighbours.
   const dealii::IndexSet& own() const { return own_; }
   const dealii::IndexSet& relevant() const { return relevant_; }
   std::size_t bytes() const { return numbering_.memory_consumption() + triangulation_.memory_consumption(); }
 
-  /// The number of a cell in the scene's grid.
+  /// Grid cell of a mesh cell.
   std::int64_t grid_cell(const Cell& cell) const {
     Index3 at{0, 0, 0};
     for (unsigned a = 0; a < dim; ++a)
       at[a] = static_cast<int>(cell->vertex(0)[a] + 0.5);
     return specimen_.grid.cell(at);
   }
-  /// Calls visit(cell of the mesh, its number in the scene's grid) for the cells of this rank.
+  /// Calls visit(mesh cell, grid cell) for the cells of this rank.
   template<class Visit>
   void for_each_own_cell(const Visit& visit) const {
     for (const auto& cell : numbering_.active_cell_iterators())
       if (cell->is_locally_owned())
         visit(cell, grid_cell(cell));
   }
-  /// From the order of FESystem to dim * node + component.
+  /// Converts an index in the order of FESystem to dim * node + component.
   std::size_t place(unsigned local) const {
     const auto [component, node] = element_.system_to_component_index(local);
     return dim * node + component;
   }
-  /// Where the nodes of this rank's unknowns are [m], in the order of the unknowns.
+  /// Node positions of this rank's unknowns [m], in the order of the unknowns.
   std::vector<Vec3> own_positions(const Element<dim>& of_cell) const;
 
 private:
@@ -119,10 +119,10 @@ std::vector<Vec3> DistributedMesh<dim>::own_positions(const Element<dim>& of_cel
   return positions;
 }
 
-/// As Solver::solve, in two or three dimensions; every rank must call it with the same scene and gets the
-/// whole answer, without recovered stress. Cells, unknowns and the matrix are spread over the ranks; the
-/// scene, the coarse mesh that p4est starts from and the answer are whole on each. The mesh of a box starts
-/// from its coarsest lattice, any other from all its cells.
+/// Same as Solver::solve, in two or three dimensions, without recovered stress. Collective: every rank must
+/// pass the same scene, and receives the whole answer. Cells, unknowns and the matrix are distributed; the
+/// scene, p4est's coarse mesh and the answer are replicated on each rank. The mesh of a box starts from its
+/// coarsest lattice, other meshes from all cells.
 Result solve_distributed(const Scene& scene, const Options& options, Watch& watch);
 
 } // namespace maille::fem_ref

@@ -31,7 +31,7 @@ bool Solver::Kept::serves(const Scene& scene) const {
     return p.cell == q.cell && p.axis == q.axis && p.upper == q.upper && p.stiffness == q.stiffness &&
            p.direction == q.direction;
   };
-  if (scene.strain == Strain::finite) // each increment has a tangent of its own
+  if (scene.strain == Strain::finite) // each increment has its own tangent
     return false;
   if (!(kept.strain == scene.strain && s.grid.cells() == t.grid.cells() &&
         s.grid.spacing() == t.grid.spacing() && s.origin == t.origin && s.material_id == t.material_id &&
@@ -42,7 +42,7 @@ bool Solver::Kept::serves(const Scene& scene) const {
         kept.plane == scene.plane && kept.materials.size() == scene.materials.size() &&
         std::ranges::equal(kept.prescribed, scene.prescribed, at)))
     return false;
-  for (std::int64_t cell = 0; cell < s.grid.n_cells(); ++cell) // the first cell of every material tells
+  for (std::int64_t cell = 0; cell < s.grid.n_cells(); ++cell) // checks the first cell of every material
     if (s.is_matter(cell) && kept.cell_stiffness(cell) != scene.cell_stiffness(cell))
       return false;
     else if (kept.materials.size() == 1 && s.is_matter(cell))
@@ -52,14 +52,14 @@ bool Solver::Kept::serves(const Scene& scene) const {
 
 namespace {
 
-/// What a solution says, and how far it is from solving the equations.
+/// A solution with its forces, energy and residual.
 struct State {
-  dealii::Vector<double> u;      ///< with what is prescribed
+  dealii::Vector<double> u;      ///< including prescribed values
   dealii::Vector<double> forces; ///< K u - f
   double energy = 0;             ///< u K u / 2
   std::vector<double> cell_energy;
-  double residual = 0;         ///< |K u - f| where nothing is prescribed, over the size of what pulls there
-  std::optional<double> error; ///< relative size of the last correction, where one was made
+  double residual = 0;         ///< |K u - f| at free unknowns, relative to the loads there
+  std::optional<double> error; ///< relative size of the last correction, if any
 };
 
 template<int dim>
@@ -77,7 +77,7 @@ private:
   void evaluate(const Prescription& prescription, double size, State& state) const;
   void correct(const Prescription& prescription, double size, Watch& watch, Solution& solution, State& state);
   void fill(const Prescription& prescription, double size, Watch& watch, Solution& solution, Result& result);
-  /// Who asked for less gets less.
+  /// Upper bound of the residual; larger if a looser tolerance was requested.
   double most_residual() const { return std::max(1e-6, 2 * options_.tolerance); }
 
   Options options_;
@@ -160,15 +160,15 @@ void KeptProblem<dim>::evaluate(const Prescription& prescription, double size, S
   state.residual = size > 0 ? std::sqrt(squared) / size : 0;
 }
 
-/// Iterative refinement (Wilkinson 1963). A slender body moves far under forces that are small beside those
-/// of its single cells, so the rounding of these alone may exceed what pulls. How far the displacement is off
-/// is what counts, and the size of a correction says it: it is the error before it, to the accuracy of the
-/// solver.
+/// Iterative refinement (Wilkinson 1963). A slender body moves far under forces that are small compared with
+/// those of its single cells, so the rounding of the latter may exceed the load. The criterion is the error
+/// of the displacement, measured by the size of a correction: this is the error before it, to the accuracy of
+/// the solver.
 template<int dim>
 void KeptProblem<dim>::correct(const Prescription& prescription, double size, Watch& watch,
                                Solution& solution, State& state) {
   constexpr int most_corrections = 5;
-  constexpr double small_enough = 1e-8; ///< no digit that is shown changes any more
+  constexpr double small_enough = 1e-8; ///< below all displayed digits
   double before = 1;
   for (int i = 0; i < most_corrections && !watch.should_stop(); ++i) {
     dealii::Vector<double> f(state.forces);
@@ -181,7 +181,7 @@ void KeptProblem<dim>::correct(const Prescription& prescription, double size, Wa
     if (correction.status != Status::done || correction.u.size() == 0)
       break;
     const double change = correction.u.l2_norm() / state.u.l2_norm();
-    if (!(change < before)) // it is rounding by now
+    if (!(change < before)) // corrections are rounding
       break;
     state.u += correction.u;
     state.error = change;
@@ -194,15 +194,15 @@ void KeptProblem<dim>::correct(const Prescription& prescription, double size, Wa
     solution.status = watch.status();
 }
 
-/// Fills in the displacement, the forces, and the solver error from them: K u - f where not prescribed.
+/// Fills the displacement, the forces, and the solver error from the forces: K u - f at free unknowns.
 template<int dim>
 void KeptProblem<dim>::fill(const Prescription& prescription, double size, Watch& watch, Solution& solution,
                             Result& result) {
-  constexpr double most_error = 1e-5; ///< far below that of the elements
+  constexpr double most_error = 1e-5; ///< far below the discretisation error
   Answer& answer = result.answer;
   State state;
   if (has_displacement(solution.status)) {
-    if (solution.u.size() == 0) // stopped early: only what is prescribed has moved
+    if (solution.u.size() == 0) // stopped early: only prescribed nodes have moved
       solution.u.reinit(prescription.values.size());
     state.u = prescription.values;
     state.u += solution.u;
@@ -231,14 +231,14 @@ void KeptProblem<dim>::fill(const Prescription& prescription, double size, Watch
     return;
   answer.strain_energy = state.energy;
   answer.cell_energy = std::move(state.cell_energy);
-  // Of linear elements the corners say it all.
+  // For linear elements the corner displacements suffice.
   if (options_.degree > 1 && !options_.shape)
     answer.cell_strain = problem_.mean_strains(solution.u);
   if (options_.recover_stress)
     problem_.recover(solution.u, answer);
-  if (!options_.boundary_displacement) // else what is prescribed is not the scene's
+  if (!options_.boundary_displacement) // else prescribed values are not the scene's
     answer.reaction = problem_.reactions(state.forces);
-  if (has_friction(scene_.tied)) { // forces anew, before those of ties are handed on
+  if (has_friction(scene_.tied)) { // recomputes forces before those of ties are transferred
     dealii::Vector<double> forces(solution.u.size());
     problem_.residual_forces(solution.u, forces);
     answer.tie_press = press_of_ties(scene_, problem_.at_grid_nodes(forces));

@@ -62,7 +62,7 @@ void Problem<dim>::outline(LinearSystem& system, const std::vector<bool>& is_pre
 template<int dim>
 void Problem<dim>::assemble(LinearSystem& system, const std::vector<bool>& is_prescribed, const Ties& ties) {
   outline(system, is_prescribed, ties);
-  body_.release_mesh(); // as large as the matrix; cells and nodes are known by now
+  body_.release_mesh(); // as large as the matrix, and no longer needed
   system.matrix.reinit(system.pattern);
   add_cells(system);
 }
@@ -75,8 +75,8 @@ void Problem<dim>::unknowns(int cell, DofIndices& unknowns) const {
       unknowns.push_back(dim * node + c);
 }
 
-/// Node couplings from deal.II, each widened to dim x dim unknowns; prescribed rows keep their diagonal only,
-/// and so do those of unknowns that follow others, whose couplings are these others'.
+/// Node couplings from deal.II, each expanded to dim x dim unknowns. Prescribed rows keep only their
+/// diagonal, as do rows of dependent unknowns, whose couplings move to the independent ones.
 template<int dim>
 void Problem<dim>::make_pattern(LinearSystem& system, const Ties& ties) const {
   const unsigned n = body_.n_nodes();
@@ -280,8 +280,8 @@ double Problem<dim>::residual_forces(const dealii::Vector<double>& u, dealii::Ve
   return energy;
 }
 
-/// What holds a mid point whose place is the mean of prescribed corners goes to those corners in equal parts,
-/// so that forces, and their work along the corners' displacements, stay what they are.
+/// The reaction at a mid-point of prescribed corners is split equally between those corners, which preserves
+/// total force and its work along the displacements of the corners.
 template<int dim>
 std::vector<double> Problem<dim>::reactions(const dealii::Vector<double>& forces) const {
   const Grid& grid = scene_->specimen.grid;

@@ -9,8 +9,8 @@
 namespace maille::fem_ref {
 namespace {
 
-/// Values of the linear polynomials through the points of a Gauss rule of `points` points per axis at the
-/// cell's corners: corners x points.
+/// Extrapolation matrix from the points of a Gauss rule of `points` points per axis to the cell's corners, by
+/// linear polynomials: corners x points.
 template<int dim>
 Eigen::MatrixXd to_corners(unsigned points) {
   const dealii::QGauss<1> line(points);
@@ -29,8 +29,7 @@ Eigen::MatrixXd to_corners(unsigned points) {
   return weights;
 }
 
-/// The material that every node of the grid shows: the one that most cells around it are of, of equals the
-/// first.
+/// Material of every grid node for output: the most frequent one of its cells, the first of equals.
 std::vector<std::uint8_t> shown_materials(const Specimen& specimen) {
   const Grid& grid = specimen.grid;
   std::vector<std::uint8_t> shown(grid.n_nodes(), no_material);
@@ -74,8 +73,8 @@ void fill(const std::vector<Sum>& sums, Answer& answer) {
 
 } // namespace
 
-/// Strains of a cell at its corners, corners x strains: best at the points of the Gauss rule of `degree`
-/// points per axis (Barlow 1976), and from there by the linear polynomial through them. @return the cell's
+/// Strains of a cell at its corners, corners x strains: evaluated at the points of the Gauss rule of `degree`
+/// points per axis, where they are most accurate (Barlow 1976), and extrapolated linearly. @return the cell's
 /// volume
 template<int dim>
 double Problem<dim>::corner_strains(int cell, const dealii::Vector<double>& u,
@@ -100,8 +99,8 @@ double Problem<dim>::corner_strains(int cell, const dealii::Vector<double>& u,
   return volume;
 }
 
-/// The mean by volume over the cells around a node that are of the material it shows: stress jumps between
-/// materials.
+/// Volume-weighted mean over those cells around a node that have its material: stress is discontinuous
+/// between materials.
 template<int dim>
 void Problem<dim>::recover(const dealii::Vector<double>& u, Answer& answer) const {
   const Specimen& specimen = scene_->specimen;
@@ -125,7 +124,7 @@ void Problem<dim>::recover(const dealii::Vector<double>& u, Answer& answer) cons
 template<int dim>
 std::vector<std::array<double, 6>> Problem<dim>::mean_strains(const dealii::Vector<double>& u) const {
   if (object_frame(*scene_).is_turned)
-    return {}; // strain is what is left of the gradient within the turned body
+    return {}; // strain requires the gradient in the frame of the rotated body
   const Element<dim>& element = body_.element();
   const Grid& grid = scene_->specimen.grid;
   double volume = 1;

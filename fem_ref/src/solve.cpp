@@ -24,7 +24,7 @@ Answer failure(const Options& options, std::string reason) {
   return answer;
 }
 
-/// Manufactured solutions and lines are small: every rank solves them whole.
+/// True for distributed solves; manufactured solutions and lines are small, so every rank solves them alone.
 bool is_for_all_ranks(const Scene& scene, const Options& options) {
   return ranks().size > 1 && scene.dimension() > 1 && !options.body_force && !options.boundary_displacement &&
          !options.exact && !options.shape;
@@ -37,7 +37,7 @@ Result solve_together(const Scene& scene, const Options& options, Watch& watch) 
     reason = "several ranks solve by CG with AMG only";
   if (reason.empty() && (!scene.springs.empty() || !scene.tied.ties.empty()))
     reason = "several ranks know no springs to the ground and no sliding borders: solve on one";
-  // Memory may stand in the way of one rank alone.
+  // Memory may be insufficient on one rank only.
   int refused = reason.empty() ? 0 : 1, anyone = 0;
   MPI_Allreduce(&refused, &anyone, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
   if (anyone == 0)
@@ -47,7 +47,7 @@ Result solve_together(const Scene& scene, const Options& options, Watch& watch) 
   return result;
 }
 
-/// Errors of the libraries become answers.
+/// Converts exceptions of libraries to failed answers.
 template<class Work>
 Result guarded(const Options& options, const Work& work) {
   Result result;
@@ -72,7 +72,7 @@ Result solve_kept(std::unique_ptr<Solver::Kept>& kept, const Scene& scene, const
   Result result = guarded(options, [&] {
     const ThreadLimit limit(watch.threads());
     if (!kept || !kept->serves(scene)) {
-      kept.reset(); // before the next, which needs the memory
+      kept.reset(); // frees memory for the next one
       Result refused;
       if (std::string reason = why_refused(scene, options); !reason.empty()) {
         refused.answer = refusal(method_name(options), std::move(reason));
@@ -91,7 +91,7 @@ Result solve_kept(std::unique_ptr<Solver::Kept>& kept, const Scene& scene, const
   return result;
 }
 
-/// One solve with all that it uses, for a thread that may outlive its caller.
+/// A solve with all its data, for a thread that may outlive its caller.
 struct Job {
   Scene scene;
   Options options;
@@ -99,7 +99,7 @@ struct Job {
   Result result;
 };
 
-/// Nothing has moved but what is prescribed.
+/// Displacement with prescribed values only.
 Displacement prescribed_alone(const Scene& scene) {
   Displacement u(scene.specimen.grid);
   for (const Prescribed& at : scene.prescribed)
@@ -130,7 +130,7 @@ Result Solver::solve(const Scene& scene, const Control& control) {
       return solve_together(scene, options_, watch);
     });
   }
-  // A caller's functions may use what ends with the caller.
+  // Functions of the caller may use objects that end with the caller.
   if (!control.stop_requested || has_functions(options_))
     return solve_kept(kept_, scene, options_, control);
   const auto job = std::make_shared<Job>(Job{scene, options_, std::move(kept_), {}});
@@ -147,12 +147,12 @@ Result Solver::solve(const Scene& scene, const Control& control) {
   return result;
 }
 
-/// Round by round, all of the matrix that is kept.
+/// Friction iterations with a cached matrix.
 Result Solver::solve_rubbing(Scene& split, const Control& control) {
   Friction friction(split);
   Result result = solve(split, control);
   Answer& answer = result.answer;
-  while (is_converged(answer.status) && friction.goes_on(answer.displacement, answer.tie_press)) {
+  while (is_converged(answer.status) && friction.needs_another_round(answer.displacement, answer.tie_press)) {
     for (std::size_t t = 0; t < split.tied.ties.size(); ++t)
       split.tied.ties[t].pull = friction.pulls()[t];
     const Seconds before = answer.seconds;

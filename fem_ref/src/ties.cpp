@@ -16,13 +16,13 @@ using Row = std::pair<std::pair<unsigned, unsigned>, Vec3>;
 /// Directions by pairs of nodes of the grid; none: all.
 using Directions = std::map<std::pair<std::int64_t, std::int64_t>, std::vector<Vec3>>;
 
-/// A place of the body in half cells, and the nodes that its copies have there.
+/// A position in half cells, and the nodes of its copies.
 using Copies = std::map<Index3, std::vector<std::pair<int, unsigned>>>;
 
 template<int dim>
 Copies copies_of_nodes(const Scene& scene, const Body<dim>& body) {
   const Grid& grid = scene.specimen.grid;
-  const int halves = body.element().n_nodes() > (1 << dim) ? 1 : 2; // of a cell, from place to place
+  const int halves = body.element().n_nodes() > (1 << dim) ? 1 : 2; // half cells from node to node
   Copies copies;
   for (int cell = 0; cell < body.n_cells(); ++cell) {
     const Index3 at = grid.cell_at(body.grid_cell(cell));
@@ -42,7 +42,7 @@ Copies copies_of_nodes(const Scene& scene, const Body<dim>& body) {
   return copies;
 }
 
-/// Corners around a place in half cells: itself, or the ends of its edge or face.
+/// Corners around a position in half cells: itself, or the ends of its edge or face.
 std::vector<Index3> corners_around(const Index3& key) {
   std::vector<Index3> corners;
   for (int corner = 0; corner < 8; ++corner) {
@@ -58,7 +58,8 @@ std::vector<Index3> corners_around(const Index3& key) {
   return corners;
 }
 
-/// How two copies of a place are tied: as all corners around it are; nothing where one of them is not.
+/// Directions that tie two copies of a position: common to all corners around it; none if a corner is not
+/// tied.
 std::vector<Vec3> directions_at(const Scene& scene, const Directions& known, const Index3& key, int one,
                                 int other) {
   const std::vector<Index3> corners = corners_around(key);
@@ -79,7 +80,7 @@ std::vector<Vec3> directions_at(const Scene& scene, const Directions& known, con
     if (directions.size() == 1)
       for (std::size_t a = 0; a < 3; ++a)
         mean[a] += directions.front()[a];
-  if (mean == Vec3{}) // joined all around, or at an edge of the border
+  if (mean == Vec3{}) // joined on all sides, or at an edge of the border
     return of_corner.front();
   const double length = std::hypot(mean[0], mean[1], mean[2]);
   return {{mean[0] / length, mean[1] / length, mean[2] / length}};

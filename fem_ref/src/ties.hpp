@@ -1,5 +1,5 @@
 #pragma once
-/// Unknowns that ties between nodes leave no choice: labels that slide on each other.
+/// Elimination of unknowns by ties between nodes: labels that slide on each other.
 
 #include "discretization/body.hpp"
 
@@ -11,24 +11,24 @@
 
 namespace maille::fem_ref {
 
-/// In every tie one unknown follows from the others (Gauss-Jordan elimination, node by node of the body).
-/// Nodes at the middle of edges and faces of a border are tied as their corners are.
+/// Each tie makes one unknown dependent on the others (Gauss-Jordan elimination, node by node of the body).
+/// Mid-points of edges and faces of a border are tied like their corners.
 class Ties {
 public:
   Ties() = default;
-  /// @param body of the scene, which split_borders() made or which has no ties
+  /// @param body of the scene, after split_borders() or without ties
   template<int dim>
   Ties(const Scene& scene, const Body<dim>& body, const std::vector<bool>& is_prescribed);
 
   bool empty() const { return followers_.empty(); }
-  /// Puts unknowns that follow where the others have them.
+  /// Sets dependent unknowns from the independent ones.
   void distribute(dealii::Vector<double>& u) const;
-  /// Forces on unknowns that follow act on what they follow, prescribed ones too.
+  /// Moves forces on dependent unknowns to the independent ones, prescribed ones included.
   void condense(dealii::Vector<double>& forces) const;
-  /// Adds lines for unknowns that follow; what is prescribed is 0 in them.
+  /// Adds constraint lines for dependent unknowns; prescribed unknowns count as 0 in them.
   void constrain(const std::vector<bool>& is_prescribed,
                  dealii::AffineConstraints<double>& constraints) const;
-  /// True of unknowns that follow.
+  /// True for dependent unknowns.
   bool follows(unsigned unknown) const { return !follows_.empty() && follows_[unknown]; }
 
 private:
@@ -41,7 +41,7 @@ private:
                  const std::vector<bool>& is_prescribed);
 
   std::vector<Follower> followers_;
-  std::vector<bool> follows_; ///< by unknown; empty: none does
+  std::vector<bool> follows_; ///< by unknown; empty: no dependent unknowns
 };
 
 } // namespace maille::fem_ref

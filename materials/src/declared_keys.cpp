@@ -1,4 +1,4 @@
-/// What scene/keys.toml declares about keys, and the getters that read by it.
+/// The declarations of keys in scene/keys.toml, and the getters that use them.
 
 #include "maille/materials/toml_reader.hpp"
 
@@ -12,7 +12,7 @@
 
 namespace maille {
 
-std::string_view keys_toml(); // made of scene/keys.toml
+std::string_view keys_toml(); // generated from scene/keys.toml
 
 namespace {
 
@@ -21,7 +21,7 @@ const toml::table& declared_tables() {
   return tables;
 }
 
-/// What scene/keys.toml says about a key of a table. @throws std::logic_error where it says nothing
+/// Declaration of a key of a table in scene/keys.toml. @throws std::logic_error if it is missing
 const toml::table& declaration(std::string_view table, std::string_view key) {
   const toml::table* const keys = declared_tables()[table].as_table();
   const toml::table* const found = keys && key != "_" ? (*keys)[key].as_table() : nullptr;
@@ -40,7 +40,7 @@ Dimension declared_dimension(const toml::table& key) {
                                 names.begin());
 }
 
-/// What a number out of the range of its key is not.
+/// Expected range of a key, for faults.
 std::string wanted_of(const toml::table& key) {
   if (const auto wanted = key["wanted"].value<std::string>())
     return *wanted;
@@ -61,7 +61,7 @@ bool is_within(const toml::table& key, double value) {
          value < key["below"].value_or(infinity);
 }
 
-/// What a number is that is not there.
+/// Default of an absent number.
 std::optional<double> default_of(const toml::table& key) {
   const auto text = key["default"].value<std::string_view>();
   return text ? parse_quantity(*text, declared_dimension(key)) : key["default"].value<double>();
@@ -84,7 +84,7 @@ const toml::node* TableReader::require(std::string_view key) {
   return require(key, missing(key));
 }
 
-/// As the key's own declaration has it, or that of its type.
+/// Entry of the key's own declaration, else of its type.
 std::string_view TableReader::said(std::string_view key, std::string_view what) const {
   const toml::table& declared = declaration(declared_, key);
   const auto type = declared["type"].value_or(std::string_view{});
@@ -94,7 +94,7 @@ std::string_view TableReader::said(std::string_view key, std::string_view what) 
           all[type]["_"][what].value_or(std::string_view{})));
 }
 
-/// True where the key is absent; then it has a fault if it is required.
+/// True if the key is absent; adds a fault if it is required.
 bool TableReader::is_missed(std::string_view key) {
   if (find(key))
     return false;

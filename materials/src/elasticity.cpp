@@ -13,13 +13,13 @@ namespace maille {
 
 namespace {
 
-/// The scaled determinant below which a material counts as incompressible: its stiffness would have lost
-/// nine of a double's sixteen digits.
+/// Smallest scaled determinant; below it a material counts as incompressible: its stiffness would lose nine
+/// of the sixteen digits of a double.
 constexpr double least_determinant = 1e-9;
 
 constexpr std::array<std::array<int, 2>, 6> voigt_pairs{{{0, 0}, {1, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}}};
 
-/// Turns stress in Voigt order: sigma' = M sigma for sigma' = R sigma R^T (Bond 1943).
+/// Rotation of stress in Voigt order: sigma' = M sigma for sigma' = R sigma R^T (Bond 1943).
 Matrix6 stress_turn(const Eigen::Matrix3d& R) {
   Matrix6 M;
   for (int row = 0; row < 6; ++row) {
@@ -102,7 +102,7 @@ std::vector<std::string> violated_inequalities(const ElasticConstants& constants
   require_positive(violated, "G13", G13);
   require_positive(violated, "G23", G23);
   if (!moduli_are_positive) {
-    return violated; // the other bounds are ratios of these moduli and would say nothing
+    return violated; // the other bounds are ratios of these moduli
   }
 
   const std::size_t before = violated.size();
@@ -146,8 +146,8 @@ Matrix6 stiffness(const ElasticConstants& constants) {
 
 Eigen::Matrix3d axes_from_fibre(const Eigen::Vector3d& fibre) {
   const Eigen::Vector3d f = fibre.stableNormalized();
-  // Rodrigues for the turn about e_x x f, written with 1 - f_x and a unit vector across e_x, so that nothing
-  // cancels as the fibre nears -e_x.
+  // Rodrigues' formula for the rotation about e_x x f, in terms of 1 - f_x and a unit vector across e_x,
+  // which avoids cancellation as the fibre approaches -e_x.
   const double across = std::hypot(f.y(), f.z());
   const Eigen::Vector2d c =
       across > 0 ? Eigen::Vector2d(f.y() / across, f.z() / across) : Eigen::Vector2d(1, 0);

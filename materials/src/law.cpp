@@ -15,10 +15,10 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Axes of the entries of Voigt order.
+/// Axes of the entries in Voigt order.
 constexpr std::array<std::array<int, 2>, 6> voigt_axes{{{0, 0}, {1, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}}};
 
-/// A symmetric tensor as a stress: shears count once.
+/// A symmetric tensor as a stress: shears without factor 2.
 Vector6 to_voigt(const Matrix3d& of) {
   Vector6 v;
   for (int p = 0; p < 6; ++p)
@@ -38,14 +38,14 @@ Matrix6 derivative_of_inverse(const Matrix3d& A) {
   return D;
 }
 
-/// Any function of E is held as a LawResponse: value, gradient, Hessian. f(z) by the chain rule.
+/// Chain rule for f(z). Any function of E is represented as a LawResponse: value, gradient, Hessian.
 LawResponse chain(const LawResponse& z, double value, double first, double second) {
   return {value, first * z.stress, first * z.tangent + second * z.stress * z.stress.transpose()};
 }
 
 LawResponse exponential(const LawResponse& z, double factor) {
   const double slope = factor * std::exp(z.energy);
-  return chain(z, factor * std::expm1(z.energy), slope, slope); // less its value at rest
+  return chain(z, factor * std::expm1(z.energy), slope, slope); // minus its value at rest
 }
 
 LawResponse operator*(double factor, const LawResponse& z) {
@@ -62,7 +62,7 @@ LawResponse operator*(const LawResponse& a, const LawResponse& b) {
           a.energy * b.tangent + b.energy * a.tangent + mixed + mixed.transpose()};
 }
 
-/// Invariants of a strain. Logarithms keep all digits at small strains, where I1~ - 3 would lose them.
+/// Invariants of a strain. Logarithms keep all digits at small strains, where I1~ - 3 would cancel.
 class Invariants {
 public:
   const Vector6 one = to_voigt(Matrix3d::Identity());
@@ -168,12 +168,12 @@ LawResponse shear_across(const LawResponse& log_cosh) {
   if (B == 0)
     return chain(log_cosh, 0, 2, 4.0 / 3);
   const double x = 2 * B, xx = x * x, coth = 1 / std::tanh(B), sinh = std::sinh(B);
-  // sinh x - x, by its series where the difference would lose digits
+  // sinh x - x, by its series for small x, where the difference would lose digits
   const double rest = x < 0.3 ? x * xx / 6 * (1 + xx / 20 * (1 + xx / 42 * (1 + xx / 72))) : std::sinh(x) - x;
   return chain(log_cosh, B * B, x * coth, coth * rest / (sinh * sinh));
 }
 
-/// The energy per smax of a muscle's fibre at r = stretch / Lofl, its first and second derivative by r.
+/// Energy of a muscle's fibre over smax at r = stretch / Lofl, and its first and second derivative by r.
 std::array<double, 3> fibre_energy(const Muscle& law, double r) {
   const double v = r - 1, a = std::abs(v), sign = v < 0 ? -1 : 1;
   std::array<double, 3> active{sign * (0.016 / 3 + 1.0 / 3), 0, 0};
@@ -186,7 +186,7 @@ std::array<double, 3> fibre_energy(const Muscle& law, double r) {
     of *= law.activation;
   if (v < 0)
     return active;
-  // The exponential up to lam_max, from there its tangent.
+  // Exponential up to lam_max, then its tangent line.
   const double curved = std::min(v, law.lam_max / law.Lofl - 1), straight = v - curved,
                force = law.p1 * std::expm1(law.p2 * curved), slope = law.p2 * (force + law.p1);
   return {active[0] + force / law.p2 - law.p1 * curved + (force + 0.5 * slope * straight) * straight,
@@ -211,7 +211,7 @@ ElasticConstants from_compliance(double S11, double S12, double S22, double S23,
   return ElasticConstants::transversely_isotropic(1 / S11, 1 / S22, G_fibre, -S12 / S11, -S23 / S22);
 }
 
-/// @param axial second derivative of the energy by the fibre's strain at constant volume, 3 G if isotropic
+/// @param axial second derivative of the energy by the fibre strain at constant volume; 3 G if isotropic
 ElasticConstants of_split_law(double k, double axial, double G_fibre, double G_cross) {
   const double v = 1 / (9 * k), a = 1 / axial, c = 1 / (4 * G_cross);
   return from_compliance(v + a, v - a / 2, v + a / 4 + c, v + a / 4 - c, G_fibre);
@@ -282,7 +282,7 @@ LawResponse respond(const Law& law, const Matrix3d& E, const Vector3d& fibre) {
   const Invariants at(E, fibre);
   LawResponse response = std::visit([&](const auto& of) { return respond(of, at); }, law);
   if (!std::isfinite(response.energy))
-    response.energy = std::numeric_limits<double>::infinity(); // inf - inf, too
+    response.energy = std::numeric_limits<double>::infinity(); // also for inf - inf
   return response;
 }
 

@@ -15,7 +15,7 @@
 namespace maille {
 namespace {
 
-/// A text that has to be there, and to say something.
+/// Reads a required, non-empty text.
 void read_text(TableReader& table, std::string_view key, std::string& into) {
   table.read(key, into);
   if (table.has(key) && into.empty() && table.find(key)->is_string())
@@ -38,7 +38,7 @@ void read_limits(TableReader& root, Material& material) {
   }
 }
 
-/// With its source: a figure of the library has to say where it comes from.
+/// Damage with its source, which is required in the library.
 void read_damage_of(TableReader& root, Material& material) {
   if (auto table = root.open("damage")) {
     for (const std::string_view key : {"of", "source"}) {
@@ -83,10 +83,10 @@ std::string in_lower_case(std::string_view text) {
   return lower;
 }
 
-/// Distance of `name` from `known` in letters: the group may be missing or wrong, and a whole word of the
-/// name counts as one slip.
+/// Edit distance of `name` from `known`: the group may be missing or wrong, and a whole word of the name
+/// counts as one edit.
 std::size_t distance_of_names(std::string_view name, std::string_view known) {
-  constexpr std::size_t fewest_letters = 3; // shorter words stand in too many names by chance
+  constexpr std::size_t fewest_letters = 3; // shorter words occur in too many names by chance
   const std::size_t whole = spelling_distance(name, known);
   const std::size_t leaf = spelling_distance(without_group(name), without_group(known));
   const bool stands_in =

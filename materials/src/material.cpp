@@ -13,8 +13,8 @@ namespace maille {
 
 namespace {
 
-/// Mean of values weighted by non-negative weights, kept within their range: equal values stay equal to the
-/// last bit and a valid limit stays valid.
+/// Mean of values with non-negative weights, clipped to their range: equal values stay equal to the last bit,
+/// and valid limits stay valid.
 class WeightedMean {
 public:
   void add(double weight, double value) {
@@ -46,7 +46,7 @@ double turned_shear(const NeighbourLimits& limits, const Eigen::Matrix3d& square
 
 using Three = std::array<double, 3>;
 
-/// @param declared the key of a material whose range it is
+/// @param declared key of a material that declares the range
 void check(double value, std::string_view declared, const std::string& key, std::vector<BrokenRule>& found) {
   if (const auto wanted = wanted_in_range("material", declared, value))
     found.push_back({key, *wanted, fmt::format("{}", value)});
@@ -61,7 +61,7 @@ void check(const Three& values, std::string_view declared, const std::string& ke
 void check_shear(const std::array<Three, 3>& shear, const std::string& key, std::vector<BrokenRule>& found) {
   for (std::size_t a = 0; a < 3; ++a) {
     for (std::size_t b = 0; b < 3; ++b) {
-      if (a != b) { // the diagonal is no shear
+      if (a != b) { // the diagonal is unused
         check(shear[a][b], "shear", fmt::format("{}[{}][{}]", key, a, b), found);
       }
     }
@@ -72,7 +72,7 @@ std::string words(const Three& values) {
   return fmt::format("{}, {}, {}", values[0], values[1], values[2]);
 }
 
-/// One fault for all three.
+/// Checks three values; one fault for all.
 void check_all(const Three& values, std::string_view table, const std::string& key, std::string_view declared,
                std::vector<BrokenRule>& found) {
   for (const double value : values)

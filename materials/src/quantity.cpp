@@ -15,13 +15,13 @@
 namespace maille {
 namespace {
 
-/// A value in this unit times `times` over `over` is the value in SI. Two exact numbers rather than one
-/// factor, so that "0.3 mm" is the double nearest to 0.0003.
+/// SI value = value times `times` over `over`. Two exact numbers instead of one factor, so that "0.3 mm" is
+/// the double nearest to 0.0003.
 struct Unit {
   std::string_view name;
   double times;
   double over;
-  bool listed = true; ///< false for a second spelling that messages need not name
+  bool listed = true; ///< false for alternative spellings, which messages omit
 };
 
 struct DimensionEntry {
@@ -118,7 +118,7 @@ std::optional<double> in_si(double value, std::string_view unit_name, Dimension 
 std::optional<double> parse_quantity(std::string_view text, Dimension dimension) {
   std::string_view number = trimmed(text);
   if (number.starts_with('+')) {
-    number.remove_prefix(1); // from_chars knows no plus sign
+    number.remove_prefix(1); // from_chars does not accept a plus sign
     if (number.starts_with('-'))
       return std::nullopt;
   }

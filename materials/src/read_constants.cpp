@@ -1,5 +1,5 @@
-/// Elastic constants from a TOML table: which of the three forms it is, and whether the numbers are valid; or
-/// a law of large strain and its parameters.
+/// Reads elastic constants from a TOML table: detects which of the three forms it has, and validates the
+/// numbers; or a law of large strain and its parameters.
 
 #include "maille/materials/material.hpp"
 #include "maille/materials/toml_reader.hpp"
@@ -23,7 +23,7 @@ const Form isotropic{"isotropic", {"youngs_modulus", "poisson_ratio"}},
                            {"E_fibre", "E_cross", "G_fibre", "nu_fibre", "nu_cross"}},
     orthotropic{"orthotropic", {"E", "nu", "G"}};
 
-/// The forms that a table may have: with E as one number and without G, E and nu are those of isotropy.
+/// The possible forms of a table: if E is one number and there is no G, E and nu are isotropic.
 std::array<const Form*, 3> forms_of(TableReader& table) {
   const toml::node* const E = table.has("E") ? table.find("E") : nullptr;
   const bool is_one_number = E && !E->is_array() && !table.has("G");
@@ -35,8 +35,8 @@ constexpr std::string_view wanted_forms =
     "G_fibre, nu_fibre, nu_cross } (transversely isotropic) or { E = [E1, E2, E3], nu = [nu12, nu13, nu23], "
     "G = [G12, G13, G23] } (orthotropic)";
 
-/// How near to zero an inequality's left side must be for the fault to be taken for incompressibility meant
-/// in earnest, so that the advice helps.
+/// Largest left side of an inequality for which the fault is taken as an intended incompressible material,
+/// and advice is given.
 constexpr double near_limit = 1e-3;
 
 constexpr std::string_view incompressible_advice =
@@ -52,9 +52,9 @@ std::vector<std::string_view> keys_present(const TableReader& table, const Form&
   return present;
 }
 
-/// The one form whose keys are there; a fault and nothing where there are none, some of two, or too few. Keys
-/// of every form that is touched count as known, of all forms where none is, so that a slip of the pen is met
-/// with the right list.
+/// Detects the form by its keys; nothing and a fault if there are no keys, keys of two forms, or too few.
+/// Marks the keys of all forms with keys as known; without any, those of all forms, so that a misspelling is
+/// reported with the right list.
 const Form* detect_form(TableReader& table) {
   std::vector<std::string_view> present;
   const Form* detected = nullptr;
@@ -75,7 +75,7 @@ const Form* detect_form(TableReader& table) {
   }
   if (touched == 1 && present.size() == detected->keys.size())
     return detected;
-  // A label with a fibre of its own: one cause, one line.
+  // A label with its own fibre: one fault for one cause.
   if (touched == 0 && (table.has("material") || table.has("fibre"))) {
     table.find("material");
     table.find("fibre");
@@ -93,7 +93,7 @@ const Form* detect_form(TableReader& table) {
   return touched == 1 ? detected : nullptr;
 }
 
-/// The inequalities that the form did not check in words of its own, each as one fault.
+/// Checks the remaining inequalities, with one fault each.
 bool is_positive_definite(TableReader& table, const ElasticConstants& constants) {
   const std::vector<BrokenRule> violated = broken_rules(constants);
   for (const BrokenRule& inequality : violated)
@@ -121,7 +121,7 @@ std::optional<ElasticConstants> read_isotropic(TableReader& table, std::string_v
   return is_positive && nu ? std::optional(ElasticConstants::isotropic(*E, *nu)) : std::nullopt;
 }
 
-/// The scaled 3 x 3 block of the compliance has the determinant (1 + nu_cross) times this.
+/// `rest` times (1 + nu_cross) is the determinant of the scaled 3 x 3 block of the compliance.
 bool fibre_ratio_is_valid(TableReader& table, double E_fibre, double E_cross, double nu_fibre,
                           double nu_cross) {
   const double rest = 1 - nu_cross - 2 * nu_fibre * nu_fibre * E_cross / E_fibre;
@@ -169,7 +169,7 @@ std::optional<ElasticConstants> read_elastic_constants(TableReader& table) {
   const Form* const form = detect_form(table);
   if (!form)
     return std::nullopt;
-  // The keys that are there are read even where one is missing, so that their faults are told too.
+  // Reads all present keys even if one is missing, so that their faults are reported too.
   const auto constants = form == &transversely_isotropic ? read_transversely_isotropic(table)
                          : form == &orthotropic          ? read_orthotropic(table)
                                                 : read_isotropic(table, form->keys[0], form->keys[1]);
@@ -180,7 +180,7 @@ std::optional<ElasticConstants> read_elastic_constants(TableReader& table) {
 
 namespace {
 
-/// One fault for all constants of the linear forms that stand beside a law; E and nu are of neo_hookean.
+/// One fault for all linear constants beside a law; neo_hookean uses E and nu.
 void refuse_linear_constants(TableReader& table, bool takes_E_and_nu) {
   std::vector<std::string_view> beside;
   for (const Form& form : {isotropic, transversely_isotropic, orthotropic})
@@ -192,7 +192,7 @@ void refuse_linear_constants(TableReader& table, bool takes_E_and_nu) {
                 fmt::format("{}", fmt::join(beside, ", ")));
 }
 
-/// E and nu as the law has them.
+/// Reads E and nu of the law.
 void read_parameters(TableReader& table, NeoHookean& law) {
   table.require("E", "Young's modulus of the law, a pressure");
   table.require("nu", "Poisson's ratio of the law");

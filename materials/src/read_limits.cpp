@@ -1,4 +1,4 @@
-/// Neighbour limits from a TOML table, and where matter fails.
+/// Reads neighbour limits and failure data from a TOML table.
 
 #include "maille/materials/toml_reader.hpp"
 
@@ -24,7 +24,7 @@ void read_ratios(TableReader& table, std::string_view key, std::array<double, 3>
   const bool one_for_all = !table.find(key)->is_array();
   for (const double value : *values) {
     if (!is_within(table, key, value) && one_for_all) {
-      break; // it is one number: one fault
+      break; // a single number gives a single fault
     }
   }
   into = *values;
@@ -35,7 +35,7 @@ void read_shear_row(TableReader& table, std::size_t axis, const toml::array& row
     const std::string path = fmt::format("{}[{}][{}]", table.path_of("shear"), axis, b);
     const auto value = read_quantity(row[b], path, Dimension::dimensionless, table.faults());
     if (!value || axis == b) {
-      continue; // the diagonal is no shear; it is there so that the table is square
+      continue; // the diagonal is unused
     }
     if (const auto wanted = wanted_in_range("material", "shear", *value))
       table.faults().add(line_of(row[b]), path, *wanted, describe(row[b]));

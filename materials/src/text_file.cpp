@@ -38,7 +38,7 @@ std::string read_own_text_file(const fs::path& file, std::string_view what, std:
       fail(fmt::format("of at most {} bytes", largest), "more");
   }
   std::error_code none;
-  if (!stream.is_open() || stream.bad()) // a folder opens, and cannot be read
+  if (!stream.is_open() || stream.bad()) // a folder opens, but cannot be read
     fail("that can be read", !text.empty() ? fmt::format("an error of the device after {} bytes", text.size())
                              : !fs::exists(file, none)      ? "no file of that name"
                              : fs::is_directory(file, none) ? "a folder"
@@ -48,7 +48,7 @@ std::string read_own_text_file(const fs::path& file, std::string_view what, std:
 
 namespace {
 
-/// Device and number: a file's names, and links to it, share them.
+/// Device and inode: the same for all names and links of a file.
 using Identity = std::pair<dev_t, ino_t>;
 
 std::optional<Identity> identity_of(const fs::path& file) {
@@ -61,7 +61,7 @@ std::optional<Identity> identity_of(const fs::path& file) {
 struct OpenedRegister {
   std::mutex busy;
   bool keeps_opened = false;
-  /// With a name: once that leads elsewhere, the number may be another file's.
+  /// With a name, to detect that the inode number has been reused by another file.
   std::map<Identity, fs::path> inputs;
   std::vector<std::pair<std::string, fs::path>> outputs; ///< option and file
   std::vector<std::set<fs::path>*> lists;
@@ -93,7 +93,7 @@ void note_opened(const fs::path& file) {
   const std::scoped_lock lock(opened().busy);
   std::error_code none;
   fs::path name = fs::absolute(file, none);
-  if (none) // the current folder is gone
+  if (none) // the current folder was deleted
     name = file;
   for (std::set<fs::path>* const list : opened().lists)
     list->insert(name);

@@ -28,8 +28,8 @@ bool has_no_unit(const toml::node& node) {
          parse_quantity(text, Dimension::dimensionless).has_value();
 }
 
-/// A length or an angle that has no unit is in the file's; where the file says none, only 0 is one.
-/// @param value as if it were in SI units @return in SI units; nothing and a fault where the unit is unknown
+/// Applies the file's unit to a length or an angle without a unit; without `units` only 0 is allowed.
+/// @param value in SI units, if no unit applies @return in SI units; nothing and a fault for unknown units
 std::optional<double> in_units_of_the_file(const toml::node& node, double value, const std::string& path,
                                            Dimension dimension, FaultList& faults) {
   const bool is_length = dimension == Dimension::length;
@@ -49,7 +49,7 @@ std::optional<double> in_units_of_the_file(const toml::node& node, double value,
   return std::nullopt;
 }
 
-/// Walks over TOML as its lexer would; what is no TOML is for the parser to refuse.
+/// Scans TOML like a lexer; the parser reports invalid TOML.
 class KeyWalk {
 public:
   KeyWalk(std::string_view text, int most) : text_(text), most_(most) {}
@@ -85,19 +85,19 @@ private:
     if (!around_.empty())
       around_.pop_back();
   }
-  /// From behind its first quote to behind its last.
+  /// Skips from after its first quote to after its last.
   void skip_string(char quote) {
     const bool is_long = text_.substr(at_, 2) == std::string_view(quote == '"' ? "\"\"" : "''");
     at_ += is_long ? 2 : 0;
     for (; at_ < text_.size() && (is_long || text_[at_] != '\n'); ++at_) {
       line_ += text_[at_] == '\n';
       if (quote == '"' && text_[at_] == '\\') {
-        ++at_; // what follows is no end
+        ++at_; // an escaped character is no end
         line_ += at_ < text_.size() && text_[at_] == '\n';
       } else if (text_[at_] == quote && (!is_long || is_end(quote))) {
         at_ += is_long ? 3 : 1;
         for (int more = 0; is_long && more < 2 && at_ < text_.size() && text_[at_] == quote; ++more)
-          ++at_; // up to two quotes before the last three are the string's own
+          ++at_; // up to two quotes before the last three belong to the string
         return;
       }
     }
@@ -121,9 +121,9 @@ std::optional<int> line_of_deep_key(std::string_view text, int most) {
   return KeyWalk(text, most).line_of_deep_key();
 }
 
-constexpr int deepest_key = 256; // as toml++ has it of brackets
+constexpr int deepest_key = 256; // as toml++ limits brackets
 
-constexpr std::size_t most_told = 1000; ///< faults of a file; one more says that there are others
+constexpr std::size_t most_told = 1000; ///< faults reported per file; one more states that there are others
 
 std::string in_quotes(std::string_view text) {
   constexpr std::size_t longest = 60;
@@ -133,7 +133,7 @@ std::string in_quotes(std::string_view text) {
     return (static_cast<unsigned char>(text[at]) & 0xC0U) == 0x80U;
   };
   std::size_t kept = longest;
-  // Never cut inside a UTF-8 character, which has four bytes at most; cells of tables may hold anything.
+  // Does not cut inside a UTF-8 character (at most four bytes); table cells may contain any bytes.
   for (int bytes = 1; bytes < 4 && goes_on(kept); ++bytes)
     --kept;
   return fmt::format("\"{}...\"", text.substr(0, kept));

@@ -16,7 +16,7 @@ namespace maille {
 namespace {
 
 using Sparse = Eigen::SparseMatrix<double>;
-/// With indices of 32 bits a factor could not have more than 2^31 numbers.
+/// 32-bit indices would limit a factor to 2^31 numbers.
 using LongSparse = Eigen::SparseMatrix<double, Eigen::ColMajor, SuiteSparse_long>;
 
 /// CHOLMOD's workspace and settings.
@@ -28,7 +28,7 @@ public:
   Common& operator=(const Common&) = delete;
   cholmod_common* operator->() { return &common_; }
   cholmod_common* get() { return &common_; }
-  /// @throws std::bad_alloc, std::runtime_error where the last call failed
+  /// @throws std::bad_alloc, std::runtime_error if the last call failed
   void check() const {
     if (common_.status == CHOLMOD_OUT_OF_MEMORY)
       throw std::bad_alloc();
@@ -40,8 +40,8 @@ private:
   cholmod_common common_{};
 };
 
-/// Bits of OpenBLAS depend on its threads, whose number is the machine's: while this lives it has one.
-/// Nothing where the BLAS is another.
+/// Sets OpenBLAS to one thread during its lifetime, because its bits depend on the number of threads. No
+/// effect for another BLAS.
 class OneThread {
 public:
   OneThread() {
@@ -65,12 +65,12 @@ private:
   int before_ = 1;
 };
 
-/// The lower triangle of `matrix`, seen by CHOLMOD.
+/// CHOLMOD view of the lower triangle of `matrix`.
 cholmod_sparse seen(const LongSparse& matrix, int xtype) {
   cholmod_sparse view{};
   view.nrow = view.ncol = static_cast<std::size_t>(matrix.rows());
   view.nzmax = static_cast<std::size_t>(matrix.nonZeros());
-  view.p = const_cast<SuiteSparse_long*>(matrix.outerIndexPtr()); // it is only read
+  view.p = const_cast<SuiteSparse_long*>(matrix.outerIndexPtr()); // read only
   view.i = const_cast<SuiteSparse_long*>(matrix.innerIndexPtr());
   view.x = xtype == CHOLMOD_PATTERN ? nullptr : const_cast<double*>(matrix.valuePtr());
   view.stype = -1;
@@ -102,7 +102,7 @@ LongSparse graph(const LongSparse& lower, std::span<const std::int32_t> group) {
   return of_groups;
 }
 
-/// Rows in an order of little fill: nested dissection (METIS) of the groups, whose rows stay together.
+/// Fill-reducing order of rows: nested dissection (METIS) of the groups, whose rows stay together.
 std::vector<SuiteSparse_long> order(const LongSparse& lower, std::span<const std::int32_t> group,
                                     Common& common) {
   const LongSparse of_groups = graph(lower, group);
@@ -133,7 +133,7 @@ public:
   Eigen::MatrixXd solve(const Eigen::MatrixXd& right) const override;
 
 private:
-  /// A block of columns of the factor, with the rows in which they have numbers: first their own.
+  /// A block of columns of the factor, and the rows of their non-zeros: first their own.
   struct Supernode {
     Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>> numbers;
     std::span<const SuiteSparse_long> rows;
@@ -196,10 +196,10 @@ SupernodalFactor::Supernode SupernodalFactor::supernode(std::size_t number) cons
       {static_cast<const SuiteSparse_long*>(factor_->s) + rows[number], static_cast<std::size_t>(n_rows)}};
 }
 
-/// values = inverse(L) values, of the columns of L alone that are above one with a force in the tree of
-/// elimination: of forces on few nodes a tenth of the factor.
-/// Source  Gilbert and Peierls 1988 (SIAM J. Sci. Stat. Comput. 9); of a Cholesky factor what is reached is
-///         the way to the root
+/// values = inverse(L) values. Visits only the columns of L that are ancestors of a non-zero row in the
+/// elimination tree: for forces on few nodes a tenth of the factor.
+/// Source  Gilbert and Peierls 1988 (SIAM J. Sci. Stat. Comput. 9); for a Cholesky factor the reach is
+///         the path to the root
 void SupernodalFactor::solve_lower(Eigen::MatrixXd& values) const {
   std::vector<char> is_reached(factor_->nsuper, 0);
   for (Eigen::Index row = 0; row < values.rows(); ++row)

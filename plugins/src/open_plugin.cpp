@@ -31,7 +31,7 @@ void* own_handle() {
   throw std::runtime_error(fmt::format("{} {}, {}", needs, file, why));
 }
 
-/// Whether all sections and segments end within the file.
+/// True if all sections and segments end within the file.
 bool is_whole(const std::string& file) {
   std::ifstream stream(file, std::ios::binary);
   ElfW(Ehdr) head{};
@@ -65,7 +65,7 @@ std::vector<std::string> plugin_folders() {
   const Dl_serpath* const first = &all->dls_serpath[0];
   for (unsigned i = 0; i < all->dls_cnt; ++i) {
     const std::string folder = first[i].dls_name;
-    // A relative entry means the current folder, which may hold foreign files.
+    // Skips relative entries: the current folder may contain foreign files.
     if (folder.starts_with('/') && std::ranges::find(folders, folder) == folders.end())
       folders.push_back(folder);
   }
@@ -93,9 +93,9 @@ std::string find_plugin(const char* file, const std::string& needs, const char* 
 }
 
 const void* open_plugin(const char* file, const char* what, std::size_t layout, const void* host) {
-  // Found by ourselves: a sanitizer that stands before dlopen would have it look where its own libraries are.
+  // Searches without dlopen: a sanitizer that intercepts it would search the sanitizer's library path.
   const std::string needs = std::string(what) + " need", path = find_plugin(file, needs);
-  // What its libraries define must be seen by those that they open in turn: MPI's components, OpenGL's.
+  // RTLD_GLOBAL: its libraries load components that need their symbols (MPI, OpenGL).
   void* const opened = dlopen(path.c_str(), RTLD_LAZY | RTLD_GLOBAL);
   if (opened == nullptr)
     refuse(file, needs, fmt::format("which cannot be opened: {}", dlerror()));

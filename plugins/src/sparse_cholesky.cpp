@@ -47,7 +47,7 @@ std::unique_ptr<SparseCholesky> sparse_cholesky(const Eigen::SparseMatrix<double
                                                 std::span<const std::int32_t> group, bool blas_is_serial) {
   try {
     return supernodal_cholesky(lower, group, blas_is_serial);
-  } catch (const std::runtime_error&) { // CHOLMOD is not there
+  } catch (const std::runtime_error&) { // CHOLMOD is not installed
     return simplicial_cholesky(lower);
   }
 }

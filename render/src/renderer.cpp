@@ -23,7 +23,7 @@ Vec3 Pose::to_object(const Vec3& point) const {
 
 namespace {
 
-/// What a cast object depends on beside the view.
+/// Compares the inputs of a cast object besides the view.
 bool is_same(const SceneObject& a, const SceneObject& b) {
   return a.volume == b.volume && a.look == b.look && a.pose == b.pose && a.deformation == b.deformation &&
          a.paint == b.paint && a.crop == b.crop && a.hidden == b.hidden;
@@ -44,22 +44,22 @@ struct Renderer::Parts {
   std::vector<Kept> kept;
   Picture picture;
   Counters counters;
-  std::vector<std::uint8_t> is_dirty; ///< a tile
+  std::vector<std::uint8_t> is_dirty; ///< per tile
 
   void look_from(const View& from) {
     if (has_view && view == from)
       return;
-    // Every tile is merged anew: pixels of the same number need not be cleared, by one thread, before that.
+    // All tiles are merged anew, so pixels of a picture of equal size need no clearing.
     if (!has_view || view.width != from.width || view.height != from.height)
       clear(picture, from);
     view = from;
     has_view = true;
     for (Kept& object : kept) {
-      for (TileRuns& tile : object.tiles) { // their memory is wanted again at once
+      for (TileRuns& tile : object.tiles) { // keeps their memory, which is reused at once
         tile.first.clear();
         tile.runs.clear();
       }
-      object.object.hidden = true; // so that it differs from what is asked
+      object.object.hidden = true; // differs from the request
       object.object.volume = nullptr;
     }
     is_dirty.assign(static_cast<std::size_t>(tiles_along(view.width)) *
@@ -75,7 +75,7 @@ struct Renderer::Parts {
 
   void cast(Kept& kept_object, const SceneObject& object) {
     mark(kept_object);
-    // An object that is hidden keeps nothing but its tables.
+    // A hidden object keeps only its tables.
     auto prepared = std::make_unique<PreparedObject>(object, view, threads, kept_object.prepared.get());
     kept_object.object = object;
     kept_object.version = object.deformation ? object.deformation->version() : 0;

@@ -26,7 +26,7 @@ void put(Bytes& to, const T* from, std::size_t n) {
   to.insert(to.end(), bytes, bytes + n * sizeof(T));
 }
 
-/// Takes what `put` has put, in order.
+/// Reads the values of `put`, in order.
 class Parcel {
 public:
   explicit Parcel(std::span<const std::byte> bytes) : bytes_(bytes) {}
@@ -54,7 +54,7 @@ Picture empty_picture(const View& view) {
   return picture;
 }
 
-/// Calls take(first pixel, how many) for every row of a tile.
+/// Calls take(first pixel, number) for every row of a tile.
 template<class Take>
 void for_each_row(int tile, const Picture& picture, Take&& take) {
   const int tiles_x = tiles_along(picture.width);
@@ -70,7 +70,7 @@ struct SharedRenderer::Parts {
   int rank, size, threads;
   View view;
   std::vector<SceneObject> objects;
-  std::vector<std::unique_ptr<PreparedObject>> prepared; ///< of own objects, and of those in own tiles
+  std::vector<std::unique_ptr<PreparedObject>> prepared; ///< own objects, and objects in own tiles
   Counters counters;
 
   const PreparedObject& prepared_of(std::size_t object) {

@@ -70,16 +70,16 @@ LawResponse respond(const CellMatter& matter, const Eigen::Matrix3d& E, double& 
   return response;
 }
 
-/// Steps of the search for free strains; to rounding it takes five or six.
+/// Limit of iterations for free strains; five or six reach rounding level.
 constexpr int most_steps = 40;
-/// Shortest part of such a step.
+/// Smallest fraction of a Newton step in the line search.
 constexpr double shortest = 1e-6;
-/// Stress, over the stiffness, that counts as none [1].
+/// Stress over stiffness that counts as zero [1].
 constexpr double no_stress = 1e-13;
 
 } // namespace
 
-/// Newton's method for the least energy over the free strains, whose step is halved until energy falls.
+/// Newton iteration for minimum energy over the free strains; steps are halved until the energy falls.
 LawResponse respond(const CellMatter& matter, int dimension, PlaneAssumption plane, Eigen::Matrix3d& E,
                     double& active) {
   LawResponse response = respond(matter, E, active);

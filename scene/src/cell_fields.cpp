@@ -21,7 +21,7 @@ Vector6 voigt_strain(const Eigen::Matrix3d& g) {
   return strain;
 }
 
-/// Voigt 11 22 33 23 13 12 becomes XX YY ZZ XY YZ XZ.
+/// Reorders Voigt 11 22 33 23 13 12 to XX YY ZZ XY YZ XZ.
 std::array<double, 6> in_order_of_vtk(const Vector6& v, double shear) {
   return {v(0), v(1), v(2), shear * v(5), shear * v(3), shear * v(4)};
 }
@@ -98,7 +98,7 @@ FieldsOfCells::Values FieldsOfCells::operator()(std::int64_t cell) {
   return {in_order_of_vtk(strain, 0.5), in_order_of_vtk(stress, 1), von_mises(stress)};
 }
 
-/// Cauchy's stress in the cell's frame is U S U / J; free strains are known of E = (U^2 - I) / 2.
+/// Cauchy stress in the cell's frame is U S U / J; free strains follow from E = (U^2 - I) / 2.
 FieldsOfCells::Values FieldsOfCells::at_finite_strain(std::int64_t cell, const Matrix6& stiffness) const {
   using Eigen::Matrix3d;
   const Specimen& body = scene_.specimen;

@@ -8,8 +8,8 @@ namespace maille {
 
 namespace {
 
-/// Squares of numbers of any size: they are divided by a power of two, which costs no bit, so that the
-/// largest is near one and no square leaves the range of doubles.
+/// Sums of squares without overflow: numbers are divided by a power of two, which is exact, so that the
+/// largest is near one.
 class Squares {
 public:
   void add(double value) { largest_ = std::max(largest_, std::abs(value)); }
@@ -17,7 +17,7 @@ public:
     int exponent = 0;
     if (largest_ > 0 && std::isfinite(largest_))
       std::frexp(largest_, &exponent);
-    // 2^-exponent itself may be out of range, its half is not.
+    // 2^-exponent may overflow, its half does not.
     half_scale_ = std::ldexp(1.0, -(exponent / 2));
     rest_ = std::ldexp(1.0, -(exponent - exponent / 2));
   }
@@ -25,14 +25,14 @@ public:
     const double scaled = value * half_scale_ * rest_;
     return scaled * scaled;
   }
-  /// What squares of that sum stand for.
+  /// Root of a sum of scaled squares, unscaled.
   double root(double sum) const { return std::sqrt(sum) / half_scale_ / rest_; }
 
 private:
   double largest_ = 0, half_scale_ = 1, rest_ = 1;
 };
 
-/// 0 / 0 is no error at all; anything else over 0 is without measure.
+/// part / whole; 0 for 0 / 0, infinite for other parts over 0.
 double ratio(double part, double whole) {
   if (part == 0)
     return 0;

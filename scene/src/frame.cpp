@@ -20,7 +20,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
-/// A second singular value below this part of the first: points on a line.
+/// Points are on a line if the second singular value is below this fraction of the first.
 constexpr double thin = 1e-9;
 
 Vector3d vector(const Vec3& v) {
@@ -42,7 +42,7 @@ double largest_norm(std::span<const Vec3> points) {
   return largest;
 }
 
-/// The rotation nearest to sum b a^T in the plane; nothing where it is not unique.
+/// The rotation nearest to sum b a^T in the plane; nothing if it is not unique.
 std::optional<Matrix3d> rotation_in_plane(const Matrix3d& sum, double size) {
   const double cosine = sum(0, 0) + sum(1, 1), sine = sum(1, 0) - sum(0, 1);
   if (std::hypot(cosine, sine) <= thin * size)
@@ -58,7 +58,7 @@ std::optional<Matrix3d> rotation_in_space(const Matrix3d& sum, double size) {
   if (s[1] <= thin * s[0])
     return Eigen::Quaterniond::FromTwoVectors(svd.matrixV().col(0), svd.matrixU().col(0)).toRotationMatrix();
   const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
-  if (s[1] + sign * s[2] <= thin * s[0]) // a reflection: turns about the third axis are as near as each other
+  if (s[1] + sign * s[2] <= thin * s[0]) // a reflection: all rotations about the third axis are equally near
     return std::nullopt;
   return Matrix3d(svd.matrixU() * Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose());
 }
@@ -76,7 +76,7 @@ void map_nodes(const Scene& scene, Displacement& displacement, const Map& map) {
   }
 }
 
-/// Moved nodes with all their components; empty where a hold or a spring ties the body to the world, or some
+/// Moved nodes with all components prescribed; empty if a hold or a spring ties the body to the world, or a
 /// component is free.
 struct Handles {
   explicit Handles(const Scene& scene);
@@ -105,7 +105,7 @@ Handles::Handles(const Scene& scene) {
 
 } // namespace
 
-// Differences of near things first: a body carried far away keeps its digits.
+// Subtracts nearby values first, so that a body that moved far keeps its digits.
 Vec3 Frame::in_object(const Vec3& x, const Vec3& u) const {
   if (!is_turned)
     return u;

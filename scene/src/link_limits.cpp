@@ -11,7 +11,7 @@ namespace maille {
 
 namespace {
 
-/// Limits, given or of the matter in a cell, along the object's axes.
+/// Limits of a cell along the object's axes: given ones, or those of its material.
 NeighbourLimits cell_limits(const Scene& scene, std::int64_t cell) {
   if (scene.limit_source() == LimitSource::given)
     return scene.limits.given;
@@ -26,7 +26,7 @@ bool is_of_one_kind(const Scene& scene) {
          (scene.materials.size() == 1 && scene.specimen.fibres.empty());
 }
 
-/// What tells cells apart: material and fibre.
+/// Key of a kind of cell: material and fibre.
 using CellKind = std::tuple<std::uint8_t, float, float, float>;
 CellKind kind_in(const Specimen& body, std::int64_t cell) {
   const Vec3 f = body.fibre_of(cell);
@@ -93,7 +93,7 @@ void LinkLimits::classify(const Scene& scene) {
       cell_class_[cell] =
           class_of.try_emplace(kind_in(body, cell), static_cast<std::int32_t>(class_of.size())).first->second;
   classes_.reserve(class_of.size());
-  // Classes are numbered as they come.
+  // Classes are numbered in order of appearance.
   for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
     if (cell_class_[cell] == static_cast<std::int32_t>(classes_.size()))
       add_class(cell);
@@ -103,7 +103,7 @@ std::int64_t LinkLimits::bytes_at_most(const Scene& scene) {
   const Specimen& body = scene.specimen;
   if (is_of_one_kind(scene))
     return sizeof(OfCell);
-  // A few thousand are counted; where there are more, every cell is taken for one of its own.
+  // Counts up to a few thousand kinds; beyond, assumes one kind per cell.
   constexpr std::size_t most_counted = 4096;
   std::set<CellKind> kinds;
   if (!body.fibres.empty())
@@ -113,8 +113,7 @@ std::int64_t LinkLimits::bytes_at_most(const Scene& scene) {
   const std::int64_t n = body.fibres.empty()            ? std::ssize(scene.materials)
                          : kinds.size() <= most_counted ? std::ssize(kinds)
                                                         : body.n_matter_cells();
-  // While they are told apart, every kind stands in a tree, too: its key and number, and three pointers and a
-  // colour.
+  // During classification every kind is also in a tree: key, number, three pointers and a colour.
   constexpr std::int64_t in_a_tree = 64;
   return body.grid.n_cells() * std::int64_t{sizeof(std::int32_t)} +
          n * (std::int64_t{sizeof(OfCell)} + in_a_tree);

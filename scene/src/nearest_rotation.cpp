@@ -14,7 +14,7 @@ using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
 constexpr int most_steps = 12;
-/// A turn that is left, below which the next step would be rounding [rad].
+/// Remaining rotation below which the next step is at rounding level [rad].
 constexpr double settled = 1e-8;
 
 Quaterniond in_plane(const Matrix3d& F) {
@@ -38,7 +38,7 @@ Quaterniond nearest_rotation(int dimension, const Matrix3d& F, const Quaterniond
     const Matrix3d A = q.toRotationMatrix().transpose() * F;
     const Vector3d skew(A(2, 1) - A(1, 2), A(0, 2) - A(2, 0), A(1, 0) - A(0, 1));
     const Matrix3d H = A.trace() * Matrix3d::Identity() - 0.5 * (A + A.transpose());
-    // A maximum of tr(R^T F) only where H is positive definite; a pit in it is no place to step from.
+    // Maximum of tr(R^T F) only if H is positive definite; do not step from a minimum.
     const double minor = H(0, 0) * H(1, 1) - H(0, 1) * H(0, 1), determinant = H.determinant();
     const double size = H.trace();
     if (!(H(0, 0) > 0 && minor > 0 && determinant > 1e-6 * size * size * size))

@@ -33,15 +33,15 @@ void add_tractions(const Scene& scene, std::size_t b, List<double>& forces) {
   }
 }
 
-/// Where component b of the stress on a face normal to `axis` stands in a stress of the scene's dimension.
+/// Index of component b of the stress on a face normal to `axis`, in a stress of the scene's dimension.
 Eigen::Index place(int dimension, int b, int axis) {
   if (b == axis)
     return b;
   return dimension == 2 ? 2 : 6 - b - axis; // 12 | 23 13 12
 }
 
-/// The mean gradient of a corner's shape function is 2 / corners / spacing along each axis, upwards of upper
-/// corners.
+/// The mean gradient of a corner's shape function is 2 / corners / spacing along each axis, positive for
+/// upper corners.
 void add_contraction(const Scene& scene, int b, List<double>& forces) {
   const Grid& grid = scene.specimen.grid;
   const int d = grid.dimension(), corners = grid.corners_per_cell();

@@ -54,7 +54,7 @@ double energy_of_springs(const List<NodalSpring>& springs, const Displacement& u
 
 std::vector<SpringPull> pulls_of_springs(const Scene& scene, const Answer& answer,
                                          std::optional<std::int32_t> condition) {
-  std::map<std::int32_t, Scene> of_label; // the springs on one side of every border alone
+  std::map<std::int32_t, Scene> of_label; // springs on one side of each border
   for (const FaceSpring& spring : scene.springs) {
     if (condition && spring.condition != *condition)
       continue;

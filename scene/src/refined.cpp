@@ -44,13 +44,13 @@ PrescribedByNode by_node(const Scene& scene, int component) {
   return found;
 }
 
-/// Entries of the coarse nodes that a fine one lies between; none where one of them is free.
+/// Entries of the coarse nodes around a fine one; none if one of them is free.
 std::vector<std::size_t> entries_around(const Scene& scene, const PrescribedByNode& known,
                                         const Index3& fine) {
   std::vector<std::size_t> entries;
   for (int corner = 0; corner < scene.specimen.grid.corners_per_cell(); ++corner) {
     Index3 at = half_of(fine);
-    bool counts = true; // an even place lies on one coarse node alone
+    bool counts = true; // an even index coincides with one coarse node
     for (std::size_t a = 0; a < 3 && counts; ++a)
       if (corner >> a & 1) {
         counts = fine[a] % 2 != 0;
@@ -66,7 +66,7 @@ std::vector<std::size_t> entries_around(const Scene& scene, const PrescribedByNo
   return entries;
 }
 
-/// Where all of those are prescribed, the mean of them.
+/// The mean of their values, if all are prescribed.
 std::optional<Prescribed> mean_around(const Scene& scene, const PrescribedByNode& known, const Index3& fine,
                                       int component) {
   const std::vector<std::size_t> entries = entries_around(scene, known, fine);
@@ -126,7 +126,7 @@ Scene refined(const Scene& scene) {
   fine.tractions = refine_faces(scene.tractions, scene.specimen.grid, fine.specimen.grid);
   fine.springs = refine_faces(scene.springs, scene.specimen.grid, fine.specimen.grid);
   fine.active_stress = carried(scene.active_stress, fine.specimen.grid.n_cells(), 0.0, parent);
-  fine.turns.clear(); // they name nodes of the coarse lattice; what they prescribe is above
+  fine.turns.clear(); // they refer to coarse nodes; their values are included above
   fine.drives.clear();
   fine.timed.clear();
   return fine;

@@ -18,7 +18,7 @@ namespace maille {
 
 Vec3 to_world(const Placement& placement, const Vec3& vector) {
   if (placement.direction == Placement{}.direction)
-    return vector; // the same bits, and an axis that is not finite spoils no other
+    return vector; // keeps the bits, and keeps non-finite axes separate
   Vec3 turned{};
   for (std::size_t row = 0; row < 3; ++row)
     turned[row] = placement.direction[row][0] * vector[0] + placement.direction[row][1] * vector[1] +
@@ -63,14 +63,14 @@ std::int64_t Specimen::n_matter_cells() const {
 
 namespace {
 
-/// Counts along rows of nodes, by which cells of the rows beside them hold matter.
+/// Counts nodes and edges along rows of nodes, from the matter in the adjacent rows of cells.
 class RowCount {
 public:
   explicit RowCount(const Specimen& body)
       : body_(body), n_(body.grid.cells()[0]), flags_(static_cast<std::size_t>(n_) + 2) {}
 
-  /// Takes in the rows of cells below and above the row of nodes at y, z.
-  /// @param both  per axis y and z: whether those on both its sides count, or those above alone
+  /// Reads the rows of cells around the row of nodes at y, z.
+  /// @param both  per axis y and z: true: rows on both sides; false: the upper side only
   void look_at(int y, int z, std::array<bool, 2> both) {
     std::ranges::fill(flags_, std::uint8_t{0});
     const Index3& n = body_.grid.cells();
@@ -169,11 +169,11 @@ LimitSource Scene::limit_source() const {
   return all_have_some ? LimitSource::material : LimitSource::taut;
 }
 
-// Axis 3 is the part across the fibre of the first reference that is not along it: the normal of a plane
-// scene, the world's z (up, in a patient), the world's x. So the axes do not depend on how an image is
-// stored, and a fibre that is turned round turns axis 2 round alone, which no stiffness feels.
+// Axis 3 is the component across the fibre of the first reference that is not parallel to it: the normal of a
+// plane scene, the world's z (up, in a patient), the world's x. So the axes do not depend on the storage
+// order of an image, and reversing the fibre reverses only axis 2, which no stiffness depends on.
 Eigen::Matrix3d Scene::material_axes(std::int64_t cell) const {
-  constexpr double least_sine = 1e-3; // below, rounding of the fibre would turn the axes
+  constexpr double least_sine = 1e-3; // below, rounding of the fibre would rotate the axes
   const auto vector = [](const Vec3& v) { return Eigen::Vector3d(v[0], v[1], v[2]); };
   const auto& to_world = specimen.placement.direction;
   const Eigen::Vector3d fibre = vector(specimen.fibre_of(cell)).stableNormalized();
@@ -215,7 +215,7 @@ Scene with_limits(const Scene& scene) {
 
 namespace {
 
-/// Puts what moves nodes where it has them at a fraction of it. @param of a Turn or a Drive
+/// Sets the prescribed values of a Turn or a Drive at a fraction of it.
 template<class Motion>
 void move_by(const Motion& of, const std::array<bool, 3>& axes, double fraction, Scene& step) {
   for (const std::int64_t node : of.nodes) {
@@ -237,7 +237,7 @@ void move_by(const Motion& of, const std::array<bool, 3>& axes, double fraction,
 
 namespace {
 
-/// What a step that is taken in steps again goes by: turns, drives and courses up to its own end.
+/// Restricts turns, drives and courses to the end of the step, for steps of a step.
 void begin(const Scene& scene, double fraction, Scene& step) {
   for (std::size_t i = 0; i < scene.turns.size(); ++i) {
     Turn& turn = step.turns[i];
@@ -337,7 +337,7 @@ Eigen::VectorXd Scene::reduced_active_stress(std::int64_t cell, double of_fibre)
     return stress;
   if (stress.isZero(0))
     return Eigen::VectorXd::Zero(dimension() == 2 ? 3 : 1);
-  // What is free gives way to it, and by that pulls at the directions that the scene knows.
+  // Free directions relax, which changes the stress in the directions of the scene.
   Vector6 lateral = Vector6::Zero();
   const Matrix6 C = object_stiffness(cell);
   release_free_directions(C, stress, dimension(), plane, lateral);

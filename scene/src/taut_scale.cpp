@@ -14,7 +14,7 @@ namespace maille {
 
 namespace {
 
-/// Lets every one of n values, `stride` apart, be no more than its neighbours and a step.
+/// Limits each of n values, `stride` apart, to its neighbours plus a step.
 void scan(double* values, std::int64_t n, std::int64_t stride, double step) {
   for (std::int64_t i = 1; i < n; ++i)
     values[i * stride] = std::min(values[i * stride], values[(i - 1) * stride] + step);
@@ -22,7 +22,7 @@ void scan(double* values, std::int64_t n, std::int64_t stride, double step) {
     values[i * stride] = std::min(values[i * stride], values[(i + 1) * stride] + step);
 }
 
-/// The same for rows of `width` neighbouring values, which the compiler vectorises.
+/// The same for rows of `width` adjacent values, which compilers vectorise.
 void scan_rows(double* values, std::int64_t n, std::int64_t width, double step) {
   const auto lower = [&](std::int64_t row, std::int64_t other) {
     double* const here = values + row * width;
@@ -38,8 +38,8 @@ void scan_rows(double* values, std::int64_t n, std::int64_t width, double step) 
     lower(row, row + 1);
 }
 
-/// shortest_paths() on a box whose links along an axis are all alike, and alike in both directions: a path
-/// goes along one axis after the other.
+/// shortest_paths() on a box with equal links along each axis and in both directions: a path follows one axis
+/// after the other.
 /// @param steps  their lengths by axis
 List<double> paths_on_a_box(const Grid& grid, const Vec3& steps, std::span<const PathEnd> ends) {
   List<double> length(static_cast<std::size_t>(grid.n_nodes()), std::numeric_limits<double>::infinity());
@@ -79,12 +79,12 @@ public:
     double found = largest_ratio_from_lowest();
     if (values_.size() == 2)
       return found;
-    // Below any ratio that there can be, where the lowest is joined to none that differs.
+    // If no lowest node is connected to a different value, starts below any possible ratio.
     double scale = found > 0 ? found : smallest_difference() / longest_path();
     while (scale > 0) {
       const std::optional<PathEnd> end = farthest_apart(scale);
       const double ratio = end ? largest_ratio_at(*end) : 0;
-      if (!(ratio > scale)) // none is apart, or by rounding alone
+      if (!(ratio > scale)) // no violation beyond rounding
         break;
       found = scale = ratio;
     }
@@ -101,8 +101,8 @@ private:
     return paths_on_a_box(scene_.specimen.grid, steps, ends);
   }
 
-  /// Over the ends above the lowest value: the difference from it / length of the path from the nearest end
-  /// that has it. Of two values there is no larger ratio.
+  /// Largest ratio of value difference and path length from the lowest ends to the others. With two values it
+  /// is the largest ratio.
   double largest_ratio_from_lowest() const {
     std::vector<PathEnd> lowest;
     for (const PathEnd& end : ends_)
@@ -110,7 +110,7 @@ private:
         lowest.push_back({end.node, 0});
     return largest_ratio(values_.front(), paths_from(lowest));
   }
-  /// Over the other ends: the largest |difference of values| / length of the path.
+  /// Largest |difference of values| / path length from one end to the others.
   double largest_ratio_at(const PathEnd& from) const {
     const PathEnd start{from.node, 0};
     return largest_ratio(from.potential, paths_from({&start, 1}));
@@ -123,7 +123,7 @@ private:
     return ratio;
   }
 
-  /// The end whose value lies highest above what paths from the others let it have at that scale.
+  /// The end that most exceeds the bound by paths from the others at that scale.
   std::optional<PathEnd> farthest_apart(double scale) const {
     std::vector<PathEnd> scaled = ends_;
     for (PathEnd& end : scaled)
@@ -148,7 +148,7 @@ private:
     return smallest;
   }
 
-  /// No shortest path is longer.
+  /// Upper bound of the lengths of shortest paths.
   double longest_path() const {
     double longest_link = 0;
     for (const LinkLimits::OfCell& cell : unit_.kinds())

@@ -1,21 +1,21 @@
 #pragma once
-/// The one scale at which taut links just let a scene's moves happen.
+/// The smallest scale of taut limits at which a scene's moves are feasible.
 
 #include "maille/scene/link_limits.hpp"
 
 namespace maille {
 
-/// The largest |difference of prescribed values| / shortest path, over all pairs of prescribed nodes that are
-/// joined: the scale at which the scene's moves just use the slack up. 0 where no joined pair differs.
+/// The largest |difference of prescribed values| / shortest path, over all connected pairs of prescribed
+/// nodes: the scale at which the scene's moves use up the slack exactly. 0 if no connected pair differs.
 ///
-/// Where the values of a component are two, as of a body that is held and moved, one search from all nodes
-/// with the lower one says it. Elsewhere Newton's method for largest ratios: at a trial scale one search from
-/// all nodes at once finds the pair that is farthest from joined, whose ratio (the best of that node's) is
-/// the next scale, until no pair is apart. Scales only grow; two to six pairs of searches. On a box of one
-/// matter a search is two scans along every axis, elsewhere Dijkstra's.
+/// If a component has two prescribed values, as for a body that is held and moved, one search from all nodes
+/// with the lower value is enough. Otherwise Newton's method for the largest ratio: at a trial scale one
+/// search from all nodes at once finds the most violated pair; its ratio (the best for that node) is the next
+/// scale, until no pair is violated. Scales only grow; two to six pairs of searches. On a box of one material
+/// a search is two scans along every axis, elsewhere Dijkstra's algorithm.
 ///
-/// @param unit  links whose slack, alike in both directions, is that of a scale of 1
-/// Cost    of a search on a box some 6 ns a node, elsewhere see shortest_paths()
+/// @param unit  limits at a scale of 1, with equal slack in both directions
+/// Cost    of a search: about 6 ns per node on a box, elsewhere see shortest_paths()
 /// Source  Dinkelbach, On nonlinear fractional programming (1967), Management Science 13, 492
 /// Checked by  tests/scene/link_limits_test.cpp
 double taut_scale(const Scene& scene, const LinkLimits& unit);

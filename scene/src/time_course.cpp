@@ -1,4 +1,4 @@
-// What changes over the time of a run by a course of its own.
+// Evaluation of time courses.
 #include "time_course.hpp"
 
 #include <Eigen/Geometry>
@@ -11,7 +11,7 @@ namespace maille {
 
 namespace {
 
-/// The points around a time, and how far it is from the first to the second; both the same beyond the ends.
+/// The points around a time, and the fraction between them; equal points beyond the ends.
 template<class Point, class TimeOf>
 std::pair<std::size_t, double> place_of(const std::vector<Point>& points, double time, TimeOf&& time_of) {
   const auto after = std::ranges::find_if(points, [&](const Point& p) { return time_of(p) > time; });
@@ -38,7 +38,7 @@ double TimeCourse::at(double time) const {
 
 namespace {
 
-/// Where something rigid is at a time.
+/// Pose of a rigid label at a time.
 RigidPose pose_at(const Drive& drive, double time) {
   const auto [i, part] = place_of(drive.poses, time, [](const RigidPose& p) { return p.time; });
   RigidPose pose = drive.poses[i];

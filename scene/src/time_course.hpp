@@ -1,6 +1,5 @@
 #pragma once
-/// The beginning of what changes over the time of a run, as a run of its own; and where the end of a beam is
-/// that a [test] bends to an arc of a circle.
+/// Restricts time courses to the start of a run; and the end of a beam that a [test] bends to a circular arc.
 
 #include "maille/scene/scene.hpp"
 
@@ -8,11 +7,11 @@
 
 namespace maille {
 
-/// The same up to a time, which becomes 1. @param time 0 to 1
+/// The course up to `time`, rescaled so that `time` becomes 1. @param time 0 to 1
 TimeCourse until(const TimeCourse& course, double time);
 Drive until(const Drive& drive, double time);
 
-/// How far the middle of the upper face has gone at a fraction of the angle [m].
+/// Displacement of the centre of the upper face at a fraction of the angle [m].
 inline Vec3 end_of_arc(const StandardTest& test, double fraction) {
   const double turned = fraction * test.angle();
   Vec3 end{};

@@ -1,5 +1,5 @@
 #pragma once
-/// What the JSON of several commands has in common.
+/// Common parts of the JSON of several commands.
 
 #include "maille/scene/answer.hpp"
 #include "maille/scene/scene.hpp"
@@ -8,16 +8,16 @@
 
 namespace maille::studies {
 
-/// Which question was asked, of what size, by which version, on how many threads.
+/// Description of the question: scene, size, version, threads.
 nlohmann::ordered_json question_json(const Scene& scene, int threads);
 
 /// relative_l2, relative_max and rms [m]
 nlohmann::ordered_json norms_json(const ErrorNorms& error);
 
-/// Which version made results, at which commit, on which machine, and when (UTC).
+/// Origin of results: version, commit, machine and time (UTC).
 nlohmann::ordered_json made_by();
 
-/// Provenance of a file: version and commit, then `facts`, in one line.
+/// Provenance of a file: version and commit, then `facts`, on one line.
 std::string provenance_with(const nlohmann::ordered_json& facts);
 
 } // namespace maille::studies

@@ -6,7 +6,7 @@
 
 namespace maille::studies {
 
-/// Median; of two middle values the upper, so that it is a measured one; 0 without values. O(n).
+/// Median; for an even number the upper middle value, so that it is a measured one; 0 without values. O(n).
 inline double upper_median(std::vector<double> values) {
   if (values.empty())
     return 0;

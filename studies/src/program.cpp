@@ -31,7 +31,7 @@ std::array<std::atomic<pid_t>, 32> running_groups{};
 std::atomic<bool> are_ended{false};
 static_assert(std::atomic<pid_t>::is_always_lock_free, "a signal handler may touch it");
 
-/// A shell in a process group of its own, known to end_programs() while this lives.
+/// A shell in its own process group, registered for end_programs() in its lifetime.
 class Program {
 public:
   explicit Program(const std::string& line) {
@@ -64,7 +64,7 @@ public:
     if (has_started())
       kill(-process_, SIGKILL);
   }
-  /// Its exit code, 128 + N for signal N. @param options  WNOHANG: nothing while it runs
+  /// Exit code, 128 + N for signal N. @param options  WNOHANG: nothing while it runs
   std::optional<int> wait(int options = 0) {
     int status = 0;
     pid_t found = 0;

@@ -1,5 +1,5 @@
 #pragma once
-/// Numbers and texts as tables, CSV and JSON of results have them.
+/// Formatting of numbers and texts for tables, CSV and JSON of results.
 
 #include <nlohmann/json.hpp>
 
@@ -11,11 +11,11 @@
 
 namespace maille::studies {
 
-/// JSON has no infinity.
+/// Number for JSON; null for non-finite values, which JSON does not support.
 inline nlohmann::ordered_json json_number(std::optional<double> value) {
   return value && std::isfinite(*value) ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
 }
-/// And back: nothing where there is no number.
+/// Inverse of json_number: nothing if there is no number.
 inline std::optional<double> number_in(const nlohmann::ordered_json& json) {
   return json.is_number() ? std::optional(json.get<double>()) : std::nullopt;
 }
@@ -27,7 +27,7 @@ inline std::string in_percent(std::optional<double> ratio) {
   return ratio ? in_percent(*ratio) : "-";
 }
 
-/// A time for people, in the unit that leaves a number from 1 to 1000.
+/// A time in the unit that gives a number from 1 to 1000.
 inline std::string in_seconds(double seconds) {
   if (!std::isfinite(seconds))
     return "-";
@@ -36,7 +36,7 @@ inline std::string in_seconds(double seconds) {
   return seconds < 1 ? fmt::format("{:.3g} ms", 1e3 * seconds) : fmt::format("{:.3g} s", seconds);
 }
 
-/// A stress or a modulus with three digits in the unit that suits it.
+/// A stress or modulus with three digits in a suitable unit.
 inline std::string in_pascals(double pascals) {
   const double size = std::abs(pascals);
   if (size >= 1e9)

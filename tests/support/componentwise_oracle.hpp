@@ -1,6 +1,6 @@
 #pragma once
-/// The componentwise model the obvious way: dense matrices, Gauss-Seidel point by point, Hildreth's dual
-/// method.
+/// Reference implementation of the componentwise model: dense matrices, pointwise Gauss-Seidel, Hildreth's
+/// dual method.
 
 #include "maille/scene/link_limits.hpp"
 
@@ -51,12 +51,12 @@ inline std::vector<WeightedLink> weighted_links(const Scene& scene, const LinkLi
   return links;
 }
 
-/// One component's problem on the nodes that links join to prescribed ones.
+/// Problem of one component on the nodes connected to prescribed ones by links.
 struct DenseProblem {
   std::vector<WeightedLink> links;
   std::vector<std::int64_t> free;   ///< grid nodes
-  std::vector<double> fixed_values; ///< per grid node; NaN where free or loose
-  Eigen::MatrixXd A;                ///< of the free nodes
+  std::vector<double> fixed_values; ///< per grid node; NaN for free or loose nodes
+  Eigen::MatrixXd A;                ///< matrix of the free nodes
   Eigen::VectorXd b;
 };
 
@@ -106,7 +106,7 @@ inline DenseProblem dense_problem(const Scene& scene, const std::vector<Prescrib
   return problem;
 }
 
-/// Per grid node; 0 where nothing says anything.
+/// Values per grid node; 0 for loose nodes.
 inline std::vector<double> spread(const DenseProblem& problem, const Eigen::VectorXd& x) {
   std::vector<double> u;
   for (const double value : problem.fixed_values)
@@ -125,7 +125,7 @@ inline double energy_of(const std::vector<WeightedLink>& links, std::span<const 
   return sum;
 }
 
-/// Gauss-Seidel, one node after the other: `sweep`'s rule with weights. Ends when no node moves.
+/// Gauss-Seidel, node by node: `sweep`'s rule with weights. Ends when no node moves.
 inline std::vector<double> weighted_sweeps(const DenseProblem& problem, int sweeps) {
   Eigen::VectorXd x = Eigen::VectorXd::Zero(problem.b.size());
   for (int sweep = 0; sweep < sweeps; ++sweep)
@@ -134,15 +134,15 @@ inline std::vector<double> weighted_sweeps(const DenseProblem& problem, int swee
   return spread(problem, x);
 }
 
-/// The minimum within the limits, by coordinate ascent on the multipliers of its constraints (Hildreth 1957).
-/// @param broken set to the largest excess of a limit, which tells how far it has converged: multipliers are
-/// feasible throughout, so with no excess the answer is the optimum
+/// Constrained minimum within the limits, by coordinate ascent on the multipliers (Hildreth 1957). @param
+/// broken receives the largest violation of a limit, which measures convergence: multipliers are feasible
+/// throughout, so an answer without violation is the optimum
 inline std::vector<double> constrained_minimum(const DenseProblem& problem, double& broken) {
   const Eigen::Index n = problem.b.size();
   std::vector<Eigen::Index> number(problem.fixed_values.size(), -1);
   for (Eigen::Index k = 0; k < n; ++k)
     number[static_cast<std::size_t>(problem.free[static_cast<std::size_t>(k)])] = k;
-  // Rows of `D`: differences along links with a free end; offset: what fixed ends add.
+  // Rows of `D`: differences along links with a free end; offset: contribution of fixed ends.
   std::vector<Eigen::VectorXd> rows;
   std::vector<double> low, high;
   for (const WeightedLink& link : problem.links) {

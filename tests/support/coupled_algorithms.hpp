@@ -1,5 +1,5 @@
 #pragma once
-/// Answers of single algorithms of `coupled`, and what makes two of them the same.
+/// Answers of single algorithms of `coupled`, and comparison of two answers.
 
 #include "elastic/ladder/ladder.hpp"
 #include "support/fields.hpp"
@@ -17,8 +17,8 @@ inline Answer solve_by(deform::CoupledAlgorithm& algorithm, const Scene& scene, 
   return answer;
 }
 
-/// @param of_displacement relative, Euclidean; @param of_reaction over the largest reaction; energies differ
-/// by 1e-10 of themselves
+/// @param of_displacement tolerance, relative, Euclidean; @param of_reaction tolerance relative to the
+/// largest reaction; energies may differ by 1e-10 of themselves
 inline void expect_same_answer(const Answer& found, const Answer& oracle, double of_displacement,
                                double of_reaction) {
   EXPECT_LE(relative_difference(found.displacement, oracle.displacement), of_displacement);

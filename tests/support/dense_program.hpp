@@ -1,5 +1,5 @@
 #pragma once
-/// The least elastic energy of a small body within the limits of its links, by dense matrices.
+/// Minimum elastic energy of a small body within the limits of its links, by dense matrices.
 
 #include "elastic/model/lattice_elasticity.hpp"
 #include "maille/scene/answer.hpp"
@@ -26,8 +26,7 @@ struct DenseProgram {
   Eigen::VectorXd force, offset, low, high;                  ///< low <= D u + offset <= high
 
   DenseProgram(const Scene& scene, const std::vector<Prescribed>& prescribed);
-  /// Hildreth 1957: one multiplier after the other takes its best value. @return false if it has not
-  /// converged
+  /// Hildreth 1957: optimises one multiplier after the other. @return false without convergence
   bool solve(Displacement& u) const;
 };
 

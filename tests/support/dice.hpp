@@ -13,9 +13,9 @@ struct Dice {
   int below(int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); }
   /// From 0 to 1, 1 excluded, in steps of 2^-32.
   double uniform() { return static_cast<double>(random()) / 4294967296.0; }
-  /// From low to high, in all digits.
+  /// From low to high, with random digits throughout.
   double between(double low, double high) { return std::uniform_real_distribution(low, high)(random); }
-  /// Of length 1, each as likely.
+  /// Unit vector, uniformly distributed.
   Eigen::Vector3d direction() {
     std::normal_distribution<double> normal;
     return Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized();

@@ -1,5 +1,5 @@
 #pragma once
-/// Lattice elasticity solved the obvious way: a matrix of the cells' energies, factored.
+/// Reference solution of lattice elasticity: a factored matrix of the cells' energies.
 
 #include "maille/scene/answer.hpp"
 #include "maille/scene/scene.hpp"
@@ -14,9 +14,9 @@
 
 namespace maille::test {
 
-/// The Hessian of a cell's energy (LatticeElasticity's documentation), by 3 corner + component. @param C in
+/// Hessian of a cell's energy (LatticeElasticity's documentation), by 3 corner + component. @param C in
 /// Voigt's order [Pa]; @param h [m]
-/// @param cells of matter in a row along each axis: where they are one or two, they bend as plates
+/// @param cells in a row along each axis: one or two cells bend as plates
 inline Eigen::Matrix<long double, 24, 24> cell_hessian(const Matrix6& stiffness, const Vec3& h,
                                                        const Index3& cells) {
   using Real = long double;
@@ -24,7 +24,7 @@ inline Eigen::Matrix<long double, 24, 24> cell_hessian(const Matrix6& stiffness,
   const Eigen::Matrix<Real, 6, 6> C = stiffness.cast<Real>(), S = C.inverse();
   const Real V = Real{h[0]} * h[1] * h[2];
   const int pairs[3][2] = {{1, 2}, {0, 2}, {0, 1}};
-  /// Mean of d u_b / d x_a over the four edges along a, or over the two of them on a face.
+  /// Mean of d u_b / d x_a over the four edges along a, or over two of them on a face.
   const auto slope = [&](int b, int a, int axis, int side) {
     Row row = Row::Zero();
     const Real share = axis < 0 ? 4 : 2;
@@ -71,7 +71,7 @@ inline Eigen::Matrix<long double, 24, 24> cell_hessian(const Matrix6& stiffness,
   return K;
 }
 
-/// How many cells of matter hang together in a row through a cell, along each axis.
+/// Number of connected cells in the row through a cell, along each axis.
 inline Index3 cells_in_a_row(const Specimen& body, const Index3& at) {
   const auto is_matter = [&](const Index3& cell) {
     for (std::size_t a = 0; a < 3; ++a)
@@ -91,9 +91,9 @@ inline Index3 cells_in_a_row(const Specimen& body, const Index3& at) {
   return in_a_row;
 }
 
-/// Solution for a body of one material, by factors in long double: rounding of the matrix in float64 would be
-/// as large as the bending stiffness of a rod a thousand times as long as thick. Unknowns are numbered along
-/// the longest axis, so that the factors are a band. @pre the cells of the body are connected
+/// Solution for a body of one material, by factorisation in long double: rounding in float64 would be as
+/// large as the bending stiffness of a rod a thousand times as long as thick. Unknowns are numbered along the
+/// longest axis, so that factors are banded. @pre the cells of the body are connected
 inline Displacement direct_solution(const Scene& scene) {
   using Real = long double;
   using Matrix = Eigen::SparseMatrix<Real>;

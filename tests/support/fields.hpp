@@ -1,5 +1,5 @@
 #pragma once
-/// Sizes of displacement fields and of their differences.
+/// Norms of displacement fields and of their differences.
 
 #include "maille/scene/answer.hpp"
 
@@ -10,7 +10,7 @@
 
 namespace maille::test {
 
-/// The largest component of any node.
+/// Largest component of all nodes.
 inline double largest(const Displacement& u) {
   double most = 0;
   for (const double value : u.values())
@@ -18,7 +18,7 @@ inline double largest(const Displacement& u) {
   return most;
 }
 
-/// NaN where one of them is.
+/// Largest difference of values; NaN if one of them is NaN.
 inline double largest_difference(std::span<const double> u, std::span<const double> v) {
   double most = 0;
   for (std::size_t i = 0; i < u.size() && !std::isnan(most); ++i)
@@ -32,17 +32,17 @@ inline double largest_difference(const Displacement& u, const Displacement& v) {
   return largest_difference(u.values(), v.values());
 }
 
-/// Over all components and nodes.
+/// Scalar product over all components and nodes.
 inline double product(const Displacement& u, const Displacement& v) {
   return std::inner_product(u.values().begin(), u.values().end(), v.values().begin(), 0.0);
 }
 
-/// Euclidean, over all components and nodes.
+/// Euclidean norm over all components and nodes.
 inline double norm(const Displacement& u) {
   return std::sqrt(product(u, u));
 }
 
-/// Euclidean, of `found` from `truth`, over the size of `truth`.
+/// Euclidean distance of `found` from `truth`, relative to the norm of `truth`.
 inline double relative_difference(const Displacement& found, const Displacement& truth) {
   double difference = 0, size = 0;
   for (std::size_t i = 0; i < truth.values().size(); ++i) {

@@ -5,16 +5,15 @@
 
 namespace maille::test {
 
-/// False where allocations cannot be counted: under sanitizers, and without glibc. Then all counts are 0.
+/// False if allocations cannot be counted: with sanitizers, or without glibc. Then all counts are 0.
 bool heap_is_counted();
 
-/// Counts from its construction on, on all threads. Sizes are those that were really set aside, which are
-/// what was asked for, rounded up: by 24 bytes at most where it is small, to whole pages where it is large.
-/// One at a time.
+/// Counts from its construction on, on all threads. Sizes are those really allocated: the requested ones,
+/// rounded up by 24 bytes at most if small, to whole pages if large. Only one meter at a time.
 class HeapMeter {
 public:
   HeapMeter();
-  /// Bytes that are held more than at construction: now, and at the most.
+  /// Allocated bytes since construction: present value and peak.
   std::int64_t live() const;
   std::int64_t peak() const;
   std::int64_t allocations() const;

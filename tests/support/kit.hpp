@@ -1,7 +1,6 @@
 #pragma once
-/// The kit of every test: GoogleTest, what tests take of the standard library, folders, scene files in pieces
-/// (boxes of cells of 1 mm, their conditions, worlds of boxes), what a message has, and files with one
-/// mistake.
+/// Common tools of tests: GoogleTest, parts of the standard library, folders, text of scene files in pieces
+/// (boxes of 1 mm cells, their conditions, worlds of boxes), checks of messages, and files with one mistake.
 
 #include "maille/materials/fault.hpp"
 #include "support/sanitized.hpp"
@@ -42,7 +41,7 @@ namespace maille::test {
 
 inline const std::string soft = R"({ youngs_modulus = "10 kPa", poisson_ratio = 0.3 })";
 
-/// @param cells, material  as a scene has them
+/// @param cells, material  in the syntax of a scene
 inline std::string box_text(const std::string& cells, const std::string& material = soft) {
   return "[specimen]\nshape = \"box\"\ncells = " + cells + "\nspacing = \"1 mm\"\nmaterial = " + material +
          "\n";
@@ -73,7 +72,7 @@ inline std::string measure_text(const std::string& name, const std::string& keys
   return "[[measure]]\nname = \"" + name + "\"\n" + keys + "\n";
 }
 
-/// The bytes of a number as this machine holds it.
+/// Bytes of a number in the byte order of this machine.
 template<class Number>
 std::string raw_bytes(Number number) {
   std::string bytes(sizeof number, '\0');
@@ -90,7 +89,7 @@ inline std::string meta_image(const std::array<int, 3>& size, const std::string&
                      more, size[0], size[1], size[2], type, values);
 }
 
-/// Places of a grid of n[0] x n[1] x n[2], the first index fastest.
+/// All index triples of a grid of n[0] x n[1] x n[2], the first index fastest.
 inline std::vector<std::array<int, 3>> all_below(const std::array<int, 3>& n) {
   std::vector<std::array<int, 3>> places;
   for (int k = 0; k < n[2]; ++k)
@@ -115,28 +114,28 @@ float_image(int n, double corner, int components,
       "MET_FLOAT");
 }
 
-/// Whether a text has a part: a failure shows the whole text.
+/// True if a text contains a part; a failure shows the whole text.
 inline testing::AssertionResult has(std::string_view text, std::string_view part) {
   const bool is_there = text.find(part) != std::string_view::npos;
   return (is_there ? testing::AssertionSuccess() : testing::AssertionFailure())
          << '"' << part << "\" in: " << text;
 }
 
-/// One thing changed in a good file.
+/// One change in a valid file.
 struct Mistake {
   const char* name;
   const char* from;
   const char* to;
   int line;
   const char* key;
-  const char* text; ///< somewhere in the message
+  const char* text; ///< expected part of the message
 };
 
 inline void PrintTo(const Mistake& mistake, std::ostream* out) {
   *out << mistake.name;
 }
 
-/// The good text with the mistake in it, at the first place.
+/// The valid text with the mistake, at the first match.
 inline std::string with_mistake(std::string good, const Mistake& mistake) {
   const auto place = good.find(mistake.from);
   EXPECT_NE(place, std::string::npos) << mistake.from;
@@ -151,13 +150,13 @@ inline void expect_only(const Mistake& mistake, const std::vector<Fault>& faults
   EXPECT_NE(to_string(faults[0]).find(mistake.text), std::string::npos) << to_string(faults[0]);
 }
 
-/// What a fault has to say: its line and key, and parts of what is expected and found, where they are given.
+/// Expected contents of an error: its line and key, and parts of the expected and found texts, if given.
 struct Facts {
   int line = -1;
   std::string_view key = {}, expected = {}, found = {};
 };
 
-/// Whether a fault says that: a failure shows the fault.
+/// True if an error has these contents; a failure shows the error.
 inline testing::AssertionResult says(const Fault& fault, const Facts& facts) {
   const bool it_does = (facts.line < 0 || fault.line == facts.line) &&
                        (facts.key.empty() || fault.key == facts.key) &&
@@ -166,7 +165,7 @@ inline testing::AssertionResult says(const Fault& fault, const Facts& facts) {
   return (it_does ? testing::AssertionSuccess() : testing::AssertionFailure()) << to_string(fault);
 }
 
-/// Whether there is that fault alone.
+/// True if this is the only error.
 inline testing::AssertionResult says_only(const std::vector<Fault>& faults, const Facts& facts) {
   if (faults.size() == 1)
     return says(faults[0], facts);
@@ -182,7 +181,7 @@ inline std::vector<std::string> keys_of(const std::vector<Fault>& faults) {
   return keys;
 }
 
-/// What reading finds wrong; nothing where it is good.
+/// Errors found by reading; empty for valid input.
 template<class Read>
 std::vector<Fault> faults_found_by(Read&& read) {
   try {
@@ -193,7 +192,7 @@ std::vector<Fault> faults_found_by(Read&& read) {
   return {};
 }
 
-/// The one fault that reading finds; another number of them fails the test.
+/// The only error found by reading; another number of errors fails the test.
 template<class Read>
 Fault only_fault_of(Read&& read) {
   const std::vector<Fault> faults = faults_found_by(read);

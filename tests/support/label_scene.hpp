@@ -1,5 +1,5 @@
 #pragma once
-/// The same question about a label array by a file and by a builder.
+/// The same scene of a label array from a file and from a builder.
 
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/scene_builder.hpp"
@@ -41,7 +41,7 @@ inline Scene label_scene_by_file(const image_tests::TemporaryFolder& folder, con
   return read_scene(folder.write("scene.toml", label_scene_text));
 }
 
-/// All of it but the labels.
+/// The scene without its labels.
 inline SceneBuilder label_scene() {
   Material firm;
   firm.name = "firm";

@@ -1,5 +1,5 @@
 #pragma once
-/// One segmented body, as it lies in the world, held by arrays of every orientation and order in memory.
+/// One segmented body, at the same world position, stored in arrays of every orientation and memory order.
 
 #include "maille/scene/scene_builder.hpp"
 
@@ -9,13 +9,13 @@
 
 namespace maille::test {
 
-/// Axes of an array among those of another: axis a of it is axis[a] of the other, backwards where flipped.
+/// Orientation of an array relative to another: its axis a is axis[a] of the other, reversed if flipped.
 struct Orientation {
   std::array<std::size_t, 3> axis{0, 1, 2};
   std::array<bool, 3> flipped{};
 };
 
-/// All 48.
+/// All 48 orientations.
 inline std::vector<Orientation> all_orientations() {
   std::vector<Orientation> all;
   std::array<std::size_t, 3> axis{0, 1, 2};
@@ -26,7 +26,7 @@ inline std::vector<Orientation> all_orientations() {
   return all;
 }
 
-/// Labels of voxels, x fastest, and where voxels are [m]. Every number of the affine is one of float32.
+/// Labels of voxels, x fastest, and voxel positions [m]. All numbers of the affine are exact in float32.
 struct LabelArray {
   Index3 size{};
   std::vector<int> values;
@@ -37,7 +37,7 @@ struct LabelArray {
   }
 };
 
-/// A bent body of labels 17 and 5 in 5 x 4 x 3 voxels of 2, 3 and 5 mm, that touches no border but one,
+/// A bent body of labels 17 and 5 in 5 x 4 x 3 voxels of 2, 3 and 5 mm, which touches only one border,
 /// oblique in the world.
 inline LabelArray bent_body() {
   LabelArray body{{5, 4, 3}, std::vector<int>(60, 0), {}};
@@ -55,7 +55,8 @@ inline LabelArray bent_body() {
   return body;
 }
 
-/// The same voxels at the same places, in an array of another orientation; places are rounded to float32.
+/// The same voxels at the same positions, in an array of another orientation; positions are rounded to
+/// float32.
 inline LabelArray turned(const LabelArray& body, const Orientation& to) {
   LabelArray array;
   Vec3 origin{body.affine[0][3], body.affine[1][3], body.affine[2][3]};
@@ -82,7 +83,7 @@ inline LabelArray turned(const LabelArray& body, const Orientation& to) {
   return array;
 }
 
-/// An array in memory whose axes lie in another order, some backwards, with gaps in between that hold 99.
+/// An array in memory with permuted and partly reversed axes, and gaps filled with 99.
 template<class Label>
 struct Stored {
   std::vector<Label> elements;

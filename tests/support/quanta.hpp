@@ -1,5 +1,5 @@
 #pragma once
-/// What the wavefront must give, to the bit: the same whole numbers by Dijkstra.
+/// Oracle of the wavefront, exact to the bit: the same integers by Dijkstra.
 
 #include "feasible/wavefront/wavefront.hpp"
 #include "rivals/rivals.hpp"
@@ -9,7 +9,7 @@
 
 namespace maille::test {
 
-/// A body's state in whole quanta, moved along by Dijkstra on flat arrays.
+/// State of a body in integer quanta, moved by Dijkstra on flat arrays.
 class StateByDijkstra {
 public:
   StateByDijkstra(const Scene& scene, const LinkLimits& limits, const deform::TiledBody& body)
@@ -20,13 +20,13 @@ public:
     }
   }
 
-  /// min(max(x, L), U) for values that are clipped. @param body after the same move: for its quanta
+  /// min(max(x, L), U) for clipped values. @param body after the same move: for its quanta
   void move(const deform::TiledBody& body, const std::vector<Prescribed>& clipped) {
     for (int b = 0; b < scene_->dimension(); ++b)
       move(b, body.quantum(b), clipped);
   }
 
-  /// As TiledBody::copy_to gives it.
+  /// Displacement in the form of TiledBody::copy_to.
   Displacement displacement(const std::vector<Prescribed>& prescribed) const {
     Displacement u(scene_->specimen.grid);
     for (std::size_t b = 0; b < values_.size(); ++b)
@@ -61,7 +61,7 @@ private:
       high = std::max(most, high);
     }
     const std::int64_t middle = low + (high - low) / 2;
-    const auto stored = [&](std::int64_t value) { // far below or far above: as far as matters
+    const auto stored = [&](std::int64_t value) { // saturates far values, which have no effect
       return static_cast<std::int32_t>(std::clamp<std::int64_t>(value - middle, -(1 << 29), 1 << 29));
     };
     std::vector<std::int32_t> x(state.size());
@@ -88,7 +88,7 @@ private:
   std::vector<std::vector<std::int64_t>> values_;
 };
 
-/// The largest amount by which a link is outside its limits, in units of `unit` [m].
+/// Largest violation of a link limit, in units of `unit` [m].
 inline double worst_violation(const Scene& scene, const LinkLimits& limits, const Displacement& u,
                               double unit) {
   const Grid& grid = scene.specimen.grid;
@@ -108,7 +108,7 @@ inline double worst_violation(const Scene& scene, const LinkLimits& limits, cons
   return worst;
 }
 
-/// The links of the longest path that can be a shortest one: it visits no node twice.
+/// Upper bound of the links in a shortest path: it visits no node twice.
 inline double longest_path(const Scene& scene) {
   return static_cast<double>(scene.specimen.n_matter_nodes());
 }

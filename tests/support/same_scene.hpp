@@ -1,5 +1,5 @@
 #pragma once
-/// Whether two scenes ask the same, number by number.
+/// Comparison of two scenes, number by number.
 
 #include "maille/scene/scene.hpp"
 #include "support/kit.hpp"
@@ -12,7 +12,7 @@ inline void expect_same_body(const Specimen& a, const Specimen& b) {
   EXPECT_EQ(a.grid.cells(), b.grid.cells());
   EXPECT_EQ(a.grid.spacing(), b.grid.spacing());
   EXPECT_EQ(a.origin, b.origin);
-  // A file may say where a patient is; an array in memory does not.
+  // A file may define a patient's axes; an array in memory does not.
   EXPECT_EQ(a.placement.origin, b.placement.origin);
   EXPECT_EQ(a.placement.direction, b.placement.direction);
   EXPECT_EQ(a.material_id, b.material_id);
@@ -64,7 +64,7 @@ inline void expect_same_settings(const Scene& a, const Scene& b) {
   EXPECT_EQ(a.relaxation.extrapolation, b.relaxation.extrapolation);
 }
 
-/// Everything but how the fibres came about.
+/// Compares everything except the source of the fibres.
 inline void expect_same_scene(const Scene& a, const Scene& b) {
   EXPECT_EQ(a.name, b.name);
   EXPECT_EQ(a.title, b.title);

@@ -1,5 +1,5 @@
 #pragma once
-/// Builds that check every access: ten to fifty times as slow.
+/// Detection of sanitizer builds, which are ten to fifty times as slow.
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) // g++ says so
 #define MAILLE_CHECKS_ACCESS
@@ -17,8 +17,8 @@ inline constexpr bool is_sanitized = true;
 inline constexpr bool is_sanitized = false;
 #endif
 
-/// How many of a series of like cases are tried: a sanitizer has seen the code after a few of them, numbers
-/// are judged by all of them elsewhere.
+/// Number of cases in a series: with a sanitizer a few cases cover the code; other builds check the values of
+/// all of them.
 template<class Number>
 constexpr Number cases(Number all, Number when_sanitized) {
   return is_sanitized ? when_sanitized : all;

@@ -1,5 +1,5 @@
 #pragma once
-/// Answers of lattice methods: those that have to succeed, and those of several threads.
+/// Answers of lattice methods: successful ones, and those on several threads.
 
 #include "maille/deform/solve.hpp"
 #include "support/kit.hpp"
@@ -8,7 +8,7 @@
 
 namespace maille::test {
 
-/// The answer, whose status is done: any other ends the test.
+/// The answer with status done; any other status ends the test.
 inline Answer solved(const Scene& scene, std::string_view method, const Control& control = {}) {
   Answer answer = deform::solve(scene, method, control);
   if (answer.status != Status::done)
@@ -22,7 +22,7 @@ inline Answer on_threads(const Scene& scene, std::string_view method, int thread
   return deform::solve(scene, method, control);
 }
 
-/// @param solve  the answer of a number of threads
+/// @param solve  computes the answer on a number of threads
 template<class Solve>
 void expect_bits_of_any_threads(Solve&& solve, std::initializer_list<int> numbers = {2, 3}) {
   const Answer one = solve(1);

@@ -1,5 +1,5 @@
 #pragma once
-/// An empty folder of a test's own, or a fuzzer's, that goes when it ends; a disk that is full.
+/// A temporary folder of a test or fuzzer, deleted at its end; a full disk.
 
 #include "maille/materials/text_file.hpp"
 
@@ -17,7 +17,7 @@ class TemporaryFolder : public WorkFolder {
 public:
   TemporaryFolder() : WorkFolder("maille") {}
   bool is_empty() const { return std::filesystem::is_empty(path()); }
-  /// Writes a file into it, in folders that are made. @return the file's path
+  /// Writes a file to it and creates subfolders. @return the path of the file
   std::filesystem::path write(const std::string& name, std::string_view content) const {
     const std::filesystem::path file = path() / name;
     std::filesystem::create_directories(file.parent_path());

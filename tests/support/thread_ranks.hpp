@@ -1,5 +1,5 @@
 #pragma once
-/// Ranks that are threads of one process.
+/// Ranks as threads of one process.
 
 #include "maille/base/communicator.hpp"
 
@@ -41,7 +41,7 @@ auto in_ranks(int size, const Work& work) {
         auto& waiting = mail_.waiting[{part.rank, rank_}];
         mail_.came.wait(lock, [&] { return !waiting.empty(); });
         if (waiting.front().size() != part.bytes.size())
-          std::terminate(); // or the others would wait for ever
+          std::terminate(); // otherwise the other ranks would wait for ever
         std::ranges::copy(waiting.front(), part.bytes.begin());
         waiting.pop_front();
       }

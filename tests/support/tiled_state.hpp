@@ -1,5 +1,5 @@
 #pragma once
-/// Tiled bodies, and what they hold as tests compare it.
+/// Tiled bodies, and their state in a form that tests compare.
 
 #include "feasible/wavefront/wavefront.hpp"
 #include "maille/scene/answer.hpp"
@@ -19,7 +19,7 @@ inline Displacement state_of(const Scene& scene, const deform::TiledBody& body) 
 struct HoledTiles {
   explicit HoledTiles(unsigned seed)
       : random(seed), scene(holed_body(random)), limits(scene), body(scene, limits) {}
-  HoledTiles(const HoledTiles&) = delete; // limits and body look at the scene
+  HoledTiles(const HoledTiles&) = delete; // limits and body refer to the scene
   HoledTiles& operator=(const HoledTiles&) = delete;
 
   std::mt19937 random;

@@ -1,5 +1,5 @@
 #pragma once
-/// Runs a piece of a test once for every kind of vector that this machine has.
+/// Runs part of a test once for every vector instruction set of this machine.
 
 #include <hwy/highway.h>
 
@@ -8,7 +8,7 @@
 
 namespace maille::test {
 
-/// Restricts the library to one kind of vector while it lives.
+/// Restricts the library to one vector instruction set in its lifetime.
 class ForcedVectors {
 public:
   explicit ForcedVectors(std::int64_t target) { hwy::SetSupportedTargetsForTest(target); }
@@ -17,7 +17,7 @@ public:
   ForcedVectors& operator=(const ForcedVectors&) = delete;
 };
 
-/// Every kind that was compiled and that the machine can run, the widest first.
+/// All compiled instruction sets that the machine supports, the widest first.
 inline std::vector<std::int64_t> vector_targets() {
   return hwy::SupportedAndGeneratedTargets();
 }

@@ -7,8 +7,8 @@ namespace maille {
 
 namespace {
 
-/// Forces that cancel to less than this part of their sizes are in balance by themselves, as those of a hold
-/// that nothing pulls at: what is left is the tolerance of solvers, with no error of its own.
+/// Resultants below this part of the sum of magnitudes are in balance, as for a hold without load: the
+/// remainder is solver tolerance and has no error of its own.
 constexpr double negligible = 1e-3;
 
 /// Relative error of all resultants together; both lists have the same order.
@@ -24,7 +24,7 @@ std::optional<double> force_error(const std::vector<Resultant>& found, const std
                                                                     : std::nullopt;
 }
 
-/// Sums of squares of symmetric tensors, each shear twice, as the nine entries have it.
+/// Sums of squares of symmetric tensors; each shear counts twice, as among the nine entries.
 struct Squares {
   double difference = 0, size = 0;
   void add(const std::array<double, 6>& found, const std::array<double, 6>& wanted) {
@@ -39,7 +39,7 @@ struct Squares {
   }
 };
 
-/// L2 over cells.
+/// Relative L2 error over cells.
 std::optional<double> tensor_error(const std::vector<std::array<double, 6>>& found,
                                    const std::vector<std::array<double, 6>>& wanted,
                                    const std::vector<bool>& counts) {
@@ -50,7 +50,7 @@ std::optional<double> tensor_error(const std::vector<std::array<double, 6>>& fou
   return squares.relative();
 }
 
-/// L2 over the middles of halves, quarters or eighths of cells.
+/// Relative L2 error over the middles of halves, quarters or eighths of cells.
 std::optional<double> recovered_error(const Scene& scene, const RecoveredFields& found,
                                       const RecoveredFields& wanted, const std::vector<bool>& counts) {
   const int dimension = scene.dimension();

@@ -26,7 +26,7 @@ Vec3 of(const Eigen::Vector3d& v) {
   return {v[0], v[1], v[2]};
 }
 
-/// Slip of the first node against the second, along the border.
+/// Slip of the first node relative to the second, along the border.
 Eigen::Vector3d slip_of(const NodeTie& tie, const Eigen::Vector3d& apart) {
   const Eigen::Vector3d n = of(tie.normal);
   return apart - n * n.dot(apart);
@@ -65,7 +65,7 @@ std::vector<double> press_of_ties(const Scene& split, const Displacement& forces
   for (std::size_t first = 0, end = 0; first < tied.ties.size(); first = end) {
     while (end < tied.ties.size() && place_of(tied.ties[end].one) == place_of(tied.ties[first].one))
       ++end;
-    std::map<std::int64_t, Eigen::Index> row_of; // of the nodes at the place
+    std::map<std::int64_t, Eigen::Index> row_of; // of the nodes at this place
     std::vector<std::pair<std::size_t, Eigen::Vector3d>> columns;
     for (std::size_t t = first; t < end; ++t) {
       for (const std::int64_t node : {tied.ties[t].one, tied.ties[t].other})
@@ -108,8 +108,8 @@ Friction::Friction(const Scene& split) : split_(split), pulls_(split.tied.ties.s
   state_ = Eigen::VectorXd::Zero(4 * static_cast<Eigen::Index>(contacts_.size()));
 }
 
-/// What sticks and what slips in a state: of every contact what draws there [N], and the bound of friction
-/// [N].
+/// Sets a state and its split into sticking and slipping contacts: the tangential force [N] and the friction
+/// bound [N] of every contact.
 void Friction::take(const Eigen::VectorXd& state) {
   state_ = state;
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
@@ -127,7 +127,7 @@ void Friction::take(const Eigen::VectorXd& state) {
   }
 }
 
-/// The state that the answer of a round says.
+/// The new state from the answer of a round.
 Eigen::VectorXd Friction::state_of(const Displacement& u, const std::vector<double>& press) {
   Eigen::VectorXd state(state_.size());
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
@@ -143,8 +143,8 @@ Eigen::VectorXd Friction::state_of(const Displacement& u, const std::vector<doub
   return state;
 }
 
-/// Anderson's acceleration: the combination of the last rounds whose changes cancel best; plain where that
-/// went astray.
+/// Anderson acceleration: the combination of the last rounds whose changes cancel best; restarts after
+/// divergence.
 Eigen::VectorXd Friction::accelerated(const Eigen::VectorXd& found) {
   constexpr std::size_t most_kept = 10;
   constexpr double astray = 4; // times the least change so far
@@ -176,8 +176,8 @@ Eigen::VectorXd Friction::accelerated(const Eigen::VectorXd& found) {
   return found - of_found * least_squares.solve(change);
 }
 
-/// How a label could move if what slips now resisted no more than it does; empty: what sticks holds all.
-std::string Friction::motion_of_what_slips() const {
+/// Rigid motion of a label without friction at slipping contacts; empty: the sticking contacts prevent any.
+std::string Friction::slipping_motion() const {
   Scene slipping = split_;
   bool any = false;
   for (const Contact& contact : contacts_)
@@ -202,10 +202,10 @@ bool Friction::fails(const std::string& motion) {
   return false;
 }
 
-bool Friction::goes_on(const Displacement& u, const std::vector<double>& press) {
+bool Friction::needs_another_round(const Displacement& u, const std::vector<double>& press) {
   if (contacts_.empty())
     return false;
-  constexpr int between_doubts = 8, doubts_in_a_row = 4; // else it may be passing
+  constexpr int between_doubts = 8, doubts_in_a_row = 4; // a single one may be transient
   const double tolerance = std::clamp(split_.relaxation.tolerance, 1e-8, 1e-4);
   const Eigen::VectorXd found = state_of(u, press);
   double presses = 0, pulls = 0;
@@ -213,7 +213,7 @@ bool Friction::goes_on(const Displacement& u, const std::vector<double>& press) 
     presses = std::max(presses, contact.press);
     pulls = std::max(pulls, -contact.press);
   }
-  // Where nothing presses, slips may be rounding: beside the forces across the border.
+  // Without pressed contacts, slips may be rounding relative to the forces across the border.
   const double scale = presses > 0 ? found.norm() : std::max(found.norm(), pulls);
   if ((found - state_).norm() <= tolerance * scale) {
     take(found);
@@ -221,13 +221,12 @@ bool Friction::goes_on(const Displacement& u, const std::vector<double>& press) 
       if (border.pressed == 0)
         message_ += fmt::format("{}nothing presses labels {} and {} together: friction has no effect there",
                                 message_.empty() ? "" : "; ", border.one, border.other);
-    const std::string motion =
-        motion_of_what_slips(); // at rest by chance, or so far off that changes look small
+    const std::string motion = slipping_motion(); // converged by chance, or changes only small relatively
     return !motion.empty() && fails(motion);
   }
   take(accelerated(found));
   if (++rounds_ % between_doubts == 0) {
-    const std::string motion = motion_of_what_slips();
+    const std::string motion = slipping_motion();
     doubts_ = motion.empty() ? 0 : doubts_ + 1;
     if (doubts_ == doubts_in_a_row)
       return fails(motion);

@@ -7,16 +7,16 @@ namespace maille {
 
 namespace {
 
-/// Of cells that are not at the node, for every axis along which they are not: what is near counts.
+/// Factor on the weight of a cell that is not at the node, per axis along which it is not.
 constexpr double weight_of_outer = 0.1;
-/// Added to the moments of squares, which in a full patch are 2.6 and more.
+/// Regularisation of the moments of quadratic terms, which are at least 2.6 in a full patch.
 constexpr double damping = 0.05;
 
 int place(int bit, int axis) {
   return bit >> (2 * axis) & 3;
 }
 
-/// The inverse of a positive semidefinite matrix on those directions that it does not take to 0.
+/// Pseudo-inverse of a positive semidefinite matrix.
 Eigen::Matrix3d inverse_where_any(const Eigen::Matrix3d& matrix) {
   constexpr double rounding = 1e-9;
   if (const Eigen::LLT<Eigen::Matrix3d> factor(matrix); factor.info() == Eigen::Success) {
@@ -85,8 +85,8 @@ const PatchWeights::Coefficients& PatchWeights::of(std::uint64_t patch) {
   return found->second;
 }
 
-/// Slopes, then squares, are made orthogonal to what comes before them, in sums over the cells; of each there
-/// is then the part of the value at the node by itself.
+/// Orthogonalises linear, then quadratic terms against the lower degrees, in sums over the cells; their
+/// contributions to the value at the node are then independent.
 PatchWeights::Coefficients PatchWeights::fit(std::uint64_t patch) const {
   Moments sums = Moments::Zero();
   for (std::size_t row = 0; row < moments_.size(); ++row)

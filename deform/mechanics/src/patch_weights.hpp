@@ -1,5 +1,5 @@
 #pragma once
-/// Which cells around a node tell what a field of means of cells is worth at it, and how much each counts.
+/// Weights of the cells around a node for the recovery of nodal values from cell means.
 
 #include <Eigen/Core>
 
@@ -10,12 +10,12 @@
 
 namespace maille {
 
-/// The polynomial of degree 2 nearest to the means of a patch of cells in weighted least squares, at the node
-/// in their middle. Patches are bits of a word: 4 cells along every axis of the dimension, x fastest.
+/// Value at the central node of the polynomial of degree 2 that fits the means of a patch of cells in
+/// weighted least squares. Patches are bits of a word: 4 cells along every axis of the dimension, x fastest.
 ///
-/// Degree by degree: linear fields are exact as far as the patch can tell them, across a flat patch there is
-/// no slope, of a single cell it is the constant; what squares the patch tells badly are damped. Axes in
-/// another order give the same weights, to rounding.
+/// Fitted degree by degree: linear fields are exact as far as the patch determines them; a flat patch has no
+/// slope across, and a single cell gives the constant; poorly determined quadratic terms are damped. Permuted
+/// axes give the same weights, within rounding.
 class PatchWeights {
 public:
   static constexpr int across = 4;
@@ -25,12 +25,12 @@ public:
 
   explicit PatchWeights(int dimension);
 
-  /// Those of `cells` that are joined to one at the node through faces of cells in it.
+  /// Subset of `cells` that is connected to a cell at the node through faces of cells in `cells`.
   std::uint64_t joined(std::uint64_t cells) const;
-  /// What weight() takes for the cells of a patch. @pre `patch` is not 0
+  /// Coefficients of a patch for weight(). @pre `patch` is not 0
   /// Cost  2 us for the first patch of its shape, then a look-up
   const Coefficients& of(std::uint64_t patch);
-  /// The field at the node is the sum of the cells' values by these.
+  /// Weight of a cell: the field at the node is the weighted sum of the cells' values.
   double weight(int bit, const Coefficients& of_patch) const { return weighted_[bit].dot(of_patch); }
 
 private:
@@ -42,9 +42,9 @@ private:
   std::uint64_t at_node_ = 0;
   std::array<std::uint64_t, 3> not_first_{}, not_last_{}; ///< along every axis
   std::vector<Coefficients>
-      weighted_; ///< of every bit the means of the monomials over the cell, by its weight
+      weighted_; ///< by bit: weight of the cell times the means of the monomials over it
   std::vector<std::array<Moments, 1 << across>>
-      moments_; ///< of every row along x, by which of its cells are there
+      moments_; ///< by row along x, and by the bits of its present cells
   std::unordered_map<std::uint64_t, Coefficients> known_;
 };
 

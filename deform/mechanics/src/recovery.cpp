@@ -10,7 +10,7 @@ namespace maille {
 
 namespace {
 
-/// Cells of one label and one material have one number, in the order in which the first of them comes.
+/// Part numbers of cells: one per label and material, in the order of their first cells.
 std::vector<std::int32_t> parts_of(const Specimen& body) {
   std::vector<std::int32_t> part(body.grid.n_cells(), -1);
   std::map<std::pair<std::int32_t, std::uint8_t>, std::int32_t> known;
@@ -24,7 +24,7 @@ std::vector<std::int32_t> parts_of(const Specimen& body) {
   return part;
 }
 
-/// The cells around a node, as PatchWeights numbers them.
+/// The cells around a node, in the numbering of PatchWeights.
 class Patch {
 public:
   Patch(const Grid& grid, const Index3& node) : grid_(grid) {
@@ -34,7 +34,7 @@ public:
       to_[a] = std::min(PatchWeights::across, grid.cells()[a] - low_[a]);
     }
   }
-  /// Those of one part.
+  /// Bits of the cells of one part.
   std::uint64_t of(const std::vector<std::int32_t>& parts, std::int32_t part) const {
     std::uint64_t bits = 0;
     for (int z = from_[2]; z < to_[2]; ++z)
@@ -115,7 +115,7 @@ RecoveredFields::Values RecoveredFields::at(std::int64_t cell, const Vec3& in_ce
 }
 
 RecoveredFields::Shown RecoveredFields::at_nodes() const {
-  std::vector<int> cells(values_.size(), 0); // of a part at a node
+  std::vector<int> cells(values_.size(), 0); // by node and part
   for (std::size_t cell = 0; cell < part_.size(); ++cell)
     for (int corner = 0; part_[cell] >= 0 && corner < grid_.corners_per_cell(); ++corner)
       ++cells[place(static_cast<std::int64_t>(cell), corner)];

@@ -47,7 +47,7 @@ Answer solve_relaxed(const Scene& scene, const Control& control = {});
 /// @param kept cache of the scene's body and threads; null: none
 Answer solve_coupled(const Scene& scene, const Control& control = {}, KeptBody* kept = nullptr);
 /// The same for a question that solve_coupled() supports. @pre small strain
-Answer solve_carried(const Scene& scene, const Control& control, KeptBody& kept);
+Answer solve_carried(const Scene& scene, const Control& control, KeptBody* kept);
 
 /// True if `n_ranks` ranks answer a scene together, each with a slab of a body of any shape; see Slabs.
 bool is_shared_by_ranks(const Scene& scene, int n_ranks);

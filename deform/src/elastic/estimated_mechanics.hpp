@@ -14,7 +14,6 @@ Answer mechanics_in_object(const Scene& scene, const Frame& frame, const Answer&
 /// Error of the model, answer - elastic, plus error of the lattice, elastic - finer, times an error over the
 /// part that half the spacing removes. Relative to `finer`.
 /// @param elastic a state of full elasticity on the lattice of `scene`; missing reactions are computed
-/// @param finer the same on half the spacing, restricted to the lattice of `scene`, with reactions
 /// @param is_along_lines forces act along lines or at points, where convergence is slower
 /// Cost  O(cells); memory: two displacements and the operator of `coupled`
 MechanicsErrors mechanics_by_finer(const Scene& scene, const Answer& answer, const Answer& elastic,

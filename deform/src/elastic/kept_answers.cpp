@@ -32,7 +32,7 @@ Answer KeptAnswers::answer(const Scene& scene, const Control& control) {
     first_bytes_ = 0;
     threads_ = threads;
   } else
-    body_->take_materials(scene);
+    body_->adopt_materials(scene);
   const std::int64_t kept = arena_.present();
   try {
     Answer answer = solve_carried(scene, control, body_.get());

@@ -10,9 +10,8 @@
 
 namespace maille::deform {
 
-/// Caches the set-up of solve_coupled() while questions are about one body. The rules are those of
-/// ElasticBody, but frames are not turned and unsupported questions are not refused. At finite strain nothing
-/// is cached.
+/// Keeps what solve_coupled() sets up for a body for as long as questions are about it: see ElasticBody,
+/// whose rules are these; but frames are not turned, and what no method can carry is not refused.
 class KeptAnswers {
 public:
   explicit KeptAnswers(Keeping keeping) : keeping_(keeping) {}

@@ -20,10 +20,10 @@ namespace maille::deform {
 
 namespace {
 
-/// Interval between checks for a new site: the loop must not wake a thread.
+/// Polling interval for new sites: the loop must not wake a thread.
 constexpr std::chrono::microseconds nap{500};
 
-/// In the order of Scene::prescribed.
+/// Order of Scene::prescribed.
 bool is_before(const Prescribed& a, const Prescribed& b) {
   return std::pair(a.component, a.node) < std::pair(b.component, b.node);
 }
@@ -50,7 +50,7 @@ ContactSolver::ContactSolver(const Scene& scene, std::shared_ptr<const BodySurfa
 ContactStiffness ContactSolver::estimate() const {
   const Vec3& spacing = scene_->specimen.grid.spacing();
   const double least = *std::ranges::min_element(spacing);
-  double modulus = 0; // E / (1 - nu^2): uniaxial stress beside a plane, the mean of the materials
+  double modulus = 0; // E / (1 - nu^2) of a plane surface, mean of the materials
   for (const Material& material : scene_->materials) {
     const Matrix6 c = maille::stiffness(material.elasticity);
     modulus += (c(2, 2) - c(0, 2) * c(0, 2) / c(0, 0)) / static_cast<double>(scene_->materials.size());
@@ -82,7 +82,7 @@ std::vector<std::int64_t> ContactSolver::within_radius(const ContactSite& site) 
     return Eigen::Vector3d(Eigen::Vector3d::Map(at.data()));
   };
   const Pose& pose = surface_->pose();
-  // The point at rest: as far from the face's corners' mean as it is now.
+  // The point at rest: at its present offset from the mean of the face's corners.
   Eigen::Vector3d now = Eigen::Vector3d::Zero(), before = now;
   for (const std::int32_t corner : face.corners) {
     now += 0.25 * surface_->position(corner);
@@ -102,7 +102,7 @@ std::vector<std::int64_t> ContactSolver::within_radius(const ContactSite& site) 
   }
   const auto normal = static_cast<std::size_t>(face.axis);
   low[normal] = high[normal] = grid.cell_at(face.cell)[normal] + (face.upper ? 1 : 0);
-  const auto is_on_face = [&](const Index3& node) { // of the same side, and with nothing before it
+  const auto is_on_face = [&](const Index3& node) { // on the same side, and not covered by matter
     bool has_matter = false, is_covered = false;
     scene_->specimen.for_each_cell_at(node, [&](std::int64_t cell) {
       const bool above = grid.cell_at(cell)[normal] == node[normal];
@@ -125,8 +125,8 @@ std::vector<std::int64_t> ContactSolver::within_radius(const ContactSite& site) 
   return nodes;
 }
 
-/// Nodes of the surface of the site's face that a tool voxel would reach when it advances by the depth
-/// against the face's normal, and how far the tool then pushes each of them.
+/// Nodes of the surface, on faces with the normal of the site's face, that a tool voxel would reach when it
+/// advances by the depth against that normal, and how far the tool then pushes each of them.
 std::vector<ContactSolver::Pressed> ContactSolver::before_tool(const ContactSite& site) const {
   std::vector<Pressed> list;
   if (tool_ == nullptr || !site.tool || tool_->n_voxels() == 1)
@@ -136,7 +136,7 @@ std::vector<ContactSolver::Pressed> ContactSolver::before_tool(const ContactSite
   const Eigen::Array3d spacing = Eigen::Array3d::Map(tool_->spacing().data());
   const Eigen::Matrix3d to_tool = site.tool->rotation.transpose();
   const Eigen::Array3d way = (to_tool * (site.depth * outwards)).array() / spacing;
-  /// The part of the way after which a place of the lattice is in a voxel; 1: none.
+  /// The part of the way after which a place in the lattice is in a voxel; 1: never.
   const auto first_part = [&](const Eigen::Array3d& from) {
     double first = 1;
     for (std::int32_t voxel = 0; voxel < tool_->n_voxels(); ++voxel) {
@@ -175,7 +175,7 @@ int ContactSolver::add_moves(const ContactSite& site, Scene& scene) const {
   std::vector<Prescribed> moves;
   for (const auto& [node, depth] : pressed(site)) {
     const Prescribed move{node, face.axis, face.upper ? -depth : depth, false};
-    if (!std::ranges::binary_search(scene_->prescribed, move, is_before)) // held there otherwise
+    if (!std::ranges::binary_search(scene_->prescribed, move, is_before)) // held nodes stay
       moves.push_back(move);
   }
   scene.prescribed.insert(scene.prescribed.end(), moves.begin(), moves.end());

@@ -1,13 +1,13 @@
 /// The force of a probe at one tick: proxy, contact stiffness, coupling, passivity.
 ///
-/// Scheme: the proxy (Proxy) follows the device without entering the rigid cells or the bodies at rest; the
-/// depth of the device below it is shared between the coupling spring K_c and the body's stiffness K in
-/// series: force = depth K K_c / (K + K_c). K is solved by other threads (ContactSolver), blended in when it
-/// changes, and estimated before the first answer. Where a body's own reaction is passive, at most
-/// `passive_share` of the bound b > K T / 2 + |B|, it may replace the coupling (ForceRule::reaction).
+/// Scheme: the proxy (Proxy) follows the device without entering rigid cells or bodies at rest. The depth of
+/// the device below it is shared between the coupling spring K_c and the body's stiffness K in series: force
+/// = depth K K_c / (K + K_c). Other threads solve for K (ContactSolver); changes of K are blended in, and an
+/// estimate is used before the first answer. A body's own reaction may replace the coupling
+/// (ForceRule::reaction) if it is passive: at most `passive_share` of the bound b > K T / 2 + |B|.
 ///
-/// Exact: the passivity bound for a spring and damper (Colgate and Brown 1994), and the proxy's places.
-/// Heuristic: when a site counts as new, how far ahead a body is solved, blending and easing.
+/// Exact: the passivity bound for a spring and damper (Colgate and Brown 1994), and the places of the proxy.
+/// Heuristic: the criterion for a new site, the time ahead for solves, blending and easing.
 
 #include "maille/deform/probe/probe.hpp"
 
@@ -27,9 +27,10 @@ namespace {
 
 /// Largest reaction stiffness of a body, as a share of the largest passive stiffness.
 constexpr double passive_share = 0.9;
-/// A site whose depth has changed by this part is another one, where stiffness depends on it.
+/// Relative change of depth that makes a site a new one, if the stiffness depends on depth.
 constexpr double depth_change = 0.25;
-/// So far ahead a free tool looks, and so often [s]: a body's answer takes a tenth of a second.
+/// Prediction time of a free tool, and interval of predictions [s]: an answer of a body takes a tenth of a
+/// second.
 constexpr double time_ahead = 0.4, time_between_looks = 0.016;
 /// Depth to which a body is solved ahead of contact, in units of its skin.
 constexpr double depth_ahead_over_skin = step_over_cell / negligible;
@@ -101,7 +102,7 @@ double Probe::update(Body& body, const Constraint& constraint) {
   const double given_way = constraint.depth * felt(body.stiffness) / body.stiffness;
   const double least = surroundings_->body(constraint.obstacle.body).skin();
   const bool is_elsewhere = constraint.obstacle.face != body.site.face;
-  const bool may_depend = body.link.depends_on_depth || proxy_.tool().n_voxels() > 1; // more of it touches
+  const bool may_depend = body.link.depends_on_depth || proxy_.tool().n_voxels() > 1; // more contacts
   const bool is_deeper = may_depend && std::abs(given_way - body.site.depth) > depth_change * body.site.depth;
   if ((is_elsewhere || is_deeper) && given_way > least)
     ask(body, constraint.obstacle, given_way, proxy_.pose());
@@ -136,8 +137,8 @@ Eigen::Vector3d Probe::force_of_constraints() {
   return force;
 }
 
-/// A place nearest to the hand never goes further than the hand where free space bulges out nowhere: what is
-/// more is a step that the proxy came off.
+/// In convex free space the place nearest to the device never moves further than the device. Excess motion
+/// means that the proxy came off a step of rigid cells; it is eased.
 const Eigen::Vector3d& Probe::eased(const Eigen::Vector3d& hand_way, const Eigen::Vector3d& proxy_way) {
   const bool on_rigid = state_.is_touching && state_.body < 0;
   if (!on_rigid || !was_touching_ || settings_.easing == 0) {
@@ -163,7 +164,7 @@ const ProbeState& Probe::tick(const Pose& device) {
   if (device.position.allFinite() && device.rotation.allFinite())
     device_ = device;
   if (const OccupancyMap* map = surroundings_->map(); map != nullptr && map->cells()[2] == 1)
-    device_.position[2] = proxy_.middle()[2]; // a world of two dimensions
+    device_.position[2] = proxy_.middle()[2]; // in two dimensions
   proxy_.follow(*surroundings_, device_);
   state_ = {};
   state_.device = device_.position;
@@ -173,13 +174,13 @@ const ProbeState& Probe::tick(const Pose& device) {
   for (std::size_t i = 0; i < bodies_.size(); ++i)
     bodies_[i].was_touched = state_.is_touching && state_.body == static_cast<int>(i);
   if (--ticks_to_look_ <= 0 && !state_.is_touching && !bodies_.empty() &&
-      device_.position != before) { // a first touch is to find the body's own stiffness
+      device_.position != before) { // the stiffness is then known at first contact
     look_ahead(device_.position - before);
     ticks_to_look_ = static_cast<int>(std::ceil(time_between_looks / settings_.period));
   }
   const Eigen::Vector3d spring = proxy_.middle() + behind_ - device_.position;
   if (state_.is_touching && was_touching_ && settings_.coupling.damping > 0) {
-    // The damper is beside the spring: it never outweighs it, and so never draws into the wall.
+    // The damper force never exceeds the spring force, so that it never pulls into the wall.
     const double along = spring.norm();
     const double rate = along > 0 ? spring.dot(spring - spring_) / (along * settings_.period) : 0;
     const double most = force.norm();

@@ -21,7 +21,7 @@ ToolSurroundings surroundings_of(const World& world, int tool) {
 }
 
 ProbedWorld::ProbedWorld(const WorldScene& scene, int tool, double radius) {
-  const World world(scene); // which also finds out whether objects overlap
+  const World world(scene); // also checks for overlaps
   if (tool >= world.n_objects() || (tool >= 0 && world.kind(tool) != ObjectKind::rigid))
     throw std::invalid_argument("ProbedWorld: a tool that is a rigid object");
   if (tool >= 0) {

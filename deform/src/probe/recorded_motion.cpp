@@ -16,9 +16,9 @@ namespace maille::deform {
 
 namespace {
 
-constexpr double furthest = 1e6; ///< of a place [m], and of a turn [rad]
-constexpr double longest = 1e9;  ///< of a time [s]: what follows it tells whether it is kept
-constexpr std::int64_t largest_motion = std::int64_t{1} << 28; // half an hour of places and turns at 1 kHz
+constexpr double furthest = 1e6;                               ///< largest coordinate [m] and rotation [rad]
+constexpr double longest = 1e9;                                ///< largest time [s]
+constexpr std::int64_t largest_motion = std::int64_t{1} << 28; // bytes: half an hour of poses at 1 kHz
 
 Eigen::Matrix3d rotation_of(const Eigen::Vector3d& turn) {
   const double angle = turn.norm();

@@ -46,7 +46,7 @@ ServoLoop::ServoLoop(ProbeDevice& device, Probe& probe, const ServoSettings& set
     : device_(&device), probe_(&probe), settings_(settings) {
   if (settings.ticks < 1)
     throw std::invalid_argument("ServoLoop: at least one tick");
-  report_.samples.resize(settings.ticks); // written to, so that its pages are there
+  report_.samples.resize(settings.ticks); // written now, so that its pages are mapped
   thread_ = std::thread([this] { run(); });
 }
 
@@ -77,7 +77,7 @@ void ServoLoop::run() {
     }
     tick(began, due);
     if (settings_.in_real_time) {
-      const std::int64_t late = (ServoClock::now() - due) / period; // whole periods gone by meanwhile
+      const std::int64_t late = (ServoClock::now() - due) / period; // whole periods that have passed
       report_.missed += late;
       due += late * period;
     }

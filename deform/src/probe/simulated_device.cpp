@@ -6,7 +6,7 @@
 namespace maille::deform {
 
 namespace {
-constexpr int updates_of_the_hand = 16; // a tick
+constexpr int updates_of_the_hand = 16; // per tick
 } // namespace
 
 SimulatedDevice::SimulatedDevice(RecordedMotion motion, const HandModel& hand, double period)
@@ -44,7 +44,7 @@ void SimulatedDevice::go_on(double period) {
     const Eigen::Vector3d wanted_velocity = (wanted - motion_.at(time_).position) / period;
     force += hand_.stiffness * (wanted - position_) + hand_.grip * (wanted_velocity - velocity_);
   }
-  // m v' = F - b v with F held: exactly
+  // m v' = F - b v with constant F, in closed form
   const Eigen::Vector3d settled = force / hand_.damping;
   const double rate = hand_.damping / hand_.mass, decay = std::exp(-rate * period);
   const Eigen::Vector3d excess = velocity_ - settled;

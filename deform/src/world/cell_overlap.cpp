@@ -40,7 +40,7 @@ void ConvexCell::find_directions() const {
     for (std::size_t i = 0; i < n; ++i)
       if ((i & bit) == 0)
         add_direction(corners_[i + bit] - corners_[i], edges_);
-  if (n < 8) { // in a plane normals are across edges, and nothing else is
+  if (n < 8) { // in a plane the edge normals are the only separating directions
     for (const Eigen::Vector3d& edge : edges_)
       add_direction(n == 2 ? edge : Eigen::Vector3d(-edge[1], edge[0], 0), normals_);
     edges_.clear();
@@ -52,7 +52,7 @@ void ConvexCell::find_directions() const {
         if ((i & (b + c)) == 0)
           for (const auto& [from, to] : {std::pair(b, c), std::pair(b, b + c), std::pair(c, b + c)}) {
             add_direction((corners_[i + from] - corners_[i]).cross(corners_[i + to] - corners_[i]), normals_);
-            if (from + to == b + c) // the triangle that the first corner is not of
+            if (from + to == b + c) // the triangle without the first corner
               add_direction(
                   (corners_[i + b] - corners_[i + b + c]).cross(corners_[i + c] - corners_[i + b + c]),
                   normals_);

@@ -1,5 +1,5 @@
 #pragma once
-/// Whether cells of matter are in one another, where no corner of either need be in the other.
+/// Overlap tests for cells of matter, also without a corner of either inside the other.
 
 #include "maille/deform/world/rigid_world.hpp"
 #include "maille/scene/scene.hpp"
@@ -11,10 +11,10 @@
 
 namespace maille::deform {
 
-/// The convex hull of a cell's corners, which is the cell where it is a box.
+/// The convex hull of a cell's corners; equal to the cell if it is a box.
 ///
-/// Two hulls are apart where a direction keeps them apart: a normal of a face of one, or what is across an
-/// edge of each. The least overlap along these is how deep they are in one another.
+/// Two hulls are disjoint if a direction separates them: a face normal of one, or the cross product of an
+/// edge of each. The penetration depth is the smallest overlap along these directions.
 ///
 /// Source  Gottschalk, Lin and Manocha 1996 (SIGGRAPH), the theorem of separating axes
 class ConvexCell {
@@ -28,20 +28,20 @@ private:
   bool overlaps_along(const ConvexCell& other, const Eigen::Vector3d& axis, double depth) const;
   void find_directions() const;
   std::vector<Eigen::Vector3d> corners_;
-  mutable std::vector<Eigen::Vector3d> normals_, edges_; ///< of length 1, each once, from when they count
+  mutable std::vector<Eigen::Vector3d> normals_, edges_; ///< unit vectors, each once, made on first use
   Eigen::AlignedBox3d box_;
 };
 
-/// False where boxes about matter say that none is in the other by more than `depth` [m]: along any direction
-/// it overlaps by that at least.
+/// False if bounding boxes exclude an overlap deeper than `depth` [m]: such an overlap is at least as long
+/// along every direction.
 bool may_be_in_one_another(const Eigen::AlignedBox3d& one, const Eigen::AlignedBox3d& other, int dimension,
                            double depth);
 
-/// Whether a cell of one list is in one of the other by more than `depth` [m].
+/// True if a cell of one list overlaps one of the other by more than `depth` [m].
 bool are_in_one_another(const std::vector<ConvexCell>& one, const std::vector<ConvexCell>& other,
                         double depth);
 
-/// The same of matter as it stands at the beginning. @param pose of a grid's first corner
+/// The same for objects at rest. @param pose of a grid's first corner
 bool is_matter_in(const Specimen& one, const Pose& pose, const Specimen& other, const Pose& other_pose,
                   double depth);
 

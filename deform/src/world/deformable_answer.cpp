@@ -1,4 +1,4 @@
-/// What a deformable object is asked, and what its method answers.
+/// Questions to the method of a deformable object, and its answers.
 
 #include "world/deformable_object.hpp"
 
@@ -25,7 +25,7 @@ Answer drag_from(const Scene& question, const LinkLimits& limits, const Displace
 
 } // namespace
 
-/// A prescribed component and whose it is. Of several for one component the first in this order counts.
+/// A prescribed component and its origin. Of several for one component the first in this order is used.
 struct DeformableObject::Entry {
   enum class Whose { hold, pin, handle, asked_pin, grip };
   Prescribed what;
@@ -44,7 +44,7 @@ void DeformableObject::add_pin_entries(std::vector<Entry>& entries, std::size_t 
       entries.push_back({{lattice_.node(pin.voxel), b, pin.at[b], false}, Entry::Whose::grip, i});
 }
 
-/// Everything that is prescribed, by component, then by node.
+/// All prescribed values, by component, then by node.
 std::vector<DeformableObject::Entry> DeformableObject::entries(bool pins_are_moves) const {
   std::vector<Entry> all;
   for (const Prescribed& p : scene_->prescribed)
@@ -108,7 +108,7 @@ Answer DeformableObject::answer(const Control& control) {
   Answer answer = ask(*question_, control);
   if (!has_displacement(answer.status))
     return answer;
-  // To the bit where they are to be, so that what touches a face stays on its side.
+  // Sets prescribed values bit-identically, so that nodes at a face stay on their side.
   for (const Entry& entry : list) {
     double& value = answer.displacement(entry.what.component, entry.what.node);
     if (std::abs(value - entry.what.value) < tolerance * lattice_.cell_size()[entry.what.component])

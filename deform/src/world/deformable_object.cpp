@@ -18,14 +18,13 @@ namespace maille::deform {
 
 namespace {
 
-/// A scale of taut limits that lets every link be as long as it likes: what relaxes elastically stands in for
-/// them.
+/// Scale of taut limits at which no limit is active: the elastic relaxation replaces them.
 constexpr double never_taut = std::numeric_limits<float>::max();
 
 /// Solver error in forces, in units of the force that would stretch a cell by the node's displacement.
 constexpr double lost_by_algebra = 1e-5;
 
-/// `relaxed` with limits that do everything.
+/// True for `relaxed` with limits in place of elasticity.
 bool is_dead_zone(const Scene& scene) {
   return scene.relaxation.mode == RelaxationMode::deformable && scene.limit_source() != LimitSource::taut;
 }
@@ -82,7 +81,7 @@ DeformableObject::DeformableObject(const WorldObject& object, const Pose& pose, 
 DeformableObject::DeformableObject(DeformableObject&&) noexcept = default;
 DeformableObject::~DeformableObject() = default;
 
-/// Limits point to the specimen of the copy's own question.
+/// Limits point to the specimen of the copy's own question_.
 DeformableObject::DeformableObject(const DeformableObject& other)
     : scene_(std::make_unique<Scene>(*other.scene_)), question_(std::make_unique<Scene>(*other.question_)),
       method_(other.method_), stiffness_(other.stiffness_), limits_bind_(other.limits_bind_),
@@ -111,7 +110,7 @@ void DeformableObject::keep_reached_pins() {
     }
     for (std::size_t b = 0; b < 3; ++b)
       if (lattice_.is_turned() || static_cast<int>(b) == pin.axis)
-        pin.at[b] = here[b]; // to the bit
+        pin.at[b] = here[b]; // bit-identical
     return false;
   });
 }
@@ -183,7 +182,7 @@ void DeformableObject::collect_corners(const Index3& cell, std::int32_t number, 
     collect(matter_.point(point));
   for (const BodyMatter::Point& point : matter_.points_of_stretched(number, lattice_, state_))
     collect(point);
-  if (list.empty()) // inside: its middle is in the matter
+  if (list.empty()) // interior cell: its middle is inside the matter
     for (const std::int32_t node : matter_.corners(number))
       list.push_back({node, cell[a] + 0.5, true});
 }

@@ -1,5 +1,6 @@
 #pragma once
-/// One deformable object of a world: its state, and what its method makes of holds, handles and contacts.
+/// One deformable object of a world: its state, and the answers of its method for holds, handles and
+/// contacts.
 
 #include "maille/base/grid.hpp"
 #include "maille/deform/world/occupancy_map.hpp"
@@ -18,45 +19,45 @@
 
 namespace maille::deform {
 
-/// One component of a node, kept on its side of a face of the map; of a turned object all of its components.
+/// Contact constraint: one component of a node, prescribed at a face of the map; all components if the object
+/// is rotated.
 struct Pin {
   std::int32_t voxel = 0;
   int axis = 0;      ///< of the face, in the world
   int direction = 1; ///< from the node to the wall: -1 or 1
-  /// Displacement in the object's frame [m]. If the object is not rotated only `axis` counts, and the others
-  /// where friction keeps the node.
+  /// Displacement in the object's frame [m]. If the object is not rotated only `axis` is used, and the other
+  /// components if friction holds the node.
   Vec3 at{};
-  double rest = 0; ///< of the movement that it could not make along the axis, signed [cells]
-  double pressure =
-      0; ///< with which it presses on the wall, by the last answer [N]; less than 0: it is pulled
-  /// Places without friction, and with all nodes held by friction: displacements in the object's frame [m].
+  double rest = 0;     ///< remaining movement along the axis, signed [cells]
+  double pressure = 0; ///< on the wall, from the last answer [N]; negative: it pulls
+  /// Displacements without friction, and with all nodes held by friction, in the object's frame [m].
   Vec3 free{}, stuck{};
-  double hold = 1;       ///< the part of the way from one to the other at which it is held
-  Vec3 grip{};           ///< of the wall on the node across the axis, by the last answer, object's frame [N]
-  bool is_asked = false; ///< a movement that another object asks for: there is no wall yet
-  /// What a point of the surface beside the node presses on; else it is the cell beside the node's own.
+  double hold = 1;       ///< its place, as a part of the way from `free` to `stuck`
+  Vec3 grip{};           ///< tangential force of the wall, from the last answer, object's frame [N]
+  bool is_asked = false; ///< a movement requested by another object, without a wall yet
+  /// The wall of a point of the surface near the node; unset: the cell adjacent to the node's own.
   std::optional<Index3> wall{};
-  bool stays = false; ///< for the rest of the frame, whether or not its wall is still there: see Settling
-  /// The node of the same body that is in its way, where the body would pass through itself.
+  bool stays = false; ///< for the rest of the frame, with or without its wall: see Settling
+  /// The blocking node of the same body, in self-contact.
   std::optional<std::int32_t> self{};
 };
 
 class DeformableObject;
 class KeptAnswers;
 
-/// The cell that a node in contact presses on.
+/// The cell that a pinned node presses on.
 Index3 wall_of(const DeformableObject& body, const Pin& pin);
 
-/// The object's body with its holds alone, as its method takes it.
-/// @throws std::invalid_argument where the method cannot carry it
+/// Scene of the object's body with its holds only, for its method.
+/// @throws std::invalid_argument if the method does not support it
 std::unique_ptr<Scene> checked_scene(const WorldObject& object, const WorldScene& world);
 
 class DeformableObject {
 public:
-  /// @throws std::invalid_argument where the method cannot carry it
+  /// @throws std::invalid_argument if the method does not support it
   DeformableObject(const WorldObject& object, const Pose& pose, const WorldScene& world, VoxelId first);
   DeformableObject(DeformableObject&&) noexcept;
-  /// As it stands; what is kept for the next answer is not copied.
+  /// Copies the state without the cache for the next answer.
   DeformableObject(const DeformableObject& other);
   ~DeformableObject();
 
@@ -66,77 +67,77 @@ public:
   const NodeCells& cells() const { return cells_; }
   const BodyMatter& matter() const { return matter_; }
   const SelfContact& self_contact() const { return self_contact_; }
-  /// Follows the faces that are stretched now or would be in another state (see BodyMatter::watch).
+  /// Adds points to the faces that are stretched now or in another state (see BodyMatter::watch).
   void watch(const Displacement& to) { matter_.watch(lattice_, state_, to); }
-  /// Into the map, once; go_towards then keeps it in step.
+  /// Puts the matter into the map, once; go_towards() then updates it.
   void put_matter(OccupancyMap& map) { matter_.put(map, cells_.first(), lattice_.places(state_)); }
-  /// Into a map that has nothing of it, wherever a state is; what others have is left to them.
+  /// Puts any state into a map without this object; cells of other objects stay theirs.
   void put_at(OccupancyMap& map, const Displacement& state) {
-    stand_at(state);
+    set_state(state);
     put_into(map);
   }
-  void stand_at(const Displacement& state) { state_ = state; } ///< and is put into the map later
+  void set_state(const Displacement& state) { state_ = state; } ///< without the map
   void put_into(OccupancyMap& map);
-  /// Stiffness of a cell of the stiffest material [N/m].
+  /// Stiffness of a cell of its stiffest material [N/m].
   double cell_stiffness() const { return stiffness_; }
   /// The first number after the object's own.
   VoxelId end_of_ids() const { return cells_.first() + cells_.n_ids(); }
 
-  /// A node that is to move for a cell to be left.
+  /// A node that must move to free a cell.
   struct Carrier {
     std::int32_t voxel;
-    double place;    ///< along the axis, of what lies in the cell [cells]
-    bool is_between; ///< not the node itself, but matter that it carries
+    double place;    ///< coordinate along the axis of the matter in the cell [cells]
+    bool is_between; ///< matter between nodes, not the node itself
   };
-  /// Those that carry what the object has in a cell that is its own: the nodes there, or the corners about
-  /// its matter there.
+  /// Carriers of the object's matter in one of its own cells: the nodes there, or the corners of the cell of
+  /// matter there.
   std::vector<Carrier> carriers(const OccupancyMap& map, const Index3& cell, int axis) const;
   const Displacement& displacement() const { return state_; }
   bool knows_forces() const { return method_ == "relaxed" || method_ == "coupled"; }
-  /// A rule in place of drag_limits, for the method `limits`.
+  /// Replacement for drag_limits, for the method `limits`.
   using ByLimits = Answer (*)(const Scene&, const LinkLimits&, const Displacement& state, const Control&);
   void set_by_limits(ByLimits rule) { by_limits_ = rule; }
   bool limits_bind() const { return limits_bind_; }
   /// Limits of its links, active or not.
   const LinkLimits& limits() const { return limits_; }
-  /// Whether friction holds nodes in contact: their other components are then prescribed too, where nothing
-  /// else prescribes them.
-  void let_walls_grip(bool do_grip) { walls_grip_ = do_grip; }
+  /// Sets whether friction holds nodes in contact: their other components are then prescribed too, unless
+  /// they already are.
+  void set_wall_friction(bool do_grip) { walls_grip_ = do_grip; }
 
   /// A driven node.
   struct Handle {
-    Vec3 at{};              ///< displacement that is wanted [m]
-    bool is_driven = false; ///< in this step; else it is kept where it is
-    Vec3 force{};           ///< of the hand, by the last answer, object's frame [N]
+    Vec3 at{};              ///< requested displacement [m]
+    bool is_driven = false; ///< in this step; else it is held in place
+    Vec3 force{};           ///< of the drive, from the last answer, object's frame [N]
   };
   std::map<std::int64_t, Handle>& handles() { return handles_; }
   const std::map<std::int64_t, Handle>& handles() const { return handles_; }
   std::vector<Pin>& pins() { return pins_; }
   const std::vector<Pin>& pins() const { return pins_; }
-  /// Puts a pin in the place of one of the same node and axis, if there is one.
+  /// Adds a pin, or replaces the pin of the same node and axis.
   void add_pin(const Pin& pin);
 
-  /// Forgets pins of nodes that are not where they are pinned to: what is left is met by the state as it is.
+  /// Removes pins of nodes that are not at their pins, so that the present state meets the rest.
   void keep_reached_pins();
-  /// Makes requests (asked pins) those least ones that the limits let nodes meet together: each goes as far
-  /// as it was asked, or as far as the others push it.
+  /// Reduces requests (asked pins) to the least ones that satisfy the limits together: each moves as far as
+  /// requested, or as far as the others push it.
   void reconcile_requests();
 
-  /// The method's answer from the state as it is. Pressures of pins and forces of handles are those of this
-  /// answer, where it knows any.
+  /// The method's answer, starting from the present state. Pressures of pins and forces of handles are those
+  /// of this answer, if the method has forces.
   Answer answer(const Control& control);
-  /// The body with everything that is prescribed to it now: holds, handles where they are, contacts.
+  /// The body with all its present prescribed values: holds, handles at their places, contacts.
   Scene question() const;
   /// True if holds, kept handles and all pins are compatible with the limits.
   bool can_be_met() const;
-  /// Goes a part of the way from the state to another, of which it is a convex mean: as far as `part` or, if
-  /// rounding would put a node into a cell that is not its own, a little less. @return the part
+  /// Moves to a convex combination of the state and another: by `part` or, if rounding would put a node into
+  /// a cell of another object, slightly less. @return the part
   double go_towards(OccupancyMap& map, const Displacement& to, double part);
-  /// Puts handles at where they have come to.
+  /// Sets the handles to the present displacements of their nodes.
   void settle_handles();
   double largest_violation() const;
-  /// Less than this is no force but the error of a method's algebra [N]: what a rigid shift to where the
-  /// state is leaves of one.
+  /// Solver error of a force [N], estimated from that of a rigid shift by the largest displacement. Smaller
+  /// forces are noise.
   double force_noise() const;
   std::int64_t bytes() const;
 
@@ -150,7 +151,7 @@ private:
   void collect_corners(const Index3& cell, std::int32_t number, int axis, std::vector<Carrier>& list) const;
   bool can_go(const OccupancyMap& map, const Displacement& to) const;
 
-  std::unique_ptr<Scene> scene_; ///< with holds alone; limits point to its specimen
+  std::unique_ptr<Scene> scene_; ///< with holds only; limits point to its specimen
   std::unique_ptr<Scene> question_;
   std::string method_;
   double stiffness_; ///< of a cell of its stiffest material [N/m]
@@ -163,7 +164,7 @@ private:
   SelfContact self_contact_;
   NodeCells cells_;
   Displacement state_;
-  std::unique_ptr<KeptAnswers> kept_; ///< of `coupled`, from one frame to the next
+  std::unique_ptr<KeptAnswers> kept_; ///< of `coupled`, cached between frames
   std::map<std::int64_t, Handle> handles_;
   std::vector<Pin> pins_;
 };

@@ -29,7 +29,7 @@ void check(const WorldObjects& world, const Drive& drive) {
   double size = world.scene.is_open ? std::numeric_limits<double>::infinity() : 0; // of the world [m]
   for (int a = 0; a < world.scene.dimension; ++a)
     size += world.scene.cells[a] * world.scene.spacing[a];
-  // About a point further away a turn is rounding.
+  // About points further away, a rotation is lost to rounding.
   if (!motion.by.allFinite() || !motion.about.allFinite() || !(motion.about.norm() <= 1e6 * size) ||
       !(motion.by.norm() <= 1e9 * size) || !(std::abs(motion.angle) <= std::numbers::pi) ||
       !(std::abs(motion.axis.norm() - 1) < 1e-9))
@@ -56,7 +56,7 @@ void check(const WorldObjects& world, const Drive& drive) {
 
 } // namespace
 
-bool FrameClock::may_go_on() {
+bool FrameClock::has_budget() {
   if (ended)
     return false;
   if (control.should_stop())
@@ -152,7 +152,7 @@ void FrameRun::report_drives() {
     const DeformableObject& body = world.body(drive.object);
     for (const std::int64_t node : drive.nodes)
       if (const auto handle = body.handles().find(node);
-          handle != body.handles().end()) { // else not yet driven
+          handle != body.handles().end()) { // else it is not driven yet
         const Vec3& force = handle->second.force;
         result.drives[i].force +=
             body.lattice().pose().rotation * Eigen::Vector3d(force[0], force[1], force[2]);
@@ -189,9 +189,9 @@ void FrameRun::report_end(bool has_settled, const char* endless, const char* cut
   if (clock.ended) {
     result.status = *clock.ended;
     result.message = cut_short;
-  } else if (!went_back.empty()) {
+  } else if (!rollback_reason.empty()) {
     result.status = has_settled ? Status::clamped : Status::budget_reached;
-    result.message = went_back;
+    result.message = rollback_reason;
   } else if (!has_settled) {
     result.status = Status::budget_reached;
     result.message = endless;

@@ -71,7 +71,7 @@ Vec3 OpenBody::wanted(const Drive& drive, std::int64_t node) const {
   const Vec3 rest = scene_->specimen.position(scene_->specimen.grid.node_at(node)), now = state_->at(node);
   Vec3 displacement = now;
   for (int a = 0; a < scene_->dimension(); ++a)
-    if (drive.motion.angle != 0 || drive.motion.by[a] != 0) // what does not move stays to the bit
+    if (drive.motion.angle != 0 || drive.motion.by[a] != 0) // unmoved components stay bit-identical
       displacement[a] = to[a] - rest[a];
   return displacement;
 }
@@ -113,7 +113,7 @@ void OpenBody::drag(FrameRun& frame) {
   bool has_moved = drag_->frame().is_turned;
   for (std::size_t i = 0; i < moves.size(); ++i)
     has_moved = has_moved || reached[i] != state_->at(moves[i].node);
-  if (has_moved) { // nodes follow handles alone: where those are cut back to their places nothing has changed
+  if (has_moved) { // nodes follow only handles: if these stay, nothing changes
     const std::shared_ptr<Displacement> state = SpareStates::take(spare_, scene_->specimen.grid);
     drag_->copy_to(*state);
     state_ = state;
@@ -139,7 +139,7 @@ void OpenBody::relax(FrameRun& frame) {
   control.seconds_budget = frame.seconds;
   const Scene asked = question();
   Answer answer = method_ == "coupled" ? this->answer(asked, control) : solve_relaxed(asked, control);
-  if (method_ == "coupled" && answer.status == Status::refused) // nothing holds it: see World
+  if (method_ == "coupled" && answer.status == Status::refused) // no holds: see World
     answer = solve_relaxed(asked, control);
   ++result.rounds;
   if (!has_displacement(answer.status)) {
@@ -164,7 +164,8 @@ void OpenBody::relax(FrameRun& frame) {
   }
 }
 
-/// Without a budget of seconds an answer knows none before it, so that a copy goes on to the same bits.
+/// Without a budget of seconds an answer does not depend on earlier ones, so that a copy continues
+/// bit-identically.
 Answer OpenBody::answer(const Scene& question, const Control& control) {
   const Keeping keeping = control.seconds_budget ? Keeping::answers : Keeping::hierarchy;
   if (!kept_ || kept_->keeping() != keeping)

@@ -1,5 +1,5 @@
 #pragma once
-/// A deformable object that nothing else shares its world with: no map, no walls, each frame one question.
+/// A single deformable object without a map or walls: each frame is one question to its method.
 
 #include "elastic/kept_answers.hpp"
 #include "maille/deform/drag.hpp"
@@ -15,16 +15,17 @@
 
 namespace maille::deform {
 
-/// Unused displacements that are overwritten for reuse: a frame of a large body need not wait for fresh
-/// memory, which takes a quarter of a second for 128^3 nodes. Thread-safe.
+/// Pool of displacements: a frame of a large body then does not wait for fresh memory, which takes a quarter
+/// of a second for 128^3 nodes. Thread-safe.
 class SpareStates {
 public:
-  /// As many as a picture and a hand hold at once: newest and last asked for, painted and seen.
+  /// Largest number in use by a display and a drive: the newest, last requested, drawn and shown ones.
   static constexpr std::size_t most = 5;
 
-  /// Has some before they are asked for. @param is_stopped asked before each
+  /// Allocates displacements in advance. @param is_stopped polled before each
   void prepare(const Grid& grid, const std::function<bool()>& is_stopped);
-  /// One of a body, given back by itself. What is in it is of an earlier state of that body, or zero.
+  /// A displacement that returns to the pool on destruction. It contains an earlier state of the same body,
+  /// or zeros.
   static std::shared_ptr<Displacement> take(const std::shared_ptr<SpareStates>& from, const Grid& grid);
 
 private:
@@ -32,20 +33,20 @@ private:
   std::vector<std::unique_ptr<Displacement>> spare_;
 };
 
-/// By `limits` a Drag, at the cost of what moves; else the method's answer to holds and handles, which does
-/// not depend on the way there unless frames have a budget of seconds: then each answer begins with those
-/// before it, so that frames that were cut short get there in the end.
+/// With `limits` a Drag, whose cost depends on the moved region. Otherwise the method's answer to holds and
+/// handles, which is independent of the path, except in frames with a budget of seconds: then each answer
+/// starts from earlier ones, so that interrupted frames finally converge.
 class OpenBody : public Engine {
 public:
-  /// @param state  null: at rest @throws std::invalid_argument where the method cannot carry it
+  /// @param state  null: at rest @throws std::invalid_argument if the method does not support the body
   explicit OpenBody(std::unique_ptr<WorldObjects> world, std::shared_ptr<const Displacement> state = nullptr);
 
   FrameResult advance(std::span<const Drive> drives, const FrameBudget& budget) override;
   void release(int object) override;
-  /// An answer to what holds alone: no iteration, but all that it takes to begin.
+  /// Answers the question with holds only: makes the set-up without iterations.
   void prepare(const FrameBudget& budget) override;
   bool is_settled() const override { return !is_unsettled_; }
-  /// Null by `limits`: a Drag has no copies.
+  /// Null for `limits`: a Drag cannot be copied.
   std::unique_ptr<Engine> copy() const override;
   const Pose& pose(int) const override { return pose_; }
   const Displacement& displacement(int) const override { return *state_; }
@@ -61,19 +62,19 @@ private:
   Answer answer(const Scene& question, const Control& control);
   Scene question() const;
   Eigen::Vector3d position(std::int64_t node) const;
-  /// Where a drive wants a node: its displacement [m].
+  /// Displacement that a drive requests for a node [m].
   Vec3 wanted(const Drive& drive, std::int64_t node) const;
 
-  std::unique_ptr<Scene> scene_; ///< with holds alone
+  std::unique_ptr<Scene> scene_; ///< with holds only
   std::string method_;
-  std::unique_ptr<LinkLimits> limits_; ///< of scene_; null where none bind
-  std::optional<Drag> drag_;           ///< by `limits`
+  std::unique_ptr<LinkLimits> limits_; ///< of scene_; null if none bind
+  std::optional<Drag> drag_;           ///< for `limits`
   std::shared_ptr<SpareStates> spare_ = std::make_shared<SpareStates>();
   std::shared_ptr<const Displacement> state_;
   std::unique_ptr<KeptAnswers> kept_;    ///< of `coupled`
-  std::map<std::int64_t, Vec3> handles_; ///< driven nodes and where they are [m]
+  std::map<std::int64_t, Vec3> handles_; ///< driven nodes and their displacements [m]
   bool is_unsettled_ = false;
-  Pose pose_; ///< the world's axes
+  Pose pose_; ///< identity: the world's axes
 };
 
 } // namespace maille::deform

@@ -1,4 +1,4 @@
-/// Whether objects of a world are in one another, by their geometry alone.
+/// Detection of overlapping objects from their geometry only, without the map.
 
 #include "lattice/tolerances.hpp"
 #include "world/cell_overlap.hpp"
@@ -29,8 +29,8 @@ double weight_of(std::size_t corner, const Eigen::Vector3d& place, int dimension
   return weight;
 }
 
-/// Whether a point is in a deformed hexahedron (a quadrilateral, a segment): its place in the undeformed one
-/// by Newton's method. One that is turned inside out holds nothing. Shares nothing with the map's own way.
+/// True if a point is in a deformed hexahedron (quadrilateral, segment): finds its place in the undeformed
+/// one by Newton's method. An inverted cell contains no point. Independent of the map's code.
 bool does_hexahedron_hold(const std::vector<Eigen::Vector3d>& corners, const Eigen::Vector3d& point,
                           int dimension) {
   Eigen::Vector3d place = Eigen::Vector3d::Zero();
@@ -55,7 +55,7 @@ bool does_hexahedron_hold(const std::vector<Eigen::Vector3d>& corners, const Eig
     if (!(slope.determinant() > 0))
       return false;
     const Eigen::Vector3d step = slope.inverse() * rest;
-    place = (place - step).cwiseMax(-1).cwiseMin(2); // not far out, where the map may fold
+    place = (place - step).cwiseMax(-1).cwiseMin(2); // stay near the cell: the mapping may fold outside
     if (step.cwiseAbs().maxCoeff() < rounding)
       break;
   }
@@ -65,17 +65,16 @@ bool does_hexahedron_hold(const std::vector<Eigen::Vector3d>& corners, const Eig
   return true;
 }
 
-/// An object as matter: boxes of a lattice at a pose, or cells whose corners stand anywhere.
+/// Geometry of an object: boxes of a lattice at a pose, or cells with displaced corners.
 class Matter {
 public:
   explicit Matter(int dimension) : dimension_(dimension) {}
   virtual ~Matter() = default;
   virtual bool holds(const Eigen::Vector3d& point) const = 0;
-  /// Calls visit(point) for points of one of its cells after another, until it returns true. @return of how
-  /// many cells it did
+  /// Calls visit(point) for points of each cell, until it returns true. @return number of cells where it did
   virtual std::int64_t count_cells(const std::function<bool(const Eigen::Vector3d&)>& visit) const = 0;
   const Box& box() const { return box_; }
-  /// Whether a point and points at a distance round about it are in it.
+  /// True if a point and points at a distance around it are inside.
   bool holds_deep(const Eigen::Vector3d& point, double distance) const {
     if (!holds(point))
       return false;
@@ -89,9 +88,9 @@ public:
   }
 
 protected:
-  /// Places within a cell of matter, each axis from 0 to 1: as close as cells of the world, and half a
-  /// diagonal of those within its faces, or in its middle. Nearer to its faces matter may have cells of the
-  /// world that are not its own.
+  /// Sample points in a cell of matter, in [0, 1] along each axis: as dense as cells of the world, and half a
+  /// diagonal from its faces, or in its middle. Cells of the world closer to its faces may belong to other
+  /// objects.
   std::vector<Eigen::Vector3d> places_within(const Vec3& length, const Vec3& cell_size) const {
     double diagonal = 0;
     for (std::size_t a = 0; a < static_cast<std::size_t>(dimension_); ++a)
@@ -231,7 +230,7 @@ private:
   double widest_ = 0;
 };
 
-/// Whether two boxes meet along the world's axes.
+/// True if two axis-aligned boxes intersect.
 bool do_meet(const Box& a, const Box& b, int dimension) {
   for (int axis = 0; axis < dimension; ++axis)
     if (a.min()[axis] > b.max()[axis] || b.min()[axis] > a.max()[axis])
@@ -263,7 +262,7 @@ std::int64_t World::n_penetrations() const {
     return false;
   };
   std::int64_t n = 0;
-  const auto may_be_thin = [&](int object) { // too thin for a point deep inside
+  const auto may_be_thin = [&](int object) { // too thin for sample points
     const WorldObject& what = scene().objects[object];
     return scene().contact == ContactLaw::surfaces && !engine_->world().is_body(object) && !what.is_smooth;
   };

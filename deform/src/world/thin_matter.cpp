@@ -1,4 +1,4 @@
-/// Matter that is thinner than the cells of its world.
+/// Detection of matter thinner than the cells of its world.
 
 #include "lattice/tolerances.hpp"
 #include "maille/deform/world/world.hpp"
@@ -14,8 +14,8 @@ namespace {
 
 using Mask = std::vector<std::uint8_t>;
 
-/// The least (erosion) or the largest (dilation) of n values along an axis at every place: those from it on,
-/// or those up to it.
+/// The minimum (erosion) or maximum (dilation) of n values along an axis at every place: of those starting at
+/// it, or those ending at it.
 Mask along(const Mask& mask, const Grid& grid, int axis, int n, bool is_erosion) {
   const auto a = static_cast<std::size_t>(axis);
   Mask result(mask.size());

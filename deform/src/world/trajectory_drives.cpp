@@ -1,5 +1,4 @@
 #include "maille/deform/world/trajectory_drives.hpp"
-#include "world/occupancy/posed_lattice.hpp"
 
 #include <Eigen/Geometry>
 
@@ -9,6 +8,10 @@
 namespace maille::deform {
 
 namespace {
+
+Eigen::Vector3d vector(const Vec3& v) {
+  return Eigen::Vector3d::Map(v.data());
+}
 
 Eigen::Vector3d apply(const Pose& pose, const Eigen::Vector3d& x) {
   return pose.position + pose.rotation * x;
@@ -49,7 +52,7 @@ Pose TrajectoryDrives::moved_since_start(const World& world, std::size_t object)
   const Pose& now = world.pose(static_cast<int>(object));
   const Pose& start = start_[object];
   Pose moved;
-  if (now.rotation == start.rotation) { // no rounding of a turn that there was not
+  if (now.rotation == start.rotation) { // without a rotation, avoids its rounding
     moved.position = now.position - start.position;
     return moved;
   }
@@ -74,10 +77,10 @@ Drive TrajectoryDrives::drive(const World& world, const DriveSpan& span, std::in
     return drive;
   Pose moved = moved_since_start(world, span.object);
   const Pose begin = frame_of(object);
-  if (span.follow) { // what moves is the hand, from where the object was when it began to lead it
+  if (span.follow) { // the drive pose moves, from the pose of the object when it began to lead
     const auto known = hands_.find(span.object);
-    const bool goes_on = known != hands_.end() && known->second.frame == frame - 1;
-    const Pose hand = goes_on ? known->second.pose : world.pose(static_cast<int>(span.object));
+    const bool continues = known != hands_.end() && known->second.frame == frame - 1;
+    const Pose hand = continues ? known->second.pose : world.pose(static_cast<int>(span.object));
     const Pose& start = start_[span.object];
     moved.rotation = hand.rotation * start.rotation.transpose();
     moved.position = hand.position - moved.rotation * start.position;

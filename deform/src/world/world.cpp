@@ -107,7 +107,7 @@ World::Occupant World::occupant(VoxelId id) const {
 std::vector<WorldContact> World::touched(int object, double reach) const {
   std::vector<WorldContact> list;
   const int index = engine_->world().member(object).index;
-  engine_->world().map(); // in which they are found
+  engine_->world().map(); // updates the map
   for (const Contact& contact : engine_->world().rigid.touched(index, reach)) {
     const Occupant other = occupant(contact.other);
     list.push_back(
@@ -119,7 +119,7 @@ std::vector<WorldContact> World::touched(int object, double reach) const {
 std::int64_t World::n_shared_cells() const {
   if (scene().is_open)
     return 0;
-  OccupancyMap owners(engine_->world().rigid.map().cells()); // object numbers in place of voxels'
+  OccupancyMap owners(engine_->world().rigid.map().cells()); // object numbers instead of voxel numbers
   std::int64_t n = 0;
   const auto look = [&](int object, const Index3& cell) {
     if (!owners.has_cell(cell) || (owners.is_occupied(cell) && owners.occupant(cell) != object))

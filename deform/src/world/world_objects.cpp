@@ -89,8 +89,8 @@ WorldObjects::WorldObjects(WorldScene asked)
   check_apart();
 }
 
-/// Cells of the world do not tell thin overlaps apart. What is smooth stands elsewhere than its voxels:
-/// a SurfaceEngine looks at its surface.
+/// Refuses initial overlaps by geometry, because cells of the world do not resolve thin overlaps. A
+/// SurfaceEngine checks smooth objects: their surface differs from their voxels.
 void WorldObjects::check_apart() const {
   for (std::size_t i = 0; i < scene.objects.size(); ++i)
     for (std::size_t j = 0; j < i; ++j) {
@@ -112,7 +112,7 @@ void WorldObjects::check_apart() const {
 void WorldObjects::add_rigid(int object) {
   const Specimen& specimen = this->object(object).scene.specimen;
   member(object).first = rigid.n_voxels();
-  // Two may meet in a cell: check_apart looks at their matter, but what is smooth stands elsewhere.
+  // Two objects may share a cell: check_apart() compares their matter, except for smooth objects.
   const bool may_meet =
       scene.contact == ContactLaw::surfaces && std::ranges::none_of(scene.objects, &WorldObject::is_smooth);
   const auto added =
@@ -133,7 +133,7 @@ void WorldObjects::add_body(int object) {
     const Index3 cell = cell_at(body.lattice().place(voxel, body.displacement()));
     const bool is_blocked = body.cells().is_blocked(map(), cell);
     if (is_blocked && scene.contact == ContactLaw::surfaces)
-      continue; // two may meet in a cell: surfaces are looked at later
+      continue; // two objects may share a cell: surfaces are checked later
     if (is_blocked)
       fail_to_place(scene, object, object_in(cell));
     body.cells().put(map(), voxel, cell);

@@ -63,7 +63,7 @@ void Body<dim>::number_nodes() {
   positions_.resize(n_nodes_);
   nodes_.reserve(cells_.size() * per_cell);
   std::vector<dealii::types::global_dof_index> nodes(per_cell);
-  std::size_t k = 0; // a mesh that was never refined keeps the order in which its cells were given
+  std::size_t k = 0; // a mesh without refinement keeps the order of its cells
   for (const auto& cell : numbering_.active_cell_iterators()) {
     cell->get_dof_indices(nodes);
     const Vec3 corner = specimen_->position(specimen_->grid.cell_at(cells_[k++]));

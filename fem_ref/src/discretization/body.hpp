@@ -1,5 +1,5 @@
 #pragma once
-/// A specimen as a mesh of deal.II's, and the numbers of its nodes.
+/// A specimen as a deal.II mesh, and its node numbers.
 
 #include "discretization/element.hpp"
 #include "maille/scene/scene.hpp"
@@ -13,9 +13,9 @@
 
 namespace maille::fem_ref {
 
-/// deal.II's triangulation of exactly the cells of matter. Cells that share a grid node share a vertex,
-/// whether they meet in a face, an edge or a corner. The numbering is of nodes (one scalar FE_Q); node n
-/// carries the unknowns dim n ... dim n + dim - 1.
+/// deal.II's triangulation of exactly the body's cells. Cells that share a grid node share a vertex, for
+/// contact in a face, an edge or a corner. One scalar FE_Q numbers the nodes; node n has the unknowns dim n
+/// ... dim n + dim - 1.
 template<int dim>
 class Body {
 public:
@@ -28,9 +28,9 @@ public:
 
   int n_cells() const { return static_cast<int>(cells_.size()); }
   unsigned n_nodes() const { return n_nodes_; }
-  /// The grid's cell behind a cell of the mesh, ascending.
+  /// Grid cell of a mesh cell; ascending.
   std::int64_t grid_cell(int cell) const { return cells_[cell]; }
-  /// The mesh's cell for a grid cell of matter.
+  /// Mesh cell of a grid cell that belongs to the body.
   int mesh_cell(std::int64_t grid_cell) const;
   /// Nodes of a cell, corners first in the order of Grid::corner.
   std::span<const unsigned> nodes(int cell) const {
@@ -38,9 +38,9 @@ public:
     return {nodes_.data() + n * static_cast<std::size_t>(cell), n};
   }
   const std::vector<Vec3>& positions() const { return positions_; } ///< of the nodes [m]
-  /// Puts every node elsewhere: at shape(where the grid has it).
+  /// Moves every node to shape(grid position).
   void place(const std::function<Vec3(const Vec3&)>& shape);
-  /// Gives up the triangulation and deal.II's numbering; everything else stays.
+  /// Frees the triangulation and deal.II's numbering; other members stay valid.
   void release_mesh();
   std::int64_t bytes() const;
 
@@ -58,10 +58,10 @@ private:
   std::vector<Vec3> positions_;
 };
 
-/// One cell of the mesh for every cell of matter, in the grid's order; cells that share a grid node share a
+/// Creates one mesh cell for each cell of the body, in grid order; cells that share a grid node share a
 /// vertex.
-/// @param place  where a node of the grid stands in the mesh
-/// @return the grid's cells, ascending
+/// @param place  mesh position of a grid node
+/// @return the grid cells, ascending
 template<int dim>
 std::vector<std::int64_t> make_mesh_of_matter(const Specimen& specimen,
                                               const std::function<Vec3(const Index3& node)>& place,

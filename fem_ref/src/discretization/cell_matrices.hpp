@@ -12,11 +12,11 @@
 
 namespace maille::fem_ref {
 
-/// Stiffness matrices of cells. Where neither matter nor fibre differ they are the same, and computed once.
+/// Stiffness matrices of cells. Cells of equal material and fibre share one matrix, computed once.
 template<int dim>
 class CellMatrices {
 public:
-  /// @param positions  of a cell's nodes, by its number in the mesh; none: all cells are congruent
+  /// @param positions  node positions of a mesh cell, by its number; none: all cells are congruent
   CellMatrices(const Scene& scene, const Element<dim>& element, std::function<Eigen::MatrixXd(int)> positions)
       : scene_(&scene), element_(&element), positions_(std::move(positions)),
         of_material_(scene.materials.size()), scratch_(static_cast<unsigned>(element.n_unknowns())) {}

@@ -1,5 +1,5 @@
 #pragma once
-/// The stiffness of a body of congruent cells of one material, applied from the element's one matrix.
+/// Matrix-free stiffness of a body of congruent cells of one material, by a single element matrix.
 
 #include <deal.II/base/subscriptor.h>
 #include <deal.II/lac/la_parallel_vector.h>
@@ -9,7 +9,7 @@
 
 namespace maille::fem_ref {
 
-/// Cells that are multiplied at once: the lanes of `x` and `y`.
+/// Number of cells per batch: the lanes of `x` and `y`.
 constexpr int cells_per_batch = 16;
 
 /// y = K x for a batch of cells.
@@ -19,11 +19,11 @@ constexpr int cells_per_batch = 16;
 void multiply(const float* K, int n, const float* x, float* y);
 void multiply(const double* K, int n, const double* x, double* y);
 
-/// What deal.II's smoothers, CG and multigrid ask of a matrix: rows and columns of fixed unknowns are empty.
+/// Matrix interface for deal.II's smoothers, CG and multigrid; rows and columns of fixed unknowns are empty.
 ///
-/// Cost   n_cells (n_unknowns^2 multiplications, 3 n_unknowns reads and writes); bytes: 4 for every node of
-///        every cell
-/// Bits   of CPUs with and without fused multiplication differ in the last place
+/// Cost   n_cells (n_unknowns^2 multiplications, 3 n_unknowns reads and writes); 4 bytes per node of every
+///        cell
+/// Bits   the last place differs between CPUs with and without fused multiply-add
 template<int dim, class Number>
 class CellOperator : public dealii::Subscriptor {
 public:
@@ -31,8 +31,8 @@ public:
   using Vector = dealii::LinearAlgebra::distributed::Vector<Number>;
 
   /// @param K       element matrix, row dim * node + component
-  /// @param nodes   for every node of every cell its unknown of component 0; the others follow it
-  /// @param fixed   unknowns
+  /// @param nodes   unknown of component 0 for every node of every cell; the other components follow
+  /// @param fixed   fixed unknowns
   CellOperator(std::vector<Number> K, std::vector<unsigned> nodes, std::vector<unsigned> fixed,
                std::size_t n_unknowns);
 
@@ -42,13 +42,13 @@ public:
   std::size_t n() const { return n_; }
   Number el(std::size_t, std::size_t) const;
   void initialize_dof_vector(Vector& vector) const { vector.reinit(static_cast<unsigned>(n_)); }
-  /// 1 over the diagonal; 0 where fixed.
+  /// Reciprocal of the diagonal; 0 for fixed unknowns.
   Vector inverse_diagonal() const;
   std::span<const unsigned> fixed() const { return fixed_; }
   std::int64_t bytes() const;
 
 private:
-  int n_rows_ = 0; ///< of the element's matrix
+  int n_rows_ = 0; ///< rows of the element matrix
   std::vector<Number> K_;
   std::vector<unsigned> nodes_, fixed_;
   std::size_t n_ = 0;

@@ -118,7 +118,7 @@ void Element<dim>::stiffness(const Eigen::MatrixXd& stiffness, double* row_major
   for (int a = 0; a < n_strains; ++a)
     for (int b = a; b < n_strains; ++b, ++k)
       entries[k] = stiffness(a, b);
-  // Row or column major is one: the matrix is symmetric.
+  // Row and column major are the same: the matrix is symmetric.
   Eigen::Map<Eigen::VectorXd>(row_major, basis_.rows()).noalias() = basis_ * entries;
 }
 

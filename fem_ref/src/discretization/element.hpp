@@ -1,6 +1,6 @@
 #pragma once
-/// The one element that every cell of a scene is a copy of, and integrals over a cell whose nodes stand
-/// elsewhere than the grid has them.
+/// The element shared by all cells of a scene, and integrals over cells whose nodes are displaced from the
+/// grid (isoparametric).
 
 #include "maille/base/grid.hpp"
 
@@ -17,8 +17,8 @@ struct Samples {
   Eigen::MatrixXd shape;       ///< points x nodes
 };
 
-/// FE_Q of degree 1 or 2 on a cell of given spacing. All cells of a scene are congruent, so integrals over
-/// the cell are taken once.
+/// FE_Q of degree 1 or 2 on a cell of given spacing. All cells of a scene are congruent, so each integral
+/// over the cell is computed once.
 template<int dim>
 class Element {
 public:
@@ -31,25 +31,25 @@ public:
   int n_unknowns() const { return dim * n_nodes(); }
   /// Place of a node in its cell: 0 ... degree along every axis.
   const Index3& place(int node) const { return places_[node]; }
-  /// From the cell's lower corner to a node [m].
+  /// Offset of a node from the cell's lower corner [m].
   Vec3 offset(int node) const;
-  /// Corners whose mean position is the node's: the node itself, or the ends of its edge, face or cell.
-  /// Corner numbers are those of Grid::corner, and corner nodes come first in their order.
+  /// Corners whose mean position is the node: the node itself, or the corners of its edge, face or cell.
+  /// Corner numbers are those of Grid::corner; corner nodes come first, in the same order.
   const std::vector<int>& parents(int node) const { return parents_[node]; }
 
   /// Integral of B^T C B over the cell [N/m in 3D], rows and columns dim * node + component.
   ///
-  /// C is linear in its 1, 6 or 21 entries, and so is the integral: K = sum of C_ab K_ab, with the K_ab taken
-  /// once by a Gauss rule of degree + 1 points per axis, which is exact here. One product of a tall matrix
-  /// and a short vector then serves cells whose fibres all differ.
+  /// The integral is linear in the 1, 6 or 21 entries of C: K = sum of C_ab K_ab. The K_ab are computed once
+  /// by a Gauss rule of degree + 1 points per axis, which is exact here. One product of a tall matrix and a
+  /// short vector then gives K for any fibre direction.
   /// @param stiffness n_strains x n_strains, symmetric, engineering shear
   void stiffness(const Eigen::MatrixXd& stiffness, double* row_major) const;
 
   /// Integral of every shape function over the cell, and over one of its faces.
   const Eigen::VectorXd& volume_load() const { return volume_load_; }
   const Eigen::VectorXd& face_load(int axis, bool upper) const { return face_load_[2 * axis + upper]; }
-  /// Integral of B^T over the cell, n_unknowns x n_strains: times a stress, the forces that hold the cell
-  /// against it.
+  /// Integral of B^T over the cell, n_unknowns x n_strains. Times a stress: the nodal forces in balance with
+  /// that stress.
   const Eigen::MatrixXd& stress_load() const { return stress_load_; }
   /// Shape functions at the points of a Gauss rule of `points` points per axis.
   Samples samples(int points) const;
@@ -68,14 +68,14 @@ private:
   std::vector<Eigen::VectorXd> face_load_;
 };
 
-/// An isoparametric cell: its shape functions, applied to its nodes' positions, say where its points are.
-/// Gauss rules of degree + 2 points per axis.
+/// An isoparametric cell: its shape functions map the unit cell by the node positions. Gauss rules of degree
+/// + 2 points per axis.
 /// Source  Zienkiewicz and Taylor (2000), chapter 9
 template<int dim>
 class MappedCell {
 public:
   /// @param positions  nodes x dim [m]; must outlive this
-  /// @throws std::invalid_argument  the cell is turned inside out
+  /// @throws std::invalid_argument  the cell is inverted
   MappedCell(const Element<dim>& element, const Eigen::MatrixXd& positions);
 
   /// As Element::stiffness, row or column major.
@@ -89,8 +89,8 @@ private:
   const Eigen::MatrixXd& positions_;
 };
 
-/// Gradients of the shape functions at a point of the unit cell, nodes x dim [1/m], and the volume there over
-/// that of the unit cell.
+/// Gradients of the shape functions at a point of the unit cell, nodes x dim [1/m], and the ratio of the cell
+/// volume to the unit cell there.
 template<int dim>
 struct Gradients {
   Eigen::MatrixXd of_shape;
@@ -100,7 +100,8 @@ template<int dim>
 Gradients<dim> gradients_at(const Element<dim>& element, const Eigen::MatrixXd& positions,
                             const Vec3& unit_point);
 
-/// The strain of a cell from its nodes' displacements, in the scene's order; columns dim * node + component.
+/// Matrix from nodal displacements to the strain of a cell, in the scene's order; columns dim * node +
+/// component.
 template<int dim>
 Eigen::MatrixXd strain_matrix(const Eigen::MatrixXd& gradients);
 

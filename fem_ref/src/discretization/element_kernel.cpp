@@ -5,8 +5,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-// Compiled once per kind of vector; nothing with external linkage may be defined outside of the guarded part
-// below.
+// Compiled once per vector instruction set; nothing with external linkage may be defined outside the guarded
+// part below.
 
 HWY_BEFORE_NAMESPACE();
 namespace maille::fem_ref {
@@ -14,7 +14,7 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Rows of K that share every load of x.
+/// Number of rows of K that share each load of x.
 constexpr int rows_at_once = 3;
 
 template<class T>

@@ -78,7 +78,7 @@ Eigen::MatrixXd MappedCell<dim>::stiffness(const Eigen::MatrixXd& C) const {
     const Eigen::MatrixXd B = strain_matrix<dim>(gradients.of_shape);
     K += rule.weight(q) * gradients.volume * (B.transpose() * C * B);
   }
-  return 0.5 * (K + K.transpose()); // to the last bit, as its readers expect
+  return 0.5 * (K + K.transpose()); // exactly symmetric, as callers expect
 }
 
 template<int dim>
@@ -104,11 +104,11 @@ Eigen::MatrixXd MappedCell<dim>::stress_load() const {
   return load;
 }
 
-/// The face's measure is that of the parallelepiped of its tangents: the root of their Gram determinant.
+/// The area of a face is that of the parallelepiped of its tangents: the root of their Gram determinant.
 template<int dim>
 Eigen::VectorXd MappedCell<dim>::face_load(int axis, bool upper) const {
   const dealii::QGauss<dim> rule(element_.fe().degree +
-                                 2); // the axis's own points collapse, their weights sum to one
+                                 2); // the points along the axis collapse; their weights sum to one
   Eigen::VectorXd load = Eigen::VectorXd::Zero(element_.n_nodes());
   for (unsigned q = 0; q < rule.size(); ++q) {
     dealii::Point<dim> point = rule.point(q);

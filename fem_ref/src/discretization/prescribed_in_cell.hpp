@@ -1,5 +1,5 @@
 #pragma once
-/// What a scene prescribes at the nodes of a cell.
+/// Prescribed components at the nodes of a cell.
 
 #include "discretization/element.hpp"
 
@@ -12,8 +12,8 @@
 
 namespace maille::fem_ref {
 
-/// A node is prescribed where all of its parent corners are: for degree 2 that takes in mid points of edges,
-/// faces and cells, inside the body too, with the mean of the corners' values.
+/// A node is prescribed if all of its parent corners are. For degree 2 this includes mid-points of edges,
+/// faces and cells, inside the body too, with the mean of the corner values.
 template<int dim>
 class PrescribedInCell {
 public:
@@ -26,12 +26,12 @@ public:
             static_cast<std::int32_t>(i);
   }
 
-  /// Where in Scene::prescribed a corner's component stands; `none` where it is free.
+  /// Index of a corner's component in Scene::prescribed; `none` if the component is free.
   std::int32_t entry(const Index3& cell, int corner, unsigned component) const {
     return entry_[component * n_nodes_ + static_cast<std::size_t>(grid_.corner(cell, corner))];
   }
 
-  /// Calls visit(node of the element, component, value) for everything that is prescribed in a cell.
+  /// Calls visit(node of the element, component, value) for every prescribed component of a cell.
   template<class Visit>
   void for_each(const Element<dim>& element, const Index3& cell, const Visit& visit) const {
     for (unsigned c = 0; c < dim; ++c) {

@@ -32,12 +32,12 @@ double value_of(const Dual& x) {
   return x.val().val();
 }
 
-/// What laws say of F and the fibre.
+/// Kinematic quantities of the laws, from F and the fibre.
 struct Deformed {
   Dual J, log_J;
   Dual3 C;
   Dual I1, I2, I4, I5; ///< invariants of C, and f.C f, f.C^2 f
-  Dual shape;          ///< J^(-2/3), which takes the volume out of C
+  Dual shape;          ///< J^(-2/3), which makes C isochoric
   Eigen::Vector3d fibre;
 
   Deformed(const Dual3& F, const Eigen::Vector3d& f)
@@ -62,7 +62,7 @@ Dual energy(const MooneyRivlin& law, const Deformed& at) {
          law.k / 2 * square(at.log_J);
 }
 
-/// With the strain's components in a frame of the fibre.
+/// Uses strain components in a frame of the fibre.
 Dual energy(const Guccione& law, const Deformed& at) {
   Eigen::Matrix3d axes;
   axes.col(0) = at.fibre;
@@ -79,19 +79,19 @@ Dual energy(const Guccione& law, const Deformed& at) {
 Dual energy(const HolzapfelGasserOgden& law, const Deformed& at) {
   const Dual I1 = at.shape * at.I1 - 3.;
   Dual A = law.kappa * I1 + (1 - 3 * law.kappa) * (at.shape * at.I4 - 1.);
-  if (value_of(A) < 0) // fibres bear no pressure
+  if (value_of(A) < 0) // fibres carry no compression
     A = 0.;
   return law.c / 2 * I1 + law.k1 / (2 * law.k2) * (exp(Dual(law.k2 * square(A))) - 1.) +
          law.k / 2 * ((square(at.J) - 1.) / 2. - at.log_J);
 }
 
-/// (arcosh(1 + e))^2; by its series near e = 0, where arcosh has no derivative.
+/// (arcosh(1 + e))^2, by its series near e = 0, where arcosh is not differentiable.
 Dual squared_arcosh(const Dual& e) {
   constexpr double near = 0.1; // the series' 14th term is 1e-18 there
   if (value_of(e) > near)
     return square(log(Dual(1. + e + sqrt(Dual(e * (e + 2.))))));
   Dual sum = 0., power = -1.;
-  double binomial = 1; // of 2 n over n
+  double binomial = 1; // binomial coefficient 2 n over n
   for (int n = 1; n < 14; ++n) {
     binomial *= 2. * (2 * n - 1) / n;
     power *= -2. * e;
@@ -100,7 +100,7 @@ Dual squared_arcosh(const Dual& e) {
   return sum;
 }
 
-/// Integrals of a fibre's passive and active force from r = 1 on.
+/// Integrals of a fibre's passive and active force, starting at r = 1.
 Dual fibre_work(const Muscle& law, const Dual& r) {
   const Dual v = r - 1., a = value_of(v) < 0 ? Dual(-v) : v;
   Dual active = a - 4. / 3 * a * a * a;
@@ -125,7 +125,7 @@ Dual energy(const Muscle& law, const Deformed& at) {
          law.smax * fibre_work(law, stretch / law.Lofl) + law.k / 2 * square(at.log_J);
 }
 
-/// The rotation of F = R U. Newton's iteration doubles the digits of values and derivatives alike.
+/// Rotation of F = R U. Newton's iteration doubles the number of correct digits of values and derivatives.
 /// Source  Higham 1986 (SIAM J. Sci. Stat. Comput. 7)
 Dual3 rotation_of(const Dual3& F) {
   constexpr double half_of_the_digits = 1e-9;
@@ -151,7 +151,7 @@ Dual corotated_energy(const Matrix6& stiffness, const Dual3& F) {
   return W;
 }
 
-/// That of the average over all turns. Source  Voigt 1889 (Ann. Phys. 274)
+/// Shear modulus of the average over all rotations. Source  Voigt 1889 (Ann. Phys. 274)
 double shear_modulus(const Matrix6& C) {
   const auto normal = C.topLeftCorner<3, 3>();
   return (3 * normal.trace() - normal.sum() + 6 * C.bottomRightCorner<3, 3>().trace()) / 30;
@@ -169,7 +169,7 @@ Matter matter_of(const Scene& scene, std::int64_t cell) {
     matter.law = &*material.law;
     matter.weight = body.weight_of(cell);
     matter.shear = shear_modulus(stiffness(material.elasticity));
-  } else { // which has the ratio of stiffness in it
+  } else { // it includes the ratio of stiffness
     matter.stiffness = scene.object_stiffness(cell);
     matter.weight = body.tissue_of(cell);
     matter.shear = shear_modulus(matter.stiffness);

@@ -12,7 +12,7 @@ namespace maille::fem_ref {
 
 namespace {
 
-/// Entries of F, by rows, in a scene of `dim` axes.
+/// Indices of the entries of F, by rows, in a scene of `dim` axes.
 template<int dim>
 constexpr auto entries_of_gradient() {
   std::array<int, dim * dim> entries{};
@@ -46,7 +46,7 @@ FiniteCell<dim>::FiniteCell(const Element<dim>& element, const Vec3& spacing, Pl
   for (std::size_t a = 0; a < dim; ++a)
     volume *= spacing[a];
   gradients_ = Eigen::MatrixXd::Zero(n_entries * n, element.n_unknowns());
-  Eigen::MatrixXd modes(n, degree == 1 ? 1 : 1 + dim); // of pressure and theta
+  Eigen::MatrixXd modes(n, degree == 1 ? 1 : 1 + dim); // modes of pressure and theta
   for (Eigen::Index q = 0; q < n; ++q) {
     const dealii::Point<dim>& at = rule.point(static_cast<unsigned>(q));
     weights_.push_back(rule.weight(static_cast<unsigned>(q)) * volume);
@@ -66,7 +66,7 @@ FiniteCell<dim>::FiniteCell(const Element<dim>& element, const Vec3& spacing, Pl
   projection_ = modes * (weighted * modes).inverse() * weighted;
 }
 
-/// Newton's method for F13, F23, F33 without stress, from a point that keeps its volume; they are then
+/// Newton's method for zero stress of F13, F23, F33, from an isochoric start; these entries are then
 /// condensed out of the response.
 template<int dim>
 bool FiniteCell<dim>::find_director(const Matter& matter, Eigen::Matrix3d& F, PointResponse& response) const {
@@ -91,7 +91,7 @@ bool FiniteCell<dim>::find_director(const Matter& matter, Eigen::Matrix3d& F, Po
   return false;
 }
 
-/// Newton's step in theta and pressure that goes with the step in u since the fields were linearised.
+/// Newton step of theta and pressure for the step in u since the last linearisation.
 template<int dim>
 void FiniteCell<dim>::update(const Eigen::VectorXd& gradient, Fields& fields) const {
   const auto n = static_cast<Eigen::Index>(weights_.size());
@@ -126,14 +126,14 @@ auto FiniteCell<dim>::respond(const Matter& matter, const Eigen::VectorXd& u, Fi
   fields.gradient = gradient;
   std::vector<Eigen::Matrix3d> F(weights_.size(), Eigen::Matrix3d::Identity());
   Eigen::VectorXd J(n);
-  Eigen::MatrixXd volume(n, u.size()); // dJ by u
+  Eigen::MatrixXd volume(n, u.size()); // dJ/du
   for (Eigen::Index q = 0; q < n; ++q) {
     for (int i = 0; i < n_entries; ++i)
       F[q](of_point[i] / 3, of_point[i] % 3) += gradient(n_entries * q + i);
     J(q) = F[q].determinant();
     if (!(J(q) > 0 && (is_plane_stress_ || fields.theta(q) > 0)))
       return std::nullopt;
-    const Eigen::Matrix3d cofactor = J(q) * F[q].inverse(); // by columns what the others are by rows
+    const Eigen::Matrix3d cofactor = J(q) * F[q].inverse(); // transposed: read by columns
     fields.cofactor.row(q) = cofactor.reshaped()(of_point).transpose();
     volume.row(q) = fields.cofactor.row(q) * gradients_.middleRows(n_entries * q, n_entries);
   }
@@ -163,7 +163,7 @@ auto FiniteCell<dim>::respond(const Matter& matter, const Eigen::VectorXd& u, Fi
           fields.pressure(q) * curvature_of_volume(F[q])(of_point, of_point);
     auto input = inputs.middleRows(n_rows * q, n_rows);
     input.topRows(n_entries) = gradients_.middleRows(n_entries * q, n_entries);
-    input.bottomRows(1) = dilatation.row(q); // times 0 in plane stress
+    input.bottomRows(1) = dilatation.row(q); // multiplied by 0 in plane stress
     outputs.middleRows(n_rows * q, n_rows).noalias() = weights_[q] * tangent * input;
   }
   response.force = inputs.transpose() * stress;

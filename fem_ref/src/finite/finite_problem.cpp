@@ -18,10 +18,10 @@ using Vector = dealii::Vector<double>;
 
 template<int dim>
 struct State {
-  Vector u;                        ///< with what is prescribed [m]
-  Vector forces;                   ///< that keep every unknown where it is, beside the loads [N]
+  Vector u;                        ///< including prescribed values [m]
+  Vector forces;                   ///< forces that hold every unknown, in addition to the loads [N]
   double strain_energy = 0;        ///< [J]
-  std::vector<double> cell_energy; ///< its parts, a cell of the grid each
+  std::vector<double> cell_energy; ///< energy per grid cell
   std::vector<typename FiniteCell<dim>::Fields> fields; ///< by cell of the mesh
 };
 
@@ -34,7 +34,7 @@ public:
     Scene relaxed = scene_;
     relaxed.active_stress.clear();
     problem_.ask(relaxed);
-    problem_.residual_forces(Vector(n_unknowns()), loads_); // dead: they do not know how far the body is
+    problem_.residual_forces(Vector(n_unknowns()), loads_); // dead loads: independent of the deformation
     loads_ *= -1;
     problem_.ask(scene_);
   }
@@ -50,17 +50,17 @@ private:
   Options options_;
   Problem<dim> problem_;
   FiniteCell<dim> cell_;
-  Vector loads_;        ///< of traction and gravity in full [N]
-  LinearSystem system_; ///< of the tangent
+  Vector loads_;        ///< full traction and gravity loads [N]
+  LinearSystem system_; ///< the tangent
   std::string solver_;  ///< in words
   std::int64_t bytes_ = 0;
   std::int64_t iterations_ = 0;
-  double change_ = 0; ///< size of the last correction, the larger of u's, relative, and theta's
-  double error_ = 0;  ///< what is left of it after that, estimated
+  double change_ = 0; ///< last correction: the larger of u's (relative) and theta's
+  double error_ = 0;  ///< estimated error after the last correction
 };
 
-/// Forces, energy and tangent at a state. @param move [m] of what is prescribed in the next correction
-/// @param right  what pulls at free unknowns then @return false where a cell is turned inside out
+/// Forces, energy and tangent at a state. @param move change of prescribed values in the next correction [m]
+/// @param right  receives the forces at free unknowns @return false if a cell is inverted
 template<int dim>
 bool FiniteProblem<dim>::evaluate(const Scene& step, double fraction, State<dim>& state, const Vector& move,
                                   Vector& right) {
@@ -107,11 +107,11 @@ bool FiniteProblem<dim>::evaluate(const Scene& step, double fraction, State<dim>
   return true;
 }
 
-/// One correction by Newton's method. @return why it failed; empty if it did not
+/// One Newton correction. @return reason of a failure; empty on success
 template<int dim>
 std::string FiniteProblem<dim>::correct(const Scene& step, double fraction, State<dim>& state,
                                         const Vector& move, Watch& watch) {
-  if (system_.pattern.empty()) // never made, or given up for memory
+  if (system_.pattern.empty()) // not created yet, or freed
     problem_.outline(system_, problem_.prescription().is_prescribed, {});
   system_.matrix.reinit(system_.pattern);
   Vector right;
@@ -120,8 +120,7 @@ std::string FiniteProblem<dim>::correct(const Scene& step, double fraction, Stat
   system_.constraints.set_zero(right);
   Preparation preparation = prepare(system_, options_, watch);
   bytes_ = std::max(bytes_, preparation.bytes);
-  solver_ =
-      preparation.algorithm.substr(std::min<std::size_t>(2, preparation.algorithm.size())); // but the degree
+  solver_ = preparation.algorithm.substr(std::min<std::size_t>(2, preparation.algorithm.size())); // no degree
   if (!preparation.solver)
     return preparation.status == Status::failed
                ? "the tangent is not positive definite, as where a body buckles"
@@ -133,19 +132,19 @@ std::string FiniteProblem<dim>::correct(const Scene& step, double fraction, Stat
   state.u += correction.u;
   ++iterations_;
   change_ = correction.u.l2_norm() / std::max(state.u.l2_norm(), std::numeric_limits<double>::min());
-  for (const auto& of_cell : state.fields) // which may move on where u stays
+  for (const auto& of_cell : state.fields) // they may change without a change of u
     change_ = std::max(change_, of_cell.gap.cwiseAbs().maxCoeff());
   return {};
 }
 
-/// From a state in balance to that at another fraction of moves and loads. The first correction takes what is
-/// prescribed along. Corrections fall faster and faster, so the error behind one is less than it times its
-/// ratio to the one before; of slender bodies they end at rounding instead.
-/// @return why it failed, `state` is then invalid; empty if it did not
+/// Advances an equilibrium state to another fraction of moves and loads. The first correction includes the
+/// prescribed change. Newton converges superlinearly, so the remaining error is less than the last correction
+/// times its ratio to the previous one; for slender bodies corrections end at rounding level.
+/// @return reason of a failure (`state` is then invalid); empty on success
 template<int dim>
 std::string FiniteProblem<dim>::advance(const Scene& step, double fraction, State<dim>& state, Watch& watch) {
   constexpr int most_corrections = 20;
-  constexpr double settled = 1e-8, most_error = 1e-5; ///< of u; the error of elements is far above
+  constexpr double settled = 1e-8, most_error = 1e-5; ///< of u; the discretisation error is far larger
   problem_.ask(step);
   const Prescription prescription = problem_.prescription();
   Vector move = prescription.values;
@@ -171,16 +170,16 @@ std::string FiniteProblem<dim>::advance(const Scene& step, double fraction, Stat
   return fmt::format("Newton's method does not settle in {} corrections", most_corrections);
 }
 
-/// Increments halve where they find no balance, and double after two that do.
+/// Increments are halved without convergence, and doubled after two successes.
 template<int dim>
 Result FiniteProblem<dim>::solve(const Scene& scene, Watch& watch) {
-  constexpr double least_increment = 1.0 / 1024; ///< of moves and loads
+  constexpr double least_increment = 1.0 / 1024; ///< fraction of moves and loads
   Result result;
   Answer& answer = result.answer;
   answer.method = method_name(options_);
   result.degrees_of_freedom = n_unknowns();
   answer.seconds.setup = watch.seconds();
-  Control silent; // solvers report on one increment, the increments on all
+  Control silent; // solvers would report progress within one increment
   silent.threads = watch.threads();
   silent.stop_requested = [&] { return watch.should_stop(); };
   Watch inner(silent);

@@ -1,5 +1,5 @@
 #pragma once
-/// Scenes of finite strain: total Lagrange, Newton's method, increments that adapt.
+/// Scenes of finite strain: total Lagrangian, Newton's method, adaptive increments.
 
 #include "kept_problem.hpp"
 
@@ -8,7 +8,7 @@ namespace maille::fem_ref {
 /// @pre scene.strain is finite, and why_refused(scene, options) is empty
 std::unique_ptr<Solver::Kept> keep_finite(const Scene& scene, const Options& options);
 
-/// What finite strain cannot answer; empty for other scenes, and where it can.
+/// Unsupported feature of a finite-strain scene, in words; empty for supported scenes and for small strain.
 std::string why_no_finite_strain(const Scene& scene, const Options& options);
 
 } // namespace maille::fem_ref

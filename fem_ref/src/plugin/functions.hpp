@@ -1,5 +1,5 @@
 #pragma once
-/// What a program asks of the plugin of finite elements, maille-fem.so.
+/// Interface between programs and the plugin of finite elements, maille-fem.so.
 
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/fem_ref/solve.hpp"
@@ -10,7 +10,7 @@
 
 namespace maille::fem_ref {
 
-/// The functions of the public headers, and a Solver as what it can do.
+/// The functions of the public headers, and Solver as functions.
 struct Functions {
   void (*start_ranks)();
   bool (*agree)(bool on_first);

@@ -1,5 +1,5 @@
-/// fem_ref's public functions for programs that start without deal.II: the plugin is opened by the first one
-/// that needs it, and where none has, no work can have been left behind and there is one rank.
+/// fem_ref's public functions for programs that start without deal.II: the first function that needs the
+/// plugin opens it. Without the plugin there is one rank and no abandoned work.
 
 #include "maille/fem_ref/ranks.hpp"
 #include "plugin/functions.hpp"
@@ -21,7 +21,7 @@ const Functions& plugin() {
 
 } // namespace
 
-/// The plugin's own, made when it is first asked.
+/// Wraps the plugin's Solver, created at the first call.
 class Solver::Kept {
 public:
   explicit Kept(const Options& options) : solver_(plugin().new_solver(options)) {}

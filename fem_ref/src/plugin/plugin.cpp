@@ -1,4 +1,4 @@
-/// The way into the shared object maille-fem.so, which holds fem_ref and loads deal.II.
+/// Entry point of the shared object maille-fem.so, which contains fem_ref and loads deal.II.
 
 #include "maille/fem_ref/ranks.hpp"
 #include "plugin/functions.hpp"

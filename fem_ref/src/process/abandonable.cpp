@@ -28,11 +28,11 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr auto between_looks = std::chrono::milliseconds(10);
-constexpr auto grace = std::chrono::milliseconds(300); ///< for iterations to end with what they have come to
+constexpr auto grace = std::chrono::milliseconds(300); ///< time for iterations to return their present state
 
 std::atomic<int> left_behind{0};
 
-/// What the thread and its caller say to each other.
+/// Communication between the thread and its caller.
 class Link {
 public:
   // The thread's side.
@@ -40,7 +40,8 @@ public:
     const std::scoped_lock lock(mutex_);
     return should_stop_;
   }
-  /// Waits until the caller has passed it on, so that who stops at some progress stops there.
+  /// Waits until the caller has forwarded the report, so that a stop request at that progress takes effect
+  /// there.
   void report(double fraction, std::string_view what) {
     std::unique_lock lock(mutex_);
     if (is_left_)
@@ -60,15 +61,15 @@ public:
   }
 
   // The caller's side.
-  /// @return false where the work has not ended in time
+  /// @return false if the work has not ended in time
   bool wait_for_end(const Control& control) {
     std::unique_lock lock(mutex_);
     Clock::time_point deadline = Clock::time_point::max();
     while (!has_ended_) {
       changed_.wait_for(lock, between_looks, [this] { return has_ended_ || has_news_; });
       const bool has_news = has_news_;
-      lock.unlock(); // the caller's functions may take their time, and throw
-      if (has_news)  // the thread waits, and changes neither
+      lock.unlock(); // the caller's functions may be slow, and may throw
+      if (has_news)  // the thread waits, so both stay unchanged
         control.progress(fraction_, what_);
       const bool is_asked = control.should_stop();
       lock.lock();
@@ -98,7 +99,8 @@ private:
   std::string what_;
 };
 
-/// Joined where its work has ended, left to itself where the caller goes first, by an exception too.
+/// A thread that is joined if its work has ended, and detached if the caller leaves first, also by an
+/// exception.
 class Companion {
 public:
   Companion(std::thread thread, Link& link) : thread_(std::move(thread)), link_(link) {}

@@ -1,6 +1,6 @@
 #pragma once
-/// The clock of one run and the caller's wish to end it, also of what libraries do in one piece, for hours
-/// maybe.
+/// Time limit and stop requests of one run, also during library calls that cannot be interrupted and may take
+/// hours.
 
 #include "maille/scene/answer.hpp"
 
@@ -15,9 +15,9 @@ public:
 
   int threads() const { return control_->threads < 1 ? 1 : control_->threads; }
   double seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
-  /// True once the caller asks to stop or the seconds are used up, and from then on; see `status`.
+  /// True after a stop request or when the time is used up; stays true; see `status`.
   bool should_stop();
-  /// Someone else has asked to stop.
+  /// Records a stop request from another source.
   void stop(Status why) { status_ = why; }
   /// interrupted or budget_reached
   Status status() const { return status_; }
@@ -25,7 +25,7 @@ public:
     if (control_->progress)
       control_->progress(fraction, what);
   }
-  /// Leaves out of the clock what a process pays once, whatever it solves.
+  /// Excludes set-up time that a process pays once, independent of the problem.
   void exclude(double seconds) {
     start_ += std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
   }
@@ -37,14 +37,14 @@ private:
   Status status_ = Status::done;
 };
 
-/// Runs `work` in a thread of its own while the calling thread asks `control` whether to stop, and reports
-/// its progress. Work that has not ended 0.3 s after a request to stop is abandoned: it runs until it sees
-/// the request, and its result is lost. Without a way to stop, or memory for a thread, the calling thread
-/// does the work.
-/// @param work  must not throw. It may outlive the caller: what it uses has to be its own, and the Control
-///              that it is given, which lets the calling thread call the caller's functions while that waits,
-///              and afterwards says "stop"
-/// @return false where the work was left behind; see works_left_behind()
+/// Runs `work` in its own thread while the calling thread polls `control` for stop requests and reports
+/// progress. Work that has not ended 0.3 s after a stop request is abandoned: it runs until it checks for the
+/// request, and its result is lost. If stopping is not possible, or memory does not suffice for a thread, the
+/// calling thread does the work.
+/// @param work  must not throw. It may outlive the caller, so it must own its data and use the Control passed
+///              to it: this forwards calls to the caller's functions while the calling thread waits, and
+///              afterwards always requests a stop
+/// @return false if the work was abandoned; see works_left_behind()
 bool run_abandonable(const Control& control, const std::function<void(const Control&)>& work);
 
 } // namespace maille::fem_ref

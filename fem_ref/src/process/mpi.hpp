@@ -1,10 +1,10 @@
 #pragma once
-/// The start of MPI, where a library needs it.
+/// Start of MPI, on demand.
 
 namespace maille::fem_ref {
 
-/// Trilinos calls MPI even in one process. Starting it takes some tenths of a second, so it waits until a
-/// system needs it, and it is left alone where the program has started MPI itself.
+/// Starts MPI, if the program has not. Trilinos calls MPI even in a single process; the start takes some
+/// tenths of a second, so it is delayed until a system needs it.
 void start_mpi_once();
 
 } // namespace maille::fem_ref

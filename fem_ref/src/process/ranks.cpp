@@ -17,9 +17,9 @@ namespace {
 
 Ranks known;
 
-/// Where it has none that it can write, MPI ends the process. @throws std::runtime_error
+/// Selects a writable folder for MPI, which ends the process without one. @throws std::runtime_error
 void find_a_folder_for_mpi() {
-  const auto serves = [](const std::string& folder) { // permissions alone do not tell, of /proc for instance
+  const auto serves = [](const std::string& folder) { // permissions are not sufficient, for instance in /proc
     std::string own = folder + "/maille_XXXXXX";
     return mkdtemp(own.data()) != nullptr && rmdir(own.c_str()) == 0;
   };
@@ -65,7 +65,7 @@ void start_ranks() {
   if (announced_ranks() < 2)
     return;
   start_mpi_once();
-  sc_init(MPI_COMM_WORLD, 0, 0, nullptr, SC_LP_SILENT); // else p4est tells its steps on stdout
+  sc_init(MPI_COMM_WORLD, 0, 0, nullptr, SC_LP_SILENT); // otherwise p4est prints its steps to stdout
   p4est_init(nullptr, SC_LP_SILENT);
   MPI_Comm_rank(MPI_COMM_WORLD, &known.rank);
   MPI_Comm_size(MPI_COMM_WORLD, &known.size);
@@ -138,7 +138,7 @@ public:
 
 private:
   static constexpr int tag = 23;
-  /// A message is of int's length at most; those from one rank to another come in their order.
+  /// Messages have int's length at most; messages between two ranks arrive in order.
   template<class Send>
   static void for_pieces(const Part& part, const Send& send) {
     constexpr std::size_t longest = std::size_t{1} << 30;

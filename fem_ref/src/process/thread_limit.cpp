@@ -15,8 +15,8 @@
 namespace maille::fem_ref {
 namespace {
 
-/// Which BLAS and which OpenMP stand behind CHOLMOD is settled when the program is loaded, so they are asked
-/// then.
+/// Finds a function at run time, because the BLAS and OpenMP libraries of CHOLMOD are only known when the
+/// program is loaded.
 template<typename Function>
 Function find(const char* name) {
   return reinterpret_cast<Function>(dlsym(RTLD_DEFAULT, name));
@@ -32,8 +32,8 @@ void tell(const char* name, int value) {
     function(value);
 }
 
-/// What the environment allows: where address space is short, one, since its threads would ask for their
-/// buffers without end.
+/// Upper bound from the environment; it is 1 if address space is limited, because threads of OpenBLAS would
+/// request their buffers for ever.
 int most_blas_threads() {
   const char* const wish = std::getenv("OPENBLAS_NUM_THREADS");
   const int most = wish == nullptr ? 0 : std::atoi(wish);
@@ -46,13 +46,12 @@ ThreadLimit::ThreadLimit(int threads)
     : blas_before_(ask("openblas_get_num_threads")), openmp_levels_before_(ask("omp_get_max_active_levels")) {
   dealii::MultithreadInfo::set_thread_limit(static_cast<unsigned>(threads));
   tell("openblas_set_num_threads", std::min(threads, most_blas_threads()));
-  // CHOLMOD asks for four OpenMP threads whatever the machine has; no active level means none. BLAS does the
-  // work.
+  // CHOLMOD requests four OpenMP threads on any machine; zero active levels disable them. BLAS does the work.
   tell("omp_set_max_active_levels", 0);
 }
 
-/// deal.II's limit stays: to raise it, TBB starts threads at once, and where memory is short it ends the
-/// process.
+/// deal.II's limit is not restored: TBB would start threads at once, and end the process if memory is
+/// insufficient.
 ThreadLimit::~ThreadLimit() {
   if (blas_before_ > 0)
     tell("openblas_set_num_threads", blas_before_);
@@ -77,7 +76,7 @@ bool could_have(std::size_t bytes) {
   return true;
 }
 
-/// OpenBLAS's own way to its buffers. What it is given back it keeps for the next product.
+/// Takes a buffer by OpenBLAS's own allocator; OpenBLAS keeps a returned buffer for the next product.
 bool take_buffer() {
   constexpr int for_anything = 0;
   const auto take = reinterpret_cast<void* (*)(int)>(dlsym(RTLD_DEFAULT, "blas_memory_alloc"));
@@ -93,7 +92,7 @@ bool take_buffer() {
 } // namespace
 
 bool has_blas_memory() {
-  // The buffer, 128 MiB and what stands before and behind it, and as much for what is done besides.
+  // The buffer of 128 MiB with its guard areas, and as much again for other needs.
   constexpr std::size_t enough = std::size_t{256} << 20;
   static bool has_it = false;
   if (!has_it)

@@ -1,10 +1,10 @@
 #pragma once
-/// Holds deal.II, BLAS and OpenMP to the caller's number of threads, and OpenBLAS to its address space.
+/// Limits deal.II, BLAS and OpenMP to the caller's number of threads, and OpenBLAS to its address space.
 
 namespace maille::fem_ref {
 
-/// For as long as it lives. Afterwards the numbers of BLAS and OpenMP are what they were; deal.II keeps its
-/// own until the next solve. They belong to the process: two solves at once in one process share them.
+/// Sets the limits in its lifetime. Destruction restores the numbers of BLAS and OpenMP; deal.II keeps its
+/// number until the next solve. The settings are global to the process: simultaneous solves share them.
 class ThreadLimit {
 public:
   explicit ThreadLimit(int threads);
@@ -17,9 +17,9 @@ private:
   int openmp_levels_before_ = 0;
 };
 
-/// Whether OpenBLAS has the buffer that it takes for its first product: where it cannot have it, it asks
-/// again for ever. Takes it for OpenBLAS, which keeps it, if memory is limited (ulimit -v, -d); to be asked
-/// before anything large takes what there is.
+/// True if OpenBLAS can have the buffer for its first product; without it, OpenBLAS retries for ever. If
+/// memory is limited (ulimit -v, -d), allocates the buffer, which OpenBLAS keeps. Call it before any large
+/// allocation.
 bool has_blas_memory();
 
 } // namespace maille::fem_ref

@@ -5,8 +5,8 @@
 
 namespace maille::fem_ref {
 
-/// What smoothed aggregation must reproduce on every level: displacements without strain, one column each.
-/// Lengths are in half extents of the body, so that shifts and turns are of like size.
+/// Rigid motions, which smoothed aggregation must reproduce on every level, one per column. Lengths are in
+/// half extents of the body, so that translations and rotations have similar size.
 std::vector<double> rigid_motions(const std::vector<Vec3>& positions, int dimension, const Box& around) {
   const auto d = static_cast<std::size_t>(dimension);
   const std::size_t n = positions.size() * d;

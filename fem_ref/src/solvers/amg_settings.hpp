@@ -1,5 +1,5 @@
 #pragma once
-/// What smoothed aggregation is told about elasticity.
+/// Settings of smoothed aggregation for elasticity.
 
 #include "maille/base/grid.hpp"
 
@@ -14,8 +14,8 @@ struct Box {
 /// @pre there are positions
 Box box_around(const std::vector<Vec3>& positions);
 
-/// Displacements without strain at the nodes, one column each: shifts, then turns about the middle of the box
-/// around the whole body.
+/// Rigid motions at the nodes, one per column: translations, then rotations about the centre of the body's
+/// bounding box.
 std::vector<double> rigid_motions(const std::vector<Vec3>& positions, int dimension, const Box& around);
 /// @param motions  must outlive the hierarchy's set-up
 Teuchos::ParameterList amg_settings(int dimension, std::vector<double>& motions);

@@ -30,8 +30,8 @@ std::int64_t hierarchy_bytes(const dealii::TrilinosWrappers::PreconditionAMG& am
   return static_cast<std::int64_t>(12 * entries);
 }
 
-/// A matrix of Trilinos that deal.II's CG can apply. Rows go in sorted and once, which takes two thirds of
-/// the time of dealii::TrilinosWrappers::SparseMatrix::reinit.
+/// A Trilinos matrix for deal.II's CG. Rows are inserted sorted and once, which takes two thirds of the time
+/// of dealii::TrilinosWrappers::SparseMatrix::reinit.
 class EpetraMatrix {
 public:
   explicit EpetraMatrix(const dealii::SparseMatrix<double>& K);
@@ -60,7 +60,7 @@ EpetraMatrix::EpetraMatrix(const dealii::SparseMatrix<double>& K)
   for (unsigned i = 0; i < K.m(); ++i) {
     columns.clear();
     values.clear();
-    const auto diagonal = K.begin(i); // deal.II keeps it first, the others ascend
+    const auto diagonal = K.begin(i); // deal.II stores it first, the others ascending
     const auto add = [&](int column, double value) {
       columns.push_back(column);
       values.push_back(value);
@@ -114,7 +114,8 @@ Preparation prepare_amg(LinearSystem& system, double tolerance, Watch& watch) {
   start_mpi_once();
   watch.exclude(watch.seconds() - before);
 
-  // ML ends the process where a level finds no memory: the copy, the hierarchy, and as much in passing.
+  // ML ends the process if a level finds no memory, so check first: the copy, the hierarchy, and as much
+  // temporarily.
   const double needed = 3 * 12.0 * static_cast<double>(system.n_entries());
   if (const auto available = static_cast<double>(available_memory()); needed > available)
     return give_up(Status::refused, fmt::format("the hierarchy of AMG needs about {}, {} are available",
@@ -123,7 +124,7 @@ Preparation prepare_amg(LinearSystem& system, double tolerance, Watch& watch) {
   auto solver = std::make_unique<AmgSolver>(system.matrix, tolerance);
   const std::int64_t copy_bytes = 12 * system.n_entries(); // a value and a column each
   preparation.bytes = system.bytes() + copy_bytes;
-  system.matrix.clear(); // from here on the copy serves both
+  system.matrix.clear(); // from here on only the copy is used
   system.pattern.reinit(0, 0, 0);
   if (watch.should_stop())
     return give_up(watch.status(), "stopped before the first iteration");

@@ -1,5 +1,5 @@
 #pragma once
-/// One run of deal.II's CG with progress, the caller's wish to stop, and an end that is told in words.
+/// One run of deal.II's CG with progress, stop requests and a message at its end.
 
 #include "solvers/linear_solvers.hpp"
 
@@ -10,8 +10,9 @@
 
 namespace maille::fem_ref {
 
-/// Solves A u = f from u as it is, to |f - A u| <= tolerance |f|; fills everything of `solution` but u.
-/// @param should_stop  asked before the first and after every iteration
+/// Solves A u = f from the initial u, to |f - A u| <= tolerance |f|; fills all members of `solution` except
+/// u.
+/// @param should_stop  called before the first and after every iteration
 template<class Vector, class Matrix, class Preconditioner, class ShouldStop>
 void run_cg(const Matrix& A, Vector& u, const Vector& f, const Preconditioner& preconditioner,
             double tolerance, Watch& watch, Solution& solution, const ShouldStop& should_stop) {

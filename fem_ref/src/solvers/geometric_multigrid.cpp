@@ -28,7 +28,7 @@ constexpr unsigned chebyshev_degree = 4;
 constexpr double smoothing_range = 15;
 constexpr unsigned eigenvalue_iterations = 10;
 
-/// deal.II's transfer, with fixed unknowns kept at zero.
+/// deal.II's transfer, with zero values at fixed unknowns.
 template<int dim>
 class Transfer : public dealii::MGTransferMatrixFree<dim, float> {
   using Base = dealii::MGTransferMatrixFree<dim, float>;
@@ -77,7 +77,7 @@ public:
 template<int dim>
 class Bottom : public dealii::MGCoarseGridBase<Float> {
 public:
-  /// False where the level can still move rigidly.
+  /// @return false if the level can still move rigidly
   bool factorise(const std::vector<double>& K, const Level<dim>& level) {
     const auto n_rows = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(K.size()))));
     std::vector<bool> is_fixed(level.n_unknowns, false);
@@ -145,7 +145,7 @@ private:
 
   double tolerance_;
   Mesh<dim> mesh_;
-  std::vector<unsigned> unknown_of_; ///< the mesh's unknown of component 0 for every node of the body
+  std::vector<unsigned> unknown_of_; ///< mesh unknown of component 0 for every node of the body
   std::unique_ptr<CellOperator<dim, double>> stiffness_;
   LevelProducts<dim> products_;
   Transfer<dim> transfer_;
@@ -226,7 +226,7 @@ void MultigridSolver<dim>::smooth() {
       settings.constraints.add_line(unknown);
     settings.constraints.close();
     smoother_[level].initialize(A, settings);
-    Float start; // the largest eigenvalue is estimated here, so that it counts as set-up
+    Float start; // estimates the largest eigenvalue now, as part of the set-up
     A.initialize_dof_vector(start);
     smoother_[level].estimate_eigenvalues(start);
   }

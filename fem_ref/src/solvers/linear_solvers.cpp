@@ -12,18 +12,17 @@
 namespace maille::fem_ref {
 namespace {
 
-/// Times of one core of a server of 2023 with OpenBLAS, fitted to bodies of 2,000 to 130,000 unknowns, Q1 and
-/// Q2, in 2D and 3D (to 30 %). Only their ratio matters: a slower machine is slower at both.
+/// Times on one core of a server of 2023 with OpenBLAS, fitted to bodies of 2,000 to 130,000 unknowns, Q1 and
+/// Q2, in 2D and 3D (within 30 %). Only their ratio matters: a slower machine is slower at both.
 constexpr double seconds_per_flop = 1 / 3.5e10;
 constexpr double seconds_per_factor_byte = 1.2e-9;
 constexpr double seconds_per_entry_of_cg = 2.4e-7; ///< copy, hierarchy and iterations to 1e-10
 
-/// Smallest over largest pivot. Rounding leaves about 1e-16 where a motion costs nothing; a contrast of 1e9
-/// between materials stays far above.
+/// Lower bound of smallest over largest pivot. For motions of zero energy rounding gives about 1e-16; a
+/// contrast of 1e9 between materials is far above.
 constexpr double smallest_pivot_ratio = 1e-15;
 
-/// Largest over smallest diagonal entry: what different materials, anisotropy and voids make of the
-/// stiffness.
+/// Largest over smallest diagonal entry: contrast of stiffness from materials, anisotropy and voids.
 double contrast(const LinearSystem& system) {
   double least = std::numeric_limits<double>::infinity(), greatest = 0;
   for (dealii::types::global_dof_index i = 0; i < system.matrix.m(); ++i) {
@@ -35,15 +34,16 @@ double contrast(const LinearSystem& system) {
   return greatest > 0 && least > 0 ? greatest / least : 1;
 }
 
-/// Half of the time of a homogeneous body is iterations. Their number grows with the contrast: 14 at 1, 136
-/// at 3,000 (muscle between tendons), measured.
+/// Iterations take half of the time for a homogeneous body. Their number grows with the contrast: measured 14
+/// at 1, 136 at 3,000 (muscle between tendons).
 double seconds_by_cg(const LinearSystem& system) {
   const double growth = 1 + 2.5 * std::log10(contrast(system));
   return seconds_per_entry_of_cg * static_cast<double>(system.n_entries()) * (0.5 + 0.5 * growth);
 }
 
-/// Flops of the factor by nested dissection, from the body's mean cross-section alone: 17 dense factors of
-/// the first separator for every stretch that is as long as it is wide. Good to 10 % on cubes, low elsewhere.
+/// Lower bound of the factor's flops by nested dissection, from the mean cross-section of the body only: 17
+/// dense factors of the first separator for every stretch as long as it is wide. Within 10 % on cubes, too
+/// low elsewhere.
 double flops_at_least(const LinearSystem& system) {
   const double nodes = static_cast<double>(system.n()) / system.dimension;
   const auto longest = static_cast<double>(system.longest);
@@ -70,10 +70,10 @@ Preparation by_cg(LinearSystem& system, const Options& options, Watch& watch, co
   return preparation;
 }
 
-/// A factor of the whole system, analysed when it is made.
+/// A factor of the whole system, analysed at construction.
 class FactorSolver : public PreparedSolver {
 public:
-  /// Unknowns of a node stay together: the graph that is ordered has a ninth of the edges in 3D.
+  /// Orders by nodes, keeping their unknowns together: in 3D the graph has a ninth of the edges.
   explicit FactorSolver(const LinearSystem& system)
       : lower_(lower_triangle(system.matrix)), bytes_(system.bytes()) {
     std::vector<std::int32_t> node(system.n());
@@ -83,7 +83,7 @@ public:
   }
   const SparseCholesky& factor() const { return *factor_; }
 
-  /// Without a solver, which this is.
+  /// Result without `solver`: that is this object.
   Preparation factorise(Watch& watch);
   Solution solve(const dealii::Vector<double>& f, Watch& watch) override {
     if (watch.should_stop())
@@ -95,7 +95,7 @@ public:
   }
 
 private:
-  /// Rows of the symmetric matrix from the diagonal on are the columns of its lower triangle.
+  /// Rows of the symmetric matrix, from the diagonal on, are columns of its lower triangle.
   static Eigen::SparseMatrix<double> lower_triangle(const dealii::SparseMatrix<double>& K);
 
   Eigen::SparseMatrix<double> lower_;
@@ -153,10 +153,10 @@ Preparation by_factor_alone(const LinearSystem& system, Watch& watch) {
   return by_factor(system, std::move(solver), watch);
 }
 
-/// The quicker way by the times above, and CG where the factor does not fit into memory.
+/// Selects the faster solver by the times above; CG if the factor does not fit into memory.
 Preparation by_the_quicker(LinearSystem& system, const Options& options, Watch& watch) {
   const double by_iterations = seconds_by_cg(system);
-  // Where a factor is far out of reach, even counting its entries would be a waste.
+  // If a factor is far too expensive, even counting its entries takes too long.
   if (const double flops = flops_at_least(system); flops * seconds_per_flop > 1.2 * by_iterations)
     return by_cg(system, options, watch, fmt::format("a factor would take some {:.0f} GFLOP", flops / 1e9));
   std::string why_not;

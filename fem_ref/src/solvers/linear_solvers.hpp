@@ -1,5 +1,5 @@
 #pragma once
-/// Ways to solve K u = f for many f, and the choice between them.
+/// Linear solvers of K u = f for many f, and the automatic choice.
 
 #include "discretization/body.hpp"
 #include "maille/fem_ref/solve.hpp"
@@ -17,7 +17,7 @@ struct Solution {
   std::int64_t iterations = 0;
 };
 
-/// A factor or a hierarchy, kept for as many loads as come.
+/// A cached factor or hierarchy, for any number of loads.
 class PreparedSolver {
 public:
   virtual ~PreparedSolver() = default;
@@ -29,18 +29,18 @@ struct Preparation {
   Status status = Status::done;
   std::string message;
   std::string algorithm;                  ///< as in Answer
-  std::int64_t bytes = 0;                 ///< of matrix and solver together, at their peak
+  std::int64_t bytes = 0;                 ///< peak memory of matrix and solver together
   std::unique_ptr<PreparedSolver> solver; ///< none unless done
 };
 
-/// Without displacement or solver, and why.
+/// Results without displacement or solver, with the reason.
 Solution end_with(Status status, std::string message);
 Preparation give_up(Status status, std::string message);
 
-/// Empties `system.matrix` and `system.pattern` where that saves memory.
+/// Prepares a solver; empties `system.matrix` and `system.pattern` if that saves memory.
 Preparation prepare(LinearSystem& system, const Options& options, Watch& watch);
 
-/// These fill everything but `algorithm`.
+/// These fill all members except `algorithm`.
 Preparation prepare_amg(LinearSystem& system, double tolerance, Watch& watch);
 
 /// "Q1, <solver> (<why>), 12,345 unknowns"
@@ -49,10 +49,10 @@ std::string solver_in_words(int degree, std::int64_t n_free, std::string_view so
 
 /// V-cycles of deal.II's Multigrid in float32 inside its CG in float64: smoothing by Chebyshev polynomials
 /// (one before, one after), transfer by MGTransferMatrixFree, a sparse Cholesky factor at the bottom.
-/// Operators of the levels come from the element's matrix (CellOperator).
+/// The element matrix (CellOperator) gives the operators of the levels.
 ///
-/// A coarse node is fixed where a fixed fine node hangs on it, so that what coarse levels bring never moves a
-/// fixed node.
+/// A coarse node is fixed if a fixed fine node interpolates from it, so coarse corrections never move a fixed
+/// node.
 /// @pre why_no_hierarchy(scene) is empty, dim >= 2
 template<int dim>
 Preparation prepare_multigrid(const Scene& scene, const Body<dim>& body,

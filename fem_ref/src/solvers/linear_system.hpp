@@ -1,5 +1,5 @@
 #pragma once
-/// What assembly hands to the linear solvers, and what their residuals are measured by.
+/// Data from assembly for the linear solvers, and the scale of their residuals.
 
 #include "maille/base/grid.hpp"
 
@@ -13,7 +13,7 @@
 
 namespace maille::fem_ref {
 
-/// The stiffness matrix with the prescribed unknowns taken out: their rows and columns hold a diagonal only.
+/// The stiffness matrix without prescribed unknowns: their rows and columns have only a diagonal entry.
 struct LinearSystem {
   int dimension = 0; ///< unknowns per node: unknown = dimension * node + component
   int degree = 0;
@@ -32,16 +32,15 @@ struct LinearSystem {
 };
 
 /// @param free  size of the forces at free nodes before they move
-/// @param all   the same with those at nodes that are prescribed. Where holds carry all that pulls, what is
-///              left at free nodes is rounding, and no measure
+/// @param all   size with forces at prescribed nodes too. If holds carry all loads, the forces at free nodes
+/// are rounding and give no scale
 inline double residual_size(double free, double all) {
-  constexpr double rounding =
-      1e-9; // forces that are less than this part of all are what sums of larger ones leave
+  constexpr double rounding = 1e-9; // forces below this part of all forces are rounding of larger sums
   return std::max(free, rounding * all);
 }
 
-/// Takes the mean out of a cell's displacement (dim * node + component). It costs no force, but where a cell
-/// moves a thousand times as far as it deforms, its rounding would.
+/// Subtracts the mean from a cell's displacement (dim * node + component). A translation costs no force, but
+/// its rounding matters for cells that move a thousand times as far as they deform.
 template<int dim>
 void take_out_shift(dealii::Vector<double>& of_cell) {
   for (unsigned c = 0; c < dim; ++c) {

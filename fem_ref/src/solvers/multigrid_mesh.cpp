@@ -106,7 +106,7 @@ std::string why_no_hierarchy(const Scene& scene) {
   if (!scene.springs.empty())
     return "there are springs to the ground";
   const std::uint8_t material = body.material(0);
-  // Over what is stored, if anything is: a box that is too large for any memory has to be refused at once.
+  // Check stored numbers only, if there are any: a box too large for memory must be refused at once.
   if (!std::ranges::all_of(body.material_id, [&](std::uint8_t id) { return id == material; }))
     return "the body is of more than one material";
   if (!body.fibres.empty() && !scene.materials[material].elasticity.is_isotropic())

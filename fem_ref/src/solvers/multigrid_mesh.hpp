@@ -1,6 +1,6 @@
 #pragma once
-/// A body as deal.II's hierarchy of meshes, each with half the cells of the next along every axis, and what
-/// is fixed on each of them.
+/// A body as deal.II's hierarchy of meshes, each with half the cells of the next along every axis, and the
+/// fixed unknowns of each level.
 
 #include "discretization/element.hpp"
 #include "maille/scene/scene.hpp"
@@ -15,7 +15,7 @@
 
 namespace maille::fem_ref {
 
-/// The same box on one level, and which of its unknowns are fixed.
+/// One level of the box, and its fixed unknowns.
 template<int dim>
 struct Level {
   std::vector<unsigned> nodes; ///< for every node of every cell, its unknown of component 0
@@ -44,7 +44,7 @@ public:
   std::uint8_t& fixed(const Index3& at) { return fixed_[index(at)]; }
   std::uint8_t fixed(const Index3& at) const { return fixed_[index(at)]; }
 
-  /// What is fixed on the next coarser level: every node on which a fixed one hangs.
+  /// Fixed components of the next coarser level: a node is fixed if a fixed node interpolates from it.
   NodeLattice coarser() const;
 
 private:
@@ -54,7 +54,7 @@ private:
   std::vector<std::uint8_t> fixed_;
 };
 
-/// The triangulation in units of the finest cells, so that places of nodes are whole numbers.
+/// The triangulation in units of the finest cells, so that node positions are integers.
 template<int dim>
 class Mesh {
 public:
@@ -62,8 +62,8 @@ public:
   const dealii::DoFHandler<dim>& numbering() const { return numbering_; }
   int n_levels() const { return n_levels_; }
 
-  /// Visits every cell of a level (or of the body's own numbering, where level is -1) with its place on the
-  /// level's lattice and the unknowns of its nodes' component 0.
+  /// Visits every cell of a level (level -1: in the body's own numbering) with its position on the level's
+  /// lattice and the unknowns of component 0 of its nodes.
   template<class Visit>
   void for_each_cell(int level, const Visit& visit) const {
     const int size = level < 0 ? 1 : 1 << (n_levels_ - 1 - level);
@@ -101,17 +101,17 @@ private:
   int n_levels_;
 };
 
-/// @param level  -1: the finest mesh in the body's own numbering, which CG works in
+/// @param level  -1: the finest mesh in the body's own numbering, used by CG
 template<int dim>
 Level<dim> make_level(const Mesh<dim>& mesh, int level, const NodeLattice<dim>& lattice,
                       const Element<dim>& element);
 
-/// How often all axes can be halved.
+/// Number of times that all axes can be halved.
 int halvings(const Index3& cells, int dimension);
-/// Why the body has no hierarchy of meshes, in words; empty where it has: a box whose every cell is of one
-/// matter, with an even number of cells along every axis.
+/// Reason that the body has no hierarchy of meshes, in words; empty if it has one: a box of equal cells, with
+/// an even number of them along every axis.
 std::string why_no_hierarchy(const Scene& scene);
-/// Unknowns of the coarsest mesh: every axis halved while all of them stay whole numbers.
+/// Unknowns of the coarsest mesh: every axis is halved while all numbers of cells stay integers.
 std::int64_t coarsest_unknowns(const Scene& scene, int degree);
 
 } // namespace maille::fem_ref

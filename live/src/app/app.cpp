@@ -20,7 +20,7 @@ namespace {
 
 /// Idle time before the error estimate starts [s].
 constexpr double thoughtful = 0.4;
-/// How old numbers in the corner may be that change without a picture [s].
+/// Largest age of numbers in the corner that change without a picture [s].
 constexpr double readable = 0.1;
 
 /// True if both states draw alike and acknowledge the same events.
@@ -35,7 +35,8 @@ bool are_seen_alike(const WorldState& one, const WorldState& other) {
          std::ranges::equal(one.frames, other.frames, is_same_pose);
 }
 
-/// Read again: a disk may have been full for a while.
+/// True if the file contains the whole trajectory; it is read back, because the disk may have been full for a
+/// while.
 bool is_recorded(const std::filesystem::path& file, const std::string& trajectory) {
   try {
     return read_own_text_file(file, "a recording", std::numeric_limits<std::int64_t>::max()) == trajectory;
@@ -96,7 +97,7 @@ void App::say(const std::string& message) {
 }
 
 void App::unload() {
-  if (session_) { // the trajectory last: nothing is done after it
+  if (session_) { // the trajectory last, so that it is complete
     report_.penetrations += session_->n_penetrations();
     session_->wait_idle(10);
     report_.trajectory = session_->text();
@@ -213,7 +214,7 @@ void App::follow_state() {
     if (state->scene_number != scene_number_) {
       scene_ = session_->scene();
       if (scene_->objects.size() != state->frames.size())
-        return; // the next state is of the new scene
+        return; // the next state belongs to the new scene
       scene_number_ = state->scene_number;
       if (scene_->dimension == 3 || scene_->is_open != was_open_)
         looking_.field = nullptr;
@@ -234,7 +235,7 @@ void App::follow_state() {
       ask_for_picture();
     }
   } else if (is_felt()) {
-    const std::optional<deform::Pose> proxy = session_->proxy(); // it goes on between the physics' frames
+    const std::optional<deform::Pose> proxy = session_->proxy(); // moves between physics frames
     if (proxy && (!shown_proxy_ || proxy->position != shown_proxy_->position ||
                   proxy->rotation != shown_proxy_->rotation))
       ask_for_picture();
@@ -304,7 +305,7 @@ void App::take(const Event& event) {
   }
 }
 
-/// Of several moves in a row only the last counts: the hand is where it is.
+/// Processes events. Of successive moves only the last one is used.
 void App::take_events(std::vector<Event> events) {
   for (std::size_t i = 0; i < events.size() && !wants_stop_; ++i) {
     const bool is_overtaken = i + 1 < events.size() && events[i].kind == EventKind::pointer_move &&
@@ -316,8 +317,8 @@ void App::take_events(std::vector<Event> events) {
   }
 }
 
-/// Whether events change nothing in the window before the next picture: what is held is moved on, or there
-/// are none.
+/// True if events change nothing in the window before the next picture: only the held object moves, or there
+/// are no events.
 bool App::is_seen_in_pictures(const std::vector<Event>& events) const {
   return std::ranges::all_of(events, [this](const Event& event) {
     return event.kind == EventKind::pointer_move && (drag_ == Drag::object || drag_ == Drag::ring);
@@ -331,7 +332,7 @@ bool App::is_idle() const {
           (!painter_->newest() || painter_->newest()->number == shown_picture_));
 }
 
-/// Events of the script that are due; in step the next one alone, once all before it has been done and shown.
+/// Due events of the script; in step, the next one only, after the previous one is done and displayed.
 std::vector<Event> App::scripted(double now) {
   std::vector<Event> events;
   if (!settings_.in_step && session_ && report_.pictures == 0) { // times count from the first picture
@@ -391,7 +392,7 @@ LiveReport App::run() {
   return std::move(report_);
 }
 
-/// Whether a held object is led by a proxy at 1 kHz.
+/// True if a proxy at 1 kHz leads the held object.
 bool App::is_felt() const {
   return session_ && session_->is_holding() && soft_object() >= 0 && session_->proxy().has_value();
 }

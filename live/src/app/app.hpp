@@ -1,5 +1,5 @@
 #pragma once
-/// What the window shows and what its events mean.
+/// The application: contents of the window and handling of its events.
 
 #include "maille/live/live.hpp"
 
@@ -9,13 +9,13 @@
 
 namespace maille::live {
 
-/// Judges the present state beside everything else: its distance from elasticity, and from finite elements.
+/// Compares the present state with elasticity and with finite elements, in its own thread.
 class Judge {
 public:
   struct Verdict {
     int object = -1;
-    std::shared_ptr<const Displacement> of; ///< that was judged
-    std::optional<double> relative;         ///< in the root mean square, of the displacement
+    std::shared_ptr<const Displacement> of; ///< the compared displacement
+    std::optional<double> relative;         ///< relative error of the displacement (RMS)
     std::string why_not;
     double seconds = 0;
     std::shared_ptr<const Displacement> difference; ///< answer minus truth
@@ -23,10 +23,10 @@ public:
   };
   Judge(const Session& session, const LiveTools& tools, int threads, std::function<void()> has_judged);
   ~Judge();
-  /// The newest is judged; one that is at work goes on.
+  /// Requests a comparison: the newest request replaces a waiting one; a running one continues.
   void estimate(int object);
   void finite_elements(int object);
-  /// Whether it is about what the object is now.
+  /// True if the verdict belongs to the object's present state.
   static bool is_of(const std::shared_ptr<const Verdict>& verdict, const WorldState& state) {
     return verdict && verdict->object >= 0 &&
            static_cast<std::size_t>(verdict->object) < state.displacements.size() && verdict->of &&
@@ -57,31 +57,31 @@ private:
   std::thread thread_;
 };
 
-/// Rings about a rigid object that turn it: one an axis of the world; in 2D that out of the plane.
+/// Rings that rotate a rigid object: one per world axis; in 2D only the axis out of the plane.
 class Rings {
 public:
-  /// Lines in window pixels; empty where the object has none.
+  /// Ring lines in window pixels; empty if the object has no rings.
   static std::vector<OverlayLine> lines(const WorldScene& scene, const WorldState& state, int object,
                                         const Looking& looking, int width, int height, int grabbed);
-  /// The axis of the world through a place that what is dragged keeps to.
+  /// World axis through a point, which constrains the drag.
   static OverlayLine axis(const WorldScene& scene, const Looking& looking, int width, int height, int axis,
                           const Eigen::Vector3d& through, double half_length);
-  /// A circle about each rigid object that is too small to be found otherwise.
+  /// Circles that mark rigid objects too small to find otherwise.
   static std::vector<OverlayLine> marks(const WorldScene& scene, const WorldState& state,
                                         const Looking& looking, int width, int height, double text_scale);
-  /// The axis of the ring under a place of the window; -1: none.
+  /// Axis of the ring under a window position; -1: none.
   static int at(const WorldScene& scene, const WorldState& state, int object, const Looking& looking,
                 int width, int height, double x, double y);
-  /// Rotation of a ring from one place of the pointer to another [rad].
+  /// Rotation of a ring between two pointer positions [rad].
   static double turned(const WorldScene& scene, const WorldState& state, int object, const Looking& looking,
                        int width, int height, int axis, const std::array<double, 2>& from,
                        const std::array<double, 2>& to);
 };
 
-/// A place of the world in the window; z: how far ahead of the eye.
+/// Window position of a world position; z: depth in front of the eye.
 Vec3 in_window(const WorldScene& scene, const Looking& looking, int width, int height,
                const Eigen::Vector3d& place);
-/// The middle of an object, and half of its size [m].
+/// Centre and half size of an object [m].
 std::pair<Eigen::Vector3d, double> ball_about(const WorldScene& scene, const WorldState& state, int object);
 
 class App {
@@ -94,9 +94,9 @@ private:
   // app.cpp, show.cpp
   struct Eye {
     Looking looking;
-    int width;                                  ///< of its picture [pixels]
-    double left;                                ///< where that begins
-    std::optional<std::array<float, 4>> colour; ///< in which it alone sees lines
+    int width;                                  ///< width of its picture [pixels]
+    double left;                                ///< left edge of its picture [pixels]
+    std::optional<std::array<float, 4>> colour; ///< colour of lines for this eye only
   };
   std::vector<Eye> eyes() const;
   void load(const std::filesystem::path& file);
@@ -158,7 +158,7 @@ private:
 
   Looking looking_;
   std::uint64_t shown_state_ = 0, shown_picture_ = 0;
-  std::shared_ptr<const Displacement> judged_; ///< of which an estimate was asked last
+  std::shared_ptr<const Displacement> judged_; ///< displacement of the last requested estimate
   std::shared_ptr<const WorldState> state_;
   std::shared_ptr<const WorldScene> scene_;
   std::uint64_t scene_number_ = 0;
@@ -167,13 +167,13 @@ private:
   enum class Drag { none, object, orbit, pan, ring };
   Drag drag_ = Drag::none;
   double last_x_ = 0, last_y_ = 0;
-  Eigen::Vector3d grabbed_at_ = Eigen::Vector3d::Zero(); ///< in the world, when the drag began
+  Eigen::Vector3d grabbed_at_ = Eigen::Vector3d::Zero(); ///< world position at the start of the drag
   deform::Pose grabbed_pose_;
-  double depth_ = 0; ///< moved along the line of sight since then [m]
+  double depth_ = 0; ///< motion along the line of sight since then [m]
   int ring_axis_ = -1;
-  int axis_ = -1;                     ///< of the world, that what is dragged keeps to; -1: none, or no drag
-  bool has_rings_ = true;             ///< about what is selected
-  std::deque<double> waiting_events_; ///< moves of the hand that no picture shows yet: their times [s]
+  int axis_ = -1;                     ///< world axis that constrains the drag; -1: none, or no drag
+  bool has_rings_ = true;             ///< show rings around the selected object
+  std::deque<double> waiting_events_; ///< times of hand motions not displayed yet [s]
   int selected_ = -1;
   bool keeps_pinned_ = false;
   std::uint32_t buttons_ = 0;
@@ -185,7 +185,7 @@ private:
   int limits_choice_ = 0; ///< the scene's, the material's, none, given
   bool pins_ = false;
   std::optional<double> budget_;
-  /// Constants that wait until the physics has done what it does.
+  /// Changed constants that wait until the physics is idle.
   std::map<std::string, WorldSetting> pending_;
   double text_scale_ = 1;
   bool is_full_screen_ = false, wants_stop_ = false, has_keys_ = false;
@@ -199,7 +199,7 @@ private:
   double script_began_ = 0;
   std::optional<deform::Pose> shown_proxy_;
   double last_picture_at_ = 0, last_event_shown_ = 0, still_since_ = 0, last_shown_ = 0;
-  bool has_new_numbers_ = false; ///< in the corner, of a state that looks like the one before
+  bool has_new_numbers_ = false; ///< new numbers in the corner for a state of unchanged appearance
   bool was_open_ = false;
   std::size_t n_objects_ = 0;
   std::shared_ptr<const Judge::Verdict> coloured_, shown_estimate_, shown_fem_;

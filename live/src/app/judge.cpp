@@ -54,7 +54,7 @@ void Judge::run() {
     std::shared_ptr<const WorldState> state = session_.state();
     try {
       std::shared_ptr<const Scene> question;
-      do { // of one state: what moves meanwhile is asked again
+      do { // repeated until the state does not change meanwhile
         state = session_.state();
         question = session_.question(task.object);
       } while (!is_stopping_ && session_.state()->displacements != state->displacements);
@@ -76,7 +76,7 @@ void Judge::run() {
   }
 }
 
-/// A state that has gone by is not worth an estimate any more; finite elements were asked for by hand.
+/// An estimate of an outdated state is dropped; a user has requested finite elements, so these are kept.
 Judge::Verdict Judge::judge(const Task& task, const WorldState& state, const Scene& question) const {
   Verdict verdict;
   const auto& displacement = state.displacements[task.object];

@@ -1,4 +1,4 @@
-/// The prototypes by hand.
+/// The menu of interactive prototypes.
 
 #include "app/app.hpp"
 
@@ -20,7 +20,7 @@ std::vector<Widget> App::menu_panel() const {
   return panel;
 }
 
-/// As the menu has it, or what its objects are there for.
+/// Instructions for a scene: from the menu, or from its objects.
 std::string App::what_to_do_with(const std::filesystem::path& file) const {
   std::error_code none;
   for (const Prototype& each : settings_.menu)

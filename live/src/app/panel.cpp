@@ -1,4 +1,4 @@
-/// What stands beside the picture.
+/// The panel beside the picture.
 
 #include "app/app.hpp"
 #include "maille/scene/cell_fields.hpp"
@@ -88,7 +88,7 @@ std::string newtons(double force) {
                           : fmt::format("{:.3g} N", force);
 }
 
-/// What the last frame has left to do, as far as it knows.
+/// Remaining motion of the last frame, if known.
 std::string still_to_go(const WorldState& state) {
   if (!(state.motion_left.value_or(0) > 0))
     return {};
@@ -190,7 +190,7 @@ std::vector<Widget> App::panel() const {
   return panel;
 }
 
-/// What it costs, and how wrong it is.
+/// Cost and error of the simulation, for the corner of the picture.
 std::vector<OverlayText> App::corner() const {
   std::vector<OverlayText> texts;
   const double line = 24 * text_scale_;
@@ -233,7 +233,7 @@ std::vector<OverlayText> App::corner() const {
   }
   if (session_->is_holding() && session_->felt().norm() > 0)
     add("force at 1 kHz: " + newtons(session_->felt().norm()));
-  // The message of a frame cut short by its budget is obsolete once the world has settled.
+  // The message of a frame ended by its budget is obsolete once the world has settled.
   const bool is_over = state_->status == Status::budget_reached && state_->is_settled;
   if (!state_->message.empty() && !is_over)
     add(state_->message.substr(0, 110), state_->status == Status::clamped ? ink : red);
@@ -311,7 +311,7 @@ void App::take_widget(const Event& event) {
   } else if (name == "fem" && tools_.finite_elements) {
     if (const int object = soft_object(); object >= 0 && !judge_->is_at_fem()) {
       judge_->finite_elements(object);
-      colour_by(ColourBy::fem); // by how much they differ is to be seen as soon as it is known
+      colour_by(ColourBy::fem); // shows the difference as soon as it is known
     }
   } else if (name == "opacity") {
     looking_.opacity = std::clamp(event.value, 0.0, 1.0);
@@ -350,7 +350,7 @@ void App::refresh_field() {
   } else {
     const auto verdict = colour_by_ == ColourBy::error ? judge_->estimated() : judge_->of_fem();
     if (!Judge::is_of(verdict, *state_) || verdict->object != object || !verdict->difference)
-      return; // not known, or of another state
+      return; // unknown, or of another state
     field->of_cells = lengths_of_cells(scene.specimen, *verdict->difference);
     for (float& value : field->of_cells)
       value *= 1000;

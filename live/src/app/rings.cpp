@@ -73,7 +73,7 @@ OverlayLine Rings::axis(const WorldScene& scene, const Looking& looking, int wid
                         const Eigen::Vector3d& through, double half_length) {
   OverlayLine line;
   line.colour = axis_colours[axis];
-  for (int i = -n_points / 2; i <= n_points / 2; ++i) { // in pieces: some may be behind the eye
+  for (int i = -n_points / 2; i <= n_points / 2; ++i) { // in segments: some may be behind the eye
     const Eigen::Vector3d place = through + half_length * i / (n_points / 2.0) * Eigen::Vector3d::Unit(axis);
     if (const Vec3 at = in_window(scene, looking, width, height, place); at[2] > 0)
       line.points.push_back({static_cast<float>(at[0]), static_cast<float>(at[1])});
@@ -91,7 +91,7 @@ std::vector<OverlayLine> Rings::marks(const WorldScene& scene, const WorldState&
       continue;
     const auto [middle, radius] = ball_about(scene, state, static_cast<int>(i));
     const Vec3 at = in_window(scene, looking, width, height, middle);
-    double seen = 0; // its radius, however the view lies
+    double seen = 0; // its radius in the window, in any view
     for (int a = 0; a < std::min(3, scene.dimension); ++a) {
       const Vec3 side = in_window(scene, looking, width, height, middle + radius * Eigen::Vector3d::Unit(a));
       seen = std::max(seen, std::hypot(side[0] - at[0], side[1] - at[1]));
@@ -132,7 +132,7 @@ int Rings::at(const WorldScene& scene, const WorldState& state, int object, cons
   return nearest;
 }
 
-/// By the angle about the ring's middle as it is seen; what is seen from behind turns the other way.
+/// Angle about the ring's centre in the window; reversed for a ring seen from behind.
 double Rings::turned(const WorldScene& scene, const WorldState& state, int object, const Looking& looking,
                      int width, int height, int axis, const std::array<double, 2>& from,
                      const std::array<double, 2>& to) {

@@ -38,7 +38,7 @@ std::optional<double> as_number(const std::string& text) {
   return error == std::errc() && end == text.data() + text.size() ? std::optional(number) : std::nullopt;
 }
 
-/// Number in a cell; 0 where it is empty.
+/// Number in a cell; 0 if it is empty.
 double number(CsvTable& row, std::string_view column) {
   return row.text(column).empty() ? 0 : row.number(column).value_or(0);
 }
@@ -68,7 +68,7 @@ ScriptedEvent read_row(CsvTable& row) {
     if (!event.text.empty() && !is_name_of_picture(event.text))
       row.fault("value", "the plain name of a picture, NAME.png", "\"" + event.text + "\"");
   } else if (event.kind == EventKind::key_down) {
-    // Keys held with it stand before it: `Ctrl+Z`.
+    // Modifier keys precede the name: `Ctrl+Z`.
     for (std::size_t plus = event.name.find('+'); plus != std::string::npos && plus + 1 < event.name.size();
          plus = event.name.find('+')) {
       const std::string held = event.name.substr(0, plus);

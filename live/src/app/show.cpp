@@ -1,4 +1,4 @@
-/// What is in the window, in screenshots and in films.
+/// Contents of the window, screenshots and films.
 
 #include "app/app.hpp"
 
@@ -21,7 +21,7 @@ constexpr double film_period = 1.0 / 15;
 
 } // namespace
 
-/// Once it is to be seen: what is waited for is the picture in the window.
+/// Called when the picture is in the window: latencies end with the displayed picture.
 void App::take_picture() {
   const std::shared_ptr<const Painted> painted = in_window_;
   if (!painted || painted->number == shown_picture_)
@@ -32,7 +32,7 @@ void App::take_picture() {
     report_.first_picture = now - began_;
   if (painted->state->event_time > last_event_shown_) {
     last_event_shown_ = painted->state->event_time;
-    // Those that were overtaken by others have waited until now, too.
+    // Overtaken events have waited until now, too.
     while (!waiting_events_.empty() && waiting_events_.front() <= last_event_shown_) {
       report_.event_to_picture.push_back(now - waiting_events_.front());
       waiting_events_.pop_front();
@@ -83,7 +83,7 @@ void App::show() {
   take_picture();
 }
 
-/// Whose picture is where in the window.
+/// Position of each eye picture in the window.
 std::vector<App::Eye> App::eyes() const {
   const int width = looking_.view.width;
   if (looking_.stereo == Stereo::none || scene_->dimension < 3)
@@ -98,7 +98,7 @@ std::vector<App::Eye> App::eyes() const {
     eye.looking.view = seen;
     if (is_beside)
       eye.left = eyes.size() > 1 ? seen.width : 0;
-    else // through red glass cyan is dark and red looks white
+    else // through a red filter cyan is dark and red appears white
       eye.colour =
           eyes.size() > 1 ? std::array<float, 4>{1, 0, 0, 1} : std::array<float, 4>{0, 0.8f, 0.8f, 1};
   }
@@ -106,7 +106,7 @@ std::vector<App::Eye> App::eyes() const {
 }
 
 void App::save_shot(std::string file) {
-  const bool is_numbered = file.empty(); // pictures of earlier sessions stay
+  const bool is_numbered = file.empty(); // keeps pictures of earlier sessions
   while (file.empty() || (is_numbered && std::filesystem::exists(settings_.shots / file)))
     file = fmt::format("maille_{:03}.png", ++shots_);
   const bool is_plain = is_name_of_picture(file);

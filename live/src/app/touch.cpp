@@ -1,4 +1,4 @@
-/// What the pointer and the keys do with the world.
+/// Pointer and key input.
 
 #include "app/app.hpp"
 
@@ -20,9 +20,9 @@ namespace maille::live {
 namespace {
 
 constexpr double key_turn = 5 * 0.017453292519943295; // [rad]
-/// A goal on an axis may be turned so far ahead of what is held [rad].
+/// Largest rotation of a goal on an axis ahead of the held object [rad].
 constexpr double farthest_ahead = 0.75;
-/// A notch of the wheel moves what is held by this part of the world's size.
+/// Motion of the held object per notch of the wheel, relative to the world's size.
 constexpr double wheel_step = 0.02;
 /// Distance from the pointer within which objects are grabbed [pixels of the window].
 constexpr double hand_reach = 7;
@@ -33,7 +33,7 @@ Eigen::Vector3d vector(const Vec3& v) {
 
 } // namespace
 
-/// The place under the pointer in the plane through a point that faces the eye.
+/// Position under the pointer in the plane through a point that faces the eye.
 Eigen::Vector3d App::on_view_plane(double x, double y, const Eigen::Vector3d& through) const {
   const int width = looking_.view.width, height = looking_.view.height;
   if (scene_->dimension < 3)
@@ -46,7 +46,7 @@ Eigen::Vector3d App::on_view_plane(double x, double y, const Eigen::Vector3d& th
   return eye + (std::abs(speed) > 1e-12 ? (through - eye).dot(ahead) / speed : 0) * along;
 }
 
-/// Nodes within the patch's radius of a place at rest, the nearest first.
+/// Nodes within the patch's radius of a rest position, the nearest first.
 std::vector<std::int64_t> App::patch_at(int object, const Vec3& rest) const {
   const Specimen& body = scene_->objects[object].scene.specimen;
   const Grid& grid = body.grid;
@@ -55,7 +55,7 @@ std::vector<std::int64_t> App::patch_at(int object, const Vec3& rest) const {
   double nearest = 1e300;
   std::int64_t nearest_node = -1;
   const auto square = [](double x) { return x * x; };
-  Index3 begin{}; // mostly the one, and few others need to be looked at
+  Index3 begin{}; // usually the nearest one; few others need a check
   for (std::size_t a = 0; a < d; ++a)
     begin[a] = static_cast<int>(
         std::clamp(std::round((rest[a] - body.origin[a]) / grid.spacing()[a]), 0.0, grid.nodes()[a] - 1.0));
@@ -70,7 +70,7 @@ std::vector<std::int64_t> App::patch_at(int object, const Vec3& rest) const {
   for (at[2] = 0; at[2] < grid.nodes()[2]; ++at[2])
     for (at[1] = 0; at[1] < grid.nodes()[1]; ++at[1]) {
       const Vec3 row = body.position({0, at[1], at[2]});
-      double beside = 0; // how far the whole row is off, at least
+      double beside = 0; // lower bound of the distance of the row
       for (std::size_t a = 1; a < d; ++a)
         beside += square(row[a] - rest[a]);
       if (beside > nearest && beside > within)
@@ -97,7 +97,7 @@ std::vector<std::int64_t> App::patch_at(int object, const Vec3& rest) const {
   return nodes;
 }
 
-/// So far off a hand may be from what it takes, in pixels of a picture that is stretched to the window.
+/// Grab distance of the hand in pixels of the picture, which may be stretched to the window.
 double App::reach_of(const Painted& painted) const {
   return hand_reach * text_scale_ * painted.width / std::max(1, looking_.view.width);
 }
@@ -143,8 +143,8 @@ void App::pointer_down(const Event& event) {
   grabbed_pose_ = session_->goal();
 }
 
-/// The place on an axis of the world, through what was grabbed, that is seen nearest to the pointer; the
-/// wheel moves along it. Where the axis is seen from its end the pointer says nothing.
+/// Position on a world axis through the grabbed point that is nearest to the pointer in the window; the wheel
+/// moves along the axis. If the axis points to the eye, the pointer has no effect.
 Eigen::Vector3d App::on_axis(double x, double y, int axis) const {
   const Eigen::Vector3d along = Eigen::Vector3d::Unit(axis);
   double by = depth_;
@@ -168,7 +168,7 @@ void App::drag_to(double x, double y, double time) {
   if (scene_->dimension < 3)
     to[2] = grabbed_at_[2];
   deform::Pose goal = session_->goal();
-  // The keys may have turned it about its middle meanwhile, which has moved the frame: shifts add to that.
+  // Keys may have rotated it about its centre meanwhile, which has moved the frame: translations add to that.
   goal.position = grabbed_pose_.position + (to - grabbed_at_);
   if (scene_->dimension < 2)
     goal.position[1] = grabbed_pose_.position[1];
@@ -248,7 +248,7 @@ void App::wheel(const Event& event) {
   ask_for_picture();
 }
 
-/// What is held turns, about its middle; or what is selected, in one go.
+/// Rotates the held object about its centre, or the selected one in a single step.
 void App::turn_held(const Eigen::Vector3d& axis, double angle, double time) {
   if (!session_ || selected_ < 0 || selected_ >= static_cast<int>(scene_->objects.size()) || angle == 0)
     return;
@@ -259,7 +259,7 @@ void App::turn_held(const Eigen::Vector3d& axis, double angle, double time) {
   if (!was_holding)
     session_->grip({selected_, {}}, time);
   deform::Pose goal = session_->goal();
-  if (axis_ >= 0) { // a nut that is stuck is not turned on in secret
+  if (axis_ >= 0) { // a blocked rotation must not accumulate
     const Eigen::AngleAxisd ahead(goal.rotation * state_->frames[selected_].rotation.transpose());
     if (std::abs(ahead.angle()) > farthest_ahead)
       return;
@@ -270,7 +270,7 @@ void App::turn_held(const Eigen::Vector3d& axis, double angle, double time) {
     const Specimen& body = scene_->objects[selected_].scene.specimen;
     const Eigen::Vector3d middle = goal.position + goal.rotation * deform::middle_of(body);
     const Eigen::Vector3d position = middle + turn * (goal.position - middle);
-    grabbed_pose_.position += position - goal.position; // dragged on from there
+    grabbed_pose_.position += position - goal.position; // the drag continues from there
     goal.position = position;
   }
   goal.rotation = turn * goal.rotation;
@@ -295,7 +295,7 @@ void App::move_key(const Event& event) {
     turn_held(back, event.name == "," ? key_turn : -key_turn, event.time);
 }
 
-/// What is dragged keeps to an axis of the world through where it was taken; once more: freely again.
+/// Constrains the drag to a world axis through the grabbed point; a second call removes the constraint.
 void App::keep_to_axis(int axis, double time) {
   if (axis >= scene_->dimension)
     return;
@@ -347,7 +347,7 @@ void App::key(const Event& event) {
     move_key(event);
 }
 
-/// A ball, or a single voxel, beside everything else: above, or in a plane's upper left corner.
+/// Adds a ball or a single voxel away from all objects: above them, or in the upper left corner of a plane.
 void App::add_tool(double radius_in_cells) {
   if (std::ranges::any_of(scene_->objects, [](const WorldObject& o) { return o.name == tool_name; })) {
     say("the tool is there already");
@@ -372,7 +372,7 @@ void App::add_tool(double radius_in_cells) {
   selected_ = static_cast<int>(scene_->objects.size());
 }
 
-/// The button of a device takes up and lets go; a device that is lost leaves what it held where it is.
+/// A device's button grabs and releases; a disconnected device leaves the held object in place.
 void App::follow_device() {
   if (!device_ || !session_)
     return;

@@ -20,7 +20,7 @@ double outside_dead_zone(double value) {
 
 } // namespace
 
-/// Set by the window's thread, read by the hand's; held for a few numbers.
+/// Written by the window thread, read by the hand thread; locked only to copy a few numbers.
 struct GamePad::Axes {
   std::mutex lock;
   std::map<std::string, double> of;

@@ -18,7 +18,7 @@ namespace maille::live {
 
 namespace {
 
-/// What the daemon says where the cap is pushed as far as it goes.
+/// Value from the daemon at full deflection of the cap.
 constexpr double full = 350;
 constexpr double radians_a_second = 1.5;
 

@@ -23,7 +23,7 @@ namespace maille::live {
 namespace {
 
 constexpr std::chrono::milliseconds lost_after{500};
-/// Packets that are looked at in a tick: one who floods the port must not hold the loop.
+/// Upper bound of packets per tick: a flooded port must not stall the loop.
 constexpr int most_a_tick = 16;
 
 class UdpDevice : public HandDevice {

@@ -1,4 +1,4 @@
-/// 2D worlds from above: each pixel is of the object whose matter is there, each cell of matter as it stands.
+/// 2D worlds from above: each pixel belongs to the object at its position, with cells drawn deformed.
 
 #include "maille/live/picture.hpp"
 
@@ -17,7 +17,7 @@ namespace maille::live {
 namespace {
 
 constexpr std::array<std::uint8_t, 3> ground{250, 248, 244}, beyond{206, 204, 200};
-/// Colours of objects, one after another: walls are grey.
+/// Colours of objects in turn; walls are grey.
 constexpr std::array<std::array<float, 3>, 8> colours{{{0.85f, 0.37f, 0.22f},
                                                        {0.20f, 0.47f, 0.70f},
                                                        {0.33f, 0.62f, 0.29f},
@@ -43,7 +43,7 @@ struct Canvas {
 
 /// From the world to pixels and back.
 struct Mapping {
-  double scale, left, top; ///< pixels a metre; the world's place of the picture's upper left corner
+  double scale, left, top; ///< pixels per metre; world position of the picture's upper left corner
   Mapping(const Looking& looking, int width, int height) {
     scale = height / looking.height;
     left = looking.middle[0] - 0.5 * width / scale;
@@ -61,10 +61,10 @@ std::array<float, 3> shaded(std::array<float, 3> colour, float light) {
   return colour;
 }
 
-/// Where a cell of matter has its pixels: a quadrilateral, its corners in order.
+/// Quadrilateral of a cell in the picture, corners in order.
 using Corners = std::array<Eigen::Vector2d, 4>;
 
-/// Calls visit(x, y) for the pixels whose middles are in a convex or mildly concave quadrilateral.
+/// Calls visit(x, y) for pixels with centres in a convex or mildly concave quadrilateral.
 template<class Visit>
 void for_each_pixel(const Corners& corners, const Canvas& canvas, Visit&& visit) {
   Eigen::Vector2d low = corners[0], high = corners[0];
@@ -159,7 +159,7 @@ private:
         const Eigen::Vector3d w = frame.position + frame.rotation * Eigen::Vector3d(x[0], x[1], x[2]);
         corners[i] = {mapping.x(w[0]), mapping.y(w[1])};
       }
-      // Cells of one object in two shades show how it turns and deforms; materials each have their own.
+      // Two shades of cells show rotation and deformation of an object; each material has its own colour.
       const int shade = (at[0] + at[1]) & 1;
       std::array<float, 3> own =
           shaded(colour, (shade ? 1.0f : 0.94f) * (1 - 0.18f * static_cast<float>(body.material(cell) % 4)));

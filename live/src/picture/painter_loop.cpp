@@ -13,9 +13,9 @@ namespace maille::live {
 
 namespace {
 
-/// While things move a picture should not take longer [s].
+/// Time limit of a picture during motion [s].
 constexpr double fluent = 0.010;
-/// After so long without anything new a picture is made whole [s].
+/// Time without changes before a full-resolution picture [s].
 constexpr double still = 0.12;
 constexpr double coarsest = 0.25;
 
@@ -68,7 +68,7 @@ std::shared_ptr<const Painted> PainterLoop::paint(const Asked& asked, double sca
   auto painted = std::make_shared<Painted>();
   try {
     *painted = painter_->paint(*asked.scene, *asked.state, looking);
-  } catch (const std::exception&) { // a view that looks nowhere: the last picture stays
+  } catch (const std::exception&) { // an invalid view: keep the last picture
     return newest_.load();
   }
   painted->looking = looking;
@@ -82,7 +82,7 @@ std::shared_ptr<const Painted> PainterLoop::paint(const Asked& asked, double sca
 
 void PainterLoop::run() {
   double last_news = 0;
-  std::uint64_t coarse = 0; // what was asked when the last picture of fewer pixels was made
+  std::uint64_t coarse = 0; // request number of the last reduced picture
   while (!is_stopping_) {
     const std::uint32_t bell = bell_;
     const std::shared_ptr<const Asked> asked = asked_.load();
@@ -91,7 +91,7 @@ void PainterLoop::run() {
       continue;
     }
     const bool is_new = asked->number != coarse;
-    // Time goes with the pixels, but for a part that does not.
+    // Time is proportional to the pixels, except a constant part.
     const double scale = whole_only_ || seconds_whole_ <= fluent
                              ? 1
                              : std::max(coarsest, std::floor(8 * std::sqrt(fluent / seconds_whole_)) / 8);
@@ -109,7 +109,7 @@ void PainterLoop::run() {
       coarse = asked->number;
       has_painted_();
       if (is_first && scale == 1 && !whole_only_ && seconds_whole_ > fluent)
-        paint(*asked, coarsest); // not shown: prepares the data of moving pictures
+        paint(*asked, coarsest); // not displayed: prepares data for pictures during motion
       continue;
     }
     if (now() - last_news < still) { // more may come

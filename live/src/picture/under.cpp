@@ -1,4 +1,4 @@
-/// What is under the pointer.
+/// Object under the pointer.
 
 #include "maille/live/picture.hpp"
 
@@ -12,7 +12,7 @@ namespace maille::live {
 
 namespace {
 
-/// The cell of a deformed body that a place of its frame is in, and where it was before.
+/// Rest position of a point in a deformed body, by the cell that contains it.
 std::optional<Vec3> rest_of(const Specimen& body, const Displacement& by, const Vec3& place) {
   const Grid& grid = body.grid;
   double nearest = 1e300;
@@ -44,7 +44,7 @@ std::optional<Painted::Under> Painted::under(double x, double y, double reach) c
   if (!(x >= 0) || !(x < 1) || !(y >= 0) || !(y < 1) || width < 1 || height < 1 || !state || !scene)
     return std::nullopt;
   double in_eye = x;
-  if (looking.stereo == Stereo::side_by_side) // what is under both eyes' pictures is picked in the left one
+  if (looking.stereo == Stereo::side_by_side) // both eyes' pictures are picked in the left one
     in_eye = x < 0.5 ? 2 * x : 2 * x - 1;
   const int eye_width = depth.empty() ? width : static_cast<int>(object.size()) / height;
   const auto pixel_at = [&](int at_x, int at_y) { return static_cast<std::size_t>(at_y) * eye_width + at_x; };

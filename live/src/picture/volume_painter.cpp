@@ -1,4 +1,4 @@
-/// 3D worlds, cast as volumes.
+/// 3D worlds, by volume ray casting.
 
 #include "maille/live/picture.hpp"
 
@@ -14,7 +14,7 @@ namespace maille::live {
 
 namespace {
 
-/// Colours of objects without a look, one after another; what is fixed is of bone's colour.
+/// Colours of objects without a look, in turn; fixed objects have the colour of bone.
 constexpr std::array<Rgb, 6> colours{{{0.80f, 0.36f, 0.30f},
                                       {0.42f, 0.58f, 0.78f},
                                       {0.88f, 0.72f, 0.36f},
@@ -23,10 +23,10 @@ constexpr std::array<Rgb, 6> colours{{{0.80f, 0.36f, 0.30f},
                                       {0.40f, 0.70f, 0.70f}}};
 constexpr Rgb bone{0.88f, 0.85f, 0.78f};
 constexpr Rgb background{1, 1, 1};
-/// Samples along rays of a picture in motion, over those of a whole one.
+/// Samples along rays during motion, relative to a full picture.
 constexpr double rough_samples = 0.5;
 
-/// The smooth surface of a body that is a voxel or two thick has little volume left: its threshold is
+/// Look of a thin body: a smooth surface around one or two voxels has little volume, so its threshold is
 /// lowered.
 Look solid(const Rgb& colour, const Specimen& body) {
   const Index3& n = body.grid.cells();
@@ -47,7 +47,7 @@ render::Pose pose_of(const deform::Pose& frame) {
   return pose;
 }
 
-/// How many nodes along an axis one of a picture in motion stands for.
+/// Stride between the drawn nodes along an axis during motion.
 int stride_of(const Grid& grid) {
   constexpr std::int64_t few = 60'000;
   int stride = 1;
@@ -56,7 +56,7 @@ int stride_of(const Grid& grid) {
   return stride;
 }
 
-/// Memory may be used again for another state: owners tell states apart, places do not.
+/// Compares owners, because a new state may reuse the memory of an old one.
 bool is_same(const std::shared_ptr<const Displacement>& one, const std::weak_ptr<const Displacement>& other) {
   return !one.owner_before(other) && !other.owner_before(one);
 }
@@ -96,7 +96,7 @@ public:
   }
 
 private:
-  /// What pictures are made of, while things move and else: their tables are kept apart.
+  /// Data for pictures during motion and at rest, with separate tables.
   struct Seeing {
     render::Renderer renderer;
     render::StereoRenderer eyes;
@@ -104,9 +104,9 @@ private:
   };
   struct Kept {
     Look look;
-    std::shared_ptr<render::Deformation> deformation, rough; ///< `rough`: of a body of many nodes
+    std::shared_ptr<render::Deformation> deformation, rough; ///< `rough`: for bodies of many nodes
     std::unique_ptr<render::CoarseCarrier> carrier;
-    std::weak_ptr<const Displacement> shown, shown_rough; ///< what the deformations are of, not kept for it
+    std::weak_ptr<const Displacement> shown, shown_rough; ///< states of the deformations; not owned
     std::shared_ptr<const Field> field;
   };
 

@@ -26,8 +26,8 @@ deform::Pose then(const deform::Pose& first, const deform::Pose& second) {
   return {second.rotation * first.rotation, second.position + second.rotation * first.position};
 }
 
-/// As far as a tick has time to go: what lies farther is for the next ones.
-/// @param now  of the tool's lattice, whose middle is `half` from its corner
+/// Pose towards the goal, as far as one tick can check; later ticks continue.
+/// @param now  pose of the tool's lattice, whose centre is `half` from its corner
 deform::Pose towards(const deform::Pose& goal, const deform::Pose& now, const Eigen::Vector3d& half,
                      const Vec3& cell) {
   constexpr double cells = 1.5, radians = 0.1;
@@ -95,7 +95,7 @@ void HandLoop::run() {
   while (!is_stopping_) {
     const std::uint32_t bell = bell_;
     tick();
-    if (now_.grip_number == 0 && !device_.load() && is_idle()) { // the hand is open: nothing to feel
+    if (now_.grip_number == 0 && !device_.load() && is_idle()) { // the hand is open: no force
       bell_.wait(bell);
       due = deform::ServoClock::now();
       continue;
@@ -156,10 +156,10 @@ void HandLoop::take_wish() {
 void HandLoop::take_surroundings() {
   if (const HandSurroundings* around = physics_->new_surroundings())
     if (around->grip_number == now_.grip_number && around->tool) {
-      // Kept alive by the buffer until the next is taken; a share of its parts is ours.
+      // The buffer keeps it alive until the next one is taken; the copy shares its parts.
       around_ = std::make_shared<const HandSurroundings>(*around);
       const bool is_clear = proxy_ && around_->others.matter->n_inside(*around_->tool, proxy_->pose()) == 0;
-      if (!is_clear) { // matter came to where the proxy was: back to the tool of the physics
+      if (!is_clear) { // the proxy overlaps: reset it to the tool of the physics
         deform::Pose middle = around_->lattice;
         middle.position += middle.rotation * around_->tool->middle();
         proxy_.emplace(*around_->tool, middle);
@@ -167,8 +167,7 @@ void HandLoop::take_surroundings() {
     }
 }
 
-/// A device that knows where it is moves the goal by as much as it has moved itself; one that is pushed moves
-/// it at its speed.
+/// A position device moves the goal by its own motion; a rate device moves it with its velocity.
 void HandLoop::move_goal(const DeviceState& device) {
   if (!device.is_there || now_.grip_number == 0) {
     device_before_.reset();
@@ -196,7 +195,7 @@ void HandLoop::move_proxy() {
   if (!proxy_ || !around_ || --proxy_pause_ > 0)
     return;
   const std::int64_t began = deform::ServoClock::now();
-  // The tool's middle where the frame is at the goal.
+  // Centre of the tool when the frame is at the goal.
   const deform::Pose lattice = then(then(around_->lattice, inverse(around_->frame)), goal_.pose);
   const Eigen::Vector3d half = around_->tool->middle();
   const deform::Pose goal{lattice.rotation, lattice.position + lattice.rotation * half};
@@ -215,7 +214,7 @@ void HandLoop::show_force() {
   felt.event_time = proxy_time_;
   force_.setZero();
   if (proxy_ && around_) {
-    // Frame of the object where its lattice is the proxy's.
+    // Frame of the object when its lattice is at the proxy.
     const deform::Pose lattice_in_frame = then(around_->lattice, inverse(around_->frame));
     const deform::Pose back = inverse(lattice_in_frame);
     felt.proxy = deform::Pose{proxy_->pose().rotation * back.rotation,

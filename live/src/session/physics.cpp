@@ -15,11 +15,11 @@ namespace maille::live {
 
 namespace {
 
-/// Bodies of more nodes are asked for their violation when they have come to rest only.
+/// Larger bodies compute their violation only at rest [nodes].
 constexpr std::int64_t small_body = 60'000;
-/// Frames in which nothing has moved though they had no time to settle.
+/// Upper bound of frames without motion that had no time to settle.
 constexpr int most_in_vain = 15;
-/// Frames in a row that are given to bodies that push each other to and fro.
+/// Upper bound of successive frames for bodies that push each other back and forth.
 constexpr int most_settling = 120;
 
 } // namespace
@@ -126,15 +126,14 @@ bool Physics::go_on() {
     publish(false);
     return true;
   }
-  if (violation_ < 0 &&
-      grip_.object < 0) { // a hand that holds may go on any moment: it need not wait for this
+  if (violation_ < 0 && grip_.object < 0) { // a holding hand may move at any moment and must not wait
     violation_ = timeline_.world().largest_violation();
     publish(false);
   }
   return false;
 }
 
-/// The hand has moved and nothing else: a state says so, with all else as it was.
+/// Only the hand has moved: publishes a state with the new event time, otherwise unchanged.
 void Physics::take_note() {
   if (goal_now_.event_time <= event_time_)
     return;
@@ -186,7 +185,7 @@ bool Physics::move_towards_goal() {
   const bool is_at_rest = timeline_.world().is_settled() &&
                           (after.position - before.position).norm() < 1e-6 * cell &&
                           (after.rotation - before.rotation).norm() < 1e-6;
-  const bool has_tried = goal_now_.axis < 0 || n_in_vain_ > 1; // along the axis and about it, one by one
+  const bool has_tried = goal_now_.axis < 0 || n_in_vain_ > 1; // along the axis and about it, in turn
   if ((is_at_rest && has_tried) || n_in_vain_ > most_in_vain)
     vain_goal_ = goal_now_.pose;
   publish(true);
@@ -215,7 +214,7 @@ void Physics::keep_result(const deform::FrameResult& result) {
   hand_force_.setZero();
   for (const deform::DriveResult& drive : result.drives)
     hand_force_ += drive.force;
-  if (result.drives.empty() && grip_.nodes.empty()) // settling: what presses on the held object
+  if (result.drives.empty() && grip_.nodes.empty()) // settling: force of objects that press on the held one
     for (const deform::WorldContact& contact : result.contacts)
       if (contact.other == grip_.object && grip_.object >= 0)
         hand_force_ += contact.force;
@@ -251,7 +250,7 @@ void Physics::take_grip(Grip grip, std::uint64_t number, double event_time) {
 void Physics::let_go(bool keep_pinned, const HandGoal& last, double event_time) {
   if (grip_.object < 0)
     return;
-  if (last.grip_number == grip_number_) { // the last of the way, as far as one push takes it
+  if (last.grip_number == grip_number_) { // the rest of the path, as far as one push allows
     goal_now_ = last;
     has_goal_ = true;
     for (int i = 0; i < 64 && !is_stopping_ && move_towards_goal(); ++i) {

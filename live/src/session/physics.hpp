@@ -1,6 +1,5 @@
 #pragma once
-/// The loop that moves the world: one frame after another towards what the hand wants, as long as there is
-/// something to do.
+/// Physics loop: moves the world frame by frame towards the goal of the hand, and sleeps when idle.
 
 #include "maille/live/session.hpp"
 
@@ -12,13 +11,13 @@ namespace maille::live {
 
 bool has_soft_bodies(const WorldScene& scene);
 
-/// What a held rigid object may run into, as the loop at 1 kHz needs it: never changed.
+/// Obstacles of a held rigid object, for the 1 kHz loop: immutable.
 struct HandSurroundings {
   std::uint64_t grip_number = 0;
   deform::ToolSurroundings others;
   std::shared_ptr<const deform::RigidShape> tool;
-  deform::Pose lattice; ///< of the tool, as the physics has it: in no matter
-  deform::Pose frame;   ///< of the object then
+  deform::Pose lattice; ///< pose of the tool in the physics: free of overlap
+  deform::Pose frame;   ///< pose of the object at that time
 };
 
 class Physics {
@@ -30,12 +29,12 @@ public:
   std::shared_ptr<const WorldScene> scene() const { return scene_.load(); }
   void on_state(std::function<void()> call);
 
-  /// Done between two frames, in order.
+  /// Queues a command; commands run between two frames, in order.
   using Command = std::function<void()>;
   void post(Command command);
-  /// One thread's, the hand's: the newest goal.
+  /// Sets the newest goal. For the hand thread only.
   void set_goal(const HandGoal& goal);
-  /// One thread's, the hand's: what is newest of the surroundings; null where nothing has changed.
+  /// Newest obstacles; null if unchanged. For the hand thread only.
   const HandSurroundings* new_surroundings();
 
   void take_grip(Grip grip, std::uint64_t number, double event_time);
@@ -49,20 +48,20 @@ public:
   deform::FrameBudget budget() const;
   /// Budget of a world with changed settings.
   deform::FrameBudget budget_by(const WorldSetting& changed) const;
-  /// Whether nothing is left to do for goals up to that number of theirs.
+  /// True if all goals up to number `goals` are processed and no work remains.
   bool is_idle(std::uint64_t goals) const;
   std::uint64_t n_goals() const { return goals_set_.load(); }
   void publish(bool is_busy);
   void say(std::string message) { message_ = std::move(message); }
-  /// Another scene: what is held is let go.
+  /// Registers a changed scene; releases the held object.
   void renew_scene();
-  /// Another moment of it: likewise.
+  /// Resets the hand after undo, redo or go_to; releases the held object.
   void renew_state();
   std::int64_t scene_number() const { return scene_number_; }
 
 private:
   void run();
-  /// @return whether there was something to do
+  /// @return true if there were commands
   bool do_commands();
   bool go_on();
   bool move_towards_goal();
@@ -77,7 +76,7 @@ private:
   void keep_result(const deform::FrameResult& result);
   bool is_stuck() const;
   void take_note();
-  /// The last state, with what has become of the hand.
+  /// Publishes the last state again, with the present state of the hand.
   void publish_again();
 
   Timeline timeline_;
@@ -92,13 +91,13 @@ private:
   deform::TripleBuffer<HandGoal> goal_;
   deform::TripleBuffer<std::shared_ptr<const HandSurroundings>> surroundings_;
 
-  // The physics' thread's own.
+  // For the physics thread only.
   Grip grip_;
   std::uint64_t grip_number_ = 0;
-  std::vector<Eigen::Vector3d> grip_offsets_; ///< of held nodes from the first, when they were taken [m]
+  std::vector<Eigen::Vector3d> grip_offsets_; ///< of held nodes from the first one, at grip time [m]
   HandGoal goal_now_;
   bool has_goal_ = false;
-  /// The goal that the last frame went for, and that nothing has come of.
+  /// Goal that the last frames could not approach any further.
   std::optional<deform::Pose> vain_goal_;
   double event_time_ = 0;
   deform::FrameResult last_;
@@ -107,7 +106,7 @@ private:
   double violation_ = 0;
   int n_settling_ = 0, n_in_vain_ = 0;
   bool has_surroundings_ = false;
-  bool turns_ = false; ///< the last frame of what keeps to an axis turned it
+  bool turns_ = false; ///< the last frame rotated the axis-constrained object
 
   std::atomic<std::uint32_t> bell_{0};
   std::atomic<std::uint64_t> goals_set_{0}, goals_done_{0};

@@ -25,7 +25,7 @@ Session::Session(WorldScene scene, const SessionSettings& settings)
     : physics_(std::make_unique<Physics>(std::move(scene), settings)),
       hand_(std::make_unique<HandLoop>(*physics_, settings)) {}
 
-/// The hand's loop hands its goals to the physics: it ends first.
+/// The hand loop passes goals to the physics, so it ends first.
 Session::~Session() {
   hand_.reset();
 }
@@ -203,7 +203,7 @@ std::string Session::text() const {
 std::int64_t Session::n_penetrations() const {
   return told_by(*physics_, [this] {
     const deform::World& world = physics_->timeline().world();
-    // Where surfaces keep objects apart, two of them may meet in a cell.
+    // With surface contact, two objects may share a cell.
     const bool has_own_cells = world.scene().contact != ContactLaw::surfaces;
     return world.n_penetrations() + (has_own_cells ? world.n_shared_cells() : std::int64_t{0});
   });

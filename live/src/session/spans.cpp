@@ -1,4 +1,4 @@
-/// What the world is to do in a frame, on the way to where the hand is.
+/// Drives of the world in a frame, towards the goal of the hand.
 
 #include "session/physics.hpp"
 
@@ -14,20 +14,20 @@ namespace maille::live {
 
 namespace {
 
-/// Less than this is no way to go [cells], [rad].
+/// Smallest motion that is driven [cells], [rad].
 constexpr double is_there = 1e-7;
-/// Nor for nodes [cells]: `limits` round to single precision, and a push that cannot come nearer is not made.
+/// The same for nodes [cells]: `limits` round to single precision, so closer pushes are not possible.
 constexpr double are_there = 1e-5;
-/// Steps of one frame [cells]: of worlds whose bodies have forces, and of others.
+/// Longest step of a frame [cells]: for worlds of bodies with forces, and for others.
 constexpr double elastic_step = 1, rigid_step = 16;
-/// Rotation of an axis drive in a frame [rad]: the middle moves on a straight line, not on an arc.
+/// Largest rotation of an axis drive in a frame [rad]: the centre moves on a straight line, not on an arc.
 constexpr double largest_turn = 0.18;
 
 Vec3 array(const Eigen::Vector3d& v) {
   return {v[0], v[1], v[2]};
 }
 
-/// Of turns of a world of fewer dimensions only the sign is left.
+/// Reduces a rotation to its sign about z in worlds of fewer dimensions.
 void keep_in_plane(int dimension, DriveSpan& span) {
   if (dimension == 3)
     return;
@@ -43,7 +43,7 @@ std::vector<DriveSpan> Physics::spans_to_goal() {
   return grip_.nodes.empty() ? spans_of_rigid() : spans_of_nodes();
 }
 
-/// Held nodes are held on, by no way at all, so that their force is known; nothing of all else.
+/// Drives held nodes without motion, so that their force is computed; none for other grips.
 std::vector<DriveSpan> Physics::spans_of_rest() const {
   if (grip_.object < 0 || grip_.nodes.empty())
     return {};
@@ -88,7 +88,8 @@ std::vector<DriveSpan> Physics::spans_of_rigid() {
   return {span};
 }
 
-/// Like a nut that is pressed on: turned a little about its middle, then moved as far as that lets it.
+/// Like screwing on a nut: alternately a small rotation about the centre, and the possible motion along the
+/// axis.
 DriveSpan Physics::span_along_axis(const deform::Pose& now, const Eigen::AngleAxisd& turn) {
   const WorldScene& scene = timeline_.scene();
   const Specimen& body = scene.objects[grip_.object].scene.specimen;

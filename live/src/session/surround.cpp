@@ -1,4 +1,4 @@
-/// What a held object may run into, gathered for the loop at 1 kHz.
+/// Obstacles of a held object, collected for the 1 kHz loop.
 
 #include "session/physics.hpp"
 
@@ -11,10 +11,10 @@ namespace maille::live {
 
 namespace {
 
-/// Tools of more voxels are too many for a loop at 1 kHz: they are shown where the physics has them.
+/// Upper bound of tool voxels at 1 kHz; larger tools are displayed at their pose in the physics.
 constexpr std::int32_t most_voxels = 1500;
-/// Surfaces of more faces take longer to gather than a frame. Beside such a body, or one of two dimensions, a
-/// tool is shown where the physics has it.
+/// Upper bound of the cells of a body: collecting larger surfaces takes longer than a frame. Near such a
+/// body, or one of two dimensions, a tool is displayed at its pose in the physics.
 constexpr std::int64_t most_cells = 200'000;
 
 } // namespace

@@ -16,7 +16,7 @@ namespace maille::live {
 
 namespace {
 
-/// Copies of the world that are kept hold this much together, at most [bytes].
+/// Upper bound of the memory of all cached copies of the world [bytes].
 constexpr std::int64_t most_copies = std::int64_t{256} << 20;
 constexpr std::int64_t frames_between_copies = 40;
 
@@ -94,7 +94,7 @@ void Timeline::keep_copy() {
   std::int64_t bytes = 0;
   for (const auto& [at, copy] : copies_)
     bytes += copy.bytes();
-  while (bytes > most_copies && copies_.size() > 1) { // the older, the farther apart: every other one goes
+  while (bytes > most_copies && copies_.size() > 1) { // every other one: older copies are sparser
     auto copy = copies_.begin();
     if (copies_.size() > 2)
       ++copy;
@@ -103,7 +103,7 @@ void Timeline::keep_copy() {
   }
 }
 
-/// The world at a frame that is not after that one.
+/// Restores the world at a frame not later than `at_most`.
 void Timeline::restart(std::int64_t at_most) {
   const auto after = copies_.upper_bound(at_most);
   if (after != copies_.begin()) {
@@ -152,7 +152,7 @@ void Timeline::change(const WorldSetting& setting, const deform::FrameBudget& bu
     return old.name == setting.name && old.object == setting.object;
   });
   settings.push_back(setting);
-  auto world = std::make_unique<deform::World>(with(base_, settings)); // throws before anything has changed
+  auto world = std::make_unique<deform::World>(with(base_, settings)); // throws before any change
   const std::int64_t frame = std::exchange(played_, 0);
   settings_ = std::move(settings);
   world_ = std::move(world);
@@ -177,7 +177,7 @@ void Timeline::append(const std::string& rows) {
     record_fault_ = fmt::format("{}: cannot be written: {}", record_->string(), std::strerror(errno));
 }
 
-/// A whole new file in the place of the old one, which stays until the new one is there.
+/// Writes a complete new file and replaces the old one atomically.
 void Timeline::rewrite() {
   if (!record_)
     return;
@@ -196,7 +196,7 @@ void Timeline::rewrite() {
     if (file == nullptr || std::fwrite(all.data(), 1, all.size(), file) != all.size() ||
         std::fflush(file) != 0)
       throw std::filesystem::filesystem_error("", std::error_code(errno, std::generic_category()));
-    std::filesystem::rename(fresh, *record_); // `file` goes on being the same file
+    std::filesystem::rename(fresh, *record_); // `file` stays the same file
     file_ = file;
   } catch (const std::filesystem::filesystem_error& fault) {
     record_fault_ = fmt::format("{}: cannot be written: {}", record_->string(), fault.code().message());

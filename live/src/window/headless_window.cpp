@@ -60,7 +60,7 @@ void HeadlessWindow::wake() {
   waiting_->bell.notify_one();
 }
 
-/// The picture alone, by its nearest pixels.
+/// Only the picture, by nearest pixels.
 std::vector<std::uint8_t> HeadlessWindow::screenshot() {
   std::vector<std::uint8_t> out;
   if (width_ < 1 || height_ < 1 || !shown_.rgba || shown_.width < 1 || shown_.height < 1)

@@ -96,7 +96,7 @@ void ImguiRenderer::load_fonts(float size) {
                            "/usr/share/fonts/truetype/liberation/LiberationSans-Regular.ttf"})
     if (font == nullptr && std::filesystem::exists(file))
       font = io.Fonts->AddFontFromFileTTF(file, size);
-  if (font == nullptr) { // the built-in one is 13 pixels high, and stays sharp at whole multiples of them
+  if (font == nullptr) { // the built-in one is 13 pixels high, sharp at integer multiples
     ImFontConfig config;
     config.SizePixels = 13 * std::max(1.0f, std::round(size / 13));
     io.Fonts->AddFontDefault(&config);

@@ -1,5 +1,5 @@
 #pragma once
-/// What Dear ImGui draws, by the renderer of SDL; and our widgets in its terms.
+/// Drawing of Dear ImGui by SDL's renderer, and our widgets in Dear ImGui.
 
 #include "maille/live/window.hpp"
 
@@ -16,7 +16,7 @@ public:
   ImguiRenderer(const ImguiRenderer&) = delete;
   ImguiRenderer& operator=(const ImguiRenderer&) = delete;
   void draw(const ImDrawData& data);
-  /// Fonts anew, of letters so high [pixels].
+  /// Loads the fonts again at this height [pixels].
   void load_fonts(float size);
 
 private:
@@ -24,7 +24,7 @@ private:
   SDL_Texture* fonts_ = nullptr;
 };
 
-/// Draws the panel, and adds an event for each widget that was used.
+/// Draws the panel, and adds an event for each used widget.
 void draw_panel(const Shown& shown, float left, float width, float height, std::vector<Event>& events);
 void draw_overlay(const Shown& shown, float text_size);
 

@@ -1,13 +1,13 @@
 #pragma once
-/// How large letters are wanted.
+/// Text size from the density of the screen.
 
 namespace maille::live {
 
-/// Dots an inch that an X server's resources ask for (`Xft.dpi`, what desktops set for their letters).
-/// @return 0 where there is no X server, or it asks for nothing
+/// Dots per inch from an X server's resources (`Xft.dpi`, which desktops set for their text). @return 0
+/// without an X server or without that resource
 double dots_by_resources();
 
-/// Scale of the letters for a screen's dots per inch: in quarters, 1 to 3.
+/// Text scale for a screen's dots per inch: multiples of 1/4, 1 to 3.
 float text_scale_of(double dots);
 
 } // namespace maille::live

@@ -47,7 +47,7 @@ public:
     window_ =
         SDL_CreateWindow(settings.title.c_str(), SDL_WINDOWPOS_CENTERED, SDL_WINDOWPOS_CENTERED,
                          settings.width, settings.height, SDL_WINDOW_RESIZABLE | SDL_WINDOW_ALLOW_HIGHDPI);
-    // Without a GPU the software renderer is the faster one by far: a picture is one copy.
+    // Without a GPU the software renderer is much faster: a picture is one copy.
     if (window_ != nullptr)
       renderer_ = SDL_CreateRenderer(window_, -1, SDL_RENDERER_SOFTWARE);
     if (renderer_ == nullptr) {
@@ -74,7 +74,7 @@ public:
     std::vector<Event> events = std::move(used_);
     used_.clear();
     SDL_Event event;
-    // A frame of widgets follows an event: two are drawn at once, so that a press shows.
+    // Widgets react one frame after an event: two frames are drawn at once, so that a press shows.
     const int wait = !events.empty() || to_draw_ > 0 ? 0 : static_cast<int>(std::ceil(1000 * seconds));
     if (SDL_WaitEventTimeout(&event, wait) == 0)
       return events;
@@ -151,8 +151,8 @@ private:
     return size;
   }
 
-  /// Pixels of the window over its points, as high-density screens have them; else what the desktop asks for,
-  /// else the screen's own density.
+  /// Density: pixels per point on high-density screens; else the desktop's setting, else the screen's own
+  /// density.
   float density() const {
     int points = 1;
     SDL_GetWindowSize(window_, &points, nullptr);
@@ -218,8 +218,8 @@ private:
     return pixels;
   }
 
-  /// As they were when an event came: SDL's own state is that of the last event that waits, by when a quick
-  /// Ctrl+Q is over.
+  /// Modifier keys at the time of an event: SDL's own state belongs to the last waiting event, when a quick
+  /// Ctrl+Q is already released.
   void follow_modifiers(const SDL_Event& from) {
     if (from.type == SDL_KEYDOWN || from.type == SDL_KEYUP)
       modifiers_ = static_cast<SDL_Keymod>(from.key.keysym.mod);
@@ -232,7 +232,7 @@ private:
     event.alt = (modifiers_ & KMOD_ALT) != 0;
   }
 
-  /// From the window's points to pixels.
+  /// Converts window points to pixels.
   double pixels(int points) const {
     int width = 1;
     SDL_GetWindowSize(window_, &width, nullptr);
@@ -248,7 +248,7 @@ private:
     add_modifiers(event);
     const bool is_over_panel = ImGui::GetIO().WantCaptureMouse;
     const bool is_drag = from.type == SDL_MOUSEMOTION && from.motion.state != 0 && !is_over_panel;
-    if (!is_drag) // widgets do not change then, and what is dragged brings a picture
+    if (!is_drag) // widgets do not change during a drag, and the drag causes a picture
       to_draw_ = 2;
     switch (from.type) {
     case SDL_QUIT:
@@ -332,7 +332,7 @@ private:
   std::vector<Event> used_;
   Shown last_;
   int to_draw_ = 2;
-  SDL_Keymod modifiers_ = KMOD_NONE; ///< of the events that were taken
+  SDL_Keymod modifiers_ = KMOD_NONE; ///< of the processed events
   bool wants_shot_ = false;
   std::vector<std::uint8_t> shot_;
 };

@@ -1,5 +1,5 @@
-/// Windows for a program that starts without SDL2: the first one opens the plugin maille-window.so, which a
-/// build has where libsdl2-dev and libimgui-dev are.
+/// Windows for a program that starts without SDL2: the first one opens the plugin maille-window.so, which
+/// builds with libsdl2-dev and libimgui-dev include.
 
 #include "maille/plugins/open_plugin.hpp"
 #include "window/window_functions.hpp"

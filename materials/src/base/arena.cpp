@@ -8,7 +8,7 @@
 #include <pthread.h>
 #include <string_view>
 
-// Tools that look for what is written beyond an array have to see each for itself.
+// Sanitizers need a separate allocation per array to detect writes beyond its end.
 #if defined(__SANITIZE_ADDRESS__)
 #define MAILLE_KEEPS_ARRAYS_APART
 #elif defined(__has_feature)
@@ -31,7 +31,7 @@ public:
       around_->keep();
   }
 
-  /// @return false, and nothing is counted, where a limit would be passed that counts
+  /// @return false, without counting, if this would exceed an enforced limit
   bool take(std::int64_t bytes, bool may_refuse) {
     const std::int64_t now = present_ += bytes;
     if ((may_refuse && now > limit_) || (around_ != nullptr && !around_->take(bytes, may_refuse))) {
@@ -69,7 +69,7 @@ namespace {
 thread_local Arena::Ledger* open_ledger = nullptr;
 thread_local bool may_refuse = false;
 
-/// Where what is charged before memory begins.
+/// Header before charged memory: its ledger and size.
 struct Head {
   Arena::Ledger* ledger;
   std::int64_t bytes;
@@ -131,7 +131,7 @@ namespace {
 
 constexpr std::size_t cache_line = 64;
 
-/// MAILLE_ARRAYS=heap is for tools that watch the heap: docs/robustness.md
+/// MAILLE_ARRAYS=heap disables huge pages, for heap profilers: docs/robustness.md
 bool are_in_large_pages(std::size_t bytes) {
   constexpr std::size_t least = std::size_t{64} << 10;
   if (bytes < least)
@@ -147,8 +147,8 @@ constexpr std::size_t rounded_up(std::size_t bytes, std::size_t unit) {
   return (bytes + unit - 1) / unit * unit;
 }
 
-/// Regions of large pages, in which arrays lie side by side: each in the first gap that it fits into. What is
-/// loaded at run time has regions of its own, and gives back to whose an array is.
+/// Regions of huge pages; each array takes the first gap that it fits into. A shared object loaded at run
+/// time has its own regions; memory returns to the owner of its region.
 class LargePages {
 public:
   void* take(std::size_t bytes) {
@@ -174,7 +174,7 @@ public:
   /// Never destroyed, because static destructors may still free arrays.
   static LargePages& all() {
     static LargePages* const pages = [] {
-      // Else a child of a process whose other threads take arrays may wait for ever.
+      // Without this, a forked child could wait forever for a lock that another thread held.
       const auto unlock = [] { all().mutex_.unlock(); };
       pthread_atfork([] { all().mutex_.lock(); }, unlock, unlock);
       return new LargePages;
@@ -218,7 +218,7 @@ private:
   }
 
   std::mutex mutex_;
-  std::map<char*, std::size_t> gaps_; ///< bytes by where they begin
+  std::map<char*, std::size_t> gaps_; ///< size of each gap by its address
 };
 
 #endif

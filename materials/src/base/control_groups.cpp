@@ -11,7 +11,7 @@ namespace fs = std::filesystem;
 
 constexpr std::int64_t no_limit = std::numeric_limits<std::int64_t>::max();
 
-/// The names of one version's files.
+/// File names of one version.
 struct Files {
   const char *limit, *used, *statistics, *cached;
 };
@@ -29,18 +29,18 @@ std::int64_t statistic(const fs::path& file, const std::string& key) {
   return 0;
 }
 
-/// "max", and what version 1 says for it, all but the largest number, are no limits.
+/// No limit: "max", or nearly the largest number in version 1.
 std::int64_t left_in(const fs::path& group, const Files& files) {
   std::ifstream limit_file(group / files.limit), used_file(group / files.used);
   std::int64_t limit = 0, used = 0;
   if (!(limit_file >> limit && used_file >> used) || limit > no_limit / 4)
     return no_limit;
-  // The system gives up files that it only caches before it refuses memory.
+  // The system drops cached files before it refuses memory.
   used -= std::min(used, statistic(group / files.statistics, files.cached));
   return std::max<std::int64_t>(0, limit - used);
 }
 
-/// Least memory left by a group and its parents. Those that a container does not show are skipped.
+/// Minimum remaining memory over a group and its parents. Skips those that a container hides.
 std::int64_t left_below(const fs::path& mounted, std::string group, const Files& files) {
   std::int64_t left = left_in(mounted, files);
   for (; group.size() > 1; group.resize(group.find_last_of('/')))
@@ -64,7 +64,7 @@ std::int64_t left_in_control_groups(const fs::path& root) {
       continue;
     const std::string controllers = line.substr(first + 1, second - first - 1),
                       group = line.substr(second + 1);
-    if (controllers.empty()) // version 2; where both are in use, in a folder of its own
+    if (controllers.empty()) // version 2; if both are in use, in its own folder
       left = std::min({left, left_below(mounted, group, of_version_2),
                        left_below(mounted / "unified", group, of_version_2)});
     else if (names_memory(controllers))

@@ -7,7 +7,7 @@ namespace maille {
 
 namespace {
 
-/// Whether a spreadsheet would take a cell for a formula, apostrophes aside. A signed number is no formula.
+/// True if a spreadsheet would read a cell as a formula, ignoring apostrophes. A signed number is no formula.
 bool is_formula(const std::string& text) {
   const std::string bare = text.substr(std::min(text.find_first_not_of('\''), text.size()));
   char* end = nullptr;
@@ -42,7 +42,7 @@ bool CsvRecords::begins_comment() const {
                                                 cells_.front().find_first_not_of(" \t") == std::string::npos);
 }
 
-/// A character that is not between quotes.
+/// Processes a character outside quotes.
 void CsvRecords::take(char c) {
   if (c == '"')
     is_open_ = true;

@@ -33,8 +33,7 @@ std::int64_t kilobytes_line(const char* file, const std::string& key) {
   return -1;
 }
 
-/// What a process uses of a resource and may use at most [bytes]; a very large number where nothing limits
-/// it.
+/// Remaining bytes of a resource within the limit of the process; a very large number without a limit.
 std::int64_t left_of(decltype(RLIMIT_AS) resource, const std::string& used_key) {
   rlimit limit{};
   if (getrlimit(resource, &limit) != 0 || limit.rlim_cur >= static_cast<rlim_t>(no_limit))
@@ -54,7 +53,7 @@ std::int64_t available_memory() {
 }
 
 std::string bytes_in_words(double bytes) {
-  constexpr double step = 1024, carries = 999.5; // what is rounded to three digits must not become 1e+03
+  constexpr double step = 1024, carries = 999.5; // rounding to three digits must not give 1e+03
   if (bytes < carries)
     return fmt::format("{:.0f} byte{}", bytes, std::round(bytes) == 1 ? "" : "s");
   constexpr std::array units{"KiB", "MiB", "GiB", "TiB"};

@@ -13,12 +13,12 @@ namespace maille::render {
 namespace {
 
 constexpr float beyond = 1e30f;
-constexpr double slack = 1e-5;          ///< of depths: rays are reckoned in single precision
-constexpr double box_slack = 0.02;      ///< voxels, likewise
-constexpr std::size_t few_boxes = 2048; ///< that a second thread does not pay for
+constexpr double slack = 1e-5;          ///< of depths, because rays are in single precision
+constexpr double box_slack = 0.02;      ///< [voxels], for the same reason
+constexpr std::size_t few_boxes = 2048; ///< too few for a second thread to pay off
 constexpr int edge_cells = Volume::brick_edge, edge_nodes = edge_cells + 1;
 
-/// Least and largest codes of a brick's cells.
+/// Range of codes of each cell of a brick.
 class CellRanges {
 public:
   CellRanges(const Volume& volume, const Index3& brick) {
@@ -35,7 +35,7 @@ public:
               volume.depth() == Volume::Depth::bits8 ? volume.codes8()[voxel] : volume.codes16()[voxel]);
           of_[out] = {code, code};
         }
-    // Along one axis after the other each number takes in the next.
+    // Along each axis in turn, combines every number with the next one.
     for (const std::size_t stride :
          {std::size_t{1}, std::size_t{edge_nodes}, std::size_t{edge_nodes * edge_nodes}})
       for (std::size_t at = 0; at + stride < of_.size(); ++at)
@@ -65,7 +65,7 @@ std::vector<SeenBox> seen_boxes(const Volume& volume, const TransferTable& table
         return true;
     return false;
   };
-  const auto box_of = [&](const Index3& low, const Index3& high) { // cells, high not one of them
+  const auto box_of = [&](const Index3& low, const Index3& high) { // cells; high is exclusive
     SeenBox box{};
     for (std::size_t a = 0; a < 3; ++a) {
       box.low[a] = std::min(low[a], size[a] - 1);
@@ -83,7 +83,7 @@ std::vector<SeenBox> seen_boxes(const Volume& volume, const TransferTable& table
           continue;
         const Index3 first{edge_cells * at[0], edge_cells * at[1], edge_cells * at[2]},
             end{first[0] + edge_cells, first[1] + edge_cells, first[2] + edge_cells};
-        // The surface between two samples is looked for from samples around it.
+        // Isosurfaces between samples are searched from the samples around them.
         if (is_full[brick] != 0 || look.mode == LookMode::isosurface) {
           in_plane[plane].push_back(box_of(first, end));
           continue;
@@ -126,7 +126,7 @@ BrickDepths::BrickDepths(const VoxelGrid& grid, const std::vector<SeenBox>& boxe
   const auto n_squares = static_cast<std::size_t>(squares_x_) * squares_y_;
   const int n_parts = boxes.size() < few_boxes ? 1 : threads;
   std::vector<std::vector<Range>> parts(n_parts);
-  std::atomic<bool> is_near = false; // the eye may be within
+  std::atomic<bool> is_near = false; // the eye may be inside
   for_each_item(n_parts, n_parts, [&](int part, int) {
     const auto p = static_cast<std::size_t>(part), n = static_cast<std::size_t>(n_parts);
     parts[p].assign(n_squares, {beyond, -beyond});
@@ -155,12 +155,12 @@ BrickDepths::BrickDepths(const VoxelGrid& grid, const std::vector<SeenBox>& boxe
     }
 }
 
-/// @param middle, half  of a box in the camera's axes
+/// @param middle, half  centre and half size of a box, in the camera's axes
 void BrickDepths::add(const Vec3& middle, const Vec3& half, std::vector<Range>& squares) const {
   const double nearest = middle[2] - half[2], farthest = middle[2] + half[2];
   const double low_x = middle[0] - half[0], high_x = middle[0] + half[0], low_y = middle[1] - half[1],
                high_y = middle[1] + half[1];
-  // A positive coordinate is largest at the nearest depth, a negative one at the farthest.
+  // The projection of a positive coordinate is largest at the nearest depth, a negative one at the farthest.
   const double by_near = parallel_ ? scale_ : scale_ / nearest,
                by_far = parallel_ ? scale_ : scale_ / farthest;
   const double left = middle_x_ + low_x * (low_x < 0 ? by_near : by_far),

@@ -1,5 +1,5 @@
 #pragma once
-/// Between which depths rays may see something of a rigid object. Private to render.
+/// Range of depths in which rays may meet something visible of a rigid object. Private to render.
 
 #include "cast/cast_task.hpp"
 
@@ -8,20 +8,20 @@
 
 namespace maille::render {
 
-/// What may be seen within a brick, from voxel to voxel, both inclusive.
+/// Visible part of a brick, from voxel to voxel, both inclusive.
 struct SeenBox {
   Index3 low, high;
 };
 
-/// Boxes, one a brick, in one of which every ray is where it first sees something and where it last does: of
-/// bricks in which not everything is seen, and those beside them and at the volume's end.
-/// @param distances of bricks
-/// Cost  O(bricks), and 64 cells of each in which not everything is seen
+/// Boxes, at most one per brick, that contain the first and the last visible point of every ray: those of
+/// partly visible bricks, and of full ones beside them or at the end of the volume.
+/// @param distances of bricks, see brick_distances
+/// Cost  O(bricks), and 64 cells of each partly visible one
 std::vector<SeenBox> seen_boxes(const Volume& volume, const TransferTable& table, const Look& look,
                                 const std::vector<std::uint8_t>& distances, int threads);
 
-/// The nearest and farthest of such boxes in each small square of a picture. Rays begin and end there instead
-/// of leaping through what is empty.
+/// Depth range of such boxes in each small square of a picture. Rays start and end there and need not skip
+/// empty space.
 class BrickDepths {
 public:
   static constexpr int edge = 4; ///< of a square [pixels]
@@ -29,8 +29,8 @@ public:
   BrickDepths(const VoxelGrid& grid, const std::vector<SeenBox>& boxes, const Pose& pose, const View& view,
               int threads);
 
-  /// Along the line of sight [m]; nearest above farthest: nothing is seen there. From 0 to far beyond
-  /// everything where the eye is too near to tell.
+  /// Along the line of sight [m]; empty if nearest > farthest. 0 to a very large depth if the eye is too
+  /// near.
   struct Range {
     float nearest, farthest;
   };

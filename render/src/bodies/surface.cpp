@@ -9,7 +9,7 @@ namespace maille::render {
 
 namespace {
 
-/// The codes of everything that may be seen in a cell of the lattice.
+/// Range of codes that may be visible in a cell of the lattice.
 Volume::Range codes_in(const Lattice& lattice, const Index3& at, const Volume& volume) {
   Index3 first{INT32_MAX, INT32_MAX, INT32_MAX}, last{INT32_MIN, INT32_MIN, INT32_MIN};
   for (int corner = 0; corner < 8; ++corner) {
@@ -19,7 +19,7 @@ Volume::Range codes_in(const Lattice& lattice, const Index3& at, const Volume& v
     const Vec3 index = volume.grid().index_of(point);
     for (std::size_t a = 0; a < 3; ++a) {
       const double within = std::clamp(index[a], -2.0, volume.grid().size[a] + 2.0);
-      // A corner on a voxel's middle, but for rounding, is on it: the voxel behind weighs nothing.
+      // A corner within rounding of a voxel's centre is on it: the voxel behind has no weight.
       constexpr double rounding = 1e-6;
       first[a] = std::min(first[a], static_cast<int>(std::floor(within + rounding)));
       last[a] = std::max(last[a], static_cast<int>(std::ceil(within - rounding)));
@@ -34,7 +34,7 @@ std::array<int, 4> corners_of_face(std::size_t axis, bool upper) {
   return upper ? std::array{a, a | b, a | b | c, a | c} : std::array{a, a | c, a | b | c, a | b};
 }
 
-/// Numbers the nodes that faces have.
+/// Numbers the nodes of faces.
 void number_nodes(const Lattice& lattice, Surface& surface) {
   const Index3 n = lattice.nodes();
   const auto node_of = [&](const SurfaceFace& face, int corner) {

@@ -19,12 +19,12 @@ namespace maille::render {
 
 namespace {
 
-constexpr std::uint32_t faces_ahead = 6; ///< whose corners are asked for while one is at work
+constexpr std::uint32_t faces_ahead = 6; ///< number of faces whose corners are prefetched
 constexpr std::size_t nodes_ahead = 16;  ///< scattered over a lattice
-constexpr int n_chunks = 64;             ///< of faces, whatever the threads: their order is the same
-constexpr double snap = 65536;           ///< parts of a pixel
-constexpr double nearest = 1e-9;         ///< ahead of the eye [m]; what is nearer is treated ray by ray
-constexpr double farthest_off = 1 << 14; ///< pixels off the picture whose triangles' areas 64 bits hold
+constexpr int n_chunks = 64;     ///< chunks of faces, independent of threads, so that the order is fixed
+constexpr double snap = 65536;   ///< subdivisions of a pixel
+constexpr double nearest = 1e-9; ///< distance from the eye [m]; nearer faces are treated ray by ray
+constexpr double farthest_off = 1 << 14; ///< [pixels] off the picture; areas of triangles fit into 64 bits
 constexpr std::int32_t far_off = std::numeric_limits<std::int32_t>::min();
 
 /// The middle of a face, in cells of the lattice.
@@ -35,17 +35,17 @@ std::array<float, 3> entry_at(const SurfaceFace& face) {
   return entry;
 }
 
-/// The nearest whole number, of numbers below 2^31 in size; std::llround is a call.
+/// Nearest whole number for |x| < 2^31; std::llround would be a function call.
 std::int32_t rounded(double x) {
-  constexpr double shift = 1099511627776.0; // 2^40: what is cut off is then always below
+  constexpr double shift = 1099511627776.0; // 2^40: makes truncation a floor
   return static_cast<std::int32_t>(static_cast<std::int64_t>(x + 0.5 + shift) -
                                    static_cast<std::int64_t>(shift));
 }
 
 } // namespace
 
-/// Where the rays of a tile meet faces, pixel by pixel, nearest first. Events of one depth (bodies that touch
-/// themselves) stay in the order in which they came.
+/// Intersections of the rays of a tile with faces, by pixel, nearest first. Events of equal depth (bodies
+/// that touch themselves) keep their order.
 class SurfaceEvents::Events {
 public:
   struct Event {
@@ -61,7 +61,7 @@ public:
       return put(events_.data() + room * pixel, n, event);
     further_.emplace_back(static_cast<std::uint32_t>(pixel), event);
   }
-  /// Those of a pixel, until the next pixel is asked for.
+  /// Events of a pixel; valid until the next call.
   std::span<const Event> of(std::size_t pixel) {
     const std::size_t n = counts_[pixel];
     const Event* const first = events_.data() + room * pixel;
@@ -83,17 +83,17 @@ private:
     events[n] = event;
   }
 
-  static constexpr std::size_t room = 4; ///< of each pixel; few rays meet more faces
+  static constexpr std::size_t room = 4; ///< events per pixel; few rays meet more faces
   std::array<std::uint32_t, tile_pixels> counts_;
   std::array<Event, room * tile_pixels> events_;
   std::vector<std::pair<std::uint32_t, Event>> further_;
   std::vector<Event> many_;
 };
 
-/// What tells the pixels in a triangle, and their depths.
+/// Coefficients for the pixels in a triangle, and for their depths.
 struct SurfaceEvents::Covering {
   bool enters;
-  /// For each edge: twice the area with a pixel, and its change from pixel to pixel.
+  /// For each edge: twice the area with a pixel, and its change per pixel.
   std::array<std::int64_t, 3> in_row, beside, below;
   Vec3 normal;
   double offset, least_z, largest_z;
@@ -126,7 +126,7 @@ SurfaceEvents::SurfaceEvents(const Deformation& deformation, const Surface& surf
       corners_[i] = corner(node(i));
     }
   });
-  // Which faces are in which tile: counted chunk by chunk, then put in order.
+  // Assigns faces to tiles: counted per chunk, then sorted.
   std::vector<std::vector<std::pair<std::uint32_t, std::uint32_t>>> found(n_chunks);
   in_chunks(surface.faces.size(), [&](std::size_t chunk, std::size_t begin, std::size_t end) {
     auto& list = found[chunk];
@@ -205,7 +205,7 @@ bool SurfaceEvents::tiles_of_far_face(const SurfaceFace& face, std::array<int, 4
   }
   if (farthest < 0 || std::isnan(largest_x))
     return false;
-  if (is_near) { // it may be anywhere
+  if (is_near) { // may cover any tile
     range = {0, tiles_x_ - 1, 0, tiles_y_ - 1};
     return true;
   }
@@ -270,11 +270,11 @@ void SurfaceEvents::rasterise(const TileRays& tile, std::span<const Triangle> tr
             y1 = std::min({bottom >> 16, tile.y + tile_edge - 1, height_ - 1});
   if (x0 > x1 || y0 > y1)
     return;
-  std::array<Covering, 2> coverings; // n of them; to clear them would take a tenth of the time
+  std::array<Covering, 2> coverings; // n are used; clearing them would take a tenth of the time
   std::size_t n = 0;
   for (const auto& [one, two, three] : triangles) {
     std::array<std::int64_t, 3> x{one->column, two->column, three->column}, y{one->row, two->row, three->row};
-    // Rows run downwards: what is counterclockwise from outside has a negative area when it faces the eye.
+    // Rows run downwards: a counterclockwise triangle that faces the eye has a negative area.
     const std::int64_t area = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]);
     if (area == 0)
       continue;
@@ -287,7 +287,7 @@ void SurfaceEvents::rasterise(const TileRays& tile, std::span<const Triangle> tr
     for (std::size_t e = 0; e < 3; ++e) {
       const std::size_t to = (e + 1) % 3;
       const std::int64_t dx = x[to] - x[e], dy = y[to] - y[e];
-      // Pixels on an edge belong to the triangle whose left or upper edge it is.
+      // A pixel on an edge belongs to the triangle with that left or upper edge.
       const std::int64_t bias = dy < 0 || (dy == 0 && dx > 0) ? 0 : -1;
       of.in_row[e] = dx * (y0 * unit - y[e]) - dy * (x0 * unit - x[e]) + bias;
       of.beside[e] = -dy * unit;
@@ -306,7 +306,7 @@ void SurfaceEvents::rasterise(const TileRays& tile, std::span<const Triangle> tr
         if ((a_side | b_side | c_side) >= 0) {
           const auto i = static_cast<std::size_t>(px - tile.x), j = static_cast<std::size_t>(py - tile.y);
           const double across = tile.across[i], up = tile.up[j];
-          // Where the ray meets the plane; a triangle on edge has its own depths all the same.
+          // Depth at the plane; for a triangle seen edge-on clamped to its own depths.
           const double z = parallel_ ? (of.offset - of.normal[0] * across - of.normal[1] * up) / of.normal[2]
                                      : of.offset / (of.normal[0] * across + of.normal[1] * up + of.normal[2]);
           const double depth = z >= of.least_z && z <= of.largest_z ? z
@@ -324,7 +324,7 @@ void SurfaceEvents::rasterise(const TileRays& tile, std::span<const Triangle> tr
     }
 }
 
-/// Near the eye or far off the picture: ray by ray, by the signs of volumes.
+/// Near the eye or far off the picture: tests ray by ray, by signs of volumes.
 void SurfaceEvents::cast_at(const TileRays& tile, const Triangle& triangle, const Entry& entry,
                             Events& events) const {
   const auto& [one, two, three] = triangle;
@@ -345,7 +345,7 @@ void SurfaceEvents::cast_at(const TileRays& tile, const Triangle& triangle, cons
       const double z = parallel_ ? (offset - normal[0] * across - normal[1] * up) / normal[2]
                                  : offset / dot(normal, along);
       const std::size_t pixel = i + tile_edge * j;
-      if (z > 0) // right, up, ahead: a left-handed frame
+      if (z > 0) // (right, up, ahead) is left-handed
         events.add(pixel,
                    {static_cast<float>(z * tile.length[pixel]), dot(normal, along) > 0 ? 1 : -1, entry});
     }
@@ -368,7 +368,7 @@ void SurfaceEvents::stretches(int tile, TileStretches& out) const {
     const auto of_pixel = events.of(pixel);
     int inside = 0;
     for (const auto& event : of_pixel)
-      inside -= event.enters; // other than 0 where the eye is inside
+      inside -= event.enters; // non-zero if the eye is inside
     if (inside != 0)
       out.stretches.push_back({0, 0, of_pixel.front().entry});
     for (const auto& event : of_pixel) {

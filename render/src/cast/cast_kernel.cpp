@@ -5,7 +5,7 @@
 /// take() composites front to back: alpha += (1 - alpha) a. A ray ends when its transparency is below
 /// `spent`. Its visible stretches are stored as runs (depth, premultiplied colour), which the renderer merges
 /// by depth with those of other objects. Lanes whose rays ended are refilled from the block's other pixels.
-/// Shading is deferred (Shading), since half of the samples see nothing.
+/// Shading is deferred (Shading), since half of the samples are invisible.
 ///
 /// Exact: samples have fixed depths, (n + 1/2) step, so a picture does not depend on lanes, tiles or order.
 /// Approximate: a run of samples has one depth range for merging; interleaved objects are cast again one by
@@ -27,26 +27,26 @@
 #include <cstdint>
 #include <span>
 
-// Compiled once per kind of vector: nothing but what is in the target's namespace may be defined here.
+// Compiled once per vector target: definitions must be in the target's namespace.
 
 HWY_BEFORE_NAMESPACE();
 namespace maille::render {
 namespace HWY_NAMESPACE {
 
-/// Transparency of which nothing is seen any more: less than half of a 255th of any colour.
+/// Transparency at which a ray ends: less than half of 1/255 of any colour.
 constexpr float spent = 1.0f / 1024;
-/// Samples without anything to see that end a run.
+/// Number of invisible samples that ends a run.
 constexpr float gap = 3.5f;
 
-/// Pixels on their way through one object: each lane goes with one ray until that has ended, and takes the
-/// next. Rays of a block end at different depths; by the time the last one has, most lanes would be idle.
-/// @tparam is_surface  isosurfaces: what they remember and look for would slow down all other modes
+/// Casts pixels through one object: each lane follows one ray to its end, then takes the next. Rays of a
+/// block end at different depths; without refilling, most lanes would be idle at the end.
+/// @tparam is_surface  isosurfaces: separate because their state and search would slow down the other modes
 template<class Path, bool is_wide, bool is_surface>
 class Cast {
 public:
-  /// One sample of every ray that is on its way.
+  /// One sample of every active ray.
   struct Step {
-    M active, there; ///< rays that go on; those that may see something here
+    M active, there; ///< active rays; rays with possibly visible matter here
     V t, next;       ///< depth; number of the sample after this one
     V3 at;
     Place place;
@@ -54,7 +54,7 @@ public:
     VI entry;
   };
 
-  /// @param of_path  what the path wants beside
+  /// @param of_path  further arguments of the path
   template<class... Of>
   Cast(const CastTask& task, std::span<const PixelBlock> blocks, bool one_by_one, RunSink& sink,
        Of&... of_path)
@@ -66,7 +66,7 @@ public:
     before_ = {set(-1), set(-1), alpha_};
   }
 
-  /// To the end of all rays.
+  /// Casts all rays to their end.
   void run() {
     Step step;
     for (;;) {
@@ -96,7 +96,7 @@ public:
     step.code = between_codes<is_wide>(codes(), step.place, task_.stride);
     step.entry = entry_of(step.code);
     step.alpha = hn::Zero(DF());
-    // Half of the vectors see nothing: codes are compared in less time than a table is asked.
+    // Half of the vectors are invisible: comparing codes is faster than a table look-up.
     if (!hn::AllFalse(DI(), hn::Gt(step.entry, set_int(task_.last_unseen))))
       step.alpha = gather(task_.alpha, step.entry);
   }
@@ -114,7 +114,7 @@ public:
   }
 
 private:
-  /// A change takes the time of some samples: it waits until it is worth that.
+  /// True if refilling lanes pays off: it costs as much as some samples.
   HWY_INLINE bool is_to_change(M active) const {
     if constexpr (!Path::changes_early)
       return hn::AllFalse(DF(), active);
@@ -123,7 +123,7 @@ private:
     return n == 0 || (has_pixels() ? lanes : n_alive_) - n >= few;
   }
   HWY_INLINE bool has_pixels() const { return left_ != 0 || next_block_ < blocks_.size(); }
-  /// Rays that have ended, or left one part of their object, go to its next part or make room.
+  /// Moves rays that have left a part of their object to its next part, and frees the lanes of ended ones.
   HWY_INLINE void change(M ended) {
     if constexpr (is_surface)
       look_at_the_end(ended);
@@ -139,7 +139,7 @@ private:
     while (n_alive_ < hn::Lanes(DF()) && has_pixels())
       fill();
   }
-  /// Puts rays of a block that has been started into free lanes.
+  /// Fills free lanes with rays of the current block.
   HWY_INLINE void fill() {
     if (left_ == 0) {
       left_ = bits_of(started_.start(blocks_[next_block_++]));
@@ -179,7 +179,7 @@ private:
     shading_.push(lanes, t, entry, at, weight, hn::Load(DI(), run_), path_);
   }
 
-  /// A sample of some opacity in front of what the ray has not reached yet.
+  /// Composites a visible sample in front of the later ones.
   HWY_INLINE void add(const Step& step, M visible) {
     const DF df;
     const V half_step = set(0.5f * task_.step), t = step.t;
@@ -210,12 +210,12 @@ private:
                    hn::IfThenElse(larger, step.at.z, largest_.at.z)};
   }
 
-  /// Of isosurfaces: a ray may be inside for less than a step, so that no sample is. That is looked for where
-  /// values are largest among samples.
+  /// Isosurfaces: a ray may be inside for less than a step, between samples. Searches such parts where
+  /// sampled values have a maximum.
   HWY_INLINE void take_below_or_inside(const Step& step) {
     const V code = hn::IfThenElse(step.there, step.code, set(-1));
     const M follows =
-        hn::And(step.there, hn::Lt(hn::Sub(step.t, before_.t), set(1.5f * task_.step))); // no leap between
+        hn::And(step.there, hn::Lt(hn::Sub(step.t, before_.t), set(1.5f * task_.step))); // no skip between
     const M hit = look_around_before(hn::IfThenElse(follows, code, set(-1)));
     const M inside = hn::AndNot(hit, hn::And(step.there, hn::Ge(code, set(task_.isocode))));
     take_surface(step.t, inside, code);
@@ -230,11 +230,12 @@ private:
     before_.code = hn::IfThenElse(ended, set(-1), code);
     before_.earlier = hn::IfThenElse(ended, set(-1), earlier);
   }
-  /// @param after  codes of the samples after those that are kept; -1: none. @return rays that have ended
+  /// @param after  codes of the samples after the stored ones; -1: none. @return rays that hit the surface
   HWY_INLINE M look_around_before(V after) {
     const DF df;
     const V wanted = set(task_.isocode), middle = before_.code;
-    // Values rise and fall on the way by no more than twice what they did around it, or all is unknown.
+    // Assumes that values rise by at most twice the difference to the samples around; unknown ones (-1) allow
+    // more.
     const V rise = hn::Max(hn::Sub(middle, before_.earlier), hn::Sub(middle, after));
     M looked = hn::And(hn::And(hn::Ge(middle, set(0)), hn::Lt(middle, wanted)),
                        hn::And(hn::Ge(middle, before_.earlier), hn::Ge(middle, after)));
@@ -243,7 +244,7 @@ private:
     if (hn::AllFalse(df, looked))
       return hit;
     V best = middle, best_t = before_.t, apart = set(0.5f * task_.step);
-    constexpr int rounds = 5; // what is inside for a 32nd of a step is found
+    constexpr int rounds = 5; // finds parts inside that last 1/32 step
     for (int round = 0; round < rounds; ++round, apart = hn::Mul(apart, set(0.5f))) {
       const V centre = best_t;
       for (const float side : {-1.0f, 1.0f}) {
@@ -261,7 +262,7 @@ private:
     return hit;
   }
 
-  /// The first sample that is not outside: where between it and the one before does the ray meet the surface?
+  /// At the first sample inside: finds the intersection between it and the sample before.
   HWY_INLINE void take_surface(V t, M inside, V code) {
     const DF df;
     if (hn::AllFalse(df, inside))
@@ -271,11 +272,11 @@ private:
     const M is_below = path_.locate_between(low, inside, at);
     V code_low = hn::IfThenElse(is_below, code_at(at), set(-1)), code_high = code;
     const V wanted = set(task_.isocode);
-    const M is_cut = hn::Ge(code_low, wanted); // already inside where the ray begins
+    const M is_cut = hn::Ge(code_low, wanted); // already inside at the start of the ray
     V hit = hn::IfThenElse(is_cut, low, high);
     for (int round = 0; round < 4; ++round) {
       const V part = hn::Div(hn::Sub(wanted, code_low), hn::Max(hn::Sub(code_high, code_low), set(1e-6f)));
-      // Never at an end: rounding must not stop the search.
+      // Stays away from the ends, where rounding could stall the search.
       const V inner = hn::Min(hn::Max(part, set(0.05f)), set(0.95f));
       const V middle = hn::IfThenElse(is_cut, low, lerp(low, high, inner));
       const M found = path_.locate_between(middle, inside, at);
@@ -296,7 +297,7 @@ private:
     push(inside, hit, entry_of(wanted), at, alpha_);
   }
 
-  /// Begins runs of rays that have none.
+  /// Opens runs for rays without one.
   HWY_INLINE void open(M lanes, V begin, V end) {
     const DF df;
     if (hn::AllFalse(df, lanes))
@@ -311,7 +312,7 @@ private:
       sink_.runs[number++].first = in_tile_[lane];
     });
   }
-  /// Ends runs: only their light may still come.
+  /// Closes runs; only shading may still be pending.
   HWY_INLINE void close(M lanes) {
     const DF df;
     if (hn::AllFalse(df, lanes))
@@ -334,24 +335,24 @@ private:
   const CastTask& task_;
   std::span<const PixelBlock> blocks_;
   std::size_t next_block_ = 0;
-  std::uint64_t left_ = 0; ///< rays of the block before that no lane has taken, one bit each
+  std::uint64_t left_ = 0; ///< rays of the current block without a lane, one bit each
   Path path_, started_;
   bool one_by_one_;
   RunSink& sink_;
   Shading<Path> shading_;
   M alive_; ///< lanes that have a ray
   std::size_t n_alive_ = 0;
-  V alpha_, begin_, end_, half_; ///< of the run that is open
-  V clear_;                      ///< what is left of the ray's transparency
+  V alpha_, begin_, end_, half_; ///< of the open run
+  V clear_;                      ///< remaining transparency of the ray
   struct {
     V code, t;
     VI entry;
     V3 at;
-  } largest_; ///< met so far, of maxima
+  } largest_; ///< maximum mode: largest sample so far
   struct {
     V earlier, code, t;
-  } before_;                                        ///< the last two samples, of isosurfaces; codes -1: none
-  HWY_ALIGN std::int32_t run_[most_lanes] = {};     ///< numbers of the runs that are open
+  } before_;                                        ///< isosurfaces: the last two samples; codes -1: none
+  HWY_ALIGN std::int32_t run_[most_lanes] = {};     ///< numbers of the open runs
   HWY_ALIGN std::int32_t in_tile_[most_lanes] = {}; ///< the pixels of the lanes
 };
 

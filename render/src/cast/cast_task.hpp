@@ -1,5 +1,5 @@
 #pragma once
-/// Everything that the kernel has to know of an object and a view, in single precision. Private to render.
+/// Data of an object and a view for the kernel, in single precision. Private to render.
 
 #include "maille/render/renderer.hpp"
 
@@ -10,12 +10,12 @@
 
 namespace maille::render {
 
-/// Matter of one object that a ray meets without a gap.
+/// A gapless part of one object along a ray.
 struct Run {
   float begin = 0, end = 0;                    ///< along the ray [m]
-  float half = 0;                              ///< where half of its light is spent [m]
+  float half = 0;                              ///< depth at which half of its light is absorbed [m]
   std::array<float, 4> rgba{};                 ///< premultiplied
-  float middle() const { return begin + end; } ///< twice; orders what does not overlap
+  float middle() const { return begin + end; } ///< times two; orders runs that do not overlap
 };
 
 /// Edge of the squares of pixels that are cast by one thread at a time.
@@ -26,8 +26,8 @@ constexpr int tiles_along(int pixels) {
   return (pixels + tile_edge - 1) / tile_edge;
 }
 
-/// The runs of one object in one tile; pixel p's are runs[first[p]] to runs[first[p + 1]] in order of depth.
-/// No numbers in `first`: the object is not in the tile.
+/// The runs of one object in one tile; those of pixel p are runs[first[p]] to runs[first[p + 1]], ordered by
+/// depth. `first` is empty if the object is not in the tile.
 struct TileRuns {
   std::vector<std::uint32_t> first;
   std::vector<Run> runs;
@@ -41,38 +41,38 @@ struct TileRuns {
 
 using Float3 = std::array<float, 3>;
 
-/// Points of rays as an affine function: of the pixel's offset (across, up) from the middle of the picture
-/// and the distance t. A ray is origin + across o_right + up o_up + t scale (ahead + across right + up up),
-/// where scale makes directions as long as in the world.
+/// Points of rays as an affine function of the pixel's offset (across, up) from the centre of the picture and
+/// of the distance t: a ray is origin + across o_right + up o_up + t scale (ahead + across right + up up),
+/// where scale normalises the direction to world length.
 struct RayFrame {
   Float3 origin{}, origin_right{}, origin_up{}; ///< the last two are 0 in perspective
-  Float3 ahead{}, right{}, up{};                ///< the last two are 0 where rays are parallel
+  Float3 ahead{}, right{}, up{};                ///< the last two are 0 for parallel rays
 };
 
-/// Keeps what has offset + dot(normal, x) >= 0, as a function of the ray as RayFrame has it.
+/// Half-space offset + dot(normal, x) >= 0 that stays visible, as a function of the ray as in RayFrame.
 struct RayPlane {
   float origin, origin_right, origin_up, ahead, right, up;
 };
 
-/// Table of a look for one step: what codes of values become.
+/// Transfer function of a look for one step: opacity and colour by code.
 struct TransferTable {
   static constexpr int size = 4096;
   std::vector<float> alpha;                 ///< of a sample
   std::array<std::vector<float>, 3> colour; ///< not premultiplied
-  std::vector<std::int32_t> visible_before; ///< how many entries before this one have alpha > 0; size + 1
+  std::vector<std::int32_t> visible_before; ///< number of entries before this one with alpha > 0; size + 1
 };
 
-/// Parts of the light by the cosine between mirrored light and eye.
+/// Size of the table of specular light by the cosine between mirrored light and eye.
 inline constexpr int gloss_size = 1024;
 
 /// A stretch of a ray inside a deformed body.
 struct Stretch {
   float begin, end;           ///< [m]
-  std::array<float, 3> entry; ///< where it begins, in cells of the lattice at rest
+  std::array<float, 3> entry; ///< entry point, in cells of the lattice at rest
 };
 
-/// Faces of cells are cut along a diagonal where rays enter: points may lie outside of the lattice by as much
-/// [cells].
+/// Faces of cells are cut along a diagonal for rays to enter, so points may be outside the lattice by this
+/// much [cells].
 inline constexpr float lattice_slack = 0.5f;
 
 /// The stretches of a tile's pixels; those of pixel p from first[p] to first[p + 1], in order.
@@ -97,7 +97,7 @@ struct CastTask {
   const std::uint16_t* codes16 = nullptr;
   const std::int8_t* gradients = nullptr;
   std::array<std::int32_t, 3> size{}, stride{};
-  float table_scale = 0; ///< table entries a code
+  float table_scale = 0; ///< table entries per code
   float isocode = 0;
   LookMode mode = LookMode::composite;
 
@@ -110,7 +110,7 @@ struct CastTask {
   const std::uint32_t* paint_pixels = nullptr;
   const std::uint32_t* palette = nullptr;
   bool paint_is_field = false;
-  bool paint_keeps_own = false; ///< the look's colours where the number is Paint::own_colour, and beyond
+  bool paint_keeps_own = false; ///< keep the look's colours for Paint::own_colour and outside the paint
   std::array<std::int32_t, 3> paint_size{}, paint_stride{};
   std::array<Float3, 3> paint_rows{}; ///< voxel coordinates -> the paint's
   Float3 paint_offset{};
@@ -121,7 +121,7 @@ struct CastTask {
   const float* gloss = nullptr; ///< mirrored part by cosine
   Float3 light{}, eye{};        ///< unit vectors in the gradients' axes (rigid) or the object's (deformed)
   float light_eye = 1;          ///< their scalar product
-  float cut_scale = 0; ///< 1 / how far behind a cut light begins to come; twice as far it is all there
+  float cut_scale = 0;          ///< 1 / distance behind a cut where light starts; full at twice that distance
 
   // ---- skipping (rigid) ----
   const std::uint8_t* brick_distance = nullptr;
@@ -133,13 +133,13 @@ struct CastTask {
   std::array<std::int32_t, 3> node_stride{};
   std::array<Float3, 3> voxel_rows{}; ///< lattice coordinates -> voxel coordinates
   Float3 voxel_offset{};
-  bool leaves_voxels = false;            ///< the lattice reaches beyond the outermost voxels
+  bool leaves_voxels = false;            ///< the lattice extends beyond the outermost voxels
   std::array<Float3, 3> gradient_rows{}; ///< gradients' axes -> the lattice's, times spacings
   bool has_crop = false;
   Float3 crop_low{}, crop_high{}; ///< in cells of the lattice
 };
 
-/// Pixels that are cast at once, as many as there are lanes at most.
+/// Largest number of pixels that are cast at once: one per lane.
 inline constexpr int most_lanes = 16;
 struct PixelBlock {
   int n = 0;
@@ -149,31 +149,30 @@ struct PixelBlock {
   std::array<float, most_lanes> nearest{}, farthest{};
 };
 
-/// Runs as they are found, in any order of pixels.
+/// Runs in the order in which they are found, for any pixels.
 struct RunSink {
   std::vector<std::pair<std::int32_t, Run>> runs; ///< of the pixel in the tile
   void clear() { runs.clear(); }
-  /// Sorts them by pixel; those of one pixel stay in their order.
+  /// Sorts them by pixel; runs of one pixel keep their order.
   void take(TileRuns& tile);
 };
 
-/// How many pixels a block has on this machine.
+/// Number of pixels per block on this machine.
 int lanes_of_cast();
-/// @param one_by_one every sample that is not invisible becomes a run of its own
+/// @param one_by_one every visible sample becomes a separate run
 /// @param stretches  of the tile; null for rigid objects
 void cast_blocks(const CastTask& task, std::span<const PixelBlock> blocks, const TileStretches* stretches,
                  bool one_by_one, RunSink& sink);
 
-/// What becomes of values of a volume by a look, for samples `step` apart [m].
+/// Transfer function of a look for a volume, for samples `step` apart [m].
 TransferTable transfer_table(const Look& look, const Volume& volume, double step);
 std::vector<float> gloss_table(const Shading& shading);
-/// Distance of bricks of a volume from the nearest one with something to see, in bricks (Chebyshev), at most
-/// 255.
+/// Distance of each brick from the nearest one with something visible, in bricks (Chebyshev), at most 255.
 std::vector<std::uint8_t> brick_distances(const Volume& volume, const TransferTable& table, const Look& look);
-/// Whether something may be seen of codes in a range.
+/// True if some code in a range may be visible.
 bool is_visible(const Volume::Range& range, const TransferTable& table, const Look& look,
                 const Volume& volume);
-/// Whether everything is; of an isosurface nothing is known to be.
+/// True if all codes are visible; always false for an isosurface.
 bool is_all_visible(const Volume::Range& range, const TransferTable& table, const Look& look,
                     const Volume& volume);
 

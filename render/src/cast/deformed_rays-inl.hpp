@@ -1,4 +1,4 @@
-// Where rays go in a deformed body: from cell to cell of its lattice. Included once for each kind of vector.
+// Path of rays in a deformed body, from cell to cell of its lattice. Included once per vector target.
 
 #if defined(MAILLE_DEFORMED_RAYS_INL_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef MAILLE_DEFORMED_RAYS_INL_HPP
@@ -19,10 +19,10 @@ HWY_BEFORE_NAMESPACE();
 namespace maille::render {
 namespace HWY_NAMESPACE {
 
-// Nodes have four numbers each. In every group of four lanes the first lane's nodes are in one vector, the
-// second one's in the next, and so on; after the transpose each vector has one number of all lanes.
+// Nodes have four numbers each. In every group of four lanes, vector i holds the node of lane i; after the
+// transpose each vector holds one number of all lanes.
 constexpr std::size_t n_groups = 4;
-#if HWY_TARGET == HWY_SCALAR // one lane: each group is one number of it
+#if HWY_TARGET == HWY_SCALAR // one lane: each group is one number of the node
 HWY_INLINE V nodes_at(const float* nodes, const std::int32_t* at, std::size_t group) {
   return set(nodes[std::ptrdiff_t{4} * at[0] + static_cast<std::ptrdiff_t>(group)]);
 }
@@ -65,8 +65,8 @@ HWY_INLINE V3 of_lanes(const V (&of)[n_groups]) {
 }
 #endif
 
-/// Rays through a deformed lattice: every sample is carried back to rest by Newton's method on the cell's
-/// trilinear map, from where the sample before has led. A ray goes through several stretches of matter.
+/// Rays through a deformed lattice: every sample is mapped back to rest by Newton iteration on the cell's
+/// trilinear map, starting from the sample before. A ray passes several stretches of matter.
 class DeformedRays {
 public:
   static constexpr bool changes_early = true;
@@ -78,7 +78,7 @@ public:
     rays_.origin = rays_.direction = rest_ = rate_ = across_x_ = across_y_ = across_z_ = {none, none, none};
   }
 
-  /// As of RigidRays; the stretches are found by the one that takes.
+  /// Starts the rays of a block; take() sets their stretches.
   HWY_INLINE M start(const PixelBlock& block) {
     rays_ = rays_of(task_, task_.object, block);
     open_ = hn::Zero(DF());
@@ -116,10 +116,10 @@ public:
     const M matters = is_matter(rest, at);
     if (task_.leaves_voxels)
       cut_at_border(t, at, found, matters);
-    // Before a plane that opens the body rays only find their way.
+    // Before a clip plane that opens the body, rays only track their position.
     return hn::And(hn::And(found, matters), hn::Ge(t, open_));
   }
-  /// The same for a point that is no step of the walk.
+  /// The same for a point between samples.
   HWY_INLINE M locate_between(V t, M active, V3& at) {
     const V3 rate = rate_, x = across_x_, y = across_y_, z = across_z_;
     V3 rest = predicted(t);
@@ -131,13 +131,13 @@ public:
     at = in_voxels(rest);
     return hn::And(found, is_matter(rest, at));
   }
-  /// What turns gradients of the point that was located last.
+  /// Number of values that transform gradients at the last located point.
   static constexpr int n_turning = 9;
   HWY_INLINE V turning(int i) const {
     const V3& row = i < 3 ? across_x_ : i < 6 ? across_y_ : across_z_;
     return i % 3 == 0 ? row.x : i % 3 == 1 ? row.y : row.z;
   }
-  /// A gradient at rest as the deformation turns it, in the object's frame, of any length.
+  /// Transforms a gradient at rest by the deformation to the object's frame, of any length.
   template<class Turning>
   static HWY_INLINE V3 turned(const CastTask& task, const V3& gradient, const Turning& turning) {
     const V x = dot(task.gradient_rows[0], gradient), y = dot(task.gradient_rows[1], gradient),
@@ -147,7 +147,7 @@ public:
     };
     return {sum(0), sum(1), sum(2)};
   }
-  /// Takes lanes that have ended to their next stretch. @return those that have one
+  /// Moves ended lanes to their next stretch. @return lanes that have one
   HWY_INLINE M goes_on(M ended) {
     const DF df;
     HWY_ALIGN float from[most_lanes], to[most_lanes] = {}, x[most_lanes] = {}, y[most_lanes] = {},
@@ -202,7 +202,7 @@ private:
             hn::Add(dot(task_.voxel_rows[1], rest), set(task_.voxel_offset[1])),
             hn::Add(dot(task_.voxel_rows[2], rest), set(task_.voxel_offset[2]))};
   }
-  /// Where an image ends its matter is cut as by a plane.
+  /// Treats the border of an image like a clip plane.
   HWY_INLINE void cut_at_border(V t, const V3& at, M found, M matters) {
     const M enters = hn::And(hn::And(found, matters), hn::Gt(beyond_, set(0)));
     if (!hn::AllFalse(DF(), enters)) {
@@ -214,14 +214,14 @@ private:
         return hn::Div(hn::Sub(along, border), hn::IfThenElse(hn::Lt(hn::Abs(speed), tiny), tiny, speed));
       };
       const V ago = hn::Max(hn::Min(since(at.x, 0), hn::Min(since(at.y, 1), since(at.z, 2))), set(0));
-      cut = hn::IfThenElse(enters, hn::Max(cut, hn::Sub(t, ago)), cut); // or by a plane behind it
+      cut = hn::IfThenElse(enters, hn::Max(cut, hn::Sub(t, ago)), cut); // or a plane behind it
     }
     beyond_ = hn::IfThenElse(found, hn::IfThenElse(matters, set(0), set(1)), beyond_);
   }
   static HWY_INLINE M is_between(V at, float low, float high) {
     return hn::And(hn::Ge(at, set(low)), hn::Le(at, set(high)));
   }
-  /// @param at  the same point in voxels: beyond their outermost centres there is nothing
+  /// @param at  the same point in voxels: there is nothing beyond their outermost centres
   HWY_INLINE M is_matter(const V3& rest, const V3& at) const {
     const M in = within(rest);
     if (!task_.leaves_voxels)
@@ -242,11 +242,11 @@ private:
     return in;
   }
 
-  /// Trilinear maps of the cells that lanes are in: points and derivatives along the cell's edges.
+  /// Trilinear maps of the cells of lanes: points and derivatives along the edges of the cell.
   struct Mapped {
     V3 at, along_x, along_y, along_z;
   };
-  /// The same, of one group of lanes, not yet turned.
+  /// The same for one group of lanes, not yet transposed.
   struct MappedGroups {
     V at[n_groups], along_x[n_groups], along_y[n_groups], along_z[n_groups];
   };
@@ -298,10 +298,10 @@ private:
     part = hn::Sub(rest, low);
   }
 
-  /// Carries the rays' points at depth t back to rest, from a guess. @return lanes where that is found
+  /// Maps the rays' points at depth t back to rest, from a guess. @return lanes that converged
   HWY_INLINE M newton(V t, M active, V3& rest) {
-    constexpr float near_enough = 0.01f; // cells: what is left is its square
-    constexpr float longest = 1.5f;      // a step into the wrong cell must not lead away
+    constexpr float near_enough = 0.01f; // [cells]; quadratic convergence squares it
+    constexpr float longest = 1.5f;      // limits a step from a wrong cell
     const V3 goal{hn::MulAdd(rays_.direction.x, t, rays_.origin.x),
                   hn::MulAdd(rays_.direction.y, t, rays_.origin.y),
                   hn::MulAdd(rays_.direction.z, t, rays_.origin.z)};
@@ -318,7 +318,7 @@ private:
       const V3 x = cross(mapped.along_y, mapped.along_z), y = cross(mapped.along_z, mapped.along_x),
                z = cross(mapped.along_x, mapped.along_y);
       const V volume = dot(mapped.along_x, x);
-      // Folded or flat cells have no inverse: the sample is left out.
+      // Folded or flat cells have no inverse: skips the sample.
       const M is_good = hn::Gt(volume, set(std::numeric_limits<float>::min()));
       const V inverse = hn::Div(set(1), hn::IfThenElse(is_good, volume, set(1)));
       const V3 off{hn::Sub(mapped.at.x, goal.x), hn::Sub(mapped.at.y, goal.y), hn::Sub(mapped.at.z, goal.z)};
@@ -344,7 +344,7 @@ private:
     }
     return found;
   }
-  /// Where cells are folded others lie over them: those that follow are begun from. @return as newton
+  /// At folded cells, restarts from the cells that follow. @return as newton
   HWY_INLINE M over_fold(V t, M lost, V3& rest) {
     const V3 from = predicted(t);
     const V speed =
@@ -372,7 +372,7 @@ private:
   const TileStretches& stretches_;
   Rays rays_;
   V open_, close_, depth_;
-  V beyond_;                          ///< 1: the last point was where the image has ended
+  V beyond_;                          ///< 1: the last point was beyond the end of the image
   V3 rest_, rate_;                    ///< of the last point, and their change with depth [cells, cells/m]
   V3 across_x_, across_y_, across_z_; ///< cofactors of the map's derivative there
   std::array<std::uint32_t, most_lanes> next_, end_;

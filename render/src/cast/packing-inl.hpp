@@ -1,4 +1,4 @@
-// Lanes of a mask moved to the front of a vector. Included once for each kind of vector.
+// Moves the lanes of a mask to the front of a vector. Included once per vector target.
 
 #if defined(MAILLE_PACKING_INL_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef MAILLE_PACKING_INL_HPP
@@ -33,8 +33,7 @@ private:
 
 #else
 
-/// For every set of lanes which lane comes first, second, ...; hn::Compress of Highway 1.0.3 copies such a
-/// table to the stack each time.
+/// Order of lanes for every mask; hn::Compress of Highway 1.0.3 copies such a table to the stack each time.
 struct LaneOrders {
   static constexpr std::size_t most = hn::MaxLanes(DF());
   static_assert(most <= 8);

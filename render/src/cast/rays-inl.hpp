@@ -1,5 +1,4 @@
-// Where rays go: straight through voxels that stand still.
-// Included once for each kind of vector.
+// Path of rays through the voxels of a rigid object. Included once per vector target.
 
 #if defined(MAILLE_RAYS_INL_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef MAILLE_RAYS_INL_HPP
@@ -33,7 +32,7 @@ HWY_INLINE Rays rays_of(const CastTask& task, const RayFrame& frame, const Pixel
           y = hn::ConvertTo(df, hn::LoadU(DI(), block.y.data()));
   rays.across = hn::Mul(hn::Sub(x, set(task.middle_x)), set(task.pixel_scale));
   rays.up = hn::Mul(hn::Sub(set(task.middle_y), y), set(task.pixel_scale));
-  // In perspective across and up are slopes against the line of sight: directions get length 1.
+  // In perspective, across and up are slopes relative to the line of sight: directions are normalised.
   const V squared = hn::MulAdd(rays.across, rays.across, hn::MulAdd(rays.up, rays.up, set(1)));
   rays.scale = task.parallel ? set(1) : hn::Div(set(1), hn::Sqrt(squared));
   const auto origin = [&](std::size_t a) HWY_ATTR {
@@ -48,7 +47,7 @@ HWY_INLINE Rays rays_of(const CastTask& task, const RayFrame& frame, const Pixel
   return rays;
 }
 
-/// The part of rays that clip planes leave, and where a plane opened it.
+/// Clips rays by planes, and finds the depth at which a plane opened the body.
 HWY_INLINE void clip(const CastTask& task, const Rays& rays, V& begin, V& end, V& cut) {
   for (const RayPlane& plane : task.clips) {
     const V at = along_frame(rays.across, rays.up, plane.origin, plane.origin_right, plane.origin_up);
@@ -65,7 +64,7 @@ HWY_INLINE void clip(const CastTask& task, const Rays& rays, V& begin, V& end, V
   }
 }
 
-/// First and last sample whose middles lie between two depths; samples are counted from the eye.
+/// First and last sample whose centres are between two depths; samples are numbered from the eye.
 HWY_INLINE V first_sample(V begin, V inverse_step) {
   return hn::Ceil(hn::Sub(hn::Mul(begin, inverse_step), set(0.5f)));
 }
@@ -73,10 +72,10 @@ HWY_INLINE V last_sample(V end, V inverse_step) {
   return hn::Floor(hn::Sub(hn::Mul(end, inverse_step), set(0.5f)));
 }
 
-/// Lanes of other rays that take the places of those that have ended.
+/// Replaces ended lanes by lanes of other rays.
 class Change {
 public:
-  /// @param from  for each lane, the other rays' that takes its place, where `lanes` says so
+  /// @param from  per lane of `lanes`: the lane of the other rays that replaces it
   Change(M lanes, const std::int32_t* from) : lanes_(lanes), from_(hn::SetTableIndices(DF(), from)) {}
   M lanes() const { return lanes_; }
   HWY_INLINE void operator()(V& to, V of) const {
@@ -96,7 +95,7 @@ private:
 /// Rays through voxels of a rigid object.
 class RigidRays {
 public:
-  /// Rays of a block leap together: lanes that end wait for the others.
+  /// Rays of a block skip together: ended lanes wait for the others.
   static constexpr bool changes_early = false;
   explicit RigidRays(const CastTask& task) : task_(task) {
     begin = end = cut = sample = hn::Zero(DF());
@@ -104,7 +103,7 @@ public:
     rays_.origin = rays_.direction = inverse_ = {begin, begin, begin};
   }
 
-  /// Begins the rays of a block, all lanes. @return those that meet the volume
+  /// Starts the rays of a block, all lanes. @return those that meet the volume
   HWY_INLINE M start(const PixelBlock& block) {
     rays_ = rays_of(task_, task_.voxels, block);
     begin = hn::Zero(DF());
@@ -112,7 +111,7 @@ public:
     slab(rays_.origin.x, rays_.direction.x, task_.size[0], begin, end);
     slab(rays_.origin.y, rays_.direction.y, task_.size[1], begin, end);
     slab(rays_.origin.z, rays_.direction.z, task_.size[2], begin, end);
-    cut = begin; // where an image ends its matter is cut as by a plane
+    cut = begin; // the border of an image acts like a clip plane
     clip(task_, rays_, begin, end, cut);
     const V inverse_step = set(1 / task_.step);
     const auto depth = [&](const std::array<float, most_lanes>& ahead)
@@ -120,7 +119,7 @@ public:
     sample = first_sample(hn::Max(begin, depth(block.nearest)), inverse_step);
     last = hn::IfThenElse(hn::Le(begin, end), last_sample(hn::Min(end, depth(block.farthest)), inverse_step),
                           set(-1));
-    // Never 0 / 0 where a ray runs along a plane of voxels.
+    // Avoids 0 / 0 for rays along a plane of voxels.
     inverse_ = {inverse(rays_.direction.x), inverse(rays_.direction.y), inverse(rays_.direction.z)};
     return hn::And(hn::FirstN(DF(), static_cast<std::size_t>(block.n)), hn::Le(sample, last));
   }
@@ -135,7 +134,7 @@ public:
     change(last, started.last);
   }
 
-  /// Points at depth t. @return lanes of `active` that have something to see; `next` leaps over what has not
+  /// Points at depth t. @return lanes of `active` with something visible; `next` skips empty space
   HWY_INLINE M locate(V t, M active, V3& at, Place& place, V& next) {
     at = point(t);
     place = place_in(at, task_.size, task_.stride);
@@ -152,7 +151,7 @@ public:
     const V leap = hn::Min(exit(at.x, rays_.direction.x, inverse_.x, bx, distance),
                            hn::Min(exit(at.y, rays_.direction.y, inverse_.y, by, distance),
                                    exit(at.z, rays_.direction.z, inverse_.z, bz, distance)));
-    // A thousandth less: what rounding puts on the border is looked at again.
+    // Minus a thousandth, so that points moved to the border by rounding are sampled again.
     const V target = hn::Ceil(hn::Sub(hn::Mul(hn::Add(t, leap), set(1 / task_.step)), set(0.501f)));
     next = hn::IfThenElse(empty, hn::Max(next, target), next);
     return hn::AndNot(empty, active);
@@ -161,7 +160,7 @@ public:
     at = point(t);
     return active;
   }
-  /// What turns gradients of a point, kept with it: nothing here.
+  /// Number of values that transform gradients at a point: none for rigid objects.
   static constexpr int n_turning = 0;
   HWY_INLINE V turning(int /*i*/) const { return cut; }
   template<class Turning>
@@ -198,7 +197,7 @@ private:
       distance[lane] = task_.brick_distance[at[lane]];
     return hn::Load(DI(), distance);
   }
-  /// How far a ray goes until it leaves the bricks around that are empty.
+  /// Distance until a ray leaves the empty bricks around it.
   static HWY_INLINE V exit(V at, V direction, V inverse, VI brick, VI distance) {
     const M rises = hn::Gt(direction, set(0));
     const VI border = hn::IfThenElse(hn::RebindMask(DI(), rises), hn::Add(brick, distance),

@@ -1,5 +1,5 @@
-// Values, gradients and colours at points between voxels, a vector of points at a time. Included once for
-// each kind of vector; no include guard that would keep it to one.
+// Values, gradients and colours at points between voxels, one vector of points at a time. Included once per
+// vector target; has therefore no include guard.
 
 #if defined(MAILLE_SAMPLING_INL_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef MAILLE_SAMPLING_INL_HPP
@@ -52,7 +52,7 @@ HWY_INLINE V3 cross(const V3& a, const V3& b) {
   return {hn::NegMulAdd(a.z, b.y, hn::Mul(a.y, b.z)), hn::NegMulAdd(a.x, b.z, hn::Mul(a.z, b.x)),
           hn::NegMulAdd(a.y, b.x, hn::Mul(a.x, b.y))};
 }
-/// Gathers numbers whose offsets are in numbers, or in bytes.
+/// Gathers numbers; offsets are in numbers or in bytes.
 HWY_INLINE V gather(const float* table, VI at) {
   return hn::GatherIndex(DF(), table, at);
 }
@@ -60,7 +60,7 @@ HWY_INLINE VI gather_bytes(const void* base, VI offset) {
   return hn::GatherOffset(DI(), static_cast<const std::int32_t*>(base), offset);
 }
 
-/// A number from memory of any alignment.
+/// Reads a number from unaligned memory.
 template<class Number>
 HWY_INLINE Number loaded(const void* from) {
   Number number;
@@ -68,20 +68,20 @@ HWY_INLINE Number loaded(const void* from) {
   return number;
 }
 
-/// One bit a lane.
+/// Mask as one bit per lane.
 HWY_INLINE std::uint64_t bits_of(M lanes) {
   HWY_ALIGN std::uint8_t bytes[8] = {};
   hn::StoreMaskBits(DF(), lanes, bytes);
   return loaded<std::uint64_t>(bytes);
 }
-/// Acts on the lanes of a mask, the first one first.
+/// Calls `act` for the lanes of a mask, in order.
 template<class Do>
 HWY_INLINE void for_each_lane(M lanes, Do&& act) {
   for (std::uint64_t left = bits_of(lanes); left != 0; left &= left - 1)
     act(static_cast<std::size_t>(std::countr_zero(left)));
 }
 
-/// The cell between voxels that a point is in, and where in it.
+/// The cell between voxels that contains a point, and the position in it.
 struct Place {
   VI base; ///< number of its lowest voxel
   V3 part; ///< 0 to 1
@@ -106,8 +106,7 @@ HWY_INLINE Place place_in(const V3& at, const std::array<std::int32_t, 3>& size,
   return place;
 }
 
-/// Interpolated codes of 8 or 16 bits. Lane by lane: processors take longer to gather a vector from memory
-/// than to load its lanes.
+/// Interpolated codes of 8 or 16 bits. Lane by lane, because gathering is slower than loading lanes.
 template<bool is_wide>
 HWY_INLINE V between_codes(const void* codes, const Place& at, const std::array<std::int32_t, 3>& stride) {
   using Pair = std::conditional_t<is_wide, std::uint32_t, std::uint16_t>;
@@ -163,7 +162,7 @@ HWY_INLINE V3 between_gradients(const std::int8_t* gradients, const Place& at,
     const V wz = (row & 2) != 0 ? at.part.z : hn::Sub(one, at.part.z);
     VI low, high;
     hn::LoadInterleaved2(di, reinterpret_cast<const std::int32_t*>(pairs[row]), low, high);
-    // Each byte to the upper end, so that its sign comes along.
+    // Shifts each byte to the upper end, to keep its sign.
     add(hn::ShiftLeft<24>(low), hn::ShiftLeft<16>(low), hn::ShiftLeft<8>(low),
         hn::Mul(hn::Mul(hn::Sub(one, at.part.x), wy), wz));
     add(low, hn::ShiftLeft<24>(high), hn::ShiftLeft<16>(high), hn::Mul(hn::Mul(at.part.x, wy), wz));
@@ -214,14 +213,14 @@ HWY_INLINE V3 painted(const CastTask& task, const V3& voxel, const V3& own) {
           hn::IfThenElse(is_own, own.z, colour.z)};
 }
 
-/// A colour in the light that comes to a surface whose gradient is given, in any length.
-/// @param steepness length of the gradient as it is kept, 0 to 1; @param from_cut 0 on cuts, 1 away from them
+/// Lit colour of a surface with the given gradient, of any length.
+/// @param steepness length of the stored gradient, 0 to 1; @param from_cut 0 on cuts, 1 away from them
 HWY_INLINE V3 lit(const CastTask& task, const V3& colour, const V3& gradient, V steepness, V from_cut) {
   const DI di;
   const V squared = hn::Max(dot(gradient, gradient), set(1e-30f));
   const V inverse = hn::Div(set(1), hn::Sqrt(squared));
   const V towards_eye = hn::Mul(dot(task.eye, gradient), inverse);
-  // Values rise or fall into matter: its normal is the one that faces the eye. Seen edge on it is both.
+  // Values may rise or fall into matter: uses the normal that faces the eye, and a blend of both edge-on.
   const V side = hn::Min(hn::Max(hn::Mul(towards_eye, set(8)), set(-1)), set(1));
   const V along = hn::Mul(dot(task.light, gradient), inverse);
   const V front = hn::MulAdd(side, set(0.5f), set(0.5f));
@@ -229,7 +228,7 @@ HWY_INLINE V3 lit(const CastTask& task, const V3& colour, const V3& gradient, V 
                                 hn::Mul(hn::Max(hn::Neg(along), set(0)), hn::Sub(set(1), front)));
   const V mirrored =
       hn::Max(hn::MulSub(hn::Mul(set(2), to_light), hn::Abs(towards_eye), set(task.light_eye)), set(0));
-  // What is nearly flat has no direction and is lit as if it faced the light, without gloss; cuts likewise.
+  // Nearly flat regions have no direction: lit as if they faced the light, without gloss; the same on cuts.
   V weight = hn::Min(hn::Mul(steepness, set(4)), set(1));
   weight = hn::Mul(weight, from_cut);
   const V part =

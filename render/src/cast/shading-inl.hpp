@@ -1,5 +1,4 @@
-// The light of samples that are seen, a full vector of them at a time whatever rays they are of. Included
-// once for each kind of vector.
+// Shading of visible samples, in full vectors across rays. Included once per vector target.
 
 #if defined(MAILLE_SHADING_INL_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef MAILLE_SHADING_INL_HPP
@@ -19,8 +18,8 @@ HWY_BEFORE_NAMESPACE();
 namespace maille::render {
 namespace HWY_NAMESPACE {
 
-/// Queue of samples that wait for shading. Half of a vector's rays see nothing at a time: samples of the
-/// others are gathered here and shaded when there are enough, in their order of arrival.
+/// Queue of samples for shading. Half of a vector's rays are invisible at a time: visible samples are
+/// collected and shaded in full vectors, in order of arrival.
 template<class Path>
 class Shading {
 public:
@@ -42,7 +41,7 @@ public:
     put_int(entry_, entry);
     put_int(run_, run);
     if (task_.shaded) {
-      // Whatever the step: how much of a cut is seen must not depend on it.
+      // Independent of the step, so that the visible part of a cut is too.
       const V behind = hn::MulAdd(hn::Sub(t, path.cut), set(task_.cut_scale), set(-1));
       put(from_cut_, hn::Min(hn::Max(behind, hn::Zero(df)), set(1)));
       for (int i = 0; i < Path::n_turning; ++i)
@@ -61,9 +60,9 @@ public:
     for (int i = 0; i < Path::n_turning; ++i)
       hn::StoreU(hn::LoadU(df, turning_[i] + full), df, turning_[i]);
   }
-  /// What still waits.
+  /// Shades the remaining samples.
   HWY_INLINE void finish() {
-    // Lanes beyond hold what was there before: points of the same volume, or zeros.
+    // Unused lanes hold old points of the same volume, or zeros.
     if (n_ > 0)
       shade(n_);
     n_ = 0;
@@ -78,7 +77,7 @@ private:
                  gather(task_.colour[2], entry)};
     return is_painted ? painted(task_, at, own) : own;
   }
-  /// Colours of points with their light and the depth cue.
+  /// Colours of points with light and depth cue.
   HWY_INLINE V3 shown() const {
     const DF df;
     const V t = hn::LoadU(df, t_);

@@ -1,4 +1,4 @@
-// How far rays may leap over bricks of which nothing is seen.
+// Distances over which rays may skip invisible bricks.
 
 #include "cast/cast_task.hpp"
 
@@ -10,8 +10,8 @@ namespace maille::render {
 
 namespace {
 
-/// One pass of the distance transform: every brick takes what its neighbours in a half of all directions
-/// have, and one. @param order 1: from the first brick to the last; -1: back
+/// One pass of the distance transform: every brick takes the minimum of its neighbours in half of all
+/// directions, plus one. @param order 1: from the first brick to the last; -1: backwards
 void pass(std::vector<std::uint8_t>& distance, const Index3& n, int order) {
   const std::int64_t n_bricks = std::int64_t{n[0]} * n[1] * n[2];
   for (std::int64_t step = 0; step < n_bricks; ++step) {

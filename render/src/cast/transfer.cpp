@@ -1,4 +1,4 @@
-// Looks as tables.
+// Converts looks to tables.
 
 #include "cast/cast_task.hpp"
 
@@ -14,7 +14,7 @@ TransferTable transfer_table(const Look& look, const Volume& volume, double step
   TransferTable table;
   const Vec3& h = volume.grid().spacing;
   const double unit = look.unit_distance > 0 ? look.unit_distance : std::min({h[0], h[1], h[2]});
-  // A maximum has no length: its opacity is the look's own.
+  // A maximum has no length: it uses the look's opacity directly.
   const double exponent = look.mode == LookMode::composite ? step / unit : 1;
   table.visible_before.push_back(0);
   for (int i = 0; i < TransferTable::size; ++i) {
@@ -39,7 +39,7 @@ std::vector<float> gloss_table(const Shading& shading) {
 
 namespace {
 
-/// Entries of a table that codes of a range, not an empty one, may come to, both inclusive.
+/// First and last table entry of the codes of a non-empty range, both inclusive.
 std::pair<std::size_t, std::size_t> entries_of(const Volume::Range& range, const Volume& volume) {
   const double scale = static_cast<double>(TransferTable::size - 1) / volume.largest_code();
   return {static_cast<std::size_t>(std::max(0.0, std::floor(range.least * scale))),
@@ -52,7 +52,7 @@ std::pair<std::size_t, std::size_t> entries_of(const Volume::Range& range, const
 bool is_visible(const Volume::Range& range, const TransferTable& table, const Look& look,
                 const Volume& volume) {
   if (range.least > range.largest)
-    return false; // of no voxel
+    return false; // no voxel
   if (look.mode == LookMode::isosurface)
     return volume.low() + range.largest * (volume.high() - volume.low()) / volume.largest_code() >=
            look.isovalue;

@@ -23,7 +23,7 @@ struct Piece {
   std::int32_t layer;
 };
 
-/// Nearest first; of equals the object that comes first.
+/// Order by depth; for equal depth by object number.
 bool is_before(const Piece& a, const Piece& b) {
   return a.run->middle() != b.run->middle() ? a.run->middle() < b.run->middle() : a.layer < b.layer;
 }
@@ -36,7 +36,7 @@ public:
   ComposeCounts run() {
     const int x0 = tile_ % tiles_x_ * tile_edge, y0 = tile_ / tiles_x_ * tile_edge;
     const int x1 = std::min(x0 + tile_edge, picture_.width), y1 = std::min(y0 + tile_edge, picture_.height);
-    if (layers_.size() == 1) // of one object runs are in order
+    if (layers_.size() == 1) // runs of one object are sorted
       blend_one(x0, y0, x1, y1);
     else
       blend_all(x0, y0, x1, y1);
@@ -57,7 +57,7 @@ private:
     std::sort(pieces_.begin(), pieces_.end(), is_before);
   }
 
-  /// Whether a run begins before another object's has ended.
+  /// True if a run begins before another object's has ended.
   bool overlaps() const {
     for (std::size_t i = 0; i + 1 < pieces_.size(); ++i)
       for (std::size_t j = i + 1; j < pieces_.size(); ++j)
@@ -67,13 +67,13 @@ private:
     return false;
   }
 
-  /// Runs over each other, nearest first.
+  /// Composites runs, nearest first.
   struct Blended {
     std::array<float, 4> sum{};
     float depth = std::numeric_limits<float>::infinity();
     std::int32_t object = -1;
 
-    /// The same as adding one to nothing.
+    /// Same as adding one run to an empty result.
     void only(const Run& run, std::int32_t of) {
       sum = run.rgba;
       const bool is_seen = sum[3] >= 0.5f;
@@ -113,7 +113,7 @@ private:
           blend(picture_.pixel(x, y));
       }
   }
-  /// By pointers of its own: most pixels of most pictures come by here.
+  /// Uses local pointers, because most pixels of most pictures have one object.
   void blend_one(int x0, int y0, int x1, int y1) {
     const std::int32_t object = layers_.front().object;
     const Run* const runs = layers_.front().runs->runs.data();

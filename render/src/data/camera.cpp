@@ -13,7 +13,7 @@ double radians(double degrees) {
   return degrees * std::numbers::pi / 180;
 }
 
-/// `v` turned about a unit vector: Rodrigues' formula.
+/// `v` rotated about a unit vector: Rodrigues' formula.
 Vec3 turned_about(const Vec3& v, const Vec3& axis, double angle) {
   const double c = std::cos(angle), s = std::sin(angle);
   return plus(plus(times(c, v), times(s, cross(axis, v))), times((1 - c) * dot(axis, v), axis));

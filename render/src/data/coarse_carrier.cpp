@@ -10,10 +10,10 @@ namespace maille::render {
 
 namespace {
 
-/// Cells around the body that the lattice holds, too, as lattice_of() has them.
+/// Cells of the lattice around the body, as in lattice_of().
 constexpr int margin = 1;
 
-/// A node of the body among the fine nodes nearest to a coarse one, the middle first; -1 without such a node.
+/// A body node among the fine nodes nearest to a coarse one, the centre first; -1 without one.
 std::int64_t node_near(const Specimen& body, const Index3& middle, int stride) {
   const Grid& grid = body.grid;
   std::int64_t best = -1;
@@ -55,7 +55,7 @@ CoarseCarrier::CoarseCarrier(const Specimen& body, int stride) {
         for (int i = at[0] / stride; i <= (at[0] + 2 * margin) / stride; ++i)
           lattice->carries[i + std::int64_t{n_cells[0]} * (j + std::int64_t{n_cells[1]} * k)] = 1;
   }
-  // Nodes with a node of the body near them go with it, the others with those beside them.
+  // Nodes near a node of the body take its displacement, the others that of their neighbours.
   const std::size_t n = lattice->n_nodes();
   node_of_.assign(n, -1);
   at_rest_.resize(n);

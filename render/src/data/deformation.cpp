@@ -50,7 +50,7 @@ std::shared_ptr<const Lattice> lattice_of(const Specimen& body, int margin) {
   auto lattice = std::make_shared<Lattice>();
   const Grid& grid = body.grid;
   for (std::size_t a = 0; a < 3; ++a) {
-    // Flat bodies are a cell thick and get no margin there.
+    // Flat bodies are one cell thick, without margin across.
     const int around = static_cast<int>(a) < grid.dimension() ? margin : 0;
     lattice->cells[a] = grid.cells()[a] + 2 * around;
     lattice->spacing[a] = grid.spacing()[a];
@@ -64,7 +64,7 @@ std::shared_ptr<const Lattice> lattice_of(const Specimen& body, int margin) {
     if (!body.is_matter(cell))
       continue;
     const Index3 at = grid.cell_at(cell);
-    // Every cell up to the margin around it, in the Chebyshev distance.
+    // Every cell within the margin, in Chebyshev distance.
     for (int k = at[2]; k <= at[2] + 2 * around[2]; ++k)
       for (int j = at[1]; j <= at[1] + 2 * around[1]; ++j)
         std::fill_n(lattice->carries.begin() + (at[0] + std::int64_t{n[0]} * (j + std::int64_t{n[1]} * k)),
@@ -117,7 +117,7 @@ void carry_along(const Specimen& body, const Displacement& displacement, Deforma
     outer.insert(outer.end(), next.begin(), next.end());
     std::swap(front, next);
   }
-  for (int sweep = 0; sweep < 4; ++sweep) // evens out the seams between what went with different neighbours
+  for (int sweep = 0; sweep < 4; ++sweep) // smooths seams between nodes that followed different neighbours
     for (const std::int64_t node : outer) {
       Vec3 sum = u[node];
       int count = 1;

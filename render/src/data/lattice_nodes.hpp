@@ -1,5 +1,5 @@
 #pragma once
-/// The nodes of a lattice: where they are, at rest and among each other.
+/// Positions and neighbours of the nodes of a lattice, at rest.
 
 #include "maille/render/deformation.hpp"
 

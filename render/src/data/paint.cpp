@@ -1,4 +1,4 @@
-// Colours that lie on the voxels of an object in place of those of its look.
+// Colours on the voxels of an object that replace those of its look.
 
 #include "maille/render/volume.hpp"
 
@@ -15,7 +15,7 @@ namespace maille::render {
 
 namespace {
 
-constexpr std::size_t padding = 8; // vectors read four bytes where one is wanted
+constexpr std::size_t padding = 8; // vectors read four bytes for one
 
 std::uint32_t packed(const Rgb& colour) {
   std::uint32_t bits = 0;
@@ -24,7 +24,7 @@ std::uint32_t packed(const Rgb& colour) {
   return bits;
 }
 
-/// The colour of a list, equally spaced from 0 to 1.
+/// Interpolates in a list of colours that are equally spaced from 0 to 1.
 Rgb colour_along(std::span<const Rgb> colours, double at) {
   const double place = std::clamp(at, 0.0, 1.0) * static_cast<double>(colours.size() - 1);
   const auto first = std::min(static_cast<std::size_t>(place), colours.size() - 1);

@@ -1,5 +1,5 @@
 #pragma once
-/// Work on tiles by several threads. Private to render.
+/// Processes tiles by several threads. Private to render.
 
 #include <algorithm>
 #include <atomic>
@@ -9,8 +9,8 @@
 
 namespace maille::render {
 
-/// Calls work(item, thread) once for every item 0 ... n_items - 1, in any order. What it writes must not
-/// depend on the order. An exception of any item is thrown here, once all threads have ended.
+/// Calls work(item, thread) once for every item 0 ... n_items - 1, in any order; results must not depend on
+/// the order. Rethrows an exception of any item after all threads have ended.
 template<class Work>
 void for_each_item(int threads, int n_items, Work&& work) {
   const int n_threads = std::clamp(threads, 1, std::max(1, n_items));

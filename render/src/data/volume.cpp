@@ -12,14 +12,14 @@ namespace maille::render {
 
 namespace {
 
-/// Bytes past the end that vectors may read: pairs of values, six bytes of two gradients by eight.
+/// Bytes past the end that vectors may read: pairs of values; two gradients (six bytes) as eight bytes.
 constexpr std::size_t padding = 8;
 
-/// Passes of a binomial filter before gradients are taken; together they are a Gaussian of sqrt(passes / 2)
-/// voxels. Without the filter the steps between voxels are shaded as rings; four passes blur lips and lids.
+/// Passes of a binomial filter before gradients; together a Gaussian of sqrt(passes / 2) voxels. Without it,
+/// steps between voxels appear as rings; four passes blur lips and lids.
 constexpr int smoothing_passes = 2;
 
-/// Weights 1/4, 1/2, 1/4 along an axis; values beyond the border are those of the border.
+/// Filter 1/4, 1/2, 1/4 along an axis; values beyond the border equal those of the border.
 void smooth_along(std::vector<float>& values, const Index3& size, std::size_t axis) {
   std::size_t stride = 1;
   for (std::size_t a = 0; a < axis; ++a)
@@ -93,8 +93,8 @@ void Volume::fill_gradients(std::span<const float> values) {
   resize_in_large_pages(gradients_, 3 * static_cast<std::size_t>(grid_.n_voxels()) + padding);
   const Vec3& h = grid_.spacing;
   const double smallest = std::min({h[0], h[1], h[2]});
-  // A slope of a two-hundredth of the range a voxel has half of the largest length: noise weighs little, and
-  // edges do not outweigh all else.
+  // A slope of 1/200 of the range per voxel has half of the maximum length: noise has little weight, and
+  // edges do not dominate.
   const double knee = 0.005 * (high_ - low_) / smallest;
   std::vector<float> smooth(values.size());
   std::ranges::transform(values, smooth.begin(), [&](float value) {

@@ -1,4 +1,4 @@
-// What is cast of a body: its own matter, or the grey values that its look names.
+// Makes the volume of a body: from its matter, or from the grey values of its look.
 
 #include "maille/base/vectors.hpp"
 #include "maille/render/volume.hpp"
@@ -13,10 +13,10 @@ namespace maille::render {
 
 namespace {
 
-/// Twice through matter that is smoothed twice along an axis nothing is left of what lies this far outside.
+/// Two passes of smoothing per axis vanish at this distance outside matter.
 constexpr int margin = 3;
-/// Bodies of no more cells along an axis stay sharp there: smoothing from both sides would draw their other
-/// faces in, so that one saw through between two that are side by side.
+/// Bodies with at most this many cells along an axis stay sharp there: smoothing from both sides would shrink
+/// their other faces and open gaps between adjacent bodies.
 constexpr int plate = 4;
 
 void smooth_along(std::vector<float>& values, const Index3& size, std::size_t axis) {
@@ -61,8 +61,8 @@ std::shared_ptr<const Volume> volume_of_matter(const Specimen& body) {
     for (int axis = 0; axis < grid.dimension(); ++axis)
       if (grid.cells()[axis] > plate)
         smooth_along(matter, n, axis);
-  // Smoothing must neither lose what is a voxel thin nor close what is a voxel wide: middles of cells stay on
-  // their side of the surface.
+  // Keeps cell centres on their side of the surface, so that smoothing neither removes features one voxel
+  // thin nor closes gaps one voxel wide.
   for (std::size_t v = 0; v < matter.size(); ++v)
     matter[v] = sharp[v] > 0 ? std::max(matter[v], 0.56f) : std::min(matter[v], 0.44f);
   return std::make_shared<Volume>(voxels, matter, 0, 1, Volume::Depth::bits8);
@@ -83,7 +83,7 @@ std::shared_ptr<const Volume> volume_of(const Seen& seen, const Specimen& body, 
       for (std::size_t k = 0; k < 3; ++k)
         voxels.direction[row][column] += to_world[k][row] * info.direction[k][column];
     }
-  // Beyond its outermost points a look does not change: what lies there needs no codes of its own.
+  // A look is constant beyond its outermost points: that range needs no codes.
   double low = seen.look.opacity.front().value, high = seen.look.opacity.back().value;
   for (const ColourPoint& point : seen.look.colours) {
     low = std::min(low, point.value);

@@ -1,7 +1,6 @@
 #include "prepare/prepared_object.hpp"
-#include "maille/base/vectors.hpp"
 
-#include "data/vectors.hpp"
+#include "maille/base/vectors.hpp"
 
 #include <algorithm>
 #include <array>
@@ -64,7 +63,7 @@ std::array<Float3, 3> in_floats(const Rows& rows) {
   return {in_floats(rows[0]), in_floats(rows[1]), in_floats(rows[2])};
 }
 
-/// Where an affine coordinate of points has rays: RayFrame says how.
+/// Rays of a camera in an affine coordinate frame, as a RayFrame.
 RayFrame frame_of(const Camera& camera, const Affine& map) {
   const auto [right, up, ahead] = camera.axes();
   RayFrame frame;
@@ -86,7 +85,7 @@ RayPlane plane_of(const Camera& camera, const Vec3& point, const Vec3& normal) {
 }
 
 std::array<std::int32_t, 3> strides_of(const Index3& size) {
-  // Along an axis of one voxel there is no next one.
+  // Stride 0 along axes with one voxel.
   return {size[0] > 1 ? 1 : 0, size[1] > 1 ? size[0] : 0, size[2] > 1 ? size[0] * size[1] : 0};
 }
 
@@ -221,7 +220,7 @@ void PreparedObject::set_rays(const View& view) {
 
 void PreparedObject::set_light(const View& view) {
   const Shading& shading = object_.look->shading;
-  // Where values are largest along a ray they have no side that faces it.
+  // The maximum along a ray has no side to shade.
   task_.shaded = shading.on && object_.volume->has_gradients() && object_.look->mode != LookMode::maximum;
   if (!task_.shaded)
     return;
@@ -309,7 +308,7 @@ PixelBox PreparedObject::box_on(const View& view) const {
       high[a] = std::max(high[a], at[a]);
     }
   };
-  if (object_.deformation) // their tiles are known face by face
+  if (object_.deformation) // their tiles are found face by face
     return all;
   for (int corner = 0; corner < 8; ++corner) {
     Vec3 index{};

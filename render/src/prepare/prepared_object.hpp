@@ -1,5 +1,5 @@
 #pragma once
-/// One object made ready for a view: its tables, its rays, the tiles it may be in. Private to render.
+/// One object prepared for a view: tables, rays, possible tiles. Private to render.
 
 #include "bodies/brick_depths.hpp"
 #include "bodies/surface.hpp"
@@ -10,7 +10,7 @@
 
 namespace maille::render {
 
-/// Pixels from x0, y0 up to, not including, x1, y1.
+/// Pixels from (x0, y0) to (x1, y1), exclusive.
 struct PixelBox {
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
   bool empty() const { return x0 >= x1 || y0 >= y1; }
@@ -18,25 +18,24 @@ struct PixelBox {
 
 class PreparedObject {
 public:
-  /// What is the same for all poses and cameras is taken from `before`, where its volume and look are the
-  /// same.
+  /// Reuses tables that do not depend on pose and camera from `before`, if volume and look are the same.
   PreparedObject(const SceneObject& object, const View& view, int threads, const PreparedObject* before);
 
   const PixelBox& box() const { return box_; }
-  /// Casts the pixels of a tile. @return how many rays that were
+  /// Casts the pixels of a tile. @return number of rays
   std::int64_t cast(int tile, RunSink& sink) const;
   /// Casts some pixels of a tile sample by sample.
   std::int64_t cast_one_by_one(int tile, std::span<const std::int32_t> in_tile, RunSink& sink) const;
   std::int64_t bytes() const;
 
 private:
-  /// What depends on volume, look and step alone.
+  /// Tables that depend only on volume, look and step.
   struct Tables {
     TransferTable transfer;
     std::vector<float> gloss;
     std::vector<std::uint8_t> distances; ///< of bricks; rigid objects only
     std::vector<SeenBox> boxes;          ///< likewise
-    CropBox visible;                     ///< of the bricks with something to see, in voxels
+    CropBox visible;                     ///< bounds of the visible bricks, in voxels
     bool is_empty = true;
     Surface surface; ///< of deformed objects
   };

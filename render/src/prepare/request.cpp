@@ -1,4 +1,4 @@
-// What is asked of a picture: whether it can be, and each object's part of it.
+// Validates the request of a picture, and casts each object's part of it.
 
 #include "prepare/request.hpp"
 #include "maille/base/vectors.hpp"

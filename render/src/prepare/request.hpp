@@ -1,5 +1,5 @@
 #pragma once
-/// What is asked of a picture: whether it can be, and each object's part of it. Private to render.
+/// Validates the request of a picture, and casts each object's part of it. Private to render.
 
 #include "prepare/prepared_object.hpp"
 
@@ -11,7 +11,7 @@ namespace maille::render {
 
 /// @throws std::invalid_argument as Renderer::render does
 void check_request(std::span<const SceneObject> objects, const View& view);
-/// Casts all tiles that an object may be in; the others become empty. @return how many rays that were
+/// Casts all tiles that an object may cover; the others become empty. @return number of rays
 std::int64_t cast_tiles(const PreparedObject& prepared, const View& view, int threads,
                         std::vector<TileRuns>& tiles);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Work on a hostile file by a library that may crash, hang or take all memory: in a process of its own, with
+/// Reads untrusted files with libraries that may crash, hang or take all memory: in a separate process with
 /// bounded memory and time, whose results come through a pipe. Private to plugins that read images.
 
 #include <algorithm>
@@ -22,8 +22,8 @@ namespace maille::image_formats {
 
 constexpr const char* too_much = "a damaged file, or one that takes more memory or time than its size allows";
 
-/// From here on this process may take `always` and 40 times the file more memory than it has, and a minute of
-/// processor and a second a MB.
+/// Limits this process from now on: memory to the present amount plus `always` plus 40 times the file;
+/// processor time to a minute plus a second per MB.
 inline void bound_memory_and_time(const std::string& file, std::uint64_t always) {
   constexpr std::uint64_t a_byte = 40, seconds = 60, bytes_a_second = 1'000'000;
   std::error_code error;
@@ -38,14 +38,14 @@ inline void bound_memory_and_time(const std::string& file, std::uint64_t always)
   bound(RLIMIT_CPU,
         static_cast<std::uint64_t>(std::clock() / CLOCKS_PER_SEC) + seconds + bytes / bytes_a_second);
   std::ifstream pages("/proc/self/statm");
-  std::uint64_t data = 0; // its sixth number
+  std::uint64_t data = 0; // the sixth number in the file
   for (int i = 0; i < 6; ++i)
     pages >> data;
   if (pages)
     bound(RLIMIT_DATA, data * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)) + always + a_byte * bytes);
 }
 
-/// Calls move(from where on, how many bytes are left) as a system call until all are moved.
+/// Calls move(address, remaining bytes), a system call, until all bytes are moved.
 template<class Byte, class Move>
 bool move_all(Byte* at, std::size_t left, Move&& move) {
   while (left > 0) {
@@ -104,7 +104,7 @@ private:
   std::array<int, 2> ends_{};
 };
 
-/// Runs `work`, which writes into the pipe, in a process of its own; what it wrote is taken from `pipe` here.
+/// Runs `work` in a separate process; it writes into the pipe, which is read here.
 class Apart {
 public:
   template<class Work>
@@ -116,7 +116,7 @@ public:
   Apart(const Apart&) = delete;
   Apart& operator=(const Apart&) = delete;
   ~Apart() {
-    pipe.close_end(0); // what is still being written ends now
+    pipe.close_end(0); // stops the writer
     int status = 0;
     while (child_ > 0 && waitpid(child_, &status, 0) < 0 && errno == EINTR) {
     }
@@ -132,11 +132,11 @@ private:
     constexpr rlimit none{0, 0};
     setrlimit(RLIMIT_CORE, &none);
     if (const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC); nowhere >= 0)
-      dup2(nowhere, STDERR_FILENO); // assertions of what is in the file
+      dup2(nowhere, STDERR_FILENO); // discards assertion messages
     pipe.close_end(0);
     try {
       work(pipe);
-    } catch (const std::exception&) { // the library's, or no memory
+    } catch (const std::exception&) { // from the library, or out of memory
       _exit(1);
     }
     _exit(0);

@@ -1,4 +1,4 @@
-// The shared object maille-dicom.so: DICOM files by GDCM, read in a process of their own.
+// The shared object maille-dicom.so: reads DICOM files by GDCM in a separate process.
 
 #include "apart.hpp"
 #include "plugin_readers.hpp"
@@ -25,10 +25,10 @@ namespace {
 
 using namespace maille::image_formats;
 
-/// GDCM allocates what a file claims.
+/// Extra memory, because GDCM allocates the sizes that a file states [bytes].
 constexpr std::uint64_t memory = std::uint64_t{256} << 20;
 
-/// DICOM files begin with 128 bytes of anything and these letters.
+/// DICOM files begin with 128 arbitrary bytes and these letters.
 bool begins_as_dicom(const std::string& file) {
   std::ifstream stream(file, std::ios::binary);
   std::array<char, 132> bytes{};
@@ -42,7 +42,7 @@ std::string text(const gdcm::StringFilter& filter, std::uint16_t group, std::uin
   return found;
 }
 
-/// The numbers of an element, separated by backslashes; empty if one of them cannot be read.
+/// The numbers of an element, separated by backslashes; empty if one is unreadable.
 std::vector<double> numbers(const gdcm::StringFilter& filter, std::uint16_t group, std::uint16_t element) {
   const std::string found = text(filter, group, element);
   std::vector<double> values;
@@ -63,7 +63,7 @@ double first_or(const std::vector<double>& found, double otherwise) {
   return found.empty() ? otherwise : found.front();
 }
 
-/// What int cannot hold becomes -1, which no header may say.
+/// Values out of the range of int become -1, which is invalid in all headers.
 int whole_or(const std::vector<double>& found, int otherwise) {
   const double number = first_or(found, otherwise);
   return number >= 0 && number <= 1e9 ? static_cast<int>(number) : -1;
@@ -113,7 +113,7 @@ DicomHeader read_header(const std::string& file) {
   return header;
 }
 
-/// Calls put(values) with parts of the pixels, one after another.
+/// Calls put(values) for successive parts of the pixels.
 template<class Stored, class Put>
 void convert(const std::vector<char>& bytes, const Put& put) {
   constexpr std::size_t in_part = std::size_t{1} << 16;
@@ -130,8 +130,8 @@ void convert(const std::vector<char>& bytes, const Put& put) {
   put(part);
 }
 
-/// Whether the file ends before the pixels that it announces; GDCM makes up what is missing. Of compressed
-/// pixels their decoder tells.
+/// True if the file ends before the announced pixels, which GDCM would fill silently. For compressed pixels
+/// the decoder reports it.
 bool is_cut_short(const std::string& file, const gdcm::DataSet& data) {
   const gdcm::Tag tag(0x7fe0, 0x0010);
   if (!data.FindDataElement(tag) || data.GetDataElement(tag).GetVL().IsUndefined())
@@ -139,7 +139,7 @@ bool is_cut_short(const std::string& file, const gdcm::DataSet& data) {
   const std::uint32_t length = data.GetDataElement(tag).GetVL();
   std::ifstream stream(file, std::ios::binary);
   const std::string bytes((std::istreambuf_iterator<char>(stream)), {});
-  // Group, element, where it is explicit the representation and two zeros, and the length.
+  // Group, element, with explicit VR the representation and two zeros, and the length.
   for (const bool is_big : {false, true}) {
     const std::string name = is_big ? std::string("\x7f\xe0\x00\x10", 4) : std::string("\xe0\x7f\x10\x00", 4);
     std::string size(4, '\0');
@@ -154,8 +154,7 @@ bool is_cut_short(const std::string& file, const gdcm::DataSet& data) {
   return false;
 }
 
-/// Whether pixels that are not compressed take fewer bytes than rows and columns ask for; GDCM makes up the
-/// rest.
+/// True if uncompressed pixels have fewer bytes than rows and columns require; GDCM would fill the rest.
 bool has_too_few_bytes(const gdcm::DataSet& data, const gdcm::Image& image) {
   const gdcm::Tag tag(0x7fe0, 0x0010);
   const gdcm::PixelFormat& format = image.GetPixelFormat();
@@ -166,7 +165,7 @@ bool has_too_few_bytes(const gdcm::DataSet& data, const gdcm::Image& image) {
   return std::uint32_t{data.GetDataElement(tag).GetVL()} < pixels * bits / 8;
 }
 
-/// Corrects pixels whose compressed stream and header disagree about the sign: the header decides.
+/// Corrects pixels if the compressed stream and the header disagree about the sign: the header decides.
 class SignOfHeader {
 public:
   SignOfHeader(const std::string& file, const gdcm::PixelFormat& format) {
@@ -196,7 +195,7 @@ private:
   double range_ = 0; ///< 0: not compressed, nothing to correct
 };
 
-/// @param begin is given the number of pixels, before the first part
+/// @param begin receives the number of pixels, before the first part
 template<class Begin, class Put>
 std::string read_pixels(const std::string& file, const Begin& begin, const Put& put) {
   bound_memory_and_time(file, memory);
@@ -304,7 +303,7 @@ bool take(const Pipe& pipe, DicomHeader& h) {
 
 std::vector<DicomHeader> headers(const std::vector<std::string>& files) {
   std::vector<DicomHeader> found;
-  while (found.size() < files.size()) { // where one ends the process, another goes on behind it
+  while (found.size() < files.size()) { // if a file kills the process, another one continues after it
     const std::size_t first = found.size();
     const auto work = [&](const Pipe& pipe) {
       for (std::size_t n = first; n < files.size(); ++n)

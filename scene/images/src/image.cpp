@@ -1,4 +1,4 @@
-// Which reader takes a file, what it may cost, and the geometry that all readers share.
+// Selects the reader of a file, limits its memory, and sets the geometry for all readers.
 
 #include "maille/images/image.hpp"
 #include "maille/base/arena.hpp"
@@ -27,16 +27,16 @@ namespace image_formats {
 namespace {
 
 constexpr double largest_shear = 1e-3;
-constexpr double farthest_origin = 1e11; ///< [spacings], where doubles still tell 1e-4 spacings apart
+constexpr double farthest_origin = 1e11; ///< [spacings]; doubles still resolve 1e-4 spacings there
 
 /// Dot product of two columns.
 double dot(const std::array<Vec3, 3>& rows, std::size_t a, std::size_t b) {
   return rows[0][a] * rows[0][b] + rows[1][a] * rows[1][b] + rows[2][a] * rows[2][b];
 }
 
-/// The rotation (or rotary reflection) next to a nearly orthonormal matrix, by A <- A (3 I - A^T A) / 2.
-/// Source: Björck and Bowie 1971, SIAM J. Numer. Anal. 8, the iteration of order two. It treats all axes
-/// alike, unlike Gram-Schmidt, and leaves an orthonormal matrix as it is.
+/// The rotation (or rotary reflection) nearest to a nearly orthonormal matrix, by A <- A (3 I - A^T A) / 2.
+/// Source: Björck and Bowie 1971, SIAM J. Numer. Anal. 8, second-order iteration. Unlike Gram-Schmidt it
+/// treats all axes equally, and it does not change an orthonormal matrix.
 std::array<Vec3, 3> nearest_orthonormal(std::array<Vec3, 3> rows) {
   for (int step = 0; step < 4; ++step) { // 1e-3 off -> 1e-6 -> 1e-12 -> rounding
     const std::array<Vec3, 3> before = rows;
@@ -58,7 +58,7 @@ std::string text_of(const std::array<Vec3, 3>& rows) {
   return text;
 }
 
-/// Whether a form spans a grid of boxes; a form of zeros has NaN for its axes.
+/// True if the axes of a form are orthonormal to the tolerance; a form of zeros has NaN axes.
 bool is_grid(const FileGeometry& geometry) {
   bool is_good = true;
   for (std::size_t a = 0; a < 3; ++a) {
@@ -71,7 +71,7 @@ bool is_grid(const FileGeometry& geometry) {
   return is_good;
 }
 
-/// The largest distance of a corner's voxel by one form and by the other [mm]; NaN of what is not finite.
+/// Largest distance between two forms over the corner voxels [mm]; NaN for non-finite forms.
 double distance_mm(const FileGeometry& one, const FileGeometry& other, const Index3& size) {
   double most = 0;
   for (unsigned corner = 0; corner < 8; ++corner) {
@@ -255,7 +255,7 @@ FileWarnings& warnings() {
   return of_process;
 }
 
-/// The image's axis along each column of `direction`, and whether it runs backwards.
+/// The image axis along each column of `direction`, and its sign.
 struct AxisOrder {
   std::array<std::size_t, 3> axis{0, 1, 2};
   std::array<bool, 3> is_reversed{};
@@ -297,7 +297,7 @@ ImageInfo ordered(const ImageInfo& info, const AxisOrder& order) {
   return out;
 }
 
-/// Labels that are whole numbers but for rounding, and values that are none.
+/// Rounds labels to whole numbers, and collects values that are not whole.
 class LabelRounding {
 public:
   explicit LabelRounding(std::vector<float> labels) : labels_(std::move(labels)) {}
@@ -396,7 +396,7 @@ void warn_of_file(const std::filesystem::path& file, const std::string& text) {
   FileWarnings& found = warnings();
   const std::scoped_lock lock(found.mutex);
   std::string warning = file.string() + ": " + text;
-  constexpr std::size_t most = 1000; // that were not returned yet
+  constexpr std::size_t most = 1000; // not returned yet
   const std::size_t n = found.all.size() - found.n_returned;
   if (n < most && std::ranges::find(found.all, warning) == found.all.end())
     found.all.push_back(n + 1 < most ? std::move(warning)
@@ -510,7 +510,7 @@ bool has_image_ending(const std::filesystem::path& file) {
 std::vector<Fault> set_affine(ImageInfo& info, const std::array<std::array<double, 4>, 4>& affine,
                               const std::string& key) {
   image_formats::FileGeometry geometry;
-  geometry.fallback = WorldAxes::unknown; // of no file
+  geometry.fallback = WorldAxes::unknown; // no file
   geometry.units_per_metre = 1;
   geometry.spacing_keys.fill(key);
   geometry.origin_key = geometry.direction_key = key;
@@ -540,7 +540,7 @@ std::vector<std::filesystem::path> files_of_image(const std::filesystem::path& f
                             : image_formats::data_file_of_meta_image(file, faults);
         data != file)
       files.push_back(std::move(data));
-  } catch (const InputError&) { // its reader reports the error
+  } catch (const InputError&) { // the reader reports the error
   }
   return files;
 }

@@ -81,7 +81,7 @@ private:
     if (has_more && compression_ == Compression::zlib)
       damaged("more bytes after the end of the compressed stream");
     if (has_more)
-      inflateReset(&state_); // gzip: the next member; what is no member fails as a damaged header
+      inflateReset(&state_); // gzip: the next member; other data fail as a damaged header
     is_at_end_ = !has_more;
   }
   [[noreturn]] void damaged(const std::string& complaint) {
@@ -106,7 +106,7 @@ std::int64_t size_of_file(const std::filesystem::path& file, Faults& faults) {
   const std::filesystem::file_status status = std::filesystem::status(file, error);
   if (!std::filesystem::exists(status))
     faults.fail("", "a file", "nothing at " + in_quotes(file.string()));
-  // A pipe would make us wait and a device would never end.
+  // A pipe would block, and a device would never end.
   if (!std::filesystem::is_regular_file(status))
     faults.fail("", "a file", "something else at " + in_quotes(file.string()));
   note_opened(file);

@@ -1,10 +1,10 @@
-// A series of DICOM files, one slice each: which belong together, how they stand, and whether one is missing.
+// Reads a series of DICOM files, one slice each: groups and orders the slices, and detects missing ones.
 //
 // Source: DICOM PS3.3, C.7.6.2 Image Plane Module: ImagePositionPatient is the middle of the first pixel,
 // ImageOrientationPatient the directions of a row and of a column, in mm along left, posterior, superior;
 // PixelSpacing is between rows, then between columns. File names, InstanceNumber and SliceLocation are not
-// used: slices are put in order by where they are. Departures: several slices in one file (enhanced
-// multi-frame), colours and tilted gantries are refused by name.
+// used: slices are ordered by position. Departures: several slices in one file (enhanced multi-frame),
+// colours and tilted gantries are refused with a specific message.
 
 #include "maille/base/vectors.hpp"
 #include "maille/materials/text_file.hpp"
@@ -52,7 +52,7 @@ std::vector<fs::path> regular_files(const fs::path& folder) {
   return files;
 }
 
-/// What a folder without a series holds instead, for a message.
+/// Content of a folder without a series, for a message.
 std::string found_instead(const fs::path& folder) {
   std::error_code none;
   std::size_t n_images = 0;
@@ -73,7 +73,8 @@ std::string found_instead(const fs::path& folder) {
                                      n_images, n_images == 1 ? "" : "s");
 }
 
-/// The slices of one series: of a folder all, which must be of one; of a file those of its own in its folder.
+/// The slices of one series: all of a folder, which must be one series; or the series of a file, in its
+/// folder.
 std::vector<Slice> slices_of(const fs::path& place, const DicomFunctions& gdcm, Faults& faults) {
   std::error_code none;
   const bool is_folder = fs::is_directory(place, none);
@@ -88,7 +89,7 @@ std::vector<Slice> slices_of(const fs::path& place, const DicomFunctions& gdcm, 
                  files[n].filename().string() + ", which is damaged or cut short");
   faults.throw_if_any();
   for (std::size_t n = 0; n < files.size(); ++n)
-    if (headers[n].is_dicom) // others in the folder are looked at, and left
+    if (headers[n].is_dicom) // other files in the folder are ignored
       note_opened(files[n]);
   std::string wanted;
   for (std::size_t n = 0; n < files.size(); ++n)
@@ -115,7 +116,7 @@ std::vector<Slice> slices_of(const fs::path& place, const DicomFunctions& gdcm, 
   return std::move(series.begin()->second);
 }
 
-/// What each slice must have by itself, and all alike.
+/// Checks each slice, and that all are consistent.
 void check_slices(const std::vector<Slice>& slices, Faults& faults) {
   const auto refuse = [&](const char* key, const std::string& expected, const auto& is_wrong,
                           const auto& found) {
@@ -175,7 +176,7 @@ void check_slices(const std::vector<Slice>& slices, Faults& faults) {
   faults.throw_if_any();
 }
 
-/// The distance of slices one behind the other [mm]. Whether one is missing, twice there or shifted.
+/// Distance of successive slices [mm]; reports missing, duplicate and shifted ones.
 double slice_distance(const std::vector<Slice>& slices, const Vec3& normal, Faults& faults) {
   if (slices.size() == 1) {
     const double thickness = slices.front().header.thickness;

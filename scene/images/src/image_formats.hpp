@@ -1,7 +1,7 @@
 #pragma once
-/// What the image readers share: faults, sources of bytes, the numbers in them, and the geometry of a grid.
-/// Private to images. Every header is taken to be hostile: sizes are checked before anything is allocated,
-/// and memory grows no faster than the file fills it.
+/// Common code of the image readers: faults, sources of bytes, numbers, and grid geometry. Private to images.
+/// All headers are untrusted: sizes are checked before allocation, and memory grows only as the file fills
+/// it.
 
 #include "maille/images/image.hpp"
 
@@ -22,12 +22,12 @@
 
 namespace maille::image_formats {
 
-/// The faults of one file, gathered so that all are told at once.
+/// The faults of one file, collected to report all at once.
 class Faults {
 public:
   explicit Faults(std::string file) : file_(std::move(file)) {}
   void add(std::string key, std::string expected, std::string found);
-  /// Adds a fault after which reading makes no sense, and throws all.
+  /// Adds a fault that prevents further reading, and throws all.
   [[noreturn]] void fail(std::string key, std::string expected, std::string found);
   /// @throws InputError if there are any
   void throw_if_any() const;
@@ -39,27 +39,27 @@ private:
   std::vector<Fault> faults_;
 };
 
-/// `.nii.gz`, in small letters; empty for a file that is no image.
+/// File name ending in lower case, e.g. `.nii.gz`; empty for a file that is no image.
 std::string ending_of(const std::filesystem::path& file);
 
-/// Text from a file made fit for a message: quoted, cut, without unprintable characters.
+/// Text from a file for a message: quoted, truncated, without unprintable characters.
 std::string in_quotes(std::string_view text);
 
 // ---- bytes ------------------------------------------------------------------------------------------------
 
-/// Bytes that are read once, from first to last.
+/// Bytes that are read once, sequentially.
 class ByteSource {
 public:
   ByteSource() = default;
   ByteSource(const ByteSource&) = delete;
   ByteSource& operator=(const ByteSource&) = delete;
   virtual ~ByteSource() = default;
-  /// Fills `to`; fewer bytes than it holds mean the end.
+  /// Fills `to`; returns fewer bytes at the end.
   /// @throws InputError: damaged encoding
   virtual std::size_t read(std::span<char> to) = 0;
-  /// Whether the end came earlier than the encoding itself announces; known once read() gave too few.
+  /// True if the data end earlier than the encoding states; valid after read() returned too few bytes.
   virtual bool is_cut_short() const { return false; }
-  /// How many are surely left, as far as that is known without reading: 0 where it is not.
+  /// Lower bound of the remaining bytes that is known without reading; may be 0.
   virtual std::int64_t bytes_left() { return 0; }
 };
 using ByteSourcePtr = std::shared_ptr<ByteSource>;
@@ -73,20 +73,20 @@ ByteSourcePtr inflated(ByteSourcePtr source, Compression compression, const Faul
 
 // ---- headers of text (MetaImage, NRRD) --------------------------------------------------------------------
 
-/// What a header of lines states, and where its data begin if they follow in the same file.
+/// Fields of a text header, and the start of the data if they follow in the same file.
 struct TextHeader {
   std::map<std::string, std::string> fields, keys; ///< keys: NRRD's own, `key:=value`
   std::int64_t bytes = 0;
   std::optional<std::string> field(const std::string& name) const;
 };
-/// Calls take(line) for the lines of the first `largest` bytes until it is false. @return whether it was
+/// Calls take(line) for the lines of the first `largest` bytes until it returns false. @return true if it did
 bool read_header_lines(TextHeader& header, const std::filesystem::path& file, std::size_t largest,
                        Faults& faults, const std::function<bool(std::string_view line)>& take);
 std::string_view without_blanks(std::string_view text);
-/// A fault where the field has another value already.
+/// Sets a field; a fault if it already has another value.
 void set_field(std::map<std::string, std::string>& fields, const std::string& name, std::string_view value,
                Faults& faults);
-/// The file that a header names for its data: in its folder or below, else a fault.
+/// The data file that a header names: in its folder or below, else a fault.
 std::filesystem::path data_beside(const std::filesystem::path& header, const std::string& key,
                                   const std::string& name, const char* expected, Faults& faults);
 std::function<ByteSourcePtr()> data_in(const std::filesystem::path& file, std::int64_t from,
@@ -96,13 +96,13 @@ std::function<ByteSourcePtr()> data_in(const std::filesystem::path& file, std::i
 
 enum class ScalarType { int8, uint8, int16, uint16, int32, uint32, int64, uint64, float32, float64 };
 std::int64_t bytes_of(ScalarType type);
-/// By its name in MetaImage or NRRD.
+/// Type by its name in MetaImage or NRRD.
 std::optional<ScalarType> scalar_type_named(std::string_view name);
 
-/// Whether numbers of that byte order have to be turned round on this machine.
+/// True if numbers of that byte order must be swapped on this machine.
 bool must_swap(bool is_big_endian);
 
-/// The number at the start of `bytes`, which has to hold it.
+/// The number at the start of `bytes`. @pre `bytes` is long enough
 template<class T>
 T number_at(const char* bytes, bool swap_bytes) {
   std::array<char, sizeof(T)> turned{};
@@ -112,12 +112,12 @@ T number_at(const char* bytes, bool swap_bytes) {
   return std::bit_cast<T>(turned);
 }
 
-/// Exactly `count` numbers parted by white space; nothing if there are more, fewer, or others.
+/// Exactly `count` numbers separated by white space; nothing for more, fewer, or other text.
 /// T: std::int64_t or double.
 template<class T>
 std::optional<std::vector<T>> parse_numbers(std::string_view text, std::size_t count);
 
-/// How the values lie in the bytes.
+/// Layout of the values in the bytes.
 struct ValueLayout {
   ScalarType type = ScalarType::uint8;
   bool swap_bytes = false;
@@ -128,7 +128,7 @@ struct ValueLayout {
       false; ///< six components xx xy yy xz yz zz (NIfTI 1005), given as xx yy zz xy xz yz
 };
 
-/// An image whose header is read and found sound.
+/// An image with a valid header.
 struct OpenImage {
   ImageInfo info;
   ValueLayout layout;
@@ -139,17 +139,16 @@ struct OpenImage {
 /// Largest decoded image [bytes] that the limits allow.
 std::int64_t largest_bytes(const ImageLimits& limits);
 
-/// Sets size and components. Each has to be > 0, and the decoded image countable in bytes.
+/// Sets size and components. Each must be > 0, and the number of bytes representable.
 void set_size(ImageInfo& info, const std::array<std::int64_t, 3>& size,
               const std::array<std::string, 3>& size_keys, std::int64_t components,
               const std::string& components_key, Faults& faults);
 
-/// Reads an image's values, part after part, in the order of its file.
+/// Reads an image's values in parts, in file order.
 class ValueReader {
 public:
   ValueReader(const OpenImage& image, Faults faults);
-  /// Appends the next values, in memory that grows with what the source really has. Behind the last one there
-  /// must be no more.
+  /// Appends the next values; memory grows with the actual data. None may follow the last one.
   /// @throws InputError: too few or too many bytes, or values that float32 cannot hold
   void read(std::size_t count, std::vector<float>& values);
 
@@ -160,7 +159,7 @@ private:
   ValueLayout layout_;
   Faults faults_;
   ByteSourcePtr source_;
-  std::size_t wanted_, done_ = 0; ///< values of the image
+  std::size_t wanted_, done_ = 0; ///< number of values of the image
   std::vector<char> buffer_;
 };
 
@@ -171,10 +170,10 @@ std::vector<float> read_values(const OpenImage& image, const Faults& faults);
 
 /// The grid of an image in the file's unit of length.
 struct FileGeometry {
-  const char* name = ""; ///< of what states it, e.g. sform
+  const char* name = ""; ///< name of the form, e.g. sform
   bool states_spacing = true;
   WorldAxes world = WorldAxes::unknown; ///< as the header states
-  WorldAxes fallback = WorldAxes::lps;  ///< where it does not: that of ITK, of NIfTI ras
+  WorldAxes fallback = WorldAxes::lps;  ///< without a statement: that of ITK; ras for NIfTI
   Vec3 spacing{1, 1, 1};
   Vec3 origin{0, 0, 0};
   std::array<Vec3, 3> direction{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}; ///< rows; columns are the image's axes
@@ -187,13 +186,12 @@ struct FileGeometry {
   void set_axes(const std::array<Vec3, 3>& axes);
 };
 
-/// The one rule for where an image lies, in metres, the direction orthonormal to rounding, and in which
-/// world.
+/// Sets position, direction (orthonormal to rounding) and world of an image, in metres, for all formats.
 ///
-/// `stated` counts. Columns that are off unit length or a right angle by more than 1e-3 span no grid of boxes
-/// (a form of zeros, too): then the first of `others` that spans one counts, with a warning, else a fault.
-/// Others that lie elsewhere by more than a hundredth of a voxel are warned of. A world that is not stated is
-/// the fallback, with a warning.
+/// `stated` is used. If its columns deviate from unit length or a right angle by more than 1e-3 (a form of
+/// zeros, too), the first valid form of `others` is used with a warning; without one: a fault. Warns of valid
+/// others that differ by more than a hundredth of a voxel. If no world is stated, uses the fallback with a
+/// warning.
 void set_geometry(ImageInfo& info, const FileGeometry& stated, Faults& faults,
                   const std::vector<FileGeometry>& others = {});
 
@@ -201,18 +199,18 @@ void set_geometry(ImageInfo& info, const FileGeometry& stated, Faults& faults,
 
 OpenImage open_nifti(const std::filesystem::path& file, Faults& faults);
 OpenImage open_meta_image(const std::filesystem::path& file, Faults& faults);
-/// The file that holds the data of a MetaImage: itself, or the one that its header names. @throws InputError
+/// The data file of a MetaImage: itself, or the one that its header names. @throws InputError
 std::filesystem::path data_file_of_meta_image(const std::filesystem::path& file, Faults& faults);
 OpenImage open_nrrd(const std::filesystem::path& file, Faults& faults);
-/// Likewise of a NRRD header.
+/// The same for an NRRD header.
 std::filesystem::path data_file_of_nrrd(const std::filesystem::path& file, Faults& faults);
 OpenImage open_vti(const std::filesystem::path& file, Faults& faults);
-/// Whether it is a folder, or a file that begins as DICOM files do.
+/// True for a folder, or a file that begins as DICOM files do.
 bool is_dicom(const std::filesystem::path& place);
-/// A series: the slices of a folder, or those beside a file that are of its series.
-/// @throws InputError: no DICOM or several series, slices that are unlike, missing, twice there, not in a row
+/// A series: the slices of a folder, or those of the series of a file, in its folder.
+/// @throws InputError: no DICOM or several series, inconsistent, missing, duplicate or unaligned slices
 OpenImage open_dicom(const std::filesystem::path& place, Faults& faults);
-/// All files beside each other among which the series is.
+/// All files of the folder that contains the series.
 std::vector<std::filesystem::path> files_of_dicom(const std::filesystem::path& place);
 
 } // namespace maille::image_formats

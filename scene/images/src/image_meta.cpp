@@ -1,12 +1,12 @@
-// MetaImage: a text header, and data behind it (.mha) or in a file beside it (.mhd).
+// MetaImage: a text header, and data after it (.mha) or in a file beside it (.mhd).
 //
 // Source: MetaIO documentation (ITK wiki) and, where it is silent, MetaIO's metaObject.cxx and metaImage.cxx
 // and ITK's itkMetaImageIO.cxx. TransformMatrix is written axis by axis: its first NDims numbers are the
 // direction of the image's x axis in the world, that is, the first *column* of ITK's direction matrix and of
 // ours. Departures: text data (BinaryData = False), lists of slices, more than three axes, intensity
-// functions other than the identity, and data files outside the header's folder are refused by name.
-// CenterOfRotation is not used, as in ITK, and of AnatomicalOrientation only that it is stated: then the
-// world is ITK's, whatever TransformMatrix is.
+// functions other than the identity, and data files outside the header's folder are refused with a specific
+// message. As in ITK, CenterOfRotation is ignored; AnatomicalOrientation, for any TransformMatrix, only
+// states that the world is ITK's.
 
 #include "image_formats.hpp"
 
@@ -40,12 +40,12 @@ TextHeader read_text_header(const fs::path& file, Faults& faults) {
   return header;
 }
 
-/// Typed access to the fields; a field that is there but wrong is a fault.
+/// Typed access to the fields; an invalid field is a fault.
 class Fields {
 public:
   Fields(const TextHeader& header, Faults& faults) : header_(header), faults_(faults) {}
 
-  /// The value under the first of several names for the same thing.
+  /// The value of the first of several synonymous names.
   std::optional<std::string> text(std::initializer_list<const char*> names,
                                   std::string* name_found = nullptr) {
     std::optional<std::string> value;
@@ -136,7 +136,7 @@ void read_size(Fields& fields, std::size_t n_axes, ImageInfo& info, Faults& faul
 
 FileGeometry read_geometry(Fields& fields, std::size_t n_axes, Faults& faults) {
   FileGeometry geometry;
-  // ElementSize is the voxel's own extent; MetaIO takes it where ElementSpacing is missing.
+  // ElementSize is the voxel's extent; MetaIO uses it without ElementSpacing.
   const bool has_spacing = fields.text({"ElementSpacing"}).has_value();
   const char* spacing_name = has_spacing ? "ElementSpacing" : "ElementSize";
   geometry.spacing_keys.fill(spacing_name);
@@ -164,7 +164,7 @@ FileGeometry read_geometry(Fields& fields, std::size_t n_axes, Faults& faults) {
 }
 
 /// AnatomicalOrientation repeats the matrix in letters: ITK writes the side that an axis comes from, others
-/// the side that it points to. The matrix counts; letters that say neither are reported.
+/// the side that it points to. The matrix is used; letters that match neither are reported.
 void warn_of_orientation(const std::string& letters, const FileGeometry& geometry, const fs::path& file) {
   std::string from, to;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -198,7 +198,7 @@ struct DataPlace {
   bool is_compressed = false;
 };
 
-/// @param bytes that the decoded data has
+/// @param bytes size of the decoded data
 DataPlace find_data(Fields& fields, const fs::path& file, std::int64_t header_bytes, std::int64_t bytes,
                     Faults& faults) {
   DataPlace data;
@@ -210,7 +210,7 @@ DataPlace find_data(Fields& fields, const fs::path& file, std::int64_t header_by
   faults.throw_if_any();
   const std::int64_t file_bytes = size_of_file(data.file, faults);
   data.from = is_local && skipped == 0 ? header_bytes : skipped;
-  if (skipped == -1 && !data.is_compressed) // the data is what the file ends with
+  if (skipped == -1 && !data.is_compressed) // the data are at the end of the file
     data.from = std::max(file_bytes - bytes, is_local ? header_bytes : 0);
   else if (data.from < (is_local ? header_bytes : 0) || data.from > file_bytes)
     faults.add(

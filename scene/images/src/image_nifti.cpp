@@ -1,9 +1,9 @@
 // NIfTI-1 and NIfTI-2 in one file (.nii, .nii.gz).
 //
 // Source: NIfTI-1 Data Format, nifti1.h (Cox et al., 2004, NIfTI Data Format Working Group), and nifti2.h
-// (2011). Departures: a sform that shears is refused where no qform is beside it; ANALYZE without a
-// magic, and types that are no plain numbers (complex, RGB, bits, 128-bit floats) are refused by name;
-// coordinate systems are taken as RAS whatever the xform codes' numbers.
+// (2011). Departures: a sform with shear is refused unless there is a qform; ANALYZE without a magic, and
+// types that are no plain numbers (complex, RGB, bits, 128-bit floats) are refused with a specific message;
+// coordinate systems are RAS for any xform code.
 
 #include "image_formats.hpp"
 
@@ -17,7 +17,7 @@
 namespace maille::image_formats {
 namespace {
 
-/// Where the fields that we need lie, and how wide they are.
+/// Offsets and widths of the fields that are used.
 struct Version {
   int number;
   std::int32_t header_bytes;
@@ -27,8 +27,7 @@ struct Version {
 constexpr Version version_1{1, 348, 344, 40, 70, 72, 76, 108, 112, 116, 123, 252, 254, 256, 268, 280, 68};
 constexpr Version version_2{2, 540, 4, 16, 12, 14, 104, 168, 176, 184, 500, 344, 348, 352, 376, 400, 504};
 constexpr std::int64_t extension_flag_bytes = 4;
-constexpr std::int64_t largest_offset = std::int64_t{1}
-                                        << 28; // a compressed file could make us skip for hours
+constexpr std::int64_t largest_offset = std::int64_t{1} << 28; // limits the time to skip in a compressed file
 
 class Header {
 public:
@@ -70,7 +69,7 @@ private:
   bool swap_bytes_;
 };
 
-/// Compressed or not is what the first bytes say, whatever the name.
+/// The first bytes decide whether the file is compressed, for any name.
 ByteSourcePtr open_bytes(const std::filesystem::path& file, Faults& faults) {
   std::array<char, 2> first{};
   open_file(file, 0, faults)->read(first);
@@ -190,7 +189,7 @@ void read_sform(const Header& header, FileGeometry& geometry) {
   geometry.set_axes(axes);
 }
 
-/// Spacing from pixdim; an axis that the image does not have may leave it out.
+/// Spacing from pixdim; optional for axes that the image does not have.
 void read_pixdim(const Header& header, FileGeometry& geometry) {
   geometry.spacing_keys = {"pixdim[1]", "pixdim[2]", "pixdim[3]"};
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -212,7 +211,7 @@ void read_qform(const Header& header, FileGeometry& geometry, Faults& faults) {
                fmt::format("{}", squares));
     return;
   }
-  // nifti1_io's rule: so close to half a turn, the part that is left out is all rounding.
+  // Rule of nifti1_io: this near to a half turn, the omitted component is only rounding error.
   const bool is_half_turn = 1 - squares < 1e-7;
   const double length = is_half_turn ? std::sqrt(squares) : 1;
   const double w = is_half_turn ? 0 : std::sqrt(1 - squares);
@@ -230,12 +229,12 @@ void read_qform(const Header& header, FileGeometry& geometry, Faults& faults) {
                      header.real(version.qoffset, 2)};
 }
 
-/// What places the voxels, the first what counts (the sform, else the qform, else pixdim).
+/// Forms that position the voxels; the first is used (the sform, else the qform, else pixdim).
 std::vector<FileGeometry> read_geometry(const Header& header, Faults& faults) {
   FileGeometry geometry;
   geometry.world = geometry.fallback = WorldAxes::ras;
   switch (header.length_unit()) {
-  case 0: // not said
+  case 0: // unknown
   case 2:
     geometry.units_per_metre = 1e3;
     break;
@@ -274,7 +273,7 @@ std::vector<FileGeometry> read_geometry(const Header& header, Faults& faults) {
   return stated;
 }
 
-/// Whose axes vectors are along, and the order of a symmetric matrix.
+/// Reads the axes of vectors, and the order of a symmetric matrix.
 void read_intent(const Header& header, OpenImage& image) {
   constexpr int symmetric_matrix = 1005, displacement = 1006, vector = 1007;
   const int intent = header.code(header.version().intent);
@@ -288,7 +287,7 @@ void read_intent(const Header& header, OpenImage& image) {
 std::int64_t read_data_offset(const Header& header, Faults& faults) {
   const std::int64_t smallest = header.version().header_bytes + extension_flag_bytes;
   const double offset = header.vox_offset();
-  if (offset == 0) // some writers leave it out
+  if (offset == 0) // some writers omit it
     return smallest;
   if (!(offset >= static_cast<double>(smallest) && offset <= static_cast<double>(largest_offset)) ||
       offset != std::floor(offset)) {

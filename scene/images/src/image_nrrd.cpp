@@ -1,10 +1,10 @@
-// NRRD: a text header, and data behind it (.nrrd), or in a file beside it that the header names;
-// segmentations of 3D Slicer (.seg.nrrd) are such files whose keys name their labels.
+// NRRD: a text header, and data after it (.nrrd), or in a file that the header names; segmentations
+// of 3D Slicer (.seg.nrrd) are such files with keys that name their labels.
 //
 // Source: "Definition of NRRD File Format" (Kindlmann, Teem), versions 1 to 5; for .seg.nrrd the
 // documentation of 3D Slicer, "Segmentations: file format". Departures: data as text, hex and bzip2,
-// several data files, skipped lines and bytes, and axes of time are refused by name; an axis of
-// components is the first or the last one.
+// several data files, skipped lines and bytes, and axes of time are refused with a specific message; an
+// axis of components is the first or the last one.
 
 #include "image_formats.hpp"
 #include "maille/base/vectors.hpp"
@@ -31,7 +31,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t largest_header = 1 << 18; // a segmentation's keys name every segment
+constexpr std::size_t largest_header = 1 << 18; // keys of segmentations name every segment
 constexpr std::size_t most_axes = 16;
 
 std::string lower(std::string text) {
@@ -67,7 +67,7 @@ TextHeader read_text_header(const fs::path& file, Faults& faults) {
     take("");
   if (header.bytes == std::int64_t{largest_header})
     faults.fail("", fmt::format("an empty line within the first {} bytes", largest_header), "none");
-  return header; // a header alone, whose data is elsewhere
+  return header; // a detached header
 }
 
 std::vector<std::string> words_of(std::string_view text) {
@@ -93,7 +93,7 @@ std::optional<std::vector<double>> parse_vector(std::string word, std::size_t n)
   return parse_numbers<double>(word, n);
 }
 
-/// What `space` says of a world: its axes, and whether x is to be turned round to make it one that we know.
+/// World of a `space`: its axes, and whether x must be reversed to obtain a known one.
 struct World {
   WorldAxes axes = WorldAxes::unknown;
   bool flips_x = false;
@@ -147,7 +147,7 @@ private:
     return value.value_or("");
   }
 
-  /// Sizes, and which axis is the one of components, if there is one.
+  /// Reads sizes, and finds the axis of components, if there is one.
   void read_axes() {
     const auto n = parse_numbers<std::int64_t>(required("dimension", "2, 3 or 4"), 1);
     const std::size_t most = 4;
@@ -174,7 +174,7 @@ private:
       if (!is_domain || (!directions_.empty() && directions_[axis] == "none"))
         others.push_back(axis);
     }
-    if (others.empty() && n_axes_ == 4) // nothing is said: an axis before or behind
+    if (others.empty() && n_axes_ == 4) // unspecified: an axis before or after
       others.push_back(sizes_[0] <= 4 ? 0 : 3);
     if (others.size() > 1 || (others.size() == 1 && others[0] != 0 && others[0] + 1 != n_axes_) ||
         n_axes_ - others.size() > 3 || n_axes_ - others.size() < 2)
@@ -240,7 +240,7 @@ private:
       read_spacings(geometry);
     else
       read_directions(geometry, n_space);
-    // Two axes may stand in a space of three.
+    // Two axes may be in a space of three.
     const std::size_t n_world = field("space") ? 3 : n_space;
     if (const auto origin = field("space origin")) {
       const auto values = parse_vector(std::string(without_blanks(*origin)), n_world);
@@ -262,7 +262,7 @@ private:
     const auto units = field("space units");
     if (!units)
       return;
-    // One in quotes an axis; lengths along the axes have one unit here.
+    // One quoted unit per axis; all lengths must have the same unit here.
     std::vector<std::string> named;
     for (std::size_t at = units->find('"'); at != std::string::npos; at = units->find('"', at + 1)) {
       const std::size_t end = std::min(units->find('"', at + 1), units->size());
@@ -281,7 +281,7 @@ private:
       geometry.units_per_metre = found->second;
   }
 
-  /// The numbers of a field that has one for each axis; those of axes of space alone.
+  /// Numbers of a field with one per axis; returns those of spatial axes.
   std::vector<double> of_axes_of_space(const char* name) {
     const std::vector<std::string> words = words_of(*field(name));
     std::vector<double> numbers;
@@ -298,7 +298,7 @@ private:
     return centers.size() == n_axes_ && centers[axis] == "node";
   }
 
-  /// Old files' origin, as ITK takes it: the edge of the first voxel, unless voxels are nodes.
+  /// Origin in old files, read as in ITK: the edge of the first voxel, unless voxels are nodes.
   void read_axis_mins(FileGeometry& geometry) {
     std::size_t next = 0;
     for (const double edge : of_axes_of_space("axis mins")) {
@@ -332,7 +332,7 @@ private:
 
   std::size_t axis_of_space(std::size_t number) const { return number + (components_axis_ == 0 ? 1 : 0); }
 
-  /// From `spacings`, else from both ends of every axis.
+  /// Reads `spacings`, else derives them from both ends of every axis.
   void read_spacings(FileGeometry& geometry) {
     std::size_t next = 0;
     if (field("spacings"))

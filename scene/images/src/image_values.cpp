@@ -1,4 +1,4 @@
-// From bytes to float32 values, and from a header's grid to ours.
+// Converts bytes to float32 values, and a header's grid to ours.
 
 #include "image_formats.hpp"
 #include "maille/images/layers.hpp"
@@ -21,7 +21,7 @@ constexpr std::int64_t largest_exact_integer = std::int64_t{1} << 24; // float32
 constexpr double largest_float = std::numeric_limits<float>::max();
 constexpr std::size_t chunk_values = std::size_t{1} << 17;
 
-/// Whether an integer comes out of float32 as it went in.
+/// True if float32 represents an integer exactly.
 template<class T>
 bool survives_float32(T value) {
   if constexpr (sizeof(T) <= 2) {
@@ -40,7 +40,7 @@ public:
   Decoder(const ValueLayout& layout, Faults& faults)
       : layout_(layout), is_scaled_(layout.slope != 1 || layout.intercept != 0), faults_(faults) {}
 
-  /// Whether values stand in the file as they are given, all of which float32 holds.
+  /// True if values in the file need no conversion other than to float32, which is exact.
   bool is_plain() const {
     return (std::is_same_v<T, float> || sizeof(T) <= 2) && !is_scaled_ && !layout_.swap_bytes;
   }
@@ -54,7 +54,7 @@ public:
     if (!is_scaled_ && !std::is_same_v<T, double>)
       return static_cast<float>(value);
     const double scaled = layout_.slope * static_cast<double>(value) + layout_.intercept;
-    // Infinities and NaN of the file stay; a finite value must not become one.
+    // Keeps infinities and NaN of the file; a finite value must not overflow.
     if (std::abs(scaled) > largest_float && !is_infinite(value))
       faults_.fail("data", "values within float32", fmt::format("{}", scaled));
     return static_cast<float>(scaled);
@@ -76,7 +76,7 @@ private:
 using ScalarTypes = std::tuple<std::int8_t, std::uint8_t, std::int16_t, std::uint16_t, std::int32_t,
                                std::uint32_t, std::int64_t, std::uint64_t, float, double>;
 
-/// Calls use(T{}) for the type T that is named.
+/// Calls use(T{}) for the named type T.
 template<std::size_t n = 0, class Use>
 auto with_type(ScalarType type, const Use& use) {
   if constexpr (n + 1 < std::tuple_size_v<ScalarTypes>)
@@ -89,7 +89,7 @@ std::int64_t n_values(const ImageInfo& info) {
   return info.n_voxels() * info.components;
 }
 
-/// Grows like a vector would, but never past what is wanted in the end.
+/// Grows geometrically, up to the final size.
 void grow(std::vector<float>& values, std::size_t to, std::size_t in_the_end) {
   if (to > values.capacity())
     values.reserve(std::min(std::max(to, 2 * values.capacity()), in_the_end));
@@ -166,7 +166,7 @@ void set_size(ImageInfo& info, const std::array<std::int64_t, 3>& size,
               const std::string& components_key, Faults& faults) {
   constexpr std::int64_t largest = std::numeric_limits<int>::max();
   const std::string expected = fmt::format("1 to {}", largest);
-  std::int64_t bytes = 8; // a float64 each: neither the file's nor our size can then overflow
+  std::int64_t bytes = 8; // as float64, so that neither the file's nor our size overflows
   bool is_countable = true;
   const auto check = [&](std::int64_t count, const std::string& key) {
     if (count < 1 || count > largest) {
@@ -210,8 +210,8 @@ void ValueReader::read_as(std::size_t count, std::vector<float>& values) {
   }
   if (done_ < wanted_)
     return;
-  // Reading on has compressed data check its own sum, and finds sizes that are too small.
-  constexpr std::size_t most_surplus = 1 << 20; // more is another image, or a bomb
+  // Reads further, so that compressed data verify their checksum, and to detect sizes that are too small.
+  constexpr std::size_t most_surplus = 1 << 20; // more is another image or a decompression bomb
   buffer_.resize(std::max(buffer_.size(), std::size_t{1} << 16));
   std::size_t surplus = 0;
   while (const std::size_t got = surplus > most_surplus ? 0 : source_->read(buffer_))

@@ -1,6 +1,5 @@
-// VTK's XML image data (.vti): where its voxels lie and which array holds them. A shared object reads the
-// data by VTK itself. Departures: one Piece only; numbers of a header that VTK would replace by defaults are
-// refused.
+// VTK's XML image data (.vti): finds the geometry and the array of values. A shared object reads the data by
+// VTK itself. Departures: one Piece only; header numbers that VTK would replace by defaults are refused.
 
 #include "plugin_readers.hpp"
 
@@ -49,7 +48,7 @@ std::optional<std::vector<T>> numbers(xml_node node, const char* name, std::size
   return values;
 }
 
-/// First and last point along each axis.
+/// First and last point index along each axis.
 using Extent = std::array<std::array<std::int64_t, 2>, 3>;
 
 Extent read_extent(xml_node grid, Faults& faults) {
@@ -77,7 +76,7 @@ xml_node only_piece(xml_node grid, Faults& faults) {
   return piece;
 }
 
-/// Arrays of voxels, without VTK's own book-keeping.
+/// Arrays of voxels, without internal arrays of VTK.
 std::vector<xml_node> arrays_in(xml_node piece, bool only_active) {
   std::vector<xml_node> arrays;
   for (const char* of : {"CellData", "PointData"}) {
@@ -90,11 +89,11 @@ std::vector<xml_node> arrays_in(xml_node piece, bool only_active) {
   return arrays;
 }
 
-/// The active scalars, else the only array; of several a fault that lists them.
+/// The active scalars, else the only array; for several a fault that lists them.
 xml_node values_of(xml_node piece, Faults& faults) {
   const std::vector<xml_node> all = arrays_in(piece, false), active = arrays_in(piece, true);
   std::vector<xml_node> found = active.empty() ? all : active;
-  if (!active.empty()) { // those of cells count before those of points
+  if (!active.empty()) { // cell data take precedence over point data
     const std::string first = found.front().parent().name();
     std::erase_if(found, [&](xml_node array) { return array.parent().name() != first; });
   }
@@ -110,7 +109,7 @@ xml_node values_of(xml_node piece, Faults& faults) {
   return found.front();
 }
 
-/// Whether a text such as `m`, `length: m` or `lengths: m; Stress: Pa` says that lengths are in metres.
+/// True if a text such as `m`, `length: m` or `lengths: m; Stress: Pa` sets lengths to metres.
 bool says_metres(std::string_view text) {
   std::string before;
   std::string word;
@@ -131,14 +130,14 @@ bool says_metres(std::string_view text) {
   return false;
 }
 
-/// The world that Maille's own files state behind their units.
+/// World in files of Maille, stated after the units.
 WorldAxes world_in(std::string_view units) {
   return units.ends_with("world: RAS")   ? WorldAxes::ras
          : units.ends_with("world: LPS") ? WorldAxes::lps
                                          : WorldAxes::unknown;
 }
 
-/// Voxel 0 stands at the first point, or half a spacing further in if voxels are cells.
+/// Voxel 0 is at the first point, or half a spacing further if voxels are cells.
 FileGeometry read_geometry(xml_node grid, const Extent& extent, bool has_cells, Faults& faults) {
   FileGeometry geometry;
   geometry.spacing_keys.fill("Spacing");
@@ -188,7 +187,7 @@ void read_array(xml_node array, const std::string& name, const Extent& extent, b
   faults.throw_if_any();
 }
 
-/// Values of one array as bytes, whose faults are ours.
+/// Values of one array as bytes; adds faults of the file.
 class ArraySource final : public ByteSource {
 public:
   ArraySource(std::function<std::string(std::span<char>)> values, std::int64_t bytes, std::string key,

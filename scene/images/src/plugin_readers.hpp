@@ -1,6 +1,6 @@
 #pragma once
-/// What is asked of files that other libraries read, in shared objects that are opened when the first such
-/// file is read: DICOM series by GDCM, image data by VTK. Private to images and to these objects.
+/// Interface to the shared objects that read files with other libraries and are opened at first use: DICOM
+/// series by GDCM, image data by VTK. Private to images and to these objects.
 
 #include "image_formats.hpp"
 #include "maille/plugins/open_plugin.hpp"
@@ -21,48 +21,48 @@ namespace maille::image_formats {
 
 /// The header of a file. Lengths in mm, along left, posterior, superior.
 struct DicomHeader {
-  bool is_dicom = false;   ///< all else is empty where not
-  bool is_damaged = false; ///< begins as DICOM does, and cannot be read
+  bool is_dicom = false;   ///< false: all else is empty
+  bool is_damaged = false; ///< begins as DICOM, but is unreadable
   std::string series;      ///< SeriesInstanceUID
   std::string series_name, modality, transfer_syntax, image_type;
-  int columns = 0, rows = 0, frames = 1, samples = 1; ///< x, y, slices and values a pixel
+  int columns = 0, rows = 0, frames = 1, samples = 1; ///< x, y, slices, and values per pixel
   bool has_position = false, has_orientation = false, has_spacing = false;
-  Vec3 position{};                 ///< ImagePositionPatient: of the first pixel's middle
-  std::array<Vec3, 2> along{};     ///< ImageOrientationPatient: of a row, of a column
+  Vec3 position{};                 ///< ImagePositionPatient: centre of the first pixel
+  std::array<Vec3, 2> along{};     ///< ImageOrientationPatient: direction of a row, of a column
   double row_spacing = 0;          ///< between rows, PixelSpacing's first
   double column_spacing = 0;       ///< between columns
-  double thickness = 0;            ///< SpacingBetweenSlices, else SliceThickness; 0: not said
+  double thickness = 0;            ///< SpacingBetweenSlices, else SliceThickness; 0: not stated
   double slope = 1, intercept = 0; ///< RescaleSlope, RescaleIntercept
 };
 
-/// What the shared object offers. None of it throws. GDCM of Debian ends the process at a damaged file (its
-/// assertions are on), so that files are read in a process of their own: what ends that one is a fault.
+/// Functions of the shared object; none throws. Debian's GDCM aborts on a damaged file (assertions are
+/// enabled), so files are read in a separate process; its abort becomes a fault.
 struct DicomFunctions {
-  /// Headers of the files; `is_dicom` is false for other files, `is_damaged` true where reading failed.
+  /// Headers of the files; `is_dicom` is false for other files, `is_damaged` true if reading failed.
   std::vector<DicomHeader> (*headers)(const std::vector<std::string>& files);
-  /// Stored values of one slice, row by row, not rescaled. @return what is wrong, or nothing
+  /// Stored values of one slice, row by row, not rescaled. @return error message, or empty
   std::string (*pixels)(const std::string& file, std::vector<double>& values);
 };
 
 inline constexpr std::size_t dicom_layout = layout_of<DicomFunctions, DicomHeader>();
 
-/// The other shared object, on VTK. None of it throws; files are read in a process of their own.
+/// Functions of the shared object with VTK; none throws. Files are read in a separate process.
 struct VtkReaders {
   /// The element ImageData as XML, without data, and the text of the array `Units` beside the grid.
-  /// @return what VTK says is wrong, or nothing
+  /// @return VTK's error message, or empty
   std::string (*header)(const std::string& file, std::string& xml, std::string& units);
   /// The values of an array of CellData or PointData, which must have `n_values`: a function that fills a
-  /// span with the next bytes, as this machine has them, and says what is wrong, or nothing.
+  /// span with the next bytes, in this machine's byte order, and returns an error message, or empty.
   std::function<std::string(std::span<char>)> (*values)(const std::string& file, bool of_cells,
                                                         const std::string& name, std::int64_t n_values);
-  /// As read_vtk_arrays. @return what is wrong, or nothing
+  /// As read_vtk_arrays. @return error message, or empty
   std::string (*arrays)(const std::string& file, const std::vector<std::string>& names, std::int64_t nodes,
                         VtkArrays& arrays);
 };
 
 inline constexpr std::size_t vtk_readers_layout = layout_of<VtkReaders, VtkArrays>();
 
-/// The functions of a shared object. @throws InputError where it cannot be opened
+/// The functions of a shared object. @throws InputError if it cannot be opened
 template<class Functions>
 const Functions& opened(const char* file, const char* what, const char* package, std::size_t layout,
                         Faults& faults) {

@@ -1,4 +1,4 @@
-// The shared object maille-vtk-readers.so: VTK's XML files by VTK's own readers, in a process of their own.
+// The shared object maille-vtk-readers.so: reads VTK's XML files by VTK's readers, in a separate process.
 
 #include "apart.hpp"
 #include "plugin_readers.hpp"
@@ -35,13 +35,13 @@ using maille::VtkArrays;
 
 constexpr std::uint64_t memory = std::uint64_t{64} << 20;
 
-/// VTK's reader. It hands out the header as it stands, since VTK replaces numbers that it cannot
-/// read by defaults. It finds data that end early or go on behind the last value; VTK says nothing.
+/// VTK's reader with access to the original header, because VTK replaces unreadable numbers by defaults.
+/// Detects data that end early or continue after the last value, which VTK ignores.
 class ImageReader : public vtkXMLImageDataReader {
 public:
   static ImageReader* New();
   std::string header;
-  /// The array that is read: its place, and how many values it must have once all are read; 0 before.
+  /// The array to read: its section, and its expected number of values; 0 until known.
   const char* section = "";
   std::string name;
   std::int64_t n_values = 0;
@@ -52,7 +52,7 @@ protected:
       for (const char* of : {"CellData", "PointData"})
         if (vtkXMLDataElement* const data = grid->GetNestedElement(p)->FindNestedElementWithName(of))
           for (int a = 0; a < data->GetNumberOfNestedElements(); ++a)
-            if (data->GetNestedElement(a)->GetAttribute("Name") == nullptr) // VTK would not read it
+            if (data->GetNestedElement(a)->GetAttribute("Name") == nullptr) // VTK would skip it
               data->GetNestedElement(a)->SetAttribute("Name", "unnamed");
     std::ostringstream text;
     grid->PrintXML(text, vtkIndent());
@@ -75,7 +75,7 @@ protected:
   }
 
 private:
-  /// A value as bytes, `filler` where the file has none; empty where VTK sees its end.
+  /// A value as bytes; `filler` if the file has none; empty if VTK detects the end.
   std::string value(vtkXMLDataElement* array, std::int64_t at, char filler) {
     vtkTypeInt64 offset = 0;
     int type = VTK_VOID;
@@ -93,7 +93,7 @@ private:
 };
 vtkStandardNewMacro(ImageReader);
 
-/// A reader and the first thing that VTK says is wrong.
+/// A reader and its first error message.
 template<class Reader>
 class Watched {
 public:
@@ -101,7 +101,7 @@ public:
     observer_->SetClientData(&fault);
     observer_->SetCallback([](vtkObject* /*who*/, unsigned long /*event*/, void* first, void* said) {
       std::string text(static_cast<const char*>(said));
-      const std::size_t begin = text.find("): "); // behind the place in VTK's sources
+      const std::size_t begin = text.find("): "); // after the location in VTK's sources
       text.erase(0, begin == std::string::npos ? 0 : begin + 3);
       text.erase(text.find_last_not_of(" \n") + 1);
       std::replace(text.begin(), text.end(), '\n', ' ');
@@ -143,8 +143,8 @@ std::string header(const std::string& file, std::string& xml, std::string& units
                                                                                                  : too_much;
 }
 
-/// The first word of a text array that its type cannot hold: VTK takes 256 and 6.5 for
-/// numbers of UInt8. Empty where all are right, and where the array is no text.
+/// The first word in a text array that its type cannot represent: VTK accepts 256 and 6.5 for UInt8. Empty if
+/// all are valid, or if the array is not text.
 std::string wrong_word(const std::string& file, const std::string& section, const std::string& name,
                        vtkDataArray& array) {
   const int type = array.GetDataType();
@@ -172,7 +172,7 @@ std::string wrong_word(const std::string& file, const std::string& section, cons
   return {};
 }
 
-/// Values that a process reads, some layers at a time.
+/// Values that a separate process reads, some layers at a time.
 class Values {
 public:
   Values(const std::string& file, bool of_cells, const std::string& name, std::int64_t n_values)
@@ -236,7 +236,7 @@ private:
     }
   }
   Apart child_;
-  std::size_t left_ = 0; ///< bytes of the layers at hand
+  std::size_t left_ = 0; ///< remaining bytes of the current layers
 };
 
 std::function<std::string(std::span<char>)> values(const std::string& file, bool of_cells,

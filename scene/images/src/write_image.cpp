@@ -1,4 +1,4 @@
-// MetaImage and NRRD, and which writer takes a file.
+// Writes MetaImage and NRRD, and selects the writer for a file.
 //
 // Source: MetaIO documentation (ITK wiki) as in image_meta.cpp; "Definition of NRRD File Format"
 // (Kindlmann, Teem), version 5. Both world frames are LPS.
@@ -28,7 +28,7 @@ StoredType stored_type(std::span<const float> values, StoredAs stored_as) {
     return StoredType::float32;
   float least = 0, most = 0;
   for (const float value : values) {
-    constexpr float largest = 1 << 24; // beyond, float32 skips whole numbers
+    constexpr float largest = 1 << 24; // float32 skips whole numbers beyond
     if (!(std::abs(value) <= largest) || value != std::floor(value))
       throw std::invalid_argument(
           fmt::format("expected labels, whole numbers of at most 2^24, found {}", value));
@@ -98,7 +98,7 @@ struct LpsGrid {
   }
 };
 
-/// Components of a voxel side by side, some planes at a time.
+/// Writes the components of each voxel together, some planes at a time.
 void write_interleaved(WrittenFile& file, const Image& image, StoredType type) {
   const auto components = static_cast<std::size_t>(image.info.components);
   if (components == 1)
@@ -176,8 +176,7 @@ void write_nrrd(const Image& image, const fs::path& file, StoredType type, const
 
 std::string writable_ending(const fs::path& file) {
   const std::string name = file.filename().string();
-  for (const char* ending :
-       {".gz", ".nii", ".mha", ".nrrd"}) // of .nii.gz what is left of it in a name of the way
+  for (const char* ending : {".gz", ".nii", ".mha", ".nrrd"}) // .gz covers .nii.gz
     if (name.ends_with(ending))
       return ending;
   return {};

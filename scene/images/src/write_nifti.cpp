@@ -22,9 +22,9 @@ namespace {
 
 using namespace image_formats;
 
-constexpr std::size_t header_bytes = 352; // 348, and four that say that there are no extensions
+constexpr std::size_t header_bytes = 352; // 348, plus four that mean no extensions
 
-/// A NIfTI-1 header in this machine's byte order, which readers find out by its first number.
+/// A NIfTI-1 header in this machine's byte order, which readers detect by its first number.
 class Header {
 public:
   template<class T>
@@ -67,7 +67,7 @@ Header header_of(const ImageInfo& info, StoredType type, StoredAs stored_as) {
   header.put(108, static_cast<float>(header_bytes));
   header.put(112, 1.0F);
   header.put(123, unit_is_millimetre);
-  header.put(148, "maille"); // descrip: tells whose file this is
+  header.put(148, "maille"); // descrip: program that wrote the file
   header.put(252, scanner);
   header.put(254, scanner);
   Eigen::Matrix3d direction;

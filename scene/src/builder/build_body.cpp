@@ -11,7 +11,7 @@ namespace {
 
 using reader::most_cells_along_an_axis;
 
-/// Grids within the range of the arithmetic; `grid` stays empty otherwise.
+/// True if the grid is in the range of the arithmetic; otherwise `grid` stays empty.
 bool is_grid(int dimension, const Index3& cells, const Vec3& spacing, FaultList& faults) {
   const std::size_t before = faults.size();
   if (dimension < 1 || dimension > 3) {

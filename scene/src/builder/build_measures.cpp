@@ -7,7 +7,7 @@ namespace maille {
 
 namespace {
 
-/// As many empty tables as there are holds, or moves: what a measure of a force counts.
+/// Empty tables, one per hold or move: the reader counts them for measures of force.
 toml::array tables_of(std::size_t n) {
   toml::array tables;
   for (std::size_t i = 0; i < n; ++i)
@@ -17,7 +17,7 @@ toml::array tables_of(std::size_t n) {
 
 } // namespace
 
-/// By the reader of scene files, whose faults lose their lines: those of the pieces of text say nothing.
+/// By the reader of scene files; faults lose their lines, which refer to the pieces of text.
 std::vector<Measure> SceneBuilder::Assembly::measures() {
   FaultList faults("");
   faults.units = {1.0, 1.0};

@@ -32,7 +32,7 @@ std::string words(const Where& where) {
 
 } // namespace
 
-/// By the reader of scene files, whose faults lose file and line.
+/// By the reader of scene files; faults lose file and line.
 SceneAndMeasures SceneBuilder::Assembly::of_keys() {
   const auto* labels = std::get_if<LabelBody>(&asked_.body_);
   if (!labels && !asked_.table_)
@@ -97,8 +97,8 @@ void SceneBuilder::Assembly::read_relaxation() {
 
 // ---- holds, moves and loads -------------------------------------------------------------------------------
 
-/// Numbers of the grid that was asked for become those of the body's. Unlike a box, a list says of each node
-/// that it is one.
+/// Converts node numbers from the given grid to the body's. Unlike a box, a list must contain body nodes
+/// only.
 std::optional<Region> SceneBuilder::Assembly::region_of(const NodeList& list, const Asked& asked) {
   if (!has_body_)
     return std::nullopt;
@@ -209,7 +209,7 @@ void SceneBuilder::Assembly::add_conditions() {
     read_condition(move, false, ++number, conditions);
   if (has_body_ && asked_.holds_.empty() && asked_.moves_.empty())
     reader::report_loose_body(faults_);
-  // Lists are of the body as given: nodes that are left out with a loose piece are no slip.
+  // Lists refer to the given body: nodes of a left-out piece are no error.
   std::vector<std::optional<Region>> regions;
   for (const Load& load : asked_.loads_)
     regions.push_back(load.where ? region_of(*load.where, {fmt::format("load[{}].where", regions.size() + 1),

@@ -1,6 +1,6 @@
 #pragma once
-/// What SceneBuilder::build() does: the parts of a scene one after the other, by the functions that the
-/// readers of files call.
+/// Implementation of SceneBuilder::build(): makes the parts of a scene one by one, with the functions of the
+/// file readers.
 
 #include "maille/scene/scene_builder.hpp"
 
@@ -50,7 +50,7 @@ private:
       add_fault(table + "." + key, *wanted, fmt::format("{}", value));
   }
 
-  /// Faults of a reader of scene files, without their file and line.
+  /// Adds faults of a scene file reader, without their file and line.
   void take(const std::vector<Fault>& faults) {
     for (const Fault& fault : faults)
       add_fault(fault.key, fault.expected, fault.found);
@@ -60,8 +60,8 @@ private:
   FaultList faults_;
   reader::MaterialTable materials_;
   Scene scene_;
-  Grid whole_;            ///< as asked for
-  Index3 first_{0, 0, 0}; ///< cell of the body's cell 0 in it
+  Grid whole_;            ///< as given
+  Index3 first_{0, 0, 0}; ///< position of the body's cell 0 in it
   bool has_body_ = false;
 };
 

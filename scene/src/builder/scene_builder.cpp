@@ -43,7 +43,7 @@ void for_each_voxel(const ArrayLayout& layout, Visit&& visit) {
         visit(static_cast<std::size_t>(layout.element({i, j, k})));
 }
 
-/// Spacing, place and orientation of voxels, by the rules for images that are read.
+/// Sets spacing, position and orientation of voxels, by the rules for image files.
 void set_geometry(const Affine& affine, ImageInfo& info, std::vector<Fault>& faults) {
   constexpr const char* key = "specimen.affine";
   if (affine[3] != std::array<double, 4>{0, 0, 0, 1})
@@ -238,7 +238,7 @@ ArrayLayout ArrayLayout::z_fastest(const Index3& size) {
 }
 
 bool ArrayLayout::fits(std::int64_t n_elements) const {
-  // Strides may be anything: sums in 128 bits pass no range.
+  // Strides are arbitrary: sums in 128 bits do not overflow.
   __extension__ typedef __int128 Wide;
   Wide low = first, high = first, voxels = 1;
   for (std::size_t a = 0; a < 3; ++a) {

@@ -66,7 +66,7 @@ Eigen::Vector3d middle_of(const Specimen& body, std::int64_t cell) {
   return middle;
 }
 
-/// The spread of cells along their principal axes, smallest first [m^2], and the axes.
+/// The variance of cells along their principal axes, smallest first [m^2], and the axes.
 Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal_axes(const std::vector<std::int64_t>& cells,
                                                               const Specimen& body) {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
@@ -78,7 +78,7 @@ Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal_axes(const std::vector<
     const Eigen::Vector3d from_mean = middle_of(body, cell) - mean;
     spread += from_mean * from_mean.transpose();
   }
-  // A cell by itself is spread, too: without that a row of two cells would be infinitely slender.
+  // Includes the variance within a cell: otherwise a row of two cells would be infinitely slender.
   spread /= static_cast<double>(cells.size());
   for (int a = 0; a < body.grid.dimension(); ++a)
     spread(a, a) += std::pow(body.grid.spacing()[a], 2) / 12;
@@ -158,7 +158,8 @@ OrFault<std::vector<std::int64_t>> cells_of_label(std::int64_t label, const Spec
 
 OrFault<Region> end_of_label(const std::vector<std::int64_t>& cells, std::string_view direction, double depth,
                              const Specimen& body) {
-  // Thinner than that, and noise at the border of a label turns the axis; across, the ends are sides.
+  // Below this slenderness, noise at the border of a label rotates the axis; across the direction, ends are
+  // sides.
   constexpr double least_slenderness = 1.2, least_cosine = 0.5;
   const auto towards = direction_named(direction, body);
   if (const auto* fault = std::get_if<RegionFault>(&towards))

@@ -1,5 +1,5 @@
 #pragma once
-/// Directions and frames of a patient, and parts of a body that its labels name.
+/// Anatomical directions and frames, and parts of a body that labels define.
 
 #include "conditions/region.hpp"
 
@@ -8,37 +8,36 @@
 
 namespace maille::reader {
 
-/// Why a region cannot be found: as a fault has it.
+/// Reason why a region does not exist, in the form of a fault.
 struct RegionFault {
   std::string expected, found;
 };
 template<class T>
 using OrFault = std::variant<T, RegionFault>;
 
-/// Coordinates that a file's places are in: the object's own, those of the world that its image states, or a
-/// patient's.
+/// Coordinate frame of places in a file: the object's own, the world of its image, or a patient's.
 enum class CoordinateFrame { grid, world, ras, lps };
 inline constexpr std::array<std::string_view, 4> coordinate_frames{"grid", "world", "ras", "lps"};
 
-/// What carries points of the object's frame into `frame`.
-/// A fault where a patient's frame is asked for and the image does not say where the patient is.
+/// Transformation from the object's frame to `frame`.
+/// A fault if a patient's frame is requested and the image does not define it.
 OrFault<Placement> placement_in(const Specimen& body, CoordinateFrame frame);
 
-/// `superior`, `inferior`, `left`, `right`, `anterior`, `posterior`; `proximal` and `distal`, which are taken
-/// for superior and inferior; or `x-`, `x+` ... of the grid.
+/// True for `superior`, `inferior`, `left`, `right`, `anterior`, `posterior`; `proximal` and `distal`, which
+/// stand for superior and inferior; and `x-`, `x+` ... of the grid.
 bool is_direction(std::string_view name);
-/// The unit vector in the object's frame. A fault of a patient's direction as of placement_in.
+/// The unit vector of a direction in the object's frame. Faults of anatomical directions as in placement_in.
 OrFault<Vec3> direction_named(std::string_view name, const Specimen& body);
-/// The face of the body's bounding box whose outward normal is nearest to a patient's direction, as the grid
-/// calls it: `x-`.
+/// The face of the body's bounding box whose outward normal is nearest to an anatomical direction, by its
+/// grid name: `x-`.
 OrFault<std::string> face_towards(std::string_view direction, const Specimen& body);
 
-/// Cells of a label. A fault where the body has none of it.
+/// Cells of a label. A fault if the body has none.
 OrFault<std::vector<std::int64_t>> cells_of_label(std::int64_t label, const Specimen& body);
 
-/// The nodes of a label within `depth` [m] of one end, along its own long axis: the first principal axis of
-/// its largest piece (cells joined through faces), where the piece ends furthest in `direction`.
-/// A fault where the label is about as thick as long, or lies across the direction.
+/// The nodes of a label within `depth` [m] of one end, along its long axis: the first principal axis of its
+/// largest piece (cells joined through faces). The end is the one that is furthest in `direction`. A fault if
+/// the label is about as thick as long, or lies across the direction.
 OrFault<Region> end_of_label(const std::vector<std::int64_t>& cells, std::string_view direction, double depth,
                              const Specimen& body);
 

@@ -42,7 +42,8 @@ DisplacementImage::DisplacementImage(const std::filesystem::path& file, double m
   continue_matter(file, *body);
 }
 
-/// Maps of a body are 0 beside its matter, and its surface lies half a voxel beyond the voxels that count.
+/// Extrapolates: displacement images are 0 outside matter, but the surface is half a voxel beyond the outer
+/// centres.
 void DisplacementImage::continue_matter(const std::filesystem::path& file, const Specimen& body) {
   const ImageInfo& info = image_.info;
   const Index3& n = info.size;
@@ -132,7 +133,7 @@ std::optional<Vec3> DisplacementImage::at(const Vec3& point) const {
     constexpr double rounding = 1e-6;
     const double last = info.size[a] - 1;
     if (info.size[a] == 1)
-      continue; // a slice goes on across itself
+      continue; // a slice is constant across its plane
     if (!(index >= -0.5 - rounding && index <= last + 0.5 + rounding))
       return std::nullopt;
     index = std::clamp(index, 0.0, last);

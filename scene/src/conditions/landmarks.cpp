@@ -32,9 +32,9 @@ std::optional<CoordinateFrame> frame_named(std::string_view name) {
   return std::nullopt;
 }
 
-constexpr std::string_view blanks = " \t\r"; // lines of other systems end in one
+constexpr std::string_view blanks = " \t\r"; // includes \r of other systems
 
-/// What stands behind `# name = ` in one of the lines of the head; empty where none has it.
+/// Value after `# name = ` in a header line; empty without such a line.
 std::string_view head_entry(std::string_view text, std::string_view name) {
   while (text.starts_with('#')) {
     const std::size_t end = std::min(text.find('\n'), text.size());
@@ -70,7 +70,7 @@ Landmarks read_fcsv(const std::filesystem::path& file) {
     const auto& cells = records.cells();
     if (cells.size() == 1 && trimmed(cells[0], blanks).empty())
       continue;
-    // 3D Slicer 5 writes a position's status behind the columns that it names: 2 is placed.
+    // 3D Slicer 5 writes a position's status after the named columns: 2 means placed.
     const std::size_t status = column("associatedNodeID") + 1, label = column("label");
     if (status < cells.size() && (cells[status] == "0" || cells[status] == "1" || cells[status] == "3")) {
       warn_not_placed(file, label < cells.size() ? cells[label] : "", "status " + cells[status]);

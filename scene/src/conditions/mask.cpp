@@ -16,7 +16,7 @@ public:
        const std::optional<VoxelBlocks>& blocks)
       : image_(std::move(image)), ranges_(ranges), body_(body), blocks_(blocks) {}
 
-  /// Cells of layer k, and never again of those below, are asked for.
+  /// Moves to layer k; cells of lower layers are no longer available.
   void move_to(int k) {
     if (blocks_)
       image_.move_to(blocks_->first[2] + k * blocks_->per_cell[2],
@@ -25,10 +25,10 @@ public:
       image_.move_to(0, image_.info().size[2]);
   }
 
-  /// Damage behind the body is a fault, too.
+  /// Reads the rest: damage after the layers of the body is a fault, too.
   void move_to_end() { image_.move_to(image_.info().size[2], image_.info().size[2]); }
 
-  /// Whether the cell at `at`, which may lie beyond the body's grid, is marked.
+  /// True if the cell at `at`, which may be outside the body's grid, is marked.
   bool has_cell(const Index3& at) const { return blocks_ ? has_most_of(at) : has_middle_of(at); }
 
 private:
@@ -95,7 +95,7 @@ OrFault<Region> region_of_mask(const std::filesystem::path& file, const std::vec
                     info.size[1], info.size[2])};
   const std::vector<LabelRange> counted = ranges.empty() ? all_but_zero() : ranges;
   Mask mask(image.open(blocks ? blocks->per_cell[2] : info.size[2]), counted, body, blocks);
-  // Cells of a layer around the grid count, too: what the body's border touches.
+  // Includes one layer of cells around the grid, which the body's border touches.
   const Grid& grid = body.grid;
   Index3 low{-1, -1, -1}, high{grid.cells()[0] + 1, grid.cells()[1] + 1, grid.cells()[2] + 1};
   if (grid.dimension() == 2) {

@@ -1,4 +1,4 @@
-// Surfaces as Wavefront OBJ files have them: `v x y z`, `f a b c ...`; all else is for pictures.
+// Surfaces in Wavefront OBJ: reads `v x y z` and `f a b c ...`; everything else concerns rendering.
 
 #include "conditions/places_in_files.hpp"
 #include "maille/materials/text_file.hpp"
@@ -20,7 +20,7 @@ namespace maille::reader {
 namespace {
 
 constexpr std::int64_t largest_obj_bytes = std::int64_t{1} << 31;
-constexpr double largest_coordinate = 1e9; ///< of no body, whatever the unit
+constexpr double largest_coordinate = 1e9; ///< larger than any body, in any unit
 
 class ObjReading {
 public:
@@ -28,7 +28,7 @@ public:
 
   SurfaceMesh read() {
     std::string bytes = read_text_file(file_, "a surface, an OBJ file", largest_obj_bytes);
-    // Continued lines are joined; a form feed stands for the end of each line but the last.
+    // Joins continued lines; a form feed replaces each inner line end.
     for (std::size_t at = bytes.find('\\'); at != std::string::npos; at = bytes.find('\\', at + 1)) {
       const std::size_t end = at + (bytes.compare(at + 1, 1, "\r") == 0 ? 2 : 1);
       if (end >= bytes.size() || bytes[end] != '\n')
@@ -86,7 +86,7 @@ private:
     }
     vertices_.push_back(x);
   }
-  /// A corner is a number of a vertex, from 1, or backwards from -1; what follows a slash is for pictures.
+  /// A corner is a vertex number, from 1, or backwards from -1; text after a slash concerns rendering.
   void take_face() {
     std::vector<std::size_t> corners;
     for (std::string_view word = next_word(); !word.empty(); word = next_word()) {

@@ -1,5 +1,5 @@
 #pragma once
-/// Regions that files mark: voxels of a mask, nodes near a surface of triangles, nodes near landmarks.
+/// Regions defined by files: voxels of a mask, nodes near a triangulated surface, nodes near landmarks.
 
 #include "conditions/anatomy.hpp"
 
@@ -8,25 +8,25 @@
 namespace maille::reader {
 
 /// Voxels of an image whose grey values are in one of the ranges.
-/// Cost: the image, 27 look-ups a node. @throws InputError for a faulty image
+/// Cost: reading the image, 27 look-ups per node. @throws InputError for a faulty image
 /// @param ranges        empty: every value but 0
-/// @param resample      look up the voxel at the middle of each cell, whatever the image's grid
-/// A fault where the image's voxels are not the body's, or those that its cells are merged of: a cell counts
-/// where at least half of its voxels do.
+/// @param resample      use the voxel at the centre of each cell, for any grid of the image
+/// A fault if the image's voxels are not those of the body, or those that its cells consist of; a cell is in
+/// the region if at least half of its voxels are.
 OrFault<Region> region_of_mask(const std::filesystem::path& file, const std::vector<LabelRange>& ranges,
                                bool resample, const Specimen& body);
 
 using Triangle = std::array<Vec3, 3>;
-/// A surface as an STL file, binary or text, or an OBJ file has it.
+/// A surface from an STL file (binary or text) or an OBJ file.
 struct SurfaceMesh {
   std::vector<Triangle> triangles;      ///< in the file's unit, or [m]
-  std::optional<CoordinateFrame> frame; ///< of 3D Slicer's files, which state `SPACE=LPS` or `SPACE=RAS`
+  std::optional<CoordinateFrame> frame; ///< for files of 3D Slicer, which state `SPACE=LPS` or `SPACE=RAS`
 };
 /// @throws InputError: missing, truncated, neither form, not finite, or no triangle
 SurfaceMesh read_stl(const std::filesystem::path& file);
-/// Likewise of Wavefront OBJ; faces of more than three corners are cut into triangles.
+/// The same for Wavefront OBJ; faces with more than three corners are cut into triangles.
 SurfaceMesh read_obj(const std::filesystem::path& file);
-/// What the ending says: .obj, else STL. @param metres of the file's unit
+/// By the file name ending: .obj, else STL. @param metres length of the file's unit
 SurfaceMesh read_surface_mesh(const std::filesystem::path& file, double metres = 1);
 
 /// Points of 3D Slicer's markups, .fcsv or .mrk.json.
@@ -38,7 +38,7 @@ struct Landmarks {
 /// @throws InputError: missing, not in its form, not finite, or without a point
 Landmarks read_landmarks(const std::filesystem::path& file);
 
-/// Distance of a point from a triangle, degenerate ones included.
+/// Distance of a point from a triangle, also a degenerate one.
 double distance(const Vec3& point, const Triangle& triangle);
 
 /// Nodes of the body within a distance [m] of any of the triangles; object's frame.

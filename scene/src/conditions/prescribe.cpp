@@ -66,7 +66,8 @@ void pull_at(const WeightedFaces& faces, Traction&& traction, const Asked& where
 void add_traction(const Region& region, const Vec3& traction, const Asked& where, Scene& scene,
                   FaultList& faults) {
   const auto faces = faces_in(region, where, scene.specimen, faults);
-  // A slope in steps has 1 / sqrt(3) at least; an end with a depth has sides that face each other.
+  // The net area of a sloped staircase is at least 1 / sqrt(3) of its total; an end with a depth has opposite
+  // ones.
   constexpr double least_of_one_side = 0.57;
   double all = 0;
   Vec3 net{};
@@ -119,7 +120,7 @@ void add_foundation(const Region& region, const Foundation& foundation, const As
   for (std::size_t i = 0; i < faces.size(); ++i) {
     const auto& [face, part] = faces[i];
     const Vec3 normal = normals.at(BorderNormals::middle(scene.specimen.grid, oriented[i]));
-    // On a smooth surface a face counts with its area projected along the normal.
+    // Weight of a face: its area projected onto the smooth surface.
     const double cosine = std::abs(normal[face.axis]);
     FaceSpring spring{face.cell, face.axis, face.upper, foundation.stiffness * part * cosine, {}, condition};
     if (foundation.is_normal) {
@@ -150,7 +151,7 @@ namespace {
 
 constexpr std::string_view axis_names = "xyz";
 
-/// The middle of the box that holds nodes at rest.
+/// Centre of the bounding box of nodes at rest.
 Vec3 middle(const Specimen& body, const std::vector<std::int64_t>& nodes) {
   Eigen::AlignedBox3d box;
   for (const std::int64_t node : nodes)
@@ -159,7 +160,7 @@ Vec3 middle(const Specimen& body, const std::vector<std::int64_t>& nodes) {
   return {at[0], at[1], at[2]};
 }
 
-/// A condition whose turn, if it has one, knows where and what it turns.
+/// Sets nodes and centre of the rotation of a condition, if it has one.
 Condition with_turn_placed(Condition condition, const Specimen& body, bool turns_about_its_middle) {
   if (!condition.turn)
     return condition;
@@ -171,7 +172,7 @@ Condition with_turn_placed(Condition condition, const Specimen& body, bool turns
   return condition;
 }
 
-/// Nodes that keep matter in the scene: the held ones, or the moved ones where nothing is held.
+/// Nodes that keep pieces in the scene: the held ones; without holds, the moved ones.
 std::vector<std::int64_t> anchors_of(const std::vector<Condition>& conditions) {
   const bool any_held =
       std::any_of(conditions.begin(), conditions.end(), [](const Condition& c) { return c.held; });
@@ -187,7 +188,7 @@ std::string place(const Scene& scene, std::int64_t node) {
   return fmt::format("({:.6g}, {:.6g}, {:.6g}) m", x[0], x[1], x[2]);
 }
 
-/// A component that two conditions want to have different values.
+/// Reports a component for which two conditions prescribe different values.
 void report_contradiction(const Scene& scene, const Prescribed& first, const Condition& second, int component,
                           std::int64_t count, FaultList& faults) {
   const char axis = axis_names[component];
@@ -297,7 +298,7 @@ void prescribe_components(const std::vector<Condition>& conditions, Scene& scene
       std::int64_t conflicts = 0, first_conflict = none;
       for (const std::int64_t node : condition.nodes) {
         if (static_cast<std::size_t>(node) >= n || !scene.specimen.is_node(scene.specimen.grid.node_at(node)))
-          continue; // on a piece that was left out
+          continue; // on a left-out piece
         const Prescribed wanted{node, component, condition.value(scene.specimen, node, b), condition.held,
                                 first + static_cast<std::int32_t>(i)};
         const auto [entry, is_new] = of_node.emplace(node, wanted);

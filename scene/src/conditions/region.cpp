@@ -57,7 +57,7 @@ void sort_uniquely(std::vector<std::int64_t>& numbers) {
   numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
 }
 
-/// Bounds, in another frame, of the box between two corners.
+/// Bounds of a box in another frame.
 std::pair<Vec3, Vec3> bounds_in(const Placement& placement, const Vec3& first, const Vec3& last) {
   Vec3 low{INFINITY, INFINITY, INFINITY}, high{-INFINITY, -INFINITY, -INFINITY};
   for (int corner = 0; corner < 8; ++corner) {
@@ -168,8 +168,8 @@ bool Region::contains_cell(const Specimen& body, std::int64_t cell) const {
 
 namespace {
 
-/// The cell that ends a row of ever less tissue from `cell` on along `axis`, beyond which is void; `cell`
-/// itself where the row does not end so.
+/// The last cell before void of a row of decreasing tissue fractions from `cell` along `axis`; `cell` itself
+/// if the row does not decrease to void.
 std::int64_t outermost(const Specimen& body, std::int64_t cell, int axis, bool upper) {
   Index3 at = body.grid.cell_at(cell);
   for (std::int64_t last = cell;; last = body.grid.cell(at)) {
@@ -208,7 +208,7 @@ bool Region::shares_nodes() const {
          std::ranges::any_of(parts_, &Region::shares_nodes);
 }
 
-/// Tried a little inwards of the corner; across a box that the grid meets in a plane there is no inside.
+/// Tests a point slightly inside the cell; a box with a single plane of nodes has no inside across it.
 bool Region::contains_corner(const Specimen& body, const Index3& node, std::int64_t cell) const {
   constexpr double inwards = 1e-3; // of a spacing
   if (!parts_.empty())
@@ -261,7 +261,7 @@ std::vector<std::int64_t> Region::nodes(const Specimen& body) const {
                          [&](std::int64_t node) { return body.is_node(body.grid.node_at(node)); });
     return selected;
   }
-  // Only the slab of a face, or the index range of a box, is looked at: scenes may have 10^8 nodes.
+  // Visits only the slab of a face, or the index range of a box: scenes may have 10^8 nodes.
   Index3 first{0, 0, 0}, last = body.grid.nodes();
   for (int a = 0; a < body.grid.dimension(); ++a) {
     if (kind_ == Kind::face && face_axis_ == static_cast<int>(a)) {
@@ -355,15 +355,15 @@ public:
   void clear() { materials_.clear(); }
   void append(std::size_t n, std::uint8_t material) { materials_.resize(materials_.size() + n, material); }
   const std::vector<std::uint8_t>& materials() const { return materials_; }
-  /// To be called when all rows are there.
+  /// Call after all rows are added.
   void compare() {
     differs_.assign(width_, 0);
     for (std::size_t row = width_; row < materials_.size(); row += width_)
       for (std::size_t i = 0; i < width_; ++i)
         differs_[i] |= static_cast<std::uint8_t>(materials_[row + i] ^ materials_[i]);
   }
-  /// The material that most voxels `from` to before `to` of all rows hold, of equals the first; none where
-  /// less than half of `voxels` is matter.
+  /// The most frequent material of voxels `from` to before `to` over all rows, the first among equals; none
+  /// if less than half of `voxels` is matter.
   std::uint8_t most_of(std::size_t from, std::size_t to, int voxels) {
     const std::uint8_t first = materials_[from];
     int different = 0;
@@ -385,7 +385,7 @@ public:
 
 private:
   std::size_t width_, n_materials_ = 0;
-  std::vector<std::uint8_t> materials_, differs_; ///< from the first row, not 0 where one does
+  std::vector<std::uint8_t> materials_, differs_; ///< non-zero: differs from the first row
   std::vector<int> count_;                        ///< by material
 };
 
@@ -435,7 +435,7 @@ void fill_cells(const LayeredImage& image, const Index3& coarsen, const std::vec
   }
   const Grid grid(info.size[2] == 1 ? 2 : 3, cells, spacing);
   LayerWindow layers = image.open(coarsen[2]);
-  std::vector<std::uint8_t> found; // grows no faster than the file fills it
+  std::vector<std::uint8_t> found; // allocated only as the file fills it
   const auto width = static_cast<std::size_t>(info.size[0]);
   VoxelRows rows(width, ranges);
   for (int cell_k = 0; cell_k < cells[2]; ++cell_k) {

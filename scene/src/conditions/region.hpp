@@ -1,6 +1,6 @@
 #pragma once
-/// The nodes, cell faces or cells that a hold, a move, a load or a label selects: the same for images that
-/// are read and for a program's arrays.
+/// The nodes, cell faces or cells that a hold, a move, a load or a label selects: common to image files and
+/// arrays of programs.
 
 #include "maille/materials/toml_reader.hpp"
 #include "maille/scene/scene.hpp"
@@ -14,42 +14,42 @@
 namespace maille::reader {
 
 /// A set of nodes, of outer faces of cells and of whole cells: a leaf (a face of the bounding box, a box, a
-/// sphere, listed nodes), or several joined.
+/// sphere, listed nodes), or a combination of several.
 class Region {
 public:
-  /// A face of the bounding box: `x-`, `x+`, ...; nothing where the scene has no face of that name.
-  /// @param dimension of the scene; 0 where it is not known
+  /// A face of the bounding box: `x-`, `x+`, ...; nothing if the scene has no such face.
+  /// @param dimension of the scene; 0 if it is not known
   static std::optional<Region> face(std::string_view name, int dimension);
   /// Between two opposite corners, inclusive, object's frame [m].
   static Region box(const Vec3& first, const Vec3& second);
-  /// The same in another frame, which `placement` carries the object's into.
+  /// The same in another frame; `placement` maps the object's frame to it.
   static Region placed_box(const Vec3& first, const Vec3& second, const Placement& placement);
   /// @param centre in the object's frame [m]
   static Region sphere(const Vec3& centre, double radius);
-  /// Nodes by their numbers in the body's grid, in any order; of a number that is there twice, one counts.
+  /// Nodes by their numbers in the body's grid, in any order; duplicates count once.
   static Region numbered(std::vector<std::int64_t> nodes);
-  /// The same; of faces and cells only those of `cells`. Both in any order.
+  /// The same; faces and cells are limited to those of `cells`. Both in any order.
   static Region numbered(std::vector<std::int64_t> nodes, std::vector<std::int64_t> cells);
-  /// The same of cells and all their nodes.
+  /// The same for cells and all their nodes.
   static Region of_cells(const Grid& grid, std::vector<std::int64_t> cells);
-  /// What is in at least one of them, in each of them, or not in the one: nodes, faces and cells alike.
+  /// Union, intersection or complement of regions, for nodes, faces and cells.
   static Region any(std::vector<Region> parts);
   static Region all(std::vector<Region> parts);
   static Region outside(Region part);
 
   /// Sorted, each once.
   std::vector<std::int64_t> nodes(const Specimen& specimen) const;
-  /// The nodes of `among` that are its own as corners of cells, and these cells: a node on a border between
-  /// two boxes, labels or masks counts in part on either side. Both stay as they are where none is, and of
-  /// faces of the bounding box and of listed nodes.
+  /// The nodes of `among` that are corners of its cells, and these cells: a node on a border between two
+  /// boxes, labels or masks belongs partly to each. Unchanged if there are none, and for faces of the
+  /// bounding box and listed nodes.
   void share_nodes(const Specimen& specimen, const std::vector<std::int64_t>& among,
                    std::vector<std::int64_t>& nodes, std::vector<std::int64_t>& cells) const;
   std::vector<FaceLoad> faces(const Specimen& specimen) const;
-  /// The same, each with its part of the surface: of cells that are tissue in part the surface lies on all
-  /// faces across which less is tissue, each by how much less, up to void: those in a row are in the region
-  /// where the outermost is. 1 on faces of whole cells.
+  /// The same faces with weights. Around partially filled cells the surface is distributed over all faces
+  /// across which the tissue fraction falls, weighted by the decrease, down to empty cells; such faces in a
+  /// row are in the region if the outermost is. Weight 1 on faces of whole cells.
   std::vector<std::pair<FaceLoad, double>> weighted_faces(const Specimen& specimen) const;
-  /// True if all corners of the cell are in it, and it is one of its cells; of a face of the box, none are.
+  /// True if all corners of the cell are in it, and it is one of its cells; false for a face of the box.
   bool contains_cell(const Specimen& specimen, std::int64_t cell) const;
 
 private:
@@ -63,7 +63,7 @@ private:
   bool shares_nodes() const;
   bool contains_face(const Specimen& specimen, std::int64_t cell, int axis, bool upper) const;
   bool has_face(const Specimen& specimen, std::int64_t cell, int axis, bool upper) const;
-  /// `is_in` of the parts, joined as the kind says. @pre any, all or outside
+  /// Combines `is_in` of the parts by the kind. @pre any, all or outside
   template<class IsIn>
   bool join(IsIn&& is_in) const;
 
@@ -75,46 +75,44 @@ private:
   Vec3 centre_{};       ///< of a sphere
   double radius_ = 0;
   std::vector<std::int64_t> numbers_;              ///< of nodes; sorted, unique
-  std::optional<std::vector<std::int64_t>> cells_; ///< of numbered: no others are in it; sorted, unique
+  std::optional<std::vector<std::int64_t>> cells_; ///< of numbered: the only cells in it; sorted, unique
   std::vector<Region> parts_;                      ///< of any, all (one or more) and outside (one)
 };
 
-/// Places that differ by less are one [m]: a viewer rounds coordinates, and NIfTI keeps its affine in
-/// float32.
+/// Tolerance for equal places [m]: viewers round coordinates, and NIfTI stores its affine in float32.
 double place_tolerance(const Specimen& body);
 
-/// Where a body reaches, for messages: along its grid and, where it stands in a world, there [mm].
+/// Extent of a body for messages: along its grid and, if its image defines a world, there [mm].
 std::string reach_in_words(const Specimen& body);
 
-/// The frame of a body that is an image: its origin at the outer corner of voxel 0, its axes along the
-/// image's.
+/// The frame of a body from an image: origin at the outer corner of voxel 0, axes along the image's.
 Placement placement_of(const ImageInfo& info);
-/// Every grey value but 0, for material 0.
+/// Range of all grey values except 0, for material 0.
 std::vector<LabelRange> all_but_zero();
 
-/// Appends a range; a fault of `path` where it overlaps another. @param text as it is asked for
+/// Appends a range; a fault of `path` if it overlaps another. @param text the range as requested
 void add_label(const LabelRange& range, const std::string& text, int line, const std::string& path,
                std::vector<LabelRange>& ranges, FaultList& faults);
 
-/// A label as it is asked for, and its line.
+/// A requested label and its line.
 struct NamedLabel {
   std::string text;
   int line = 0;
 };
-/// A label that no voxel has is a slip: what it was meant for would be missing without a word.
+/// Adds a fault for each label without voxels: it is a mistake, and its region would be missing silently.
 /// @param names of the ranges, in their order
 void check_labels_occur(const LabelCensus& census, const std::vector<NamedLabel>& names,
                         const std::string& path, FaultList& faults);
 
-/// Grid, placement and materials of a body's cells, not cut down to its matter. Two-dimensional where the
+/// Fills grid, placement and materials of a body's cells, not cropped to its matter. Two-dimensional if the
 /// image has one slice.
 /// @param coarsen voxels of a cell along each axis
-/// @param census  is told of every voxel
-/// @throws InputError of the image; then the body is as it was
+/// @param census  counts every voxel
+/// @throws InputError for a faulty image; then the body is unchanged
 void fill_cells(const LayeredImage& image, const Index3& coarsen, const std::vector<LabelRange>& ranges,
                 LabelCensus& census, Specimen& body);
 
-/// A body without a cell of matter is a fault.
+/// True if the body has matter; else adds a fault.
 bool has_matter(const Specimen& body, const std::string& path, int line, FaultList& faults);
 
 } // namespace maille::reader

@@ -15,7 +15,7 @@ namespace maille::reader {
 namespace {
 
 constexpr std::int64_t largest_stl_bytes = std::int64_t{1} << 31;
-constexpr double largest_coordinate = 1e9; ///< of no body, whatever the unit
+constexpr double largest_coordinate = 1e9; ///< larger than any body, in any unit
 
 [[noreturn]] void fail(const std::filesystem::path& file, int line, std::string expected, std::string found) {
   throw InputError({{file.string(), line, "", std::move(expected), std::move(found)}});
@@ -31,7 +31,7 @@ std::optional<CoordinateFrame> stated_frame(std::string_view header) {
 
 constexpr std::size_t header_bytes = 80, triangle_bytes = 50;
 
-/// The number of triangles that the file says and holds; nothing where it is no binary STL.
+/// Number of triangles that the file states and contains; nothing if it is no binary STL.
 std::optional<std::size_t> n_binary_triangles(std::string_view bytes) {
   if (bytes.size() < header_bytes + 4)
     return std::nullopt;
@@ -41,7 +41,7 @@ std::optional<std::size_t> n_binary_triangles(std::string_view bytes) {
                                                                             : std::nullopt;
 }
 
-/// The length that the header of a cut binary file implies.
+/// The size that the header of a truncated binary file implies.
 std::string count_in_words(std::string_view bytes) {
   std::uint32_t n = 0;
   if (bytes.size() < header_bytes + 4)
@@ -60,7 +60,7 @@ void read_binary(std::string_view bytes, std::size_t n, SurfaceMesh& mesh) {
   }
 }
 
-/// `vertex x y z`, three times a facet; all other words are for people.
+/// Reads `vertex x y z`, three per facet; ignores all other words.
 void read_text(const std::filesystem::path& file, std::string_view text, SurfaceMesh& mesh) {
   std::vector<Vec3> vertices;
   int line = 0;

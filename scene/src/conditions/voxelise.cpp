@@ -32,8 +32,8 @@ Box box_of(const std::vector<std::vector<Triangle>>& surfaces) {
   return box;
 }
 
-/// Where a triangle crosses rows of voxels along x, which lie a little beside the middles of the voxels
-/// so that they meet no edge.
+/// Intersections of a triangle with rows of voxels along x, which pass slightly beside the voxel centres so
+/// that they meet no edge.
 class RowsOfTriangle {
 public:
   RowsOfTriangle(const Triangle& triangle, const ImageInfo& grid, const Vec3& low)
@@ -48,14 +48,14 @@ public:
   int first(std::size_t axis) const { return row_at(std::floor(steps(box_.min()[axis], axis)), axis); }
   int last(std::size_t axis) const { return row_at(std::ceil(steps(box_.max()[axis], axis)), axis); }
 
-  /// Where a line goes through the surface, and whether inwards by the order of the triangle's corners.
+  /// Intersection of a line with the surface, and its direction by the orientation of the triangle.
   struct Crossing {
     double x = 0;
     int step = 0; ///< 1: inwards, -1: outwards
     std::uint32_t shell = 0;
   };
-  /// Where the row through (y, z) goes through the triangle. An edge belongs to the triangle that is to the
-  /// side of larger y, of edges along y of larger z: two triangles that share one never both have it.
+  /// Intersection of the row through (y, z) with the triangle. An edge belongs to the triangle on the side of
+  /// larger y (edges along y: larger z), so that two triangles never share a crossing.
   std::optional<Crossing> crossed(double y, double z) const {
     bool is_in = false;
     for (std::size_t c = 0; c < 3; ++c) { // crossings of the edges by a half-line along y
@@ -86,11 +86,11 @@ private:
   Box box_;
 };
 
-/// The largest difference between the volume that a surface encloses and its voxels that rounding of its
-/// border explains, as a share.
+/// Largest relative difference between the volume of a surface and that of its voxels that border rounding
+/// explains.
 constexpr double largest_loss = 0.08;
 
-/// By Gauss' theorem; hollows count against it. Nothing where triangles are not oriented alike.
+/// Enclosed volume by Gauss' theorem; cavities are subtracted. Nothing if orientations are inconsistent.
 std::optional<double> volume_of(const std::vector<Triangle>& triangles) {
   double volume = 0, area = 0;
   Eigen::Vector3d sum(0, 0, 0);
@@ -103,7 +103,7 @@ std::optional<double> volume_of(const std::vector<Triangle>& triangles) {
   return sum.norm() < 1e-6 * area ? std::optional(std::abs(volume)) : std::nullopt;
 }
 
-/// The closed shells of a surface: triangles that share a corner, by number.
+/// Shell number per triangle: triangles with a common corner belong to one closed shell.
 std::vector<std::uint32_t> shells_of(const std::vector<Triangle>& triangles) {
   std::map<Vec3, std::uint32_t> of_corner;
   std::vector<std::uint32_t> root(triangles.size());
@@ -121,7 +121,7 @@ std::vector<std::uint32_t> shells_of(const std::vector<Triangle>& triangles) {
   return root;
 }
 
-/// Which shells hold the middle of a voxel. Those that hold none are not in the body, nor are their hollows.
+/// Finds the shells that contain a voxel centre. The others are missing in the body, as are their cavities.
 class ShellCensus {
 public:
   ShellCensus(const std::vector<Triangle>& triangles, const ImageInfo& grid, const Vec3& low)
@@ -129,7 +129,7 @@ public:
         holds_(shell_.size(), false) {}
   std::uint32_t shell_of(std::uint32_t triangle) const { return shell_[triangle]; }
   int depth(std::uint32_t shell) const { return state_[shell].first; }
-  /// The crossings of one row, in order. @param step  to what is added to the depth in the shell
+  /// Processes a crossing; those of a row come in order. @param step  change of the depth in the shell
   void cross(std::uint32_t shell, double x, int step) {
     const auto voxel = [&](double at) { return std::ceil((at - low_[0]) / grid_.spacing[0] - 0.5); };
     auto& [depth, entered] = state_[shell];
@@ -152,12 +152,12 @@ private:
   const ImageInfo& grid_;
   const Vec3& low_;
   std::vector<std::uint32_t> shell_;
-  std::vector<std::pair<int, double>> state_; ///< depth, and since where
+  std::vector<std::pair<int, double>> state_; ///< depth, and x where it began
   std::vector<bool> holds_;
 };
 
-/// Takes up the triangles that begin in a row or layer and drops those that have ended before it.
-/// @param order   by their first, of which those before `next` are taken up
+/// Adds the triangles that begin in a row or layer and removes those that ended before it.
+/// @param order   by first row or layer; those before `next` are already added
 void move_on(const std::vector<RowsOfTriangle>& triangles, const std::vector<std::uint32_t>& order,
              std::size_t axis, int at, std::size_t& next, std::vector<std::uint32_t>& open) {
   std::erase_if(open, [&](std::uint32_t t) { return triangles[t].last(axis) < at; });
@@ -204,7 +204,7 @@ OrFault<Image> voxelised(const std::vector<std::vector<Triangle>>& surfaces, con
     };
     std::iota(order.begin(), order.end(), 0U);
     std::ranges::sort(order, by_first(2));
-    // Visits the crossings of one row at a time, so that memory follows the triangles.
+    // Visits the crossings row by row, so that memory scales with the triangles.
     const auto for_each_row = [&](const auto& visit) {
       std::vector<RowsOfTriangle::Crossing> row;
       std::size_t next_of_layer = 0;

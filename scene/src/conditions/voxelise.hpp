@@ -1,27 +1,26 @@
 #pragma once
-/// Closed surfaces of triangles as voxels of labels.
+/// Converts closed triangulated surfaces to voxels of labels.
 
 #include "conditions/places_in_files.hpp"
 
 namespace maille::reader {
 
-/// Voxels whose middles are inside of a surface: 1 of the first, 2 of the second, and so on; of several
-/// that hold the same middle the last one. The grid is the surfaces' box, of whole voxels from its least
-/// corner on.
+/// Voxels whose centres are inside a surface: 1 for the first, 2 for the second, and so on; the last one
+/// applies if several contain a centre. The grid is the surfaces' bounding box, in whole voxels from its
+/// lower corner.
 ///
-/// Inside is where a line along x has entered more closed shells of a surface than it has left, by the
-/// order of their triangles' corners: shells that overlap are one, a shell of the other orientation is a
-/// hollow. Where triangles are not oriented alike, it is where the line has crossed an odd number of
-/// times. It is led a millionth of a voxel past the middles, so that it meets no edge of a mesh that is
-/// made on a grid.
+/// A point is inside if a line along x has entered more closed shells of a surface than it has left, by the
+/// orientation of their triangles: overlapping shells merge, a shell of opposite orientation is a cavity. If
+/// triangles are not oriented consistently, a point is inside after an odd number of crossings. Lines pass a
+/// millionth of a voxel beside the centres, so that they meet no edge of a mesh that was made on a grid.
 /// @param surfaces in metres, in one frame @param spacing of voxels along each axis [m]
-/// @param lost  gets a sentence for each surface with shells (or hollows) that hold no voxel's middle
-/// A fault where a surface is not closed: somewhere a line enters it and does not leave.
+/// @param lost  receives a sentence for each surface with shells (or cavities) that contain no voxel centre
+/// A fault if a surface is not closed: some line enters it and does not leave.
 /// Cost  O(triangles x rows that they cover + voxels)
 OrFault<Image> voxelised(const std::vector<std::vector<Triangle>>& surfaces, const Vec3& spacing,
                          std::vector<std::string>* lost = nullptr);
 
-/// The voxels along each axis that voxelised() would make; larger than any where they cannot be counted.
+/// Number of voxels along each axis of voxelised(); may exceed the range of integers.
 std::array<double, 3> voxels_of(const std::vector<std::vector<Triangle>>& surfaces, const Vec3& spacing);
 
 } // namespace maille::reader

@@ -19,20 +19,18 @@ std::array<float, 3> largest_eigenvector(const Matrix3d& matrix) {
   return {static_cast<float>(v(0)), static_cast<float>(v(1)), static_cast<float>(v(2))};
 }
 
-/// Between directions without a sign, 0 to pi/2; not by the arc cosine, which makes 3e-4 of float32's
-/// rounding.
+/// Angle between directions without sign, 0 to pi/2; not by arc cosine, which rounds float32 to 3e-4.
 double angle_between(const std::array<float, 3>& one, const std::array<float, 3>& other) {
   const Eigen::Vector3d a = Eigen::Vector3f(one.data()).cast<double>(),
                         b = Eigen::Vector3f(other.data()).cast<double>();
   return std::atan2(a.cross(b).norm(), std::abs(a.dot(b)));
 }
 
-/// Steps to the cells whose middles are within `radius`, by layers, so that sums always run in the same
-/// order.
+/// Offsets of the cells whose centres are within `radius`, by layers, for a fixed order of sums.
 std::vector<Index3> offsets_within(const Grid& grid, double radius) {
   Index3 reach{0, 0, 0};
   for (std::size_t a = 0; a < static_cast<std::size_t>(grid.dimension());
-       ++a) // a ball larger than the grid holds no more cells
+       ++a) // limits the ball to the size of the grid
     reach[a] = static_cast<int>(std::min(radius / grid.spacing()[a] * (1 + 1e-12), 1.0 * grid.cells()[a]));
   std::vector<Index3> offsets;
   for (int k = -reach[2]; k <= reach[2]; ++k)
@@ -46,7 +44,7 @@ std::vector<Index3> offsets_within(const Grid& grid, double radius) {
   return offsets;
 }
 
-/// Steps to the cells around one.
+/// Offsets of the neighbouring cells.
 std::vector<Index3> offsets_around(const Grid& grid) {
   Index3 reach{0, 0, 0};
   std::fill_n(reach.begin(), grid.dimension(), 1);
@@ -122,7 +120,7 @@ std::int64_t FibreField::fill_layer(std::vector<std::int64_t>& unknown, std::spa
     }
     return direction.has_value();
   });
-  for (const std::int64_t cell : filled) // not before: the layer must not see itself
+  for (const std::int64_t cell : filled) // only now: a layer must not use its own results
     is_known_[cell] = true;
   return static_cast<std::int64_t>(filled.size());
 }

@@ -24,7 +24,7 @@ namespace {
 constexpr double least_agreement = 0.6;
 constexpr double rounding = TurnedLattice::rounding;
 
-/// What is prescribed at one node of the scene.
+/// Prescribed components at one node of the scene.
 struct NodeConditions {
   unsigned mask = 0, held = 0; ///< bits of components
   Vec3 value{};
@@ -41,7 +41,7 @@ std::vector<NodeConditions> conditions_by_node(const Scene& scene) {
   return all;
 }
 
-/// The first turn of the scene that prescribes a node; -1 where none does.
+/// Index of the first turn that prescribes a node; -1 if none exists.
 std::vector<int> turns_by_node(const Scene& scene) {
   std::vector<int> turn(scene.specimen.grid.n_nodes(), -1);
   for (std::size_t t = 0; t < scene.turns.size(); ++t)
@@ -51,7 +51,7 @@ std::vector<int> turns_by_node(const Scene& scene) {
   return turn;
 }
 
-/// For each node of the turned body the scene's nearest that has conditions; -1 where none.
+/// For each node of the rotated body: the scene's nearest node, if it has conditions; else -1.
 std::vector<std::int64_t> sources(const TurnedLattice& lattice, const Specimen& body,
                                   const std::vector<NodeConditions>& conditions) {
   std::vector<std::int64_t> source(body.grid.n_nodes(), -1);
@@ -71,7 +71,7 @@ void turn_turns(const TurnedLattice& lattice, Scene& turned) {
   }
 }
 
-/// Places holds and moves on the turned body. @param source see sources
+/// Sets holds and moves on the rotated body. @param source see sources
 void prescribe(const TurnedLattice& lattice, const Scene& scene, const std::vector<std::int64_t>& source,
                const std::vector<NodeConditions>& conditions, Scene& turned) {
   const std::vector<int> turn_of = turns_by_node(scene);
@@ -95,7 +95,7 @@ void prescribe(const TurnedLattice& lattice, const Scene& scene, const std::vect
   });
 }
 
-/// True if the turn takes the axes that are prescribed together to axes of the lattice.
+/// True if the rotation maps jointly prescribed axes to axes of the lattice.
 bool keeps_axes_apart(const TurnedLattice& lattice, const NodeConditions& node, int dimension) {
   for (int j = 0; j < dimension; ++j)
     for (const unsigned mask : {node.mask, node.held})
@@ -104,8 +104,7 @@ bool keeps_axes_apart(const TurnedLattice& lattice, const NodeConditions& node, 
   return true;
 }
 
-/// Nodes with conditions of one sort that touch each other, as far as they can be reached from `start`; marks
-/// them as seen.
+/// Connected nodes with the same kind of condition, reachable from `start`; marks them as visited.
 std::vector<std::int64_t> cluster_of(const Grid& grid, const std::vector<NodeConditions>& conditions,
                                      std::int64_t start, std::vector<bool>& is_seen) {
   std::vector<std::int64_t> cluster{start};
@@ -127,8 +126,7 @@ std::vector<std::int64_t> cluster_of(const Grid& grid, const std::vector<NodeCon
   return cluster;
 }
 
-/// True if every patch of the scene's holds and moves has a node of the turned body. @param source see
-/// sources
+/// True if every patch of holds and moves has a node of the rotated body. @param source see sources
 bool is_every_patch_met(const Grid& grid, const std::vector<NodeConditions>& conditions,
                         const std::vector<std::int64_t>& source) {
   std::vector<bool> is_met(conditions.size(), false), is_seen(conditions.size(), false);
@@ -145,8 +143,7 @@ bool is_every_patch_met(const Grid& grid, const std::vector<NodeConditions>& con
   return true;
 }
 
-/// Nodes of the turned body that keep matter in the scene: the held ones, or the moved ones where nothing is
-/// held.
+/// Nodes of the rotated body that keep pieces in the scene: the held ones; without holds, the moved ones.
 std::vector<std::int64_t> anchors_of(const std::vector<NodeConditions>& conditions,
                                      const std::vector<std::int64_t>& source) {
   const bool any_held = std::ranges::any_of(conditions, [](const NodeConditions& n) { return n.held != 0; });
@@ -157,7 +154,7 @@ std::vector<std::int64_t> anchors_of(const std::vector<NodeConditions>& conditio
   return anchors;
 }
 
-/// A slender body that lies askew needs a large grid.
+/// Checks memory: a slender oblique body needs a large grid.
 std::optional<LatticeRefusal> refusal_for_memory(const TurnedLattice& lattice) {
   Vec3 origin{};
   const Grid grid = lattice.grid(origin);
@@ -201,7 +198,7 @@ Vec3 mean_fibre(const Specimen& specimen, double& agreement) {
     }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(sum / std::max(sum.trace(), 1e-300));
   agreement = solver.eigenvalues()[2];
-  if (specimen.fibres.empty()) { // not by way of an eigenvector's rounding
+  if (specimen.fibres.empty()) { // avoids rounding by the eigenvector
     const double sign = specimen.fibre[0] < 0 ? -1 : 1;
     return {sign * specimen.fibre[0], sign * specimen.fibre[1], sign * specimen.fibre[2]};
   }

@@ -60,7 +60,7 @@ Vec3 BorderNormals::at(const Vec3& place) const {
     return {};
   for (double& component : sum) {
     component /= length;
-    if (std::abs(component) < 1e-12) // a flat border's normal is along its axis to the bit
+    if (std::abs(component) < 1e-12) // makes the normal of a flat border exact
       component = 0;
   }
   return sum;

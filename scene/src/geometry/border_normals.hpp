@@ -1,5 +1,5 @@
 #pragma once
-/// The smooth surface that steps of voxels stand for: its normals.
+/// Normals of the smooth surface that a voxel staircase represents.
 
 #include "maille/base/grid.hpp"
 
@@ -9,24 +9,23 @@
 
 namespace maille {
 
-/// A face of a cell, and which way it looks.
+/// A face of a cell and its direction.
 struct OrientedFace {
   std::int64_t cell = 0;
   int axis = 0;
   bool upper = false;
 };
 
-/// Means of faces' area vectors near a place: those of steps of voxels add up to the smooth surface's.
+/// Means of the area vectors of nearby faces: those of a voxel staircase sum to that of the smooth surface.
 class BorderNormals {
 public:
-  /// Radius within which faces count, in the longest spacings; weights fall with distance.
+  /// Radius of the mean, in units of the longest spacing; weights fall with distance.
   static constexpr double reach = 3;
 
   BorderNormals(const Grid& grid, const std::vector<OrientedFace>& faces);
-  /// Normal of length 1. @param place in spacings from node 0; zero without a face near it, or where faces
-  /// cancel
+  /// Unit normal. @param place in spacings from node 0 @return zero if no face is near, or if faces cancel
   Vec3 at(const Vec3& place) const;
-  /// The middle of a face, in spacings from node 0.
+  /// The centre of a face, in spacings from node 0.
   static Vec3 middle(const Grid& grid, const OrientedFace& face);
 
 private:

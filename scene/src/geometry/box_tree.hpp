@@ -1,6 +1,6 @@
 #pragma once
-/// A tree of boxes: which of many items are near a point, in some log(items) steps. Boxes are halved at the
-/// median of their middles along their longest axis, down to four items.
+/// A tree of bounding boxes: finds the items near a point in O(log(items)) steps. Boxes are split at the
+/// median of their centres along their longest axis, down to four items.
 
 #include "maille/base/grid.hpp"
 
@@ -15,7 +15,7 @@ namespace maille {
 
 class BoxTree {
 public:
-  /// @param corners of each item: the box around them counts
+  /// @param corners of each item, which define its box
   template<class Corners>
   explicit BoxTree(const std::vector<Corners>& corners) : items_(corners.size()) {
     std::iota(items_.begin(), items_.end(), 0U);
@@ -26,9 +26,8 @@ public:
     boxes_ = {};
   }
 
-  /// Calls visit(item) for items whose boxes are no further than the square root of `reach`; visit
-  /// returns the reach from then on, so that a search for the nearest item narrows. Nearer boxes come
-  /// first.
+  /// Calls visit(item) for items whose boxes are within the square root of `reach`; visit returns the new
+  /// reach, so that a search for the nearest item narrows. Nearer boxes come first.
   template<class Visit>
   void near(const Vec3& at, double reach, Visit&& visit) const {
     std::vector<std::uint32_t> open;
@@ -56,7 +55,7 @@ private:
   struct Box {
     Vec3 low, high;
   };
-  /// The left half follows its node.
+  /// The left child follows its parent.
   struct Node {
     Box box;
     std::uint32_t begin = 0, end = 0, right = 0; ///< items; 0: not split
@@ -67,7 +66,7 @@ private:
     Box box{corners[0], corners[0]};
     for (const Vec3& corner : corners)
       for (std::size_t a = 0; a < 3; ++a) {
-        // A little more, so that rounding in a distance never leaves out an item that is as near as another.
+        // Enlarged slightly, so that rounding of distances cannot exclude an equally near item.
         const double more = 1e-12 * std::abs(corner[a]);
         box.low[a] = std::min(box.low[a], corner[a] - more);
         box.high[a] = std::max(box.high[a], corner[a] + more);

@@ -12,7 +12,7 @@ namespace maille {
 
 namespace {
 
-/// Calls visit(run, other run) for pairs of two rows among which are all that share a face or a node.
+/// Calls visit(run, other run) for pairs from two rows, including all pairs that share a face or a node.
 template<class Visit>
 void for_each_overlap(std::span<const BodyPieces::Run> one, std::span<const BodyPieces::Run> other,
                       const Visit& visit) {
@@ -33,7 +33,7 @@ BodyPieces::BodyPieces(const Specimen& body) : grid_(body.grid) {
   number();
 }
 
-/// Each a piece of its own.
+/// Finds runs; each starts as a separate piece.
 void BodyPieces::find_runs(const Specimen& body) {
   const Index3& n = grid_.cells();
   const std::int64_t rows = std::int64_t{1} * n[1] * n[2];
@@ -47,7 +47,7 @@ void BodyPieces::find_runs(const Specimen& body) {
   }
 }
 
-/// Runs of one piece get one number: that of the first of them.
+/// Gives runs of one piece the same number: that of the first of them.
 void BodyPieces::join() {
   const auto root = [&](std::int32_t run) {
     while (runs_[run].piece != run) {
@@ -99,7 +99,7 @@ void BodyPieces::number() {
   }
 }
 
-/// In one of the four rows of cells about a row of nodes.
+/// Runs in one of the four rows of cells around a row of nodes.
 std::span<const BodyPieces::Run> BodyPieces::runs_beside(const Index3& node, int side) const {
   const int y = node[1] - (side & 1), z = node[2] - (side >> 1);
   const Index3& n = grid_.cells();

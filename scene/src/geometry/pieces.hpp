@@ -9,31 +9,31 @@
 
 namespace maille {
 
-/// Found from runs of cells along x, not cell by cell. Cost: a look at each byte, and little more a run.
+/// Found from runs of cells along x instead of single cells. Cost: one read per byte, and little per run.
 class BodyPieces {
 public:
   struct Piece {
     std::int64_t cells = 0, first_cell = 0;
     Index3 lower{}, upper{}; ///< nodes of its bounding box
   };
-  /// Cells of matter one after another along x, as many as there are.
+  /// A maximal run of cells of matter along x.
   struct Run {
     std::int32_t begin = 0, end = 0, piece = 0;
   };
 
   explicit BodyPieces(const Specimen& body);
 
-  /// In the order of their first cells.
+  /// Pieces in the order of their first cells.
   const std::vector<Piece>& pieces() const { return pieces_; }
-  /// In a row of cells. @param row y + z (cells along y)
+  /// Runs in a row of cells. @param row y + z (cells along y)
   std::span<const Run> runs_of_row(std::int64_t row) const {
     const auto at = static_cast<std::size_t>(row);
     return std::span(runs_).subspan(first_[at], first_[at + 1] - first_[at]);
   }
   std::int64_t n_rows() const { return static_cast<std::int64_t>(first_.size()) - 1; }
-  /// Those that have the node at a corner of a cell, in ascending order.
+  /// Pieces with the node at a corner of a cell, ascending.
   std::vector<std::int32_t> at_node(const Index3& node) const;
-  /// The nodes that two pieces or more share, in ascending order.
+  /// The nodes that two or more pieces share, ascending.
   std::vector<std::int64_t> shared_nodes() const;
 
 private:
@@ -45,7 +45,7 @@ private:
 
   Grid grid_;
   std::vector<Run> runs_;
-  std::vector<std::size_t> first_; ///< run of rows, and the end
+  std::vector<std::size_t> first_; ///< first run of each row, and the end
   std::vector<Piece> pieces_;
 };
 
@@ -53,11 +53,11 @@ private:
 
 namespace maille::reader {
 
-/// Removes the pieces that hold none of `anchors`; names them in scene.left_out.
-/// @return number of cells that stay
+/// Removes the pieces without nodes of `anchors`; names them in scene.left_out.
+/// @return number of remaining cells
 std::int64_t leave_out_loose_pieces(Scene& scene, const std::vector<std::int64_t>& anchors);
 
-/// Cuts the specimen's grid down to its matter; the origin moves along. @return where its first cell was
+/// Crops the specimen's grid to its matter; the origin is adjusted. @return old position of its first cell
 Index3 crop_to_matter(Specimen& specimen);
 
 } // namespace maille::reader

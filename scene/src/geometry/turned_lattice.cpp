@@ -18,7 +18,7 @@ Vec3 array(const Eigen::Vector3d& v) {
   return {v.x(), v.y(), v.z()};
 }
 
-/// The axis of a scene that is nearest to the fibre, the first among equals.
+/// The axis of a scene nearest to the fibre, the first among equals.
 std::size_t nearest_axis(const Vec3& fibre) {
   std::size_t nearest = 0;
   for (std::size_t a = 1; a < 3; ++a)
@@ -29,8 +29,8 @@ std::size_t nearest_axis(const Vec3& fibre) {
 
 } // namespace
 
-// The smallest turn of the axis that is nearest to the fibre: so the lattice does not depend on which of the
-// image's axes is stored first.
+// The smallest rotation of the axis nearest to the fibre: the lattice then does not depend on the order of
+// the image's axes.
 TurnedLattice::TurnedLattice(const Scene& scene, const Vec3& fibre)
     : scene_(scene), spacing_(scene.specimen.grid.spacing()) {
   const std::size_t nearest = nearest_axis(fibre);
@@ -74,7 +74,8 @@ std::int64_t TurnedLattice::nearest_node(const Specimen& body, std::int64_t node
   Index3 at{0, 0, 0};
   for (int a = 0; a < grid.dimension(); ++a) {
     const double place = (x[static_cast<Eigen::Index>(a)] - scene_.specimen.origin[a]) / grid.spacing()[a];
-    // Of two that are equally near, the one nearer to the box's faces: half a spacing within belongs to them.
+    // Of two equally near nodes, takes the one nearer to the box's faces: half a spacing inside belongs to
+    // them.
     const double half = place < 0.5 * grid.cells()[a] ? 0.5 - rounding : 0.5 + rounding;
     at[a] = static_cast<int>(std::clamp(std::floor(place + half), 0.0, double(grid.cells()[a])));
   }
@@ -127,7 +128,7 @@ std::int64_t TurnedLattice::cell_at_middle_of(const Specimen& body, std::int64_t
 Vec3 TurnedLattice::turned_fibre(const Vec3& fibre) const {
   Vec3 f = to_turned(fibre);
   if (std::abs(f[1]) < rounding && std::abs(f[2]) < rounding)
-    f = {std::copysign(1.0, f[0]), 0, 0}; // methods look for fibres along the axes
+    f = {std::copysign(1.0, f[0]), 0, 0}; // exact, because methods test for fibres along axes
   return f;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Cells and nodes of a lattice turned against that of a scene.
+/// Cells and nodes of a lattice that is rotated relative to a scene's.
 
 #include "maille/scene/scene.hpp"
 
@@ -7,27 +7,27 @@
 
 namespace maille::reader {
 
-/// From the lattice of a scene to a turned one over the same matter.
+/// Maps the lattice of a scene to a rotated one over the same matter.
 class TurnedLattice {
 public:
-  /// What rounding makes of 0 in a turn, and of equal distances in spacings.
+  /// Rounding error of 0 after a rotation, and of equal distances in spacings.
   static constexpr double rounding = 1e-9;
 
-  /// @param scene outlives it; @param fibre  unit vector that the turned x axis follows
+  /// @param scene must outlive this; @param fibre  unit vector of the rotated x axis
   TurnedLattice(const Scene& scene, const Vec3& fibre);
 
-  /// The turned grid, large enough for the scene's. @param origin of its node 0, turned frame [m]
+  /// The rotated grid, large enough for the scene's. @param origin of its node 0, rotated frame [m]
   Grid grid(Vec3& origin) const;
-  /// The scene's body on the turned lattice: grid, origin, matter, fibres, placement.
+  /// The scene's body on the rotated lattice: grid, origin, matter, fibres, placement.
   Specimen turned_body() const;
-  /// A vector or place of the scene's frame, in the turned one.
+  /// Transforms a vector or place from the scene's frame to the rotated one.
   Vec3 to_turned(const Vec3& v) const;
-  /// The scene's node that is nearest to a node of the turned body.
+  /// The scene's node nearest to a node of the rotated body.
   std::int64_t nearest_node(const Specimen& body, std::int64_t node) const;
-  /// The scene's cell at the middle of a cell of the turned body; -1 outside.
+  /// The scene's cell at the centre of a cell of the rotated body; -1 outside.
   std::int64_t cell_at_middle_of(const Specimen& body, std::int64_t cell) const;
-  /// Part of the turned axis `j` that lies within the scene's axes of `mask` (a bit each), squared: 0 where
-  /// it has none, 1 where all.
+  /// Squared length of the projection of the rotated axis `j` onto the scene's axes in `mask` (one bit each),
+  /// 0 to 1.
   double share(unsigned mask, int j) const;
 
 private:

@@ -9,7 +9,7 @@ namespace maille {
 
 namespace {
 
-/// Where a value is among the points of a table: the ones before and after it, and how far between.
+/// The table points before and after a value, and the fraction between them.
 template<class Point>
 std::pair<const Point*, const Point*> neighbours(const std::vector<Point>& points, double value,
                                                  double& part) {

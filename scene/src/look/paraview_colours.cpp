@@ -1,4 +1,4 @@
-// Colour maps as ParaView writes them: JSON, a list of maps.
+// Reads colour maps of ParaView: JSON, a list of maps.
 
 #include "maille/materials/json.hpp"
 #include "maille/scene/look.hpp"
@@ -19,7 +19,7 @@ namespace {
   throw InputError({{file.string(), 0, std::move(key), std::move(expected), std::move(found)}});
 }
 
-/// Numbers in groups, as RGBPoints and Points are; every one finite, the first of each group ascending.
+/// Reads numbers in groups (RGBPoints, Points); all finite, the first of each group ascending.
 std::vector<double> numbers_in_groups(const nlohmann::ordered_json& map, const char* key, std::size_t group,
                                       const std::filesystem::path& file) {
   const nlohmann::ordered_json& list = map.at(key);

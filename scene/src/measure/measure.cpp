@@ -10,7 +10,7 @@ namespace maille {
 
 namespace {
 
-/// What less is of the sizes that were summed is rounding.
+/// Values below this fraction of their summands are rounding error.
 constexpr double negligible = 1e-6;
 
 std::vector<std::string> columns_of(const std::string& name, bool is_vector, bool is_line) {
@@ -23,7 +23,7 @@ std::vector<std::string> columns_of(const std::string& name, bool is_vector, boo
   return names;
 }
 
-/// Figures of a value or of the points of a line, one after the other.
+/// Numbers of a value, or of all points of a line.
 struct Figures {
   std::vector<std::optional<double>> list;
 
@@ -123,23 +123,23 @@ std::string in_words(const Measure& measure) {
 
 bool is_reserved_name(std::string_view name) {
   constexpr std::array<std::string_view, 69> reserved{
-      // of every table
+      // columns of every table
       "scene", "method", "status", "message", "setup_s", "solve_s", "total_s", "bytes", "iterations",
       "limit_violation", "relative_l2", "relative_max", "rms_m", "reference", "algorithm", "test_reaction",
       "test_stiffness", "test_apparent_modulus", "test_failure",
-      // of compare and run
+      // columns of compare and run
       "estimated_relative_l2", "estimated_force", "estimated_strain_energy", "estimated_strain",
       "estimated_stress", "move_force_x_n", "move_force_y_n", "move_force_z_n", "hold_force_x_n",
       "hold_force_y_n", "hold_force_z_n", "strain_energy_j", "force_error", "strain_energy_error",
       "strain_error", "stress_error", "recovered_stress_error", "step", "fraction", "measures",
-      // of study
+      // columns of study
       "study", "case", "cases", "repetitions", "timing", "processor_share", "load_average", "force",
       "strain_energy", "reference_relative_l2", "reference_relative_max", "reference_rms_m", "dimension",
       "cells", "nodes", "threads", "maille", "hash", "vtk",
-      // of trade
+      // columns of trade
       "halvings", "tolerance", "wall_s", "predicted_error", "predicted_s", "front", "probe_halvings",
       "reference_l2",
-      // what choose promises errors of
+      // quantities with error targets in choose
       "displacement", "energy", "stress"};
   return std::ranges::find(reserved, name) != reserved.end();
 }
@@ -160,7 +160,7 @@ std::optional<double> relative_error(const MeasuredValue& value, const MeasuredV
 std::vector<Measure> refined(const std::vector<Measure>& measures, const Scene& scene, const Scene& fine) {
   const Grid &grid = scene.specimen.grid, &fine_grid = fine.specimen.grid;
   const auto half = [](const Index3& at) { return Index3{at[0] / 2, at[1] / 2, at[2] / 2}; };
-  /// All of the coarse nodes that a fine one lies between are among the measure's.
+  /// True if all coarse nodes that a fine one lies between belong to the measure.
   const auto has_node = [&](const Measure& measure, const Index3& at) {
     for (int corner = 0; corner < grid.corners_per_cell(); ++corner) {
       Index3 coarse = half(at);

@@ -17,14 +17,14 @@ namespace maille {
 
 namespace {
 
-/// In cells from node 0 along an axis; a point that a viewer shows on a border is on it, as of regions.
+/// Coordinate in cells from node 0; rounded to a border within the tolerance for regions.
 double in_cells(const Specimen& body, const Vec3& place, std::size_t axis) {
   constexpr double tolerance = 1e-4;
   const double at = (place[axis] - body.origin[axis]) / body.grid.spacing()[axis];
   return std::abs(at - std::round(at)) < tolerance ? std::round(at) : at;
 }
 
-/// Multilinear in the cell that holds it, object's frame [m]. @pre some cell does
+/// Multilinear displacement in the cell that contains the point, object's frame [m]. @pre it exists
 Vec3 displacement_at(const Specimen& body, const Displacement& u, const MaterialPoint& point) {
   const Grid& grid = body.grid;
   const Index3 cell = grid.cell_at(point.cells.front());
@@ -44,8 +44,8 @@ Vec3 displacement_at(const Specimen& body, const Displacement& u, const Material
 
 using Tensor = std::array<double, 6>;
 
-/// R T R^T for one component, R the turn of the body at rest into the world: where moves turn the body, or
-/// blocks their cells, strain and stress turn with them.
+/// One component of R T R^T, with R the rotation from the body at rest to the world: strain and stress rotate
+/// with the body or, at finite strain, with cells.
 double component_in_world(const Placement& placement, const Tensor& t, std::size_t row, std::size_t column) {
   const std::array<Vec3, 3> rows{{{t[0], t[3], t[5]}, {t[3], t[1], t[4]}, {t[5], t[4], t[2]}}};
   const Vec3 &left = placement.direction[row], &right = placement.direction[column];
@@ -55,7 +55,7 @@ double component_in_world(const Placement& placement, const Tensor& t, std::size
   return sum;
 }
 
-/// Between the first two points and the last two, of three that share the middle one.
+/// Angle between the first two points and the last two; three points share the middle one.
 double angle_of(const std::vector<Vec3>& at) {
   const Vec3 a = at.size() == 3 ? minus(at[0], at[1]) : minus(at[1], at[0]),
              b = minus(at.back(), at[at.size() - 2]);
@@ -69,7 +69,7 @@ double length_of(const std::vector<Vec3>& at) {
   return sum;
 }
 
-/// One answer, asked for one measure after the other.
+/// Evaluates measures on one answer.
 class Evaluation {
 public:
   Evaluation(const Scene& scene, const Answer& answer, const std::vector<double>& cell_energy)
@@ -126,9 +126,9 @@ private:
     give(measure, to_world(body_.placement, force), result);
   }
 
-  /// The part of a node's force that those of its cells bear that are in `cells`: each by its stiffness along
-  /// the component, as cells side by side share a load. Only those count that are held by most corners, in
-  /// powers of two: cells beside a hold bear none of it. Parts of all cells add up to 1.
+  /// Share of a node's force that its cells in `cells` carry: each in proportion to its stiffness along the
+  /// component, as for cells in parallel. Only cells with the most held corners (in powers of two) count:
+  /// cells beside a hold carry none of it. The shares of all cells sum to 1.
   double share_of(const std::vector<std::int64_t>& cells, const Prescribed& p) {
     if (held_.empty())
       for (const Prescribed& one : scene_.prescribed)
@@ -321,7 +321,7 @@ private:
     if (measure.figure == MeasureFigure::relative)
       result.scale = 1;
     if (measure.figure != MeasureFigure::value)
-      result.scale *= 1e-6; // it is a difference of doubles of that size
+      result.scale *= 1e-6; // a difference of doubles of that size
   }
 
   static LinePoint& add_to_line(const Measure& measure, const MaterialPoint& point, MeasuredValue& result) {
@@ -345,7 +345,7 @@ private:
   const DisplacementOfCells of_cells_; ///< on both sides of sliding borders
   const std::vector<double>& energy_;
   std::optional<CellFields> fields_;
-  std::unordered_set<std::int64_t> held_; ///< components of nodes, 3 a node
+  std::unordered_set<std::int64_t> held_; ///< components of nodes: 3 node + component
   double largest_strain_ = 0, largest_stress_ = 0;
 };
 
@@ -372,7 +372,7 @@ MaterialPoint located(const Specimen& body, const Vec3& place) {
     low[a] = static_cast<int>(std::max(std::ceil(at) - 1, 0.0));
   }
   MaterialPoint point{place, {}};
-  for (std::size_t a = 0; a < d; ++a) // on the border of finer lattices, too
+  for (std::size_t a = 0; a < d; ++a) // includes borders of finer lattices
     if (const double at = in_cells(body, place, a); at == std::round(at))
       point.place[a] = body.origin[a] + at * body.grid.spacing()[a];
   for (int k = low[2]; k <= high[2]; ++k)

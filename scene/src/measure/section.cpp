@@ -13,7 +13,7 @@ namespace maille {
 
 namespace {
 
-/// Part of the unit cube in which s . t <= offset. @pre all s > 0, 0 < offset < sum of s
+/// Volume fraction of the unit cube with s . t <= offset. @pre all s > 0, 0 < offset < sum of s
 double share_within(const std::vector<double>& s, double offset) {
   double share = 0, scale = 1;
   for (std::size_t a = 0; a < s.size(); ++a)
@@ -43,7 +43,7 @@ double share_beyond(std::span<const double> sizes, std::span<const double> norma
   double most = 0;
   for (std::size_t a = 0; a < sizes.size(); ++a) {
     most = std::max(most, std::abs(normal[a]) * sizes[a]);
-    offset -= std::min(normal[a], 0.0) * sizes[a]; // from the other end, where it would fall
+    offset -= std::min(normal[a], 0.0) * sizes[a]; // reverses axes with a negative normal
   }
   std::vector<double> rises;
   double sum = 0;

@@ -1,4 +1,4 @@
-// Balance of the forces on a body, and where forces mean nothing.
+// Balance of the forces on a body, and cases in which forces are meaningless.
 #include "maille/scene/mechanics/mechanics.hpp"
 #include "mechanics/face_force.hpp"
 
@@ -36,20 +36,20 @@ double diagonal_of(const Grid& grid) {
 }
 
 ForceCheck balance_of(const Scene& scene, const Answer& answer, const Mechanics& found) {
-  // Below these parts of the largest force, and of that force times the body's size, it is the solver's
-  // error; moments below the last, and forces below it of those on all nodes, are rounding.
+  // Imbalance below `tolerance` (of the largest force, or force times size) is solver error; moments below
+  // `rounding` of that, and forces below `rounding` of the sum over nodes, are rounding error.
   const double tolerance = std::max(1e-3, 10 * scene.relaxation.tolerance), rounding = 1e-9;
   double largest = 0;
   for (const auto* list : {&found.holds, &found.moves, &found.loads})
     for (const Resultant& one : *list)
       largest = std::max(largest, of(one.force).norm());
   const Grid& grid = scene.specimen.grid;
-  double contraction = 0; // which may be in balance with itself: on the body's mean cross-section
+  double contraction = 0; // self-balanced: stress times mean cross-section
   for (const double stress : scene.active_stress)
     contraction += std::abs(stress) / diagonal_of(grid);
   for (int a = 0; a < grid.dimension(); ++a)
     contraction *= grid.spacing()[a];
-  double applied = 0; // the same of loads: a pressure around a body has no resultant
+  double applied = 0; // sum of sizes, because a uniform pressure has no resultant
   for (const FaceLoad& load : scene.tractions)
     applied += of(force_on_face(scene, answer, load)).norm();
   largest = std::max({largest, contraction, applied});

@@ -1,10 +1,10 @@
 #pragma once
 /// The force of a load on a face of a cell, in the object's frame.
 ///
-/// A traction is dead: its force is that on the area at rest. A pressure at finite strain stays normal to its
-/// face, on the deformed area. That vector area is half the product of the face's diagonals, in the plane its
-/// edge turned by a right angle, so the force is the one that `coupled` applies. It acts at the middle of the
-/// face's corners.
+/// A traction is a dead load: its force refers to the area at rest. A pressure at finite strain stays normal
+/// to its face, on the deformed area. The vector area is half the cross product of the face's diagonals (in
+/// 2D its edge, rotated by a right angle), so the force equals the one in `coupled`. It acts at the mean of
+/// the face's corners.
 ///
 /// Exact: for flat faces, and for the resultant on any closed surface. Cost  O(1).
 /// Source  Bonet and Wood 2008, Nonlinear Continuum Mechanics, section 8.5 (pressure as a boundary term)
@@ -15,14 +15,14 @@
 
 namespace maille {
 
-/// Whether the answer is of finite strain: `limits`, `relaxed` and `sweep` ignore `strain`.
+/// True if the answer is at finite strain: `limits`, `relaxed` and `sweep` ignore `strain`.
 inline bool is_of_finite_strain(const Scene& scene, const Answer& answer) {
   return in_blocks(scene) &&
          (answer.method == "coupled" || answer.method.starts_with("fem_") || answer.method == "calculix");
 }
 
-/// @param load of a cell of the scene's grid; @param answer with the displacement that the face has
-/// @return N; N/m in 2D. In 1D faces do not turn
+/// @param load on a cell of the scene's grid; @param answer with a displacement
+/// @return force [N], in 2D [N/m]. In 1D faces do not rotate
 inline Vec3 force_on_face(const Scene& scene, const Answer& answer, const FaceLoad& load) {
   const Grid& grid = scene.specimen.grid;
   const int d = grid.dimension(), a = load.axis, b = (a + 1) % d, c = (a + 2) % 3;

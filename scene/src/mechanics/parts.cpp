@@ -20,17 +20,17 @@ namespace maille {
 
 namespace {
 
-/// Places among the body's cells of matter, in the grid's order.
+/// Indices into the body's cells of matter, in grid order.
 using Places = std::vector<std::int32_t>;
 using Tensor = std::array<double, 6>;
 
-/// Results by cell place; empty where the answer has none.
+/// Results by index of the cell of matter; empty if the answer has none.
 struct CellFigures {
   std::vector<double> volume, fibre_strain, largest_strain, smallest_strain, fibre_stress, von_mises,
       pressure, energy;
 };
 
-/// Half of the elastic stress by the strain, both means of the cell.
+/// Half of elastic stress times strain, from the means of the cell.
 double energy_of_means(const Tensor& strain, const Tensor& stress, double active, const Vec3& fibre) {
   double twice = -active * along(strain, fibre);
   for (std::size_t k = 0; k < 6; ++k)
@@ -38,7 +38,7 @@ double energy_of_means(const Tensor& strain, const Tensor& stress, double active
   return twice / 2;
 }
 
-/// Calls work(first cell, end, place of the first that holds matter) for parts of the grid, each in a thread.
+/// Calls work(first cell, end, index of its first cell of matter) for parts of the grid, one per thread.
 template<class Work>
 void for_parts_of_grid(const Specimen& body, int threads, const Work& work) {
   const std::int64_t n = body.grid.n_cells();
@@ -138,7 +138,7 @@ double sum_over(const std::vector<double>& figure, const Places& places) {
   return sum;
 }
 
-/// @param tissue share of the cells that is tissue
+/// @param tissue sum of the tissue fractions of the cells
 PartMechanics part_of(const CellFigures& of, const Specimen& body, const Places& places, double tissue) {
   PartMechanics part;
   part.cells = static_cast<std::int64_t>(places.size());
@@ -155,7 +155,7 @@ PartMechanics part_of(const CellFigures& of, const Specimen& body, const Places&
   return part;
 }
 
-/// The cells of a part, and the material of its first one.
+/// The cells of a part, and the material of the first one.
 struct CellsOfPart {
   Places places;
   double tissue = 0; ///< cells of it

@@ -15,7 +15,7 @@ namespace maille {
 
 namespace {
 
-/// Forces [N] at places [m] of the world.
+/// Sum of forces [N] at places [m], world frame.
 class Forces {
 public:
   void add(const Vec3& place, const Vec3& force) {
@@ -23,7 +23,7 @@ public:
     places_.push_back(place);
     forces_.push_back(force);
   }
-  /// Shrinks to the force and the moment about a place.
+  /// The force, and the moment about a place.
   Resultant about(const Vec3& centroid) const {
     Resultant resultant;
     resultant.centroid = centroid;
@@ -52,7 +52,7 @@ private:
   double weight_ = 0;
 };
 
-/// Where lever arms begin: in the world, where the state that forces are in balance in has the nodes.
+/// Places for lever arms, world frame: positions of nodes in the state in which forces are in balance.
 class Places {
 public:
   Places(const Scene& scene, const Answer& answer)
@@ -68,7 +68,7 @@ public:
       x = plus(x, frame_.in_world(x, {}));
     return plus(scene_.specimen.placement.origin, in_world(x));
   }
-  /// The mean of a cell's corners, or of those on one of its faces.
+  /// Mean of a cell's corners, or of the corners of one face.
   Vec3 middle(std::int64_t cell, const FaceLoad* face = nullptr) const {
     const Grid& grid = scene_.specimen.grid;
     Middle middle;
@@ -96,7 +96,7 @@ void name(const Scene& scene, std::int32_t condition, const char* otherwise, Res
   }
 }
 
-/// Of holds, or of moves. A node that two of them ask for counts with the first.
+/// Resultants of holds, or of moves. A node of two conditions counts for the first.
 std::vector<Resultant> of_prescribed(const Scene& scene, const Answer& answer, const Places& places,
                                      bool held) {
   struct Region {

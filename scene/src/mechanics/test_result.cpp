@@ -11,12 +11,12 @@ namespace maille {
 
 namespace {
 
-/// Right-handed: the turn that takes `axis` towards `along`.
+/// Axis of the right-handed rotation from `axis` towards `along`.
 Eigen::Vector3d bending_axis(const StandardTest& test) {
   return Eigen::Vector3d::Unit(test.axis).cross(Eigen::Vector3d::Unit(test.along));
 }
 
-/// Force or moment on what is moved, along or about an axis of the object.
+/// Force or moment on the moved nodes, along or about an axis of the object.
 double on_moves(const Scene& scene, const Answer& answer, Vec3 Resultant::*what,
                 const Eigen::Vector3d& axis) {
   const Vec3 in_world = to_world(scene.specimen.placement, {axis[0], axis[1], axis[2]});
@@ -27,8 +27,8 @@ double on_moves(const Scene& scene, const Answer& answer, Vec3 Resultant::*what,
   return sum;
 }
 
-/// By how much the test's strain has to be multiplied until 2 % of the tissue is beyond an effective strain
-/// sqrt(2 U / E) of 0.7 %, U the density of strain energy.
+/// Factor on the test's strain at which 2 % of the tissue exceeds an effective strain sqrt(2 U / E) of 0.7 %,
+/// with U the strain energy density.
 std::optional<double> factor_to_failure(const Scene& scene, const Answer& answer) {
   constexpr double effective_strain = 0.007, failing = 0.02;
   const CellFields fields = cell_fields(scene, answer);

@@ -1,5 +1,5 @@
 #pragma once
-/// How much larger a cell is when it is deformed.
+/// Volume ratio of a deformed cell.
 
 #include "maille/scene/answer.hpp"
 
@@ -13,8 +13,8 @@
 
 namespace maille {
 
-/// Volume of a deformed cell over its volume at rest: the mean of det F over Gauss's rule with two points an
-/// axis, which is exact for multilinear hexahedra.
+/// Volume of a deformed cell over its volume at rest: the mean of det F by Gauss quadrature with two points
+/// per axis, which is exact for multilinear hexahedra.
 class VolumeRatio {
 public:
   explicit VolumeRatio(const Grid& grid) : grid_(grid) {
@@ -32,7 +32,7 @@ public:
     }
   }
 
-  /// @param u  of a cell's corners: `Vec3 u(node, cell)`
+  /// @param u  displacement of a cell's corners: `Vec3 u(node, cell)`
   template<class Corners>
   requires std::is_invocable_r_v<Vec3, const Corners&, std::int64_t, std::int64_t>
   double operator()(const Corners& u, std::int64_t cell) const {

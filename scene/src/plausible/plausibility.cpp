@@ -22,11 +22,11 @@ namespace maille {
 namespace {
 
 constexpr double largest_small_strain = 0.1, largest_cell = 0.01, largest_body = 10; // 1, m, m
-/// Share of the body's length: a cantilever that bends further turns its end by more than 17 degrees.
+/// Deflection over length: beyond it the end of a cantilever rotates by more than 17 degrees.
 constexpr double largest_small_deflection = 0.2;
 /// Above the strength of any matter, which is some 1e11 Pa: an exponential law says so where it is stretched.
 constexpr double greatest_stress = 1e12; // [Pa]
-/// Loads above this part of the stiffness press cells to half their length.
+/// Loads above this fraction of the stiffness compress cells to half their length.
 constexpr double most_of_stiffness = 0.5;
 
 struct LengthUnit {
@@ -34,7 +34,7 @@ struct LengthUnit {
   double metres;
 };
 
-/// Millimetres, the unit of nearly every scene, from a hundredth to a thousand of them.
+/// Millimetres, the usual unit, for 0.01 to 1000 mm; else another unit.
 LengthUnit unit_for(double length) {
   constexpr double rounding = 1e-9;
   if (length >= 1 - rounding)
@@ -61,11 +61,11 @@ std::map<std::int64_t, PrescribedNode> by_node(const Scene& scene) {
   return nodes;
 }
 
-/// Mean strain: the largest move against the nearest fixed node, or against the node that moves least.
+/// Mean strain: largest move relative to the nearest fixed node, or to the node that moves least.
 std::optional<double> mean_strain(const Scene& scene, const std::map<std::int64_t, PrescribedNode>& nodes) {
   const auto most =
       std::ranges::max_element(nodes, {}, [](const auto& entry) { return norm(entry.second.displacement); });
-  // A plane that only keeps the body from leaving it sideways is no hold against what is moved along it.
+  // A plane that only prevents sideways motion is no hold against a move along it.
   const auto holds = [&](const PrescribedNode& node) {
     for (std::size_t b = 0; b < 3; ++b)
       if (node.held[b] && most->second.displacement[b] != 0)
@@ -95,8 +95,8 @@ double least_modulus(const Material& material) {
   return *std::ranges::min_element(material.elasticity.youngs_modulus);
 }
 
-/// Of contracting fibres against the stiffness along them, of tractions against the softest direction of the
-/// matter that they pull at.
+/// Strain of contracting fibres by the stiffness along them, and of tractions by the softest direction of the
+/// loaded matter.
 std::optional<double> strain_of_loads(const Scene& scene) {
   double strain = 0;
   for (std::size_t cell = 0; cell < scene.active_stress.size(); ++cell)
@@ -130,7 +130,7 @@ void warn_of_sizes(const Scene& scene, Plausibility& found) {
                     length_in_words(found.largest_move), percent(found.move_over_length)));
 }
 
-/// The force is the nodes' under the punch: few of them tell its radius badly.
+/// The force depends on the nodes under the punch: too few of them resolve its radius poorly.
 void warn_of_punch(const Scene& scene, Plausibility& found) {
   constexpr double fewest_cells = 4, rounding = 0.1;
   if (!scene.test || scene.test->kind != TestKind::indent)
@@ -266,8 +266,7 @@ std::string size_in_words(const Scene& scene, const Vec3& size) {
 
 namespace {
 
-/// `right-left` of a line, `left` of an arrow, and how far off it is; empty where the image does not say
-/// where the patient is.
+/// `right-left` for a line, `left` for an arrow, with the deviation; empty without anatomical axes.
 std::string in_patient(const Specimen& body, const Vec3& direction, bool is_arrow) {
   constexpr std::array<std::array<const char*, 3>, 3> names{{{"left", "right", "right-left"},
                                                              {"posterior", "anterior", "anterior-posterior"},
@@ -285,7 +284,7 @@ std::string in_patient(const Specimen& body, const Vec3& direction, bool is_arro
   return off < 1 ? name : fmt::format("{}, {:.0f} deg off", name, off);
 }
 
-/// `x` or `-z` of the grid, or three numbers.
+/// `x` or `-z` for grid axes, else three numbers.
 std::string in_grid(const Vec3& direction, bool is_arrow) {
   const double size = norm(direction);
   for (std::size_t a = 0; a < 3; ++a)
@@ -295,7 +294,7 @@ std::string in_grid(const Vec3& direction, bool is_arrow) {
                      direction[2] / size);
 }
 
-/// The direction that is nearest to those of all cells of matter.
+/// Mean fibre direction of all cells of matter.
 Vec3 mean_fibre(const Specimen& body) {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
@@ -305,7 +304,8 @@ Vec3 mean_fibre(const Specimen& body) {
   return {mean[0], mean[1], mean[2]};
 }
 
-/// A line a direction, and what the border of an image cuts off.
+/// One line per direction; for an image with partial volume, also its tissue fraction and the tissue at its
+/// border.
 std::string directions_in_words(const Scene& scene) {
   const Specimen& body = scene.specimen;
   std::string text;
@@ -325,7 +325,7 @@ std::string directions_in_words(const Scene& scene) {
   ImageInfo info;
   try {
     info = read_image_info(body.image);
-  } catch (const InputError&) { // moved since it was read
+  } catch (const InputError&) { // the file was moved or deleted
     return text;
   }
   const auto blocks = voxel_blocks(info, body);

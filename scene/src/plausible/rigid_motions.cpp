@@ -15,17 +15,17 @@
 namespace maille {
 namespace {
 
-/// What is left of a small vector space as one linear condition after another is laid on it. Starts as all
-/// of R^n. Keeps an orthonormal basis (columns).
+/// A small vector space that linear conditions reduce step by step, starting from R^n. Stores an orthonormal
+/// basis (columns).
 class NullSpace {
 public:
   explicit NullSpace(Eigen::Index n) : basis_(Eigen::MatrixXd::Identity(n, n)) {}
 
   Eigen::Index dimension() const { return basis_.cols(); }
   const Eigen::MatrixXd& basis() const { return basis_; }
-  /// Keeps the vectors v with row . v = 0. A row that earlier ones imply to 1e-9 changes nothing.
-  /// @param row entries of the order of one before any cancellation, so that a row of rounding errors shows
-  ///        as such
+  /// Restricts to vectors v with row . v = 0. A row that earlier ones imply to 1e-9 has no effect.
+  /// @param row entries of order one before any cancellation, so that rows of rounding errors are
+  ///        recognised
   void forbid(const Eigen::VectorXd& row);
 
 private:
@@ -40,7 +40,7 @@ void NullSpace::forbid(const Eigen::VectorXd& row) {
   const double length = v.norm();
   if (length <= 1e-9)
     return;
-  // The reflection that takes v to the last unit vector leaves k - 1 columns on which the row vanishes.
+  // The reflection of v to the last unit vector gives k - 1 columns on which the row vanishes.
   v /= length;
   const double sign = v[k - 1] > 0 ? 1.0 : -1.0; // away from cancellation
   v[k - 1] += sign;
@@ -48,8 +48,7 @@ void NullSpace::forbid(const Eigen::VectorXd& row) {
   basis_ = reflected.leftCols(k - 1);
 }
 
-/// The same space with as many zeros as can be had: reduced row echelon form, one vector a row, pivots first
-/// in the order of the columns.
+/// A sparse basis of the same space: reduced row echelon form, one vector per row, pivots in column order.
 Eigen::MatrixXd echelon(const Eigen::MatrixXd& basis) {
   Eigen::MatrixXd rows = basis.transpose();
   Eigen::Index rank = 0;
@@ -76,7 +75,7 @@ public:
   explicit Pieces(const Scene& scene);
   void apply_conditions();
   void apply_springs();
-  /// Borders with friction stick.
+  /// Borders with friction are treated as tied.
   void add_ties();
   void spread_through_joints();
   std::string motion_left();
@@ -103,7 +102,7 @@ private:
     std::vector<std::int32_t> pieces;
   };
   std::vector<Joint> joints_; ///< nodes that two pieces or more share
-  /// Two nodes of two pieces that move together along one direction.
+  /// Two nodes of two pieces that are tied along one direction.
   struct Tie {
     std::array<std::int64_t, 2> node{};
     std::array<std::int32_t, 2> piece{};
@@ -120,8 +119,8 @@ Pieces::Pieces(const Scene& scene)
     joints_.push_back({node, pieces_at(node)});
 }
 
-/// The displacement `component` at `node` as a linear form of the piece's motions: turns first (so that
-/// echelon form sets pure shifts apart), then shifts. Lengths are in half extents of the piece, so that both
+/// The displacement `component` at `node` as a linear form of the piece's motions: rotations first (so that
+/// echelon form separates pure shifts), then shifts. Lengths are in half extents of the piece, so that both
 /// are O(1).
 Eigen::VectorXd Pieces::row(const Piece& piece, std::int64_t node, int component) const {
   const Grid& grid = scene_->specimen.grid;
@@ -150,7 +149,7 @@ Eigen::VectorXd Pieces::row(const Piece& piece, std::int64_t node, int component
 void Pieces::apply_conditions() {
   for (const Prescribed& p : scene_->prescribed) {
     if (pieces_.size() == 1 && pieces_[0].motions.dimension() == 0)
-      return; // the usual case: a few nodes settle it
+      return; // the usual case: a few nodes are enough
     for (const std::int32_t label : pieces_at(p.node)) {
       Piece& piece = pieces_[label];
       if (piece.motions.dimension() > 0)
@@ -196,7 +195,7 @@ void Pieces::add_ties() {
           }
 }
 
-/// What a piece that cannot move takes from the other one of a tie. True if that is something.
+/// Removes the motions that a tie to a fixed piece prevents. True if there were any.
 bool Pieces::hold(const Tie& tie, std::size_t free) {
   Piece& held = pieces_[tie.piece[free]];
   if (pieces_[tie.piece[1 - free]].motions.dimension() > 0 || held.motions.dimension() == 0)
@@ -206,7 +205,7 @@ bool Pieces::hold(const Tie& tie, std::size_t free) {
   return held.motions.dimension() < before;
 }
 
-/// `from` cannot move: neither can `to` at the node that they share. True if that took a motion from `to`.
+/// `from` is fixed, so `to` is fixed at their common node. True if that removed a motion of `to`.
 bool Pieces::tie(std::int32_t from, std::int32_t to, std::int64_t node) {
   Piece& held = pieces_[to];
   if (pieces_[from].motions.dimension() > 0 || held.motions.dimension() == 0)
@@ -238,7 +237,7 @@ std::string Pieces::motion_left() {
   return loose.empty() ? std::string{} : joint_motion_left(loose);
 }
 
-/// The loose pieces together: their motions must agree at every node that they share.
+/// Joint motion of the loose pieces: their motions must agree at all shared nodes.
 std::string Pieces::joint_motion_left(const std::vector<std::int32_t>& loose) const {
   std::vector<Eigen::Index> first(pieces_.size(), -1);
   Eigen::Index n = 0;
@@ -262,7 +261,7 @@ std::string Pieces::joint_motion_left(const std::vector<std::int32_t>& loose) co
     for (std::size_t k = 1; k < joint.pieces.size(); ++k) {
       const std::int32_t one = joint.pieces[k - 1], other = joint.pieces[k];
       if (first[one] < 0 || first[other] < 0)
-        continue; // the tie to a piece that cannot move is in the other's motions already
+        continue; // already included: one piece is fixed
       for (int c = 0; c < d_; ++c) {
         Eigen::VectorXd form = Eigen::VectorXd::Zero(n);
         add(form, one, joint.node, c, 1);
@@ -298,7 +297,7 @@ std::string direction_in_words(const Eigen::Vector3d& v) {
   return fmt::format("({:.3g}, {:.3g}, {:.3g})", unit[0], unit[1], unit[2]);
 }
 
-/// @param motions columns that span the motions left: turns, then shifts
+/// @param motions columns that span the remaining motions: rotations, then shifts
 std::string Pieces::describe(std::size_t piece, const Eigen::MatrixXd& motions) const {
   const Eigen::MatrixXd rows = echelon(motions);
   const int turns = n_motions_ - d_;

@@ -32,10 +32,10 @@ double softest_modulus(const Scene& scene, std::int64_t cell) {
   return scene.specimen.weight_of(cell) * scene.object_stiffness(cell).diagonal().minCoeff();
 }
 
-/// How soft springs between the nodes of a tie are to be, for friction to settle in the least rounds [N/m].
+/// Stiffness of springs between the nodes of a tie for which friction converges in the fewest rounds [N/m].
 /// @param one,other  a cell on each side
-// The border as its sides see it is as stiff as G h for what changes from node to node, and as G h / n for
-// what changes along a body of n cells: rounds are fewest at the geometric mean.
+// The stiffness of a border is G h for variation from node to node, and G h / n for variation along a body of
+// n cells: the geometric mean needs the fewest rounds.
 double rubbing_spring(const Scene& scene, std::int64_t one, std::int64_t other) {
   const Grid& grid = scene.specimen.grid;
   const Vec3& h = grid.spacing();
@@ -61,7 +61,7 @@ void for_each_shared_face(const Specimen& body, Visit&& visit) {
   }
 }
 
-/// A copy for every label, the first in which none stands that it slides on.
+/// A copy for every label: the first one without labels that slide on it.
 std::map<std::int32_t, int> copies_of_labels(const Specimen& body, const Sliding& sliding) {
   std::set<std::int32_t> labels;
   for (std::int64_t cell = 0; cell < body.grid.n_cells(); ++cell)
@@ -82,7 +82,7 @@ std::map<std::int32_t, int> copies_of_labels(const Specimen& body, const Sliding
   return copies;
 }
 
-/// The ties at the nodes of a body.
+/// Computes the ties at the nodes of a body.
 class Ties {
 public:
   Ties(const Scene& scene, const Sliding& sliding, const std::map<std::int32_t, int>& copies)
@@ -103,7 +103,7 @@ public:
       normals_.emplace(labels, BorderNormals(body_.grid, of_border));
   }
 
-  /// Calls add(copy of one, copy of other, how they are tied) for every tie of a node.
+  /// Calls add(copy of one, copy of other, tie) for every tie of a node.
   template<class Add>
   void at(const Index3& node, Add&& add) const;
 
@@ -210,8 +210,7 @@ void split_conditions(const Scene& scene, SplitScene& split) {
   };
   move_faces(of.tractions);
   move_faces(of.springs);
-  of.turns
-      .clear(); // they and the next two name nodes and cells of the body; a step of a series is split anew
+  of.turns.clear(); // these three refer to the body's nodes and cells; steps of a series are split anew
   of.drives.clear();
   of.timed.clear();
 }
@@ -283,7 +282,7 @@ Answer joined(const Scene& scene, const SplitScene& split, Answer answer) {
   };
   gather(answer.cell_strain);
   gather(answer.cell_energy);
-  answer.tie_press.clear(); // of ties that the body does not have
+  answer.tie_press.clear(); // the body has no ties
   Displacement u(grid);
   std::vector<std::array<double, 6>> strain, stress;
   const bool has_nodal = !answer.nodal_strain.empty();

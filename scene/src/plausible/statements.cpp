@@ -1,5 +1,5 @@
-// What a scene states, in figures, and what of it has no effect or is not what it seems: for people to look
-// at. All is read off the Scene, so that `check`, `run` and Python say the same.
+// Figures of the settings of a scene, and warnings about settings without effect or easily misread. Uses only
+// the Scene, so that `check`, `run` and Python agree.
 #include "maille/base/vectors.hpp"
 #include "maille/plugins/open_plugin.hpp"
 #include "maille/scene/block_frames.hpp"
@@ -23,14 +23,14 @@ namespace maille {
 namespace {
 
 constexpr double least_modulus = 100, greatest_modulus = 1e12, least_density = 500, greatest_density = 25000;
-/// Small strains and turns end here [rad]: energy is off by a third, and grows with the square.
+/// Limit of small rotations [rad]: the energy is off by a third, and the error grows with the square.
 constexpr double largest_small_turn = 15 * std::numbers::pi / 180;
-/// Least shares of the mean cross-section: below, a test's plate is uneven, a face's hold or move tiny.
+/// Smallest shares of the mean cross-section: below, a test's plate is uneven, a face's hold or move tiny.
 constexpr double least_plate = 0.8, least_face = 0.05;
-/// Share of a sliding border's nodes above which one hold or move keeps its sides together.
+/// Share of a sliding border's nodes above which one hold or move locks both sides together.
 constexpr double most_of_border = 0.5;
 
-/// What one of Scene::conditions has.
+/// Extent and values of one of Scene::conditions.
 struct Stated {
   std::set<std::int64_t> nodes;
   std::array<std::array<double, 2>, 3> area{}; ///< of outer faces, by their axis and side [m^2]
@@ -47,7 +47,7 @@ void add_face(const Grid& grid, const Index3& cell, std::size_t axis, bool upper
       stated.nodes.insert(grid.corner(cell, corner));
 }
 
-/// The outer faces of a plate: those whose corners all are its nodes.
+/// Adds the outer faces of a plate: those whose corners are all among its nodes.
 void add_outer_faces(const Specimen& body, Stated& stated) {
   std::set<std::int64_t> cells;
   for (const std::int64_t node : stated.nodes)
@@ -117,7 +117,7 @@ StatedPart part_of(const Stated& stated, const NamedCondition& asked, const Vec3
   return part;
 }
 
-/// By how much the nodes of a move are turned against the frame that strains are measured in [rad].
+/// Rotation of the nodes of a move relative to the frame of strains [rad].
 double turn_of(const Scene& scene, std::int32_t condition, const Frame& object) {
   std::map<std::int64_t, std::pair<Vec3, int>> nodes;
   for (const Prescribed& p : scene.prescribed)
@@ -179,7 +179,7 @@ private:
       warn("{} has no effect: other conditions, or pieces that are left out, have all its nodes", part.name);
       return;
     }
-    const double least = of.is_load ? 0 : 1e-9 * scene_.specimen.grid.spacing()[0]; // of turns by 360 degrees
+    const double least = of.is_load ? 0 : 1e-9 * scene_.specimen.grid.spacing()[0]; // for 360-degree turns
     if (of.most <= least && (of.is_load || is_move) && !is_drive && !scene_.test)
       warn("{} is zero: {}", part.name, of.is_load ? "it loads nothing" : "it holds where it is");
     if (of.is_load && std::ranges::all_of(of.nodes, [&](std::int64_t node) {

@@ -10,10 +10,10 @@ namespace maille {
 
 namespace {
 
-/// Remembers the first number that cannot be used.
+/// Stores the first unusable number.
 class Finder {
 public:
-  /// A number that has a unit.
+  /// Checks a number with a unit.
   template<class Name>
   void look_at_size(double value, const Name& name) {
     look_at(value, name);

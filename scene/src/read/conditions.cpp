@@ -19,7 +19,7 @@ namespace maille::reader {
 
 namespace {
 
-/// `axes = "xz"`; all axes of the scene where it is absent.
+/// `axes = "xz"`; default: all axes of the scene.
 std::array<bool, 3> read_axes(TableReader& table, int dimension) {
   const auto text = table.text("axes");
   if (!text)
@@ -28,7 +28,7 @@ std::array<bool, 3> read_axes(TableReader& table, int dimension) {
                     table.faults());
 }
 
-/// Places are those of the body's world; vectors are as the header states, else in the table's frame.
+/// Places are in the body's world; vectors in the axes of the header, or without them in the table's frame.
 std::function<std::optional<Vec3>(const Vec3&)> field_of_image(std::shared_ptr<DisplacementImage> image,
                                                                const TableFrame& frame) {
   return [image = std::move(image), frame](const Vec3& x) -> std::optional<Vec3> {
@@ -37,7 +37,7 @@ std::function<std::optional<Vec3>(const Vec3&)> field_of_image(std::shared_ptr<D
   };
 }
 
-/// What the nearest point has, if it is near enough. Places and vectors are in the table's frame.
+/// Displacement of the nearest point, if it is within reach. Places and vectors are in the table's frame.
 std::function<std::optional<Vec3>(const Vec3&)> field_of_points(std::vector<DisplacementPoint> points,
                                                                 double within, const TableFrame& frame) {
   for (DisplacementPoint& point : points) {
@@ -58,7 +58,7 @@ std::function<std::optional<Vec3>(const Vec3&)> field_of_points(std::vector<Disp
   };
 }
 
-/// `by`, `turn` or both; `by` is needed where there is no turn.
+/// `by`, `turn` or both; `by` is required without `turn`.
 void read_motion(TableReader& table, int dimension, const TableFrame& frame, Condition& condition,
                  bool& turns_about_its_middle) {
   if (const auto turn = read_turn(table, dimension, turns_about_its_middle))
@@ -107,7 +107,7 @@ void read_field(TableReader& table, const TableFrame& frame, int dimension, cons
   }
 }
 
-/// One condition, if its region holds nodes; without a body, only its faults.
+/// One condition, if its region contains nodes; without a body, only its faults.
 void read_condition(TableReader& table, bool held, const Scene& scene, bool has_body,
                     std::vector<Condition>& conditions) {
   Condition condition;
@@ -154,7 +154,7 @@ std::string in_words(const toml::node& node) {
 
 namespace {
 
-/// A vector along the last axis, as a scene has it.
+/// Example of a vector along the last axis, in scene syntax.
 std::string example_of(Dimension unit, std::size_t n) {
   const char* const last = unit == Dimension::length     ? "\"2 mm\""
                            : unit == Dimension::pressure ? "\"1 kPa\""
@@ -166,7 +166,7 @@ std::string example_of(Dimension unit, std::size_t n) {
   return text + last + "]";
 }
 
-/// Forces of 2D scenes are per thickness, and may say so: "3 N/mm" is "3000 N" for a metre of it.
+/// Forces in 2D are per thickness and may have such a unit: "3 N/mm" is "3000 N" per metre.
 std::optional<double> force_per_thickness(const toml::node& node) {
   const std::string text = node.value_exact<std::string>().value_or("");
   for (const auto& [ending, per_metre] : {std::pair("/mm", 1e3), std::pair("/m", 1.0)})

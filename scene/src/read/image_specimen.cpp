@@ -23,18 +23,18 @@ namespace maille::reader {
 
 namespace {
 
-/// Voxels above `threshold`, or all that are not 0.
+/// Voxels above `threshold`; without it, all non-zero voxels.
 std::vector<LabelRange> read_threshold(TableReader& table) {
   if (!table.has("threshold"))
     return all_but_zero();
   const auto threshold = table.number("threshold");
   if (!threshold)
     return {};
-  // Grey values are float32: those above are the next one and what follows.
+  // Grey values are float32: the range starts at the next larger number.
   return {{std::nextafter(static_cast<float>(*threshold), INFINITY), INFINITY, 0}};
 }
 
-/// What the image calls its labels; nothing where its header cannot be read, of which its own reader tells.
+/// Named segments of the image; nothing if the header is unreadable, which the image reader reports.
 std::optional<std::vector<NamedSegment>> segments_of(TableReader& table) {
   const toml::node* image = table.find("image");
   const auto name = image ? image->value<std::string>() : std::nullopt;
@@ -60,7 +60,7 @@ std::optional<LabelRange> label_or_name(std::string_view key, const std::vector<
   return LabelRange{value, value, 0};
 }
 
-/// Of segments that one name stands for `labels 1 and 2`; empty where it stands for one.
+/// `labels 1 and 2` for a name of several segments; empty if the name is unique.
 std::string labels_of_one_name(std::string_view name, const std::vector<NamedSegment>& segments) {
   std::set<std::int32_t> labels;
   for (const NamedSegment& segment : segments)
@@ -69,8 +69,8 @@ std::string labels_of_one_name(std::string_view name, const std::vector<NamedSeg
   return labels.size() < 2 ? "" : fmt::format("labels {}", fmt::join(labels, " and "));
 }
 
-/// Whether labels can be told apart at all; else one fault: segments in several layers, or labels that
-/// float32 does not hold.
+/// True if labels are readable; else one fault: segments in several layers, or labels that float32 cannot
+/// represent.
 bool are_labels_readable(TableReader& table, const std::vector<NamedSegment>& segments) {
   if (std::ranges::any_of(segments, [](const NamedSegment& segment) { return segment.layer > 0; })) {
     table.fault("image", "segments of one layer (in 3D Slicer: Segmentations, Collapse labelmap layers)",
@@ -105,8 +105,8 @@ std::string wanted_labels(const std::vector<NamedSegment>& segments) {
   return wanted + (segments.size() > 10 ? ", ..." : segments.empty() ? " (names: of .seg.nrrd)" : "");
 }
 
-/// `labels = { 17 = "muscle/soleus", "1150..4000" = "bone/..." }`, or `material`, if there must be one, for
-/// every voxel above `threshold`, or that is not 0.
+/// `labels = { 17 = "muscle/soleus", "1150..4000" = "bone/..." }`; or `material`, if required, for every
+/// voxel above `threshold`, or every non-zero voxel.
 std::vector<LabelRange> read_labels(TableReader& table, bool has_material,
                                     const std::vector<NamedSegment>& segments, bool has_image,
                                     MaterialTable& materials) {
@@ -123,7 +123,7 @@ std::vector<LabelRange> read_labels(TableReader& table, bool has_material,
   if (!section)
     return {};
   const std::string path = table.path_of("labels");
-  std::map<int, std::string> unknown; // by line, so that one cause is one fault
+  std::map<int, std::string> unknown; // by line: one fault per cause
   for (const auto& [key, node] : *section) {
     const auto range = label_or_name(key.str(), segments);
     if (const std::string several = labels_of_one_name(key.str(), segments); !several.empty())
@@ -147,7 +147,7 @@ std::vector<LabelRange> read_labels(TableReader& table, bool has_material,
   return ranges;
 }
 
-/// The keys of `labels`, in the order of the ranges, all of which were good.
+/// The keys of `labels`, in the order of the ranges. @pre all are valid
 std::vector<NamedLabel> names_of_labels(TableReader& table) {
   std::vector<NamedLabel> names;
   for (const auto& [key, node] : *table.subtable("labels"))
@@ -174,7 +174,7 @@ bool cells_fit(const ImageInfo& info, const Index3& coarsen, const std::string& 
   return fits_into_memory(cells, 3, path, line, faults);
 }
 
-/// An image of labels whose body fits into memory; nothing and a fault if the file is not such an image.
+/// A label image whose body fits into memory; nothing and a fault if the file is no label image.
 /// @throws InputError
 std::optional<LayeredImage> labels_of(const std::filesystem::path& file, const Index3& coarsen,
                                       const std::string& path, int line, FaultList& faults) {
@@ -186,8 +186,8 @@ std::optional<LayeredImage> labels_of(const std::filesystem::path& file, const I
   return std::nullopt;
 }
 
-/// Counts the voxels of each label that its cells do not hold: a label without a cell is a fault, a loss of
-/// more than a tenth a warning.
+/// Compares the voxels of each label with its cells: a label without a cell is a fault, a loss of more than a
+/// tenth a warning.
 void account_for(const LabelCensus& census, const std::vector<LabelRange>& ranges,
                  const std::vector<NamedLabel>& names, const LabelCells& cells, const std::string& path,
                  const char* by, FaultList& faults, Scene& scene) {
@@ -200,7 +200,7 @@ void account_for(const LabelCensus& census, const std::vector<LabelRange>& range
         ++n_cells[i];
       }
   });
-  constexpr double said_at = 0.1; // of a label; borders of fewer voxels are what `coarsen` is for
+  constexpr double said_at = 0.1; // fraction of a label; smaller losses at borders are normal with `coarsen`
   std::string lost;
   bool is_much = false;
   for (std::size_t i = 0; i < ranges.size(); ++i) {
@@ -220,7 +220,7 @@ void account_for(const LabelCensus& census, const std::vector<LabelRange>& range
         {is_much ? 0 : -1, fmt::format("{}: voxels in cells of other labels or of none: {}", by, lost)});
 }
 
-/// Smooth labels lose what cells below `least` had and the others have no room for.
+/// Reports the volume that smooth labels lose in cells below `least` and cannot redistribute.
 void account_for_volume(const LabelCensus& census, std::size_t n_ranges, const Index3& coarsen,
                         Scene& scene) {
   constexpr double said_at = 1e-3, warned_of_at = 0.05; // of the labels
@@ -279,8 +279,8 @@ bool read_image_specimen(TableReader& table, bool has_material, MaterialTable& m
       return false;
     if (table.has("labels"))
       image->round_to(single_labels(ranges));
-    // What lies beyond the image is void, as in a larger image of the same body.
-    // A width that is out of range is a fault of fill_partial_volume.
+    // Outside the image is void, as in a larger image of the same body.
+    // fill_partial_volume reports a width out of range.
     const bool is_smooth = partial && partial->from == PartialVolume::From::smooth && partial->width > 0 &&
                            partial->width <= widest_smooth * *std::ranges::min_element(image->info().spacing);
     const Index3 voids = is_smooth ? voids_around(image->info(), partial->width, *coarsen) : Index3{};

@@ -67,7 +67,7 @@ std::vector<Vec3> MeasurePlaces::places(const toml::node& node, const std::strin
   return all;
 }
 
-/// Where the matter's box is, for messages: in the frame that places are in.
+/// Bounding box of the matter, for messages: in the frame of the places.
 std::string MeasurePlaces::reach() const {
   const Specimen& body = scene_.specimen;
   if (frame_.frame != CoordinateFrame::grid)

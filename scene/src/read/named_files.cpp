@@ -13,7 +13,7 @@ namespace {
 
 std::atomic<FileScope> file_scope{FileScope::anywhere};
 
-/// The folder that a variable holds; nothing where it is unset or empty.
+/// The folder in an environment variable; null if it is unset or empty.
 const char* folder_in(const std::string& variable) {
   const char* value = variable.find('\0') == std::string::npos ? std::getenv(variable.c_str()) : nullptr;
   return value && *value ? value : nullptr;
@@ -49,7 +49,7 @@ NamedFile named_file(const std::string& name, const std::filesystem::path& folde
             "--sandbox a scene "
             "reads nothing else, since its author may be unknown",
             "\"" + name + "\""};
-  // Behind a variable, `/x` is no root: what is meant is in its folder.
+  // After a variable, `/x` is relative to its folder.
   return {has_variable || is_at_home ? base / rest.relative_path() : base / rest, "", ""};
 }
 

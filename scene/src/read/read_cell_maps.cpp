@@ -1,5 +1,4 @@
-// What a body's cells have from images beside their labels: which part of them is tissue, and how stiff it
-// is.
+// Reads cell properties from images beside the labels: tissue fraction and stiffness.
 #include "maille/materials/density_law.hpp"
 #include "maille/scene/voxel_map.hpp"
 #include "read/reader.hpp"
@@ -96,7 +95,7 @@ void fill_partial_volume(const PartialVolume& asked, const LayeredImage& image,
                                      : shares_of_labels(from.open(coarsen[2]), ranges);
     const std::int64_t without = fill_partial_cells(image, ranges, coarsen, std::move(shares), asked.least,
                                                     is_of_other, is_smooth, body);
-    // They would have to say how much is tissue: in voxels with a label or, of the body's own image, in any.
+    // NaN is not allowed where the fraction is needed: in labelled voxels, or in the body's own image.
     if (without > 0)
       table.faults().add(asked.line, path, "a number in every voxel of the body",
                          fmt::format("none in {} of them", without));
@@ -107,17 +106,17 @@ void fill_partial_volume(const PartialVolume& asked, const LayeredImage& image,
 
 namespace {
 
-/// A map of stiffness as it is asked for.
+/// A requested map of stiffness.
 struct StiffnessMap {
   std::string image;
-  double pascal = 1; ///< of a grey value of 1, where there is no law
+  double pascal = 1; ///< modulus at grey value 1, without a law
   bool is_shear = false;
   const DensityLaw* law = nullptr;
   double density_at_zero = 0, density_per_grey = 0; ///< [kg/m^3]
   std::vector<LabelRange> labels;                   ///< empty: all matter
   int line = 0;
 
-  /// Young's or shear modulus [Pa]; not finite where the law gives no value.
+  /// Young's or shear modulus [Pa]; not finite if the law is undefined there.
   double modulus(double grey) const {
     if (!law)
       return grey * pascal;
@@ -133,7 +132,7 @@ std::string law_names() {
   return names;
 }
 
-/// `density = ["0.02 g/cm^3", "0.0008 g/cm^3"]`: of grey value 0, and more with every grey value.
+/// `density = ["0.02 g/cm^3", "0.0008 g/cm^3"]`: density at grey value 0, and its increase per grey value.
 void read_calibration(TableReader& table, StiffnessMap& map) {
   const toml::node* node = table.require("density");
   const auto* list = node ? node->as_array() : nullptr;
@@ -180,13 +179,13 @@ std::optional<StiffnessMap> read_map(TableReader& specimen) {
   return specimen.faults().size() == before ? std::optional(map) : std::nullopt;
 }
 
-/// Why cells have no stiffness of the map.
+/// Reason why cells have no stiffness from the map.
 struct Unusable {
   std::int64_t not_finite = 0, not_positive = 0;
   std::optional<Vec3> first; ///< place [m]
 };
 
-/// The mean over the voxels of a cell that are > 0; not a number where one is not finite, 0 without any.
+/// The mean over the positive voxels of a cell; NaN if one is not finite, 0 if there are none.
 double mean_modulus(const StiffnessMap& map, const LayerWindow& image, const VoxelBlocks& blocks,
                     const Index3& cell) {
   double sum = 0;
@@ -250,7 +249,7 @@ void apply_map(const StiffnessMap& map, const LayeredImage& image, const VoxelBl
     const ElasticConstants& c0 = materials[body.material(cell)].elasticity;
     ratio[c] = static_cast<float>(modulus / (map.is_shear ? c0.G12 : c0.youngs_modulus[0]));
   }
-  layers.move_to(image.info().size[2], image.info().size[2]); // damage behind the body is a fault, too
+  layers.move_to(image.info().size[2], image.info().size[2]); // damage after the body is a fault, too
   body.stiffness_ratio = std::move(ratio);
   check_labels_exist(
       map.labels, body, [&](std::int64_t cell) { return static_cast<float>(body.label[cell]); }, map.line,

@@ -1,4 +1,4 @@
-// Rigid labels that turn about an axis or follow recorded poses, and courses over the time of a run.
+// Reads rigid labels that rotate about an axis or follow recorded poses, and time courses.
 #include "conditions/number_table.hpp"
 #include "read/reader.hpp"
 
@@ -21,17 +21,17 @@ namespace {
 constexpr const char* wanted_course =
     "points [time, value], times from 0 to 1 ascending, such as [[0, 0], [0.5, 1], [1, 0]]";
 
-/// What a turn of a frame that may be mirrored is in the object's.
+/// Converts a rotation in a possibly mirrored frame to the object's frame.
 RigidPose pose_of(const Turn& turn, double time) {
   const Eigen::Quaterniond q(
       Eigen::AngleAxisd(turn.angle, Eigen::Vector3d(turn.axis[0], turn.axis[1], turn.axis[2])));
   return {time, {q.w(), q.x(), q.y(), q.z()}, turn.by};
 }
 
-/// Between two poses a turn goes the shorter way: so no more than this from one to the next.
+/// Largest rotation between poses, because interpolation takes the shorter way:
 constexpr double largest_step = 1.5; // rad
 
-/// The poses of one turn and shift that go on and off by a course.
+/// Poses of one rotation and shift, scaled by a course.
 std::vector<RigidPose> poses_of_course(const Turn& whole, const TimeCourse& course) {
   std::vector<std::array<double, 2>> points = course.points;
   if (points.empty())
@@ -114,7 +114,7 @@ std::vector<RigidPose> read_poses(TableReader& table, const TableFrame& frame, c
   }
 }
 
-/// `label = 30`, or a `where` as others have it.
+/// `label = 30`, or a general `where`.
 std::optional<Region> read_driven(TableReader& table, int dimension, const Specimen* body,
                                   const TableFrame& frame, Asked& where) {
   if (!table.has("label")) {

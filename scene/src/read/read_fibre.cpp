@@ -24,7 +24,7 @@ bool read_direction(TableReader& table, FibreRequest& request) {
   return direction.has_value();
 }
 
-/// `bipennate = true`, or where the fibres meet along the plane's second axis.
+/// `bipennate = true`, or the position of the seam along the plane's second axis.
 void read_bipennate(TableReader& table, std::size_t second, FibreRequest& request) {
   const toml::node* node = table.find("bipennate");
   if (!node)
@@ -37,8 +37,7 @@ void read_bipennate(TableReader& table, std::size_t second, FibreRequest& reques
   }
 }
 
-/// `{ angle = "20 deg", plane = "xz", bipennate }`: turned from the first axis of the plane towards the
-/// second.
+/// `{ angle = "20 deg", plane = "xz", bipennate }`: rotated from the first axis of the plane to the second.
 bool read_angle(TableReader& table, FibreRequest& request) {
   table.require("angle");
   table.require("plane");
@@ -53,7 +52,7 @@ bool read_angle(TableReader& table, FibreRequest& request) {
   return true;
 }
 
-/// A line must have a direction everywhere.
+/// Checks that a line has a direction everywhere.
 bool turns_evenly(const std::vector<Vec3>& points, const toml::array& list, const std::string& path,
                   FaultList& faults) {
   const std::size_t before = faults.size();
@@ -110,7 +109,7 @@ std::optional<Vec3> unit_vector(Vec3 v) {
   if (largest == 0)
     return std::nullopt;
   for (double& c : v)
-    c /= largest; // so that squares neither overflow nor vanish
+    c /= largest; // prevents overflow and underflow of squares
   const double length = std::hypot(v[0], v[1], v[2]);
   for (double& c : v)
     c /= length;
@@ -230,7 +229,7 @@ bool place_fibres(FibreRequest request, Specimen& body, FaultList& faults) {
     Vec3 direction = request.direction;
     if (curve)
       direction = curve->direction_at(middle);
-    else if (std::abs(middle[across] - meet) <= 1e-9 * length) // on the seam itself: halfway between the two
+    else if (std::abs(middle[across] - meet) <= 1e-9 * length) // on the seam: mean of both sides
       direction[across] = 0;
     else if (middle[across] < meet)
       direction[across] = -direction[across];

@@ -21,7 +21,7 @@ void read_gravity(TableReader& table, const TableFrame& frame, Scene& scene) {
   }
 }
 
-/// `foundation = "10 kPa/mm"` with `along = "normal"` or `axes`; nothing where it is absent or faulty.
+/// `foundation = "10 kPa/mm"` with `along = "normal"` or `axes`; nothing if absent or faulty.
 std::optional<Foundation> read_foundation(TableReader& table, const TableFrame& frame, int dimension) {
   if (!table.has("foundation"))
     return std::nullopt;
@@ -62,7 +62,7 @@ void read_surface_load(TableReader& table, const TableFrame& frame, Scene& scene
     add_pressure(*region, *pressure, asked_where(table), scene, table.faults());
 }
 
-/// Number of a material of the scene; nothing and a fault where it has none of that name.
+/// Number of a material of the scene; nothing and a fault if it has no such material.
 std::optional<std::uint8_t> read_material_name(TableReader& table, const Scene& scene) {
   const auto name = table.text("material");
   if (!name)
@@ -78,8 +78,8 @@ std::optional<std::uint8_t> read_material_name(TableReader& table, const Scene& 
   return std::nullopt;
 }
 
-/// The cells of matter that the keys `where`, `material` and `labels` all select; each selects all where it
-/// is absent.
+/// The intersection of the cells of matter selected by `where`, `material` and `labels`; absent keys select
+/// all.
 std::vector<std::int64_t> read_cells(TableReader& table, const TableFrame& frame, const Scene& scene,
                                      const std::vector<float>& labels, bool has_body) {
   const std::size_t faults_before = table.faults().size();
@@ -160,7 +160,7 @@ std::vector<std::int64_t> nodes_of_foundations(const toml::table& root, const Sc
   const auto* list = root["load"].as_array();
   if (!list || !list->is_array_of_tables())
     return nodes;
-  FaultList told_later(faults.file()); // by read_loads
+  FaultList told_later(faults.file()); // reported by read_loads
   told_later.units = faults.units;
   for (const toml::node& load : *list) {
     if (!load.as_table()->contains("foundation") || !load.as_table()->contains("where"))

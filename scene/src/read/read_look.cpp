@@ -77,7 +77,7 @@ std::optional<std::pair<double, double>> read_window(TableReader& table) {
   return std::nullopt;
 }
 
-/// Values of a colour map to 0 ... 1, so that a window stretches them.
+/// Scales the values of a colour map to 0 ... 1, for stretch() to a window.
 void to_unit_range(Look& look) {
   const double low = look.colours.front().value, high = look.colours.back().value;
   const double scale = high > low ? 1 / (high - low) : 1;
@@ -87,7 +87,7 @@ void to_unit_range(Look& look) {
     point.value = (point.value - low) * scale;
 }
 
-/// ParaView's own maps go from 0 to 1 (or -1 to 1), whatever they are to be seen on.
+/// True for maps that come with ParaView: 0 to 1 (or -1 to 1), independent of an image.
 bool is_of_no_image(const Look& look) {
   const double low = look.colours.front().value, high = look.colours.back().value;
   return (low == 0 || low == -1) && high == 1;
@@ -169,7 +169,7 @@ void read_mode(TableReader& table, Look& look) {
     look.isovalue = *value;
     if (look.mode != LookMode::isosurface)
       table.fault("isovalue", "no such key unless mode = \"isosurface\"");
-    if (!table.has("opacity")) // a surface is there or not
+    if (!table.has("opacity")) // a surface is opaque
       look.opacity = {{*value, 1}};
   }
 }
@@ -182,7 +182,7 @@ void read_picture(TableReader& table, Look& look) {
   const auto name = table.text("picture");
   if (!name)
     return;
-  look.shading.on = false; // a picture has its own light
+  look.shading.on = false; // a picture contains its lighting
   const auto file = read_file_name(table, "picture");
   look.picture = file ? file->string() : "";
   const std::string ending = std::filesystem::path(*name).extension().string();
@@ -221,7 +221,7 @@ std::optional<Look> read_look(TableReader& root) {
   if (n_ways > 1)
     table.fault("", "one of colour, colours, picture and preset", "several of them");
   if (table.has("colours")) {
-    look.mode = LookMode::composite; // of grey values, not of the body's surface
+    look.mode = LookMode::composite; // grey values, not the body's surface
     look.isovalue = 0;
     read_colours(table, has_window, look);
   } else if (table.has("preset"))

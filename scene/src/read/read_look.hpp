@@ -8,8 +8,7 @@
 
 namespace maille::reader {
 
-/// `look` of a specimen's or an object's table; nothing where it is absent or faulty. What the image holds is
-/// not looked at.
+/// `look` of a specimen's or an object's table; nothing if it is absent or faulty. Does not read the image.
 std::optional<Look> read_look(TableReader& table);
 
 } // namespace maille::reader

@@ -11,7 +11,7 @@ namespace maille::reader {
 
 namespace {
 
-/// A file of several materials and the name of one of them.
+/// Separates a file of several materials from the name of one of them.
 constexpr std::string_view ending_before_name = ".toml#";
 
 std::optional<Material> from_table(const toml::table& values, const std::string& path, FaultList& faults) {
@@ -30,7 +30,7 @@ std::optional<Material> from_table(const toml::table& values, const std::string&
   return is_valid ? std::optional(material) : std::nullopt;
 }
 
-/// The tables of a file of several materials, by name; empty where it holds one.
+/// Names of the materials in a file of several; empty for a file of one.
 std::vector<std::string> names_in(const toml::table& document) {
   std::vector<std::string> names;
   for (const auto& [key, value] : document)
@@ -39,7 +39,7 @@ std::vector<std::string> names_in(const toml::table& document) {
   return names.size() == document.size() ? names : std::vector<std::string>{};
 }
 
-/// One of a file's materials, or the only one where `one` is empty.
+/// One of a file's materials; the only one if `one` is empty.
 std::optional<Material> from_document(const toml::table& document, const std::string& one,
                                       FaultList& faults) {
   const std::vector<std::string> names = names_in(document);
@@ -56,12 +56,12 @@ std::optional<Material> from_document(const toml::table& document, const std::st
   return std::nullopt;
 }
 
-/// The material that a file holds. @param one of several; empty: the only one. @throws InputError
+/// The material in a file. @param one its name among several; empty: the only one. @throws InputError
 std::optional<Material> from_file(const std::filesystem::path& file, const std::string& one) {
   std::error_code no_matter;
   if (std::filesystem::exists(file, no_matter) && !std::filesystem::is_regular_file(file, no_matter))
     throw InputError(
-        {{file.string(), 0, "", "a material file", "something else there"}}); // a pipe would make us wait
+        {{file.string(), 0, "", "a material file", "something else there"}}); // a pipe would block
   const std::string text = read_text_file(file, "a material file");
   FaultList faults(file.string());
   const toml::table document = parse_toml(text, file.string());

@@ -14,7 +14,7 @@ constexpr std::array<MeasureKind, 8> every_kind{
 constexpr const char* wanted_kind =
     "one of force, displacement, strain, stress, length, angle, volume, energy";
 
-/// Words of `kind`, each the figure of its place: of lengths, angles and volumes first, then of tensors.
+/// Words of `kind` in the order of figures: first for lengths, angles and volumes, then for tensors.
 constexpr std::ptrdiff_t n_of_lengths = 3, n_of_strain = 12, n_of_stress = 12, first_of_stress = 6;
 
 bool is_identifier(const std::string& name) {
@@ -24,7 +24,7 @@ bool is_identifier(const std::string& name) {
              name, [&](unsigned char c) { return c < 128 && (is_letter(c) || std::isdigit(c) != 0); });
 }
 
-/// One table.
+/// Reads one table.
 class MeasureReader {
 public:
   MeasureReader(TableReader& root, TableReader& table, const Scene& scene, bool has_body)
@@ -32,7 +32,7 @@ public:
         frame_(read_table_frame(table, scene.dimension(), has_body ? &scene.specimen : nullptr)),
         places_(scene, has_body, frame_) {}
 
-  /// Nothing where it has no quantity.
+  /// The measure; nothing if the table has no quantity.
   std::optional<Measure> read() {
     measure_.name = read_name();
     const auto kind = read_kind();
@@ -150,7 +150,7 @@ private:
                           "\"" + name + "\"");
       return;
     }
-    measure_.condition = -1; // one whose region is at fault
+    measure_.condition = -1; // a condition with a faulty region
     for (std::size_t i = 0; i < scene_.conditions.size(); ++i)
       if (scene_.conditions[i].name == name)
         measure_.condition = static_cast<std::int32_t>(i);
@@ -194,7 +194,7 @@ private:
     return measure_.kind == MeasureKind::stress ? MeasureFigure::von_mises : MeasureFigure::largest;
   }
 
-  /// One of `n` words from `first` on.
+  /// Reads one of `n` words of `kind`, starting at `first`.
   void read_figure(std::ptrdiff_t first, std::ptrdiff_t n, MeasureFigure otherwise) {
     const std::vector<std::string_view> words = table_.words("kind");
     const auto name = table_.choice("kind", {words.begin() + first, words.begin() + first + n});
@@ -209,7 +209,7 @@ private:
       table_.fault("kind", "a figure without fibres: all matter is isotropic", "\"fibre\"");
   }
 
-  /// Default: the vector and its length.
+  /// Reads `component`; default: the vector and its length.
   void read_component() {
     const toml::node* node = table_.find("component");
     if (!node)
@@ -238,8 +238,8 @@ private:
     }
   }
 
-  /// A direction of the table's frame in world axes, as vectors of results have; frame = "grid" is the
-  /// world's.
+  /// Transforms a direction from the table's frame to world axes, the axes of result vectors; frame = "grid"
+  /// is the world's.
   Vec3 in_world(const Vec3& direction) const {
     return frame_.frame == CoordinateFrame::grid || !has_body_
                ? direction
@@ -261,7 +261,7 @@ private:
   Measure measure_;
 };
 
-/// No two columns of results have one name. @param owner  of the columns so far
+/// Checks that column names of results are unique. @param owner  measure of each column so far
 void check_columns(const Measure& measure, TableReader& table, std::map<std::string, std::string>& owner) {
   if (!is_identifier(measure.name))
     return;
@@ -288,7 +288,7 @@ void check_columns(const Measure& measure, TableReader& table, std::map<std::str
 std::vector<Measure> read_measures(TableReader& root, const Scene& scene, bool has_body) {
   std::vector<Measure> measures;
   std::map<std::string, std::string> owner;
-  // All places together, in bytes: 32 million and those of some sixty measures of the whole body.
+  // Memory limit for all places [bytes]: 32 million plus about sixty measures of the whole body.
   constexpr std::int64_t bytes_of_point = 100, always = 32'000'000, a_cell = 512;
   const std::int64_t most = always + (has_body ? a_cell * scene.specimen.grid.n_cells() : 0);
   std::int64_t bytes = 0;

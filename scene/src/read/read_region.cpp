@@ -20,7 +20,7 @@
 
 namespace maille::reader {
 
-/// One corner of a box, or a centre: a quantity for each axis of the scene, or three.
+/// A corner of a box, or a centre: one quantity per axis of the scene, or three.
 std::optional<Vec3> read_point(const toml::node& node, const std::string& path, int dimension,
                                const char* wanted, FaultList& faults) {
   const auto* list = node.as_array();
@@ -46,10 +46,10 @@ namespace {
 constexpr std::array<const char*, 9> kinds{"box",    "sphere", "label", "image", "surface",
                                            "points", "any",    "all",   "not"};
 
-/// Reads one `where`. Without a body only the faults of its own form are found, and what it selects is empty.
+/// Reads one `where`. Without a body only faults of its own form are found, and the region is empty.
 class RegionReader {
 public:
-  /// @param wanted of what is no region
+  /// @param wanted expected value, for faults of an invalid region
   RegionReader(int dimension, const Specimen* body, CoordinateFrame frame, std::string wanted,
                FaultList& faults)
       : dimension_(dimension), body_(body), frame_(frame), wanted_(std::move(wanted)), faults_(faults) {}
@@ -76,7 +76,7 @@ public:
 private:
   static Region nothing() { return Region::numbered({}); }
 
-  /// The value, or a fault of `key` and nothing.
+  /// The value; on failure nothing and a fault of `key`.
   template<class T>
   std::optional<T> unless_fault(OrFault<T> result, TableReader& table, std::string_view key) {
     if (const auto* fault = std::get_if<RegionFault>(&result)) {
@@ -131,7 +131,8 @@ private:
     return read_joined(table);
   }
 
-  /// The object's frame in `frame`; the identity without a body; nothing and a fault where it is unknown.
+  /// Transformation from the object's frame to `frame`; the identity without a body; nothing and a fault if
+  /// unknown.
   std::optional<Placement> placement(CoordinateFrame frame, TableReader& table, std::string_view key) {
     if (!body_)
       return Placement{};
@@ -151,7 +152,7 @@ private:
       table.fault("box", "two opposite corners");
       return std::nullopt;
     }
-    // In a world that is turned, all three coordinates count.
+    // In a rotated world all three coordinates matter.
     const int n_axes = frame == CoordinateFrame::grid ? dimension_ : 3;
     const auto first = read_point(*corners->get(0), table.path_of("box"), n_axes, wanted_corner, faults_);
     const auto second = read_point(*corners->get(1), table.path_of("box"), n_axes, wanted_corner, faults_);
@@ -217,7 +218,7 @@ private:
     auto other = neighbour(*touching, table);
     if (!other)
       return std::nullopt;
-    // Nodes of both; cells and faces are of one.
+    // Nodes belong to both labels, cells and faces to one of them.
     std::vector<std::int64_t> both, mine = of_label.nodes(*body_), theirs = other->nodes(*body_);
     std::ranges::set_intersection(mine, theirs, std::back_inserter(both));
     if (both.empty()) {
@@ -228,7 +229,7 @@ private:
     return Region::numbered(std::move(both));
   }
 
-  /// A label of the body, or of what is not matter in its image: bone beside muscles.
+  /// A label of the body, or of the rest of its image, such as bone beside muscles.
   std::optional<Region> neighbour(std::int64_t label, TableReader& table) {
     auto cells = cells_of_label(label, *body_);
     if (auto* of_body = std::get_if<std::vector<std::int64_t>>(&cells))
@@ -269,8 +270,7 @@ private:
     return body_ ? mask_of(*file, ranges, resample, table, "image") : nothing();
   }
 
-  /// What a file's places are in: as it states, as the scene says, or of the world. A fault where they
-  /// differ.
+  /// Frame of a file's places: as the file states, as the scene states, or the world. A fault if they differ.
   std::optional<CoordinateFrame> frame_of_file(const std::optional<CoordinateFrame>& stated,
                                                bool must_be_known, TableReader& table, const char* key) {
     const auto asked = read_frame(table, CoordinateFrame::world);

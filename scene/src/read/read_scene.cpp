@@ -70,7 +70,7 @@ void reader::read_relaxation(TableReader& root, Scene& scene) {
   table.read("tolerance", relaxation.tolerance);
   table.read("extrapolation", relaxation.extrapolation);
   table.read("sweeps", relaxation.sweeps);
-  if (const auto frame = table.choice("frame")) { // the word for it while laws were linear
+  if (const auto frame = table.choice("frame")) { // old key, from the time of linear laws only
     const Strain meant = *frame == "blocks" ? Strain::finite : scene.strain;
     if (root.has("strain") && (meant != scene.strain || (*frame == "object" && meant == Strain::finite)))
       table.fault("frame", "no other word than `strain`, or no such key");
@@ -84,7 +84,7 @@ void reader::read_relaxation(TableReader& root, Scene& scene) {
 
 namespace {
 
-/// `lattice = "fibre"`: everything was read on the lattice along the axes, where its faults make sense.
+/// `lattice = "fibre"`: converts the scene after reading, so that faults refer to the original axes.
 void turn_lattice(int line, FaultList& faults, Scene& scene) {
   auto turned = on_fibre_lattice(scene);
   if (const auto* refusal = std::get_if<LatticeRefusal>(&turned))
@@ -93,7 +93,7 @@ void turn_lattice(int line, FaultList& faults, Scene& scene) {
     scene = std::move(std::get<Scene>(turned));
 }
 
-/// @param given of the body, in place of a file that the scene names; null: none is
+/// @param given image of the body, instead of a file; null: none
 SceneAndMeasures read_root(const toml::table& document, const std::filesystem::path& file, FaultList& faults,
                            const Image* given) {
   SceneAndMeasures read;
@@ -109,7 +109,7 @@ SceneAndMeasures read_root(const toml::table& document, const std::filesystem::p
   root.read("strain", scene.strain);
   bool body = false;
   int turned_lattice_line = 0;
-  std::vector<float> labels; // of cells, where loads name them
+  std::vector<float> labels; // of cells, if loads name labels
   if (root.require("specimen"))
     if (auto specimen = root.open("specimen")) {
       if (specimen->choice("lattice") == "fibre")

@@ -1,4 +1,4 @@
-// Borders between labels that slide.
+// Reads borders between labels that slide.
 #include "maille/scene/plausibility.hpp"
 #include "maille/scene/sliding.hpp"
 #include "read/reader.hpp"
@@ -39,7 +39,7 @@ std::string in_words(const std::set<std::pair<std::int32_t, std::int32_t>>& pair
   return text.empty() ? "none" : text;
 }
 
-/// Pairs that one table asks for. @param is_all  whether it named none
+/// Pairs of one table. @param is_all  true if it names no labels
 std::vector<SlidingBorder> read_pairs(TableReader& table, const Scene& scene, bool has_body, bool& is_all) {
   double friction = 0;
   table.read("friction", friction);
@@ -95,7 +95,7 @@ void read_sliding(TableReader& root, Scene& scene, bool has_body) {
       else if (!is_all && is_named && known->friction != pair.friction)
         table.fault("friction", fmt::format("{}, as an earlier table has it", known->friction),
                     fmt::format("{}", pair.friction));
-      else if (!is_all || !is_named) // what names its labels goes before what names none
+      else if (!is_all || !is_named) // named labels take precedence
         *known = pair;
       if (!is_all)
         named.push_back(pair);
@@ -103,7 +103,7 @@ void read_sliding(TableReader& root, Scene& scene, bool has_body) {
   });
   if (scene.sliding.empty() || root.faults().size() > faults_before || scene.prescribed.empty())
     return;
-  // What is free without sliding, too, is told by the methods, as of any scene.
+  // The methods report motions that are free without sliding, too, as for any scene.
   Scene joined = scene;
   joined.sliding.clear();
   if (const std::string motion = remaining_rigid_motion(scene);

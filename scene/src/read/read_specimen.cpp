@@ -22,7 +22,7 @@ void read_plane(TableReader& table, int dimension, Scene& scene) {
     check_plane(dimension, table.path_of("plane"), table.line_of_key("plane"), table.faults());
 }
 
-/// The belly has the scene's fibres, in tendons they run along x. @pre tendons are still of material 1
+/// Sets the scene's fibres in the belly, and x in tendons. @pre tendons have material 1
 void muscle_fibres(const FibreRequest& belly, Specimen& body, FaultList& faults) {
   if (!place_fibres(belly, body, faults))
     return;
@@ -38,7 +38,7 @@ void muscle_fibres(const FibreRequest& belly, Specimen& body, FaultList& faults)
     body.fibre_report.cells = std::ranges::count(body.material_id, std::uint8_t{0});
 }
 
-/// A middling pennation, in the plane of x and the last axis; see docs/scene.md.
+/// Default pennation, in the plane of x and the last axis; see docs/scene.md.
 Vec3 usual_pennation(int dimension) {
   const double angle = 20 * std::numbers::pi / 180;
   Vec3 pennate{std::cos(angle), 0, 0};
@@ -49,11 +49,11 @@ Vec3 usual_pennation(int dimension) {
 
 struct Tendon {
   double fraction = 0.15;
-  std::uint8_t material = 1; ///< that of the belly, 0, where both are described alike
+  std::uint8_t material = 1; ///< 0, the belly's, if both are equal
 };
 
 /// `tendon = { material = "tendon/...", fraction = 0.15 }` of a muscle; its material becomes number 1, if it
-/// is another than the belly's.
+/// differs from the belly's.
 Tendon read_tendon(TableReader& table, bool has_material, MaterialTable& materials) {
   Tendon tendon;
   if (!has_material && !table.has("tendon"))
@@ -188,7 +188,7 @@ std::optional<Grid> read_grid(TableReader& table, const std::optional<Vec3>& def
 
 bool fits_into_memory(const Index3& cells, int dimension, const std::string& path, int line,
                       FaultList& faults) {
-  // In floating point: the product of three sizes may pass the range of integers.
+  // In floating point, because the product of three sizes may overflow integers.
   double nodes = 1;
   for (int a = 0; a < dimension; ++a)
     nodes *= static_cast<double>(cells[a]) + 1;
@@ -223,7 +223,7 @@ bool read_body(TableReader& table, const std::string& shape, const BodyDefaults&
     body = read_generated(table, shape, defaults, materials, scene);
     table.refuse("partial_volume", "no such key unless shape = \"image\"");
   }
-  // A faulty map leaves the body's shape, on which all that follows is checked, too.
+  // With a faulty map the body's shape is still valid for the checks that follow.
   read_stiffness_map(table, materials.materials(), body ? &scene : nullptr);
   if (defaults.has_material && (shape == "image" || shape == "surface"))
     require_fibre(table, materials.materials());
@@ -246,7 +246,7 @@ bool read_specimen(TableReader& table, Scene& scene, std::vector<float>* labels,
   if (!shape)
     return false;
   const bool body = read_body(table, *shape, {}, scene, labels);
-  read_look(table); // its faults; methods do not look
+  read_look(table); // only for its faults
   table.finish();
   return body;
 }
@@ -266,7 +266,7 @@ std::vector<std::uint8_t> ellipsoid_cells(const Grid& grid) {
 }
 
 std::vector<std::uint8_t> muscle_cells(const Grid& grid, double tendon_fraction) {
-  constexpr double end_radius = 0.35; // of the widest, where the tendon leaves the grid
+  constexpr double end_radius = 0.35; // relative to the largest, at the end of the grid
   std::vector<std::uint8_t> cells(grid.n_cells(), no_material);
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
     const Index3 at = grid.cell_at(cell);

@@ -17,12 +17,12 @@ struct TestRequest {
   StandardTest test;
   bool is_sliding = false;
   double radius = 0; ///< 0: a quarter of the face's shorter side
-  double square = 0; ///< of the distance of the last nodes under a punch from its middle [m^2]
+  double square = 0; ///< squared distance of the outermost nodes of a punch from its centre [m^2]
 };
 
 constexpr std::string_view axis_letters = "xyz";
 
-/// One of the scene's axes; nothing and a fault for another word.
+/// One of the scene's axes; nothing and a fault for other words.
 std::optional<int> read_axis(TableReader& table, const char* key, int dimension) {
   std::vector<std::string_view> letters;
   for (std::size_t a = 0; a < n_axes(dimension); ++a)
@@ -31,7 +31,7 @@ std::optional<int> read_axis(TableReader& table, const char* key, int dimension)
   return letter ? std::optional(static_cast<int>(axis_letters.find(*letter))) : std::nullopt;
 }
 
-/// Keys that are of no account to the kind are faults.
+/// Reports keys that the kind does not use as faults.
 void refuse_keys_of_others(TableReader& table, TestKind kind) {
   const bool has_second_axis = kind == TestKind::shear || kind == TestKind::bend;
   for (const auto& [key, is_known, of] : {std::tuple("ends", kind == TestKind::axial, "\"axial\""),
@@ -87,14 +87,14 @@ double spacing_across(const Grid& grid, int axis) {
   return grid.dimension() == 3 ? std::sqrt(area) : area;
 }
 
-/// How far a punch of nodes that are moved reaches beyond the last of them, in spacings. Under its edge the
-/// displacement grows as the square root of the distance, and the sequence of nodes whose transform is
-/// z (1 - z)^(-3/2), with z = exp(i k h), is that square root from x = h - 3/4 h on (Wiener and Hopf): a
-/// quarter of a spacing. What else is in the lattice's symbol at the surface is smooth at k = 0 and adds
-/// little; of trilinear elements, (1 - cos k) (5 + cos k), it takes 0.046 off.
+/// Extent of a punch beyond its outermost moved nodes, in spacings. Under its edge the displacement grows as
+/// the square root of the distance, and the sequence of nodes with transform z (1 - z)^(-3/2), z = exp(i k
+/// h), is that square root starting at x = h - 3/4 h (Wiener and Hopf): a quarter of a spacing. The rest of
+/// the lattice's symbol at the surface is smooth at k = 0 and contributes little; for trilinear elements, (1
+/// - cos k) (5 + cos k), it subtracts 0.046.
 constexpr double beyond_last_node = 0.25;
 
-/// From the middle of the face across the test's axis, squared [m^2].
+/// Squared distance from the centre of the face [m^2].
 double square_from_middle(const Grid& grid, const StandardTest& test, const Index3& node) {
   double square = 0;
   for (int axis = 0; axis < grid.dimension(); ++axis) {
@@ -105,8 +105,8 @@ double square_from_middle(const Grid& grid, const StandardTest& test, const Inde
   return square;
 }
 
-/// Takes the nodes of the face whose round punch is nearest to the one that is asked for. Every node has
-/// its own cell, half a spacing to each side, which is more than the punch reaches.
+/// Selects the nodes whose round punch is nearest to the requested one. Every node has its own cell, half a
+/// spacing to each side, which is more than the extent of the punch beyond it.
 void span_punch(const Grid& grid, TestRequest& request) {
   const std::size_t axis = request.test.axis;
   const double h = spacing_across(grid, request.test.axis), asked = request.test.radius;
@@ -147,7 +147,7 @@ void measure(const Grid& grid, TestRequest& request) {
     test.radius = request.radius > 0 ? request.radius : shorter / 4;
 }
 
-/// The conditions of a test, in the words of holds and moves.
+/// The conditions of a test, expressed as holds and moves.
 class TestConditions {
 public:
   TestConditions(const TestRequest& request, const Asked& asked, const Specimen& body, FaultList& faults)
@@ -157,7 +157,7 @@ public:
 
 private:
   struct Place {
-    std::string name; ///< as results have it
+    std::string name; ///< name in results
     Region region;
   };
 
@@ -216,8 +216,8 @@ Vec3 TestConditions::middle_of_upper_face() const {
   return middle;
 }
 
-/// One node of the lower face stays where it is, and one far from it keeps its side: all that a body that
-/// slides between plates needs against rigid motion, without a force.
+/// Fixes one node of the lower face, and one component of a distant one: enough to prevent rigid motion of a
+/// body that slides between plates, without a force.
 void TestConditions::pin_against_sliding() {
   const std::vector<std::int64_t> nodes = face(test_.axis, false).region.nodes(body_);
   if (nodes.empty())
@@ -240,14 +240,14 @@ void TestConditions::pin_against_sliding() {
     return;
   const Vec3 place = body_.position(body_.grid.node_at(pinned));
   const std::size_t second = test_.along;
-  // Farthest along `along`, so that a turn would move it across.
+  // Farthest along `along`, so that a rotation would move it sideways.
   const std::int64_t guide = *std::ranges::max_element(nodes, {}, [&](std::int64_t node) {
     return std::abs(body_.position(body_.grid.node_at(node))[second] - place[second]);
   });
   hold({"a guided node", Region::numbered({guide})}, only(3 - test_.axis - test_.along));
 }
 
-/// An arc: no shear, the same moment everywhere.
+/// Bends to an arc: no shear, constant moment.
 void TestConditions::bend() {
   Turn turn;
   const Eigen::Vector3d axis = Eigen::Vector3d::Unit(test_.axis).cross(Eigen::Vector3d::Unit(test_.along));
@@ -304,10 +304,10 @@ std::vector<Condition> TestConditions::made() {
   return std::move(conditions_);
 }
 
-/// Checks that need the body's size. @return false, and a fault, where the test does not fit
+/// Checks that need the body's size. @return false, and a fault, if the test does not fit
 bool fits_body(const Scene& scene, const TestRequest& request, const Asked& asked, FaultList& faults) {
   const StandardTest& test = request.test;
-  // Small strains know no turn: 2 % too soft at this angle, and of the wrong sign at a right one.
+  // Small strain excludes large rotations: 2 % too soft at this angle, wrong sign at a right angle.
   const double largest = scene.strain == Strain::finite ? largest_turn : 0.2;
   if (test.kind == TestKind::bend && !(std::abs(test.angle()) <= largest)) {
     faults.add(asked.line, asked.key + ".strain",

@@ -35,7 +35,7 @@ std::vector<std::string> read_names(TableReader& table) {
   return names;
 }
 
-/// All surfaces, in metres; a fault where they do not say that they are in one frame.
+/// All surfaces, in metres; a fault if they do not state the same frame.
 bool read_meshes(const std::vector<std::string>& names, double metres, TableReader& table,
                  std::vector<std::vector<Triangle>>& surfaces, std::optional<CoordinateFrame>& frame) {
   const std::string path = table.path_of("surface");
@@ -73,7 +73,7 @@ bool read_surface_specimen(TableReader& table, bool has_material,
   const auto spacing = read_spacing(table, 3, spacing_otherwise);
   std::vector<std::vector<Triangle>> surfaces;
   std::optional<CoordinateFrame> frame;
-  const auto without_body = [&] { // other keys are not at fault
+  const auto without_body = [&] { // avoids faults for the other keys
     read_material(table, false, materials);
     for (const char* key : {"labels", "fibre", "coarsen", "threshold"})
       table.find(key);

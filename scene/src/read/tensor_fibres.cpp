@@ -23,10 +23,10 @@ namespace {
 
 using Tensor = Eigen::Matrix3d;
 
-/// Why a cell has no direction of its own.
+/// Reason why a cell has no direction.
 enum class Lack { nothing, no_tensor, not_positive, isotropic };
 
-/// Where the six components of a tensor stand: xx yy zz xy xz yz, and FSL's xx xy xz yy yz zz.
+/// Order of the six components of a tensor: xx yy zz xy xz yz, or FSL's xx xy xz yy yz zz.
 using Order = std::array<std::size_t, 6>;
 constexpr Order own_order{0, 1, 2, 3, 4, 5}, order_of_fsl{0, 3, 5, 1, 2, 4};
 
@@ -84,8 +84,8 @@ std::string words(const ImageInfo& info) {
                      info.spacing[2], info.origin[0], info.origin[1], info.origin[2]);
 }
 
-/// From the axes that the file's tensors are along, as its header states, else those of its voxels, to the
-/// body's; exact where both are the same in another order or direction.
+/// Transformation from the axes of the file's tensors (of the header; without them, the voxel axes) to the
+/// body's; exact if both are equal except for order or direction.
 Tensor to_body(const ImageInfo& info, const Specimen& body) {
   const ImageInfo seen = in_world(info, body.placement.world);
   const std::array<Vec3, 3> from = seen.vectors_to_world.value_or(seen.direction);
@@ -101,7 +101,7 @@ Tensor to_body(const ImageInfo& info, const Specimen& body) {
   return turn;
 }
 
-/// The angle between the voxels' axes and the world's, in whatever order [degrees].
+/// Angle between the voxel axes and the world's, in any order [degrees].
 double obliqueness(const ImageInfo& info) {
   double least = 1;
   for (std::size_t a = 0; a < 3; ++a)
@@ -110,7 +110,7 @@ double obliqueness(const ImageInfo& info) {
   return std::acos(std::min(least, 1.0)) * 180 / std::numbers::pi;
 }
 
-/// Voxels of matter with a tensor, and those where it is positive in an order of its components.
+/// Number of voxels with a tensor, and of those where it is positive, per order of components.
 struct PositiveTensors {
   std::int64_t all = 0, own = 0, of_fsl = 0;
 };
@@ -129,7 +129,7 @@ PositiveTensors count_positive(const Image& image, const LabelCells& labels) {
   return n;
 }
 
-/// Directions of the cells whose tensors have one, and which those are.
+/// Reads directions of cells from their tensors. @return true for cells with a direction
 std::vector<bool> read_directions(const Image& image, const Tensor& turn, const LabelCells& labels,
                                   Specimen& body) {
   const std::size_t n = body.grid.n_cells();
@@ -157,7 +157,7 @@ std::vector<bool> read_directions(const Image& image, const Tensor& turn, const 
 
 constexpr double most_sums = 5e10; // some half a minute
 
-/// Pairs of cells of matter that smoothing looks at, at most.
+/// Upper bound of the pairs of cells in smoothing.
 double sums_of_smoothing(const Specimen& body, double radius) {
   double cells = 1;
   for (int a = 0; a < body.grid.dimension(); ++a) {

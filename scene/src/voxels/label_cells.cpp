@@ -33,7 +33,7 @@ std::optional<LabelRange> parse_label(std::string_view text) {
   const auto high = dots == std::string_view::npos ? low : number(text.substr(dots + 2));
   if (!low || !high || *high < *low)
     return std::nullopt;
-  // Voxels are float32: the one that was written as 0.3 is the nearest to it, which lies above.
+  // Voxels are float32: 0.3 in the file is the nearest float, which is slightly larger.
   return LabelRange{static_cast<float>(*low), static_cast<float>(*high), 0};
 }
 
@@ -110,10 +110,10 @@ LabelCells::LabelCells(const LayeredImage& image, const std::vector<LabelRange>&
   is_picture_ = found_.size() > 255;
 }
 
-/// @param values memory of the caller
+/// @param values scratch memory
 float LabelCells::label_of(std::int64_t cell, const LayerWindow& voxels, std::vector<float>& values) const {
   const VoxelBlock own = block_of(cell, 0);
-  bool are_equal = true; // and there: a smooth surface may pass beyond the image's border
+  bool are_equal = true; // and in the image: a smooth surface may extend beyond its border
   for (std::size_t a = 0; a < 3; ++a)
     are_equal &= own.low[a] < own.high[a];
   const float first = are_equal ? voxels[own.first_voxel(info().size)] : 0;

@@ -1,6 +1,6 @@
 #pragma once
-/// What a label image's grey values stand for, which voxels are in which cells, and the label of each cell:
-/// what tells one muscle from another.
+/// Meaning of a label image's grey values, the voxels of each cell, and the label of each cell, which
+/// distinguishes muscles.
 
 #include "maille/images/layers.hpp"
 #include "maille/materials/toml_reader.hpp"
@@ -16,13 +16,13 @@
 
 namespace maille::reader {
 
-/// Grey values from `low` to `high`, both inclusive, and the material that they stand for.
+/// Grey values from `low` to `high`, both inclusive, and their material.
 struct LabelRange {
-  float low = 0, high = 0; ///< as voxels are
+  float low = 0, high = 0; ///< type of voxels
   std::uint8_t material = 0;
 };
 
-/// Beyond, float32, of which voxels are, skips whole numbers.
+/// Largest label: above it float32, the type of voxels, skips whole numbers.
 inline constexpr std::int64_t largest_whole_label = 1 << 24;
 inline bool is_label(std::int64_t label) {
   return label >= -largest_whole_label && label <= largest_whole_label;
@@ -38,16 +38,16 @@ std::optional<LabelRange> parse_label(std::string_view text);
 
 std::uint8_t material_of(float value, const std::vector<LabelRange>& ranges);
 
-/// Adds a fault for the ranges that no cell of matter has: a label that is not there is a slip.
+/// Adds a fault for ranges without cells of matter: a missing label is a mistake.
 /// @param label_of  a cell's label
 void check_labels_exist(const std::vector<LabelRange>& ranges, const Specimen& body,
                         const std::function<float(std::int64_t)>& label_of, int line, const std::string& path,
                         FaultList& faults);
 
-/// The whole numbers that stand for themselves, not for a range.
+/// Whole numbers that are single labels, not parts of a range.
 std::vector<float> single_labels(const std::vector<LabelRange>& ranges);
 
-/// Calls visit(value, n) for n equal values one behind the other: of labels there are few such runs.
+/// Calls visit(value, n) for n consecutive equal values: labels form few such runs.
 template<class Visit>
 void for_each_run(std::span<const float> values, Visit&& visit) {
   for (std::size_t first = 0; first < values.size();) {
@@ -65,15 +65,15 @@ void for_each_run(std::span<const float> values, Visit&& visit) {
   }
 }
 
-/// Which labels an image has, and which grey values.
+/// Counts the voxels of labels, and collects the grey values of an image.
 class LabelCensus {
 public:
   /// @param ranges must outlive this
   explicit LabelCensus(const std::vector<LabelRange>& ranges) : ranges_(ranges), voxels_(ranges.size(), 0) {}
   void add(float value, std::size_t n = 1);
-  /// Voxels that have a value of a range.
+  /// Number of voxels with a value in a range.
   std::int64_t voxels(std::size_t range) const { return voxels_[range]; }
-  /// The grey values but 0, shortly: each where they are few, else from where to where.
+  /// The non-zero grey values as short text: a list if they are few, else their range.
   std::string in_words() const;
 
 private:
@@ -84,11 +84,11 @@ private:
   float last_ = std::numeric_limits<float>::quiet_NaN();
 };
 
-/// The first voxels of a block of voxels along each axis, and those behind its last.
+/// First and end voxel of a block along each axis.
 struct VoxelBlock {
   Index3 low{}, high{};
 
-  /// The voxels of the cell at `cell`, and a margin around it.
+  /// The voxels of the cell at `cell`, plus a margin.
   VoxelBlock(const Index3& cell, const Index3& coarsen, int margin, const Index3& size) {
     for (std::size_t a = 0; a < 3; ++a) {
       low[a] = std::max(cell[a] * coarsen[a] - margin, 0);
@@ -96,7 +96,7 @@ struct VoxelBlock {
     }
   }
   std::size_t first_voxel(const Index3& size) const { return voxel(low[0], low[1], low[2], size); }
-  /// Calls visit(number of its first voxel, of the one behind its last) for each row along x.
+  /// Calls visit(first voxel number, end voxel number) for each row along x.
   template<class Visit>
   void for_each_row(const Index3& size, Visit&& visit) const {
     for (int k = low[2]; k < high[2]; ++k)
@@ -118,30 +118,30 @@ private:
   }
 };
 
-/// How far from a cell a voxel of its material is looked for: one that is tissue in part may have none.
+/// Search radius for a voxel of the material of a cell [voxels]: partly filled cells may contain none.
 inline constexpr int furthest_voxel = 8;
 
-/// The cells of a body that was read from an image and cut down to its matter.
+/// The cells of a body that was read from an image and cropped to its matter.
 class LabelCells {
 public:
-  /// @param image    of the labels, not cut down
-  /// @param first    cell 0 of the body, counted in the cells of the whole image
+  /// @param image    labels, not cropped
+  /// @param first    position of cell 0 of the body in the cells of the whole image
   /// @param coarsen  voxels of a cell along each axis
-  /// @param body     as cut down; must outlive this, and so must `image` and `ranges`
+  /// @param body     cropped; must outlive this, as must `image` and `ranges`
   LabelCells(const LayeredImage& image, const std::vector<LabelRange>& ranges, const Index3& first,
              const Index3& coarsen, const Specimen& body);
 
   const ImageInfo& info() const { return image_.info(); }
-  /// The most frequent grey value of a cell's material in the cell, the smallest among equals; if the
-  /// material has no voxel in the cell, that of the voxels nearest to it. For each cell of the grid, 0
-  /// outside the body.
+  /// The most frequent grey value of a cell's material in the cell, the smallest if several are equally
+  /// frequent; if the material has no voxel in the cell, that of the nearest voxels. One per cell of the
+  /// grid, 0 outside the body.
   const std::vector<float>& labels() const { return labels_; }
   /// The same as whole numbers; empty if a value is not whole, or there are more than 255.
   std::vector<std::int32_t> whole_labels() const;
-  /// A number for each cell, the same in every cell of one muscle: that of its label. More than 255 grey
-  /// values in matter are those of a picture, not labels: then materials tell the regions apart.
+  /// A number per cell that is equal within a muscle: that of its label. If matter has more than 255 grey
+  /// values, the image is a picture and not labels; then materials define the regions.
   std::vector<std::int32_t> regions() const;
-  /// Calls visit(cell, numbers of the voxels that are of its region) for the cells of matter, in their order.
+  /// Calls visit(cell, voxel numbers of its region) for the cells of matter, in order.
   template<class Visit>
   void for_each_cell(Visit&& visit) const {
     std::vector<std::size_t> own;

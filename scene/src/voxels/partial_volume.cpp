@@ -33,7 +33,7 @@ struct Gaussian {
   }
 };
 
-/// Means along one axis; beyond the border values go on as they are there.
+/// Means along one axis; values beyond the border equal those of the border.
 class Smoothing {
 public:
   Smoothing(const ImageInfo& info, double width)
@@ -44,7 +44,7 @@ public:
                Gaussian(width / info.spacing[2], info.size[2])} {}
 
   int reach_across() const { return along_[2].reach; }
-  /// Along x and y, of a layer.
+  /// Smooths a layer along x and y.
   void in_plane(std::span<float> layer) const {
     const int reach = along_[0].reach;
     const auto row = [&](std::size_t j) { return layer.subspan(j * n_[0], n_[0]); };
@@ -60,7 +60,7 @@ public:
       mean(
           along_[1], [&](int i) { return before.data() + at(j, i, 1) * n_[0]; }, row(j));
   }
-  /// Across the layers, of layer k. @pre the layers within reach are there
+  /// Smooths layer k across layers. @pre the layers within reach are loaded
   void across(const LayerWindow& layers, int k, std::span<float> to) const {
     mean(
         along_[2],
@@ -69,12 +69,12 @@ public:
   }
 
 private:
-  /// `of` moved on by i, or the border's.
+  /// Index `of` shifted by i, clipped to the border.
   std::size_t at(std::size_t of, int i, std::size_t axis) const {
     return static_cast<std::size_t>(std::clamp<std::int64_t>(static_cast<std::int64_t>(of) + i, 0,
                                                              static_cast<std::int64_t>(n_[axis]) - 1));
   }
-  /// @param from gives values that are i further along the axis than those that they are for
+  /// @param from values shifted by i along the axis
   template<class From>
   static void mean(const Gaussian& along, From&& from, std::span<float> to) {
     if (along.reach < 1)
@@ -94,9 +94,9 @@ private:
   std::array<Gaussian, 3> along_;
 };
 
-/// A window whose layers are made each from the same one of another.
-/// @param kept   layers before it that stay there
-/// @param change is given each, to change it
+/// A window whose layers are modified layers of another window.
+/// @param kept   number of layers before the current one that stay loaded
+/// @param change modifies a layer in place
 template<class Change>
 LayerWindow changed(std::shared_ptr<LayerWindow> from, int kept, Change change) {
   return {from->info(), [from, kept, change](int k, std::vector<float>& values) {
@@ -111,7 +111,7 @@ std::shared_ptr<LayerWindow> shared(LayerWindow window) {
   return std::make_shared<LayerWindow>(std::move(window));
 }
 
-/// Between the middles of voxels, linear along each axis. @param at in voxels from the first one's middle
+/// Value by linear interpolation between voxel centres. @param at in voxels from the first one's centre
 double value_between(const LayerWindow& values, const Index3& size, const Vec3& at) {
   Index3 low{};
   Vec3 part{};
@@ -136,14 +136,13 @@ double value_between(const LayerWindow& values, const Index3& size, const Vec3& 
 
 constexpr int points_along_axis = 4;
 
-/// Bins of values, 128 for each power of two; all that are not above 0 are in the first, and all within a
-/// body in the last.
+/// Bins of values, 128 per power of two; values <= 0 are in the first bin, values inside a body in the last.
 constexpr std::size_t n_bins = 0x3f7c;
 std::size_t bin_of(float value) {
   return value > 0 ? std::min<std::size_t>(std::bit_cast<std::uint32_t>(value) >> 16, n_bins - 1) : 0;
 }
 
-/// Bins of the sample points of a voxel; one where all are in the same.
+/// Bins of the sample points of a voxel; a single one if all are equal.
 void find_bins(const LayerWindow& values, const Index3& size, const Index3& voxel,
                std::vector<std::size_t>& bins) {
   float least = std::numeric_limits<float>::infinity(), most = -least;
@@ -152,7 +151,7 @@ void find_bins(const LayerWindow& values, const Index3& size, const Index3& voxe
     most = std::max(most, values[v]);
   });
   bins.assign(1, bin_of(least));
-  if (bins.front() == bin_of(most)) // where all around are, so is the voxel
+  if (bins.front() == bin_of(most)) // uniform neighbourhood: uniform voxel
     return;
   bins.clear();
   const int in_z = size[2] == 1 ? 1 : points_along_axis;
@@ -167,7 +166,7 @@ void find_bins(const LayerWindow& values, const Index3& size, const Index3& voxe
       }
 }
 
-/// The material that most voxels of matter have, in the block or as near to it as there are some.
+/// The most frequent material of matter voxels in the block or, without any, in the nearest ones.
 std::uint8_t material_around(const LayerWindow& image, const std::vector<LabelRange>& ranges,
                              const Index3& cell, const Index3& coarsen) {
   std::array<int, 256> count{};
@@ -183,8 +182,8 @@ std::uint8_t material_around(const LayerWindow& image, const std::vector<LabelRa
   return ranges.front().material;
 }
 
-/// The bin above which points are tissue, so that there are as many as a material's voxels have, and the part
-/// of those in it that are. @param points by bin
+/// The threshold bin for which the number of tissue points equals that of a material's voxels, and the
+/// fraction of the bin that is tissue. @param points by bin
 std::pair<std::size_t, double> level_of(const std::vector<std::int64_t>& points, std::int64_t wanted) {
   std::size_t bin = n_bins - 1;
   for (; bin > 0 && points[bin] < wanted; --bin)
@@ -193,7 +192,7 @@ std::pair<std::size_t, double> level_of(const std::vector<std::int64_t>& points,
   return {bin, n > 0 ? static_cast<double>(wanted) / n : 0};
 }
 
-/// 2 G f - G G f of shares f of voxels.
+/// 2 G f - G G f for fractions f of voxels.
 LayerWindow sharpened(LayerWindow labels, double width) {
   const ImageInfo info = labels.info();
   const auto smoothing = std::make_shared<const Smoothing>(info, width);
@@ -206,7 +205,7 @@ LayerWindow sharpened(LayerWindow labels, double width) {
                 values.resize(values.size() + first_planes->layer_size());
                 smoothing->across(*first_planes, k, std::span(values).last(first_planes->layer_size()));
               }});
-  // These are made as far ahead as the second mean reaches, for which `once` keeps what it is taken from.
+  // Computed as far ahead as the second mean needs; `once` keeps the layers they are made from.
   const auto second_planes = shared(changed(once, reach, in_plane));
   return {info, [=](int k, std::vector<float>& values) {
             second_planes->move_to(k - reach, k + reach + 1);
@@ -218,8 +217,8 @@ LayerWindow sharpened(LayerWindow labels, double width) {
           }};
 }
 
-/// Calls visit(voxel of layer k, whether it is matter, its material or the nearest one, bins) for matter and
-/// the voxels that the surface at 1/2 cuts: no other has tissue, so flat faces stay in place.
+/// Calls visit(voxel of layer k, is matter, its material or the nearest one, bins) for matter and for voxels
+/// that the surface at 1/2 cuts: others have no tissue, so flat faces stay in place.
 template<class Visit>
 void for_each_voxel(LayerWindow& image, LayerWindow& values, const std::vector<LabelRange>& ranges, int k,
                     Visit&& visit) {
@@ -261,7 +260,7 @@ Index3 voids_around(const ImageInfo& info, double width, const Index3& coarsen) 
   Index3 voids{};
   const std::size_t n_axes = info.size[2] > 1 ? 3 : 2;
   for (std::size_t a = 0; a < n_axes;
-       ++a) { // what the first mean reaches, and what the surface may pass into
+       ++a) { // range of the first mean, plus voxels that the surface may enter
     const int voxels = static_cast<int>(std::min(std::ceil(3 * width / info.spacing[a]), 1e6)) + 2;
     voids[a] = (voxels + coarsen[a] - 1) / coarsen[a] * coarsen[a];
   }

@@ -63,7 +63,7 @@ std::optional<VoxelBlocks> voxel_blocks(const ImageInfo& info, const Specimen& b
     const double ratio = body.grid.spacing()[a] / info.spacing[a];
     const double offset = (body.origin[a] - (centre[a] - info.spacing[a] / 2)) / info.spacing[a];
     const double whole = std::round(ratio), first = std::round(offset);
-    // Over the whole body: headers hold float32.
+    // Tolerance over the whole body, because headers are float32.
     constexpr double tolerance = 0.01, most = 1e9;
     const bool is_whole = whole >= 1 && whole < most &&
                           std::abs(ratio - whole) * body.grid.cells()[a] <= tolerance &&

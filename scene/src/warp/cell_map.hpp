@@ -15,11 +15,11 @@ namespace maille::warping {
 
 using Corners = std::array<Eigen::Vector3d, 8>; ///< corner c is the upper one along axis a if bit a is set
 
-/// x(s) = middle + J s + D s t + E s u + F t u + G s t u, (s, t, u) from -1/2 to 1/2: where what rests in a
-/// cell has gone.
+/// x(s) = middle + J s + D s t + E s u + F t u + G s t u, (s, t, u) from -1/2 to 1/2: maps a place at rest in
+/// a cell to its deformed place.
 class CellMap {
 public:
-  /// What is as near to a face as this counts as in the cell, so that no place falls between two.
+  /// Points within this distance of a face count as inside, so that no place is between two cells.
   static constexpr double slack = 1e-6;
 
   explicit CellMap(const Corners& x) {
@@ -56,14 +56,14 @@ public:
     j.col(2) += su_ * s[0] + tu_ * s[1] + stu_ * (s[0] * s[1]);
     return j;
   }
-  /// Whether matter is turned inside out at a corner or more: det J there has not the sign of `orientation`.
+  /// True if matter is inverted at one or more corners: det J has not the sign of `orientation` there.
   bool is_folded(double orientation) const {
-    // J(s) = J (1 + A), rows of A sum up to 6 spreads at most: below 1 the determinant keeps its sign.
+    // J(s) = J (1 + A), row sums of A are at most 6 spreads: below 1 the determinant keeps its sign.
     if (is_mild_)
       return !(orientation * determinant_ > 0);
     return !(least_determinant(orientation) > 0);
   }
-  /// Whether the map is so nearly affine that places are carried back with the inverse at the middle alone.
+  /// True if the map is nearly affine, so that the inverse at the centre is enough for Newton steps.
   bool is_mild() const { return is_mild_; }
   const Eigen::Vector3d& middle() const { return middle_; }
   /// The map for invert. @pre is_mild()
@@ -84,8 +84,8 @@ public:
     }
     return map;
   }
-  /// Narrows a row of voxels along x, `first` to `last`, to those whose middles may lie in the cell: the
-  /// others cannot. `at` is the middle with index 0.
+  /// Narrows a row of voxels along x, `first` to `last`, to those whose centres may be in the cell. `at` is
+  /// the centre with index 0.
   void narrow(const Eigen::Vector3d& at, int& first, int& last) const {
     if (!is_invertible_)
       return;
@@ -115,7 +115,7 @@ public:
     const Eigen::Vector3d from_middle = x - middle_;
     if (is_invertible_) {
       const Eigen::Vector3d first = inverse_ * from_middle;
-      // The rest of the map cannot bring a place that is further away back in.
+      // The non-affine terms cannot move a place back in from further away.
       if (((first.cwiseAbs() - spread_).array() > 0.5 + slack).any())
         return std::nullopt;
       if (const auto s = refined(from_middle, first))
@@ -124,7 +124,7 @@ public:
       if (is_mild_)
         return std::nullopt;
     }
-    for (unsigned c = 0; c < 8; ++c) // a cell that is bent out of shape: from each of its corners
+    for (unsigned c = 0; c < 8; ++c) // a strongly distorted cell: start from each of its corners
       if (const auto s =
               refined(from_middle, {c & 1U ? 0.3 : -0.3, c & 2U ? 0.3 : -0.3, c & 4U ? 0.3 : -0.3}))
         if (const auto found = inside(*s))
@@ -133,7 +133,7 @@ public:
   }
 
 private:
-  /// The least of det J over the corners, in the sign of `orientation`.
+  /// Minimum of det J over the corners, times `orientation`.
   double least_determinant(double orientation) const {
     double least = INFINITY;
     for (unsigned c = 0; c < 8; ++c)
@@ -151,7 +151,7 @@ private:
       return std::nullopt;
     return s;
   }
-  /// Newton's steps; where the map is nearly affine with the inverse at the middle, which costs no division.
+  /// Newton iteration; for nearly affine maps with the inverse at the centre, which needs no division.
   std::optional<Eigen::Vector3d> refined(const Eigen::Vector3d& from_middle, Eigen::Vector3d s) const {
     constexpr double tolerance = 1e-8; // [voxels], far below slack
     constexpr int most_steps = 30;
@@ -178,7 +178,7 @@ private:
 
   Eigen::Vector3d middle_, st_, su_, tu_, stu_;
   Eigen::Matrix3d jacobian_, inverse_ = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d spread_ = Eigen::Vector3d::Zero(); ///< how far from affine the inverse is, at most
+  Eigen::Vector3d spread_ = Eigen::Vector3d::Zero(); ///< upper bound of the non-affine part of the inverse
   double determinant_ = 0;
   bool is_invertible_ = false, is_mild_ = false;
 };

@@ -8,8 +8,8 @@ namespace maille::warping {
 
 namespace {
 
-/// Distances in steps along axes add up axis by axis, so that two passes along each axis find the nearest.
-/// A layer is taken along all axes while the cache has it.
+/// Distances in steps along axes are separable, so that two passes along each axis find the nearest. A layer
+/// is processed along all axes while it is in the cache.
 /// @tparam Steps an integer that holds twice as many steps as an image has
 template<class Steps>
 class Passes {
@@ -36,7 +36,7 @@ public:
   std::vector<std::int32_t> nearest() && { return std::move(nearest_); }
 
 private:
-  /// Fills the gaps of a row; steps are 0 to begin with.
+  /// Fills the gaps of a row; steps start at 0.
   void take_along(std::size_t first) {
     Steps* const steps = steps_.data() + first;
     std::int32_t* const nearest = nearest_.data() + first;
@@ -55,13 +55,13 @@ private:
       }
     }
   }
-  /// From a row or layer beside.
+  /// Updates from an adjacent row or layer.
   void take(std::size_t to, std::size_t from, std::size_t count) {
     for (std::size_t i = 0; i < count; i += row_)
       if (is_any_nearer(to + i, from + i))
         take_row(to + i, from + i);
   }
-  // Without branches, so that compilers take many at a time.
+  // Branch-free, so that compilers vectorise it.
   bool is_any_nearer(std::size_t to, std::size_t from) const {
     const Steps *const steps_from = steps_.data() + from, *const steps_to = steps_.data() + to;
     Steps any = 0;

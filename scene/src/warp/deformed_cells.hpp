@@ -1,6 +1,5 @@
 #pragma once
-/// The cells of deformed bodies, one after the other, by where their corners are among an image's voxels.
-/// Private to scene.
+/// Iterates over the cells of deformed bodies, with corners in an image's voxel indices. Private to scene.
 
 #include "maille/scene/warp/warp.hpp"
 #include "warp/cell_map.hpp"
@@ -15,9 +14,9 @@
 
 namespace maille::warping {
 
-/// Well within a cell: two cells that do not overlap cannot both have a place there.
+/// Depth limit of the inside: two cells that do not overlap cannot both contain such a place.
 constexpr double surely_inside = 0.5 - 1e-4;
-/// Places in cells are kept this far from faces, so that rounding takes none into the next voxel.
+/// Places in cells are clamped to this depth, so that rounding does not move them to the next voxel.
 constexpr double within_cell = 0.5 - 1e-6;
 
 /// Cells at rest, in indices of an image's voxels.
@@ -32,13 +31,13 @@ public:
   Eigen::Vector3d middle(const Index3& cell) const {
     return first_middle_ + per_cell_ * Eigen::Vector3d(cell[0], cell[1], cell[2]);
   }
-  /// @param s in the cell, -1/2 to 1/2; kept off its faces
+  /// @param s in the cell, -1/2 to 1/2; moved off its faces
   Eigen::Vector3d place(const Index3& cell, const Eigen::Vector3d& s) const { return place(middle(cell), s); }
   /// @param middle of the cell
   Eigen::Vector3d place(const Eigen::Vector3d& middle, const Eigen::Vector3d& s) const {
     return middle + per_cell_ * s.cwiseMin(within_cell).cwiseMax(-within_cell);
   }
-  /// The same for take_to_rest, of a cell with its middle at 0.
+  /// The same for take_to_rest, for a cell centred at 0.
   RestMap map(const Index3& size) const {
     RestMap map{};
     map.within = within_cell;
@@ -49,9 +48,9 @@ public:
     }
     return map;
   }
-  /// Half of the box around a cell.
+  /// Half size of the bounding box of a cell.
   Eigen::Vector3d half() const { return per_cell_.cwiseAbs().rowwise().sum() / 2; }
-  /// 1, or -1 where the image's axes are of the other hand.
+  /// 1, or -1 if the image's axes have the opposite handedness.
   double orientation() const { return orientation_; }
 
 private:
@@ -60,12 +59,12 @@ private:
   Eigen::Vector3d first_middle_;
 };
 
-/// Voxels from `first` to `last`; none where one of them is less.
+/// Voxels from `first` to `last`; none if a last index is smaller.
 struct VoxelBox {
   Index3 first{}, last{-1, -1, -1};
 
-  /// Voxels of an image whose middles are at most `reach` [voxels] from the box of a cell's corners, which
-  /// contains the cell's image under the trilinear map.
+  /// Voxels of an image whose centres are at most `reach` [voxels] from the bounding box of a cell's corners,
+  /// which contains the cell's trilinear image.
   VoxelBox(const Corners& corners, const Index3& size, double reach) {
     Eigen::Vector3d low = corners[0], high = corners[0];
     for (const Eigen::Vector3d& corner : corners) {
@@ -95,7 +94,7 @@ struct VoxelBox {
   }
 };
 
-/// The voxel that holds a place, or -1 outside of the image.
+/// The voxel that contains a place, or -1 outside the image.
 inline std::int64_t voxel_at(const Index3& size, const Eigen::Vector3d& place) {
   std::int64_t voxel = 0;
   for (std::size_t a = 3; a-- > 0;) {
@@ -114,7 +113,7 @@ inline Corners corners_of(const CellMap& map) {
   return corners;
 }
 
-/// Refuses what is no body of three dimensions with a displacement of its nodes.
+/// Throws if the body is not three-dimensional or has no displacement of its nodes.
 inline void check(const DeformedBody& body) {
   if (!body.specimen || !body.displacement || body.specimen->grid.dimension() != 3 ||
       body.displacement->n_components() != 3 ||
@@ -122,8 +121,8 @@ inline void check(const DeformedBody& body) {
     throw std::invalid_argument("expected a body of three dimensions and a displacement of its nodes");
 }
 
-/// Calls visit(cell, where it is in the grid, corners in indices of voxels) for every cell of matter. Nodes
-/// are placed a layer at a time.
+/// Calls visit(cell, grid position, corners in voxel indices) for every cell of matter. Nodes are placed one
+/// layer at a time.
 template<class Visit>
 void for_each_deformed_cell(const ImageInfo& image, const DeformedBody& body, Visit&& visit) {
   check(body);
@@ -160,9 +159,9 @@ void for_each_deformed_cell(const ImageInfo& image, const DeformedBody& body, Vi
   }
 }
 
-/// The same, as cells have voxels where they overlap: those that are not folded in the grid's order, then the
-/// others. Calls visit(where a cell is in the grid, corners in indices of voxels, its map).
-/// @return how many are folded
+/// The same, in order of priority for overlapping cells: first cells that are not folded, in grid order, then
+/// the folded ones. Calls visit(grid position, corners in voxel indices, map).
+/// @return number of folded cells
 template<class Visit>
 std::int64_t for_each_cell_in_turn(const ImageInfo& image, const DeformedBody& body, Visit&& visit) {
   const double orientation = CellsAtRest(image, *body.specimen).orientation();

@@ -1,4 +1,4 @@
-// The fields that other programs carry images and points with, and how much larger matter has become.
+// Pull and push fields for other programs, and volume ratios.
 
 #include "maille/scene/warp/warp.hpp"
 #include "mechanics/volume_ratio.hpp"
@@ -34,7 +34,7 @@ public:
     if (grid.world != WorldAxes::lps)
       to_world_ = Vector3d(-1, -1, 1).asDiagonal() * to_world_;
   }
-  /// Takes a row of vectors [voxels along the image's axes] from voxel `first` on.
+  /// Stores a row of vectors [voxels along the image's axes] from voxel `first` on.
   void put(std::size_t first, const std::array<std::vector<float>, 3>& in_voxels) {
     for (std::size_t a = 0; a < 3; ++a) {
       const auto along = to_world_.row(static_cast<Eigen::Index>(a));
@@ -66,9 +66,8 @@ std::vector<RestCells> rest_cells(const ImageInfo& grid, std::span<const Deforme
   return cells;
 }
 
-/// A field that is known at some voxels, as nearest_known has them, and goes on at the others as at the
-/// nearest.
-/// @param shift [voxels], n_voxels x 3 @param amended (where a voxel is that is not known, shift) -> shift
+/// Extends a field from known voxels (see nearest_known) to the others by their nearest known value.
+/// @param shift [voxels], n_voxels x 3 @param amended (position of an unknown voxel, shift) -> shift
 template<class Amended>
 Image continued(const ImageInfo& grid, const std::vector<float>& shift, std::vector<std::int32_t> known,
                 Amended&& amended) {
@@ -97,8 +96,7 @@ Image continued(const ImageInfo& grid, const std::vector<float>& shift, std::vec
   return std::move(field).image();
 }
 
-/// The displacement of a place in a cell, trilinear in its corners' [m]. @param place in cells, from node 0
-/// on
+/// Trilinear displacement at a place in a cell [m]. @param place in cells from node 0
 Vector3d displacement_at(const DeformedBody& body, std::int64_t cell, const Vector3d& place) {
   const Grid& grid = body.specimen->grid;
   const Index3 at = grid.cell_at(cell);
@@ -123,7 +121,7 @@ Image pull_field(const Pull& pull, std::span<const DeformedBody> bodies) {
   const std::vector<RestCells> rest = rest_cells(pull.grid, bodies);
   const double out_of_image = -pull.grid.size[0] - 1;
   return continued(pull.grid, pull.shift, std::move(known), [&](const Vector3d& at, const Vector3d& shift) {
-    // What is seen there must not be matter a second time.
+    // The field must not show matter a second time.
     for (const RestCells& cells : rest)
       if (cells.cell_at(at + shift) >= 0)
         return Vector3d(out_of_image - at[0], 0, 0);

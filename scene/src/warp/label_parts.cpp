@@ -1,5 +1,5 @@
-// First every cell that holds one label alone marks the voxels that it may cover; what several, or cells of
-// several labels and at the body's border, mark is then asked point by point.
+// First every cell marks the voxels that it may cover with its label. Voxels marked by several labels, by
+// cells with several labels, or by cells at the body's border are then sampled point by point.
 
 #include "warp/label_parts.hpp"
 #include "warp/deformed_cells.hpp"
@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 constexpr float untouched = -std::numeric_limits<float>::infinity();
 constexpr float mixed = std::numeric_limits<float>::infinity();
 
-/// From a voxel's middle. Generator (1, 11, 17) modulo 64: of all with odd numbers the one of the least P2.
+/// Sample points relative to a voxel's centre. Generator (1, 11, 17) modulo 64: least P2 of all odd ones.
 std::array<Vector3d, points_per_voxel> points_in_voxel() {
   std::array<Vector3d, points_per_voxel> points;
   for (int n = 0; n < points_per_voxel; ++n)
@@ -47,7 +47,7 @@ public:
     });
   }
 
-  /// Numbers the mixed voxels; the others are counted.
+  /// Numbers the mixed voxels, and counts the others as whole.
   void count_whole() {
     number_.assign(state_.size(), -1);
     std::int32_t n_mixed = 0;
@@ -59,7 +59,7 @@ public:
     taken_.assign(n_mixed, 0);
   }
 
-  /// As in pull_of: of cells that overlap the first has a point, those that are not folded before the others.
+  /// As in pull_of: the first of overlapping cells takes a point, unfolded cells before folded ones.
   void count_points(const DeformedBody& body) {
     const CellsAtRest rest(grid_, *body.specimen);
     for_each_cell_in_turn(grid_, body, [&](const Index3& at, const Corners& corners, const CellMap& map) {
@@ -71,20 +71,20 @@ public:
 
 private:
   void add(float label, std::int64_t points) {
-    if (!last_ || label != last_label_) { // neighbours mostly have the same label
+    if (!last_ || label != last_label_) { // neighbours usually have the same label
       last_ = &parts_[label];
       last_label_ = label;
     }
     *last_ += points;
   }
 
-  /// The one label of the voxels that a cell overlaps at rest.
+  /// The common label of the voxels that a cell overlaps at rest.
   float label_of(const CellsAtRest& rest, const Index3& cell) const {
     const Vector3d middle = rest.middle(cell), half = rest.half();
     Index3 first{}, last{};
     for (std::size_t a = 0; a < 3; ++a) {
       const auto axis = static_cast<Eigen::Index>(a);
-      constexpr double slack = 1e-4; // a face that two voxels share belongs to none
+      constexpr double slack = 1e-4; // ignores voxels that only touch the cell
       const double low = std::floor(middle[axis] - half[axis] + slack + 0.5);
       const double high = std::floor(middle[axis] + half[axis] - slack + 0.5);
       if (!(low >= 0 && high < grid_.size[a]))

@@ -12,7 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 
-// Compiled once per kind of vector: nothing but what is in the target's namespace may be defined here.
+// Compiled once per vector target: definitions must be in the target's namespace.
 
 HWY_BEFORE_NAMESPACE();
 namespace maille::warping {
@@ -41,7 +41,7 @@ HWY_INLINE V largest(const V3& of) {
   return hn::Max(hn::Abs(of.x), hn::Max(hn::Abs(of.y), hn::Abs(of.z)));
 }
 
-/// What J^-1 x(s) is beyond s.
+/// J^-1 x(s) - s.
 HWY_INLINE V3 bent(const MildMap& map, const V3& s) {
   const V st = hn::Mul(s.x, s.y), su = hn::Mul(s.x, s.z), tu = hn::Mul(s.y, s.z), stu = hn::Mul(st, s.z);
   const auto along = [&](std::size_t a) HWY_ATTR {
@@ -52,7 +52,7 @@ HWY_INLINE V3 bent(const MildMap& map, const V3& s) {
 }
 
 void narrow_in_vectors(const MildMap& map, double slack, PlaceRows& rows) {
-  constexpr double too_far = 1e-6, flat = 1e-9; // what runs along a face is in the cell everywhere or nowhere
+  constexpr double too_far = 1e-6, flat = 1e-9; // rows along a face are in the cell entirely or not at all
   const D d;
   std::array<double, 3> per_s, half;
   for (std::size_t a = 0; a < 3; ++a) {
@@ -74,7 +74,7 @@ void narrow_in_vectors(const MildMap& map, double slack, PlaceRows& rows) {
   }
 }
 
-/// A vector of places on their way.
+/// A vector of places during the iteration.
 struct Walk {
   V3 first, s;
   M asked, left_over;
@@ -103,7 +103,7 @@ void invert_in_vectors(const MildMap& map, double slack, Places& places) {
   constexpr double tiny = 1e-3;
   const D d;
   const std::size_t lanes = hn::Lanes(d);
-  // Within a cell bent(s) varies by at most `shrinks` times the change of s: the error left after a step.
+  // Within a cell bent(s) changes by at most `shrinks` times the change of s, which bounds the error.
   const double shrinks = std::max(tiny, 6 * std::max({map.spread[0], map.spread[1], map.spread[2]}));
   const V near_enough = set(tolerance / map.largest_row * (1 - shrinks) / shrinks);
   std::size_t n = 0;
@@ -125,7 +125,7 @@ void invert_in_vectors(const MildMap& map, double slack, Places& places) {
       places.number[n] = places.number[i + lane];
     }
   };
-  // Two at a time: each step waits for the one before.
+  // Two vectors at a time, because each step depends on the one before.
   for (std::size_t i = 0; i < static_cast<std::size_t>(places.n); i += 2 * lanes) {
     static_assert(Places::most % (2 * hn::MaxLanes(D())) == 0, "the second vector is within the lists");
     Walk one, other;

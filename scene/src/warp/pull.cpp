@@ -1,10 +1,10 @@
 /// Pulls an image through a deformation: for each voxel of the deformed image, its place at rest.
 ///
-/// The deformation is trilinear in every cell. Each cell is inverted at the voxel middles that its box may
+/// The deformation is trilinear in every cell. Each cell is inverted at the voxel centres that its box may
 /// contain: x(s) = voxel is solved for the local coordinates s, and s inside the cell gives the place at
-/// rest. Nearly affine cells are inverted many places at a time (mild_inverse), the others one by one
-/// (CellMap::inverse). If cells overlap, the first cell in order keeps the voxel, and the overlap is counted
-/// (reached_twice); folded cells are counted, too.
+/// rest. Nearly affine cells are inverted for many places at a time (mild_inverse), the others for one place
+/// at a time (CellMap::inverse). If cells overlap, the first cell in order keeps the voxel, and the overlap
+/// is counted (reached_twice); folded cells are counted, too.
 ///
 /// Exact: to the tolerance of the inversion. Voxels that no cell covers keep Pull::nothing.
 
@@ -58,7 +58,7 @@ private:
       }
   }
 
-  /// The same, as many places at a time as there is room for.
+  /// The same in batches of places.
   void take_many(const CellsAtRest& rest, const Index3& cell, const VoxelBox& box, const CellMap& map) {
     const MildMap mild = map.mild();
     const Vector3d &middle = map.middle(), middle_at_rest = rest.middle(cell);
@@ -108,7 +108,7 @@ private:
     std::size_t number;
     std::array<double, 3> at;
   };
-  /// @param depth in its cell @param rest where its matter rests @param source the voxel there
+  /// @param depth in its cell @param rest place at rest @param source the voxel there
   void put(const Voxel& to, double depth, const std::array<double, 3>& rest, std::int64_t source) {
     const std::size_t voxel = to.number;
     if (pull_.source[voxel] != Pull::nothing) {
@@ -126,8 +126,8 @@ private:
     ++pull_.reached;
   }
 
-  /// One component after the other: where images are of 2^n voxels, the same place in all three and in the
-  /// layers beside it wants the same few lines of a cache.
+  /// One component after the other: in images of 2^n voxels, the same place in all three and in adjacent
+  /// layers maps to the same few cache lines.
   void store_shifts() {
     for (std::size_t a = 0; a < 3; ++a) {
       float* const to = pull_.shift.data() + a * n_;
@@ -148,9 +148,9 @@ private:
   PlaceRows rows_;
   std::array<std::array<int, 2>, PlaceRows::most> row_at_{}; ///< of rows: along y, z
   Places places_;
-  RestMap rest_map_{};                   ///< of the cell in turn
+  RestMap rest_map_{};                   ///< of the current cell
   std::array<Voxel, Places::most> at_{}; ///< of places
-  std::array<Shift, 4096> shifts_{};     ///< that are found but not stored
+  std::array<Shift, 4096> shifts_{};     ///< found, not stored yet
   std::size_t n_shifts_ = 0;
 };
 

@@ -13,7 +13,7 @@ namespace {
 
 using namespace warping;
 
-/// Corners of a cell's face in the order in which its normal, by the right hand, points outside.
+/// Corners of a cell's face in the order of a right-handed outward normal.
 constexpr std::array<std::array<int, 4>, 6> corners_of_faces{
     {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}}};
 
@@ -87,7 +87,7 @@ private:
   const Specimen& specimen_;
   const Displacement& u_;
   const std::vector<Material>& materials_;
-  std::vector<std::int32_t> of_node_; ///< points of the surface that is being made
+  std::vector<std::int32_t> of_node_; ///< point numbers in the current surface
 };
 
 } // namespace

@@ -1,5 +1,5 @@
 #pragma once
-/// Places of a body in the indices of an image's voxels, and back. Private to scene.
+/// Converts between places of a body and an image's voxel indices. Private to scene.
 
 #include "maille/images/image.hpp"
 #include "maille/scene/scene.hpp"
@@ -28,14 +28,14 @@ struct Affine3 {
   }
 };
 
-/// From indices of voxels, whole at their middles, to the image's world [m].
+/// From voxel indices, whole numbers at centres, to the image's world [m].
 Affine3 voxels_to_world(const ImageInfo& grid);
-/// From a body's frame [m] to the image's world [m], whether they are RAS or LPS.
+/// From a body's frame [m] to the image's world [m]; converts between RAS and LPS.
 Affine3 body_to_world(const ImageInfo& grid, const Placement& placement);
-/// From a body's frame [m] to indices of voxels.
+/// From a body's frame [m] to voxel indices.
 Affine3 body_to_voxels(const ImageInfo& grid, const Placement& placement);
 
-/// The cell of a body that a place at rest lies in.
+/// Finds the cell of a body that contains a place at rest.
 class RestCells {
 public:
   RestCells(const ImageInfo& grid, const Specimen& body)
@@ -44,9 +44,9 @@ public:
     to_cells_ = {per_cell.asDiagonal() * to_cells_.linear,
                  per_cell.asDiagonal() * (to_cells_.shift - eigen(body.origin))};
   }
-  /// In cells from node 0 on.
+  /// Place in units of cells from node 0.
   Eigen::Vector3d place(const Eigen::Vector3d& voxel) const { return to_cells_.of(voxel); }
-  /// The cell of matter there, or -1.
+  /// The cell of matter at a place, or -1.
   std::int64_t cell_at(const Eigen::Vector3d& voxel) const {
     const Eigen::Vector3d at = place(voxel);
     const Index3& cells = body_.grid.cells();
@@ -61,7 +61,7 @@ public:
     return body_.is_matter(number) ? number : -1;
   }
 
-  /// Marks those of the voxels (0 to row.size() - 1, j, k) that have their middle in matter.
+  /// Marks the voxels (0 to row.size() - 1, j, k) whose centre is in matter.
   void mark(int j, int k, std::vector<char>& row) const {
     const Index3& cells = body_.grid.cells();
     const auto along = [&](std::size_t axis, int i) {
@@ -69,7 +69,7 @@ public:
       return to_cells_.linear(a, 0) * i + to_cells_.linear(a, 1) * j + to_cells_.linear(a, 2) * k +
              to_cells_.shift[a];
     };
-    // Along a row places go one way, rounded or not: those within the grid follow each other.
+    // Along a row places are monotone, also after rounding: those within the grid are consecutive.
     int first = 0, last = static_cast<int>(row.size());
     for (std::size_t a = 0; a < 3; ++a) {
       const bool is_up = to_cells_.linear(static_cast<Eigen::Index>(a), 0) >= 0;
@@ -87,7 +87,8 @@ public:
   }
 
 private:
-  /// The first number from `first` on that has not what those before it have; `last` where all have.
+  /// First number in [first, last) without the property `has`, which holds for a leading part; `last` if
+  /// none exists.
   template<class Has>
   static int first_without(int first, int last, const Has& has) {
     while (first < last) {
@@ -104,7 +105,7 @@ private:
   Affine3 to_cells_;
 };
 
-/// Calls visit(voxel number, indices) for every voxel.
+/// Calls visit(voxel number, indices) for every voxel of the image.
 template<class Visit>
 void for_each_voxel(const ImageInfo& grid, Visit&& visit) {
   std::size_t voxel = 0;

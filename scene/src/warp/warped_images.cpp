@@ -1,4 +1,4 @@
-// Images and labels where their matter has gone, and what became of each label.
+// Deformed images and labels, and statistics of each label.
 
 #include "maille/scene/warp/warp.hpp"
 #include "warp/deformed_cells.hpp"
@@ -29,8 +29,8 @@ void check_grid(const Pull& pull, const Image& image) {
     throw std::invalid_argument("expected an image on the grid of the pull");
 }
 
-/// A row of places among an image's voxels, and values there that are linear between the middles of voxels;
-/// the outermost half voxel has the value of the voxel.
+/// A row of places in an image, and values interpolated linearly between voxel centres; the outermost half
+/// voxel has the value of the voxel.
 class RowOfPlaces {
 public:
   explicit RowOfPlaces(const Index3& size)
@@ -41,7 +41,7 @@ public:
       part_[a].resize(row_);
     }
   }
-  /// Places of a row, each so far along `axis`.
+  /// Sets the coordinates of a row of places along `axis`.
   void put(std::size_t axis, const std::vector<double>& along) {
     int* const low = low_[axis].data();
     double* const part = part_[axis].data();
@@ -57,7 +57,7 @@ public:
     const float* const from = values + static_cast<std::size_t>(low_[0][i]) +
                               static_cast<std::size_t>(low_[1][i]) * row_ +
                               static_cast<std::size_t>(low_[2][i]) * layer_;
-    // Equal neighbours, infinities among them, keep their value; the last voxel has no right neighbour.
+    // Equal neighbours, including infinities, keep their value; the last voxel has no right neighbour.
     const auto along_x = [&](const float* two) {
       return x > 0 ? mean(double{two[0]}, double{two[1]}, x) : double{two[0]};
     };
@@ -112,7 +112,7 @@ std::int32_t whole(float value) {
   return static_cast<std::int32_t>(value);
 }
 
-/// Neighbouring voxels mostly have the same label.
+/// Sums per label; caches the last label, which neighbours usually share.
 class Sums {
 public:
   LabelSums& of(float value) {
@@ -130,7 +130,7 @@ private:
   float last_value_ = 0;
 };
 
-/// Folded cells count for the label at their middle.
+/// Counts folded cells for the label at their centre.
 void count_folded(const ImageInfo& grid, const DeformedBody& body, const Image& labels, Sums& sums) {
   const CellsAtRest rest(grid, *body.specimen);
   for_each_deformed_cell(grid, body, [&](std::int64_t, const Index3& at, const Corners& corners) {

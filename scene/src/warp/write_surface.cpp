@@ -1,4 +1,4 @@
-// STL, PLY and VTK's polygons.
+// Writes STL, PLY and VTK polygons.
 //
 // Source: StereoLithography Interface Specification (3D Systems, 1989); "The PLY Polygon File Format"
 // (Turk, 1994); VTK File Formats (Kitware). `SPACE=LPS` in comments is what 3D Slicer writes and reads.
@@ -23,7 +23,7 @@ namespace {
 
 using image_formats::WrittenFile;
 
-/// Points as a file has them: float32 in its unit, LPS of a patient.
+/// Points for a file: float32 in its unit, LPS for a patient's world.
 class FilePoints {
 public:
   FilePoints(const std::vector<BodySurface>& surfaces, LengthUnit unit)
@@ -50,7 +50,7 @@ private:
   bool has_world_ = true;
 };
 
-/// A quad's two triangles, split along its shorter diagonal.
+/// Splits a quad into two triangles along its shorter diagonal.
 std::array<std::array<std::int32_t, 3>, 2> triangles_of(const BodySurface& surface,
                                                         const std::array<std::int32_t, 4>& q) {
   const auto distance = [&](std::int32_t a, std::int32_t b) {

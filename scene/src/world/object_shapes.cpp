@@ -14,8 +14,8 @@ namespace {
 
 using std::numbers::pi;
 
-/// Cells whose middle `is_inside` says yes to. @param is_inside of x and y from the box's axis along z, and
-/// of z from its floor [m]
+/// Cells whose centre is inside. @param is_inside function of x and y from the box's axis along z, and of z
+/// from its floor [m]
 template<class IsInside>
 std::vector<std::uint8_t> cells_inside(const Grid& box, IsInside&& is_inside) {
   std::vector<std::uint8_t> cells(box.n_cells(), no_material);
@@ -42,15 +42,13 @@ bool is_in_hexagon(double x, double y, double corner) {
          std::abs(std::sqrt(3.0) / 2 * x - y / 2) <= side;
 }
 
-/// Where a point is in the turn of the thread that it lies in, 0 to 1: ridges of the bolt are below one half
-/// of it.
+/// Phase of a point within one turn of the thread, 0 to 1: the ridges of the bolt are below one half.
 double phase(double x, double y, double z, const Thread& thread) {
   const double turns = z / thread.pitch - std::atan2(y, x) / (2 * pi);
   return turns - std::floor(turns);
 }
 
-/// A pseudo-random number, the same on every machine: the last step of MurmurHash3 (A. Appleby; public
-/// domain).
+/// A reproducible pseudo-random number: the last step of MurmurHash3 (A. Appleby; public domain).
 std::uint32_t scattered(std::uint32_t number) {
   number ^= number >> 16;
   number *= 0x85ebca6bu;
@@ -59,7 +57,7 @@ std::uint32_t scattered(std::uint32_t number) {
   return number ^ (number >> 16);
 }
 
-/// Height over the straight edge of what bulges out of it, in parts of the edge's length. @param along 0 to 1
+/// Height of the bulge over the straight edge, relative to the edge length. @param along 0 to 1
 double bulge(double along, std::uint32_t edge) {
   const std::uint32_t lot = scattered(edge);
   const double middle = 0.36 + 0.28 * ((lot >> 8) % 256) / 255.0, half = 0.24;
@@ -70,7 +68,7 @@ double bulge(double along, std::uint32_t edge) {
   return ((lot >> 24) % 2 == 0 ? 1 : -1) * height * std::pow(std::cos(0.5 * pi * off), 2);
 }
 
-/// The piece that the middle of a cell lies in.
+/// The piece that contains the centre of a cell.
 std::array<int, 2> piece_at(double x, double y, double width, double height,
                             const std::array<int, 2>& pieces) {
   const int column = std::clamp(static_cast<int>(x / width), 0, pieces[0] - 1);
@@ -88,7 +86,7 @@ std::array<int, 2> piece_at(double x, double y, double width, double height,
 /// The same with a round tab on every edge, wider than its neck.
 std::array<int, 2> undercut_piece_at(double x, double y, double width, double height,
                                      const std::array<int, 2>& pieces) {
-  constexpr double radius = 0.16, off = 0.12; // of the tab, and its middle from the edge, in parts of a piece
+  constexpr double radius = 0.16, off = 0.12; // of the tab; of its centre from the edge; in parts of a piece
   const double unit = std::min(width, height);
   const std::array<int, 2> piece{std::clamp(static_cast<int>(x / width), 0, pieces[0] - 1),
                                  std::clamp(static_cast<int>(y / height), 0, pieces[1] - 1)};
@@ -101,7 +99,7 @@ std::array<int, 2> undercut_piece_at(double x, double y, double width, double he
         continue;
       const std::uint32_t lot =
           scattered(static_cast<std::uint32_t>(7 + 2 * (edge + 128 * piece[b])) + static_cast<unsigned>(a));
-      const int owner = (lot >> 24) % 2 == 0 ? edge - 1 : edge; // whose tab it is
+      const int owner = (lot >> 24) % 2 == 0 ? edge - 1 : edge; // piece that owns the tab
       const double outwards = owner == edge - 1 ? 1 : -1;
       const double along = (piece[b] + 0.45 + 0.1 * ((lot >> 8) % 256) / 255.0) * size[b];
       if (std::hypot(at[a] - edge * size[a] - outwards * off * unit, at[b] - along) <= radius * unit) {
@@ -266,7 +264,7 @@ Cells read_rows(TableReader& table, const BodyDefaults& defaults, std::optional<
   return drawn_cells(lines);
 }
 
-/// Shapes that a specimen cannot have.
+/// Reads the shapes that only worlds have.
 bool read_shape_of_worlds(TableReader& table, const std::string& shape, const BodyDefaults& defaults,
                           Scene& scene) {
   const std::size_t faults_before = table.faults().size();
@@ -290,7 +288,7 @@ bool read_shape_of_worlds(TableReader& table, const std::string& shape, const Bo
   body.shape = shape;
   body.grid = *grid;
   body.material_id = *cells;
-  if (!scene.materials.empty()) // a picture's shades are numbers of no material
+  if (!scene.materials.empty()) // shades are no material numbers
     std::ranges::replace_if(
         body.material_id, [](std::uint8_t id) { return id != no_material; }, std::uint8_t{0});
   if (body.n_matter_cells() == 0) {

@@ -1,4 +1,4 @@
-// The looks of all bodies of a scene file, with the grey values that they ask for.
+// Reads the looks of all bodies of a scene file, with their grey values.
 
 #include "maille/materials/text_file.hpp"
 #include "maille/scene/look.hpp"
@@ -21,7 +21,7 @@ namespace maille {
 
 namespace {
 
-/// Cuts an image down to the voxels of which something may be seen, and one more on each side.
+/// Crops an image to its visible voxels plus one on each side.
 void cut_to_visible(Image& image, const Look& look) {
   const Index3 n = image.info.size;
   const auto range = look.visible_range();

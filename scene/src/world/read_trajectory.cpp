@@ -63,7 +63,7 @@ namespace {
 
 using reader::most_frames;
 
-/// `object` and, of a deformable one, `where`. @return false where there is no such thing to drive
+/// `object` and, for a deformable one, `where`. @return false if there is no such object or region
 bool read_driven(TableReader& table, const WorldScene& world, DriveSpan& span) {
   table.require("object", reader::movable_names(world));
   const auto name = table.text("object");

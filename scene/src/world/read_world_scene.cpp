@@ -23,7 +23,7 @@ namespace {
 
 constexpr int most_cells = std::numeric_limits<std::int16_t>::max() + 1; // of an occupancy map, along an axis
 
-/// Least size of the map of an empty world: a number for each brick of 16^3 cells.
+/// Minimum memory of the map of an empty world: a number per brick of 16^3 cells.
 double map_bytes(const Index3& cells) {
   double bytes = sizeof(std::int32_t);
   for (const int n : cells)
@@ -31,7 +31,7 @@ double map_bytes(const Index3& cells) {
   return bytes;
 }
 
-/// @return false where the world has no dimension, so that objects cannot be placed
+/// @return false if the world has no valid dimension, so that objects cannot be placed
 bool read_cells_of_world(TableReader& table, WorldScene& world) {
   const auto cells = reader::read_cells(table);
   const auto spacing = reader::read_spacing(table, cells ? static_cast<int>(cells->size()) : 3, {});
@@ -66,7 +66,7 @@ void read_dynamics(TableReader& world_table, WorldScene& world) {
   table->finish();
 }
 
-/// Masses and speeds, where there is time.
+/// Density and velocity, if the world has dynamics.
 void read_moving(TableReader& table, const WorldScene& world, WorldObject& object) {
   for (const char* key : {"density", "velocity"})
     if (table.has(key) && (!world.dynamics || object.kind == ObjectKind::fixed)) {
@@ -97,7 +97,7 @@ bool read_world(TableReader& root, WorldScene& world) {
   table.read("friction", world.friction);
   world.frame_budget = table.number("frame_budget");
   world.method = table.choice("method").value_or(world.method);
-  if (!table.read("contact", world.contact) && table.has("dynamics")) // the one law that knows impulses
+  if (!table.read("contact", world.contact) && table.has("dynamics")) // the only law with impulses
     world.contact = ContactLaw::surfaces;
   read_dynamics(table, world);
   table.finish();
@@ -117,7 +117,7 @@ void read_place(TableReader& table, int dimension, WorldObject& object) {
     object.position = reader::read_vector(table, "position", dimension).value_or(Vec3{});
   bool has_no_point = true;
   if (dimension == 0) {
-    table.find("turn"); // what it needs depends on the dimension
+    table.find("turn"); // its keys depend on the dimension
   } else if (const auto turn = reader::read_turn(table, dimension, has_no_point)) {
     object.turn_axis = turn->axis;
     object.turn_angle = turn->angle;
@@ -127,7 +127,7 @@ void read_place(TableReader& table, int dimension, WorldObject& object) {
   }
 }
 
-/// What deformable objects have beside their bodies; a fault where another kind has it.
+/// Keys of deformable objects beside the body; a fault for another kind.
 void read_deformable(TableReader& table, const std::string& kind, bool has_body, Scene& scene) {
   if (kind == "deformable") {
     reader::read_limits(table, scene);
@@ -155,7 +155,7 @@ void read_object(TableReader& table, bool has_cells, WorldScene& world) {
   defaults.has_material = object.kind == ObjectKind::deformable;
   defaults.spacing = world.spacing;
   const bool has_body = reader::read_object_body(table, defaults, object.scene);
-  object.scene.specimen.placement = {}; // of an image: what counts is where the scene puts it
+  object.scene.specimen.placement = {}; // ignores the image: the scene defines the position
   if (has_body && has_cells && object.scene.dimension() != world.dimension)
     table.fault("shape", fmt::format("an object of dimension {}, as the world", world.dimension),
                 fmt::format("one of dimension {}", object.scene.dimension()));
@@ -164,7 +164,7 @@ void read_object(TableReader& table, bool has_cells, WorldScene& world) {
   if (has_cells)
     read_moving(table, world, object);
   read_deformable(table, kind, has_body, object.scene);
-  reader::read_look(table); // its faults; worlds do not look
+  reader::read_look(table); // only for its faults
   world.objects.push_back(std::move(object));
 }
 

@@ -29,7 +29,7 @@ std::vector<CsvColumn> columns() {
           {"axis_x", none, false}, {"axis_y", none, false}, {"axis_z", none, false}};
 }
 
-/// What csv_text has written there.
+/// Text of a cell written by csv_text.
 std::string plain(const CsvTable& row, std::string_view column) {
   return without_guard(std::string(row.text(column)));
 }
@@ -39,7 +39,7 @@ double quantity(CsvTable& row, std::string_view column) {
   return row.text(column).empty() ? 0 : row.number(column).value_or(0);
 }
 
-/// A frame in which nothing is asked.
+/// True for a frame without a drive.
 bool is_frame_alone(const CsvTable& row) {
   return !row.text("frame").empty() && std::ranges::all_of(columns(), [&](const CsvColumn& column) {
     return column.name == "frame" || row.text(column.name).empty();
@@ -87,7 +87,7 @@ std::vector<std::int64_t> listed_nodes(std::string_view text, const Specimen& bo
   return std::ranges::adjacent_find(sorted) == sorted.end() ? nodes : wrong();
 }
 
-/// By object and text: rows of one region share it.
+/// By object and text: rows with the same region share it.
 using Regions = std::map<std::pair<std::size_t, std::string>, NodeRuns, std::less<>>;
 
 NodeRuns read_nodes(CsvTable& row, std::size_t object, const Specimen& body, Regions& regions) {
@@ -111,7 +111,7 @@ void read_release(CsvTable& row, DriveSpan& span) {
     row.fault("release", "nothing else of an object that is released", "a movement");
 }
 
-/// A row that changes a constant.
+/// Reads a row that changes a constant.
 std::optional<WorldSetting> read_setting(CsvTable& row, const WorldScene& world) {
   WorldSetting setting{std::nullopt, std::string(row.text("set")), plain(row, "value")};
   if (row.text("frame") != "0")
@@ -207,7 +207,7 @@ std::optional<DriveSpan> read_row(CsvTable& row, const WorldScene& world, Region
 
 Trajectory read_trajectory_rows(std::string_view text, const WorldScene& world, FaultList& faults) {
   Trajectory trajectory;
-  std::optional<WorldScene> with_tool; ///< rows may drive what a row has brought
+  std::optional<WorldScene> with_tool; ///< rows may drive an object that a row has added
   const WorldScene* whole = &world;
   Regions regions;
   CsvTable row(text, CsvComments::lines, columns(), faults);

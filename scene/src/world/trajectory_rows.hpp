@@ -1,6 +1,6 @@
 #pragma once
-/// Trajectories as tables: a row an object and frame, as a device records them; and constants of the world
-/// that a hand has changed on the way.
+/// Trajectories as tables: one row per object and frame, as a device records them; and constants of the world
+/// that the user changed.
 
 #include "maille/materials/toml_reader.hpp"
 #include "maille/scene/world/trajectory.hpp"
@@ -12,17 +12,17 @@
 
 namespace maille::reader {
 
-/// A trajectory has no more: nine hours at 30 a second, of which what is kept fills some 360 MB.
+/// Largest number of frames: nine hours at 30 frames per second; stored data then take about 360 MB.
 inline constexpr std::int64_t most_frames = 1'000'000;
 
-/// @return the rows that are good; a fault for each of the others
+/// @return the valid rows; a fault for each of the others
 Trajectory read_trajectory_rows(std::string_view text, const WorldScene& world, FaultList& faults);
 
 std::optional<std::size_t> object_named(const std::string& name, const WorldScene& world);
 /// The names of objects that can be driven, for messages.
 std::string movable_names(const WorldScene& world);
 
-/// What the setting's value ought to be, or where it may stand; nothing where it is right.
+/// Expected value or place of a setting; nothing if it is valid.
 std::optional<std::string> expected_of(const WorldSetting& setting, const WorldScene& world);
 
 /// @pre expected_of(setting, world) is nothing

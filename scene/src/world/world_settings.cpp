@@ -20,7 +20,7 @@ namespace reader {
 
 namespace {
 
-/// Numbers with blanks between them; none where something else stands there.
+/// Numbers separated by blanks; empty for other text.
 std::vector<double> numbers_of(std::string_view text) {
   std::vector<double> numbers;
   for (const char *at = text.data(), *const end = at + text.size(); at != end;) {
@@ -50,8 +50,8 @@ std::optional<NeighbourLimits> limits_of(std::string_view text) {
   return broken_rules(limits).empty() ? std::optional(limits) : std::nullopt;
 }
 
-/// An open world gets cells and a border: half its body's size of room on every side, nodes in the middles of
-/// cells. @return by what everything has been shifted [m]
+/// Gives an open world cells and a border: half the body's size of space on every side, nodes at cell
+/// centres. @return shift of all positions [m]
 Vec3 close(WorldScene& world) {
   WorldObject& object = world.objects.front();
   const Specimen& body = object.scene.specimen;
@@ -193,7 +193,7 @@ std::string list_of(const std::vector<std::int64_t>& nodes) {
   return text;
 }
 
-/// Cells of three numbers, or empty ones.
+/// Three table cells for a vector, or empty ones.
 std::string three(const std::optional<Vec3>& v) {
   return v ? fmt::format("{},{},{}", (*v)[0], (*v)[1], (*v)[2]) : ",,";
 }

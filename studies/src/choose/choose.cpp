@@ -12,7 +12,7 @@ namespace maille::studies {
 
 namespace {
 
-/// Finer lattices than this are not built only to ask what finite elements would take there.
+/// Upper bound of cells for lattices that are built only to forecast the cost of finite elements.
 constexpr double most_cells = 2e6;
 
 std::int64_t bytes_for(const Scene& scene, const std::string& method) {
@@ -23,7 +23,7 @@ std::int64_t bytes_for(const Scene& scene, const std::string& method) {
   return static_cast<std::int64_t>(fem_ref::estimate(scene, options).bytes);
 }
 
-/// Why nothing is said about a method, whatever its lattice; empty where something is.
+/// Reason that a method has no forecast on any lattice; empty if it has.
 std::string why_left_out(const Probes& probes, const std::string& method) {
   if (is_finite_elements(method) && !probes.quantity.empty())
     return fmt::format("of finite elements the table alone knows, and it holds no errors of {}",
@@ -40,7 +40,7 @@ bool is_too_large(const Scene& scene, int halvings) {
              most_cells;
 }
 
-/// Fills the entry. @return why nothing is said
+/// Fills the entry. @return reason of a missing forecast, or empty
 std::string fill(nlohmann::ordered_json& entry, Lattices& lattices, const Probes& probes, const Way& way) {
   if (const auto lost = probes.lost.find(way.halvings); lost != probes.lost.end())
     return lost->second;

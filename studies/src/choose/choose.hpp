@@ -1,7 +1,6 @@
 #pragma once
-/// What is known of a scene before a way to answer it is chosen: what probes say about every method on every
-/// lattice, without calibration. The choice, calibrated by a table of trades, is made in
-/// python/maille/_choose.py.
+/// Uncalibrated forecast of error and cost for a scene: probe results for every method on every lattice.
+/// python/maille/_choose.py calibrates it by a table of trades and makes the choice.
 
 #include "trade/probes.hpp"
 
@@ -11,9 +10,10 @@ namespace maille::studies {
 
 nlohmann::ordered_json json(const Probes& probes);
 
-/// One entry a method and lattice (`halvings` of the spacing): cells, spacing [m], nodes, bytes that it needs
-/// at most, `seconds`, and `error`, to which tolerances of lattice methods add as squares; or `why_not`.
-/// Cost  that of building the lattices
+/// One entry per method and lattice (`halvings` of the spacing): cells, spacing [m], nodes, upper bound of
+/// the memory in bytes, `seconds`, and `error`, to which tolerances of lattice methods add as squares; or
+/// `why_not`.
+/// Cost  building the lattices
 nlohmann::ordered_json prospects(Lattices& lattices, const Probes& probes, int coarsest, int finest);
 
 } // namespace maille::studies

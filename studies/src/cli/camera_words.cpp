@@ -1,4 +1,4 @@
-// The words of a camera, for every command that renders volumes.
+// Camera options, for all commands that render volumes.
 
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"

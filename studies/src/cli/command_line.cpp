@@ -22,20 +22,20 @@ CLI::Option* add_scene(CLI::App* command, Scene& scene, const std::string& meani
   return command->add_option("SCENE", scene, meaning);
 }
 
-/// Of lengths in files; where it has one, the default is shown.
+/// Adds the length unit of files; shows its default, if it has one.
 template<class Unit>
 void add_unit(CLI::App* command, Unit& unit, const std::string& of_what) {
   command->add_option("--unit", unit, of_what)->check(CLI::IsMember({"mm", "m"}))->capture_default_str();
 }
 
-/// For commands that are timed.
+/// Adds the number of threads, for timed commands.
 void add_one_thread(CLI::App* command, int& threads) {
   command->add_option("--threads", threads, "threads; one is what times repeat at")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
 }
 
-/// As many as there are processors, unless told otherwise.
+/// Adds the number of threads; default: number of processors.
 void add_threads(CLI::App* command, int& threads, const std::string& meaning = "threads") {
   command->add_option("--threads", threads, meaning)
       ->check(CLI::Range(1, 1024))
@@ -50,18 +50,18 @@ void add_fem_solver(CLI::App* command, std::string& fem_solver) {
       ->default_str("automatic");
 }
 
-/// A time > 0.
+/// Adds a time > 0.
 void add_seconds(CLI::App* command, const std::string& name, double& seconds, const std::string& meaning) {
   command->add_option(name, seconds, meaning)->check(CLI::PositiveNumber)->capture_default_str();
 }
 
-/// Values separated by commas.
+/// Adds a list of values separated by commas.
 template<class List>
 void add_list(CLI::App* command, const std::string& name, List& list, const std::string& meaning) {
   command->add_option(name, list, meaning)->delimiter(',')->allow_extra_args(false);
 }
 
-/// `--json` alone means stdout. A scene is not taken for its file.
+/// Without a value, `--json` means stdout; a scene is not mistaken for its file.
 void settle_json(CLI::App* command, std::optional<std::string>& json, std::filesystem::path* scene) {
   if (command->count("--json") && (!json || json->empty()))
     json = "-";
@@ -75,8 +75,9 @@ void settle_json(CLI::App* command, std::optional<std::string>& json, std::files
     throw CLI::RequiredError("SCENE");
 }
 
-/// `--json` alone prints to stdout, `--json FILE` writes a file. A scene is not taken for that file.
-/// @param scene where the command has one: it must be there
+/// `--json` without a value prints to stdout, `--json FILE` writes a file; a scene is not mistaken for that
+/// file.
+/// @param scene of the command, if any: it must exist
 void add_json(CLI::App* command, std::optional<std::string>& json, std::filesystem::path* scene) {
   command->add_option("--json", json, "machine-readable result on stdout, or in FILE")
       ->expected(0, 1)
@@ -85,7 +86,7 @@ void add_json(CLI::App* command, std::optional<std::string>& json, std::filesyst
   command->parse_complete_callback([&json, scene, command] { settle_json(command, json, scene); });
 }
 
-/// Of commands that answer a scene.
+/// Adds options of commands that solve a scene.
 void add_running(CLI::App* command, AnswerOptions& options) {
   add_common(command, options);
   command->add_flag("--estimate", options.estimate,
@@ -99,7 +100,7 @@ void add_running(CLI::App* command, AnswerOptions& options) {
   add_threads(command, options.threads);
 }
 
-/// Which images go with an answer.
+/// Adds options for images to warp with an answer.
 void add_images(CLI::App* command, WarpOptions& options, const std::string& when) {
   command->add_option("--image", options.image,
                       when +

@@ -1,5 +1,5 @@
 #pragma once
-/// What the commands take on their command lines.
+/// Command-line options of the commands.
 
 #include "cli/commands.hpp"
 
@@ -10,7 +10,7 @@
 
 namespace maille::studies {
 
-/// What commands that read one scene, or world, have at least.
+/// Adds the common options of commands that read a scene or world.
 void add_common(CLI::App* command, CommonOptions& options);
 /// Each adds the options of one command.
 void add_compare(CLI::App* command, CompareOptions& options);
@@ -18,10 +18,10 @@ void add_run(CLI::App* command, RunOptions& options);
 void add_warp(CLI::App* command, WarpCommandOptions& options);
 void add_play(CLI::App* command, PlayOptions& options);
 void add_render(CLI::App* command, RenderOptions& options);
-/// Where a picture of volumes is taken from, and for how many eyes. Weak, as the commands that take them.
+/// Adds camera and stereo options for volume pictures. Weak symbols, like the commands that use them.
 void add_camera(CLI::App* command, CameraOptions& camera);
 void add_stereo(CLI::App* command, std::string& stereo);
-/// How a recorded hand feels a scene. Weak too. @return the options
+/// Adds options for a recorded hand. Weak too. @return the options
 std::vector<CLI::Option*> add_feeling(CLI::App* command, FeelOptions& options);
 void add_fit(CLI::App* command, FitOptions& options);
 void add_trade(CLI::App* command, TradeOptions& options);

@@ -1,5 +1,5 @@
-/// The table of commands, and the texts of --help that are made from it.
-/// A command is one line of all_commands(): its name, an example, its page, and what reads its options.
+/// Table of commands, and the texts of --help derived from it. A command is one line of all_commands(): its
+/// name, an example, its page, and the reader of its options.
 
 #include "cli/help.hpp"
 
@@ -31,8 +31,8 @@ std::string line_of(const std::string& csv, const std::string& json, const std::
   return fmt::format("  {:<23} {:<29} {:<9} {}\n", shown(csv), shown(json), shown(unit), meaning);
 }
 
-/// A line a figure, and below a figure that is a table in itself those of that table.
-/// @param group the keys on the way to them, `results[].`
+/// One line per column, followed by the columns of a nested table.
+/// @param group prefix of their keys, such as `results[].`
 std::string lines_of(const Columns& columns, const std::string& group) {
   std::string text;
   for (const Column& column : columns.list()) {
@@ -76,7 +76,7 @@ std::vector<std::string> options_of(const CLI::App& app) {
   return names;
 }
 
-/// Those that the parser lists behind "The following arguments were not expected: "; none in other messages.
+/// Words that the parser lists after "The following arguments were not expected: "; none for other messages.
 std::vector<std::string> unexpected_words(const std::string& message) {
   const std::size_t colon = message.find(" not expected: ");
   std::vector<std::string> words;
@@ -128,7 +128,7 @@ std::string did_you_mean(std::string_view word, const std::vector<std::string>& 
 std::string wrong_words(const CLI::App& app, const CLI::Error& error) {
   const auto asked = app.get_subcommands();
   const std::vector<std::string> words = asked.empty() ? app.remaining() : unexpected_words(error.what());
-  if (asked.empty()) { // the word where a command belongs
+  if (asked.empty()) { // the word in the place of a command
     if (words.empty())
       return "maille: expected a command; maille --help lists them";
     const bool is_option = words.front().starts_with('-');
@@ -152,7 +152,7 @@ std::string wrong_words(const CLI::App& app, const CLI::Error& error) {
 std::string HelpFormat::make_option_name(const CLI::Option* option, bool is_positional) const {
   std::string name = CLI::Formatter::make_option_name(option, is_positional);
   for (std::size_t at = name.find("{false}"); at != std::string::npos; at = name.find("{false}"))
-    name.erase(at, 7); // a flag that says no
+    name.erase(at, 7); // a negated flag
   return name;
 }
 
@@ -211,7 +211,7 @@ void add_overwrite(CLI::App& app) {
       "--overwrite", [] { may_overwrite() = true; }, "replace files and results of others");
 }
 
-/// Options that live as long as what runs the command with them.
+/// Creates options that live as long as the function that runs the command with them.
 template<class Options>
 AddCommand taking(void (*add)(CLI::App*, Options&), int (*run)(const Options&)) {
   return [add, run](CLI::App* command) {

@@ -1,5 +1,5 @@
 #pragma once
-/// The commands of `maille` as a table, and what `--help` and messages about wrong words say of them.
+/// Table of the commands of `maille`; texts of `--help` and of messages about unknown words.
 
 #include <CLI/CLI.hpp>
 
@@ -12,43 +12,43 @@
 
 namespace maille::studies {
 
-/// Adds a command's options. What it returns runs the command with them, and answers with an exit code.
+/// Adds the options of a command. The returned function runs the command and returns its exit code.
 using AddCommand = std::function<std::function<int()>(CLI::App* command)>;
 
-/// What a user wants of a command: the heading that it stands under in the help.
+/// Heading of a command in the help.
 inline constexpr const char *to_model = "Model", *to_solve = "Solve", *to_vary = "Vary", *to_see = "See",
                             *not_listed = "";
 
 struct Command {
   const char* group;
-  std::string name, description; ///< `study-trade` is shown as `study trade`
-  std::string example, page;     ///< at the end of its help; the page is in docs/
+  std::string name, description; ///< `study-trade` is displayed as `study trade`
+  std::string example, page;     ///< in the footer of its help; the page is in docs/
   AddCommand add;
   bool reads_scenes = true; ///< --sandbox keeps their files together
 };
 
-/// The parser of the whole command line. @param code  what the command that was asked for answers with
+/// Parser of the whole command line. @param code  receives the exit code of the command
 std::unique_ptr<CLI::App> whole_command_line(int& code);
 
-/// All of them, in the order of the help.
+/// All commands, in the order of the help.
 std::vector<Command> all_commands();
 
-/// The methods, a line each, with what commands ask where nothing is said.
+/// The methods, one per line, with the default methods of commands.
 std::string methods_in_words();
-/// The words that results have in tables, CSV and JSON, a line each.
+/// Names of result columns in tables, CSV and JSON, one per line.
 std::string words_of_results();
-/// The text of `maille help TOPIC` where that is no command: methods, results, columns.
+/// Text of `maille help TOPIC` for topics that are no commands: methods, results, columns.
 std::optional<std::string> help_topic(const std::string& topic);
 
-/// What is wrong with the TOPIC of `maille help TOPIC`; nothing where there is such a command, or list.
+/// Error message for the TOPIC of `maille help TOPIC`; nothing if that command or list exists.
 std::optional<std::string> unknown_topic(const CLI::App& app, const std::string& topic);
 
-/// ` (did you mean "WORD"?)`, or nothing where no candidate is near.
+/// ` (did you mean "WORD"?)`, or empty without a similar candidate.
 std::string did_you_mean(std::string_view word, const std::vector<std::string>& candidates);
-/// What is wrong with a command line, in the words of every other message.
+/// Error message for a command line, in the style of all other messages.
 std::string wrong_words(const CLI::App& app, const CLI::Error& error);
 
-/// Prints an option without the marks of the library's insides.
+/// Prints an option without internal markers of the library.
 class HelpFormat : public CLI::Formatter {
 public:
   std::string make_option_name(const CLI::Option* option, bool is_positional) const override;
@@ -57,17 +57,17 @@ public:
   std::string make_usage(const CLI::App* app, std::string name) const override;
 };
 
-/// An example and the page of the docs, below a command's help.
+/// Footer of a command's help: an example and the page of the docs.
 std::string footer_of(const Command& command);
-/// Where to go on, below the help on `maille` itself.
+/// Footer of the help of `maille` itself: next steps.
 std::string footer_of_all();
 
-/// The words of a command line as the parser takes them: `help COMMAND` is `COMMAND --help`, `version` is
-/// `--version`, `study trade` is `study-trade`, and a list goes on behind a comma and a blank. Commands of
-/// version 0.2 become what they are now.
-/// @param hint becomes the sentence that names the new words, where old ones were used
+/// Normalises a command line for the parser: `help COMMAND` becomes `COMMAND --help`, `version` becomes
+/// `--version`, `study trade` becomes `study-trade`, and a list may continue after a comma and a blank.
+/// Commands of version 0.2 become the present ones.
+/// @param hint receives a sentence with the new words if old ones were used
 std::vector<std::string> in_parsers_words(std::vector<std::string> words, std::string* hint = nullptr);
-/// `study trade` of `study-trade`.
+/// Displayed name: `study trade` for `study-trade`.
 std::string shown_name(std::string name);
 
 /// The files of cli/texts, compiled in (cmake/embed_texts.cmake): a program needs no path at run time.

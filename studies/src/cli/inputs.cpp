@@ -42,7 +42,7 @@ void keep_inputs(const std::vector<std::filesystem::path>& files) {
 namespace {
 
 constexpr const char* failed = "failed";
-bool have_met = false; ///< on what they share
+bool have_met = false; ///< ranks have compared their data
 
 template<class T>
 std::uint64_t hash_of(const std::vector<T>& values) {
@@ -66,7 +66,7 @@ std::string hash_of_opened_files() {
   return fmt::format("{} {:x}", sums.size(), hash_of(sums));
 }
 
-/// What every rank says, by rank.
+/// Texts of all ranks, by rank.
 std::vector<std::string> said_by_all(const std::string& text) {
   const auto bytes = std::as_bytes(std::span(text));
   const std::vector<std::byte> own(bytes.begin(), bytes.end());

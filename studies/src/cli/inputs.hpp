@@ -1,5 +1,5 @@
 #pragma once
-/// What commands read and show: inputs that no option can overwrite, fields of pictures, worlds in words.
+/// Inputs of commands, protected from overwriting; fields for pictures; descriptions of worlds.
 
 #include "maille/scene/answer.hpp"
 #include "maille/scene/world/world_scene.hpp"
@@ -12,37 +12,37 @@
 
 namespace maille::studies {
 
-/// Keeps (keep_input) the files that a command line names; those that they name are kept as they are opened.
+/// Protects (keep_input) the files named on the command line; files named in them are protected when opened.
 void keep_inputs(const std::vector<std::filesystem::path>& files);
 
-/// Compares what ranks are about to share; what differs is printed once. All ranks of a command for all
-/// must call it. @param digests  by what they are of, as users call it @return true where they are equal
+/// Compares data that ranks are about to share; prints each difference once. Collective over all ranks of the
+/// command. @param digests  digests with their user-visible names @return true if all are equal
 using Digests = std::vector<std::pair<std::string, std::string>>;
 bool ranks_agree(const Digests& digests);
 
-/// Compares the files that are kept, the body and the options, and is the first meeting after they were read.
+/// Compares the input files, the body and the options; the first collective call after reading them.
 bool ranks_agree_on(const Scene* scene, const std::string& options);
 
-/// Tells ranks that wait in ranks_agree_on() that this one has failed, unless they have met already.
-/// @return whether this rank is to say why: the first of those that have all failed, each that failed alone
+/// Reports the failure of this rank to ranks that wait in ranks_agree_on(), unless that call is over. @return
+/// true if this rank must print the reason: the first rank if all failed, else each failed rank
 bool reports_failure();
 
-/// Says that this rank works alone: the others have nothing to do with the command and wait for no word.
+/// Declares that this rank works alone: other ranks take no part in the command and wait for no message.
 void meet_no_more();
-/// True if ranks have agreed on what they share, so that an error of one alone leaves the others waiting.
+/// True if ranks have compared their data, so that an error on one rank alone leaves the others waiting.
 bool have_all_met();
 
 /// Digests of the files that were opened since keep_inputs(), by absolute name.
 std::map<std::string, std::string> digests_of_opened_files();
 
-/// The text of a scene file; nothing where it can no longer be read: part of it would be another scene.
+/// Text of a scene file; nothing if it can no longer be read: a part of it would be another scene.
 std::string scene_text_of(const std::filesystem::path& file);
 
-/// Strain or stress as pictures take it: at every node a vector whose length is the mean over its cells of
-/// matter, of the principal strain of largest size [1], or of von Mises' stress [Pa].
+/// Strain or stress for pictures: at every node a vector whose length is the mean over its cells of the
+/// largest principal strain in magnitude [1], or of the von Mises stress [Pa].
 Displacement nodal_sizes(const Scene& scene, const Displacement& displacement, bool of_stress);
 
-/// True if the scene's body is from a NIfTI image: its world is right, anterior, superior of a patient.
+/// True if the body comes from a NIfTI image: the world axes are right, anterior, superior of a patient.
 bool is_of_a_patient(const std::filesystem::path& scene);
 
 /// One line: `2D world of 64 x 48 cells, 1 fixed, 1 rigid, 0 deformable objects`.

@@ -1,5 +1,5 @@
 #pragma once
-/// The command `maille live`: apart from the others, as the room behind it is built apart.
+/// The command `maille live`: separate from the others, because its library is built separately.
 
 #include <CLI/CLI.hpp>
 
@@ -11,12 +11,12 @@ namespace maille::studies {
 
 struct LiveOptions {
   std::optional<std::filesystem::path> scene;  ///< nothing: the menu of prototypes
-  std::optional<std::string> record;           ///< trajectory of what the hand does (CSV)
+  std::optional<std::string> record;           ///< trajectory of the hand (CSV)
   std::optional<std::filesystem::path> script; ///< events (CSV)
   std::string device = "mouse";
-  std::string method; ///< of a scene of one body; empty: its limits
+  std::string method; ///< method for a scene of one body; empty: its limits
   std::string size = "1280x800", stereo = "none";
-  double text = 0; ///< size of letters; 0: of the screen
+  double text = 0; ///< text scale; 0: from the screen
   std::optional<std::string> budget;
   std::filesystem::path shots = ".";
   bool headless = false, full_screen = false;

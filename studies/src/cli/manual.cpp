@@ -1,4 +1,4 @@
-/// `maille manual`: pages of the manual and completions of shells, made of the options that `--help` shows.
+/// `maille manual`: manual pages and shell completions, generated from the options of `--help`.
 
 #include "cli/commands.hpp"
 #include "cli/help.hpp"
@@ -20,7 +20,7 @@ std::string replaced(std::string text, std::string_view what, std::string_view b
   return text;
 }
 
-/// As roff takes it: a hyphen stays one, and no line is taken for a request.
+/// Escapes text for roff: hyphens stay hyphens, and no line becomes a request.
 std::string roff(const std::string& text) {
   std::istringstream lines(replaced(replaced(text, "\\", "\\e"), "-", "\\-"));
   std::string out;
@@ -40,7 +40,7 @@ std::string head(const std::string& name, const std::string& description) {
                      roff(name), roff(description));
 }
 
-/// A text as it stands, line by line.
+/// Preformatted text, line by line.
 std::string as_it_stands(const std::string& title, const std::string& text) {
   std::string body = text;
   while (body.starts_with('\n'))
@@ -58,7 +58,8 @@ std::vector<const CLI::Option*> options_of(const CLI::App& app) {
   return list;
 }
 
-/// `--json [FILE]`: names, and what follows them. How many threads there are differs between machines.
+/// `--json [FILE]`: names and values of an option. The default number of threads is omitted, because it
+/// depends on the machine.
 std::string signature(const CLI::Option& option) {
   const HelpFormat format;
   std::string text = format.make_option_name(&option, false) + format.make_option_opts(&option);
@@ -78,7 +79,7 @@ std::string roff_options(const CLI::App& app) {
   return text;
 }
 
-/// The words that an option takes, where it says which: `TEXT:{displacement,strain,stress}`.
+/// Allowed values of an option, if its type lists them: `TEXT:{displacement,strain,stress}`.
 std::vector<std::string> choices_of(const CLI::Option& option) {
   const std::string type = option.get_type_name();
   const std::size_t first = type.find('{'), last = type.find('}');
@@ -102,7 +103,7 @@ bool takes_value(const CLI::Option& option) {
   return option.get_expected_max() > 0 && option.get_type_size_max() > 0;
 }
 
-/// Names as they are typed, `--method` and `--methods`.
+/// Names on the command line: `--method` and `--methods`.
 std::vector<std::string> names_of(const CLI::Option& option) {
   std::vector<std::string> names;
   for (const std::string& name : option.get_lnames())
@@ -112,7 +113,7 @@ std::vector<std::string> names_of(const CLI::Option& option) {
   return names;
 }
 
-/// Those that the manual describes: all but commands of older versions, and this one.
+/// Commands in the manual: all except those of older versions, and this one.
 std::vector<const CLI::App*> described(const CLI::App& app) {
   std::vector<const CLI::App*> list;
   for (const CLI::App* command : app.get_subcommands({}))
@@ -128,7 +129,7 @@ std::vector<std::string> topics_of(const CLI::App& app) {
   return topics;
 }
 
-/// In single quotes of zsh's _arguments, where colons and brackets have meanings.
+/// Escapes text for single quotes in zsh's _arguments, where colons and brackets are special.
 std::string in_zsh(std::string text) {
   for (const auto& [what, by] : {std::pair{"'", "'\\''"}, {"[", "\\["}, {"]", "\\]"}, {":", "\\:"}})
     text = replaced(text, what, by);
@@ -147,7 +148,7 @@ std::string page_of(const CLI::App& command) {
          ".SH SEE ALSO\n.BR maille (1)\n";
 }
 
-/// The page `maille.1`: all commands, the methods, the words of results.
+/// The page `maille.1`: all commands, the methods, the result columns.
 std::string page_of_all(const CLI::App& app) {
   std::string text = head("maille", app.get_description()) +
                      ".SH SYNOPSIS\n.B maille\n.I COMMAND\n.RI [ OPTIONS ]\n" + roff_options(app) +
@@ -159,7 +160,7 @@ std::string page_of_all(const CLI::App& app) {
          as_it_stands("MORE", app.get_footer());
 }
 
-/// Options of the command that is on the line, their choices, names of methods, else files.
+/// Completes options of the present command, their values, method names, or files.
 std::string bash_completion(const CLI::App& app) {
   std::string options, values;
   std::vector<std::string> commands{"help"};
@@ -183,7 +184,7 @@ std::string bash_completion(const CLI::App& app) {
                      options, values);
 }
 
-/// The same, with what options mean.
+/// Completion for zsh, with the meanings of options.
 std::string zsh_completion(const CLI::App& app) {
   std::string commands, cases;
   for (const CLI::App* command : described(app)) {
@@ -199,7 +200,7 @@ std::string zsh_completion(const CLI::App& app) {
                                       : fmt::format(":value:({})", fmt::join(choices, " "));
         arguments += fmt::format(" \\\n        '{}[{}]{}'", name, in_zsh(option->get_description()), value);
       }
-    // The command itself is the first word that is no option.
+    // The command itself is the first word that is not an option.
     for (const CLI::Option* option : command->get_options())
       if (const auto choices = choices_of(*option); option->get_positional() && !choices.empty())
         arguments += fmt::format(" \\\n        '1: : ' \\\n        '2:{}:({})'", command->get_name(),

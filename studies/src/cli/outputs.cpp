@@ -32,7 +32,7 @@ std::string for_terminal(std::string text) {
     const auto next = i + 1 < text.size() ? static_cast<unsigned char>(text[i + 1]) : 0U;
     if (is_control)
       text[i] = '?';
-    else if (byte == 0xc2 && next >= 0x80 && next < 0xa0) // the same, above ASCII
+    else if (byte == 0xc2 && next >= 0x80 && next < 0xa0) // control characters above ASCII
       text.replace(i, 2, "?");
   }
   return text;
@@ -56,7 +56,7 @@ bool tell_of_picture(const std::optional<std::string>& why_not, const fs::path& 
     return true;
   }
   fmt::print(stderr, "{}{}\n", why_not->starts_with(prefix) ? "" : prefix, *why_not);
-  // An earlier picture would show other results. After a signal it stays, as all earlier files do.
+  // Delete an earlier picture, which shows other results; after a signal it stays, like all earlier files.
   std::error_code error;
   if (stop_signal() == 0 && is_own_result(file) && !is_kept_input(file))
     fs::remove(file, error);
@@ -73,7 +73,7 @@ void prepare_folder(const fs::path& folder) {
     throw UsageError(fmt::format("--out {}: expected a folder that can be written: {}", folder.string(),
                                  message_of(error)));
   }
-  // An unguessable name; the path follows no link.
+  // The name is unpredictable; the path follows no link.
   std::string probe = (folder / ".maille-write-test-XXXXXX").string();
   const int descriptor = mkstemp(probe.data());
   if (descriptor < 0)

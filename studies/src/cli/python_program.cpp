@@ -1,8 +1,8 @@
 /// Programs in Python that continue a command: statistics, fits, reports.
 ///
-/// C++ checks the command line, measures and keeps inputs safe. It then replaces its process by the program
-/// `maille-NAME`, which stands beside the plugins (python/program.py.in) and runs the module `maille._NAME`.
-/// The request is one JSON object on its standard input.
+/// C++ checks the command line, does the measurements and protects inputs. It then replaces its process by
+/// the program `maille-NAME`, which is stored next to the plugins (python/program.py.in) and runs the module
+/// `maille._NAME`. The request is one JSON object on its standard input.
 
 #include "cli/commands.hpp"
 #include "maille/plugins/open_plugin.hpp"
@@ -23,11 +23,11 @@
 namespace maille::studies {
 namespace {
 
-/// Names of files may be no UTF-8. Python has such a byte b as the surrogate U+DC00 + b (PEP 383), which JSON
-/// can write, but not from a text: it is marked, and the mark replaced in the document.
+/// File names may be invalid UTF-8. Python represents such a byte b by the surrogate U+DC00 + b (PEP 383),
+/// which JSON can write, but not from a text: the byte is marked, and the mark is replaced in the document.
 constexpr std::string_view mark = "\x01\x02", mark_in_json = "\\u0001\\u0002";
 
-/// Bytes of the first character in UTF-8; 0: no character.
+/// Number of bytes of the first UTF-8 character; 0: invalid.
 std::size_t length_of_character(std::string_view text) {
   if (static_cast<signed char>(text[0]) >= 0)
     return 1;
@@ -78,7 +78,7 @@ int become_python_program(const std::string& name, const nlohmann::ordered_json&
   close(memory);
   say_file_warnings();
   std::fflush(nullptr);
-  const itimerval none{}; // a timer of stop_signals.cpp would go on, and end the program
+  const itimerval none{}; // a timer of stop_signals.cpp would otherwise end the program
   setitimer(ITIMER_PROF, &none, nullptr);
   char* const words[] = {file.data(), nullptr};
   execv(file.c_str(), words);

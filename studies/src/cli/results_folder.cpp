@@ -52,7 +52,7 @@ std::string text_in(const ordered_json& list, const char* key) {
   return at != list.end() && at->is_string() ? at->get<std::string>() : "";
 }
 
-/// `stem_0012.vtu` as `stem_` and `.vtu`; nothing where there is no number.
+/// Splits `stem_0012.vtu` into `stem_` and `.vtu`; empty without a number.
 std::pair<std::string, std::string> series_of(const std::string& name) {
   const std::size_t dot = name.rfind('.');
   const std::size_t last = dot == std::string::npos ? dot : name.find_last_not_of("0123456789", dot - 1);
@@ -61,7 +61,7 @@ std::pair<std::string, std::string> series_of(const std::string& name) {
   return {name.substr(0, last + 1), name.substr(dot)};
 }
 
-/// When a file was written, or put in its place with an older time [s]; 0: it is gone.
+/// Time of the last change of a file, or of its placement with an older time [s]; 0: it does not exist.
 long double changed(const fs::path& file) {
   using Stat = struct stat;
   Stat known{};
@@ -104,7 +104,7 @@ ResultsFolder::ResultsFolder(fs::path folder, std::string scene, const fs::path&
     refuse_older_than_inputs();
   if (kind_ == "compare")
     add_stale(scene_ + ".pvd", scene_); // methods are no time steps
-  // What a run that was killed has left stands in no list.
+  // Files of a killed run are in no list.
   for (const std::string& method : all_methods())
     for (const char* ending : {".vti", ".vtu", ".pvtu", ".pvd"}) {
       const bool is_of_compare = std::string_view(ending) != ".pvd";
@@ -131,7 +131,7 @@ void ResultsFolder::look_at(const fs::path& file) {
         file.filename().string()));
   if (!is_same_scene || by != version || text_in(list, "kind") == kind_ || text != scene_text_ ||
       has_other_inputs(list)) {
-    // A list under another name is believed in nothing.
+    // Ignore a list under another name.
     if (file.filename() == fmt::format("{}_{}_results.json", text_in(list, "scene"), text_in(list, "kind"))) {
       add_stale(file.filename().string(), text_in(list, "scene"), digest_of(file));
       add_stale_of(list);
@@ -147,7 +147,7 @@ void refuse_name_of_result(const std::string& option, const std::optional<std::s
         fmt::format("{} {}: expected a file of its own, found the name of a result of --out", option, *file));
 }
 
-/// True if a file that both runs opened, an image or a material, has changed in between.
+/// True if a file read by both runs, an image or a material, has changed in between.
 bool ResultsFolder::has_other_inputs(const ordered_json& list) const {
   const auto known = list.find("inputs");
   return known != list.end() && known->is_object() && std::ranges::any_of(inputs_, [&](const auto& input) {
@@ -155,7 +155,7 @@ bool ResultsFolder::has_other_inputs(const ordered_json& list) const {
          });
 }
 
-/// A run that was killed has no list, hence no digest of what it read: times tell whether that has changed.
+/// A killed run has no list, hence no digests of its inputs: file times show whether these have changed.
 void ResultsFolder::refuse_older_than_inputs() const {
   for (const std::string& name : planned_)
     for (const auto& [input, digest] : inputs_)
@@ -165,7 +165,7 @@ void ResultsFolder::refuse_older_than_inputs() const {
                                      folder_.string(), input, name));
 }
 
-/// What a list says of other names, folders and files that have changed since is not believed.
+/// Ignores list entries with other names or folders, and files changed since.
 void ResultsFolder::add_stale(const std::string& name, const std::string& scene, const std::string& digest) {
   if (is_name_of_result(name, scene))
     if (std::string& known = stale_[name]; known.empty())
@@ -175,7 +175,7 @@ void ResultsFolder::add_stale(const std::string& name, const std::string& scene,
 bool ResultsFolder::is_stale(const fs::path& file) const {
   const std::string name = file.filename().string();
   const auto known = stale_.find(name);
-  // The name first: to open and close the file of the lock would drop the lock.
+  // Check the name first: opening and closing the lock file would release the lock.
   if (written_.contains(name) || (known == stale_.end() && !is_of_replaced_series(name)) ||
       is_kept_input(file))
     return false;

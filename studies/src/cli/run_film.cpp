@@ -16,7 +16,7 @@ namespace maille::studies {
 std::optional<std::string> film_steps(const Scene& scene, const std::string& method,
                                       const std::vector<Comparison>& steps,
                                       const std::filesystem::path& mp4) {
-  constexpr double film_seconds = 4, longest_frame = 0.25; // of slow films; not more than a step in so long
+  constexpr double film_seconds = 4, longest_frame = 0.25; // few steps; upper bound per step
   constexpr int n_digits = 6;
   if (!has_ffmpeg())
     return "no film: there is no `ffmpeg` to run";

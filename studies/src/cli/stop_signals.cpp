@@ -17,22 +17,22 @@ namespace maille::studies {
 namespace {
 
 std::atomic<bool> is_heard{false}, is_alone{true};
-std::atomic<int> asked_by{0}; ///< the first signal that is heard; 0: none
+std::atomic<int> asked_by{0}; ///< the first recorded signal; 0: none
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free,
               "a signal handler may touch it");
 
-/// What follows within this time means the same: timeout and mpirun send a signal to a process and to its
-/// group, a session that ends sends SIGHUP and SIGTERM.
+/// Signals within this time count as one: timeout and mpirun send a signal to a process and to its group; a
+/// session that ends sends SIGHUP and SIGTERM.
 constexpr long same_wish_ns = 200'000'000;
 timespec first_wish{};
 
-/// Processor time that the process may take to end by itself, of all its threads together, and the least
-/// wall-clock time: many threads use up the former at once.
+/// Processor time that the process may use to end by itself, summed over its threads, and minimum wall-clock
+/// time, because many threads use up the former at once.
 constexpr long grace_us = 700'000, least_grace_ns = 350'000'000, again_us = 50'000;
 
 long since_first_wish_ns() {
   timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now); // a handler may call it
+  clock_gettime(CLOCK_MONOTONIC, &now); // safe in a signal handler
   return (now.tv_sec - first_wish.tv_sec) * 1'000'000'000L + now.tv_nsec - first_wish.tv_nsec;
 }
 
@@ -41,9 +41,9 @@ void limit_grace(long microseconds) {
   setitimer(ITIMER_PROF, &timer, nullptr);
 }
 
-/// Ends phases that do not poll is_stop_asked(): drawing, writing, libraries.
+/// Ends the process in phases that do not poll is_stop_asked(): drawing, writing, libraries.
 void on_end_of_grace(int) {
-  // A factorisation that was left behind takes processor time of its own: five more intervals for the rest.
+  // An abandoned factorisation uses processor time, too: allow five more intervals for the rest.
   static int n_more = 5;
   if (since_first_wish_ns() < least_grace_ns || (fem_ref::works_left_behind() > 0 && n_more-- > 0))
     return; // the timer repeats
@@ -59,7 +59,7 @@ void end_by(int signal) {
   struct sigaction usual {};
   usual.sa_handler = SIG_DFL;
   sigaction(signal, &usual, nullptr);
-  raise(signal); // as soon as the handler returns
+  raise(signal); // takes effect when the handler returns
 }
 
 void on_stop(int signal) {

@@ -51,7 +51,7 @@ const ResultTable<WarpedLabel>& columns_of_labels() {
 } // namespace
 
 std::string in_words(const WarpedFiles& made) {
-  std::vector<WarpedLabel> of_body; // the others are in the warning
+  std::vector<WarpedLabel> of_body; // the warning lists the others
   std::ranges::copy_if(made.labels, std::back_inserter(of_body),
                        [](const WarpedLabel& label) { return label.voxels > 0 || label.warped > 0; });
   std::string text = of_body.empty() ? "" : columns_of_labels().text(of_body);

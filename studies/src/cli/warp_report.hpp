@@ -1,5 +1,5 @@
 #pragma once
-/// What commands say of warped images.
+/// Output of commands about warped images.
 
 #include "export/warp_files.hpp"
 
@@ -9,9 +9,9 @@
 
 namespace maille::studies {
 
-/// The labels, a row each, what became of the voxels, and the warnings.
+/// One row per label, counts of mapped voxels, and warnings.
 std::string in_words(const WarpedFiles& made);
-/// The same for programs; `files` are names without their folder.
+/// The same as JSON; `files` are names without their folder.
 nlohmann::ordered_json json(const WarpedFiles& made);
 
 } // namespace maille::studies

@@ -1,8 +1,8 @@
-/// The words of a command line as the parser takes them.
+/// Normalisation of a command line for the parser.
 ///
-/// Commands of version 0.2 become the words that they have now, with a hint that names these; old_commands is
-/// the whole list. A command of two words (`study trade`) is one word of the parser (`study-trade`). All of
-/// it looks at words alone, and opens no file.
+/// Commands of version 0.2 are replaced by the present ones, with a hint that names these; old_commands is
+/// the complete list. A command of two words (`study trade`) is one word of the parser (`study-trade`). Only
+/// words are examined; no file is opened.
 
 #include "cli/help.hpp"
 
@@ -16,7 +16,7 @@ namespace maille::studies {
 
 namespace {
 
-/// Commands of version 0.2, and their words now.
+/// Commands of version 0.2 and their replacements.
 struct OldCommand {
   std::string_view old, now;
 };
@@ -29,7 +29,7 @@ constexpr std::array<OldCommand, 8> old_commands{{{"explain", "check --why"},
                                                   {"trade", "study trade"},
                                                   {"choose", "study choose"}}};
 
-/// `export SCENE --format ccx --out FILE` as `run SCENE --write FILE`.
+/// Rewrites `export SCENE --format ccx --out FILE` as `run SCENE --write FILE`.
 void make_run_of_export(std::vector<std::string>& words) {
   words[0] = "run";
   if (const auto format = std::ranges::find(words, "--format");

@@ -1,5 +1,5 @@
 #pragma once
-/// What commands take from the rooms of worlds and of volumes.
+/// Helpers of commands for worlds.
 
 #include "maille/deform/world/world.hpp"
 
@@ -9,18 +9,18 @@
 
 namespace maille::studies {
 
-/// The world as it begins. @param file of the scene, for messages
-/// @throws InputError where objects share cells or leave the world, which only shows when they are placed
+/// The initial world. @param file of the scene, for messages
+/// @throws InputError if objects overlap or leave the world, which only placing them reveals
 deform::World world_of(const WorldScene& scene, const std::filesystem::path& file);
 
 inline constexpr double longest_first_frame = 2; ///< [s]
 
-/// What `check` and `explain` say of a world whose objects are placed.
+/// Data for `check` and `explain` about a world with placed objects.
 struct PlacedWorld {
   std::int64_t map = 0, objects = 0; ///< [bytes]
-  /// Measured: the world set up, and its first frame without a hand, which ends after `longest_first_frame`.
+  /// Measured times: set-up, and the first frame without a hand, at most `longest_first_frame`.
   double set_up_seconds = 0, frame_seconds = 0;
-  /// Per object: the part thinner than a cell of the world, where contact is accurate only to a cell [%].
+  /// Per object: fraction thinner than a world cell, where contact is only accurate to one cell [%].
   std::vector<double> thin;
 };
 

@@ -13,7 +13,7 @@ namespace maille::studies {
 
 namespace {
 
-/// `n` finite numbers parted by commas.
+/// `n` finite numbers separated by commas.
 std::vector<double> numbers_of(const std::string& option, const std::string& text, std::size_t n) {
   std::vector<double> numbers;
   std::istringstream words(text);
@@ -135,7 +135,7 @@ void check_eye(const render::View& view, std::span<const render::SceneObject> ob
       is_inside = true;
       for (std::size_t a = 0; a < 3; ++a)
         is_inside = is_inside && eye[a] > box->low[a] && eye[a] < box->high[a];
-      // Only near its cells: a body may well be around the eye and not touch it.
+      // Check only near its cells: a body may surround the eye without touching it.
       const render::Lattice& lattice = object.deformation->lattice();
       double nearest = 1e300;
       for (std::int64_t node = 0; is_inside && node < lattice.n_nodes(); ++node) {

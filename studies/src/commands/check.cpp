@@ -1,6 +1,7 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
 #include "cli/worlds.hpp"
+#include "maille/base/vectors.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/images/image.hpp"
 #include "maille/materials/text_file.hpp"
@@ -29,7 +30,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a body holds of one label, or of one material where it has no labels.
+/// Size of the part of one label, or of one material without labels.
 struct BodyPart {
   std::optional<std::int32_t> label;
   std::string material;
@@ -38,7 +39,7 @@ struct BodyPart {
   int dimension = 3;
 };
 
-/// What there is to say about a file.
+/// Results of the check of a file.
 struct CheckedMeasure {
   std::string name, unit, meaning;
 };
@@ -47,7 +48,7 @@ struct Checked {
   std::string file, kind;                       ///< kind empty: a scene
   std::optional<std::int64_t> cases{}, bytes{}; ///< of a study; bytes of its lattice methods, at most
   std::vector<Fault> faults{};
-  std::optional<Plausibility> proportions{}; ///< of a scene with one body; so is the next
+  std::optional<Plausibility> proportions{}; ///< for a scene with one body, like the next member
   std::vector<BodyPart> parts{};
   std::vector<StatedPart> conditions{};
   std::vector<MaterialSummary> materials{};
@@ -169,7 +170,7 @@ std::vector<BodyPart> parts_of(const Scene& scene) {
   return parts;
 }
 
-/// @throws InputError also where every method would refuse the numbers
+/// @throws InputError also if every method would refuse the numbers
 void check_scene(Checked& checked) {
   const auto [scene, measures] = read_scene_and_measures(checked.file);
   if (const std::string reason = unusable_number(scene); !reason.empty())
@@ -203,7 +204,7 @@ void check_scene(Checked& checked) {
   }
 }
 
-/// Each body for itself, too.
+/// Checks the world and each body by itself.
 void check_world(Checked& checked) {
   const WorldScene world = read_world_scene(checked.file);
   const PlacedWorld made = placed(world, checked.file);
@@ -284,7 +285,7 @@ bool is_material(const toml::table& table) {
   return has_any(table, {"youngs_modulus", "E", "E_fibre", "law"});
 }
 
-/// A material is read as scenes read it: by a scene of one cell that names it.
+/// Reads a material the way scenes do: by a scene of one cell that names it.
 void check_material(Checked& checked) {
   const fs::path file = checked.file;
   const toml::table root = parse_toml(read_text_file(file, "a material file"), file.string());
@@ -306,7 +307,7 @@ void check_material(Checked& checked) {
 
 enum class FileKind { scene, study, trajectory, material };
 
-/// By the keys that only one kind of file has; what cannot be read is left to the reader of scenes.
+/// File type by keys that only one type has; unreadable files are left to the reader of scenes.
 FileKind kind_of(const fs::path& file) {
   if (file.extension() == ".csv")
     return FileKind::trajectory;
@@ -327,7 +328,7 @@ FileKind kind_of(const fs::path& file) {
   }
 }
 
-/// A word means a tissue of the library, `muscle/soleus`, or `library`, where it is no file and has no dot.
+/// True for a tissue of the library, `muscle/soleus`, or `library`, unless it is a file or has a dot.
 bool is_word_of_tissue(const std::string& word) {
   return !word.empty() && word.front() != '-' && word.find('.') == std::string::npos &&
          !std::filesystem::exists(word);
@@ -345,7 +346,7 @@ int check_any_command(const CheckOptions& options) {
   prepare_file("--json", options.json);
   const FileKind kind = kind_of(first);
   if (kind == FileKind::trajectory && !second.empty())
-    std::swap(first, second); // in whichever order
+    std::swap(first, second); // in either order
   if (kind == FileKind::trajectory && second.empty())
     throw UsageError(fmt::format("{}: expected with a trajectory the world that it moves: maille check "
                                  "WORLD.toml {}, found the trajectory alone",

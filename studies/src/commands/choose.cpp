@@ -50,7 +50,7 @@ double with_unit(const std::string& option, const std::string& text, const std::
   throw UsageError(fmt::format("{}: expected {}, found \"{}\"", option, expected, text));
 }
 
-/// All that a measure comes to: one number, three of a vector, one or three a point of a line.
+/// Numbers of a measure: one, three for a vector, one or three per point of a line.
 std::vector<double> numbers_of(const MeasuredValue& found) {
   std::vector<double> numbers;
   const auto add = [&](const std::optional<double>& value, const std::optional<Vec3>& vector) {
@@ -66,7 +66,7 @@ std::vector<double> numbers_of(const MeasuredValue& found) {
   return numbers;
 }
 
-/// What the scene asks for by name, on any of its lattices. @pre `lattices` outlives it
+/// A measure of the scene as a quantity on any lattice. @pre `lattices` outlives it
 Quantity measure_as_quantity(const Lattices& lattices, const std::string& name) {
   return quantity_of(name, [&lattices, name](const Scene& scene, const Answer& answer) {
     const std::vector<Measure> measures = lattices.measures_on(scene);
@@ -91,7 +91,7 @@ Quantity asked_quantity(const ChooseOptions& options, const Lattices& lattices) 
                                did_you_mean(options.of, names)));
 }
 
-/// The wish, without the quantity that its error is of.
+/// The request, without the quantity of its error.
 nlohmann::ordered_json wish_json(const ChooseOptions& options) {
   constexpr const char* an_error = "a percentage such as 5%, or a part of 1 such as 0.05";
   const double error = with_unit("--error", options.error, error_units, an_error);
@@ -113,10 +113,10 @@ nlohmann::ordered_json wish_json(const ChooseOptions& options) {
   return {{"error", error}, {"seconds", seconds}, {"bytes", bytes}, {"level", level}};
 }
 
-/// Stands for the tolerance in texts of scenes until it is chosen.
+/// Placeholder for the tolerance in scene texts until it is chosen.
 constexpr double tolerance_mark = 1.25e-300;
 
-/// The scene file of every lattice that a file can describe, as it is and with the mark as tolerance.
+/// Scene files of all lattices that a file can describe, unchanged and with the placeholder as tolerance.
 nlohmann::ordered_json texts_json(Lattices& lattices, int coarsest, int finest) {
   nlohmann::ordered_json texts;
   for (int halvings = coarsest; halvings <= finest; ++halvings) {
@@ -146,7 +146,7 @@ int choose_command(const ChooseOptions& options) {
   wish["of"] = of.name;
   prepare_file("--json", options.json);
   prepare_file("--write", options.write, {}, ".toml");
-  if (options.write) // the scene's files have to be found from there
+  if (options.write) // the scene's files must be found from there
     (void)parse_scene(lattices.text(0, {}).value_or(""), *options.write);
   const Control control = terminal_control(options.threads);
   const Probes probes = of.is_displacement() ? probe(lattices, control, options.tables.empty())

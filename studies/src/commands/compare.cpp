@@ -20,7 +20,7 @@ namespace maille::studies {
 
 namespace {
 
-/// One grid file a method, the table as JSON and CSV, and a .vtm that has a named block of every method.
+/// Writes one grid file per method, the table as JSON and CSV, and a .vtm with a named block per method.
 std::vector<std::filesystem::path> write_files(const Scene& scene, const Comparison& comparison,
                                                const CompareOptions& options, ResultsFolder& folder) {
   std::vector<std::filesystem::path> files;
@@ -51,17 +51,18 @@ std::vector<std::filesystem::path> write_files(const Scene& scene, const Compari
   write_whole(files.back(), csv(scene, comparison));
   Scene known = scene;
   if (comparison.taut_scale > 0 && scene.limit_source() == LimitSource::taut)
-    known.limits.taut_scale = comparison.taut_scale; // not to be searched again
+    known.limits.taut_scale = comparison.taut_scale; // already computed
   folder.add(files);
   files.push_back(finish(folder, known, answers, nlohmann::ordered_json::array({json(scene, comparison)})));
   return files;
 }
 
-/// Fast methods first, then the reference. On failure says why on stderr, and removes an older picture.
+/// Draws fast methods first, then the reference. On failure prints the reason to stderr and deletes an older
+/// picture.
 bool draw(const Scene& scene, const Comparison& comparison, const CompareOptions& options) {
   const std::filesystem::path file(*options.picture);
   std::vector<PicturePanel> panels;
-  std::vector<Displacement> shown; // what colours show, where that is no displacement
+  std::vector<Displacement> shown; // coloured fields other than displacements
   shown.reserve(comparison.rows.size());
   for (const ComparisonRow& row : comparison.rows) {
     if (!is_under_way(row.answer) || (options.picture_of == "stress" && !has_stress(row.answer.method)))
@@ -93,7 +94,7 @@ bool draw(const Scene& scene, const Comparison& comparison, const CompareOptions
                          file);
 }
 
-/// What a command line can get wrong by itself.
+/// Checks options for errors that need no scene.
 void check_options(const CompareOptions& options) {
   if (!options.reference.empty() && options.reference != "best")
     if (!is_method(options.reference))
@@ -106,7 +107,7 @@ void check_options(const CompareOptions& options) {
         fmt::format("--picture: expected a name that ends in .png, found \"{}\"", *options.picture));
 }
 
-/// The folder first: files may be asked for in it.
+/// Prepares the folder first: output files may be inside it.
 void prepare_outputs(const CompareOptions& options, const Scene& scene,
                      const std::vector<std::string>& methods, std::optional<ResultsFolder>& folder) {
   std::vector<std::string> sure{".vtm", "_compare.json"};
@@ -127,7 +128,7 @@ int compare_command(const CompareOptions& options) {
     names = default_compare_methods();
   check_options(options);
   Methods methods(check_fem_solver(options.fem_solver), options.out.has_value());
-  keep_inputs({options.scene}); // before it is read: the list of opened files begins here
+  keep_inputs({options.scene}); // before reading: the list of opened files starts here
   const SceneAndMeasures read = read_scene_and_measures(options.scene);
   const Scene& scene = read.scene;
   const auto reference = options.reference.empty() ? default_reference(names) : options.reference;
@@ -142,7 +143,7 @@ int compare_command(const CompareOptions& options) {
       compare_methods(scene, names, reference, control, methods, options.reference_seconds);
   end_progress();
   if (!fem_ref::ranks().is_first())
-    return exit_done; // the first rank speaks for all
+    return exit_done; // only the first rank prints
   if (options.estimate)
     add_estimates(scene, comparison, control);
   const auto tell = [&control](const char* phase) {
@@ -150,7 +151,7 @@ int compare_command(const CompareOptions& options) {
       control.progress(1, phase);
   };
   tell("mechanics");
-  if (!control.should_stop()) // the time that is left is for files
+  if (!control.should_stop()) // the remaining time is for files
     add_mechanics(scene, comparison);
   add_measures(scene, read.measures, comparison);
   comparison.warnings = reference_warnings(scene, comparison, control);
@@ -179,7 +180,7 @@ int compare_command(const CompareOptions& options) {
       files.emplace_back(*options.picture);
   }
   end_progress();
-  if (!quiet) { // last: what cannot be printed is in the files all the same
+  if (!quiet) { // last: after a failed print the files are complete
     std::string text = table(scene, comparison);
     for (const auto& file : files)
       text += fmt::format("wrote {}\n", file.string());

@@ -33,7 +33,7 @@ namespace maille::studies {
 
 namespace {
 
-/// What the question itself holds.
+/// Memory of the scene itself.
 deform::Footprint memory_of_scene(const Scene& scene) {
   const Specimen& body = scene.specimen;
   const auto bytes_of_list = [](const auto& list) {
@@ -54,17 +54,17 @@ deform::Footprint memory_of_scene(const Scene& scene) {
   };
 }
 
-/// One method, and the way that it takes.
+/// One method and its algorithm.
 struct Way {
   std::string method, words;
-  std::int64_t bytes = 0; ///< at most; 0: not known before it runs
-  double seconds = 0;     ///< about; 0: not known
+  std::int64_t bytes = 0; ///< upper bound; 0: unknown before it runs
+  double seconds = 0;     ///< approximate; 0: unknown
 };
 
-/// Estimated time of one thread of a Zen 4 EPYC to the scene's tolerance, within a factor of three on the
-/// bodies of docs/speed.md; 0 where limits, borders or frames need an unknown number of rounds.
+/// Estimated time on one thread of a Zen 4 EPYC to the tolerance of the scene, within a factor of three for
+/// the bodies of docs/speed.md; 0 if limits, borders or frames need an unknown number of iterations.
 double seconds_of_coupled(const Scene& scene) {
-  constexpr double of_box = 6e-8, of_body = 1e-6, more_a_digit = 0.25; // an unknown, to 1e-3
+  constexpr double of_box = 6e-8, of_body = 1e-6, more_a_digit = 0.25; // per unknown, to 1e-3
   if (scene.dimension() < 3 || scene.limits_bind_coupled() || !scene.sliding.empty() || in_blocks(scene) ||
       scene.relaxation.extrapolation != Extrapolation::none)
     return 0;
@@ -74,7 +74,7 @@ double seconds_of_coupled(const Scene& scene) {
   return unknowns * (body.material_id.empty() ? of_box : of_body) * std::max(0.5, 1 + more_a_digit * digits);
 }
 
-/// The way of a lattice method.
+/// Algorithm of a lattice method, in words.
 std::string way_of(std::string_view method, const Scene& scene, const deform::Plan& plan) {
   const bool is_elastic = scene.relaxation.mode == RelaxationMode::elastic;
   if (scene.contracts() && method != "coupled")
@@ -119,7 +119,7 @@ std::vector<Way> ways_of(const Scene& scene, const deform::Plan& plan) {
   return ways;
 }
 
-/// All that `explain` says about memory, under the name of what holds it.
+/// Memory entries of `explain`, grouped by owner.
 struct Holder {
   std::string name, title;
   deform::Footprint arrays;
@@ -134,10 +134,10 @@ std::vector<Holder> holders_of(const Scene& scene, const LinkLimits& limits, con
   return holders;
 }
 
-/// One array, or the sum of all that one holder has.
+/// One array, or the sum of all arrays of an owner.
 struct ArrayOfBody {
   deform::ArrayBytes of;
-  std::int64_t nodes = 1; ///< of the body
+  std::int64_t nodes = 1; ///< nodes of the body
 };
 
 std::vector<ArrayOfBody> arrays_of(const Holder& holder, std::int64_t nodes) {
@@ -200,15 +200,15 @@ std::string in_words(const std::vector<Way>& ways, const deform::Plan& plan, int
   return text;
 }
 
-/// Plans do not depend on how much slack taut links have, and to find that out may take longer than an
-/// answer.
+/// Copy with some slack for taut links: plans do not depend on its size, and computing it may take longer
+/// than an answer.
 Scene with_some_slack(Scene scene) {
   if (!scene.limits_bind_relaxed())
     scene.limits.taut_scale = 1;
   return scene;
 }
 
-/// What there is to say about a scene.
+/// Data of `explain` for a scene.
 struct Explanation {
   explicit Explanation(const Scene& of)
       : scene(&of), planned(with_some_slack(of)), limits(planned), frame(object_frame(of)),
@@ -221,7 +221,7 @@ struct Explanation {
   }
 
   const Scene* scene;
-  Scene planned; ///< outlives its limits
+  Scene planned; ///< must outlive its limits
   LinkLimits limits;
   Frame frame;
   std::vector<ModelPart> parts;
@@ -231,7 +231,7 @@ struct Explanation {
   std::vector<Holder> holders;
 };
 
-/// What `run --out` by `coupled` takes: the scene, and the answer's fields or what is made of it.
+/// Memory of `run --out` by `coupled`: the scene, and the answer's fields or data derived from them.
 std::int64_t bytes_of_run(const Scene& scene) {
   constexpr std::int64_t of_grid_node = 24, of_grid_cell = 8, of_cell = 70, of_cell_in_file = 300,
                          file_at_most = 1 << 30;
@@ -242,14 +242,14 @@ std::int64_t bytes_of_run(const Scene& scene) {
   return deform::bytes_of(memory_of_scene(scene)) + std::max(deform::bytes_needed(scene, "coupled"), made);
 }
 
-/// Blocks of voxels merged into cells so that a run fits into memory.
+/// Blocks of voxels per cell with which a run fits into memory.
 struct Fit {
   std::int64_t run = 0, available = 0; ///< [bytes]
-  std::optional<int> merged;           ///< into one along each axis, times those of the scene; what fits
+  std::optional<int> merged;           ///< voxels per cell along each axis, times the scene's, that fit
   std::int64_t of_merged = 0;
 };
 
-/// The scene of a file, with `times` as many voxels of its image merged along each axis.
+/// The scene of a file, with `times` as many image voxels merged along each axis.
 Scene merged_scene(const std::filesystem::path& file, int times) {
   toml::table table = toml::parse_file(file.string());
   coarsen_image(*table["specimen"].as_table(), times);
@@ -258,7 +258,7 @@ Scene merged_scene(const std::filesystem::path& file, int times) {
   return parse_scene(text.view(), file);
 }
 
-/// Nothing where a run fits.
+/// Merging that fits into memory; nothing if a run fits already.
 std::optional<Fit> fit_of(const Scene& scene, const std::filesystem::path& file) {
   constexpr int most_merged = 8;
   Fit fit{bytes_of_run(scene), available_memory(), {}, 0};
@@ -271,7 +271,7 @@ std::optional<Fit> fit_of(const Scene& scene, const std::filesystem::path& file)
         fit.of_merged = bytes;
       }
   } catch (const std::exception&) {
-    // Blocks so large leave nothing of the body, or of what is held: none is said to fit.
+    // Blocks this large lose the body or its holds: no merging is reported.
   }
   return fit;
 }
@@ -310,7 +310,7 @@ std::optional<double> taut_scale_of(const Explanation& about) {
                                                        : std::nullopt;
 }
 
-/// A word a component of the displacement.
+/// Algorithms, one word per displacement component.
 Value algorithms_of(const Explanation& about) {
   Value words = Value::array();
   for (int b = 0; b < about.scene->dimension(); ++b)
@@ -356,7 +356,7 @@ const ResultTable<Explanation>& columns_of_explanation() {
   return table;
 }
 
-/// What there is to say about a world.
+/// Data of `explain` for a world.
 struct WorldExplanation {
   const WorldScene* scene;
   std::int64_t map = 0, objects = 0; ///< [bytes]
@@ -412,11 +412,11 @@ std::string explanation(const Scene& scene) {
 
 namespace {
 
-/// Bytes of the grey values and colours that looks of a scene ask for; nothing where it has none.
+/// Bytes of grey values and colours of the looks of a scene; nothing without looks.
 std::optional<std::int64_t> bytes_of_looks(const std::filesystem::path& file) {
   const auto of_picture = [](const std::string& name) {
     const ColourPicture picture = read_picture(name);
-    return std::int64_t{4} * picture.width * picture.height; // as they are kept
+    return std::int64_t{4} * picture.width * picture.height; // as stored
   };
   std::optional<std::int64_t> bytes;
   for (const auto& seen : read_looks(file))
@@ -426,7 +426,7 @@ std::optional<std::int64_t> bytes_of_looks(const std::filesystem::path& file) {
   return bytes;
 }
 
-/// What was said, with what pictures of volumes would hold.
+/// Prints the explanation, with the memory of volume pictures.
 void deliver_with_looks(const CheckOptions& options, nlohmann::ordered_json json, std::string text) {
   if (const auto bytes = bytes_of_looks(options.scene)) {
     json["looks_bytes"] = *bytes;

@@ -75,7 +75,7 @@ std::string sliding_words(const Scene& scene) {
          (rubs ? ", and sticking to each other as far as friction holds" : "");
 }
 
-/// Which methods feel them, too.
+/// Limits in words, with the methods that use them.
 std::string limit_words(const Scene& scene, const LinkLimits& limits) {
   const std::string source = source_words(scene, limits);
   if (!scene.limits_bind_relaxed())

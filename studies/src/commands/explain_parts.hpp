@@ -1,5 +1,5 @@
 #pragma once
-/// The parts of the model, and which of them a scene switches on; its fibres.
+/// Model features and their use in a scene; fibres.
 
 #include "maille/scene/frame.hpp"
 #include "maille/scene/link_limits.hpp"
@@ -13,17 +13,17 @@
 namespace maille::studies {
 
 std::vector<ModelPart> parts_of(const Scene& scene, const LinkLimits& limits, const Frame& frame);
-/// What a world has and pays for.
+/// Model features of a world and their costs.
 std::vector<ModelPart> parts_of(const WorldScene& scene);
 
 /// `1 cell`, `2 cells`
 std::string plural(std::int64_t count, const std::string& thing);
 
-/// How a body's fibres run, and where directions come from.
+/// Description of a body's fibres and of the source of their directions.
 std::string fibre_words(const Specimen& body);
 const ResultTable<FibreReport>& columns_of_fibres();
 
-/// Which fibres pull, and how hard.
+/// Description of contracting fibres and their tension.
 std::string contraction_words(const Scene& scene);
 
 } // namespace maille::studies

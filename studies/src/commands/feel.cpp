@@ -20,13 +20,13 @@ namespace maille::studies {
 
 namespace {
 
-/// What is probed, and what it is called.
+/// The probed world and its name.
 struct Probed {
   deform::ProbedWorld world;
   std::string title;
 };
 
-/// A world says itself what is wrong with its objects; here it becomes a fault of the file.
+/// Creates the world; its errors about objects become errors of the file.
 deform::ProbedWorld probed_world(const WorldScene& scene, int tool, double radius,
                                  const std::filesystem::path& file) {
   try {
@@ -59,7 +59,7 @@ Probed read_probed(const PlayOptions& options, double radius) {
   return {probed_world(scene, tool, radius, options.scene), scene.title};
 }
 
-/// A number of the command line that nan or inf passed the range of.
+/// Refuses nan and inf, which pass range checks of the command line.
 void check_finite(const PlayOptions& options) {
   const std::pair<const char*, double> numbers[] = {{"--rate", options.feel.rate},
                                                     {"--stiffness", options.feel.stiffness},
@@ -75,7 +75,7 @@ void check_finite(const PlayOptions& options) {
       throw UsageError(fmt::format("{}: expected a finite number, found {}", name, value));
 }
 
-/// @throws InputError where a motion is longer than what is kept of it
+/// @throws InputError if a motion is longer than the recorded ticks
 void check_length(const deform::RecordedMotion& motion, const PlayOptions& options) {
   if (!ticks_of(motion, 1 / options.feel.rate))
     throw InputError(

@@ -1,4 +1,4 @@
-// `maille fit`: checks, finds the references, then becomes maille-fit (python/maille/_fit.py).
+// `maille fit`: checks, computes the references, then continues as maille-fit (python/maille/_fit.py).
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
 
@@ -26,19 +26,19 @@ namespace maille::studies {
 
 namespace {
 
-/// The scenes of a family: those to fit to come first.
+/// A family of scenes: the fitted ones come first.
 struct Family {
   std::vector<std::filesystem::path> fitted, held_out;
 };
 
-/// A pseudo-random part of the scenes, the same in every run: neighbours on a command line are alike.
+/// Pseudo-random split of the scenes, equal in every run: neighbours on a command line are similar.
 Family draw_lots(std::vector<std::filesystem::path> scenes, double fraction) {
   const auto n = static_cast<double>(scenes.size());
   const auto out = static_cast<std::size_t>(std::clamp(std::round(fraction * n), 1.0, n - 1));
   std::vector<std::size_t> order(scenes.size());
   for (std::size_t i = 0; i < order.size(); ++i)
     order[i] = i;
-  std::mt19937 lot(1); // its numbers are the same everywhere, those of std::shuffle are not
+  std::mt19937 lot(1); // portable numbers; std::shuffle differs between libraries
   for (std::size_t i = order.size(); i > 1; --i)
     std::swap(order[i - 1], order[lot() % i]);
   std::sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(out));
@@ -73,7 +73,7 @@ Family family_of(const FitOptions& options) {
   throw UsageError(fmt::format("{}: expected {}, found {}", scene.name, expected, found));
 }
 
-/// What a fit can do nothing with.
+/// Refuses scenes that a fit does not support.
 void check_scene(const Scene& scene, const Scene& first, const FitOptions& options) {
   if (scene.dimension() != first.dimension())
     wrong(scene, fmt::format("the dimension of {}, {}", first.name, first.dimension()),
@@ -84,7 +84,7 @@ void check_scene(const Scene& scene, const Scene& first, const FitOptions& optio
     wrong(scene, "fibres that do not pull: relaxed carries no contraction", "a contraction");
 }
 
-/// A name means the same matter in all scenes, and what is measured on was fitted.
+/// Checks that a name means the same material in all scenes, and that held-out materials were fitted.
 void check_materials(const std::vector<Scene>& fitted, const std::vector<Scene>& held_out) {
   std::map<std::string, const Material*> known;
   const auto check = [&](const Scene& scene, bool is_fitted) {
@@ -106,13 +106,13 @@ void check_materials(const std::vector<Scene>& fitted, const std::vector<Scene>&
     check(scene, false);
 }
 
-/// The reference's answer, once a scene.
+/// Answers of the reference, computed once per scene.
 class References {
 public:
   References(const FitOptions& options, const Control& control)
       : options_(options), control_(control), methods_(check_fem_solver(options.fem_solver)) {}
 
-  /// @throws std::runtime_error where the reference has no answer
+  /// @throws std::runtime_error if the reference has no answer
   Displacement operator()(const Scene& scene) {
     Control control = control_;
     if (control.progress)
@@ -159,8 +159,8 @@ void check_options(const FitOptions& options) {
   prepare_file("--json", options.json);
 }
 
-/// Displacements of the reference, one component after the other, in memory that outlives exec.
-/// @return its file
+/// Displacements of the reference, by component, in memory that survives exec.
+/// @return the file of that memory
 std::string kept_reference(const Displacement& reference) {
   const int memory = memfd_create("reference", 0);
   const auto bytes = std::as_bytes(reference.values());
@@ -184,7 +184,7 @@ std::optional<double> sigma_of(const FitOptions& options) {
   return sigma;
 }
 
-/// With --measured, which python/maille/_identify.py goes on with.
+/// The command with --measured, continued by python/maille/_identify.py.
 int identify_command(const FitOptions& options) {
   if (options.scenes.size() != 1)
     throw UsageError(fmt::format("--measured: expected one scene, found {}", options.scenes.size()));
@@ -194,7 +194,7 @@ int identify_command(const FitOptions& options) {
   if (!has_stress(method) || method == "calculix")
     throw UsageError("--method: expected one that knows forces, such as coupled, found \"" + method + "\"");
   const auto sigma = sigma_of(options);
-  read_scene(options.scenes.front()); // its faults, and the files that it names
+  read_scene(options.scenes.front()); // finds errors, and registers the files that it names
   if (!is_image_file(options.measured))
     read_text_file(options.measured, "a table of measured numbers");
   prepare_file("--json", options.json);

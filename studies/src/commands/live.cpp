@@ -22,7 +22,7 @@ namespace maille::studies {
 
 namespace {
 
-/// Where the scenes that come along are: of what is installed, beside the program; of a build.
+/// Folder of the supplied scenes: next to an installed program, or in a build.
 std::filesystem::path scenes_folder() {
   std::error_code none;
   const auto installed =
@@ -44,7 +44,7 @@ live::Loaded load(const std::filesystem::path& file) {
 }
 
 Answer finite_elements(const Scene& question, const Control& control) {
-  Scene asked = question; // finite elements know no limits
+  Scene asked = question; // finite elements have no limits
   asked.limits = {};
   return answer_by(asked, "fem_q1", control);
 }
@@ -174,7 +174,7 @@ int live_command(const LiveOptions& options) {
     return make_film(stem, 4, n, seconds, stem.string() + ".mp4");
   };
   if (options.scene && options.headless)
-    (void)load(*options.scene); // faults end it: a headless window could not show them
+    (void)load(*options.scene); // an error ends it: a headless window could not show it
   std::unique_ptr<live::Window> window;
   if (options.headless) {
     window = std::make_unique<live::HeadlessWindow>(width, height);

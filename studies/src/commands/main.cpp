@@ -26,20 +26,20 @@ namespace {
 
 using namespace maille::studies;
 
-/// Where nothing can be written to standard error either, the exit code alone says it.
+/// Prints to stderr; if that fails too, only the exit code reports the error.
 void complain(const std::string& message) {
   std::fputs((for_terminal(message) + "\n").c_str(), stderr);
 }
 
-/// What only this rank has met must not leave the others waiting.
+/// Reports an error; an error on this rank only must not leave the others waiting.
 int fail(std::string_view message, int exit_code) {
   complain(fmt::format("maille: {}", message));
   maille::fem_ref::abort_ranks(exit_code);
   return exit_code;
 }
 
-/// Several ranks share finite elements and the objects of pictures, which only these commands ask for;
-/// anything else the first does alone.
+/// The command on the command line. Several ranks share finite elements and the objects of pictures, which
+/// only these commands use; the first rank does everything else alone.
 std::string command_in(const std::vector<std::string>& words) {
   const auto word = std::ranges::find_if(words, [](const std::string& one) { return one != "--sandbox"; });
   return word == words.end() ? "" : *word;
@@ -68,7 +68,7 @@ int run(int argc, char** argv) {
   if (argc > 2 && std::string_view(argv[1]) == "help")
     if (const auto wrong = unknown_topic(*app, argv[2]))
       return fail(*wrong, exit_faulty_input);
-  std::reverse(words.begin(), words.end()); // as the parser takes a vector
+  std::reverse(words.begin(), words.end()); // the parser expects reverse order
   try {
     app->parse(words);
   } catch (const CLI::ParseError& error) {
@@ -84,9 +84,9 @@ bool is_limited(decltype(RLIMIT_AS) resource) {
   return getrlimit(resource, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY;
 }
 
-/// Under a limit of memory (`ulimit -v`, `ulimit -d`) threads of OpenBLAS ask for their buffers without end,
-/// and that library waits for them as the process forks or ends. @return whether the environment was changed,
-/// which that library reads while it is loaded
+/// With a memory limit (`ulimit -v`, `ulimit -d`), threads of OpenBLAS request their buffers for ever, and
+/// the library waits for them when the process forks or ends. @return true if the environment was changed,
+/// which the library reads while it is loaded
 bool limit_blas_threads() {
   constexpr const char* variable = "OPENBLAS_NUM_THREADS";
   const char* const threads = std::getenv(variable);
@@ -98,9 +98,8 @@ bool limit_blas_threads() {
   return true;
 }
 
-/// Raises a low limit of the stack (`ulimit -s`) as far as the hard limit permits; a stack that is too small
-/// ends the process by a signal. @return whether it was raised: stacks of threads have the size that the
-/// limit had when the process started
+/// Raises a low stack limit (`ulimit -s`) as far as the hard limit permits; a stack overflow ends the process
+/// by a signal. @return true if it was raised: stacks of threads have the limit of the start of the process
 bool raise_stack_limit() {
   constexpr rlim_t least = rlim_t{512} << 10, usual = rlim_t{8} << 20;
   rlimit limit{};
@@ -109,22 +108,22 @@ bool raise_stack_limit() {
   const rlimit raised{std::min(limit.rlim_max, usual), limit.rlim_max};
   if (raised.rlim_cur < least || setrlimit(RLIMIT_STACK, &raised) != 0) {
     constexpr std::string_view message = "maille: expected a stack limit (ulimit -s) of 512 KiB or more\n";
-    static_cast<void>(!write(STDERR_FILENO, message.data(), message.size())); // takes next to no stack
+    static_cast<void>(!write(STDERR_FILENO, message.data(), message.size())); // needs almost no stack
     std::_Exit(exit_run_failed);
   }
   return true;
 }
 
-/// Where the caller closed one of the first three, the first file that is opened would take its place, and
-/// messages would end in it. Of standard output it stays an error to write there; messages have nowhere to
-/// go.
+/// Opens standard streams that the caller has closed; otherwise the first opened file would get that
+/// descriptor, and messages would be written to it. Writing to a closed standard output stays an error;
+/// messages are lost.
 void open_standard_streams() {
   for (int descriptor = 0; descriptor < 3; ++descriptor)
     if (fcntl(descriptor, F_GETFD) == -1 && open("/dev/null", descriptor == 2 ? O_WRONLY : O_RDONLY) == -1)
       std::_Exit(exit_run_failed);
 }
 
-/// What is still in a buffer when the process ends would be lost without a word where the disk is full.
+/// Flushes output and reports a failure, which would be silent at process exit, for example on a full disk.
 int with_all_output(int exit_code) {
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
     return fail("cannot write to standard output", exit_run_failed);
@@ -142,8 +141,8 @@ void maille::studies::say_file_warnings() {
 
 int main(int argc, char** argv) {
   open_standard_streams();
-  std::signal(SIGXFSZ, SIG_IGN); // a limit of a file's size is then an error of writing, and said as such
-  std::signal(SIGPIPE, SIG_IGN); // likewise a reader that has gone
+  std::signal(SIGXFSZ, SIG_IGN); // a file size limit then becomes a reported write error
+  std::signal(SIGPIPE, SIG_IGN); // the same for a closed reader
   catch_stop_signals();
   bool is_shared = false;
   try {
@@ -151,7 +150,7 @@ int main(int argc, char** argv) {
     if (limit_blas_threads() || has_raised)
       execv("/proc/self/exe", argv); // goes on where that cannot be
     const std::vector<std::string> words = in_parsers_words({argv + 1, argv + argc});
-    // The laboratory has left the command; outside scripts that still use the old words are told where it is.
+    // The laboratory is no longer a command; external scripts with the old words get its new place.
     if (!words.empty() && (words[0] == "bench" || words[0] == "verify" || words[0] == "stability"))
       throw UsageError(fmt::format("maille {} is now studies/lab/run {} of the source tree", words[0],
                                    words[0] == "bench" ? "SUBJECT" : words[0]));
@@ -165,11 +164,11 @@ int main(int argc, char** argv) {
     const int code = run(argc, argv);
     say_file_warnings();
     if (is_shared)
-      reports_failure(); // the others wait for a word of what ended before the scene was read
+      reports_failure(); // other ranks wait for errors before the scene is read
     return leave(with_all_output(code));
   } catch (const maille::InputError& error) {
     say_file_warnings();
-    if (is_shared && have_all_met()) { // the others are past reading and wait for this rank
+    if (is_shared && have_all_met()) { // other ranks have read it and wait for this rank
       complain(error.what());
       maille::fem_ref::abort_ranks(exit_faulty_input);
     } else if (reports_failure())

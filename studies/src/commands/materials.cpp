@@ -25,15 +25,15 @@ double bulk_modulus(const ElasticConstants& constants) {
   return 1 / compliance(constants).topLeftCorner<3, 3>().sum();
 }
 
-/// What stands behind every derived table: the Poisson ratios of a nearly incompressible tissue of these
-/// moduli.
+/// Data of all derived tables: Poisson's ratios of a nearly incompressible tissue with these moduli.
 struct NearlyIncompressible {
   double bulk_modulus = 0; ///< [Pa]
   std::array<double, 3> poisson_ratio{};
 };
 
-/// At bulk moduli that linear elements (20 largest shear moduli) and those that do not lock (100) cope with.
-/// Left out where the material would not be valid: then its moduli do not go with so stiff a volume.
+/// Values for bulk moduli suited to linear elements (20 times the largest shear modulus) and to elements
+/// without locking (100 times). Omitted if the material would be invalid: its moduli do not permit such a
+/// stiff volume.
 std::vector<NearlyIncompressible> nearly_incompressible(const ElasticConstants& e) {
   std::vector<NearlyIncompressible> sets;
   for (const double factor : {20.0, 100.0}) {
@@ -54,7 +54,7 @@ const ResultTable<NearlyIncompressible>& columns_of_incompressible() {
   return table;
 }
 
-/// Where it fails: what is known, and what follows for links.
+/// Failure data, and the resulting limits of links.
 const ResultTable<Damage>& columns_of_damage() {
   static const ResultTable<Damage> table([](ResultTable<Damage>& columns) {
     const auto add = [&](const char* key, const char* meaning, auto limit) {
@@ -145,7 +145,7 @@ const ResultTable<LibraryEntry>& columns_of_library() {
   return table;
 }
 
-/// A label and words after it, in lines that fit on a screen.
+/// A label followed by text, wrapped to the screen.
 std::string wrapped(std::string_view label, std::string_view words) {
   constexpr std::size_t indent = 13, width = 110;
   std::string text = fmt::format("{:<{}}", label, indent);
@@ -162,7 +162,7 @@ std::string wrapped(std::string_view label, std::string_view words) {
   return text + "\n";
 }
 
-/// One number where all axes have the same, else three.
+/// One number if all axes are equal, else three.
 std::string ratios(const std::array<double, 3>& values) {
   return values[0] == values[1] && values[0] == values[2] ? fmt::format("{:.4g}", values[0])
                                                           : fmt::format("{:.4g}", fmt::join(values, " "));
@@ -176,7 +176,7 @@ std::string law_in_words(Law law) {
   return wrapped("law", fmt::format("{}: {} (Pa or ratios); at rest:", name_of(law), text));
 }
 
-/// Where it fails, and what follows for `[limits] from = "failure"`.
+/// Failure data, and the result for `[limits] from = "failure"`.
 std::string damage_in_words(const Damage& damage) {
   const NeighbourLimits limits = limits_before_failure(damage);
   const auto how = [](bool is_known) { return is_known ? "" : " (follows from the stretch)"; };

@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// As TOML has it between quotes; what is no UTF-8 is replaced.
+/// Text for a quoted TOML string; invalid UTF-8 is replaced.
 std::string escaped(const std::string& text) {
   std::string json = nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   for (std::size_t at = json.find('\x7f'); at != std::string::npos; at = json.find('\x7f', at))
@@ -56,7 +56,7 @@ struct Extent {
 struct FoundLabel {
   std::int64_t voxels = 0;
   Extent extent;
-  std::string name; ///< of its segment; empty: it has none
+  std::string name; ///< name of its segment; may be empty
 };
 
 struct LabelImage {
@@ -105,7 +105,7 @@ std::string lower(std::string text) {
   return text;
 }
 
-/// The tissue of the library that a segment's name names; else one that stands for any muscle.
+/// Tissue of the library for a segment's name; by default any muscle.
 std::string tissue_for(const std::string& name) {
   const std::string words = lower(name);
   if (!words.empty())
@@ -123,15 +123,15 @@ double millilitres(const LabelImage& image, std::int64_t voxels) {
   return 1e6 * h[0] * h[1] * h[2] * static_cast<double>(voxels);
 }
 
-/// The body of a scene, and where it is pulled.
+/// The body of a scene, and its load axis.
 struct Body {
-  std::optional<std::int32_t> only; ///< of one label; the others stand as comments
+  std::optional<std::int32_t> only; ///< only this label; the others become comments
   std::size_t axis = 0;
 };
 
 std::string scene_of(const LabelImage& image, const std::string& file, const std::string& name,
                      const Body& body) {
-  constexpr double most_cells = 2e5; // some seconds, and a first picture
+  constexpr double most_cells = 2e5; // solved in some seconds, for a first picture
   const FoundLabel* const one = body.only ? &image.labels.at(*body.only) : nullptr;
   const double taken = static_cast<double>(one ? one->voxels : image.voxels);
   const int coarsen = std::max(1, static_cast<int>(std::ceil(std::cbrt(taken / most_cells))));
@@ -164,15 +164,15 @@ std::string scene_of(const LabelImage& image, const std::string& file, const std
   return text;
 }
 
-/// Axes, the longest of the box first.
+/// Axes of the box, the longest first.
 std::array<std::size_t, 3> by_length(const Extent& extent, const Vec3& spacing) {
   std::array<std::size_t, 3> axes{0, 1, 2};
   std::ranges::stable_sort(axes, std::greater{}, [&](std::size_t a) { return extent.length(a, spacing); });
   return axes;
 }
 
-/// The body of all labels, along the longest axis on which nearly all of them are fixed (specks of a
-/// segmentation never are); else the largest label.
+/// Initial body: all labels, along the longest axis on which nearly all of them are fixed (isolated specks of
+/// a segmentation never are); else the largest label.
 Body body_to_begin_with(const LabelImage& image, const std::string& file, const fs::path& out) {
   constexpr double specks = 0.01;
   for (const std::size_t axis : by_length(image.extent, image.info.spacing)) {
@@ -183,7 +183,7 @@ Body body_to_begin_with(const LabelImage& image, const std::string& file, const 
         left_out += piece.cells;
       if (static_cast<double>(left_out) <= specks * static_cast<double>(scene.specimen.n_matter_cells()))
         return {{}, axis};
-    } catch (const InputError&) { // what is moved is held nowhere
+    } catch (const InputError&) { // the moved part is not held anywhere
     }
   }
   const auto largest =
@@ -201,7 +201,7 @@ void write_new(const fs::path& file, const std::string& text) {
   fmt::print("wrote {}\n", file.string());
 }
 
-/// The image as the scene's folder sees it.
+/// Path of the image relative to the scene's folder.
 std::string name_from(const fs::path& folder, const fs::path& image) {
   const fs::path relative =
       fs::absolute(image).lexically_relative(fs::absolute(folder.empty() ? "." : folder));
@@ -217,13 +217,13 @@ void new_image(const NewOptions& options) {
     stem = stem.stem();
   const fs::path out = options.out ? fs::path(*options.out) : fs::path(stem.string() + ".toml");
   std::string file = name_from(out.parent_path(), options.labels);
-  if (file.starts_with('$') || file.starts_with('~')) // no variable, no home
+  if (file.starts_with('$') || file.starts_with('~')) // protects against expansion of variables and ~
     file.insert(0, "./");
   if (escaped(file).find("\xef\xbf\xbd") != std::string::npos)
     throw UsageError(fmt::format("{}: expected a name in UTF-8, which a scene can hold", file));
   const Body body = body_to_begin_with(image, file, out);
   const std::string text = scene_of(image, file, out.string(), body);
-  if (body.only) // that of all labels has been read
+  if (body.only) // the body of all labels is already read
     parse_scene(text, out);
   fmt::print("{:>8} {:>10} {:>12}  {}\n", "label", "voxels", "volume", "name");
   for (const auto& [label, found] : image.labels)

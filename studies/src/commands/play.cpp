@@ -31,12 +31,12 @@ std::string provenance(const WorldScene& scene, const Trajectory& trajectory, co
                           {"threads", options.threads}});
 }
 
-/// What a play leaves in its folder: files for ParaView, pictures, a film; and the overview, wherever that is
-/// asked for.
+/// Output of a play: files for ParaView, pictures, a film in the folder, and the overview picture at its own
+/// path.
 class Recording {
 public:
-  /// @param folder  nothing: no files but the overview
-  /// @param world  as it is when a moment is added
+  /// @param folder  null: no files except the overview
+  /// @param world  its present state is used when a moment is added
   Recording(const deform::World& world, const Trajectory& trajectory, const PlayOptions& options,
             ResultsFolder* folder)
       : world_(world), scene_(world.scene()), renderer_(options.threads),
@@ -54,7 +54,7 @@ public:
   void add(const WorldMoment& moment, std::int64_t number) {
     if (series_) {
       series_->add(moment);
-      // Not after every frame: the list grows with them.
+      // Not after every frame, because the list grows.
       if (const auto now = Clock::now(); now - last_list_ > std::chrono::seconds(1)) {
         series_->write();
         last_list_ = now;
@@ -74,7 +74,7 @@ public:
     }
   }
 
-  /// Writes what comes last. @return a line for each thing that is there, or is not
+  /// Writes the final files. @return a line for each created or missing output
   std::vector<std::string> finish(bool is_whole) {
     std::vector<std::string> lines;
     if (series_) {
@@ -110,7 +110,7 @@ private:
     folder_->add(png);
   }
 
-  /// What has not moved since the frame before is not cast again; the camera stays.
+  /// Objects unmoved since the last frame are not rendered again; the camera is fixed.
   void render_volumes(const std::filesystem::path& png) {
     follow(world_, *seen_);
     for (render::SceneObject& object : seen_->objects)
@@ -155,9 +155,9 @@ private:
 
   const deform::World& world_;
   const WorldScene& scene_;
-  std::optional<SeenScene> seen_; ///< where volumes are rendered
+  std::optional<SeenScene> seen_; ///< for volume rendering
   std::optional<render::View> view_;
-  render::StereoRenderer renderer_; ///< without stereo its first eye alone
+  render::StereoRenderer renderer_; ///< without stereo only its first eye
   Rgb background_;
   std::optional<render::CropBox> crop_;
   const PlayOptions& options_;
@@ -205,11 +205,11 @@ int play_command(const PlayOptions& options) {
   recording.add(player.moment(), 0);
   std::vector<PlayedFrame> frames;
   bool has_failed = false;
-  std::int64_t n_inside = 0; // in any frame, at most
+  std::int64_t n_inside = 0; // largest number in any frame
   while (!player.is_at_end() && !control.should_stop()) {
     PlayedFrame frame = player.next(control);
     if (frame.status == Status::interrupted)
-      break; // feasible, but no frame
+      break; // feasible, but not a complete frame
     has_failed = has_failed || !has_displacement(frame.status);
     recording.add(player.moment(), frame.number);
     if (control.progress)

@@ -28,7 +28,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The files of a folder that `run` or `compare` wrote of a scene's method, in order of their names.
+/// Files of `run` or `compare` in a folder for a method of a scene, sorted by name.
 std::vector<fs::path> files_of(const fs::path& folder, const std::string& scene, std::string_view method) {
   std::vector<fs::path> files;
   const std::string start = fmt::format("{}_{}", scene, method);
@@ -44,7 +44,7 @@ std::vector<fs::path> files_of(const fs::path& folder, const std::string& scene,
   return files;
 }
 
-/// The last file of the method that is asked for, or of the first one that has any.
+/// Last file of the requested method, or of the first method with files.
 fs::path answer_in(const fs::path& folder, const Scene& scene, const std::string& method) {
   for (const Method m : every_method)
     if (method.empty() || method == to_string(m))
@@ -54,7 +54,7 @@ fs::path answer_in(const fs::path& folder, const Scene& scene, const std::string
                                scene.name, method.empty() ? "" : " by " + method, folder.string()));
 }
 
-/// The body's displacement, from a folder or by asking a method now; nothing: at rest.
+/// The body's displacement, from a folder or from a method run now; nothing: at rest.
 std::optional<Displacement> displacement_of(const RenderOptions& options, const Scene& scene,
                                             const Control& control, std::optional<Displacement>& error) {
   if (options.answer) {
@@ -108,19 +108,19 @@ SeenScene seen_by(const RenderOptions& options, const Control& control, std::str
   return seen;
 }
 
-/// What pictures have taken.
+/// Cost of pictures.
 struct Work {
   render::Counters counters;
   std::int64_t bytes_sent = 0; ///< from one process to another
 };
 
-/// Pictures of one view after another, by this process or by all that were started together.
+/// Renders views in turn, by this process or by all ranks.
 class Painter {
 public:
   explicit Painter(int threads)
       : alone_(threads), together_(fem_ref::ranks().rank, fem_ref::ranks().size, threads) {}
 
-  /// @return the picture on the first process, one of no pixels on all others
+  /// @return the picture on the first rank, an empty one on all others
   const render::Picture& picture(const SeenScene& seen, const render::View& view) {
     const fem_ref::Ranks ranks = fem_ref::ranks();
     if (ranks.size < 2)
@@ -136,7 +136,7 @@ public:
     picture_ = ranks.is_first() ? together_.assemble(received) : render::Picture{};
     return picture_;
   }
-  /// Work of all processes, on the first.
+  /// Total cost of all ranks, on the first rank.
   Work work() const {
     const fem_ref::Ranks ranks = fem_ref::ranks();
     if (ranks.size < 2)
@@ -164,7 +164,7 @@ private:
   std::int64_t bytes_sent_ = 0; ///< by this process
 };
 
-/// The file of one view of a ring, else of the only view.
+/// Picture file of one view of a ring, or of the only view.
 fs::path picture_of(const RenderOptions& options, int view) {
   fs::path file = options.out;
   if (options.ring > 0)
@@ -213,7 +213,7 @@ int render_command(const RenderOptions& options) {
   std::string legend;
   SeenScene seen = seen_by(options, control, legend);
   end_progress();
-  std::string words = command_line(); // ranks may have other names for their scenes
+  std::string words = command_line(); // scene names may differ between ranks
   if (const std::size_t at = words.find(options.scene.string()); at != std::string::npos)
     words.erase(at, options.scene.string().size());
   if (!ranks_agree_on(nullptr, words))

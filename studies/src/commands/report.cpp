@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// What is drawn for each file of results, by its name. The page reports files that are no results.
+/// Pictures for each file of results, by name. The page reports invalid files.
 nlohmann::ordered_json drawn_for(const fs::path& folder) {
   constexpr std::int64_t largest = std::int64_t{64}
                                    << 20; ///< [bytes], as python/maille/_report_parts.py has it

@@ -30,15 +30,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Images and surfaces that go along with a run.
+/// Options for images and surfaces of a run.
 WarpOptions warp_options(const RunOptions& options) {
   WarpOptions warp = options.warp;
   warp.unit = options.unit.value_or(warp.unit);
   return warp;
 }
 
-/// The files of one method: of several steps a series that begins with the body at rest, so that it can be
-/// played from there; of one the end alone.
+/// Files of one method: for several steps, a series that starts at rest, so that it can be played; for one
+/// step, only the final state.
 class MethodFiles {
 public:
   MethodFiles(const Scene& scene, const std::string& method, const RunOptions& options, ResultsFolder& folder)
@@ -48,7 +48,7 @@ public:
         folder_(folder), stem_(folder.file("_" + method)),
         series_(stem_, static_cast<std::size_t>(options.steps) + 1) {}
 
-  /// Nothing is written before there is a first answer.
+  /// Adds a step; writes nothing before the first answer.
   void add(const Scene& part, const ComparisonRow& row, double fraction) {
     ExportFields fields;
     fields.show(row.answer);
@@ -91,7 +91,7 @@ public:
     folder_.add(files_);
     return files_;
   }
-  /// Where images were asked for and the last step has an answer.
+  /// Warped images, if requested and the last step has an answer.
   const std::optional<WarpedFiles>& images() const { return warped_; }
   /// File of the last step, which represents the method.
   std::string last() const { return files_.back().filename().string(); }
@@ -129,15 +129,15 @@ private:
   std::vector<fs::path> files_, maps_;
 };
 
-/// What has been asked and answered so far.
+/// Requests and answers so far.
 struct Course {
   std::vector<AnswerFile> answers;
-  nlohmann::ordered_json results = nlohmann::ordered_json::array(); ///< a comparison a method and step
+  nlohmann::ordered_json results = nlohmann::ordered_json::array(); ///< one comparison per method and step
   std::vector<ForceCurve> curves;
   bool has_answers = false, has_failed = false;
 };
 
-/// Measures of the steps of one method that have an answer.
+/// Measures of those steps of one method that have an answer.
 std::vector<MeasureStep> measures_of(const std::vector<Comparison>& steps, int n_steps) {
   std::vector<MeasureStep> measures;
   for (std::size_t i = 0; i < steps.size(); ++i)
@@ -147,7 +147,7 @@ std::vector<MeasureStep> measures_of(const std::vector<Comparison>& steps, int n
   return measures;
 }
 
-/// What a method's last step says, and of several steps the course of the force and of measures.
+/// Text of a method's last step; for several steps also the course of force and measures.
 std::string text_of_steps(const Scene& scene, const std::vector<Comparison>& steps, const ForceCurve& curve,
                           int n_steps) {
   std::string text = table(scene, steps.back());
@@ -168,15 +168,15 @@ std::string text_of_steps(const Scene& scene, const std::vector<Comparison>& ste
   return text;
 }
 
-/// Answers the scene in steps of equal size by one method; each is a quasi-static answer to its fraction
-/// of the moves and loads.
-/// @param files  nothing: none are written
+/// Solves the scene in equal steps by one method; each step is a quasi-static solution from rest at its
+/// fraction of the moves and loads.
+/// @param files  null: no files are written
 std::vector<Comparison> run_in_steps(const SceneAndMeasures& asked, const std::string& method,
                                      const RunOptions& options, const Control& control, Methods& methods,
                                      MethodFiles* files, Course& course) {
   const Scene& scene = asked.scene;
   std::vector<Comparison> steps;
-  std::optional<Scene> known, scaled_down; // copies only where they differ: large bodies leave no room
+  std::optional<Scene> known, scaled_down; // copies only if they differ, to save memory
   if (options.steps > 1 && deform::feels_limits(scene, method))
     known = with_known_limits(scene);
   for (int step = 1; step <= options.steps && !fem_ref::agree(control.should_stop()); ++step) {
@@ -212,7 +212,7 @@ std::vector<Comparison> run_in_steps(const SceneAndMeasures& asked, const std::s
   return steps;
 }
 
-/// One object, as of compare: what was asked, and a row a method and step.
+/// One JSON object, as for compare: the question, and a row per method and step.
 nlohmann::ordered_json json(const Course& course, const Scene& scene, const RunOptions& options) {
   nlohmann::ordered_json out = question_json(scene, options.threads);
   out["steps"] = options.steps;
@@ -279,7 +279,7 @@ int run_command(const RunOptions& options) {
   if (options.steps < 1 || options.steps > 100'000)
     throw UsageError(fmt::format("--steps: expected a number from 1 to 100000, found {}", options.steps));
   check_picture(options);
-  keep_inputs({options.scene}); // before it is read: the list of opened files begins here
+  keep_inputs({options.scene}); // before reading: the list of opened files starts here
   const SceneAndMeasures asked = read_scene_and_measures(options.scene);
   const Scene& scene = asked.scene;
   check_maps(options, scene);
@@ -287,13 +287,13 @@ int run_command(const RunOptions& options) {
   if (options.write) {
     prepare_file("--write", options.write, {}, ".inp");
     write_deck(scene, *options.write);
-    if (options.methods.empty() && !options.out && !options.json) // nothing else is asked
+    if (options.methods.empty() && !options.out && !options.json) // no other output is requested
       return exit_done;
   }
   if (!ranks_agree_on(&scene, fmt::format("{} {} {} {}", fmt::join(names, " "), options.fem_solver,
                                           options.steps, options.estimate)))
     return exit_faulty_input;
-  const bool speaks = fem_ref::ranks().is_first(); // for all ranks
+  const bool speaks = fem_ref::ranks().is_first(); // prints for all ranks
   std::optional<ResultsFolder> folder;
   if (speaks && options.out) {
     std::vector<std::string> sure;
@@ -309,14 +309,14 @@ int run_command(const RunOptions& options) {
   if (speaks)
     for (const auto& [option, file] :
          {std::pair("--json", options.json), {"--picture", options.picture}, {"--film", options.film}})
-      prepare_file(option, file, folder); // may be asked for in that folder
+      prepare_file(option, file, folder); // it may be inside that folder
   const Control control = terminal_control(options.threads);
-  deform::ElasticBody body; // of `coupled`, from step to step
+  deform::ElasticBody body; // cache of `coupled` between steps
   if (options.steps > 1)
     methods.keep(body);
   Course course;
   bool is_filmed = !options.film;
-  std::exception_ptr not_printed; // what cannot be printed is in the files all the same
+  std::exception_ptr not_printed; // after a failed print the files are complete
   for (const std::string& method : names) {
     body.forget();
     std::optional<MethodFiles> files;

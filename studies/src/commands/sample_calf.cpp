@@ -1,10 +1,10 @@
-/// The calf that `maille new calf` writes: closed formulas, so that everyone has the same one.
+/// The calf of `maille new calf`: closed formulas, so that all users have the same one.
 ///
 /// A right lower leg, 240 mm from ankle to knee, in RAS millimetres with the ankle at the origin. Each part
-/// is an ellipse across the leg whose middle and half axes follow the height; a part is there between two
-/// heights, and the later one of the list counts where two overlap. The scan has the grey values of a
-/// T1-weighted MRI with noise of a fixed sequence. Sizes are those of a slender adult, rounded; it is a
-/// drawing of a calf, not an atlas.
+/// is an ellipse across the leg, whose centre and half axes depend on the height; a part has a lower and an
+/// upper end, and the later part of the list wins in overlaps. The scan has the grey values of a T1-weighted
+/// MRI with noise of a fixed sequence. Sizes are those of a slender adult, rounded; this is a drawing of a
+/// calf, not an atlas.
 
 #include "cli/commands.hpp"
 #include "cli/help.hpp"
@@ -30,8 +30,8 @@ constexpr Vec3 spacing{2, 2, 4}; ///< [mm]
 struct Part {
   const char* name;
   float label, grey;
-  double from, to;             ///< heights over the length: where it begins and ends
-  double x, y, half_x, half_y; ///< in the middle of its height
+  double from, to;             ///< lower and upper end, relative to the length
+  double x, y, half_x, half_y; ///< at mid-height
   double taper;                ///< exponent of its half axes over the height: 0 is a cylinder
 };
 
@@ -53,7 +53,7 @@ double girth(double height) {
   return 0.62 + 0.38 * std::exp(-std::pow((height - 0.68) / 0.36, 2));
 }
 
-/// Square of the distance from its middle, 1 at its border; infinite above and below it.
+/// Squared relative distance from its centre, 1 at its border; infinite above and below the part.
 double place_in(const Part& part, double x, double y, double height) {
   if (height < part.from || height > part.to)
     return INFINITY;
@@ -63,7 +63,7 @@ double place_in(const Part& part, double x, double y, double height) {
   return std::pow(dx / (part.half_x * size), 2) + std::pow(dy / (part.half_y * size), 2);
 }
 
-/// Stored as scanners do, the first axis to the left and the second to posterior.
+/// Stored like scanner images, the first axis to the left and the second to posterior.
 Image empty_image() {
   Image image;
   image.info.size = voxels;
@@ -89,11 +89,11 @@ std::array<Image, 2> drawn() {
         both[1].values[voxel] = 10;
         for (const Part& part : parts)
           if (const double place = place_in(part, x, y, height); place <= 1) {
-            const bool is_fascia = part.taper > 0 && place > 0.8; // of a muscle: brighter
+            const bool is_fascia = part.taper > 0 && place > 0.8; // fascia of a muscle: brighter
             both[0].values[voxel] = part.label;
             both[1].values[voxel] = part.grey + (is_fascia ? 150.0F : 0);
           }
-        double noise = 0; // of four even ones: nearly normal, a deviation of 23
+        double noise = 0; // sum of four uniform ones: nearly normal, deviation 23
         for (int n = 0; n < 4; ++n)
           noise += 40.0 * (double(random()) / double(std::mt19937::max()) - 0.5);
         both[1].values[voxel] = static_cast<float>(std::round(std::abs(both[1].values[voxel] + noise)));

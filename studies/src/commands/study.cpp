@@ -72,7 +72,7 @@ bool is_failed(const StudyRow& row) {
   return !is_converged(row.status) && !(row.status == Status::refused && !row.reference.empty());
 }
 
-/// What a study was, and what became of it.
+/// A study and its results.
 struct StudyResult {
   const StudyFile* study;
   const StudyOutcome* outcome;
@@ -139,7 +139,7 @@ nlohmann::ordered_json parameter_json(const StudyParameter& parameter) {
   return out;
 }
 
-/// How the points are laid out, which decides the estimator of sensitivity.
+/// Sampling plan, which determines the estimator of sensitivity.
 nlohmann::ordered_json plan_json(const StudyFile& study) {
   constexpr std::array names{"grid", "zip", "latin_hypercube", "sobol", "saltelli"};
   nlohmann::ordered_json plan{{"combine", names.at(static_cast<std::size_t>(study.combination))},
@@ -154,7 +154,7 @@ nlohmann::ordered_json plan_json(const StudyFile& study) {
   return plan;
 }
 
-/// What the program that continues needs of either command: rows, plan, and the file for `maille report`.
+/// Request to the Python program for either command: rows, plan, and the file for `maille report`.
 nlohmann::ordered_json request_of(const char* kind, const StudyFile& study, const StudyOptions& options,
                                   nlohmann::ordered_json document, int exit_code) {
   std::string explained;
@@ -214,7 +214,7 @@ int study_command(const StudyCommandOptions& asked) {
   nlohmann::ordered_json request =
       request_of("study", study, options, columns_of_result().json({&study, &outcome}),
                  outcome.is_interrupted || any_failed ? exit_run_failed : exit_done);
-  if (!asked.json) // statistics do not look at the rest, and rows may be many
+  if (!asked.json) // statistics do not use the rest, and there may be many rows
     for (nlohmann::ordered_json& row : request["document"]["rows"])
       for (const char* key : {"study", "cases", "hash", "maille", "algorithm", "vtk", "threads", "dimension",
                               "cells", "nodes", "repetitions", "processor_share", "load_average"})
@@ -248,7 +248,7 @@ int merge_command(const MergeOptions& options) {
     keep_inputs({*options.study});
   prepare_folder(options.out);
   bool is_whole = true;
-  nlohmann::ordered_json request; // of the study's table
+  nlohmann::ordered_json request; // request of the study's table
   for (const MergedTable& table : merge_study_tables(files, options.out)) {
     const auto written = write_study_table(table.rows, options.out / table.study);
     std::string text =

@@ -58,7 +58,7 @@ int trade_command(const TradeOptions& options) {
                  std::vector<std::string>{"_trade.json", "_trade.svg", "_trade.png"});
     Trade blank;
     blank.rows.resize(1);
-    const std::string table = csv(lattices.scene(), blank); // its first line is that of every trade's
+    const std::string table = csv(lattices.scene(), blank); // its header is that of every trade
     check_replaced(*options.out / (lattices.scene().name + "_trade.csv"), table.substr(0, table.find('\n')));
   }
   for (const auto& [option, file] : {std::pair("--json", options.json), {"--csv", options.csv}}) {
@@ -83,7 +83,7 @@ int trade_command(const TradeOptions& options) {
       {"csv", options.csv.value_or("")},
       {"stem", options.out ? (std::filesystem::path(*options.out) / (scene.name + "_trade")).string() : ""},
       {"exit_code", trade.any_failed() ? exit_run_failed : exit_done}};
-  lock.reset(); // its file goes before this process does
+  lock.reset(); // deletes its file before this process is replaced
   return become_python_program("statistics", request);
 }
 

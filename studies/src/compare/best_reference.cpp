@@ -33,7 +33,7 @@ bool is_affordable(const Scene& scene, fem_ref::LinearSolver solver, double seco
                         estimate.bytes <= share_of_memory * static_cast<double>(available_memory()));
 }
 
-/// The scene, and its refinements as far as they are needed, finest last.
+/// The scene and its refinements, built on demand, finest last.
 class Ladder {
 public:
   Ladder(const Scene& scene, fem_ref::LinearSolver solver, double seconds) : scene_(scene) {
@@ -41,8 +41,8 @@ public:
     if (!is_affordable(scene, solver, seconds))
       return;
     rungs_.push_back({2, 0});
-    // Quadratic elements on the scene's own cells need about as many unknowns as linear ones on cells halved
-    // once: what is far out of reach is not built.
+    // Quadratic elements on the scene's cells need about as many unknowns as linear ones on cells halved
+    // once; meshes far too expensive are not built.
     for (int halvings = 1;
          halvings <= most_halvings && static_cast<double>(finest().specimen.grid.n_cells()) < 2e7;
          ++halvings) {
@@ -55,7 +55,7 @@ public:
     }
   }
   const std::vector<Rung>& rungs() const { return rungs_; }
-  /// At the scene's own nodes; without nodal stress where the mesh has others.
+  /// Answer at the scene's nodes; without nodal stress if the mesh has other nodes.
   Answer answer(const Rung& rung, const Control& control, Methods& methods) const {
     const Scene& asked = rung.halvings == 0 ? scene_ : *fine_[static_cast<std::size_t>(rung.halvings) - 1];
     Answer answer = methods.answer(asked, rung.degree == 1 ? "fem_q1" : "fem_q2", control);
@@ -93,7 +93,7 @@ BestReference best_reference(const Scene& scene, double seconds, const Control& 
       return best;
     }
     best.answer = ladder.answer(rungs.back(), control, methods);
-    best.answer.seconds.setup += coarse.seconds.setup; // both are what the reference costs
+    best.answer.seconds.setup += coarse.seconds.setup; // the cost of the reference includes both
     best.answer.seconds.solve += coarse.seconds.solve;
     if (is_converged(coarse.status) && is_converged(best.answer.status))
       best.estimated_error = compare(scene, coarse.displacement, best.answer.displacement);

@@ -15,9 +15,8 @@ namespace maille::studies {
 
 namespace {
 
-/// The limits of a question, found once for all methods that feel them, and not at all where none does: the
-/// scale of taut limits may take longer than an answer. It is counted in the set-up of every method that
-/// needs it.
+/// Limits of a scene, computed once for all methods that use them, and only if a method does: the scale of
+/// taut limits may take longer than an answer. Its time counts as set-up of every method that needs it.
 class LimitsOnce {
 public:
   LimitsOnce(const Scene& asked, const std::vector<std::string>& methods) {
@@ -34,7 +33,7 @@ public:
   }
 
   const Scene& known(const Scene& asked) const { return known_ ? *known_ : asked; }
-  /// Null where nothing asks for limits, or where taut ones have no scale.
+  /// Null without use of limits, or if taut limits have no scale.
   const LinkLimits* limits() const { return limits_ && has_play_ ? &*limits_ : nullptr; }
   double taut_scale() const { return limits_ ? limits_->taut_scale() : 0; }
   double seconds() const { return known_ ? seconds_ : 0; }
@@ -46,11 +45,11 @@ private:
   double seconds_ = 0;
 };
 
-/// In the frame or the frames that the method measures in.
+/// Violation in the frame (or frames) used by the method.
 double violation_of(const Scene& scene, const LinkLimits& limits, const Answer& answer) {
   if (answer.method == "coupled" && in_blocks(scene))
     return largest_violation_in_blocks(scene, limits, answer.displacement);
-  if (!answer.split.empty()) // of which the displacement has the mean
+  if (!answer.split.empty()) // the displacement stores their mean
     return largest_violation_of_sides(scene, limits, answer);
   return largest_violation(scene, limits, answer.displacement, object_frame(scene));
 }
@@ -78,7 +77,7 @@ bool Comparison::any_failed() const {
   if (!reference.empty() && (!truth || !is_converged(truth->answer.status)))
     return true;
   return std::any_of(rows.begin(), rows.end(), [&](const ComparisonRow& row) {
-    // Beside a reference, a method that cannot carry the scene is a result; alone, nothing was answered.
+    // With a reference, a method that refuses the scene is a valid result; without one, there is no answer.
     const bool accepted = row.answer.status == Status::refused && !reference.empty();
     const bool cut = (row.answer.n_cut > 0 || row.answer.status == Status::clamped) && !cut_is_allowed;
     return cut || (!is_converged(row.answer.status) && !accepted);
@@ -115,7 +114,7 @@ Comparison compare_methods(const Scene& scene, std::vector<std::string> names, c
     row.answer = methods.answer(feels ? limits.known(scene) : scene, method, of_method);
     fail_where_inside_out(scene, row.answer);
     if (!fem_ref::ranks().is_first() && !method.starts_with("fem_"))
-      continue; // the first has the answer
+      continue; // the first rank has the answer
     if (has_displacement(row.answer.status) && feels)
       row.answer.seconds.setup += limits.seconds();
     if (is_under_way(row.answer) && limits.limits() && (feels || scene.limits_bind_relaxed()))

@@ -1,5 +1,5 @@
 #pragma once
-/// What a row of a comparison holds, in every form.
+/// Columns of a comparison, for all output formats.
 
 #include "compare/comparison.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"
@@ -7,12 +7,12 @@
 
 namespace maille::studies {
 
-/// A row with what its columns need to know beside it.
+/// A row with the context that its columns require.
 struct ComparisonLine {
   const Scene* scene;
   const Comparison* comparison;
   const ComparisonRow* row;
-  std::optional<TestResult> test{}; ///< where the scene has one, and the method forces
+  std::optional<TestResult> test{}; ///< if the scene has a test and the method has forces
 };
 
 const ResultTable<ComparisonLine>& columns_of_comparison();

@@ -28,7 +28,7 @@ bool has_reactions(const Scene& scene, const Answer& answer) {
   return answer.reaction.size() == scene.prescribed.size() && !answer.reaction.empty();
 }
 
-/// The same along the axes of the world, for people.
+/// Rotates a force to the axes of the world, for the text.
 std::vector<double> in_world(const Scene& scene, std::vector<double> force) {
   if (scene.specimen.placement.direction == Placement{}.direction)
     return force;
@@ -178,7 +178,7 @@ std::string rubbing_in_words(const Answer& answer) {
   return text;
 }
 
-/// @param is_shown  in the table for people
+/// @param is_shown  true: also in the text table
 void add_mechanics_errors(Table& columns, bool is_shown) {
   const auto add = [&](const char* name, const char* heading, const char* meaning,
                        std::optional<double> MechanicsErrors::*error) {
@@ -193,7 +193,7 @@ void add_mechanics_errors(Table& columns, bool is_shown) {
       &MechanicsErrors::recovered_stress);
 }
 
-/// Displacement beside what else is asked of an answer.
+/// Columns of errors: displacement and other requested quantities.
 const Table& columns_of_errors() {
   static const Table table([](Table& columns) {
     add_method(columns, of_row, of_answer, &Answer::method);
@@ -204,7 +204,7 @@ const Table& columns_of_errors() {
   return table;
 }
 
-/// By the keys of JSON.
+/// Members by their JSON keys.
 constexpr std::array<std::pair<const char*, std::optional<double> MechanicsErrors::*>, 4> parts_of_mechanics{
     {{"force", &MechanicsErrors::force},
      {"strain_energy", &MechanicsErrors::strain_energy},
@@ -237,7 +237,8 @@ void add_estimate(Table& columns) {
       .json_where([](const Line& line) { return line.row->estimation && !line.row->estimation->estimate; });
 }
 
-/// Of force and what else compare_mechanics() measures. @param is_shown in the table for people
+/// Adds estimates of force and the other quantities of compare_mechanics(). @param is_shown true: also in the
+/// text table
 void add_mechanics_estimates(Table& columns, bool is_shown) {
   constexpr auto of_estimation = &ComparisonRow::estimation;
   for (const auto& [key, error] : parts_of_mechanics)
@@ -247,7 +248,7 @@ void add_mechanics_estimates(Table& columns, bool is_shown) {
         of_row, of_estimation, &deform::ErrorEstimation::estimate, &deform::EstimatedError::mechanics, error);
 }
 
-/// The same of what is estimated.
+/// Columns of estimated errors.
 const Table& columns_of_estimates() {
   static const Table table([](Table& columns) {
     add_method(columns, of_row, of_answer, &Answer::method);

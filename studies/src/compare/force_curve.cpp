@@ -12,7 +12,7 @@ namespace maille::studies {
 
 namespace {
 
-/// In CSV, and for people in one.
+/// Adds a force: components in CSV, one column in the text.
 void add_force_of_curve(ResultTable<CurvePoint>& columns, const std::string& name,
                         std::optional<Vec3> CurvePoint::*force) {
   add_force(columns, name, force);

@@ -13,9 +13,9 @@ namespace maille::studies {
 
 struct CurvePoint {
   int step = 0;
-  double fraction = 0; ///< of the moves and loads
+  double fraction = 0; ///< fraction of the moves and loads
   double largest_displacement = 0;
-  std::optional<Vec3> move_force, hold_force; ///< sums over all of them, world's frame [N]
+  std::optional<Vec3> move_force, hold_force; ///< sums over all moves or holds, world's frame [N]
   std::optional<double> strain_energy;
 };
 
@@ -25,17 +25,18 @@ struct ForceCurve {
   std::vector<CurvePoint> points;
 };
 
-/// @param steps  a comparison of one method a step, with mechanics; those without an answer are passed over
-/// @param n_steps  of the whole series
+/// @param steps  one comparison of a single method per step, with mechanics; steps without an answer are
+/// skipped
+/// @param n_steps  number of steps of the whole series
 ForceCurve force_curve(const Scene& scene, const std::string& method, const std::vector<Comparison>& steps,
                        int n_steps);
 
 const ResultTable<CurvePoint>& columns_of_curve();
 
-/// Draws the size of the force on moves, on holds where there are no moves, and the strain energy over the
-/// largest displacement: a line a method, from the body at rest on.
-/// @param file *.svg, else PNG; replaced at once
-/// @return why there is no picture @throws std::filesystem::filesystem_error
+/// Plots the magnitude of the force on moves (on holds without moves) and the strain energy over the largest
+/// displacement: one line per method, starting at rest.
+/// @param file *.svg, else PNG; replaced atomically
+/// @return the reason of a failure, or nothing @throws std::filesystem::filesystem_error
 std::optional<std::string> draw_curves(const Scene& scene, const std::vector<ForceCurve>& curves,
                                        const std::filesystem::path& file);
 

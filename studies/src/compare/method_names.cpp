@@ -1,4 +1,4 @@
-/// The names of methods, without what stands behind them.
+/// Names of methods, without their implementation.
 
 #include "compare/methods.hpp"
 

@@ -15,7 +15,7 @@ namespace maille::studies {
 
 namespace {
 
-/// No picture, and why.
+/// A failure to plot, with its reason.
 struct NoPlot {
   std::string why;
 };

@@ -1,5 +1,5 @@
 #pragma once
-/// Plots by Matplotlib, in the middle of a command's work.
+/// Plots by Matplotlib, from a running command.
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -9,9 +9,9 @@
 
 namespace maille::studies {
 
-/// Runs the program `maille-curves` (python/maille/_curves.py) on a request, which gets the file as `out`.
-/// @param file .svg or .png, replaced at once
-/// @return why there is no picture; then the file is as it was
+/// Runs the program `maille-curves` (python/maille/_curves.py) on a request, with the file as its `out`.
+/// @param file .svg or .png, replaced atomically
+/// @return the reason of a failure, or nothing; after a failure the file is unchanged
 /// @throws std::filesystem::filesystem_error
 std::optional<std::string> draw_curves(nlohmann::ordered_json request, const std::filesystem::path& file);
 

@@ -11,15 +11,14 @@
 namespace maille::studies {
 namespace {
 
-constexpr double suspicious_ratio =
-    1.5; ///< of an error over its estimate, which is good to a factor of 2 at worst
+constexpr double suspicious_ratio = 1.5; ///< error over its estimate, which is within a factor of 2 at worst
 constexpr double negligible = 0.02;
 constexpr double worth_an_estimate = 0.03;
 constexpr double locking_poisson_ratio = 0.45;
-constexpr int too_few_cells = 4; ///< across a body that bends, for linear elements
+constexpr int too_few_cells = 4; ///< linear elements across a bent body
 
-/// That of an isotropic material of the same compressibility against its softest shear; of orthotropic ones
-/// the shear of its own axes.
+/// Poisson's ratio of an isotropic material of the same compressibility and the softest shear; for
+/// orthotropic materials the shear along their own axes.
 double poisson_ratio(const Material& material) {
   const Matrix6 C = stiffness(material.elasticity);
   const double bulk = C.topLeftCorner(3, 3).sum() / 9,
@@ -27,7 +26,7 @@ double poisson_ratio(const Material& material) {
   return shear > 0 ? (3 * bulk - 2 * shear) / (2 * (3 * bulk + shear)) : 0;
 }
 
-/// The largest of the materials that the body is of.
+/// Largest ratio among the body's materials.
 double largest_poisson_ratio(const Scene& scene) {
   std::set<std::uint8_t> used;
   for (std::int64_t cell = 0; cell < scene.specimen.grid.n_cells(); ++cell)
@@ -39,7 +38,7 @@ double largest_poisson_ratio(const Scene& scene) {
   return largest;
 }
 
-/// The least of the mean numbers of cells in a row along the axes.
+/// Smallest mean number of cells in a row, over the axes.
 double cells_across(const Scene& scene) {
   const Specimen& body = scene.specimen;
   double least = static_cast<double>(body.grid.n_cells());
@@ -59,7 +58,7 @@ double cells_across(const Scene& scene) {
 
 constexpr std::string_view advice = "--reference best finds a better one, and says how good it is";
 
-/// What an error says about the reference, given an estimate of it.
+/// Conclusion about the reference from an error and its estimate.
 std::string contradiction(const std::string& method, const std::string& reference, double error,
                           double estimate) {
   if (error > suspicious_ratio * estimate && error > estimate + negligible)
@@ -76,8 +75,8 @@ std::string contradiction(const std::string& method, const std::string& referenc
   return {};
 }
 
-/// Where linear elements are too stiff in this body, in words; empty where nothing is known of it. Those of
-/// finite strain have a pressure of their own.
+/// Known reasons that linear elements are too stiff in this body, in words; empty without one. Finite-strain
+/// elements have their own pressure and do not lock by incompressibility.
 std::string known_to_lock(const Scene& scene) {
   const double nu = largest_poisson_ratio(scene), cells = cells_across(scene);
   const std::string nearly_incompressible = scene.strain == Strain::small && nu >= locking_poisson_ratio

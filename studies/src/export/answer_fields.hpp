@@ -1,5 +1,5 @@
 #pragma once
-/// What write_vtk wrote, read again.
+/// Reader for files of write_vtk.
 
 #include "maille/scene/answer.hpp"
 
@@ -8,14 +8,14 @@
 
 namespace maille::studies {
 
-/// On the scene's grid, object's frame [m].
+/// Fields on the scene's grid, object's frame [m].
 struct AnswerFields {
   Displacement displacement;
   std::optional<Displacement> reference, error, estimate;
 };
 
-/// @param file that write_vtk wrote of this scene
-/// @throws std::runtime_error where it cannot be read, or is of another body
+/// @param file by write_vtk, of this scene
+/// @throws std::runtime_error if it cannot be read or belongs to another body
 AnswerFields read_answer_fields(const Scene& scene, const std::filesystem::path& file);
 
 } // namespace maille::studies

@@ -11,8 +11,8 @@
 namespace maille::studies {
 namespace {
 
-/// Corner (bit a: upper side along axis a) at each place of VTK's line, quad and hexahedron: they walk round
-/// a face, where our numbers run along rows. The first two and four serve the lower dimensions.
+/// Corner (bit a: upper side along axis a) for each vertex of VTK's line, quad and hexahedron, which go
+/// around a face, while our numbers run along rows. The first two and four serve the lower dimensions.
 constexpr std::array<int, 8> corner_at{0, 1, 3, 2, 4, 5, 7, 6};
 
 int cell_type(int dimension) {
@@ -28,7 +28,7 @@ vtkSmartPointer<vtkImageData> image_grid(const Specimen& specimen) {
   image->SetDimensions(grid.nodes().data());
   Vec3 spacing = grid.spacing();
   for (std::size_t axis = grid.dimension(); axis < 3; ++axis)
-    spacing[axis] = spacing[0]; // of no extent, but VTK inverts the matrix of the spacings
+    spacing[axis] = spacing[0]; // without extent, but VTK inverts the matrix of spacings
   image->SetSpacing(spacing.data());
   const Vec3 origin = plus(placement.origin, to_world(placement, specimen.origin));
   image->SetOrigin(origin.data());

@@ -11,15 +11,15 @@
 
 namespace maille::studies {
 
-/// @pre every cell holds matter
+/// @pre the body fills its grid
 vtkSmartPointer<vtkImageData> image_grid(const Specimen& specimen);
 /// Lines, quads or hexahedra over the numbered nodes and cells.
-/// @param placed  node positions in the world's frame; else in the object's
+/// @param placed  true: node positions in the world's frame; false: in the object's
 vtkSmartPointer<vtkUnstructuredGrid> cell_grid(const Specimen& specimen, const BodyNumbering& numbering,
                                                bool placed);
 
 /// The displacement of the numbered nodes, padded to three components.
-/// @param placement  turned into its world's frame
+/// @param placement  rotates the vectors into the world's frame
 vtkSmartPointer<vtkDoubleArray> vector_array(const char* name, const Displacement& displacement,
                                              const Placement& placement, const BodyNumbering& numbering);
 

@@ -45,7 +45,7 @@ std::array<double, 6> tensor_to_world(const Placement& placement, const std::arr
   const std::array<Vec3, 3> in_object{{{tensor[0], tensor[3], tensor[5]},
                                        {tensor[3], tensor[1], tensor[4]},
                                        {tensor[5], tensor[4], tensor[2]}}};
-  std::array<Vec3, 3> half{}; // its rows turned, then its columns
+  std::array<Vec3, 3> half{}; // rotates its rows, then its columns
   for (std::size_t row = 0; row < 3; ++row)
     half[row] = to_world(placement, in_object[row]);
   std::array<Vec3, 3> turned{};

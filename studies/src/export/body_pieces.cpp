@@ -22,13 +22,13 @@ namespace {
 
 constexpr const char* name_of_layers = "Layers";
 
-/// `n` numbers of a list from `first` on; none of an empty list.
+/// `n` numbers of a list starting at `first`; empty for an empty list.
 template<class List>
 List part_of(const List& whole, std::int64_t first, std::int64_t n) {
   return whole.empty() ? List() : List(whole.begin() + first, whole.begin() + first + n);
 }
 
-/// A body's layers, of which nothing is prescribed.
+/// A scene of some layers, without prescribed components.
 Scene layers_of(const Scene& scene, const Layers& layers) {
   const Specimen& body = scene.specimen;
   const Index3& n = body.grid.cells();

@@ -1,5 +1,5 @@
 #pragma once
-/// Large bodies as files of some layers of cells each, so that none needs memory for the whole.
+/// Large bodies as several files of some layers of cells each, so that no file needs memory for the whole.
 
 #include "body_numbering.hpp"
 #include "export/vtk_files.hpp"
@@ -16,7 +16,7 @@ namespace maille::studies {
 /// Splits the body into pieces of whole layers, each with the fewest layers that hold `cells` cells.
 std::vector<Layers> pieces_of(const Specimen& specimen, std::int64_t cells);
 
-/// What a file shows of some layers of a body: as write_vtk() has it, by numbers on the grid of the layers.
+/// Data of some layers of a body for write_vtk(), numbered on the grid of the layers.
 class LayersOfBody {
 public:
   /// @param fields of the whole scene; both must outlive this
@@ -24,7 +24,7 @@ public:
 
   const Scene& scene() const { return scene_; }
   const ExportFields& fields() const { return fields_; }
-  /// Numbers on the grid of the body, on that of the layers.
+  /// Converts numbers on the grid of the body to numbers on the grid of the layers.
   BodyNumbering numbering(BodyNumbering of_body) const;
 
 private:
@@ -38,12 +38,12 @@ private:
   std::vector<double> reaction_;
 };
 
-/// Where the pieces of `stem.pvtu` lie, from the first on.
+/// File of a piece of `stem.pvtu`.
 std::filesystem::path file_of_piece(const std::filesystem::path& list, std::size_t piece);
-/// The text of the list. @param one of the pieces, whose arrays the others have too
+/// Text of the list. @param one  any piece; all pieces have the same arrays
 std::string list_of_pieces(const std::filesystem::path& list, std::size_t pieces, vtkDataSet& one);
 
-/// A piece knows its layers.
+/// Stores the layers of a piece in its arrays.
 void add_layers(vtkFieldData& arrays, const Layers& layers);
 
 } // namespace maille::studies

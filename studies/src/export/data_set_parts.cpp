@@ -38,7 +38,7 @@ void keep_message(vtkObject*, unsigned long, void* kept, void* message) {
 
 namespace {
 
-/// An array yet to be filled. @param components  their names; none: one without
+/// An unfilled array. @param components  their names; none: a scalar array
 vtkSmartPointer<vtkDoubleArray> array_for(const char* name, std::span<const char* const> components,
                                           std::size_t tuples) {
   auto array = vtkSmartPointer<vtkDoubleArray>::New();
@@ -117,7 +117,7 @@ void write_data_set(vtkXMLWriter& writer, vtkDataSet& body, const fs::path& file
   else
     writer.SetCompressorTypeToLZ4();
   writer.SetHeaderTypeToUInt64();
-  // What is observed VTK does not print: the writer's complaint, and its pipeline's complaint about the
+  // VTK does not print observed events: the messages of the writer, and those of its pipeline about the
   // writer.
   std::string complaint;
   vtkNew<vtkCallbackCommand> listener;

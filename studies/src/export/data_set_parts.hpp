@@ -1,5 +1,5 @@
 #pragma once
-/// Arrays of VTK data sets, and their files; arrays of cells are in the world's frame.
+/// Arrays of VTK data sets, and writing of files; cell arrays are in the world's frame.
 
 #include "body_grid.hpp"
 #include "maille/scene/cell_fields.hpp"
@@ -19,38 +19,39 @@
 
 namespace maille::studies {
 
-/// Six components each, in VTK's order, turned into the world's frame.
-/// @param shown  places in `tensors`, of cells or nodes
+/// Tensors of six components in VTK's order, rotated into the world's frame.
+/// @param shown  indices in `tensors`, of cells or nodes
 vtkSmartPointer<vtkDoubleArray> tensor_array(const char* name,
                                              const std::vector<std::array<double, 6>>& tensors,
                                              const Placement& placement,
                                              const std::vector<std::int64_t>& shown);
 
 void add_text(vtkFieldData& arrays, const char* name, const std::string& text);
-/// The array Units: `text` and, where the body's place says it, what the world's axes point to, which image
-/// readers take (world_in).
+/// Adds the array Units: `text`, and the anatomical directions of the world's axes for image readers, if the
+/// body's placement has them (world_in).
 void add_units(vtkFieldData& arrays, const Placement& placement, const std::string& text);
 
-/// Places, displacements and what Units says of them, from metres to millimetres.
+/// Converts positions, displacements and the text of Units from metres to millimetres.
 void use_millimetres(vtkDataSet& body);
 
 enum class Compression {
-  zlib, ///< every reader has it
-  lz4,  ///< a tenth of the time, a sixth more bytes
+  zlib, ///< supported by every reader
+  lz4,  ///< ten times faster, files a sixth larger
 };
-/// Appended, compressed, whole or not at all. @throws std::filesystem::filesystem_error, std::runtime_error
+/// Writes a file atomically, appended and compressed. @throws std::filesystem::filesystem_error,
+/// std::runtime_error
 void write_data_set(vtkXMLWriter& writer, vtkDataSet& body, const std::filesystem::path& file,
                     Compression compression = Compression::zlib);
 
-/// MaterialId, FiberDirection and, of a segmentation, Label.
+/// Adds MaterialId, FiberDirection and, for a segmentation, Label.
 void add_matter(vtkCellData& arrays, const Scene& scene, const Placement& placement,
                 const BodyNumbering& numbering);
-/// MaterialNames, by MaterialId; of a segmentation LabelNumbers, ascending, and LabelMaterials, their
-/// materials' names.
+/// Adds MaterialNames, by MaterialId; for a segmentation also LabelNumbers, ascending, and LabelMaterials,
+/// the names of their materials.
 void add_names(vtkFieldData& arrays, const Scene& scene);
 
-/// Strain, PrincipalStrain and FiberStrain; with stress also Stress, VonMises and FiberStress. Those of
-/// fibres where Scene::has_fibres().
+/// Adds Strain, PrincipalStrain and FiberStrain; with stress also Stress, VonMises and FiberStress. Fibre
+/// arrays require Scene::has_fibres().
 void add_strain_and_stress(vtkCellData& arrays, const Scene& scene, FieldsOfCells fields,
                            const Placement& placement, const BodyNumbering& numbering, bool with_stress);
 

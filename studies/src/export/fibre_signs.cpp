@@ -8,15 +8,15 @@ namespace maille::studies {
 
 namespace {
 
-/// Maximum spanning trees over the faces between cells (Prim 1957); a fibre takes its sign as its cell joins
-/// the tree.
+/// Maximum spanning trees over the faces between cells (Prim 1957); the sign of a fibre is set when its cell
+/// joins the tree.
 class SignTree {
 public:
   SignTree(const Specimen& specimen, const Placement& placement);
   std::vector<Vec3> fibres() && { return std::move(fibre_); }
 
 private:
-  /// A cell that may join, and how nearly parallel it is to the one that it would join at.
+  /// A candidate cell, and how nearly parallel its fibre is to that of the neighbour in the tree.
   struct Candidate {
     double parallel = 0;
     std::int64_t cell = 0, from = 0;

@@ -1,4 +1,4 @@
-/// Lists of files for ParaView, and what a file shows of an answer: without VTK, which writes the files.
+/// Lists of files for ParaView, and fields of an answer in a file; without VTK, which writes the files.
 #include "export/vtk_files.hpp"
 #include "export/whole_file.hpp"
 
@@ -33,7 +33,7 @@ pugi::xml_node root_of(pugi::xml_document& document, const char* type, const cha
   return root.append_child(type);
 }
 
-/// `file` as the list in `folder` names it.
+/// Path of `file` in a list in `folder`.
 std::string as_listed(const fs::path& file, const fs::path& folder) {
   return fs::absolute(file).lexically_normal().lexically_relative(folder.lexically_normal()).generic_string();
 }

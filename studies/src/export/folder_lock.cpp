@@ -1,12 +1,12 @@
-/// Folders of results: one process at a time writes into them, and no other program's file goes.
+/// Folders of results: one process at a time writes to them, and no other program's file is deleted.
 ///
-/// FolderLock holds `.maille.lock` with a lock of the system, which drops it when the process dies; shards of
-/// a study share that and lock `.STUDY.lock` each. As long as it lives, write_whole() asks check_replaced()
-/// for every name of a result in that folder, or in the folder of a .pvtu's pieces below it: a link, or a
-/// file that is not Maille's (is_own_result), is a fault and stays.
+/// FolderLock holds `.maille.lock` with a system lock, which is released when the process ends; shards of a
+/// study share that lock and lock `.STUDY.lock` each. Meanwhile write_whole() calls check_replaced() for
+/// every result name in that folder, or in the folder of a .pvtu's pieces below it: a link, or a file that is
+/// not Maille's (is_own_result), is an error and is kept.
 ///
-/// Names that a command is sure to write are checked before its work: a fault after an hour is worth little.
-/// A foreign file under another name of a result is left alone.
+/// Names that a command will certainly write are checked before its work, because an error after an hour is
+/// too late. A foreign file under another result name is left alone.
 #include "export/whole_file.hpp"
 #include "maille/materials/json.hpp"
 #include "maille/materials/text_file.hpp"
@@ -29,10 +29,10 @@ namespace maille::studies {
 namespace fs = std::filesystem;
 namespace {
 
-/// A folder that a FolderLock of this process holds.
+/// A folder locked by this process.
 struct Guarded {
-  std::string stem;                           ///< begins the names of results; empty: warp's names
-  std::map<std::string, std::string> digests; ///< of files, from lists of results
+  std::string stem;                           ///< prefix of result names; empty: warp's names
+  std::map<std::string, std::string> digests; ///< digests of files, from lists of results
 };
 
 struct Guard {
@@ -46,7 +46,7 @@ Guard& guard() {
   return one;
 }
 
-/// @throws FolderTaken where a link, or another program's file, has the name of a result
+/// @throws FolderTaken if the result name belongs to a link or to another program's file
 void require_own(const fs::path& file, const Guarded& guarded, std::string_view head_of_table = "") {
   std::error_code none;
   if (fs::is_symlink(file, none))
@@ -59,13 +59,13 @@ void require_own(const fs::path& file, const Guarded& guarded, std::string_view 
         fmt::format("{}: expected a file of Maille, or none, found another file", file.string()));
 }
 
-/// Locks that no other process shares: a signal that ends the process takes them away.
+/// Lock files of this process only: a signal that ends the process deletes them.
 std::map<fs::path, UnfinishedFile>& own_locks() {
   static std::map<fs::path, UnfinishedFile> files;
   return files;
 }
 
-/// False where another process has locked the file. Some network folders have no locks: then it is true.
+/// False if another process has locked the file. True on network folders without support for locks.
 bool lock(int descriptor, short kind) {
   struct flock whole {};
   whole.l_type = kind;
@@ -73,7 +73,7 @@ bool lock(int descriptor, short kind) {
   return fcntl(descriptor, F_SETLK, &whole) == 0 || (errno != EACCES && errno != EAGAIN);
 }
 
-/// False where the file was removed, or replaced, since it was opened.
+/// False if the file was deleted or replaced since it was opened.
 bool is_still_there(int descriptor, const fs::path& file) {
   struct stat ours {
   }, theirs{};
@@ -97,14 +97,14 @@ void check_replaced(const fs::path& link, std::string_view head) {
   if (at == guard().folders.end() || guard().written.contains(file) ||
       !is_name_of_result(name, at->second.stem))
     return;
-  // Tables without rows have no head: they are those of studies.
+  // Only study tables have no rows, hence no header.
   require_own(file, at->second, head.empty() ? "study,case," : fmt::format("{}\n", head));
   guard().written.insert(file);
 }
 
 FolderLock::FolderLock(const fs::path& folder, const std::string& stem, Sharing sharing,
                        const std::vector<std::string>& sure)
-    : FolderLock() { // so that what is taken is given back where the rest throws
+    : FolderLock() { // so that the destructor releases locks if the rest throws
   take(folder, ".maille.lock", sharing == Sharing::parts ? F_RDLCK : F_WRLCK);
   if (sharing == Sharing::parts)
     take(folder, fmt::format(".{}.lock", stem), F_WRLCK);
@@ -115,7 +115,7 @@ FolderLock::FolderLock(const fs::path& folder, const std::string& stem, Sharing 
       const auto read = parse_json(read_own_text_file(list, "a list of results"), list);
       for (const auto& [name, digest] : read.at("digests").items())
         guarded.digests[name] = digest.get<std::string>();
-    } catch (const std::exception&) { // no list, or another program's
+    } catch (const std::exception&) { // not a list, or another program's
       continue;
     }
   }
@@ -148,7 +148,7 @@ void FolderLock::take(const fs::path& folder, const std::string& name, short kin
 FolderLock::~FolderLock() {
   struct stat known {};
   for (const auto& [descriptor, file] : locks_) {
-    // The last holder of a shared lock removes its file; a file that is not empty is not a lock of ours.
+    // The last holder of a shared lock deletes its file; a non-empty file is not our lock.
     if (descriptor < 0)
       continue;
     if (lock(descriptor, F_WRLCK) && fstat(descriptor, &known) == 0 && known.st_size == 0)

@@ -1,16 +1,16 @@
-/// Which files Maille wrote, and so may replace or remove.
+/// Recognition of files written by Maille, which it may replace or delete.
 ///
-/// One table (`forms`) serves all commands: the endings of results, and the mark that Maille's writer leaves
-/// in a file of each format, at a fixed place. A file without the mark is another program's. Data sets for
-/// viewers name their provenance among their first arrays, lists of data sets in a comment. PNG, SVG and MP4
-/// come from other libraries: add_mark() puts the mark at their end.
+/// One table (`forms`) for all commands: the endings of results, and the mark at a fixed place that Maille's
+/// writers put into each format. A file without the mark belongs to another program. Data sets for viewers
+/// store their provenance among their first arrays, lists of data sets in a comment. PNG, SVG and MP4 come
+/// from other libraries: add_mark() appends the mark.
 ///
-/// CSV has no place for a mark. A table is Maille's if its head is the new table's (by default one of
-/// `own_heads`), or if a list of results holds its digest. Where an ending is of no form, the content decides
-/// whether a file is JSON or CSV of Maille's.
+/// CSV has no place for a mark. A table is Maille's if its header is that of the new table (by default one of
+/// `own_heads`), or if a list of results has its digest. For an unknown ending, the content determines
+/// whether a file is JSON or CSV of Maille.
 ///
-/// Removal asks for more than replacement, since nothing follows: the provenance of a data set, or a digest,
-/// so that a file which was changed, or which a foreign list names, stays.
+/// Deletion requires more than replacement, since no new file follows: the provenance of a data set, or a
+/// digest, so that files changed since, or named in a foreign list, are kept.
 
 #include "export/whole_file.hpp"
 
@@ -44,10 +44,10 @@ bool is_plain_file(const fs::path& file) {
 
 constexpr std::int64_t anywhere = std::int64_t{1} << 40; ///< in the first 64 KB
 
-/// An ending of results, and what a file of Maille's says.
+/// An ending of results, and the mark of Maille's files.
 struct Form {
   std::string_view ending;
-  std::int64_t at = 0;        ///< [bytes] from the beginning; below zero from the end
+  std::int64_t at = 0;        ///< offset [bytes]; below zero: from the end
   std::string_view mark = {}; ///< empty: has_provenance()
   std::size_t place() const { return static_cast<std::size_t>(at < 0 ? -at : at); }
 };
@@ -71,12 +71,12 @@ constexpr std::array forms{
          "freemaille"sv}, // a box `free`
 };
 
-/// What tables that an option names begin with: of compare, trade, study, a hand that feels, a recorded hand.
+/// First header columns of tables written by options: compare, trade, study, probe runs, recorded hands.
 constexpr std::array own_heads{"scene,method,status,setup_s,"sv, "scene,method,halvings,nodes,"sv,
                                "study,case,"sv, "time,hand_x,hand_y,hand_z,proxy_x,"sv,
                                "frame,object,nodes,dx [m],dy [m],dz [m],x [m],"sv};
 
-/// The first 64 KB of a file, unpacked.
+/// The first 64 KB of a file, decompressed.
 std::string beginning(const fs::path& file) {
   std::string head(std::size_t{1} << 16, '\0');
   gzFile stream = gzopen(file.c_str(), "rb"); // which reads plain files, too
@@ -91,7 +91,7 @@ bool is_own_json(const fs::path& file) {
   constexpr std::int64_t largest = std::int64_t{1} << 30; ///< [bytes]
   try {
     auto json = parse_json(read_own_text_file(file, "a result", largest), file);
-    if (json.is_array() && !json.empty()) // a row a tissue
+    if (json.is_array() && !json.empty()) // one row per tissue
       json = nlohmann::ordered_json(json[0]);
     const auto is_text = [&](const char* key) { return json.contains(key) && json[key].is_string(); };
     return json.is_object() && (is_text("maille") || (is_text("study") && is_text("scene_text")));
@@ -133,7 +133,7 @@ bool is_name_of_result(std::string_view name, std::string_view stem) {
 bool has_provenance(const fs::path& file) {
   if (!is_plain_file(file))
     return false;
-  const std::string head = beginning(file); // field data come first
+  const std::string head = beginning(file); // field data is stored first
   const auto has = [&](std::string_view text) { return head.find(text) != std::string::npos; };
   return has("<VTKFile") && ((has("Name=\"Units\"") && has("Name=\"Provenance\"")) ||
                              has(fmt::format("<!--{}-->", provenance_of_list)));
@@ -179,7 +179,7 @@ void add_mark(const fs::path& file) {
     return;
   std::ifstream stream(file, std::ios::binary);
   std::string text(std::istreambuf_iterator<char>(stream), {});
-  const std::size_t behind = form->place() - form->mark.size(); // bytes that the format ends with
+  const std::size_t behind = form->place() - form->mark.size(); // final bytes of the format
   const bool is_whole = ending == ".png"   ? text.size() > behind && text.substr(text.size() - 8, 4) == "IEND"
                         : ending == ".svg" ? text.find("</svg>") != std::string::npos
                                            : !text.empty();

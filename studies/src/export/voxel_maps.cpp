@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The placement that carries vectors of the object's frame into the frame of the written file.
+/// Placement that rotates vectors from the object's frame to the frame of the written file.
 Placement written_frame(const Specimen& body) {
   Placement placement = body.placement;
   if (placement.world == WorldAxes::lps)
@@ -33,7 +33,7 @@ Placement written_frame(const Specimen& body) {
   return placement;
 }
 
-/// At the middle of every voxel, between the corners of its cell [mm], in `frame`.
+/// Displacement at voxel centres, interpolated between the corners of the cell [mm], in `frame`.
 std::optional<Image> displacement_of_voxels(const ImageInfo& info, const Scene& scene, const Answer& answer,
                                             const Placement& frame) {
   const Specimen& body = scene.specimen;
@@ -106,7 +106,7 @@ std::vector<fs::path> write_voxel_maps(const Scene& scene, const Answer& answer,
     return [&](std::int64_t cell, std::span<float> values) {
       const auto tensor = tensor_to_world(frame, of_cells[cell]);
       std::copy(tensor.begin(), tensor.end(), values.begin());
-      std::swap(values[4], values[5]); // xz before yz, as in images
+      std::swap(values[4], values[5]); // images store xz before yz
     };
   };
   const auto along_fibres = [&](const std::vector<std::array<double, 6>>& of_cells) {

@@ -35,14 +35,14 @@ void require_fit(const Scene& scene, const Displacement& displacement, const cha
         fmt::format("write_vtk: {} does not fit the grid of scene {}", what, scene.name));
 }
 
-/// Calls use(what says strains): those of the answer, or its displacement.
+/// Calls use() with the cell strains of the answer, or with its displacement.
 template<class Use>
 auto with_strains(const ExportFields& fields, const Use& use) {
   return fields.cell_strain != nullptr && !fields.cell_strain->empty() ? use(*fields.cell_strain)
                                                                        : use(*fields.displacement);
 }
 
-/// Those of the answer, or recovered where it has none of its own.
+/// Adds nodal tensors of the answer, or recovered ones if it has none.
 void add_nodal_tensors(vtkPointData& arrays, const Scene& scene, const ExportFields& fields,
                        const BodyNumbering& numbering) {
   const Placement& placement = scene.specimen.placement;
@@ -71,7 +71,7 @@ void add_point_arrays(vtkDataSet& body, const Scene& scene, const ExportFields& 
   arrays.AddArray(displacement);
   if (fields.reference != nullptr) {
     const auto reference = vector_array("DisplacementReference", *fields.reference, placement, numbering);
-    // From the arrays as written, so that the difference of the two is exactly the third.
+    // Computed from the written arrays, so that the third is exactly their difference.
     vtkNew<vtkDoubleArray> error;
     error->DeepCopy(displacement);
     error->SetName("DisplacementError");
@@ -83,7 +83,7 @@ void add_point_arrays(vtkDataSet& body, const Scene& scene, const ExportFields& 
   if (fields.error_estimate != nullptr)
     arrays.AddArray(vector_array("DisplacementErrorEstimate", *fields.error_estimate, placement, numbering));
   if (fields.reaction != nullptr && !fields.reaction->empty()) {
-    Displacement forces(scene.specimen.grid); // a vector at every node, as displacements are
+    Displacement forces(scene.specimen.grid); // one vector per node, like displacements
     for (std::size_t i = 0; i < scene.prescribed.size(); ++i)
       forces(scene.prescribed[i].component, scene.prescribed[i].node) = fields.reaction->at(i);
     arrays.AddArray(vector_array("Reaction", forces, placement, numbering));
@@ -92,7 +92,7 @@ void add_point_arrays(vtkDataSet& body, const Scene& scene, const ExportFields& 
   arrays.SetActiveVectors("Displacement");
 }
 
-/// How far every cell has turned, where the scene asks for frames of their own: the axis times the angle.
+/// Adds the rotation of every cell, if the scene has cell frames: axis times angle.
 void add_rotation(vtkCellData& arrays, const Scene& scene, const Displacement& displacement,
                   const BodyNumbering& numbering) {
   const auto rotation = block_rotations(scene, displacement);
@@ -130,7 +130,7 @@ void add_field_data(vtkFieldData& arrays, const Placement& placement, const Expo
   }
 }
 
-/// All but names.
+/// Adds all arrays except names.
 void add_arrays(vtkDataSet& body, const Scene& scene, const ExportFields& fields,
                 const BodyNumbering& numbering) {
   const Placement& placement = scene.specimen.placement;
@@ -148,7 +148,7 @@ void add_arrays(vtkDataSet& body, const Scene& scene, const ExportFields& fields
     use_millimetres(body);
 }
 
-/// A piece of write_vtk()'s data set. Values at nodes are recovered from cells up to two layers beyond.
+/// A piece of write_vtk()'s data set. Recovered nodal values use cells of up to two layers beyond it.
 vtkSmartPointer<vtkDataSet> data_set_of(const Scene& scene, const ExportFields& fields, const Layers& piece,
                                         vtkFieldData& names) {
   constexpr int beyond = 2;
@@ -167,7 +167,7 @@ vtkSmartPointer<vtkDataSet> data_set_of(const Scene& scene, const ExportFields& 
 /// @pre 3D; strains are in the frame of the grid
 fs::path write_in_pieces(const Scene& scene, const ExportFields& fields, const fs::path& stem) {
   constexpr int pieces_of_file = 12;
-  constexpr int most_writers = 4; // each has 330 MB of memory
+  constexpr int most_writers = 4; // each uses 330 MB of memory
   const std::vector<Layers> pieces = pieces_of(scene.specimen, fields.most_cells / pieces_of_file);
   fs::path list = stem;
   list += ".pvtu";
@@ -221,7 +221,7 @@ fs::path write_vtk(const Scene& scene, const ExportFields& fields, const fs::pat
   add_arrays(*body, scene, fields, numbering);
 
   fs::path file = stem;
-  file += ending_of_vtk(scene); // not replace_extension: a stem may hold a point
+  file += ending_of_vtk(scene); // not replace_extension: a stem may contain a dot
   if (is_whole)
     write_data_set(*vtkNew<vtkXMLImageDataWriter>(), *body, file);
   else

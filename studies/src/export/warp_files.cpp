@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// How far an image lies from the body, in words.
+/// Distance between an image and the body, in words.
 std::string apart_in_words(const ImageInfo& image, const Specimen& body) {
   const ImageInfo info = in_world(image, body.placement.world);
   Eigen::AlignedBox3d of_image, of_body;
@@ -38,7 +38,7 @@ std::string apart_in_words(const ImageInfo& image, const Specimen& body) {
                      1e3 * middles);
 }
 
-/// @throws std::runtime_error where no voxel is in the body
+/// @throws std::runtime_error if no voxel is in the body
 Pull pull_on(const ImageInfo& grid, const fs::path& file, const std::vector<DeformedBody>& bodies) {
   Pull pull = pull_of(grid, bodies);
   if (pull.reached == 0 && pull.at_rest == 0)
@@ -49,7 +49,7 @@ Pull pull_on(const ImageInfo& grid, const fs::path& file, const std::vector<Defo
   return pull;
 }
 
-/// A body whose world is not stated is in the image's.
+/// A body without a stated world is in the world of the image.
 bool is_same_grid(const ImageInfo& a, const ImageInfo& b) {
   const auto is_near = [](double x, double y, double of) { return std::abs(x - y) <= 1e-4 * of; };
   if (a.size != b.size || a.world != b.world)
@@ -126,7 +126,7 @@ void add_warnings(WarpedFiles& made) {
   if (made.reached_twice > 0)
     made.warnings.push_back(
         fmt::format("{} voxels are covered by two cells or more: the first has them", made.reached_twice));
-  // Parts of voxels count volumes to half a percent from a thousand voxels on.
+  // From a thousand voxels on, sub-voxel sums give volumes to half a percent.
   constexpr std::int64_t countable = 1000;
   constexpr double told_apart = 0.01;
   for (const WarpedLabel& label : made.labels)

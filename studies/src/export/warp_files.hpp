@@ -1,6 +1,5 @@
 #pragma once
-/// Images and labels where an answer has moved their matter, and the fields that other programs take, as
-/// files.
+/// Images and labels deformed by an answer, and deformation fields for other programs, as files.
 
 #include "maille/scene/answer.hpp"
 #include "maille/scene/warp/warp.hpp"
@@ -13,24 +12,24 @@
 namespace maille::studies {
 
 struct WarpRequest {
-  std::optional<std::filesystem::path> image; ///< of grey values
-  /// Of labels; nothing: the image that the body was read from, where that is a segmentation.
+  std::optional<std::filesystem::path> image; ///< grey-value image
+  /// Label image; nothing: the body's source image, if it is a segmentation.
   std::optional<std::filesystem::path> labels;
-  /// Of warped images and the pull field, beside .nii.gz: `mha`, `nrrd`.
+  /// Formats of warped images and the pull field, in addition to .nii.gz: `mha`, `nrrd`.
   std::vector<std::string> also;
-  float background = 0;                     ///< of the warped image where there is no matter
+  float background = 0;                     ///< value of the warped image outside the body
   std::vector<std::string> surfaces;        ///< formats of the deformed parts' surfaces: `stl`, `ply`, `vtp`
-  LengthUnit unit = LengthUnit::millimetre; ///< of those
+  LengthUnit unit = LengthUnit::millimetre; ///< of surfaces
 };
 
-/// Why a scene cannot be warped; empty where it can: it has three dimensions, and there is an image.
+/// Reason that a scene cannot be warped; empty if it can: three dimensions and an image.
 std::string why_no_warp(const Scene& scene, const WarpRequest& request);
 
 struct WarpedFiles {
-  std::vector<std::filesystem::path> files; ///< in the order of their making
+  std::vector<std::filesystem::path> files; ///< in the order of creation
   std::int64_t reached = 0, at_rest = 0, vacated = 0, reached_twice = 0, folded_cells = 0; ///< see Pull
   std::vector<WarpedLabel> labels;   ///< empty without an image of labels
-  std::vector<std::string> warnings; ///< in words: what was folded, left out or reached twice
+  std::vector<std::string> warnings; ///< about folded, omitted or doubly reached voxels
 };
 
 /// Writes `stem` and warped.nii.gz, labels_warped.nii.gz, pull.nii.gz (LPS [mm], 1007), push.nrrd
@@ -39,9 +38,9 @@ struct WarpedFiles {
 /// surface.ply and .vtp, and an
 /// .stl a part, surface_PART.stl.
 ///
-/// A world that the file does not state is the one that ITK takes it for: LPS of MetaImage, else RAS.
+/// If a file does not state its world, ITK's default applies: LPS for MetaImage, else RAS.
 /// @pre   why_no_warp is empty, and the answer has a displacement
-/// @throws InputError for faulty images; as write_whole where a file cannot be written
+/// @throws InputError for invalid images; as write_whole if a file cannot be written
 WarpedFiles write_warp(const Scene& scene, const Answer& answer, const WarpRequest& request,
                        const std::filesystem::path& stem);
 

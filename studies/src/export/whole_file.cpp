@@ -1,12 +1,12 @@
-/// Files that appear whole or not at all.
+/// Atomic writing of files.
 ///
-/// A writer fills a temporary file beside the final one, of a name that could not be foreseen. The file is
-/// marked as Maille's, checked against what stands in its place (check_replaced), and moved there by a
-/// rename, which is atomic within a file system. Devices and pipes are written to as they are.
+/// A writer fills a temporary file with an unpredictable name in the final folder. The file gets Maille's
+/// mark, is checked against an existing file (check_replaced), and is renamed, which is atomic within a file
+/// system. Devices and pipes are written to directly.
 ///
-/// An error removes the temporary file; so does a signal, by a list that a signal handler may read
-/// (UnfinishedFile). After a kill -9 the name tells the process and the machine: the next command on this
-/// machine that finds the process gone removes the file.
+/// An error deletes the temporary file, and so does a signal, by a list that is safe in a signal handler
+/// (UnfinishedFile). After a kill -9 the name contains the process and the machine: the next command on this
+/// machine deletes the file if that process no longer exists.
 #include "export/whole_file.hpp"
 
 #include "maille/materials/text_file.hpp"
@@ -33,7 +33,7 @@ namespace maille::studies {
 namespace fs = std::filesystem;
 namespace {
 
-/// A new, empty file of a name that could not be foreseen. Removed unless told that it has found its place.
+/// A new, empty file with an unpredictable name; deleted unless it was moved to its final name.
 class TemporaryFile {
 public:
   explicit TemporaryFile(const fs::path& file) {
@@ -45,7 +45,7 @@ public:
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
   ~TemporaryFile() {
-    std::error_code ignored; // there may be nothing to remove, and a destructor has no one to tell
+    std::error_code ignored; // it may not exist, and a destructor cannot report errors
     if (!placed_)
       fs::remove(path_, ignored);
   }
@@ -56,7 +56,7 @@ public:
   }
 
 private:
-  /// Who could read and write the file before still can, as far as this user may grant it.
+  /// Copies mode and group of the replaced file, as far as this user is permitted.
   static void take_over_mode(const fs::path& file, int descriptor) {
     struct stat before {};
     if (stat(file.c_str(), &before) != 0)
@@ -66,11 +66,11 @@ private:
   }
 
   fs::path path_;
-  std::optional<UnfinishedFile> unfinished_; ///< until it has found its place or is removed
+  std::optional<UnfinishedFile> unfinished_; ///< until it is renamed or deleted
   bool placed_ = false;
 };
 
-/// Where a chain of symbolic links leads: a rename onto a link would replace the link.
+/// Target of a chain of symbolic links: a rename onto a link would replace the link.
 fs::path behind_links(fs::path file) {
   for (int depth = 0; fs::is_symlink(file); ++depth) {
     if (depth == 40)
@@ -160,7 +160,7 @@ enum State : int { unused, being_filled, known };
 
 struct Place {
   std::atomic<int> state{unused};
-  pid_t process = 0; ///< a forked process has its parent's list, too
+  pid_t process = 0; ///< owner: a forked process inherits its parent's list
   std::array<char, 4096> path{};
 };
 static_assert(std::atomic<int>::is_always_lock_free, "a signal handler may touch it");

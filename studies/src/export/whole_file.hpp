@@ -1,5 +1,5 @@
 #pragma once
-/// Files that appear whole or not at all, and that do not take the place of what a run reads.
+/// Atomic writing of files, and protection of input files from being replaced.
 
 #include <exception>
 #include <filesystem>
@@ -12,41 +12,41 @@
 
 namespace maille::studies {
 
-/// @brief Lets `write` fill a new file beside `file` and puts it in place once it is whole.
+/// @brief Lets `write` fill a temporary file next to `file` and renames it once it is complete.
 ///
-/// The temporary file is in the same folder (a rename across file systems is a copy) and keeps the ending,
-/// which some writers look at. It is removed when anything fails; `file` is then as it was before. Where
-/// `file` is a symbolic link, the file that it leads to is replaced, not the link.
+/// The temporary file is in the same folder (renaming across file systems would be a copy) and keeps the
+/// ending, which some writers check. It is deleted on failure; `file` is then unchanged. If `file` is a
+/// symbolic link, its target is replaced, not the link.
 ///
-/// Mode and group are those of the file that is replaced.
+/// Mode and group of a replaced file are kept.
 ///
-/// @param write  fills the path that it is given, an empty file, and throws if it cannot
-/// @throws what `write` throws; std::filesystem::filesystem_error if the folder is missing, `write` left no
-///         file, or the file cannot be put in place; UsageError if the run reads that file (keep_input)
+/// @param write  fills the given path, an empty file, and throws on failure
+/// @throws exceptions of `write`; std::filesystem::filesystem_error if the folder is missing, `write` has
+///         left no file, or renaming fails; UsageError if the file is an input of the run (keep_input)
 void write_whole(const std::filesystem::path& file,
                  const std::function<void(const std::filesystem::path&)>& write);
 
-/// Removes what processes of this machine that are no more left of write_whole in a folder.
+/// Deletes temporary files of write_whole in a folder, from ended processes of this machine.
 void remove_unfinished_files(const std::filesystem::path& folder);
 
-/// The same for a text. A device or a pipe in the file's place is written to as it is.
+/// The same for a text. A device or a pipe is written to directly.
 void write_whole(const std::filesystem::path& file, std::string_view text);
 
-/// A message in one line; those of the standard library about files in our words: `FILE: cannot write: why`.
+/// An exception's message in one line; file errors of the standard library become `FILE: cannot write: why`.
 std::string message_of(const std::exception& error);
 
-/// Results are there already, a link is in their place, or another process is writing them.
+/// Results exist already, a link has their name, or another process is writing them.
 class FolderTaken : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Holds a folder of results for one process as long as it lives; the system drops it when the process dies.
+/// Locks a folder of results for one process; the system releases the lock when the process ends.
 class FolderLock {
 public:
   enum class Sharing { none, parts };
-  /// @param stem     begins the names of the results; empty: those of warp
-  /// @param sharing  parts: others may write under other stems at the same time
-  /// @param sure     ends of names that will be written: what stands there has to be Maille's
+  /// @param stem     prefix of the names of results; empty: names of warp
+  /// @param sharing  parts: other processes may write under other stems at the same time
+  /// @param sure     suffixes of files that will be written: existing ones must be Maille's
   /// @throws FolderTaken
   FolderLock(const std::filesystem::path& folder, const std::string& stem, Sharing sharing,
              const std::vector<std::string>& sure = {});
@@ -61,33 +61,33 @@ private:
   std::vector<std::pair<int, std::filesystem::path>> locks_; ///< descriptors
 };
 
-/// True of one plain name of the form of Maille's results: STEM_... or STEM.ENDING, with an ending of theirs;
-/// without a stem, of warp's files.
+/// True for a plain file name in the form of Maille's results: STEM_... or STEM.ENDING, with a known ending;
+/// without a stem, for names of warp's files.
 bool is_name_of_result(std::string_view name, std::string_view stem);
-/// True if a result may take the file's place: it is empty, or a regular file with the mark of Maille's files
-/// of that ending. @param head_of_table of CSV, which has no place for a mark: a table begins with it
+/// True if a result may replace the file: it is empty, or a regular file with Maille's mark for that ending.
+/// @param head_of_table for CSV, which has no place for a mark: first line of the table
 bool is_own_result(const std::filesystem::path& file, std::string_view head_of_table = "");
-/// @throws FolderTaken where a name of a result, in a folder that a FolderLock holds, is a link's or another
-/// program's file. @param head first line of what takes the place
+/// @throws FolderTaken if the name of a result, in a folder locked by FolderLock, belongs to a link or to
+/// another program's file. @param head first line of the new file
 void check_replaced(const std::filesystem::path& file, std::string_view head);
-/// Marks a PNG, SVG or MP4, which other libraries write, as Maille's. @throws
-/// std::filesystem::filesystem_error where it cannot be written or is not whole
+/// Marks a PNG, SVG or MP4 from another library as Maille's. @throws std::filesystem::filesystem_error if it
+/// cannot be written or is incomplete
 void add_mark(const std::filesystem::path& file);
-/// True if a regular file, no link, holds Maille's provenance: data sets for viewers and lists of them do.
+/// True for a regular file (no link) with Maille's provenance: data sets for viewers and their lists.
 bool has_provenance(const std::filesystem::path& file);
-/// The comment that lists of data sets (.pvd, .vtm, .pvtu) begin with.
+/// First comment in lists of data sets (.pvd, .vtm, .pvtu).
 inline constexpr std::string_view provenance_of_list = " Provenance: Maille ";
-/// Digest of a file's content, for files that cannot hold provenance: a list of results has it. Empty
-/// where the file is a link or cannot be read.
+/// Digest of a file's content, for files without provenance: a list of results stores it. Empty for links and
+/// unreadable files.
 std::string digest_of(const std::filesystem::path& file);
-/// Removes one result and, of a .pvtu, the pieces that has_provenance() is true of. @pre it is a result
+/// Deletes a result and, for a .pvtu, its pieces with provenance (has_provenance()). @pre it is a result
 void remove_result(const std::filesystem::path& file);
-/// Makes the folder of a .pvtu's pieces, without earlier pieces. @throws std::filesystem::filesystem_error
-/// where it is a link, or holds links
+/// Creates the folder of a .pvtu's pieces and deletes earlier pieces. @throws
+/// std::filesystem::filesystem_error if it is or contains a link
 void make_folder_of_pieces(const std::filesystem::path& folder);
 
-/// Knows of a file that is being written for as long as it lives, so that a signal that ends the process can
-/// take it away. Of more than 16 at a time, or of paths of more than 4095 bytes, it knows nothing.
+/// Registers a file under construction for its lifetime, so that a signal that ends the process can delete
+/// it. Not more than 16 files at a time, and no paths of more than 4095 bytes.
 class UnfinishedFile {
 public:
   explicit UnfinishedFile(const std::filesystem::path& file);
@@ -99,7 +99,7 @@ private:
   int place_ = -1;
 };
 
-/// Removes all UnfinishedFiles. A signal handler may call it.
+/// Deletes all registered files (UnfinishedFile). Safe in a signal handler.
 void remove_unfinished_files() noexcept;
 
 } // namespace maille::studies

@@ -37,7 +37,7 @@ vtkSmartPointer<vtkPolyData> surface_at(const Scene& scene, const BodyNumbering&
   return surface_of(*body);
 }
 
-/// The body at rest: a grey shape behind everything, and its sharp edges unless voxels make steps everywhere.
+/// The body at rest: a grey shape in the background, with its sharp edges unless it consists of voxel steps.
 Props rest_actors(const Scene& scene, const BodyNumbering& numbering, const BodyStyle& style,
                   const View& view) {
   const auto surface = surface_at(scene, numbering, nullptr, nullptr, style);
@@ -50,7 +50,7 @@ Props rest_actors(const Scene& scene, const BodyNumbering& numbering, const Body
   return props;
 }
 
-/// A line has no faces: a tube in colours, and the rest shape as a thin tube below it.
+/// A line has no faces: it is a coloured tube, with the rest shape as a thin tube below it.
 Props line_actors(const Scene& scene, const BodyNumbering& numbering, const Displacement& displacement,
                   const Displacement& shown, const BodyStyle& style, const View& view) {
   const double radius = 0.25 * view.height;
@@ -83,7 +83,7 @@ void colour_by(vtkActor& actor, vtkColorTransferFunction& colours) {
   vtkMapper& mapper = *actor.GetMapper();
   mapper.SetLookupTable(&colours);
   mapper.UseLookupTableScalarRangeOn();
-  mapper.InterpolateScalarsBeforeMappingOn(); // else a cell with far ends shows colours that are on no scale
+  mapper.InterpolateScalarsBeforeMappingOn(); // else large cells leave the scale
 }
 
 vtkSmartPointer<vtkColorTransferFunction> viridis(double end) {
@@ -111,8 +111,8 @@ Props body_actors(const Scene& scene, const Displacement& displacement, const Di
   if (scene.dimension() == 1)
     return line_actors(scene, numbering, displacement, shown, style, view);
   const auto surface = surface_at(scene, numbering, &displacement, &shown, style);
-  // Light and ambient light stay below 1 together, and flat shapes take none: colours must be read off the
-  // scale.
+  // Diffuse and ambient light are below 1 in sum, and flat shapes have no diffuse light, so that colours can
+  // be compared with the scale.
   const auto body = surface_actor(surface, scene.dimension() == 3 ? Shading{0.5, 0.75} : Shading{1, 0});
   colour_by(*body, *style.colours);
   Props props = rest_actors(scene, numbering, style, view);
@@ -125,7 +125,7 @@ Props body_actors(const Scene& scene, const Displacement& displacement, const Di
 
 namespace {
 
-/// Colours that stay apart for the colour-blind (M. Okabe, K. Ito, 2002).
+/// Colours that are distinct for colour-blind readers (M. Okabe, K. Ito, 2002).
 constexpr std::array<std::array<int, 3>, 7> palette{{{0, 114, 178},
                                                      {230, 159, 0},
                                                      {0, 158, 115},
@@ -159,7 +159,7 @@ public:
 
 private:
   Vec3 base_;
-  int most_ = 0; ///< largest number of a material
+  int most_ = 0; ///< largest material number
   vtkSmartPointer<vtkColorTransferFunction> scale_;
 };
 
@@ -192,11 +192,11 @@ vtkSmartPointer<vtkPolyData> placed_surface(const Specimen& body, const BodyNumb
 Vec3 object_colour(const WorldScene& world, std::size_t object) {
   if (world.objects[object].kind == ObjectKind::fixed)
     return {0.74, 0.74, 0.76};
-  std::size_t place = 0; // among the objects that move
+  std::size_t place = 0; // index among moving objects
   for (std::size_t i = 0; i < object; ++i)
     place += world.objects[i].kind == ObjectKind::fixed ? 0 : 1;
   const auto& colour = palette[place % palette.size()];
-  const std::size_t round = place / palette.size(); // lighter each time that the palette comes round
+  const std::size_t round = place / palette.size(); // lighter in every round of the palette
   const double light = 1 - std::pow(0.6, static_cast<double>(round));
   Vec3 mixed;
   for (std::size_t c = 0; c < 3; ++c)

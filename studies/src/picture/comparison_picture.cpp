@@ -37,11 +37,11 @@ void require_fit(const Scene& scene, const std::vector<PicturePanel>& panels) {
 }
 
 struct LengthUnit {
-  double metres = 1e-3; ///< or whatever else colours show
+  double metres = 1e-3; ///< or the unit of other coloured quantities
   std::string name = "mm";
 };
 
-/// Millimetres, unless they would need many digits.
+/// Unit of lengths: millimetres, unless they need many digits.
 LengthUnit unit_for(double largest) {
   if (largest >= 1)
     return {1, "m"};
@@ -70,7 +70,7 @@ bool is_nonfinite(const PicturePanel& panel) {
   return std::ranges::any_of(panel.displacement->values(), [](double u) { return !std::isfinite(u); });
 }
 
-/// The box of a body that is drawn by someone else.
+/// Box of a body drawn by `draw`.
 vtkSmartPointer<vtkActor2D> drawn_body(const PicturePanel& panel, const DrawBody& draw, const View& view,
                                        double warp, const Page& page, const Box& box) {
   PanelView of{view.right, view.up, view.toward, view.centre, page.scale};
@@ -82,7 +82,7 @@ vtkSmartPointer<vtkActor2D> drawn_body(const PicturePanel& panel, const DrawBody
   image->SetDimensions(of.width, of.height, 1);
   image->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
   const auto row = static_cast<std::ptrdiff_t>(3) * of.width;
-  for (int y = 0; y < of.height; ++y) // VTK's rows begin at the bottom
+  for (int y = 0; y < of.height; ++y) // VTK's rows start at the bottom
     std::copy_n(rgb.begin() + row * y, row,
                 static_cast<std::uint8_t*>(image->GetScalarPointer(0, of.height - 1 - y, 0)));
   vtkNew<vtkImageMapper> mapper;

@@ -65,7 +65,7 @@ Shape rectangle(const Box& box) {
   return {{box.left, box.bottom, 0}, {right, box.bottom, 0}, {right, top, 0}, {box.left, top, 0}};
 }
 
-/// A bar of the colours over 0 to the scale's end [pixels].
+/// A bar of the colours from 0 to the scale's end [pixels].
 vtkSmartPointer<vtkActor2D> colour_bar(const Box& box, vtkColorTransferFunction& colours, double end) {
   constexpr int n_strips = 256;
   std::vector<Shape> strips;
@@ -202,7 +202,7 @@ void add_triad(vtkRenderer& renderer, const View& view, const Scene& scene, bool
       if (sign < 0 && !is_anatomical)
         continue;
       const double dx = sign * length * axes[axis][0], dy = sign * length * axes[axis][1];
-      if (std::hypot(dx, dy) < 0.05 * length) // it comes towards the viewer
+      if (std::hypot(dx, dy) < 0.05 * length) // it points to the viewer
         continue;
       const auto actor = on_page(data_of({{{x, y, 0}, {x + dx, y + dy, 0}}}, true), colours[axis]);
       actor->GetProperty()->SetLineWidth(sign > 0 ? 3 : 1);
@@ -284,7 +284,7 @@ void save(vtkRenderWindow& window, const fs::path& png) {
   image->SetInputBufferTypeToRGB();
   image->ReadFrontBufferOff();
   image->Update();
-  vtkNew<vtkPNGWriter> writer; // in memory, since it does not notice a full disk
+  vtkNew<vtkPNGWriter> writer; // in memory, because the writer does not detect a full disk
   writer->SetInputConnection(image->GetOutputPort());
   writer->WriteToMemoryOn();
   writer->Write();

@@ -1,5 +1,5 @@
 #pragma once
-/// What all pictures are drawn with: a window that needs no screen, text, lights, the camera, the file.
+/// Drawing tools of all pictures: offscreen window, text, lights, camera, file.
 
 #include "layout.hpp"
 
@@ -23,24 +23,24 @@ namespace maille::studies {
 inline constexpr Vec3 ink{0.10, 0.12, 0.16};
 inline constexpr Vec3 quiet_ink{0.38, 0.40, 0.45};
 
-/// @param x, @param y  [pixels] of the middle of the text's top
+/// @param x, @param y  top centre of the text [pixels]
 void add_text(vtkRenderer& renderer, const std::string& text, double x, double y, double size,
               const Vec3& colour, bool is_bold);
 
-/// The world's axes, as a triad in the page's legend.
-/// @param is_anatomical  letters R L, A P, S I at the ends in place of x, y, z at the positive ones
-/// @param em  size of the text [pixels]
+/// Adds a triad of the world's axes to the page's legend.
+/// @param is_anatomical  letters R L, A P, S I at both ends, in place of x, y, z at the positive ends
+/// @param em  text size [pixels]
 void add_triad(vtkRenderer& renderer, const View& view, const Scene& scene, bool is_anatomical,
                const Page& page, double em);
 
 /// A filled box of the page.
 void add_rectangle(vtkRenderer& renderer, const Box& box, const Vec3& colour);
 
-/// A bar of the colours from 0 to the scale's end with its numbers, and a line of text above it.
+/// Adds a colour bar from 0 to the scale's end with its numbers, and a line of text above it.
 void add_legend(vtkRenderer& renderer, const Page& page, vtkColorTransferFunction& colours,
                 const Scale& scale, const std::string& text);
 
-/// Moves an actor towards the viewer (or away, < 0): under a parallel view that changes only what hides what.
+/// Moves an actor towards the viewer (< 0: away): in a parallel view this changes only the occlusion.
 void bring_forward(vtkActor& actor, const View& view, double distance);
 
 using Props = std::vector<vtkSmartPointer<vtkProp>>;
@@ -70,7 +70,7 @@ void save(vtkRenderWindow& window, const std::filesystem::path& png);
 class OffscreenWindow {
 public:
   /// @param why_not  filled if there is no way to draw on this machine
-  /// @return null in that case
+  /// @return null on failure
   static std::unique_ptr<OffscreenWindow> open(int width, int height, std::string& why_not);
   OffscreenWindow(const OffscreenWindow&) = delete;
   OffscreenWindow& operator=(const OffscreenWindow&) = delete;
@@ -84,7 +84,7 @@ private:
   bool open_with_egl(int width, int height, std::string& why_not);
   bool open_with_x(int width, int height, std::string& why_not);
 
-  std::unique_ptr<EglContext> context_; ///< null with X; outlives the window, which frees its objects in it
+  std::unique_ptr<EglContext> context_; ///< null with X; must outlive the window, whose destructor uses it
   vtkSmartPointer<vtkRenderWindow> window_;
 };
 

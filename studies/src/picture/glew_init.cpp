@@ -2,10 +2,9 @@
 #include <dlfcn.h>
 
 // GLEW is built for X here: with an EGL context it loads every OpenGL function and then reports that there is
-// no GLX display, which VTK takes for a failure. This definition, exported by the executable (the link
-// options of maille_glew_init), comes before GLEW's and ignores that one error. Its second name tells
-// offscreen.cpp that it is there. The executable knows EGL by name alone: the creator of the context has
-// loaded it.
+// no GLX display, which VTK treats as a failure. This definition, exported by the executable (link options of
+// maille_glew_init), precedes GLEW's and ignores that one error. offscreen.cpp detects it by its second name.
+// The executable finds EGL by name only: creating the context has loaded it.
 extern "C" unsigned int maille_glew_init();
 extern "C" unsigned int maille_glew_init() {
   constexpr unsigned int ok = 0;

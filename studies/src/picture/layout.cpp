@@ -21,8 +21,8 @@ Vec3 axis_vector(std::size_t axis) {
   return e;
 }
 
-/// Directions of a view of an image: its world's z axis upright (head up), seen from its y axis (from the
-/// front), a little to the side and from above. What an image stores as a mirror image is drawn as one.
+/// Directions of a view of an image: its world's z axis upright (head up), seen along its y axis (from the
+/// front), a little from the side and from above. A mirrored image is drawn mirrored.
 View upright(const Placement& placement) {
   const View in_world = looking({-1, 0, 0}, {0, 0, 1}, 26, 12);
   View view;
@@ -40,7 +40,7 @@ std::size_t longest_axis(const Grid& grid) {
   return longest;
 }
 
-/// Thickness that one-dimensional bodies are drawn with, and room for their rest shape below.
+/// Drawn thickness of one-dimensional bodies, and space for their rest shape below.
 constexpr double line_room_ratio = 0.08;
 
 } // namespace

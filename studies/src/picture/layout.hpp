@@ -1,5 +1,5 @@
 #pragma once
-/// Where things stand on the page and from where the body is seen. No VTK here: numbers only.
+/// Layout of the page and view of the body. Numbers only, no VTK.
 
 #include "picture/comparison_picture.hpp"
 
@@ -10,11 +10,11 @@
 
 namespace maille::studies {
 
-/// A parallel view: directions in the object's frame, and the part of the picture plane that must be seen.
+/// A parallel view: directions in the object's frame, and the visible part of the picture plane.
 struct View {
   Vec3 right{1, 0, 0}, up{0, 1, 0}, toward{0, 0, 1}; ///< orthonormal; `toward` the viewer
-  Vec3 centre{};                                     ///< of what must be seen [m]
-  double width = 0, height = 0, depth = 0;           ///< of what must be seen [m]; only the depth may be 0
+  Vec3 centre{};                                     ///< centre of the visible part [m]
+  double width = 0, height = 0, depth = 0; ///< size of the visible part [m]; only the depth may be 0
 };
 
 inline double dot(const Vec3& a, const Vec3& b) {
@@ -51,19 +51,19 @@ double longest_side(const Scene& scene);
 double least_spacing(const Grid& grid);
 /// Euclidean length [m]; not finite if a component is not.
 double length_of(const Displacement& displacement, std::int64_t node);
-/// Largest finite length over the panels [m], of displacements and of what colours show.
+/// Largest finite length over the panels [m], of displacements and of coloured fields.
 double largest_length(const Scene& scene, const std::vector<PicturePanel>& panels);
 double largest_shown(const Scene& scene, const std::vector<PicturePanel>& panels);
-/// What the panel's colours show.
+/// The field shown by the panel's colours.
 const Displacement& shown_by_colour(const PicturePanel& panel);
-/// Where a node is drawn [m], object's frame: at rest if its displacement is not finite.
+/// Drawn position of a node [m], object's frame: at rest if its displacement is not finite.
 Vec3 drawn_position(const Scene& scene, const Displacement& displacement, double warp, std::int64_t node);
 
-/// The view in which every panel's body, and the body at rest, is seen whole. @param also points to be seen
+/// The view that contains every panel's body and the body at rest.
 View choose_view(const Scene& scene, const std::vector<PicturePanel>& panels, double warp,
                  const std::vector<std::int64_t>& nodes, const std::vector<Vec3>& also = {});
 
-/// The world's axes on the picture: right and up, of length 1 where an axis lies in the picture's plane.
+/// Picture coordinates (right, up) of the world's axes, of length 1 for axes in the picture plane.
 std::array<std::array<double, 2>, 3> world_axes(const View& view, const Placement& placement);
 
 /// A rectangle on the page [pixels], origin at the lower left.
@@ -87,11 +87,11 @@ struct PageParts {
   double label = 3.5;  ///< under a drawing: two lines
   double legend = 3.6; ///< at the bottom: a scale and two lines
 };
-/// Arranges the panels in the number of columns that makes the drawings largest.
+/// Arranges the panels in the number of columns that gives the largest drawings.
 Page choose_page(const View& view, std::size_t n_panels, const PictureSettings& settings,
                  const PageParts& parts = {});
 
-/// A colour scale's end and its number of steps: the end is round and at least `largest`.
+/// End and number of steps of a colour scale; the end is round and at least `largest`.
 struct Scale {
   double end = 1;
   int steps = 4;

@@ -1,5 +1,5 @@
-// Debian's VTK knows X windows only. Without an X server we make an OpenGL context with EGL ourselves and
-// hand it to vtkGenericOpenGLRenderWindow, which draws into whatever context is current.
+// Debian's VTK supports only X windows. Without an X server we create an OpenGL context with EGL and pass it
+// to vtkGenericOpenGLRenderWindow, which draws into the current context.
 #include "drawing.hpp"
 
 #include "maille/base/arena.hpp"
@@ -25,7 +25,8 @@ Function egl_function(const char* name) {
   return reinterpret_cast<Function>(eglGetProcAddress(name));
 }
 
-/// Ways to draw without a window, most portable first: Mesa's (on the processor if need be), then each card.
+/// Displays for drawing without a window, the most portable first: Mesa's (software if necessary), then each
+/// graphics card.
 std::vector<EGLDisplay> egl_displays() {
   std::vector<EGLDisplay> displays;
   const auto get_display = egl_function<PFNEGLGETPLATFORMDISPLAYEXTPROC>("eglGetPlatformDisplayEXT");
@@ -43,8 +44,8 @@ std::vector<EGLDisplay> egl_displays() {
   return displays;
 }
 
-/// True if the X server that DISPLAY names answers and can draw with OpenGL. VTK ends the process where this
-/// is false. Through dlopen: VTK brings these libraries, and a machine without X needs none of their headers.
+/// True if the X server of DISPLAY responds and supports OpenGL; otherwise VTK would end the process. Uses
+/// dlopen: VTK brings these libraries, and machines without X need none of their headers.
 bool x_server_draws() {
   void* x11 = dlopen("libX11.so.6", RTLD_LAZY);
   void* gl = dlopen("libGL.so.1", RTLD_LAZY);
@@ -73,8 +74,8 @@ bool x_server_draws() {
   return draws;
 }
 
-/// Mesa ends the process by a signal where its compiler and its threads cannot have the address space that
-/// they ask for; measured, with some to spare.
+/// Mesa ends the process by a signal if its compiler and threads cannot have their address space; measured,
+/// with a margin.
 constexpr std::int64_t enough_to_draw = std::int64_t{700} << 20;
 
 void note_error(vtkObject*, unsigned long, void* failed, void*) {
@@ -83,7 +84,7 @@ void note_error(vtkObject*, unsigned long, void* failed, void*) {
 
 } // namespace
 
-/// A context with a tiny surface of its own, current from its making to its end.
+/// A context with a small surface, current during its lifetime.
 class OffscreenWindow::EglContext {
 public:
   EglContext() = default;
@@ -92,7 +93,7 @@ public:
   ~EglContext() {
     if (display_ == EGL_NO_DISPLAY)
       return;
-    // The display stays initialised: it belongs to the process, and another part of it may be drawing.
+    // The display stays initialised: it belongs to the process, and other code may be drawing.
     eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
     eglDestroyContext(display_, context_);
     eglDestroySurface(display_, surface_);
@@ -125,7 +126,7 @@ private:
     if (!eglInitialize(display, nullptr, nullptr) || !eglBindAPI(EGL_OPENGL_API) ||
         !eglChooseConfig(display, wanted.data(), &config, 1, &n_configs) || n_configs == 0)
       return false;
-    // VTK draws into frame buffers of its own; the surface only makes the context complete.
+    // VTK draws into its own frame buffers; the surface only completes the context.
     constexpr std::array<EGLint, 5> size{EGL_WIDTH, 16, EGL_HEIGHT, 16, EGL_NONE};
     constexpr std::array<EGLint, 7> version{EGL_CONTEXT_MAJOR_VERSION,
                                             3,
@@ -195,7 +196,7 @@ bool OffscreenWindow::open_with_egl(int width, int height, std::string& why_not)
   }
   vtkNew<vtkGenericOpenGLRenderWindow> window;
   bool failed = false;
-  vtkNew<vtkCallbackCommand> listener; // an observed error is not printed
+  vtkNew<vtkCallbackCommand> listener; // observed errors are not printed
   listener->SetCallback(note_error);
   listener->SetClientData(&failed);
   const unsigned long observer = window->AddObserver("ErrorEvent", listener);

@@ -21,7 +21,7 @@ class FacingShapes {
 public:
   explicit FacingShapes(const View& view) : view_(view) {}
 
-  /// @param corners  right and up of `at` [m]
+  /// @param corners  offsets right and up from `at` [m]
   void add(const Vec3& at, const std::vector<std::array<double, 2>>& corners) {
     Shape& shape = shapes_.emplace_back();
     for (const auto& [right, up] : corners)
@@ -31,7 +31,7 @@ public:
   void add_arrow(const Arrow& arrow, double width) {
     const Vec3 along = plus(arrow.to, -1, arrow.from);
     const double right = dot(along, view_.right), up = dot(along, view_.up), length = std::hypot(right, up);
-    if (length < 2 * width) // towards the viewer, or away: a ring has no direction
+    if (length < 2 * width) // parallel to the line of sight: a ring without direction
       return add_disc(arrow.from, 1.5 * width);
     const double c = right / length, s = up / length, head = std::min(4 * width, 0.6 * length);
     const auto at = [&](double forward, double aside) {
@@ -52,7 +52,7 @@ private:
   std::vector<Shape> shapes_;
 };
 
-/// A face of a cell of matter that the viewer may see.
+/// A cell face that the viewer may see.
 struct SeenFace {
   std::int64_t cell = 0;
   Index3 at{};
@@ -76,7 +76,7 @@ std::vector<SeenFace> seen_faces(const Scene& scene, const View& view) {
       continue;
     }
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (std::abs(view.toward[axis]) < 0.15) // seen from the side: strokes would lie on each other
+      if (std::abs(view.toward[axis]) < 0.15) // seen edge-on: strokes would overlap
         continue;
       const int side = view.toward[axis] > 0 ? 1 : -1;
       Index3 next = at;
@@ -91,7 +91,7 @@ std::vector<SeenFace> seen_faces(const Scene& scene, const View& view) {
   return faces;
 }
 
-/// Dots on those of the faces that the viewer may see.
+/// Adds dots on the faces that the viewer may see.
 template<class Faces>
 void add_faces(const Specimen& body, const Faces& faces, const View& view, double radius,
                FacingShapes& shapes) {
@@ -100,7 +100,7 @@ void add_faces(const Specimen& body, const Faces& faces, const View& view, doubl
       shapes.add_disc(middle_of_face(body, face), radius);
 }
 
-/// Some hundred of them, of a pattern in the face's own plane.
+/// Selects some hundred faces, in a pattern in the plane of each face.
 std::vector<SeenFace> thinned(const std::vector<SeenFace>& faces, int& stride) {
   constexpr std::size_t wanted = 450;
   std::vector<SeenFace> some = faces;
@@ -117,7 +117,7 @@ std::vector<SeenFace> thinned(const std::vector<SeenFace>& faces, int& stride) {
   return some;
 }
 
-/// By cell: its fibres pull, at whatever time.
+/// By cell: true if its fibres contract at any time.
 std::vector<bool> contracting_cells(const Scene& scene) {
   std::vector<bool> contracts(scene.specimen.grid.n_cells(), false);
   for (std::size_t cell = 0; cell < scene.active_stress.size(); ++cell)
@@ -132,7 +132,7 @@ std::vector<bool> contracting_cells(const Scene& scene) {
 } // namespace
 
 Vec3 part_colour(std::size_t part, std::size_t n_parts) {
-  // M. Okabe, K. Ito, 2002, made lighter.
+  // Colours of M. Okabe, K. Ito, 2002, lightened.
   constexpr std::array<Vec3, 7> few{{{0.55, 0.75, 0.88},
                                      {0.95, 0.77, 0.45},
                                      {0.48, 0.78, 0.66},
@@ -217,7 +217,7 @@ Props condition_actors(const Scene& scene, const std::vector<Arrow>& arrows, con
   add_faces(body, scene.tractions, view, radius, loaded);
   add_faces(body, scene.springs, view, 0.6 * radius, sprung);
   std::int64_t last_held = -1, last_moved = -1;
-  for (const Prescribed& one : scene.prescribed) { // by component, then node: neighbours repeat
+  for (const Prescribed& one : scene.prescribed) { // sorted by component, then node, so nodes repeat
     std::int64_t& last = one.held ? last_held : last_moved;
     if (one.node != last)
       (one.held ? held : moved).add_disc(body.position(body.grid.node_at(one.node)), radius);

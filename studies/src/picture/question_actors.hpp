@@ -1,5 +1,5 @@
 #pragma once
-/// What is drawn of a question: cells in the colours of their parts, fibres, and what is done to the body.
+/// Actors of a question picture: coloured parts, fibres, and boundary conditions.
 
 #include "drawing.hpp"
 #include "picture/question_arrows.hpp"
@@ -10,17 +10,17 @@
 
 namespace maille::studies {
 
-/// Colour of one part: distinct for the colour-blind while there are few.
+/// Colour of one part: distinct also for colour-blind readers if there are few parts.
 Vec3 part_colour(std::size_t part, std::size_t n_parts);
 
-/// The body's surface, and its cells' edges where those can be told apart.
+/// The body's surface, and cell edges if they are wide enough apart.
 Props part_actors(const Scene& scene, const BodyParts& parts, const View& view, double pixels_per_metre);
 
-/// Strokes along the fibres of cells whose faces are seen, some hundred of them, in even distances, in
-/// another colour where they contract; none where the matter has no direction.
+/// Some hundred evenly spaced strokes along the fibres at visible faces, in another colour for contracting
+/// fibres; none for materials without a direction.
 Props fibre_actors(const Scene& scene, const View& view, double pixels_per_metre);
 
-/// Dots at what is held, moved, loaded and on springs, and the arrows.
+/// Dots at held, moved, loaded and spring-supported parts, and the arrows.
 Props condition_actors(const Scene& scene, const std::vector<Arrow>& arrows, const View& view,
                        double pixels_per_metre);
 

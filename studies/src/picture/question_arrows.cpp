@@ -19,7 +19,7 @@ struct Mean {
   Vec3 value() const { return {sum[0] / n, sum[1] / n, sum[2] / n}; }
 };
 
-/// From or to `at`, so that it lies outside of the body. @param centre of the body
+/// An arrow from or to `at`, outside the body. @param centre of the body
 Arrow arrow_at(const Vec3& at, const Vec3& direction, const Vec3& centre, double length, const Vec3& colour) {
   const double scale = length / length_of(direction);
   const bool leaves = dot(plus(at, -1, centre), direction) >= 0;
@@ -39,13 +39,13 @@ Vec3 centre_of(const Scene& scene) {
   return centre;
 }
 
-/// What one move does to its nodes.
+/// Displacements of the nodes of a move.
 struct Moved {
   std::vector<std::int64_t> nodes;
   std::vector<Vec3> by;
 };
 
-/// What a drive does to its nodes when they are furthest from where they rest: its course may end there.
+/// Displacements of the nodes of a drive at their furthest from rest: its course may end at rest.
 Moved furthest(const Scene& scene, const Drive& drive) {
   Moved most;
   double largest = -1;
@@ -114,7 +114,7 @@ void add_arrows(const Scene& scene, const Moved& move, const Vec3& centre, doubl
     arrows.push_back(arrow_at(at.value(), by.value(), centre, length, moved_colour));
     return;
   }
-  // A turn: some of its nodes each their own way.
+  // A rotation: separate arrows for some of its nodes.
   constexpr std::size_t n_arrows = 6;
   const std::size_t every = std::max<std::size_t>(1, move.nodes.size() / n_arrows);
   for (std::size_t i = every / 2; i < move.nodes.size(); i += every)

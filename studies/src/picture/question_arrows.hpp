@@ -1,5 +1,5 @@
 #pragma once
-/// Where arrows stand in a picture of a question, and which way they point; colours of what is done to it.
+/// Positions and directions of arrows in a question picture; colours of boundary conditions.
 
 #include "picture/layout.hpp"
 
@@ -10,7 +10,7 @@ namespace maille::studies {
 inline constexpr Vec3 held_colour{0.10, 0.12, 0.16}, moved_colour{0.82, 0.10, 0.12},
     loaded_colour{0.45, 0.15, 0.65}, sprung_colour{0.60, 0.40, 0.16}, fibre_colour{0.25, 0.27, 0.32};
 
-/// Middle of a load's or a spring's face.
+/// Centre of a load's or spring's face.
 template<class Face>
 Vec3 middle_of_face(const Specimen& body, const Face& face) {
   Vec3 middle = body.position(body.grid.cell_at(face.cell));
@@ -19,12 +19,12 @@ Vec3 middle_of_face(const Specimen& body, const Face& face) {
   return middle;
 }
 
-/// An arrow of the picture's plane: from a point of the body [m], or to it.
+/// An arrow in the picture plane, from or to a point of the body [m].
 struct Arrow {
   Vec3 from{}, to{}; ///< object's frame [m]
   Vec3 colour{};
 };
-/// Of moves, drives (when they are furthest), tractions and gravity, all of that length [m].
+/// Arrows of moves, drives (at their furthest), tractions and gravity, all of that length [m].
 std::vector<Arrow> arrows_of(const Scene& scene, double length);
 
 } // namespace maille::studies

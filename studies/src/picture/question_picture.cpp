@@ -14,14 +14,14 @@ namespace maille::studies {
 
 namespace {
 
-/// What stands in the line of names under a picture.
+/// Entry of the legend under a picture.
 struct LegendEntry {
   Vec3 colour{};
   std::string name;
   bool is_dot = false;
 };
 
-/// Lines of entries that are as wide as the page; widths are guessed from letters.
+/// Legend lines of the width of the page; text widths are estimated from the number of letters.
 class Legend {
 public:
   Legend(const std::vector<LegendEntry>& entries, double page_width, double em) : em_(0.78 * em) {

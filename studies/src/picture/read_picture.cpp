@@ -20,14 +20,14 @@ namespace {
 
 constexpr std::int64_t largest_file = std::int64_t{1} << 30; ///< [bytes]
 
-/// Holds the size that a JPEG announces (ITU T.81, B.2.2) against the size of its file.
+/// Checks the size in the header of a JPEG (ITU T.81, B.2.2) against the size of its file.
 void require_jpeg_size(std::string_view bytes, const std::filesystem::path& file) {
   const auto byte = [&](std::size_t at) { return std::uint64_t{static_cast<std::uint8_t>(bytes[at])}; };
   for (std::size_t at = 2; at + 9 < bytes.size();) {
     if (byte(at) != 0xff)
       break;
     const auto marker = byte(at + 1);
-    if (marker == 0xff || marker == 0x01 || (marker >= 0xd0 && marker <= 0xd8)) { // without a length
+    if (marker == 0xff || marker == 0x01 || (marker >= 0xd0 && marker <= 0xd8)) { // segments without a length
       at += marker == 0xff ? 1 : 2;
       continue;
     }
@@ -39,7 +39,7 @@ void require_jpeg_size(std::string_view bytes, const std::filesystem::path& file
   fail_picture(file, wanted_picture, "a file that is none, or is damaged");
 }
 
-/// Errors of a reader, in place of words on the standard output.
+/// Records errors of a reader, which would otherwise print to the standard output.
 void take_note(vtkObject* /*reader*/, unsigned long /*event*/, void* has_failed, void* /*message*/) {
   *static_cast<bool*>(has_failed) = true;
 }
@@ -71,7 +71,7 @@ ColourPicture read_picture(const std::filesystem::path& file) {
   picture.width = image->GetDimensions()[0];
   picture.height = image->GetDimensions()[1];
   picture.rgb.reserve(std::size_t{3} * image->GetNumberOfPoints());
-  for (int y = picture.height - 1; y >= 0; --y) // VTK's rows begin at the bottom
+  for (int y = picture.height - 1; y >= 0; --y) // VTK's rows start at the bottom
     for (int x = 0; x < picture.width; ++x) {
       const auto* pixel = static_cast<const std::uint8_t*>(image->GetScalarPointer(x, y, 0));
       for (int c = 0; c < 3; ++c)

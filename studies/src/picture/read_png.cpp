@@ -1,5 +1,5 @@
-// PNG by libpng, row by row into the picture. libpng leaves by longjmp, so the functions that call it have no
-// objects of their own.
+// Reads PNG by libpng, row by row. libpng reports errors by longjmp, so functions that call it have no
+// objects with destructors.
 
 #include "maille/materials/fault.hpp"
 #include "picture/read_picture.hpp"
@@ -41,17 +41,17 @@ public:
   png_uint_32 height() const { return png_get_image_height(png_, info_); }
   int bits() const { return png_get_bit_depth(png_, info_); }
 
-  /// @return false where libpng refuses the file
+  /// @return false if libpng refuses the file
   bool read_head() {
     if (info_ == nullptr || setjmp(png_jmpbuf(png_)) != 0)
       return false;
-    png_set_user_limits(png_, PNG_UINT_31_MAX, PNG_UINT_31_MAX); // the caller says how large it may be
+    png_set_user_limits(png_, PNG_UINT_31_MAX, PNG_UINT_31_MAX); // the caller limits the size
     png_set_chunk_malloc_max(png_, 1 << 20);
     png_set_read_fn(png_, &left_, take);
     png_read_info(png_, info_);
     return true;
   }
-  /// @param rgb three bytes a pixel, as they stand in the file: neither gamma nor transparency is applied
+  /// @param rgb receives three bytes per pixel, as stored: without gamma or transparency
   bool read_rows(std::uint8_t* rgb) {
     if (setjmp(png_jmpbuf(png_)) != 0)
       return false;

@@ -37,8 +37,8 @@ std::vector<std::int64_t> cells_of(const Scene& scene, const Slice& slice) {
   return cells;
 }
 
-/// Across the layer. Of images as doctors look at them: the head up and the patient's right to the left, or
-/// from the feet. Else the longer side to the right.
+/// View across the layer. Images in radiological convention: the head up and the patient's right on the left,
+/// or seen from the feet. Otherwise the longer side is horizontal.
 View view_across(const Scene& scene, std::size_t normal) {
   View view;
   const Grid& grid = scene.specimen.grid;
@@ -54,10 +54,10 @@ View view_across(const Scene& scene, std::size_t normal) {
           largest = row;
       return largest;
     };
-    if (world_axis(up) < world_axis(right)) // S before A before R
+    if (world_axis(up) < world_axis(right)) // preference for up: S, then A, then R
       std::swap(up, right);
     up_sign = direction[world_axis(up)][up] < 0 ? -1 : 1;
-    // The patient's right is on the left; seen from the side the front is.
+    // The patient's right is on the left; in side views the front is.
     right_sign = direction[world_axis(right)][right] < 0 ? 1 : -1;
   } else if (side(up) > side(right)) {
     std::swap(up, right);
@@ -68,7 +68,7 @@ View view_across(const Scene& scene, std::size_t normal) {
   return view;
 }
 
-/// The side of a layer's cells that is towards the viewer, deformed.
+/// The deformed side of a layer's cells that faces the viewer.
 class LayerSide {
 public:
   LayerSide(const Scene& scene, const std::vector<std::int64_t>& cells, const Slice& slice, const View& view)
@@ -103,7 +103,7 @@ private:
   std::size_t n_corners_ = 0;
 };
 
-/// What 98 % of the values in the layer do not exceed.
+/// 98th percentile of the values in the layer.
 double most_shown(const std::vector<SlicePanel>& panels, const std::vector<std::int64_t>& cells) {
   std::vector<double> values;
   for (const SlicePanel& panel : panels)

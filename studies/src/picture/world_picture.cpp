@@ -30,7 +30,7 @@ View view_of(const WorldScene& world) {
   return view;
 }
 
-/// Names of what moves, in its colours: as many as can be read, smaller where they are many.
+/// Names of moving objects in their colours: as many as are legible, smaller if there are many.
 void add_legend(vtkRenderer& page_renderer, const WorldScene& world, const Page& page) {
   constexpr std::size_t easily = 7, most = 14;
   std::vector<std::size_t> named;
@@ -49,7 +49,7 @@ void add_legend(vtkRenderer& page_renderer, const WorldScene& world, const Page&
              page.legend.bottom + page.legend.height, em, object_colour(world, named[i]), true);
 }
 
-/// The world's border: its edges, which are a wall's. Those of a line are drawn as a pixel wide.
+/// Edges of the world's border, which acts as a wall.
 vtkSmartPointer<vtkProp> outline_of(const WorldScene& world, double pixels_per_metre) {
   std::vector<Vec3> corners = corners_of(world);
   std::vector<Shape> edges;

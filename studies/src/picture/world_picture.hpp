@@ -22,15 +22,15 @@ struct WorldPictureSettings {
   int largest_height = 720; ///< [pixels], at least 200
 };
 
-/// @brief Draws moments of a world side by side into a PNG file, all from the same place: what is seen is the
-///        whole world.
+/// @brief Draws moments of a world side by side to a PNG file, all with the same view, which shows the whole
+///        world.
 ///
-/// Fixed objects are grey, the others each of a colour of its own; cells of deformable objects show their
-/// edges; cells of several materials differ in shade, and where there are many of them, as in pieces of a
-/// picture, colours show which. Dots mark where objects touch. Three-dimensional worlds are seen from the
-/// front, a little from above and the right, z upwards; lines are drawn as bands.
+/// Fixed objects are grey, each other object has its own colour. Deformable objects show their cell edges;
+/// cells of different materials differ in shade, or in colour if there are many, as in pieces of a picture.
+/// Dots mark contacts. Three-dimensional worlds are seen from the front, a little from above and the right, z
+/// upwards; one-dimensional objects are drawn as bands.
 ///
-/// Drawing needs what render_comparison needs; widths and heights are even numbers, as films want them.
+/// Requirements are those of render_comparison; widths and heights are even, as required by films.
 /// @return nothing, or why no picture could be made on this machine
 /// @throws std::filesystem::filesystem_error, std::runtime_error  the file could not be written
 /// @pre not called from two threads at once

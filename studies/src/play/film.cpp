@@ -8,7 +8,7 @@ namespace maille::studies {
 
 namespace {
 
-/// ffmpeg takes % in names for the place of a number.
+/// Escapes % in names, which ffmpeg would replace by a number.
 std::string with_percents_doubled(const std::string& text) {
   std::string doubled;
   for (const char c : text)
@@ -29,7 +29,7 @@ std::optional<std::string> make_film(const std::filesystem::path& stem, int n_di
   int status = 0;
   try {
     write_whole(mp4, [&](const std::filesystem::path& file) {
-      // Absolute, and said to be files: a name is neither an option nor a protocol.
+      // Absolute paths with `file:`, so that a name is neither an option nor a protocol.
       const std::string pictures = "file:" + with_percents_doubled(std::filesystem::absolute(stem).string()) +
                                    fmt::format("_%0{}d.png", n_digits),
                         film = "file:" + std::filesystem::absolute(file).string();

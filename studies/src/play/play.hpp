@@ -18,18 +18,18 @@ inline Vec3 array(const Eigen::Vector3d& v) {
   return {v[0], v[1], v[2]};
 }
 
-/// What became of one drive of a frame.
+/// Result of one drive of a frame.
 struct PlayedDrive {
   int object = 0;
-  double fraction = 0;   ///< of the frame's motion that was done; see deform::MoveResult for sliding
-  Eigen::Vector3d force; ///< that the hand needs [N]; zero where the method knows no forces
+  double fraction = 0;   ///< completed fraction of the frame's motion; see deform::MoveResult for sliding
+  Eigen::Vector3d force; ///< force needed by the hand [N]; zero for methods without forces
 };
 
-/// Voxels of one object that press against another, or against the world's border (-1).
+/// Voxels of one object in contact with another, or with the world's border (-1).
 struct PlayedContact {
   int object = 0, other = -1;
   std::int64_t voxels = 0;
-  Eigen::Vector3d force; ///< on the first of the two [N]; zero where the method knows no forces
+  Eigen::Vector3d force; ///< on the first object [N]; zero for methods without forces
 };
 
 struct PlayedFrame {
@@ -41,20 +41,20 @@ struct PlayedFrame {
   std::optional<double> motion_left, force_left; ///< of FrameResult
   std::vector<PlayedDrive> drives;
   std::vector<PlayedContact> contacts;
-  std::int64_t handed_on = 0; ///< movements that were handed on from one voxel to another
-  double moved_on = 0;        ///< what their receivers moved, all together [m]
+  std::int64_t handed_on = 0; ///< number of movements passed from one voxel to another
+  double moved_on = 0;        ///< total motion of the receiving voxels [m]
 };
 
-/// A world and the input that it is given. Frames follow one another; each ends in a feasible state.
+/// A world and its recorded input. Frames follow one another; each ends in a feasible state.
 class Player {
 public:
   Player(deform::World world, Trajectory trajectory);
 
   bool is_at_end() const { return n_played_ == trajectory_.n_frames; }
-  /// Plays the next frame. @param control threads and stop; a frame that was stopped has status interrupted
+  /// Plays the next frame. @param control threads and stop; a stopped frame has status interrupted
   /// @pre not is_at_end()
   PlayedFrame next(const Control& control = {});
-  /// The world as it is.
+  /// Present state of the world.
   const WorldMoment& moment() const { return moment_; }
   const deform::World& world() const { return world_; }
   const Trajectory& trajectory() const { return trajectory_; }
@@ -67,25 +67,25 @@ private:
   deform::World world_;
   deform::TrajectoryDrives drives_of_;
   std::vector<std::vector<Vec3>> start_nodes_; ///< of fixed and rigid objects, and of deformable ones at rest
-  std::vector<std::size_t> active_;            ///< spans that have begun and not ended
+  std::vector<std::size_t> active_;            ///< spans in progress
   std::size_t next_span_ = 0;
   std::int64_t n_played_ = 0;
   WorldMoment moment_;
 };
 
-/// Cells of matter in the matter of another object or outside, and voxels in cells of others.
+/// Number of cells inside another object or outside the world, and of voxels in cells of other objects.
 std::int64_t penetrations_of(const deform::World& world);
-/// Everything that was played, for programs.
+/// All played frames as JSON.
 nlohmann::ordered_json json(const Player& player, const std::vector<PlayedFrame>& frames);
-/// The same in a few lines, for people.
+/// Summary of all played frames.
 std::string in_words(const Player& player, const std::vector<PlayedFrame>& frames);
 
-/// True if there is an `ffmpeg` to run.
+/// True if `ffmpeg` is installed.
 bool has_ffmpeg();
-/// Makes a film of pictures that are numbered from 0.
-/// @param stem of the pictures: `stem_0000.png`, ... @param n_digits of their numbers
-/// @param n_pictures that the film shows: others of that name may lie beside them
-/// @return nothing, or why there is no film; its file appears whole or not at all
+/// Makes a film of pictures numbered from 0.
+/// @param stem of the pictures: `stem_0000.png`, ... @param n_digits digits of their numbers
+/// @param n_pictures number of pictures in the film; other files of that pattern may exist
+/// @return nothing, or the reason of a failure; the film is written atomically
 [[nodiscard]] std::optional<std::string> make_film(const std::filesystem::path& stem, int n_digits,
                                                    std::int64_t n_pictures, double frame_seconds,
                                                    const std::filesystem::path& mp4);

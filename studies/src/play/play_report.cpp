@@ -16,7 +16,7 @@ namespace maille::studies {
 
 namespace {
 
-/// Something of one object or of two, with the world that has their names.
+/// An item about one or two objects, with the world for their names.
 template<class Of>
 struct InWorld {
   const WorldScene* scene;
@@ -35,7 +35,7 @@ std::string name_of(const WorldScene& scene, int object) {
   return object < 0 ? "border" : scene.objects[object].name;
 }
 
-/// The name of an object of a row. @param number where the row has it
+/// Adds the name of an object of a row. @param number member with its number
 template<class Of>
 void add_name(ResultTable<InWorld<Of>>& columns, const char* key, const char* meaning, int Of::*number) {
   columns.add({"", key, "", meaning},
@@ -92,7 +92,7 @@ const ResultTable<InWorld<PlayedFrame>>& columns_of_frames() {
   return table;
 }
 
-/// An object as the last frame left it.
+/// State of an object after the last frame.
 struct PlayedObject {
   const WorldObject* object;
   deform::Pose frame;
@@ -172,7 +172,7 @@ double median(const std::vector<PlayedFrame>& frames) {
 } // namespace
 
 std::int64_t penetrations_of(const deform::World& world) {
-  // Where surfaces keep objects apart, two of them may meet in a cell.
+  // With surface contact, two objects may share a cell.
   return world.n_penetrations() +
          (world.scene().contact != ContactLaw::surfaces ? world.n_shared_cells() : std::int64_t{0});
 }

@@ -21,7 +21,7 @@ Eigen::Vector3d apply(const Pose& pose, const Eigen::Vector3d& x) {
   return pose.position + pose.rotation * x;
 }
 
-/// Every node of an object's grid as the scene places it.
+/// Initial positions of all nodes of an object's grid.
 std::vector<Vec3> nodes_at_start(const WorldObject& object) {
   const Specimen& body = object.scene.specimen;
   const Pose frame = deform::frame_of(object);
@@ -47,13 +47,13 @@ std::vector<PlayedContact> summed(const std::vector<deform::WorldContact>& conta
   return list;
 }
 
-/// Where the centre of a voxel of a rigid object is.
+/// Centre of a voxel of a rigid object.
 Eigen::Vector3d centre_of(const deform::World& world, int object, std::int32_t voxel) {
   return apply(world.pose(object), world.shape(object).centre_of(voxel));
 }
 
-/// Voxels of a rigid object that stand at a face behind which something else is: a motion stops there, a
-/// billionth of a cell before it.
+/// Adds contacts of voxels of a rigid object at a cell face with something behind it: a motion stops a
+/// billionth of a cell before that face.
 void add_touching(const deform::World& world, int object, std::vector<deform::WorldContact>& contacts) {
   constexpr double reach = 1e-6; // of a cell
   for (std::int32_t voxel = 0; voxel < world.shape(object).n_voxels(); ++voxel) {
@@ -75,7 +75,7 @@ void add_touching(const deform::World& world, int object, std::vector<deform::Wo
         contact.other = other.object;
         contact.other_voxel = other.voxel;
       }
-      // What presses against a deformable object the world knows itself.
+      // The world itself reports contacts of deformable objects.
       if (contact.other != object &&
           (contact.other < 0 || world.kind(contact.other) != ObjectKind::deformable))
         contacts.push_back(contact);
@@ -83,15 +83,15 @@ void add_touching(const deform::World& world, int object, std::vector<deform::Wo
   }
 }
 
-/// What the boxes of its voxels touch, where middles do not; deformable objects know themselves what presses
-/// on them.
+/// Adds contacts of the boxes of its voxels, where centres do not touch; deformable objects report their own
+/// contacts.
 void add_touching_boxes(const deform::World& world, int object, std::vector<deform::WorldContact>& contacts) {
   for (const deform::WorldContact& contact : world.touched(object, 1e-6))
     if (world.kind(contact.other) != ObjectKind::deformable)
       contacts.push_back(contact);
 }
 
-/// The face that a voxel presses against.
+/// Centre of the face that a voxel touches.
 Vec3 place_of(const deform::World& world, const deform::WorldContact& contact) {
   if (contact.at)
     return array(*contact.at);

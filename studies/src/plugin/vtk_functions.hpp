@@ -1,5 +1,5 @@
 #pragma once
-/// What a program asks of the plugin of VTK, maille-vtk.so: files for ParaView and pictures.
+/// Interface of programs to the VTK plugin, maille-vtk.so: files for ParaView and pictures.
 
 #include "export/answer_fields.hpp"
 #include "export/world/world_object_file.hpp"
@@ -14,7 +14,7 @@
 
 namespace maille::studies {
 
-/// The functions of the public headers that cannot do without VTK.
+/// Functions of the public headers that require VTK.
 struct VtkFunctions {
   decltype(&write_vtk) write_vtk_file;
   decltype(&write_world_object) write_object;
@@ -26,7 +26,8 @@ struct VtkFunctions {
   decltype(&read_picture) picture;
 };
 
-/// What the plugin asks of the program, which knows its inputs and what it has to take away on a signal.
+/// Functions of the program for the plugin: the program tracks its inputs and the files to delete on a
+/// signal.
 struct VtkHost {
   void (*write_whole)(const std::filesystem::path& file,
                       const std::function<void(const std::filesystem::path&)>& write);

@@ -28,7 +28,7 @@ void write_world_object(const WorldScene& world, std::size_t object, const World
 }
 
 AnswerFields read_answer_fields(const Scene& scene, const std::filesystem::path& file) {
-  note_opened(file); // a plugin has no register
+  note_opened(file); // the plugin does not track opened files
   std::error_code none;
   for (const auto& piece : std::filesystem::directory_iterator(file.parent_path() / file.stem(), none))
     note_opened(piece.path());

@@ -1,4 +1,4 @@
-/// The way into the shared object maille-vtk.so, which holds what writes files and pictures with VTK.
+/// Entry point of the shared object maille-vtk.so, which contains the code that uses VTK.
 
 #include "export/whole_file.hpp"
 #include "plugin/vtk_functions.hpp"
@@ -21,7 +21,7 @@ constexpr VtkFunctions functions{
 
 } // namespace
 
-/// The program's own: which files are its inputs, and which are unfinished, is known there.
+/// Calls the program's own function: only the program tracks its inputs and unfinished files.
 void write_whole(const std::filesystem::path& file,
                  const std::function<void(const std::filesystem::path&)>& write) {
   program->write_whole(file, write);

@@ -16,10 +16,10 @@ using deform::LatencyHistogram;
 using deform::ServoSample;
 
 struct ForceStatistics {
-  double largest = 0, mean = 0; ///< [N]; the mean over the ticks that touch
+  double largest = 0, mean = 0; ///< [N]; mean over ticks with contact
   double largest_torque = 0;    ///< [N m]
-  double deepest = 0;           ///< that a body gave way by [m]
-  std::int64_t touching = 0;    ///< ticks
+  double deepest = 0;           ///< largest indentation of a body [m]
+  std::int64_t touching = 0;    ///< ticks with contact
 };
 
 ForceStatistics statistics_of(const ProbeRun& run) {
@@ -66,7 +66,7 @@ const ResultTable<LatencyHistogram>& columns_of_latency() {
   return table;
 }
 
-/// What a run came to.
+/// Results of a run.
 struct ProbeResult {
   const deform::ProbedWorld* world;
   const ProbeRun* run;
@@ -118,7 +118,7 @@ const ResultTable<ProbeResult>& columns_of_result() {
   return table;
 }
 
-/// A line of CSV a tick. @param has_clock see ProbeRun
+/// CSV columns, one line per tick. @param has_clock see ProbeRun
 ResultTable<ServoSample> columns_of_samples(bool has_clock) {
   ResultTable<ServoSample> columns({.digits = 9, .digits_of_seconds = 9});
   using State = deform::ProbeState;
@@ -205,7 +205,7 @@ std::string csv(const ProbeRun& run) {
 std::optional<std::string> draw_probe_run(const ProbeRun& run, const std::string& title,
                                           const std::filesystem::path& file) {
   nlohmann::ordered_json samples = nlohmann::ordered_json::array();
-  // Of many ticks those with the largest force and the largest latency are seen.
+  // Of many ticks, those with the largest force and the largest latency are drawn.
   constexpr std::size_t most = 20000;
   const std::span<const ServoSample> all(run.servo.samples);
   const std::size_t together = all.size() / most + 1;

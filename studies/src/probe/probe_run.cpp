@@ -19,7 +19,7 @@ using deform::ProbedWorld;
 
 constexpr std::int64_t most_looks = 1000;
 
-/// Answers within the tick, so that a run repeats to the bit.
+/// Solves within the tick, so that a run is repeatable to the bit.
 struct AtOnce {
   const deform::ContactSolver* solver;
   ContactStiffness newest;
@@ -27,7 +27,7 @@ struct AtOnce {
   double slowest = 0;
 };
 
-/// Everything about bodies that must outlive a probe.
+/// All data of bodies that must outlive a probe.
 class Physics {
 public:
   Physics(const ProbedWorld& world, const ProbeRunSettings& settings) {
@@ -56,7 +56,7 @@ public:
     }
   }
 
-  /// @pre no loop asks any more
+  /// @pre the loop has ended
   void count(ProbeRun& run) {
     for (ContactPhysics& physics : beside_) {
       run.answers += physics.newest().answers;
@@ -73,7 +73,7 @@ private:
   std::list<AtOnce> at_once_;
 };
 
-/// The same ticks as a loop's, looked at afterwards without a clock: proxies depend on poses alone.
+/// Repeats the ticks of the loop without a clock to check them: proxies depend only on poses.
 void look_again(const ProbedWorld& world, const deform::RecordedMotion& motion,
                 const ProbeRunSettings& settings, const Control& control, ProbeRun& run) {
   deform::Proxy proxy(world.tool(), motion.at(0));

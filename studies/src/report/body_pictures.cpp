@@ -22,14 +22,14 @@ namespace {
 
 using Data = nlohmann::ordered_json;
 
-/// One method's answer, as the page has it.
+/// Answer of one method for the page.
 struct DrawnAnswer {
   std::string method;
   std::optional<double> error, estimated_error; ///< relative L2
   AnswerFields fields;
 };
 
-/// An entry that is a text; else empty.
+/// Text of an entry; empty if it is no text.
 std::string text_of(const Data& object, std::string_view key) {
   const Data& text = json_entry(object, key);
   return text.is_string() ? text.get<std::string>() : "";
@@ -47,13 +47,13 @@ private:
   void draw_slice();
   void draw_overview();
   void draw_map(const DrawnAnswer& answer);
-  /// The picture that was asked for goes to a list; else a note says why not.
+  /// Adds the rendered picture to a list, or a note with the reason of its failure.
   void add(Data& list, const std::optional<std::string>& why_not, std::string alt, std::string caption);
   std::optional<std::string> render(const std::vector<PicturePanel>& panels, PictureSettings settings) {
     settings.is_anatomical = is_anatomical_;
     return render_comparison(*scene_, panels, png_, settings);
   }
-  /// Nothing where the scene has no look of grey values, or is no longer where it was asked.
+  /// Draws grey values; empty if the scene has no grey-value look, or has moved.
   DrawBody draw_body();
   QuestionPictureSettings settings_of(int largest_height) const {
     QuestionPictureSettings settings;
@@ -66,7 +66,7 @@ private:
   std::optional<Scene> scene_;
   fs::path scene_file_;
   std::string reference_;
-  std::vector<DrawnAnswer> answers_; ///< in the order of the first rows, of each method the last one's
+  std::vector<DrawnAnswer> answers_; ///< in the order of first rows; the last row of each method
   WorkFolder work_{"maille_report"};
   fs::path png_ = work_ / "picture.png";
   bool is_anatomical_ = false;
@@ -134,7 +134,7 @@ void Pictures::add(Data& list, const std::optional<std::string>& why_not, std::s
     return note("no pictures: " + *why_not);
   const std::string bytes = read_own_text_file(png_, "a picture", std::numeric_limits<std::int64_t>::max());
   std::string base64(4 * ((bytes.size() + 2) / 3) + 1, '\0');
-  // The library's own type of a byte; it ends the text with a zero.
+  // The cast is for the library's own byte type; it appends a zero.
   const int length =
       EVP_EncodeBlock(reinterpret_cast<unsigned char*>(base64.data()),
                       reinterpret_cast<const unsigned char*>(bytes.data()), static_cast<int>(bytes.size()));

@@ -1,5 +1,5 @@
 #pragma once
-/// What a page of results needs of the scene itself: the question in words, and pictures of bodies.
+/// Contents of a result page from the scene: the question in words, and pictures of bodies.
 
 #include "maille/scene/answer.hpp"
 
@@ -10,16 +10,16 @@
 
 namespace maille::studies {
 
-/// What a scene asks, in a sentence: the body, what is done to it, and what that comes to.
+/// A scene in one sentence: the body, its boundary conditions and loads, and their size.
 std::string question_of(const Scene& scene);
 
-/// Draws the bodies of SCENE_KIND_results.json of compare or run, from the files for ParaView.
+/// Draws the bodies of SCENE_KIND_results.json of compare or run, from its files for ParaView.
 ///
-/// `question`, `body` (at rest; strain inside), `pictures` (answers beside each other), `maps` (by method,
-/// the place of its error): pictures are `source` (a data URI), `look`, `alt` and `caption`. `notes` say what
-/// is missing, and why. python/maille/_report.py makes the page.
-/// @param folder  where the files for ParaView are
-/// Cost  about a second a picture: four a scene at most, and one a method
+/// Keys: `question`, `body` (at rest; interior strain), `pictures` (answers side by side), `maps` (by method,
+/// local error): pictures have `source` (a data URI), `look`, `alt` and `caption`. `notes` list missing parts
+/// with reasons. python/maille/_report.py makes the page.
+/// @param folder  folder of the files for ParaView
+/// Cost  about a second per picture: at most four per scene, and one per method
 nlohmann::ordered_json drawn_bodies(const nlohmann::ordered_json& results,
                                     const std::filesystem::path& folder);
 

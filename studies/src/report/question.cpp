@@ -1,4 +1,4 @@
-/// What a scene asks, in a sentence.
+/// Summary of a scene in one sentence.
 
 #include "report/body_pictures.hpp"
 #include "text.hpp"
@@ -14,7 +14,7 @@ namespace maille::studies {
 
 namespace {
 
-/// Millimetres, or micrometres and metres where those have fewer digits.
+/// Lengths in millimetres, or in micrometres or metres if those have fewer digits.
 std::string lengths(const std::vector<double>& metres, const char* between) {
   double largest = 0;
   for (const double length : metres)
@@ -57,7 +57,7 @@ std::string body_of(const Scene& scene) {
   std::vector<std::string> materials;
   for (const std::uint8_t id : used)
     if (const std::string& name = scene.materials[id].name; !name.empty() && name != "specimen.material")
-      materials.push_back(name); // one that the scene does not name is called by its key
+      materials.push_back(name); // an unnamed material is named by its key
   constexpr std::size_t most_names = 3;
   const std::string matter = labels.size() > 1 ? fmt::format(", {} labels", labels.size()) +
                                                      (materials.size() == 1 ? " of " + materials.front() : "")
@@ -72,7 +72,7 @@ std::string name_of(const Scene& scene, std::int32_t condition, const std::strin
   if (condition < 0)
     return "some nodes";
   const std::string& where = scene.conditions[condition].where;
-  constexpr std::size_t longest = 24; // regions in braces are for those who read the scene
+  constexpr std::size_t longest = 24; // longer names, and regions in braces, are omitted
   return where.empty() || where.size() > longest || where.find('{') != std::string::npos
              ? scene.conditions[condition].name
              : (kind.empty() ? "" : kind + " ") + where;

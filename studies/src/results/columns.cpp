@@ -19,13 +19,13 @@ bool is_missing(const Value& value) {
   return value.is_null() || value.is_discarded();
 }
 
-/// The place of a key, or of a group and a key in it.
+/// Entry of a key, or of a key in a group; created if missing.
 ordered_json& made(ordered_json& object, const std::string& path) {
   const std::size_t dot = path.find('.');
   return dot == std::string::npos ? object[path] : made(object[path.substr(0, dot)], path.substr(dot + 1));
 }
 
-/// nullptr where there is no such key.
+/// nullptr if the key is missing.
 const ordered_json* found(const ordered_json& object, const std::string& path) {
   if (!object.is_object())
     return nullptr;
@@ -36,7 +36,7 @@ const ordered_json* found(const ordered_json& object, const std::string& path) {
   return dot == std::string::npos ? &*place : found(*place, path.substr(dot + 1));
 }
 
-/// The last one goes behind the first of which `is_it` is true.
+/// Moves the last one after the first one that satisfies `is_it`.
 template<class IsIt>
 void move_last_behind(std::vector<std::size_t>& order, const IsIt& is_it) {
   const auto behind = std::ranges::find_if(order, is_it);
@@ -46,7 +46,7 @@ void move_last_behind(std::vector<std::size_t>& order, const IsIt& is_it) {
 
 using CellOf = std::function<std::string(std::size_t column)>;
 
-/// Cells side by side, each in the width of its column; below 0: to the left.
+/// Cells of a line, padded to the width of their columns; below 0: left-aligned.
 std::string side_by_side(const std::vector<std::size_t>& places, const std::vector<int>& widths,
                          const CellOf& cell) {
   std::string line;
@@ -163,7 +163,7 @@ std::string Columns::text_of(const std::vector<Values>& rows) const {
   for (const std::size_t i : places)
     widths.push_back(list_[i].shown.width != 0 ? list_[i].shown.width : width_of(i, rows));
   if (!places.empty() && list_[places.back()].shown.width == 0 && widths.back() < 0)
-    widths.back() = 0; // no blanks at the ends of lines
+    widths.back() = 0; // no trailing blanks
   std::string text = side_by_side(places, widths, [&](std::size_t i) { return list_[i].shown.heading; });
   for (const Values& row : rows)
     text += side_by_side(places, widths, [&](std::size_t i) { return in_words(i, row, "-"); });
@@ -178,7 +178,7 @@ Values Columns::values_of(const ordered_json& row) const {
     if (value == nullptr)
       values.push_back(may_lack ? Value(Value::value_t::discarded) : Value());
     else if (value->is_null() && column.is_real && (column.is_omitted || !column.is_optional))
-      values.push_back(std::numeric_limits<double>::infinity()); // JSON has none
+      values.push_back(std::numeric_limits<double>::infinity()); // JSON has no infinity
     else
       values.push_back(*value);
   }
@@ -195,7 +195,7 @@ std::string found_in_words(const Value& value) {
 std::optional<std::int64_t> whole_number(const Value& value, std::int64_t least, std::int64_t most) {
   std::int64_t whole = 0;
   if (value.is_number_float()) {
-    constexpr double exact = 9007199254740992.0; // 2^53: beyond, a double stands for several
+    constexpr double exact = 9007199254740992.0; // 2^53: beyond, a double represents several integers
     const double number = value.get<double>();
     if (!(std::abs(number) <= exact) || number != std::floor(number))
       return std::nullopt;

@@ -1,5 +1,5 @@
 #pragma once
-/// The columns of a table of results, and what follows from them: text, JSON, CSV, and the way back.
+/// Columns of a result table, and formats derived from them: text, JSON, CSV, and reading.
 
 #include "results/value.hpp"
 
@@ -9,76 +9,76 @@
 
 namespace maille::studies {
 
-/// What a figure is called and means.
+/// Names, unit and meaning of a column.
 struct FigureName {
-  std::string csv;  ///< its column in CSV; empty: that has none
-  std::string json; ///< its key in JSON, or group.key, or in groups of groups; empty: that has none
+  std::string csv;  ///< column in CSV; empty: not in CSV
+  std::string json; ///< key in JSON, or group.key (nested); empty: not in JSON
   std::string unit, meaning;
 };
 
-/// How the table for people has it.
+/// Format in the text table.
 struct Shown {
   std::string heading;
-  int width = 0;                          ///< below 0: to the left; 0: that of the widest cell
-  std::string (*words)(double) = nullptr; ///< of its number; nothing: as it is
-  bool is_left_out = false;               ///< where no row has it
+  int width = 0;                          ///< below 0: left-aligned; 0: width of the widest cell
+  std::string (*words)(double) = nullptr; ///< formats its number; null: no formatting
+  bool is_left_out = false;               ///< omit the column if no row has a value
 };
 
 class Columns;
 
-/// One figure of a table.
+/// One column of a table.
 struct Column : FigureName {
-  Shown shown{};           ///< without a heading it is not
-  int digits = 0;          ///< of numbers in CSV; 0: as many as read back to the bit
-  bool is_omitted = false; ///< from JSON if it has no value, instead of null
-  /// It stands for as many columns of CSV as its object has keys.
+  Shown shown{};           ///< without a heading: not in the text table
+  int digits = 0;          ///< digits of numbers in CSV; 0: exact to the bit
+  bool is_omitted = false; ///< omit it from JSON without a value, instead of null
+  /// In CSV it becomes one column per key of its object; reading collects all unknown columns in it.
   bool is_open = false;
-  const Columns* within = nullptr; ///< where its value is rows of another table, or one row: that one
-  bool is_list = false;            ///< rows
+  const Columns* within = nullptr; ///< table of its rows, if it has rows of another table
+  bool is_list = false;            ///< its value is a list of rows
 
-  /// How it is read back; see read_value and expected_of.
+  /// Reading; see read_value and expected_of.
   bool is_read = false, is_real = false, is_optional = false;
   std::string expected{};
 };
 
-/// How numbers stand in CSV.
+/// Number format in CSV.
 struct CsvNumbers {
-  int digits = 0, digits_of_seconds = 0; ///< 0: as many as read back to the bit
-  bool are_only_finite = false;          ///< the cell of another one is empty
+  int digits = 0, digits_of_seconds = 0; ///< 0: exact to the bit
+  bool are_only_finite = false;          ///< non-finite numbers give empty cells
 };
 
-using Values = std::vector<Value>; ///< of one row, a value a column
+using Values = std::vector<Value>; ///< one value per column of a row
 
 class Columns {
 public:
   explicit Columns(CsvNumbers numbers = {}) : numbers_(numbers) {}
 
   const std::vector<Column>& list() const { return list_; }
-  /// Names in CSV, but for the open column's.
+  /// Names in CSV, except the open column.
   std::vector<std::string> csv_names() const;
 
   nlohmann::ordered_json json_of(const Values& values) const;
-  /// With the columns that the open one of `values` stands for.
+  /// CSV header, including columns from the open column of `values`.
   std::string csv_header_of(const Values& values) const;
   std::string csv_line_of(const Values& values) const;
-  /// The headings, and a line a row.
+  /// Headings, and one line per row.
   std::string text_of(const std::vector<Values>& rows) const;
 
-  /// What an object of JSON says; discarded where it has no such key and need not have it.
+  /// Values of a JSON object; a missing key that may be missing gives a discarded value.
   Values values_of(const nlohmann::ordered_json& row) const;
 
 protected:
   /// Keys of a group, such as error.rms, are omitted without a value.
   void append(FigureName name, Shown shown);
   Column& last() { return list_.back(); }
-  /// Moves the last column behind the one of that key in JSON, or of that heading in the text.
+  /// Moves the last column after the one with that JSON key, or with that heading in the text.
   void move_in_json(const std::string& behind);
   void move_in_text(const std::string& behind);
 
 private:
   std::vector<std::size_t> places_shown(const std::vector<Values>& rows) const;
   std::string in_words(std::size_t column, const Values& values, std::string_view absent) const;
-  /// Below 0 where the cells are texts.
+  /// Width of a column; below 0 for text.
   int width_of(std::size_t column, const std::vector<Values>& rows) const;
   std::string csv_cell(const Value& value, int digits) const;
 
@@ -87,7 +87,7 @@ private:
   std::vector<std::size_t> json_order_, text_order_;
 };
 
-/// Faults of one file that are collected at most: of a file that is something else, every line has some.
+/// Upper bound of collected errors per file: in a file of another kind, every line is wrong.
 inline constexpr std::size_t most_faults = 100;
 
 /// `"TEXT"`, a number, or `nothing`.

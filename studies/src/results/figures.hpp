@@ -1,5 +1,5 @@
 #pragma once
-/// Figures that several tables have, under the same names in each.
+/// Columns shared by several tables, under the same names.
 
 #include "maille/base/arena.hpp"
 #include "maille/scene/answer.hpp"
@@ -9,7 +9,7 @@
 
 namespace maille::studies {
 
-/// Bytes for people; what another program takes is not known.
+/// Bytes as text; the memory of other programs is unknown.
 inline std::string memory_in_words(double bytes) {
   return bytes > 0 ? bytes_in_words(bytes) : "-";
 }

@@ -1,19 +1,18 @@
 #pragma once
-/// A table of results: the columns of one kind of row, from which follow its text, JSON and CSV, and how JSON
+/// Result table: the columns of one row type define its text, JSON, CSV and readers.
 /// is read.
 ///
 ///   columns.add({"bytes", "bytes", "B", "held"}, {"memory", 10, in_words}, &Row::answer, &Answer::bytes);
 ///
 /// A column has a name, a unit, a meaning, and a path of members from the row to a value. An empty optional
-/// or a null pointer on the path gives an empty cell. Paths of members alone can also be read back (JSON
-/// to rows).
+/// or null pointer on the path gives an empty cell. Paths of members only can also be read (CSV to rows).
 
 #include "maille/materials/fault.hpp"
 #include "results/columns.hpp"
 
 namespace maille::studies {
 
-/// What stands at the end of a path of members and functions; null where something on the way is empty.
+/// Value at the end of a path of members and functions; null if a step is empty.
 template<class Part, class Step, class... Rest>
 Value value_at(const Part& part, const Step& step, const Rest&... rest) {
   if constexpr (is_optional<Part> || std::is_pointer_v<Part>)
@@ -26,20 +25,20 @@ Value value_at(const Part& part, const Step& step, const Rest&... rest) {
 
 template<class Step>
 struct MemberType {
-  using type = void*; // of functions
+  using type = void*; // for functions
 };
 template<class Class, class Type>
 requires(!std::is_function_v<Type>) struct MemberType<Type Class::*> {
   using type = Type;
 };
 
-/// Whether a path can be written to: it is of members alone, and leaves its row nowhere.
+/// True if a path is writable: it has only members, and no pointers.
 template<class... Steps>
 inline constexpr bool is_writable = (!std::is_pointer_v<typename MemberType<Steps>::type> && ...);
 template<class... Steps>
 inline constexpr bool passes_optional = (is_optional<typename MemberType<Steps>::type> || ...);
 
-/// What such a path ends at; optionals on the way come to be.
+/// Reference to the end of such a path; creates missing optionals.
 template<class Part, class Step, class... Rest>
 auto& made_at(Part& part, Step step, Rest... rest) {
   if constexpr (is_optional<Part>)
@@ -61,7 +60,7 @@ public:
   using Condition = std::function<bool(const Row&)>;
   using Reader = std::function<bool(Row&, const Value&)>;
 
-  /// A figure and the path to it: members, functions, lambdas. Read back where that can be written to.
+  /// Adds a column with its path: members, functions, lambdas. Readable if the path is writable.
   template<class... Steps>
   ResultTable& add(FigureName name, Shown shown, Steps... steps) {
     append(std::move(name), std::move(shown));
@@ -76,29 +75,29 @@ public:
     return add(std::move(name), Shown{}, steps...);
   }
 
-  /// A figure that is rows of another table, which outlives this one. @param steps to the list
+  /// Adds a column with rows of another table, which must outlive this one. @param steps to the list
   template<class Of, class... Steps>
   ResultTable& add_rows(FigureName name, const ResultTable<Of>& of, Steps... steps) {
     add(std::move(name), steps..., [&of](const auto& rows) { return of.json_rows(rows); });
     last().is_list = true;
     return last().within = &of, *this;
   }
-  /// One that is a row of another table; none where the path, to the row, leads nowhere.
+  /// Adds a column with one row of another table; no value if the path to the row is empty.
   template<class Of, class... Steps>
   ResultTable& add_row(FigureName name, const ResultTable<Of>& of, Steps... steps) {
     add(std::move(name), steps..., [&of](const Of& row) { return of.json(row); });
     return last().within = &of, *this;
   }
 
-  /// More about the figure that was added last.
+  /// Properties of the last added column.
   ResultTable& omitted(bool is = true) { return last().is_omitted = is, *this; }
   ResultTable& open() { return last().is_open = true, *this; }
   ResultTable& digits(int n) { return last().digits = n, *this; }
   ResultTable& json_behind(const std::string& key) { return move_in_json(key), *this; }
   ResultTable& text_behind(const std::string& heading) { return move_in_text(heading), *this; }
-  /// JSON has it of such rows alone.
+  /// JSON contains it only for rows with this property.
   ResultTable& json_where(Condition has) { return figures_.back().is_in_json = std::move(has), *this; }
-  /// How it is read, where its path does not say.
+  /// Reader of a column whose path does not define one.
   ResultTable& read_by(std::string expected, Reader read) {
     last().is_read = true;
     last().expected = std::move(expected);
@@ -136,7 +135,7 @@ public:
 
   std::string csv_header(const Row& row) const { return csv_header_of(values(row)); }
   std::string csv_line(const Row& row) const { return csv_line_of(values(row)); }
-  /// The header, without columns that an open one stands for, and a line a row.
+  /// Header, without columns from an open column, and one line per row.
   template<class Rows>
   std::string csv(const Rows& rows) const {
     std::string text = csv_header_of(Values(list().size()));
@@ -149,7 +148,7 @@ public:
     return text_of(all_values(rows));
   }
 
-  /// @param faults of that row, under the keys of its JSON, are added to them
+  /// @param faults receives the errors of that row, under its JSON keys
   Row read_json(const nlohmann::ordered_json& json, const std::string& file, int line,
                 std::vector<Fault>& faults) const {
     if (!json.is_object()) {
@@ -164,8 +163,8 @@ public:
 private:
   struct Figure {
     std::function<Value(const Row&)> value;
-    Reader read;          ///< nothing: it is only written
-    Condition is_in_json; ///< nothing: of every row
+    Reader read;          ///< empty: write only
+    Condition is_in_json; ///< empty: in every row
   };
 
   template<class... Steps>

@@ -1,6 +1,6 @@
 #pragma once
-/// What the results of several commands say of a scene and its file: faults, proportions, materials' limits,
-/// which parts of the model are switched on, what was left out.
+/// Shared result tables about a scene and its file: errors, proportions, material limits, active model
+/// features, omissions.
 
 #include "maille/materials/fault.hpp"
 #include "maille/materials/material.hpp"
@@ -12,7 +12,7 @@
 
 namespace maille::studies {
 
-/// One part of the model, switched on by the scene or not, and why.
+/// One model feature, whether the scene uses it, and why.
 struct ModelPart {
   std::string name;
   bool on = false;
@@ -24,11 +24,12 @@ const ResultTable<Fault>& columns_of_faults();
 const ResultTable<NeighbourLimits>& columns_of_limits();
 const ResultTable<LeftOutPiece>& columns_of_left_out();
 
-/// `fixed`, `rigid` or `deformable`, as scene files have it.
+/// `fixed`, `rigid` or `deformable`, as in scene files.
 std::string name_of(ObjectKind kind);
 
-/// Sizes, strains and warnings. @param path to Plausibility, perhaps optional: then JSON has them where it is
-/// @param has whether a row has them
+/// Adds sizes, strains and warnings. @param path to Plausibility, perhaps optional: then JSON omits missing
+/// ones
+/// @param has true if a row has them
 template<class Row, class... Path>
 void add_plausibility(ResultTable<Row>& columns, typename ResultTable<Row>::Condition has, Path... path) {
   const auto add = [&](const char* key, const char* unit, const char* meaning, auto figure) {

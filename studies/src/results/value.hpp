@@ -1,5 +1,5 @@
 #pragma once
-/// Figures of results as values, from which text, JSON and CSV are written, and into which those are read.
+/// Values of result columns, converted to and from text, JSON and CSV.
 
 #include "maille/scene/answer.hpp"
 
@@ -14,10 +14,10 @@
 
 namespace maille::studies {
 
-/// null: no value. A number that is not finite is a number here, though JSON has none for it.
+/// null: no value. Non-finite numbers stay numbers here, though JSON does not support them.
 using Value = nlohmann::ordered_json;
 
-/// All that a figure of few words can be, by to_string.
+/// All values of an enumeration, named by to_string.
 template<class Enum>
 struct Choices;
 template<>
@@ -31,14 +31,14 @@ inline constexpr bool is_optional = false;
 template<class T>
 inline constexpr bool is_optional<std::optional<T>> = true;
 
-/// Whether read_value knows the type; lists are only written.
+/// True if read_value supports the type; lists are only written.
 template<class T>
 inline constexpr bool is_readable =
     std::is_arithmetic_v<T> || std::is_enum_v<T> || std::is_same_v<T, std::string>;
 template<class T>
 inline constexpr bool is_readable<std::optional<T>> = is_readable<T>;
 
-/// A whole number within the range, from an integer or from a double that holds it exactly; else nothing.
+/// Integer within the range, from an integer or a double that holds it exactly; else nothing.
 std::optional<std::int64_t> whole_number(const Value& value, std::int64_t least, std::int64_t most);
 
 template<class T>
@@ -51,7 +51,7 @@ Value value_of(const T& figure) {
     return figure;
 }
 
-/// @return false, with `figure` in any state, if it cannot have that value
+/// Converts a value. @return false if it does not fit; `figure` is then unspecified
 template<class T>
 bool read_value(const Value& value, T& figure) {
   if constexpr (is_optional<T>) {
@@ -83,7 +83,7 @@ bool read_value(const Value& value, T& figure) {
   }
 }
 
-/// What read_value takes, in words.
+/// Description of values accepted by read_value.
 template<class T>
 std::string expected_of() {
   if constexpr (is_optional<T>)

@@ -34,7 +34,7 @@ bool read_parameters(StudyRow& row, const Value& parameters) {
   return true;
 }
 
-/// Null where the scenes have none.
+/// Measures of a row; null if the scenes have none.
 Value measures_of(const StudyRow& row) {
   Value measures;
   for (const StudyMeasure& measure : row.measures)
@@ -80,7 +80,7 @@ bool read_measure_units(StudyRow& row, const Value& units) {
   return true;
 }
 
-/// Columns whose numbers say how a case came out.
+/// True for numeric result columns.
 bool is_response(const Column& column) {
   return !column.csv.empty() && (column.is_real || column.csv == "bytes" || column.csv == "iterations") &&
          column.csv != "processor_share" && column.csv != "load_average";
@@ -187,7 +187,7 @@ nlohmann::ordered_json json(const StudyRow& row) {
 }
 
 std::string json_line(const StudyRow& row) {
-  // Messages may quote a file's contents: invalid UTF-8 in them must not cost the row.
+  // Messages may quote a file's contents: invalid UTF-8 in them must not lose the row.
   return json(row).dump(-1, ' ', false, Value::error_handler_t::replace);
 }
 
@@ -222,7 +222,7 @@ void name_case(StudyRow& row, const StudyFile& study, const StudyCase& one) {
   row.parameters.clear();
   for (std::size_t p = 0; p < study.n_varied(); ++p)
     row.parameters.emplace_back(study.varied(p).column(), one.values[p].shown);
-  std::vector<StudyMeasure> measures; // rows that stand in one table have the same columns
+  std::vector<StudyMeasure> measures; // all rows of a table have the same columns
   for (const MeasureColumn& column : study.measures) {
     const auto known = std::ranges::find(row.measures, column.name, &StudyMeasure::name);
     measures.push_back({column.name, column.unit, known == row.measures.end() ? std::nullopt : known->value});

@@ -1,4 +1,4 @@
-/// From a study file to a StudyFile, or to every fault in it and in its scenes.
+/// Reading of a study file to a StudyFile, or to all errors in it and its scenes.
 
 #include "compare/methods.hpp"
 #include "maille/materials/text_file.hpp"
@@ -50,7 +50,7 @@ private:
   void read_parameters(StudyFile& study);
   void read_vtk(StudyFile& study);
   void check_sizes(const StudyFile& study);
-  /// The faults of the study first.
+  /// Throws the errors, those of the study first.
   void throw_if_any();
 
   fs::path file_;
@@ -70,7 +70,7 @@ void StudyReader::read_scenes(StudyFile& study) {
   if (names.size() > most_scenes)
     return root_.fault("scene", fmt::format("at most {} scenes", most_scenes),
                        fmt::format("{}", names.size()));
-  // Names first: nothing is read in vain.
+  // Check names before reading.
   std::vector<fs::path> files;
   std::set<std::string> stems, twice;
   for (const std::string& name : names) {
@@ -79,7 +79,7 @@ void StudyReader::read_scenes(StudyFile& study) {
                                    !fs::is_regular_file(named.file, no_matter) &&
                                    !fs::is_directory(named.file, no_matter)) {
       root_.fault("scene", "scene files", fmt::format("\"{}\", which is a pipe or a device", name));
-      named.file.clear(); // it would make us wait
+      named.file.clear(); // a pipe would block
     } else if (named.file.empty())
       root_.fault("scene", named.expected, named.found);
     else if (!stems.insert(named.file.stem().string()).second)
@@ -94,7 +94,7 @@ void StudyReader::read_scenes(StudyFile& study) {
         read_scene_of(study, file);
 }
 
-/// Columns that no scene before has.
+/// Adds columns that no earlier scene has.
 void StudyReader::add_measures(const SceneAndMeasures& read, StudyFile& study) {
   for (const Measure& measure : read.measures) {
     std::vector<MeasureColumn> columns;
@@ -205,7 +205,7 @@ void StudyReader::check_sizes(const StudyFile& study) {
   }
   if (n > most)
     root_.fault("parameter", fmt::format("at most {:g} cases", most), fmt::format("{:g}", n));
-  constexpr double most_values = 1e7; // a hundred bytes each
+  constexpr double most_values = 1e7; // of about a hundred bytes each
   if (const double values = n * static_cast<double>(study.parameters.size()); values > most_values)
     root_.fault("parameter", fmt::format("at most {:g} values of all cases", most_values),
                 fmt::format("{:g}", values));
@@ -219,7 +219,7 @@ void StudyReader::read_vtk(StudyFile& study) {
     study.vtk_of_all = true;
     return;
   }
-  const bool is_known = faults_.empty() && of_scenes_.empty(); // else there is no telling how many cases
+  const bool is_known = faults_.empty() && of_scenes_.empty(); // otherwise the number of cases is unknown
   const auto n = is_known ? n_cases(study) : 1'000'000;
   const std::string expected = fmt::format("\"all\", \"none\" or a list of cases from 1 to {}", n);
   const toml::array* list = node->as_array();

@@ -1,4 +1,4 @@
-/// The rows of one case.
+/// Running of one case.
 
 #include "compare/comparison.hpp"
 #include "export/vtk_files.hpp"
@@ -27,7 +27,7 @@ double median(std::vector<double> values) {
   return (values[(n - 1) / 2] + values[n / 2]) / 2;
 }
 
-/// The seconds of one method in every repetition.
+/// Seconds of one method for each repetition.
 struct Repeated {
   std::vector<double> setup, solve, total;
   void add(const Seconds& seconds) {
@@ -37,7 +37,7 @@ struct Repeated {
   }
 };
 
-/// One line: faults without line numbers, since the text is generated.
+/// Errors in one line, without line numbers, because the text is generated.
 std::string words_of(const InputError& error) {
   std::vector<std::string> faults;
   for (const Fault& fault : error.faults())
@@ -45,13 +45,13 @@ std::string words_of(const InputError& error) {
   return fmt::format("{}", fmt::join(faults, "; "));
 }
 
-/// Whether it is a file that the scene names, not the scene.
+/// True if the error is in a file named by the scene, not in the scene.
 bool is_of_a_file(const InputError& error) {
   return std::ranges::any_of(
       error.faults(), [](const Fault& fault) { return fault.expected.find("file") != std::string::npos; });
 }
 
-/// The size of the sum of what moves take; nothing where a method knows no forces or nothing moves.
+/// Magnitude of the total force of all moves; nothing for methods without forces or scenes without moves.
 std::optional<double> force_on_moves(const Scene& scene, const Answer& answer) {
   const std::vector<Resultant> moves = resultants_of(scene, answer).moves;
   const Vec3 sum = total_force(moves);
@@ -120,9 +120,9 @@ void CaseRunner::add_failed_rows(const std::string& message, bool is_of_machine)
   }
 }
 
-/// Finite elements keep what they set up from one scene to the next: every repetition begins without, and
-/// without memory that others have freed. So does `coupled` where times are to be compared; in a study of
-/// answers it keeps what it has set up for the body of the case before.
+/// Runs the methods once. Finite elements and `coupled` cache their set-up between scenes; for comparable
+/// times every repetition starts without a cache and without freed memory of others. In a study of answers
+/// only, `coupled` keeps the set-up for the body of the previous case.
 Comparison CaseRunner::compare_once(const std::vector<std::string>& methods, const std::string& reference) {
   malloc_trim(0);
   Methods fresh(options_.solver, study_.wants_vtk(case_.number));
@@ -188,7 +188,7 @@ void CaseRunner::add_row(std::size_t method, const Comparison& comparison, const
   if (study_.wants_vtk(case_.number) && has_displacement(answer.status))
     try {
       row.vtk = write_file(row, result, comparison);
-    } catch (const std::exception& error) { // the figures stand without it
+    } catch (const std::exception& error) { // results are valid without it
       row.message +=
           fmt::format("{}no file for ParaView: {}", row.message.empty() ? "" : "; ", message_of(error));
     }

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A case and those of its rows that are still to come.
+/// A case and its missing rows.
 struct Task {
   StudyCase one;
   std::vector<std::string> methods, hashes;
@@ -29,10 +29,10 @@ std::string settings_in_words(const StudyOptions& options) {
   return std::string(fem_ref::linear_solver_names[static_cast<std::size_t>(options.solver)]);
 }
 
-/// A table that a new one replaces: put aside while the study runs, and removed with its files at the end.
+/// A table to be replaced: renamed while the study runs, and deleted with its files at the end.
 class OlderTable {
 public:
-  /// @throws FolderTaken where a file that is there is no table of a study
+  /// @throws FolderTaken if an existing file is not a table of a study
   explicit OlderTable(const fs::path& stem)
       : table_(with(stem, ".jsonl")), aside_(with(stem, "_older.jsonl")) {
     const fs::path csv = with(stem, ".csv");
@@ -45,18 +45,18 @@ public:
       fs::rename(table_, aside_);
   }
 
-  /// @param rows of the new table @param study its name, which begins those of its files
+  /// @param rows of the new table @param study its name, the prefix of its files
   void remove_but(const std::vector<StudyRow>& rows, const std::string& study) const {
     if (!is_aside_)
       return;
     std::set<std::string> kept;
     for (const StudyRow& row : rows)
       kept.insert(row.vtk);
-    std::error_code error; // what cannot be removed harms no result
+    std::error_code error; // a failure harms no result
     StudyTable older;
     try {
       older = read_study_table(aside_);
-    } catch (const InputError&) { // its files stay, and so does the table that names them
+    } catch (const InputError&) { // keep its files and the table that names them
       return;
     }
     for (const StudyRow& row : older.rows)
@@ -96,14 +96,13 @@ public:
 private:
   void take_up();
   void plan();
-  /// The row of this case and method among those that were there, of whatever case; nothing where there is
-  /// none.
+  /// Existing row of this case and method, under any case number; nothing if none exists.
   std::optional<StudyRow> known_row(const StudyCase& one, const std::string& method,
                                     const std::string& hash) const;
   void keep_left_overs();
   void work();
   void add(const TaskResult& result);
-  /// Adds failed rows for those methods of a task that have no row.
+  /// Adds failed rows for methods of a task that have no row.
   void add_missing(const Task& task, const std::string& reason, std::vector<StudyRow>& rows) const;
 
   const StudyFile& study_;
@@ -185,11 +184,11 @@ void StudyRun::plan() {
   outcome_.n_reused = static_cast<int>(outcome_.rows.size());
 }
 
-/// Rows of scenes that the study no longer asks for stand in a file of their own: they were paid for.
+/// Moves rows of scenes that are no longer in the study to another file, because they took time.
 void StudyRun::keep_left_overs() {
   std::string lines;
   for (const auto& [hash, row] : found_)
-    if (!may_end_otherwise(row) && // nothing was paid for
+    if (!may_end_otherwise(row) && // it has no result
         std::none_of(outcome_.rows.begin(), outcome_.rows.end(),
                      [&hash = hash](const StudyRow& kept) { return kept.hash == hash; })) {
       lines += json_line(row) + "\n";
@@ -240,7 +239,7 @@ void StudyRun::add(const TaskResult& result) {
 }
 
 void StudyRun::work() {
-  // Every worker has its own. What a case answers does not depend on those before it.
+  // Every worker has its own cache. Results of a case do not depend on earlier cases.
   deform::ElasticBody body(deform::Keeping::hierarchy);
   const auto work = [&](std::size_t number, const std::function<bool()>& should_stop) {
     Control control;
@@ -265,7 +264,7 @@ StudyOutcome StudyRun::run() {
   keep_left_overs();
   const auto methods = study_.row_methods();
   sort_rows(outcome_.rows, methods);
-  write_study_table(outcome_.rows, stem_); // torn lines and old rows go
+  write_study_table(outcome_.rows, stem_); // removes torn lines and old rows
   if (progress_)
     progress_(outcome_.n_cases - static_cast<int>(tasks_.size()), outcome_.n_cases, 0);
   files_.emplace(stem_);

@@ -22,7 +22,7 @@ std::string beside(fs::path stem, const char* ending) {
   return stem.string();
 }
 
-/// The files for ParaView: a time step a case, a part a method.
+/// Files for ParaView: one time step per case, one part per method.
 std::vector<PvdEntry> pvd_entries(const std::vector<StudyRow>& rows, const fs::path& folder) {
   std::vector<PvdEntry> entries;
   std::vector<std::string> methods;
@@ -42,7 +42,7 @@ int place(const std::string& method, const std::vector<std::string>& methods) {
   return static_cast<int>(std::find(methods.begin(), methods.end(), method) - methods.begin());
 }
 
-/// Adds a row unless it is there; @throws InputError where another stands in its place
+/// Adds a row unless it exists; @throws InputError if a different row exists for that case and method
 void add_row(std::map<std::pair<int, std::string>, StudyRow>& rows, StudyRow row, const fs::path& file) {
   const auto [there, is_new] = rows.try_emplace({row.number, row.method}, row);
   if (!is_new && (there->second.hash != row.hash || there->second.n_cases != row.n_cases))
@@ -52,7 +52,7 @@ void add_row(std::map<std::pair<int, std::string>, StudyRow>& rows, StudyRow row
                                    there->second.n_cases, row.n_cases)}});
 }
 
-/// A file of that name is seen, is no option, and is read as it is written: no marks that turn its direction.
+/// True for a file name that is visible, is no option, and has no marks that change the text direction.
 bool is_plain_name(const std::string& name) {
   const auto is_control = [](unsigned char c) { return c < ' ' || c == 0x7f; };
   return !name.empty() && !name.starts_with('.') && !name.starts_with('-') && name.size() < 200 &&
@@ -88,7 +88,7 @@ std::vector<StudyRow> with_same_measures(std::vector<StudyRow> rows) {
 bool may_end_otherwise(const StudyRow& row) {
   const bool is_without_answer = row.status == Status::failed || row.status == Status::refused;
   const auto says = [&](const char* words) { return row.message.find(words) != std::string::npos; };
-  // How methods report a lack of memory: the need and the available amount, or an allocation failure.
+  // Texts of methods about insufficient memory: required and available memory, or a failed allocation.
   return is_without_answer && (row.is_of_machine || says(" are available") || says(" of free memory") ||
                                says("out of memory") || says("std::bad_alloc"));
 }
@@ -118,7 +118,7 @@ std::vector<fs::path> write_study_table(const std::vector<StudyRow>& given, cons
 
 std::vector<MergedTable> merge_study_tables(const std::vector<fs::path>& files, const fs::path& folder) {
   std::map<std::string, std::map<std::pair<int, std::string>, StudyRow>> of_study;
-  std::map<std::string, std::vector<std::string>> methods; // in the order in which they are met
+  std::map<std::string, std::vector<std::string>> methods; // in order of appearance
   for (const fs::path& file : files) {
     StudyTable table = read_study_table(file);
     for (StudyRow& row : table.rows) {

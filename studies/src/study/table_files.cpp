@@ -42,7 +42,7 @@ TableAppender::TableAppender(const std::filesystem::path& stem)
 
 TableAppender::~TableAppender() {
   for (const auto& [descriptor, ending] : {std::pair(lines_, ".jsonl"), {csv_, ".csv"}}) {
-    if (lseek(descriptor, 0, SEEK_END) == 0) // nothing came, such as on a full disk
+    if (lseek(descriptor, 0, SEEK_END) == 0) // empty, for example on a full disk
       unlink((stem_.string() + ending).c_str());
     close(descriptor);
   }
@@ -56,7 +56,7 @@ void TableAppender::append(const std::vector<StudyRow>& rows) {
     lines += json_line(row) + "\n";
     csv += csv_line(row);
   }
-  append_whole(lines_, lines); // what is read again comes first
+  append_whole(lines_, lines); // the file that is read back comes first
   append_whole(csv_, csv);
   has_header_ = has_header_ || !rows.empty();
 }

@@ -1,6 +1,6 @@
 #pragma once
-/// What a row of a study holds, also before there are figures, and the two files of a running study: rows are
-/// appended whole and synchronised; one process at a time.
+/// Contents of a study row, also before its results exist, and the two files of a running study: rows are
+/// appended whole and synchronised to disk; one process at a time.
 
 #include "results/result_table.hpp"
 #include "study/plan/study_table.hpp"
@@ -15,21 +15,21 @@ struct Choices<Timing> {
 
 const ResultTable<StudyRow>& columns_of_study();
 
-/// Says which case of which study a row is of.
+/// Sets the study and case of a row.
 void name_case(StudyRow& row, const StudyFile& study, const StudyCase& one);
-/// A row with everything that is known before the case runs.
+/// A row with all data known before the case runs.
 StudyRow blank_row(const StudyFile& study, const StudyCase& one, const std::string& method,
                    const std::string& hash, const StudyOptions& options);
 
-/// Appends to `stem.jsonl` and `stem.csv`; at its end a file that is still empty goes.
+/// Appends to `stem.jsonl` and `stem.csv`; deletes files that are still empty at the end.
 class TableAppender {
 public:
-  /// Files that are there are gone on with.
+  /// Continues existing files.
   explicit TableAppender(const std::filesystem::path& stem);
   ~TableAppender();
   TableAppender(const TableAppender&) = delete;
   TableAppender& operator=(const TableAppender&) = delete;
-  /// The rows of one case; they are on the disk when it returns. @throws std::system_error
+  /// Appends the rows of one case; they are on disk on return. @throws std::system_error
   void append(const std::vector<StudyRow>& rows);
 
 private:

@@ -49,8 +49,8 @@ void on_end_of_grace(int) {
   _exit(1);
 }
 
-/// Everything, or false where the other side is gone. @param some (from, bytes): moves some of them, and says
-/// how many
+/// Transfers all bytes; false if the other side has closed. @param some (from, bytes): transfers some of them
+/// and returns their number
 template<class Byte, class Some>
 bool move_all(Byte* at, std::size_t size, const Some& some) {
   while (size > 0) {
@@ -75,15 +75,15 @@ bool receive_all(int socket, void* data, std::size_t size) {
                   [socket](char* at, std::size_t n) { return recv(socket, at, n, 0); });
 }
 
-/// The life of a worker: a task's number in, its text out, until there are no more.
+/// Main loop of a worker: receives a task's number, sends its text, until there are no more.
 [[noreturn]] void live(int socket, pid_t parent, const Work& work) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent)
-    _exit(1); // it died before
+    _exit(1); // the parent died before
   for (const auto& [signal, handler] :
        {std::pair{SIGINT, SIG_IGN}, std::pair{SIGHUP, SIG_IGN}, std::pair{SIGTERM, &on_terminate},
         std::pair{SIGPROF, &on_end_of_grace}}) {
-    struct sigaction wanted {}; // the parent hears the first two, and asks by the third
+    struct sigaction wanted {}; // the parent handles the first two, and sends the third
     wanted.sa_handler = handler;
     sigaction(signal, &wanted, nullptr);
   }
@@ -95,7 +95,7 @@ bool receive_all(int socket, void* data, std::size_t size) {
     if (told_to_end || !send_all(socket, &size, sizeof size) || !send_all(socket, text.data(), text.size()))
       break;
   }
-  _exit(0); // without the parent's clean-up
+  _exit(0); // skips the parent's clean-up
 }
 
 /// The parent's end of one worker.
@@ -112,7 +112,7 @@ public:
       close(ends[0]);
       try {
         live(ends[1], parent, work);
-      } catch (...) { // out of memory, above all: a death as any other
+      } catch (...) { // mainly insufficient memory: treated like any death
         _exit(1);
       }
     }
@@ -138,9 +138,9 @@ public:
   void give(std::size_t task) {
     task_ = task;
     const std::uint64_t number = task;
-    send_all(socket_, &number, sizeof number); // a dead worker shows when it is read from
+    send_all(socket_, &number, sizeof number); // reading detects a dead worker
   }
-  /// The text of its task, or how it died.
+  /// Text of its task, or the reason of its death.
   TaskResult take() {
     TaskResult result{task_.value_or(0), "", ""};
     task_.reset();
@@ -175,7 +175,7 @@ private:
   std::optional<std::size_t> task_;
 };
 
-/// Those that have something to say, after a tenth of a second at most.
+/// Workers with data to read, after a tenth of a second at most.
 std::vector<Worker*> ready(const std::vector<std::unique_ptr<Worker>>& workers) {
   std::vector<pollfd> sockets;
   for (const auto& worker : workers)
@@ -188,7 +188,7 @@ std::vector<Worker*> ready(const std::vector<std::unique_ptr<Worker>>& workers) 
   return list;
 }
 
-/// A task that ends after that is lost: it was in flight.
+/// Ends all workers; a task that completes afterwards is lost.
 void end_all(const std::vector<std::unique_ptr<Worker>>& workers) {
   for (const auto& worker : workers)
     worker->ask_to_end();
@@ -248,7 +248,7 @@ double load_average_now() {
   return getloadavg(&load, 1) == 1 ? load : 0;
 }
 
-/// Below that something else ran; above it the system's own work may be all there was.
+/// Below this share other processes ran; above it the rest may be work of the system.
 constexpr double least_share = 0.9;
 
 } // namespace

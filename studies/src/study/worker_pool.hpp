@@ -1,10 +1,9 @@
 #pragma once
 /// A pool of forked worker processes for numbered tasks, and a check for other load on the machine.
 ///
-/// A worker that dies takes only its task with it and is replaced. Tasks and results travel through sockets
-/// as text; the parent alone delivers them. SIGINT reaches only the parent, which asks workers to end, and
-/// gives them five seconds. Fork comes before any thread is started, because a forked child has only the
-/// calling thread.
+/// A worker that dies loses only its task and is replaced. Tasks and results pass through sockets as text;
+/// only the parent delivers results. SIGINT reaches only the parent, which requests workers to end within
+/// five seconds. Fork before starting threads, because a forked child has only the calling thread.
 ///
 /// MachineWatch is heuristic: processor share and load average say whether times of a row can be trusted.
 
@@ -14,30 +13,30 @@
 
 namespace maille::studies {
 
-/// What became of a task.
+/// Result of a task.
 struct TaskResult {
   std::size_t task = 0;
   std::string text;  ///< what `work` returned
-  std::string death; ///< not empty: its process died, in words; then there is no text
+  std::string death; ///< not empty: how its process died; then `text` is empty
 };
 
-/// @brief Works through tasks 0 .. n_tasks - 1 with `n_workers` forked processes; `deliver` is called here,
-/// in the order in which tasks end.
+/// @brief Processes tasks 0 .. n_tasks - 1 with `n_workers` forked processes; the calling process calls
+/// `deliver` in order of completion.
 ///
-/// A process that dies is replaced. Workers do not hear SIGINT, which a terminal sends to all: this process
-/// decides. They end when it does, however that happens.
+/// A dead process is replaced. Workers ignore SIGINT, which a terminal sends to all processes: the parent
+/// decides. They end when the parent ends, for whatever reason.
 ///
-/// @param work     runs in a worker; asked to end early where `should_stop` there says so
-/// @param should_stop_here  polled ten times a second; once true, workers are asked to end and have five
-///        seconds for it
+/// @param work     runs in a worker; should end early once its `should_stop` returns true
+/// @param should_stop_here  polled ten times a second; once true, workers are requested to end within five
+///        seconds
 /// @pre  this process has no threads that hold locks
-/// @throws std::system_error where no process can be made
+/// @throws std::system_error if no process can be created
 void work_through(
     std::size_t n_tasks, int n_workers,
     const std::function<std::string(std::size_t task, const std::function<bool()>& should_stop)>& work,
     const std::function<void(const TaskResult&)>& deliver, const std::function<bool()>& should_stop_here);
 
-/// Begins to watch when it is made.
+/// Observes the machine from its construction on.
 class MachineWatch {
 public:
   MachineWatch();
@@ -45,8 +44,8 @@ public:
   double processor_share() const;
   /// Load average of one minute, at construction.
   double load_average() const { return load_average_; }
-  /// True if others wanted the processors: more wanted to run than there are, or this process, which never
-  /// waits for anything else, stood still.
+  /// True if there was other load: more runnable processes than processors, or this process, which never
+  /// waits for anything else, was idle.
   bool was_busy() const;
 
 private:

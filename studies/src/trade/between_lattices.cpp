@@ -8,12 +8,12 @@ namespace maille::studies {
 
 namespace {
 
-/// Finds the cell of matter that holds a point, or is nearest to it.
+/// Finds the cell that contains a point, or the nearest one.
 class NearestMatter {
 public:
   explicit NearestMatter(const Specimen& body) : body_(body), grid_(body.grid) {}
 
-  /// @param place  in cells from node 0, along every axis
+  /// @param place  position in cells from node 0, along every axis
   Index3 operator()(const Vec3& place) const {
     Index3 home{};
     int furthest = 1;
@@ -27,8 +27,7 @@ public:
     double least_sq = std::numeric_limits<double>::infinity();
     for (int ring = 1; ring <= furthest; ++ring) {
       search_ring(place, home, ring, nearest, least_sq);
-      if (least_sq <=
-          static_cast<double>(ring) * ring) // the next ring is at least as far as this one's number
+      if (least_sq <= static_cast<double>(ring) * ring) // cells of the next ring are at least this far
         break;
     }
     return nearest;
@@ -44,8 +43,8 @@ private:
     return sum;
   }
 
-  /// Cells whose number differs from home's by exactly `ring` along some axis, and by no more along the
-  /// others.
+  /// Searches the cells whose index differs from home's by exactly `ring` along some axis, and by no more
+  /// along the others.
   void search_ring(const Vec3& place, const Index3& home, int ring, Index3& nearest, double& least_sq) const {
     Index3 low{}, high{};
     for (std::size_t a = 0; a < 3; ++a) {
@@ -86,7 +85,7 @@ Displacement between_lattices(const Scene& from, const Displacement& displacemen
       place[a] = (x[a] - from.specimen.origin[a]) / grid.spacing()[a];
       if (const double whole = std::round(place[a]);
           std::abs(place[a] - whole) < 1e-9 * (1 + std::abs(whole)))
-        place[a] = whole; // nodes of both lattices keep their bits
+        place[a] = whole; // common nodes keep their bits
     }
     const Index3 cell = nearest(place);
     for (int corner = 0; corner < grid.corners_per_cell(); ++corner) {

@@ -11,14 +11,14 @@ namespace maille::studies {
 
 namespace {
 
-/// Half a cell less than two: a staircase has rows of one cell as well.
+/// A little less than two: staircases have rows of one cell, too.
 constexpr double fewest_cells = 1.75;
 constexpr double most_change_of_volume = 0.25;
-/// A little beyond what the table has: 0.48, 25 and, of what `studies/lab/run studies` draws, 4.
+/// A little beyond the values in the table: 0.48, 25 and, from `studies/lab/run studies`, 4.
 constexpr double largest_poisson_ratio = 0.49, largest_anisotropy = 30, largest_aspect = 4,
                  largest_flatness = 1.5;
 
-/// How many cells of the same material lie in a row with `cell` along an axis.
+/// Number of cells of the same material in a row through `cell` along an axis.
 int row_through(const Specimen& body, const Index3& cell, std::size_t axis) {
   const std::uint8_t material = body.material(body.grid.cell(cell));
   int n = 1;
@@ -31,7 +31,7 @@ int row_through(const Specimen& body, const Index3& cell, std::size_t axis) {
   return n;
 }
 
-/// Cells of every material.
+/// Number of cells of each material.
 std::vector<std::int64_t> cells_of(const Scene& scene) {
   std::vector<std::int64_t> cells(scene.materials.size());
   for (std::int64_t cell = 0; cell < scene.specimen.grid.n_cells(); ++cell)

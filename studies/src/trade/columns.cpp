@@ -23,7 +23,7 @@ const Seconds* seconds_of(const TradeRecord& record) {
   return is_measured(record) ? &record.row.seconds : nullptr;
 }
 
-/// As many numbers as the scene has dimensions.
+/// One number per dimension of the scene.
 template<class List>
 Value along_axes(const TradeRecord& record, const List& list) {
   return std::vector(list.begin(), list.begin() + record.dimension);
@@ -99,7 +99,7 @@ void add_measures(Table& columns) {
       .open();
 }
 
-/// The fronts are found afterwards (python/maille/_trade.py), which fills these in.
+/// Adds empty columns for the fronts, which python/maille/_trade.py fills later.
 void add_front(Table& columns) {
   const auto none = [](const TradeRecord&) { return false; };
   columns.add({"front", "", "", "nothing is nearer and quicker (t), nearer and smaller (m)"},

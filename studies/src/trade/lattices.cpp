@@ -15,7 +15,7 @@ namespace maille::studies {
 
 namespace {
 
-/// Whole numbers of `node`, one or a list.
+/// Integers of `node`, one or a list.
 std::vector<std::int64_t> whole_numbers(const toml::node* node) {
   std::vector<std::int64_t> numbers;
   if (const auto* list = node ? node->as_array() : nullptr)
@@ -34,7 +34,7 @@ toml::array list_of(const std::vector<Number>& numbers) {
   return list;
 }
 
-/// Fewer cells over the same extent. @return false where no axis has fewer
+/// Sets fewer cells over the same extent. @return false if no axis has fewer
 bool coarsen_generated(toml::table& specimen, const Grid& grid, int factor) {
   std::vector<std::int64_t> cells = whole_numbers(specimen.get("cells"));
   std::vector<std::string> spacing;
@@ -52,7 +52,7 @@ bool coarsen_generated(toml::table& specimen, const Grid& grid, int factor) {
   return is_coarser;
 }
 
-/// Every cell of a box in `factor` parts along each axis.
+/// Divides every cell of a box into `factor` parts along each axis.
 void refine_box(toml::table& specimen, const Grid& grid, int factor) {
   std::vector<std::int64_t> cells;
   std::vector<std::string> spacing;
@@ -70,7 +70,7 @@ std::string as_text(const toml::table& document) {
   return text.str() + "\n";
 }
 
-/// A coarse lattice need not have a cell everywhere where a measure is taken.
+/// Removes measures, because a coarse lattice may lack cells at their positions.
 std::string without_measures(const std::string& text) {
   toml::table document = parse_toml(text, "");
   document.erase("measure");

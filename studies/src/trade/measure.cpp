@@ -50,8 +50,7 @@ Measured measure(const Scene& scene, const std::string& method, std::optional<do
   const double processor = processor_seconds() - start;
   Seconds& seconds = measured.answer.seconds;
   measured.wall_seconds = seconds.total();
-  if (processor <
-      measured.wall_seconds) { // another program had the processor meanwhile, or threads shared the work
+  if (processor < measured.wall_seconds) { // other programs used the processor, or threads shared the work
     const double share = control.threads == 1 ? processor / measured.wall_seconds : 1;
     seconds.setup *= share;
     seconds.solve *= share;

@@ -1,16 +1,16 @@
 #pragma once
-/// One answer of one way, measured, and the row of `maille study trade` that it makes.
+/// Measurement of one answer, and its row in `maille study trade`.
 
 #include "results/result_table.hpp"
 #include "trade/trade.hpp"
 
 namespace maille::studies {
 
-/// True if a method ends when an estimate of its error is below a tolerance.
+/// True if a method stops at an error estimate below a tolerance.
 bool has_tolerance(std::string_view method);
 bool is_finite_elements(std::string_view method);
 
-/// A copy of `scene` whose relaxation has that tolerance.
+/// A copy of `scene` with that relaxation tolerance.
 Scene with_tolerance(const Scene& scene, std::optional<double> tolerance);
 
 struct Measured {
@@ -18,15 +18,15 @@ struct Measured {
   double wall_seconds = 0; ///< set-up and solve
 };
 
-/// Answers the scene once, with nothing kept from before.
+/// Solves the scene once, without cached data.
 /// @param tolerance  see Way
 Measured measure(const Scene& scene, const std::string& method, std::optional<double> tolerance,
                  const Control& control);
 
-/// The middle one, or the lower of the middle two. @pre not empty
+/// Median, or the lower of the two middle values. @pre not empty
 double median(std::vector<double> values);
 
-/// One row with what it shares with the others of its table.
+/// One row with the common data of its table.
 struct TradeRecord {
   std::string scene, reference;
   std::optional<double> reference_l2; ///< the reference's own error

@@ -25,11 +25,10 @@ namespace maille::studies {
 namespace {
 
 constexpr double probing_tolerance = 1e-3;
-constexpr double most_probed_cells = 1e6; ///< of lattices finer than the scene's own
+constexpr double most_probed_cells = 1e6; ///< upper bound for lattices finer than the scene's
 /// Halvings of the coarser lattice of a pair, and of the lattices of a quantity.
 constexpr int coarsest = -2, finest_pair = 0, finest_of_quantity = 2;
-/// By less, answers that halve the spacing do not come nearer to each other; by more than order 2 gives they
-/// do by chance.
+/// With less growth, answers do not converge as the spacing halves; more than order 2 is coincidence.
 constexpr double least_growth = 1.4, largest_growth = 4;
 /// Answers that differ by less differ by their algebra.
 constexpr double algebra = 2 * probing_tolerance;
@@ -51,7 +50,7 @@ protected:
     const double cells = static_cast<double>(lattices_.scene().specimen.grid.n_cells());
     return halvings <= 0 || cells * std::exp2(halvings * lattices_.scene().dimension()) <= most_probed_cells;
   }
-  /// Whether there is such a lattice, and it holds the body; else why not is kept.
+  /// True if the lattice exists and represents the body; else stores the reason.
   bool holds(int halvings) {
     if (probes_.lost.contains(halvings))
       return false;
@@ -121,14 +120,14 @@ private:
                    fine.displacement)
         .relative_l2;
   }
-  /// @return the finest answer that was asked for; null where nothing can be said, and then `why_not`
+  /// @return the answer on the finest probed lattice; null if no forecast is possible, with `why_not` set
   const Answer* answer_on_lattices();
   bool find_distances(const Answer& finest);
 };
 
 bool Probing::find_pair() {
   for (int halvings = coarsest; halvings < 0; ++halvings)
-    holds(halvings); // callers look these up later
+    holds(halvings); // stores reasons for callers
   for (int coarse = coarsest; coarse <= finest_pair; ++coarse)
     if (is_small_enough(coarse + 1) && holds(coarse) && holds(coarse + 1)) {
       probes_.halvings = coarse + 1;
@@ -136,7 +135,7 @@ bool Probing::find_pair() {
     }
   if (probes_.lost.empty())
     probes_.why_not = "there are no two lattices to compare that are small enough";
-  else // the finest that is lost says most
+  else // the finest lost lattice is the most informative
     probes_.why_not = fmt::format("there are no two lattices to compare: at {:g} times the spacing {}",
                                   std::exp2(-probes_.lost.rbegin()->first), probes_.lost.rbegin()->second);
   return false;
@@ -337,8 +336,7 @@ RawPrediction predict_raw(const Probes& probes, const Way& way, const Scene* at,
     return {};
   const double tolerance = way.tolerance.value_or(0);
   double discretisation = probes.difference * std::exp2(probes.halvings - way.halvings);
-  if (probes
-          .growth) { // Richardson's extrapolation by the observed order, of which no more than 2 is believed
+  if (probes.growth) { // Richardson extrapolation with the observed order, capped at 2
     const double q = std::min(*probes.growth, largest_growth);
     discretisation = probes.difference / (q - 1) * std::pow(q, probes.halvings - way.halvings);
     if (const auto there = probes.distance.find(way.halvings); there != probes.distance.end())

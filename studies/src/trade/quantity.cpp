@@ -23,7 +23,7 @@ std::vector<double> energy_of(const Scene&, const Answer& answer) {
   return answer.strain_energy ? std::vector{*answer.strain_energy} : std::vector<double>{};
 }
 
-/// On the cells of the coarser lattice, to whose nodes the finer answer is carried.
+/// Difference on the cells of the coarser lattice; the finer answer is transferred to its nodes.
 std::optional<double> stress_difference(const AnswerOnLattice& coarse, const AnswerOnLattice& fine) {
   Answer carried;
   carried.method = fine.answer->method;

@@ -1,5 +1,5 @@
 #pragma once
-/// What `choose` can promise the error of: the displacement, or what follows from an answer.
+/// Quantities whose error `choose` can forecast: the displacement, or a function of an answer.
 
 #include "maille/scene/answer.hpp"
 
@@ -10,7 +10,7 @@
 
 namespace maille::studies {
 
-/// An answer with the scene that it is to, on one lattice of several.
+/// An answer with its scene, on one of several lattices.
 struct AnswerOnLattice {
   const Scene* scene;
   const Answer* answer;
@@ -18,24 +18,24 @@ struct AnswerOnLattice {
 
 struct Quantity {
   std::string name = "displacement"; ///< as `--of` has it
-  /// The relative difference of the answer on a coarser lattice from the one on a finer lattice; nothing
-  /// where one of them has none. Empty function: the displacement, which the table of trades knows.
+  /// Relative difference between the answers on a coarser and a finer lattice; nothing if one of them lacks
+  /// the quantity. Empty function: the displacement, which the table of trades covers.
   std::function<std::optional<double>(const AnswerOnLattice& coarse, const AnswerOnLattice& fine)> difference;
-  /// The numbers of a scalar or short quantity, to show convergence from one side; else empty.
+  /// Values of a scalar or short quantity, to show monotone convergence; else empty.
   std::function<std::vector<double>(const Scene&, const Answer&)> numbers;
   bool is_displacement() const { return !difference; }
 };
 
-/// What comes to one or a few numbers, any function of a scene and its answer; none of them: there is no such
-/// thing. Relative differences are those of Euclidean lengths. A quantity that a scene asks for by name is
-/// made by this alone.
+/// A quantity of one or a few numbers, from any function of a scene and its answer; an empty result means
+/// that the quantity does not exist. Relative differences use Euclidean norms. This constructor suffices for
+/// quantities that a scene names.
 Quantity quantity_of(std::string name,
                      std::function<std::vector<double>(const Scene&, const Answer&)> numbers);
 
-/// `displacement`, `force` (the resultants on all moves together, on holds where nothing moves), `energy`
-/// (elastic), `stress` (L2 over cells, see compare_mechanics).
+/// `displacement`, `force` (resultants of all moves together, of holds without moves), `energy` (elastic),
+/// `stress` (L2 over cells, see compare_mechanics).
 std::vector<Quantity> every_quantity();
-/// The one of that name, to the letter.
+/// Quantity of exactly that name.
 std::optional<Quantity> quantity_named(const std::string& name);
 
 } // namespace maille::studies

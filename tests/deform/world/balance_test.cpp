@@ -365,26 +365,6 @@ TEST(FlexibilityOracle, ColumnsAreTheAnswersOfCoupled) {
   }
 }
 
-// Contract: forces that change by less than a solve notices move nothing, so their sum is not found again.
-TEST(FlexibilityContract, ForcesThatStayAreNotSummedAgain) {
-  WorldObject object = elastic_object("body", {4, 3, 3}, {});
-  hold_face(object, 0, false);
-  std::vector<std::int64_t> fixed;
-  for (const Prescribed& p : object.scene.prescribed)
-    fixed.push_back(3 * p.node + p.component);
-  std::ranges::sort(fixed);
-  Flexibility flexibility(object.scene, fixed);
-  const std::vector<std::int64_t> at{flexibility.n_components() - 3, flexibility.n_components() - 1};
-  Eigen::VectorXd forces = Eigen::VectorXd::Zero(flexibility.n_components());
-  forces(at).setConstant(1e-3);
-  const Eigen::VectorXd first = flexibility.moved_by(forces, at);
-  EXPECT_EQ(flexibility.moved_by((1 + 1e-11) * forces, at), first); // to the bit
-  const Eigen::VectorXd more = flexibility.moved_by((1 + 1e-6) * forces, at),
-                        less = flexibility.moved_by(forces, std::span(at).first(1));
-  EXPECT_LT((more - (1 + 1e-6) * first).norm(), 1e-12 * first.norm());
-  EXPECT_LT((less - 1e-3 * flexibility.column(at[0])).norm(), 1e-12 * first.norm()) << "the other is let go";
-}
-
 // Oracle: Eigen's factor of a matrix put together entry by entry, of an anisotropic body with a hole and
 // cells that are partly tissue: columns, what held components that are moved do, forces at components, and
 // the same with inertia.

@@ -223,26 +223,6 @@ TEST(StacksContract, ALimbLiesDownOnATable) {
   }
 }
 
-// Contract: a soft body at rest on its world's floor takes a round a step of 1 ms, a falling one more.
-TEST(StacksContract, ABodyAtRestTakesARoundAStep) {
-  std::vector<std::int64_t> rounds;
-  for (const double above : {0.0, 20.0}) {
-    World world(parse_world_scene(
-        world_text("12, 12, 30", "dynamics = { gravity = [0, 0, \"-9.81 m/s^2\"], damping = 20 }") +
-        object("body", "deformable", "4, 4, 3", {4, 4, above}, soft(0.45, "density = 1050"))));
-    FrameBudget budget;
-    budget.frame_seconds = 0.02;
-    for (int frame = 0; frame < (above > 0 ? 1 : 10); ++frame) {
-      const FrameResult result = world.advance({}, budget);
-      EXPECT_EQ(result.status, Status::done) << result.message;
-      if (frame == 0 || frame == 9)
-        rounds.push_back(result.rounds);
-    }
-  }
-  EXPECT_EQ(rounds[1], 20) << "at rest";
-  EXPECT_GE(rounds[2], 40) << "on its way";
-}
-
 // Contract: a tool whose edges are on, between or beside nodes settles as deep as it goes, in few rounds and
 // contacts, of a body on a floor as of one above it.
 TEST(PressesContract, DeepOnesSettle) {

@@ -1,5 +1,5 @@
 #pragma once
-/// A bar of 4 x 1 x 1 parts, held at one end and bent to an arc or twisted at the other.
+/// A bar of proportions 4 x 1 x 1, held at one end and bent to an arc or twisted at the other.
 
 #include "support/bodies/scenes.hpp"
 
@@ -10,7 +10,7 @@ namespace maille::test {
 
 constexpr double bar_length = 32e-3, bar_height = 8e-3; ///< [m]
 
-/// Prescribes all components of the nodes of a face along x as `turn` asks for.
+/// Prescribes all components of the nodes of a face along x, as given by `turn`.
 inline void turn_face(Scene& scene, bool upper, Turn turn) {
   const Grid& grid = scene.specimen.grid;
   for (std::int64_t node = 0; node < grid.n_nodes(); ++node)
@@ -24,7 +24,7 @@ inline void turn_face(Scene& scene, bool upper, Turn turn) {
   scene.turns.push_back(std::move(turn));
 }
 
-/// In blocks, poisson ratio 0, unless changed. @param cells across
+/// Solved in blocks, Poisson's ratio 0, unless changed. @param cells across
 inline Scene straight_bar(int dimension, int cells) {
   const double h = bar_height / cells;
   Scene scene = box_scene(dimension, {4 * cells, cells, dimension == 3 ? cells : 1}, {h, h, h});
@@ -33,15 +33,14 @@ inline Scene straight_bar(int dimension, int cells) {
   return scene;
 }
 
-/// Where a point that rests at x is when the bar is an arc of that angle, without strain along the axis
-/// y = height / 2.
+/// Position of the rest point x on an arc of that angle, without strain along the axis y = height / 2.
 inline Vec3 on_arc(const Vec3& x, double angle) {
   const double radius = bar_length / angle, s = x[0] / radius, r = radius - (x[1] - bar_height / 2);
   return {std::sin(s) * r, radius - std::cos(s) * r + bar_height / 2, x[2]};
 }
 
-/// The far end on an arc that leaves the held end straight; the end turns about the one point that takes it
-/// there.
+/// A bar with its far end moved on an arc tangent to the held end; the end rotates about the only point that
+/// gives this motion.
 inline Scene bent_bar(int dimension, int cells, double angle) {
   Scene scene = straight_bar(dimension, cells);
   hold_face(scene, 0, false);
@@ -55,7 +54,7 @@ inline Scene bent_bar(int dimension, int cells, double angle) {
   return scene;
 }
 
-/// The far end turned about the bar's axis.
+/// A bar with its far end rotated about the bar's axis.
 inline Scene twisted_bar(int cells, double angle) {
   Scene scene = straight_bar(3, cells);
   hold_face(scene, 0, false);
@@ -67,13 +66,13 @@ inline Scene twisted_bar(int cells, double angle) {
   return scene;
 }
 
-/// E I angle^2 / (2 L), of a bar of square section (per metre in 2D) [J].
+/// E I angle^2 / (2 L) of a bar with square section (2D: per metre) [J].
 inline double beam_energy(const Scene& scene, double angle) {
   const double inertia = std::pow(bar_height, scene.dimension() + 1) / 12;
   return 10e3 * inertia * angle * angle / (2 * bar_length);
 }
 
-/// The largest distance of a node from where the arc has it [m].
+/// Largest distance of a node from its position on the arc [m].
 inline double distance_from_arc(const Scene& scene, const Displacement& u, double angle) {
   double largest = 0;
   for (std::int64_t node = 0; node < scene.specimen.grid.n_nodes(); ++node) {

@@ -1,5 +1,5 @@
 #pragma once
-/// Bodies with holes, of several materials, that tests build without a file.
+/// Bodies with holes and several materials, built without a file.
 
 #include "support/bodies/scenes.hpp"
 
@@ -16,7 +16,8 @@ inline void hold_and_move_ends(Scene& scene, const Vec3& by = {0.1e-3, 0, 0.05e-
   move_face(scene, 2, true, by);
 }
 
-/// A box of three materials in no order, a seventh of its cells missing but for the first and the last layer.
+/// A box of three irregularly mixed materials; a seventh of the cells is missing, except in the first and
+/// last layer.
 inline Scene carved_body(Index3 cells, Fibres fibres, Vec3 spacing = {1e-3, 1.3e-3, 0.8e-3}) {
   Scene scene = box_scene(3, cells, spacing);
   scene.materials.assign(3, scene.materials[0]);
@@ -40,8 +41,8 @@ inline Scene carved_body(Index3 cells, Fibres fibres, Vec3 spacing = {1e-3, 1.3e
   return scene;
 }
 
-/// Two cubes of n cells an axis, one above the other, that share a corner, an edge or a face: `contact` of
-/// their axes overlap, and meet at one end.
+/// Two cubes of n cells per axis, one above the other, that share a corner, an edge or a face: they overlap
+/// along `contact` of the axes, and touch along the others.
 inline Scene two_blocks(int n, int contact) {
   Scene scene = box_scene(3, {contact < 3 ? 2 * n : n, contact < 2 ? 2 * n : n, 2 * n});
   const Grid& grid = scene.specimen.grid;

@@ -1,12 +1,12 @@
 #pragma once
-/// Random bodies of several tiles, for tests of propagation: holes, islands, bridges, many kinds of matter.
+/// Random bodies of several tiles for tests of propagation: holes, islands, bridges, many materials.
 
 #include "support/bodies/lattice_scenes.hpp"
 #include "support/dice.hpp"
 
 namespace maille::test {
 
-/// Limits that differ between axes and components; every fifth slack is nothing, every tenth is wide.
+/// Limits that differ between axes and components; every fifth slack is zero, every tenth is wide.
 inline NeighbourLimits uneven_limits(Dice& dice) {
   NeighbourLimits limits;
   const auto slack = [&] {
@@ -30,7 +30,7 @@ inline std::vector<std::int64_t> matter_nodes(const Scene& scene) {
   return nodes;
 }
 
-/// Handles and holds in random places, up and down; sizes from a link's slack to far beyond the body's.
+/// Random handles and holds, up and down; displacements from a link's slack to far beyond the body's.
 inline void prescribe_at_random(Scene& scene, Dice& dice) {
   scene.prescribed.clear();
   const std::vector<std::int64_t> nodes = matter_nodes(scene);
@@ -43,9 +43,9 @@ inline void prescribe_at_random(Scene& scene, Dice& dice) {
     prescribe(scene, any_node(), dice.below(scene.dimension()), 0, true);
 }
 
-/// A body in one, two or three dimensions, up to 40, 24 x 24 or 17 x 17 x 17 cells: solid, holed so that
-/// islands, bridges of one cell and single cells arise, or a maze of walls; one material, several, or fibres
-/// in every cell that make every cell its own kind.
+/// A body in one, two or three dimensions, up to 40, 24 x 24 or 17 x 17 x 17 cells: solid, with holes that
+/// form islands, bridges of one cell and single cells, or a maze of walls; one material, several, or fibres
+/// per cell that give every cell its own kind.
 inline Scene holed_body(std::mt19937& random) {
   Dice dice{random};
   const int dimension = 1 + dice.below(3);

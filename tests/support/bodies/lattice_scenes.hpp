@@ -1,5 +1,5 @@
 #pragma once
-/// Small bodies with limits, holds and moves, for tests of what neighbour limits do.
+/// Small bodies with limits, holds and moves, for tests of neighbour limits.
 
 #include "maille/scene/answer.hpp"
 
@@ -9,7 +9,7 @@
 
 namespace maille::test {
 
-/// Limits that are the same along all axes.
+/// Equal limits along all axes.
 inline NeighbourLimits even_limits(double stretch, double compress, double shear) {
   NeighbourLimits limits;
   limits.stretch.fill(stretch);
@@ -19,7 +19,7 @@ inline NeighbourLimits even_limits(double stretch, double compress, double shear
   return limits;
 }
 
-/// A box of `cells` (as many as the dimension) with unit spacing and given limits; nothing held or moved.
+/// A box of `cells` (one number per dimension) with unit spacing and given limits, without holds or moves.
 inline Scene lattice_box(std::initializer_list<int> cells, const NeighbourLimits& limits) {
   Index3 n{1, 1, 1};
   std::ranges::copy(cells, n.begin());
@@ -36,7 +36,7 @@ inline Scene lattice_box(std::initializer_list<int> cells, const NeighbourLimits
   return scene;
 }
 
-/// The same with limits that are given.
+/// A copy of the scene with given limits.
 inline Scene with_limits(Scene scene, const NeighbourLimits& limits) {
   scene.limits.from = LimitSource::given;
   scene.limits.given = limits;
@@ -62,7 +62,7 @@ inline void hold(Scene& scene, const Index3& at) {
     prescribe(scene, scene.specimen.grid.node(at), b, 0, true);
 }
 
-/// A chain held at its lower end and pulled at the other: cells of two materials, each with its own limits.
+/// A chain held at its lower end and pulled at the upper one: cells of two materials with different limits.
 inline Scene pulled_chain(const std::vector<std::uint8_t>& materials, const NeighbourLimits& first,
                           const NeighbourLimits& second, double by) {
   Scene scene = lattice_box({int(materials.size())}, {});
@@ -76,7 +76,7 @@ inline Scene pulled_chain(const std::vector<std::uint8_t>& materials, const Neig
   return scene;
 }
 
-/// A sheet of 9 x 9 cells with a slot from the top down to its third row: the ways around it turn back.
+/// A sheet of 9 x 9 cells with a slot from the top to its third row: paths around it turn back.
 inline Scene slotted_sheet() {
   Scene scene = lattice_box({9, 9}, even_limits(1.125, 0.875, 0.125));
   scene.specimen.material_id.assign(81, 0);
@@ -98,8 +98,8 @@ inline std::vector<Index3> face(const Scene& scene, int axis, bool upper) {
   return nodes;
 }
 
-/// A random body of up to 5 cells along each axis: holes, three materials with limits of their own (some
-/// rigid), several holds and moves. Values are not dyadic; a third of the requests is impossible.
+/// A random body of up to 5 cells along each axis: holes, three materials with different limits (some rigid),
+/// several holds and moves. Values are not dyadic; a third of the requests is infeasible.
 inline Scene random_body(std::mt19937& random) {
   const auto below = [&](int n) { return int(random() % unsigned(n)); };
   std::uniform_real_distribution<double> uniform(0, 1);

@@ -1,5 +1,5 @@
 #pragma once
-/// Two bodies on each other, whose border slides, and what draws them.
+/// Two stacked bodies with a sliding border, and their loads.
 
 #include "maille/scene/answer.hpp"
 #include "maille/scene/scene_builder.hpp"
@@ -14,7 +14,7 @@
 
 namespace maille::test {
 
-/// Labels 1 below and 2 above, half of the cells each, of edges `spacing` [m]; held at the lower face.
+/// Labels 1 below and 2 above, half of the cells each, cell edges `spacing` [m]; held at the lower face.
 inline SceneBuilder layers(const Index3& cells, double spacing, const ElasticConstants& below,
                            const ElasticConstants& above) {
   std::vector<std::uint8_t> labels(static_cast<std::size_t>(cells[0] * cells[1] * cells[2]), 1);
@@ -29,9 +29,9 @@ inline SceneBuilder layers(const Index3& cells, double spacing, const ElasticCon
   return builder;
 }
 
-/// A bar on a rough bed, drawn at one end. The friction is low, so that its moment, at the foot of the bar,
-/// hardly shifts the pressure; stiff in shear, so that sections stay plane; no Poisson effect.
-/// @return where its end goes, q h^2 m (m + 1) / (2 E A), and T^2 / (2 E A q), for T = q h (m + 1/2)
+/// A bar on a rough bed, pulled at one end. Friction is low, so that its moment at the bottom of the bar
+/// hardly shifts the pressure; high shear stiffness keeps sections plane; no Poisson effect.
+/// @return displacement of its end, q h^2 m (m + 1) / (2 E A), and T^2 / (2 E A q), for T = q h (m + 1/2)
 inline std::array<double, 2> draw_on_rough_bed(double h, double E, Scene& scene) {
   constexpr int n = 16, m = 8;
   constexpr double little = 0.02, shift = -1e-5;
@@ -45,7 +45,7 @@ inline std::array<double, 2> draw_on_rough_bed(double h, double E, Scene& scene)
   return {q * m * (m + 1) / (2 * E), pull * pull / (2 * E * h * h * q)};
 }
 
-/// Sum of the forces of all moves [N], along one component or, below 0, along all.
+/// Sum of the forces of all moves [N] along one component, or along all if it is below 0.
 inline double force_of_moves(const Scene& scene, const Answer& answer, int component = -1) {
   double sum = 0;
   for (std::size_t i = 0; i < answer.reaction.size(); ++i)

@@ -1,5 +1,5 @@
 #pragma once
-/// Bodies on which propagation is hard, by name: tests and the laboratory ask about the same ones.
+/// Named bodies that are difficult for propagation, shared by tests and the laboratory.
 
 #include "maille/scene/scene.hpp"
 
@@ -12,7 +12,7 @@ namespace maille {
 
 namespace named_bodies_parts {
 
-inline constexpr int n_scales = 254; // materials; numbers are 8 bits and 255 is no matter
+inline constexpr int n_scales = 254; // materials; numbers have 8 bits, and 255 marks empty cells
 
 inline Material material_with_slack(double scale) {
   Material material;
@@ -32,7 +32,7 @@ inline std::uint8_t material_number(double scale) {
   return static_cast<std::uint8_t>(std::lround(scale * n_scales) - 1);
 }
 
-/// Fills a body's cells by a function of their position.
+/// Sets a body's cells by a function of their position.
 template<class Of>
 void set_cells(Specimen& body, const Of& of) {
   body.material_id.resize(static_cast<std::size_t>(body.grid.n_cells()));
@@ -62,9 +62,9 @@ inline const std::vector<std::string_view>& named_bodies() {
   return names;
 }
 
-/// A cube of n x n x n nodes, 1 m apart, with limits of the materials: unscaled, stretch 1.4, compress 0.75,
-/// shear 0.15, so no component's paths are those of another. The node at (n / 5, n / 5, 0) is moved by
-/// (0.6, -0.8, -0.8) n m, far enough to set every node in motion.
+/// A cube of n x n x n nodes, 1 m apart, with limits of the materials: unscaled stretch 1.4, compress 0.75,
+/// shear 0.15, so paths differ between components. The node at (n / 5, n / 5, 0) is moved by (0.6, -0.8,
+/// -0.8) n m, far enough to move every node.
 ///
 /// @param name one of named_bodies(); @param n >= 8
 /// Repeatable: same arguments, same bits

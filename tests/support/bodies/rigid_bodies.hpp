@@ -21,7 +21,7 @@ inline RigidShape box_shape(const Index3& size, const Vec3& spacing = {1, 1, 1})
   return {size, spacing, std::vector<std::uint8_t>(std::size_t(size[0] * size[1] * size[2]), 1)};
 }
 
-/// Two voxels of three are matter, and the first.
+/// A shape with two thirds of its voxels filled, and the first one.
 inline RigidShape porous_shape(Dice& dice, const Index3& size, const Vec3& spacing) {
   std::vector<std::uint8_t> matter(std::size_t(size[0] * size[1] * size[2]));
   for (std::uint8_t& value : matter)
@@ -30,7 +30,7 @@ inline RigidShape porous_shape(Dice& dice, const Index3& size, const Vec3& spaci
   return {size, spacing, matter};
 }
 
-/// Lonely cells here and there.
+/// Adds isolated obstacle cells at random positions.
 inline void scatter(RigidWorld& world, int n, Dice& dice) {
   const Index3& cells = world.map().cells();
   for (int i = 0; i < n; ++i) {
@@ -57,7 +57,7 @@ struct Question {
   std::optional<int> object;
 };
 
-/// An object somewhere in a world of obstacles, aligned with the world's cells or turned.
+/// An object at a random position in a world of obstacles, aligned with the world's cells or rotated.
 inline Question random_question(Dice& dice, bool aligned) {
   Question question{RigidWorld({34, 40, 30}, {1, 0.75, 1.5}), {}};
   scatter(question.world, 60, dice);

@@ -1,5 +1,5 @@
 #pragma once
-/// The obvious way to shortest paths, envelopes and clipping: all pairs of nodes, no queue, no cleverness.
+/// Reference implementation of shortest paths, envelopes and clipping: all pairs of nodes, without a queue.
 
 #include "maille/scene/answer.hpp"
 
@@ -50,7 +50,7 @@ public:
       bound = std::max(bound, h.value - (*this)(i, h.node));
     return bound;
   }
-  /// The largest p_h - p_g - d(g, h) over all pairs: > 0 where values contradict each other.
+  /// Largest p_h - p_g - d(g, h) over all pairs: > 0 for incompatible values.
   double worst_contradiction(const std::vector<Prescribed>& ends) const {
     double worst = -std::numeric_limits<double>::infinity();
     for (const Prescribed& g : ends)

@@ -1,13 +1,13 @@
 #pragma once
-/// What holds of a world of objects after every frame.
+/// Invariants of a world of objects after every frame.
 
 #include "maille/deform/world/world.hpp"
 #include "support/kit.hpp"
 
 namespace maille::test {
 
-/// The map says of every voxel's cell that it is its object's, has nothing else, and names the smallest
-/// number in each.
+/// The map entry of every voxel's cell belongs to its object, has no other occupant, and names the smallest
+/// number in each cell.
 inline void expect_map_in_step(const deform::World& world) {
   std::map<Index3, deform::World::Occupant> first;
   for (int object = 0; object < world.n_objects(); ++object) {
@@ -31,7 +31,7 @@ inline void expect_map_in_step(const deform::World& world) {
   }
 }
 
-/// What every frame must leave, whatever ended it.
+/// Invariants of every frame, however it ended.
 inline void expect_feasible(const deform::World& world) {
   ASSERT_EQ(world.n_penetrations(), 0);
   ASSERT_EQ(world.n_shared_cells(), 0);

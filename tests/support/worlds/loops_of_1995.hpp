@@ -1,16 +1,17 @@
 #pragma once
 /// The loops of Gibson 1995 ("Beyond volume rendering", "Object deformation"), as oracles of engines.
 ///
-/// halving  a driven object is put where it should be; while a voxel would enter a taken cell the step is
-///          halved. What lies between is not looked at, so thin walls are passed through
-/// sweep    each node moves to the mean of its neighbours within its limits, one after the other; a few
-///          sweeps a frame show the way to rest
-/// hand_on  a cell has one voxel. A voxel moves as far as it can within its own cell, and the rest of its
-///          movement goes to the voxel in the way, of whatever object, until the movement is used up, or a
-///          fixed voxel or the border refuses it
+/// halving  places a driven object at its target; while a voxel would enter an occupied cell, the step is
+///          halved. Cells in between are not checked, so objects pass through thin walls
+/// sweep    moves each node to the mean of its neighbours within its limits, one after the other; a few
+///          sweeps per frame show the way to rest
+/// hand_on  a cell holds one voxel. A voxel moves as far as it can within its own cell and passes the rest of
+///          its movement to the voxel in its way, of any object, until the movement is used up, or a fixed
+///          voxel or the border stops it
 ///
-/// They implement deform::Engine, so that tests/deform/world/engines_test.cpp asks them what it asks the
-/// engines of the product. `maille-lab --loop` plays a world by one of them (docs/figures/loops_of_1995.py).
+/// They implement deform::Engine, so that tests/deform/world/engines_test.cpp applies the same tests to them
+/// as to the engines of the product. `maille-lab --loop` plays a world by one of them
+/// (docs/figures/loops_of_1995.py).
 
 #include "lattice/link_table.hpp"
 #include "lattice/tolerances.hpp"
@@ -27,7 +28,7 @@
 
 namespace maille::test {
 
-/// @return the part of the motion that was done: 1, 1/2, 1/4, ...; 0 below the threshold
+/// @return completed fraction of the motion: 1, 1/2, 1/4, ...; 0 below the threshold
 inline double move_by_halving(deform::RigidWorld& world, int object, const deform::RigidMotion& motion) {
   constexpr double threshold = 1.0 / 1024;
   const deform::Pose from = world.pose(object);
@@ -51,7 +52,7 @@ using Eigen::Vector3d;
 class HalvedPushing : public Pushing {
 public:
   using Pushing::Pushing;
-  /// Pushes nothing: the object in the way is not known.
+  /// Pushes no other object: the obstacle is unknown.
   double push_rigid(int object, RigidMotion motion, bool) override {
     return move_by_halving(world_.rigid, world_.member(object).index, motion);
   }
@@ -77,7 +78,7 @@ public:
       body.set_by_limits(relax_sweep);
   }
   FrameResult advance(std::span<const deform::Drive> drives, const FrameBudget& budget) override {
-    for (int object = 0; object < world().n_objects(); ++object) // sweeps go on from frame to frame
+    for (int object = 0; object < world().n_objects(); ++object) // sweeps continue from frame to frame
       world().member(object).is_unsettled = world().is_body(object);
     FrameResult result = CellEngine::advance(drives, budget);
     if (result.status == Status::clamped && result.message.find("stays as it is") != std::string::npos)
@@ -133,7 +134,7 @@ public:
     if (!frame.clock.rounds_left)
       frame.clock.rounds_left = std::int64_t{n} * iteration_cap;
     bool has_settled = true;
-    for (int step = 0; step < n && frame.clock.may_go_on(); ++step) {
+    for (int step = 0; step < n && frame.clock.has_budget(); ++step) {
       for (std::size_t i = 0; i < drives.size(); ++i) {
         const RigidMotion& motion = drives[i].motion;
         if (!world().is_body(drives[i].object)) {
@@ -158,11 +159,11 @@ public:
     return std::move(frame.result);
   }
 
-  double largest_violation() const override { return 0; } ///< limits are what sweeps come back to
+  double largest_violation() const override { return 0; } ///< sweeps satisfy limits only in the end
 
 private:
   struct Voxel {
-    Vector3d place; ///< [cells]; in one and two dimensions the others are 1/2
+    Vector3d place; ///< [cells]; unused components are 1/2
     int object;
     bool is_fixed = false;
   };
@@ -174,7 +175,7 @@ private:
   Voxel& voxel(VoxelId id) { return voxels_[static_cast<std::size_t>(id)]; }
   VoxelId first(int object) const { return first_[static_cast<std::size_t>(object)]; }
 
-  /// Fixed are fixed objects, held nodes, nodes in a hand, rigid objects of several voxels or in a hand.
+  /// Fixes voxels: fixed objects, held nodes, nodes in a hand, rigid objects of several voxels or in a hand.
   void fix_voxels() {
     for (int object = 0; object < world().n_objects(); ++object) {
       const WorldObjects::Member& member = world().member(object);
@@ -192,7 +193,7 @@ private:
     }
   }
 
-  /// The first voxel of others, or the border, on a straight way; voxels of one rigid object do not count.
+  /// First obstacle on a straight path, a voxel or the border; voxels of the same rigid object do not count.
   std::optional<Met> met(VoxelId id, const Vector3d& by) const {
     const Voxel& moving = voxels_[static_cast<std::size_t>(id)];
     const auto in_cell = [&](const Index3& cell) -> std::optional<VoxelId> {
@@ -207,7 +208,7 @@ private:
     while (const auto step = walk.next(1))
       if (const auto there = in_cell(walk.cell()))
         return Met{step->time, *there};
-    if (const auto there = in_cell(cell_of(moving.place + by))) // ends on a face, or is rounded across one
+    if (const auto there = in_cell(cell_of(moving.place + by))) // on a face, or rounded across one
       return Met{1, *there};
     return std::nullopt;
   }
@@ -219,7 +220,7 @@ private:
       throw std::logic_error("hand_on: two voxels in a cell");
   }
 
-  /// @return how far the voxel itself went
+  /// @return motion of the voxel itself
   Vector3d hand_on(VoxelId id, Vector3d rest) {
     const VoxelId asked = id;
     Vector3d own = Vector3d::Zero();
@@ -235,7 +236,8 @@ private:
     return own;
   }
 
-  /// What the object's voxels meet is handed the rest of the movement, once; then it goes as far as it can.
+  /// Passes the rest of the movement once to the obstacles of the object's voxels, then moves as far as
+  /// possible.
   double move_rigid(int object, const Vector3d& by) {
     if (by.isZero(0))
       return 1;
@@ -256,7 +258,7 @@ private:
     return part;
   }
 
-  /// Moves nodes that a hand has, those in front first.
+  /// Moves the nodes in a hand, the foremost first.
   void move_nodes(const deform::Drive& drive, const std::vector<Vector3d>& by) {
     const DeformableObject& body = world().body(drive.object);
     const auto id_of = [&](std::size_t i) {
@@ -275,8 +277,8 @@ private:
       voxel(id_of(i)).is_fixed = true;
   }
 
-  /// Every free node goes to the mean of its linked neighbours within its limits, or between limits that
-  /// contradict each other. @return how far any went [cells]
+  /// Moves every free node to the mean of its linked neighbours within its limits; incompatible limits use
+  /// their middle. @return largest motion of a node [cells]
   double sweep(int object) {
     const DeformableObject& body = world().body(object);
     const LinkTable table(body.scene(), body.limits());
@@ -309,9 +311,9 @@ private:
     return furthest;
   }
 
-  /// The sweeps that each body has a frame, or until nothing moves. @return whether nothing does
+  /// Runs the sweeps of each body in a frame, or until nothing moves. @return true if nothing moves
   bool sweep_to_rest(FrameRun& frame) {
-    for (std::int64_t n = 0; frame.clock.may_go_on(); ++n) {
+    for (std::int64_t n = 0; frame.clock.has_budget(); ++n) {
       double furthest = 0;
       bool is_over = true;
       for (int object = 0; object < world().n_objects(); ++object)
@@ -355,8 +357,8 @@ private:
   Vector3d cell_size_;
   OccupancyMap map_;
   std::vector<Voxel> voxels_;
-  std::vector<VoxelId> first_;  ///< by object, and the end
-  std::vector<Vector3d> start_; ///< by voxel: where it was at rest
+  std::vector<VoxelId> first_;  ///< by object, and an end entry
+  std::vector<Vector3d> start_; ///< rest position by voxel
   std::vector<Pose> start_poses_;
 };
 

@@ -1,6 +1,6 @@
 #pragma once
-/// Worlds full of soft bodies and tools, and random pushes of them: for tests and benchmarks of what no frame
-/// may do.
+/// Dense worlds of soft bodies and tools, with random pushes: for tests and benchmarks of invariants of
+/// frames.
 
 #include "maille/deform/world/world.hpp"
 #include "support/worlds/worlds.hpp"
@@ -63,7 +63,7 @@ inline WorldObject RandomPushes::any_object(ObjectKind kind, const std::string& 
   }
   if (method != "limits") {
     if (below(2) == 0)
-      object.scene.limits = {}; // elasticity alone
+      object.scene.limits = {}; // elasticity only
     if (below(3) == 0 && dimension_ == 2)
       object.turn_angle = unit();
     if (below(2) == 0)
@@ -87,7 +87,7 @@ inline deform::World RandomPushes::make_world(const std::string& method) {
       try {
         deform::World world(with);
       } catch (const std::invalid_argument&) {
-        continue; // where another is
+        continue; // overlaps another one
       }
       scene = std::move(with);
       break;

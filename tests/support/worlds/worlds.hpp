@@ -1,5 +1,5 @@
 #pragma once
-/// Worlds that tests build without a file.
+/// Worlds built without a file.
 
 #include "maille/deform/world/world.hpp"
 #include "support/bodies/lattice_scenes.hpp"
@@ -8,7 +8,7 @@
 
 namespace maille::test {
 
-/// Unit cells, nothing in them.
+/// An empty world of unit cells.
 inline WorldScene empty_world(std::initializer_list<int> cells, const std::string& method) {
   WorldScene world;
   world.dimension = static_cast<int>(cells.size());
@@ -28,7 +28,7 @@ inline WorldObject box_object(const std::string& name, ObjectKind kind, std::ini
   return object;
 }
 
-/// The same without limits that bind: elasticity alone.
+/// The same without binding limits: elasticity only.
 inline WorldObject elastic_object(const std::string& name, std::initializer_list<int> cells,
                                   const Vec3& position) {
   WorldObject object = box_object(name, ObjectKind::deformable, cells, position);
@@ -36,8 +36,8 @@ inline WorldObject elastic_object(const std::string& name, std::initializer_list
   return object;
 }
 
-/// A muscle of 20 x 9 x 9 mm between tendons, held at both ends, in a world of surfaces whose other objects
-/// are given as text.
+/// A muscle of 20 x 9 x 9 mm between tendons, held at both ends; `others` is the text of the other objects in
+/// its world.
 inline WorldScene belly_and(const std::string& others) {
   return parse_world_scene(R"([world]
 cells   = [24, 15, 20]

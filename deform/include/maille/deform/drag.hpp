@@ -1,5 +1,5 @@
 #pragma once
-/// Interactive dragging of a body: handles move step by step, at the cost of the region that changes.
+/// Interactive dragging of a body: handles move step by step, at the cost of the changed region.
 
 #include "maille/deform/plan.hpp"
 #include "maille/scene/answer.hpp"
@@ -11,23 +11,23 @@
 
 namespace maille::deform {
 
-/// Whether the frame in which a dragged body's limits are measured turns.
+/// Rule for the rotation of the frame that limits of a dragged body are measured in.
 enum class FrameRule {
-  fixed, ///< it stays that of the grid
-  /// It turns as fit_frame says of all handles, where the scene holds nothing and there are two or more
+  fixed, ///< always the frame of the grid
+  /// Rotates by fit_frame() of all handles, if the scene has no holds and there are two or more handles.
   follows_handles,
 };
 
-/// Keeps the state of one body between moves, in float32 where its limits are the same everywhere (see Body),
-/// in whole quanta otherwise (see TiledBody). Displacements are from rest, along the grid's axes [m].
+/// State of one body between moves, in float32 for uniform limits (see Body), else in whole quanta (see
+/// TiledBody). Displacements are from rest, along the grid's axes [m].
 ///
-/// A handle is a node that has been moved. It stays where it was put, and so do the scene's holds, until it
-/// is released; a request is clipped to what they and the limits permit before anything moves. The moves that
-/// the scene itself prescribes play no part. Two handles or more that turn together turn the body with them
-/// and carry it with their middle; handles that are shifted without a turn drag it behind them, as one does.
+/// A handle is a node that has been moved. It keeps its place until it is released, and so do the scene's
+/// holds; a request is first clipped to them and the limits. The scene's own moves are ignored. Two or more
+/// handles that rotate together rotate the body with them and move it with their middle; handles that shift
+/// without rotation drag the body behind them, as a single handle does.
 ///
-/// **The model is plastic**: the state depends on the path, nothing pulls back to rest; residue() says what
-/// stays.
+/// **The model is plastic**: the state depends on the path, without a force back to rest; residue() returns
+/// the remaining displacement.
 ///
 /// Closed form for one handle in a homogeneous body, scans for several in a box, else the wavefront.
 /// Repeatable  same bits for any number of threads
@@ -40,9 +40,9 @@ public:
     Vec3 displacement{}; ///< finite; components beyond the scene's dimension are not used
   };
   struct Step {
-    Vec3 displacement{};      ///< where the handle is now: what limits and holds permit of the request
-    bool is_cut = false;      ///< true if that is not what was asked
-    std::int64_t visited = 0; ///< nodes looked at, one per component, or tiles visited
+    Vec3 displacement{};      ///< of the handle: the request clipped to limits and holds
+    bool is_cut = false;      ///< true if the request was clipped
+    std::int64_t visited = 0; ///< visited nodes, per component, or visited tiles
   };
   struct Residue {
     double largest = 0; ///< |displacement| of one component [m]
@@ -57,32 +57,33 @@ public:
   Drag& operator=(Drag&&) noexcept;
   ~Drag();
 
-  /// Puts a node of the body at a displacement. Components that a hold keeps there stay.
-  /// Cost  what changes; nothing is allocated but for a new handle; O(holds) the first time a handle is moved
+  /// Moves a node of the body to a displacement. Components with a hold stay.
+  /// Cost  proportional to the changes; only a new handle allocates; O(holds) the first time a handle is
+  ///       moved
   Step move_to(std::int64_t node, const Vec3& displacement);
-  /// Puts several nodes, each given once, at displacements at the same time; requests that contradict each
-  /// other are cut as clip() cuts them. @param clipped as long as `moves`, or empty
-  /// @return `visited`, and whether anything was cut
+  /// Moves several nodes, each listed once, to displacements at the same time; incompatible requests are
+  /// clipped as by clip(). @param clipped as long as `moves`, or empty
+  /// @return `visited`, and whether any request was clipped
   Step move_to(std::span<const Move> moves, std::span<Vec3> clipped = {});
-  /// Lets a handle go; it stays where it is until something moves it.
+  /// Releases a handle; its node stays where it is until other nodes move it.
   void release(std::int64_t node);
 
   double displacement(int component, std::int64_t node) const;
   Displacement displacement() const;
-  /// The same, into what has been a displacement of this drag before, or is zero: without new memory.
+  /// The same, without allocation, into an earlier displacement of this drag or a zero one.
   void copy_to(Displacement& state) const;
-  /// The largest displacement of any node: with all handles back home, what the drag left behind. O(nodes)
+  /// Largest displacement of any node: with all handles back at rest, the residue of the drag. O(nodes)
   Residue residue() const;
 
-  /// How the body has been turned as a whole.
+  /// Rotation and shift of the whole body.
   const Frame& frame() const;
-  /// Which way the last move went, in words.
+  /// Algorithm of the last move, in words.
   const std::string& algorithm() const;
   /// Memory held [bytes].
   std::int64_t bytes() const;
-  /// The same, array by array, for a body at rest that is not made. Moves add a few numbers a handle and a
-  /// prescribed value, several handles at once two slabs a thread, and the wavefront links and what clipping
-  /// needs: see plan_limits.
+  /// The same, array by array, for a body at rest, without constructing it. Moves add a few numbers per
+  /// handle and prescribed value, several handles at once two slabs per thread, and the wavefront its links
+  /// and the memory of clipping: see plan_limits().
   static Footprint footprint(const Scene& scene, const LinkLimits& limits);
 
 private:

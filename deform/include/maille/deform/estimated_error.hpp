@@ -1,5 +1,5 @@
 #pragma once
-/// How far an answer is from elasticity, and where, without finite elements.
+/// Estimated error of an answer against elasticity, without finite elements.
 
 #include "maille/mechanics/recovery.hpp"
 #include "maille/scene/answer.hpp"
@@ -10,56 +10,56 @@
 
 namespace maille::deform {
 
-/// From which other lattice the error of the lattice itself was told.
+/// The other lattice that the discretisation error is estimated from.
 enum class OtherLattice {
-  none,    ///< it was not: the model's error is that much larger, or there was no memory
+  none,    ///< not estimated: the model error dominates, or memory did not suffice
   coarser, ///< of twice the spacing
   finer    ///< of half the spacing
 };
 /// `none`, `coarser`, `finer` as written in JSON.
 std::string_view to_string(OtherLattice lattice);
 
-/// An estimate of `answer - truth`, the truth being linear elasticity of the scene's cells, without limits,
-/// as finite elements of any fineness answer it.
+/// An estimate of `answer - truth`. The truth is linear elasticity of the scene's cells, without limits, the
+/// limit of finite elements under refinement.
 struct EstimatedError {
   Displacement error; ///< at every node of the grid, along its axes [m]
-  ErrorNorms norms;   ///< of it, as of a true one
-  /// Estimated errors of force, strain energy, strain and stress, measured as by compare_mechanics; each
-  /// unset where the answer has no such figure. Force and energy include the lattice's part if the finer
-  /// lattice gave it.
+  ErrorNorms norms;   ///< of `error`, defined as for a true error
+  /// Estimated errors of force, strain energy, strain and stress, measured as by compare_mechanics(); each is
+  /// unset if the answer lacks it. Force and energy include the discretisation error if it comes from the
+  /// finer lattice.
   MechanicsErrors mechanics;
   OtherLattice lattice = OtherLattice::none;
   std::int64_t cycles = 0; ///< of multigrid, over all lattices
   double seconds = 0;
-  std::int64_t bytes = 0; ///< held at the peak, beside the scene's own
+  std::int64_t bytes = 0; ///< peak memory without the scene
 };
 
 /// An estimate, or the reason why it is missing.
 struct ErrorEstimation {
   std::optional<EstimatedError> estimate;
-  std::string reason; ///< empty where there is one
+  std::string reason; ///< empty if there is an estimate
 };
 
-/// Estimates the error of a displacement from any method of the lattice: of the model and the algebra (a
-/// correction by multigrid, to 5 %), and of the lattice, from half the spacing where the first part is below
-/// `small_model_error` and there is memory, else from twice the spacing. Rather above the truth than below.
-/// Elasticity is meant in the object's frame. Not for displacements of finite elements.
+/// Estimates the error of a displacement from any method of the lattice: the model and solver error (a
+/// correction by multigrid, to 5 %), and the discretisation error, from half the spacing if the first part is
+/// below `small_model_error` and memory suffices, else from twice the spacing. Overestimates rather than
+/// underestimates. Elasticity is that in the object's frame. Not for displacements of finite elements.
 ///
 /// @param displacement on the scene's grid [m]
-/// @return a reason where elasticity has no answer (see solve_coupled), where the scene asks for blocks,
-///         where it was stopped, or where there is no memory for what it needs
-/// Cost        of answers of `coupled` about ten times theirs; of others about that of `coupled`
-/// Memory      that of `coupled`, and four displacements; eight times that with the finer lattice
+/// @return a reason if elasticity has no answer (see solve_coupled), if the scene has blocks, if it was
+///         stopped, or if memory does not suffice
+/// Cost        about ten times that of the answer for `coupled`; for other methods about that of `coupled`
+/// Memory      that of `coupled`, plus four displacements; eight times that with the finer lattice
 /// Repeatable  same bits for any number of threads
 /// Source      docs/theory.md, section 3 (Error estimate); Brandt 1977; Richardson 1911
 /// Checked by  tests/deform/elastic/estimated_error_test.cpp; `studies/lab/run studies`
 ErrorEstimation estimate_error(const Scene& scene, const Displacement& displacement,
                                const Control& control = {});
-/// The same of a whole answer of a lattice method, with EstimatedError::mechanics.
-/// Cost  a walk through the cells more
+/// The same for a whole answer of a lattice method, with EstimatedError::mechanics.
+/// Cost  one more pass over the cells
 ErrorEstimation estimate_error(const Scene& scene, const Answer& answer, const Control& control = {});
 
-/// A model's error of this part of the displacement hides that of any lattice that is worth using.
+/// Relative model error above which the discretisation error of useful lattices is negligible.
 inline constexpr double small_model_error = 0.1;
 
 } // namespace maille::deform

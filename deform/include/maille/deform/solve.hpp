@@ -1,9 +1,8 @@
 #pragma once
-/// The doors of the product: Scene in, Answer out, once or again and again for a body that stays.
+/// Entry points of the library: one answer for a scene, or successive answers for the same body.
 ///
-/// solve() refuses, chooses, and reports: it checks numbers and memory, turns the scene into the object's
-/// frame, splits sliding borders, calls the method, and joins the parts again. ElasticBody keeps set-up and
-/// answers between questions about one body.
+/// solve() checks numbers and memory, turns the scene into the object's frame, splits sliding borders, calls
+/// the method, and merges the parts. ElasticBody caches set-up and answers between questions about one body.
 
 #include "maille/scene/answer.hpp"
 
@@ -14,17 +13,17 @@
 
 namespace maille::deform {
 
-/// Names of the methods here: limits, dijkstra (its oracle), literal, sweep, relaxed, coupled.
+/// Names of the methods: limits, dijkstra (its reference), literal, sweep, relaxed, coupled.
 const std::vector<std::string_view>& methods();
 
-/// True if the method stays within limits of links: `relaxed` and `coupled` where the scene asks for some,
-/// the others of methods() always.
+/// True if the method satisfies limits of links: `relaxed` and `coupled` if the scene has such limits, the
+/// other methods always.
 bool feels_limits(const Scene& scene, std::string_view method);
 
-/// Answers `scene` by `method`, within the object's frame (see object_frame): where the moves turn a body
-/// that nothing holds, the method works in the turned frame, and its answer is turned with it.
-/// @return status refused where the method cannot carry the scene (loads; unknown method), or where it would
-///         take more memory than there is, or than Control::bytes_budget: before it takes any
+/// Answers `scene` by `method`, in the object's frame (see object_frame): if the moves rotate a body without
+/// holds, the method works in the rotated frame, and its answer is rotated accordingly.
+/// @return status refused if the method does not support the scene (loads; unknown method), or if it would
+///         take more memory than is available or than Control::bytes_budget, before allocating any
 /// Repeatable: same input, same bits, any number of threads.
 Answer solve(const Scene& scene, std::string_view method, const Control& control = {});
 /// Same, by enum: a typo is a compile error. Refused for methods of other libraries (finite elements).
@@ -34,24 +33,24 @@ Answer solve(const Scene& scene, Method method, const Control& control = {});
 /// answer, the others no displacement. The bits equal those of one process.
 bool is_for_all_ranks(const Scene& scene, std::string_view method, int n_ranks);
 
-/// What an ElasticBody keeps between answers.
+/// Cache policy of an ElasticBody.
 enum class Keeping {
-  answers,   ///< all that there is: an answer differs with those before it, within its tolerance
-  hierarchy, ///< what is set up, where it is to the bit what would be: an answer knows none before it
-  /// The hierarchy of what holds, while what is touched comes and goes: an answer knows none before it, and
-  /// is within its tolerance. @pre holds alone keep the body from moving rigidly
+  answers,   ///< everything: answers depend on earlier ones, within tolerance
+  hierarchy, ///< bit-identical set-up only: answers do not depend on earlier ones
+  /// The hierarchy with holds only, while contacts change: answers do not depend on earlier ones, within
+  /// tolerance. @pre the holds remove all rigid motions
   hierarchy_of_holds
 };
 
-/// A body that stays while holds, moves, loads and materials change: `coupled`, question after question, each
-/// at the price of what has changed. Kept are the operator, its multigrid, the last answers, and the
-/// multipliers of links at their limits. A move that goes on as it went begins at its end; fixed components
-/// that come and go (contacts), and constants that change within a factor of 2, keep the coarser levels as
-/// they are. Whatever else changes is found by comparing: another body is begun anew. At finite strain an
+/// Successive answers of `coupled` for one body with varying holds, moves, loads and materials, each at the
+/// cost of the changes. Cached are the operator, its multigrid, the last answers, and the multipliers of
+/// links at their limits. A move that continues earlier ones starts from a combination of their answers.
+/// Changes of fixed components (contacts), and of constants within a factor of 2, keep the coarser levels.
+/// All other changes are detected by comparison: another body, or blocks, start anew.
 /// answer begins where a polynomial through those before it leads, with their preconditioner.
 ///
-/// Answers are those of solve() to the scene's tolerance, at finite strain on the branch of the last one; the
-/// same questions in the same order give the same bits, for any number of threads. At small strain 3D keeps
+/// Answers equal those of solve() to the scene's tolerance; the same questions in the same order give the
+/// same bits, for any number of threads. In 3D all is cached, in 1D and 2D only the answers. Not thread-safe.
 /// all, 1D and 2D the answers. Not for two threads at a time.
 /// Memory      that of `coupled`, up to four displacements more, and a copy of the body's matter
 /// Checked by  tests/deform/elastic_body_test.cpp; figures: `studies/lab/run bodies`
@@ -64,9 +63,9 @@ public:
 
   /// As solve(scene, "coupled", control). Answer::seconds are those of this answer.
   Answer answer(const Scene& scene, const Control& control = {});
-  /// The next answer knows of none before it, and memory is given back.
+  /// Clears the cache and frees its memory.
   void forget();
-  /// Kept between answers [bytes].
+  /// Size of the cache [bytes].
   std::int64_t bytes() const;
 
 private:
@@ -74,15 +73,14 @@ private:
   std::unique_ptr<Parts> parts_;
 };
 
-/// The elastic energy of every cell of the grid [J], by what the method minimises, so that they add up to
-/// Answer::strain_energy (of `relaxed`, whose weights are float32, to 1e-6); zero without matter. Of other
+/// The elastic energy of every cell of the grid [J], as the method minimises it; the sum is
+/// Answer::strain_energy (for `relaxed`, whose weights are float32, to 1e-6); zero without matter. For other
 /// methods Answer::cell_energy.
 /// @param answer  of solve(scene, ...)
 /// Cost  O(cells); no method computes it by itself
 std::vector<double> cell_energies(const Scene& scene, const Answer& answer, int threads = 1);
 
-/// The memory that a method is expected to hold at its peak, at most [bytes]; 0 for a method that is not
-/// known.
+/// Forecast peak memory of a method, an upper bound [bytes]; 0 for an unknown method.
 std::int64_t bytes_needed(const Scene& scene, std::string_view method);
 std::int64_t bytes_needed(const Scene& scene, Method method);
 

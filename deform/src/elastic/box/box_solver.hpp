@@ -23,7 +23,7 @@ public:
   /// @param scene its matter counts @param team must outlive this
   BoxBody(const Scene& scene, const std::vector<Prescribed>& prescribed, ThreadTeam& team);
   bool is_made_for(const FixedMask& fixed) const { return fixed == fixed_; }
-  bool take_materials(double) override { return false; } // it is made in less than an iteration's time
+  bool adopt_materials(double) override { return false; } // it is made in less than an iteration's time
 
   double unit = 1; ///< of forces per displacement [N/m]
   std::unique_ptr<BoxMultigrid> multigrid;

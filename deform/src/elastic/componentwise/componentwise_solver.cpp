@@ -179,11 +179,11 @@ public:
         const std::function<bool()>& must_stop)
       : correction_(correction), outcome_(outcome), tolerance_(tolerance), must_stop_(must_stop) {}
 
-  bool goes_on() override {
+  bool should_continue() override {
     outcome_.was_stopped = must_stop_ && must_stop_();
     return !outcome_.was_stopped && outcome_.iterations < most_iterations;
   }
-  bool goes_on_after(double, double) override {
+  bool should_continue_after(double, double) override {
     const double change = correction_.change();
     ++outcome_.iterations;
     first_change_ = std::max(first_change_, change);

@@ -1,5 +1,5 @@
-/// Corners of a vector of cells: their modes (see CellModes), and what pulls at them. Included once per kind
-/// of vector, by tangent_kernel.cpp and law_kernel.cpp; see cone_kernel.cpp for what that forbids.
+/// Modes (see CellModes) and forces of a vector of cells. Included once per vector instruction set, by
+/// tangent_kernel.cpp and law_kernel.cpp; see cone_kernel.cpp for the restrictions.
 #if defined(MAILLE_CELL_KERNEL_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef MAILLE_CELL_KERNEL_INL
 #undef MAILLE_CELL_KERNEL_INL
@@ -20,7 +20,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Many = hn::CappedTag<double, 4>;
 using One = hn::CappedTag<double, 1>;
 
-/// What cells pull with at their nodes, at their own place and at the next, by component and row of nodes.
+/// Forces of cells at their nodes, at their own place and at the next, by component and row of nodes.
 using Pulls = double[2][3][4][most_cells + 1];
 
 constexpr int beyond_mode[4] = {3, 5, 6, 7};
@@ -58,7 +58,8 @@ HWY_INLINE void find_modes(D tag, const TangentRun& run, int x, V* gradient, V (
   }
 }
 
-/// @param of_gradient of the energy by the gradient [N m] @param of_beyond by what lies beyond [N]
+/// Forces from the derivatives of the energy. @param of_gradient by the mean gradient [N m] @param of_beyond
+/// by the other modes [N]
 template<int d, class D, class V = hn::VFromD<D>>
 HWY_INLINE void put_pulls(D tag, const TangentRun& run, int x, const V* of_gradient, const V (*of_beyond)[d],
                           Pulls& pulls) {
@@ -80,8 +81,8 @@ HWY_INLINE void put_pulls(D tag, const TangentRun& run, int x, const V* of_gradi
   }
 }
 
-/// Calls visit(tag, x) for vectors of cells. Cells are computed twice where vectors overlap at the end of a
-/// run, with the same result.
+/// Calls visit(tag, x) for vectors of cells. Vectors overlap at the end of a run; overlapping cells get the
+/// same result twice.
 template<class Visit>
 HWY_INLINE void for_each_vector(int cells, const Visit& visit) {
   const Many many;
@@ -94,7 +95,7 @@ HWY_INLINE void for_each_vector(int cells, const Visit& visit) {
       visit(One(), x);
 }
 
-/// forces += the pulls of at most most_cells cells.
+/// forces += the forces of at most most_cells cells.
 template<int d>
 HWY_INLINE void add_pulls(const TangentRun& run, Pulls& pulls) {
   const int n = run.cells;

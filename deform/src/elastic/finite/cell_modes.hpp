@@ -53,7 +53,7 @@ struct CellModes {
         modes(b, m) = values[m] / n;
     }
   }
-  /// Corner i is odd in mode m where an odd number of the bits of m are not in i; transform() has that sign.
+  /// Corner i is odd in mode m if an odd number of the bits of m are not in i; transform() uses that sign.
   void scatter(Displacement& of_all, std::int64_t node, const std::array<std::int64_t, 8>& offset) const {
     for (int b = 0; b < dimension; ++b) {
       double* const to = of_all.component(b).data() + node;

@@ -1,11 +1,11 @@
 #pragma once
-/// The algebra of a cell's tangent: from a law's answer to the derivative of its nominal stress.
+/// Algebra of a cell's tangent: from the stress of a law to the derivative of its nominal stress.
 ///
 /// F is the deformation gradient, S(E) the second Piola-Kirchhoff stress with its tangent dS/dE, P = F S the
 /// nominal stress. Matrices of 3 x 3 are vectors of nine by columns.
 ///
-/// Exact: dP = dF S + F dS. Heuristic: make_positive(), which gives up the minimum's neighbourhood for a
-/// direction downhill.
+/// Exact: dP = dF S + F dS. Heuristic: make_positive(), which replaces the tangent by a descent direction far
+/// from the minimum.
 
 #include "maille/scene/block_frames.hpp"
 
@@ -20,7 +20,7 @@ namespace maille::deform {
 
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
 
-/// Voigt's place of a pair of axes.
+/// Voigt index of a pair of axes.
 inline constexpr std::array<std::array<int, 3>, 3> voigt{{{0, 5, 4}, {5, 1, 3}, {4, 3, 2}}};
 
 /// Adds a pressure to stress and tangent: A = C^-1, and its derivative by E, -(A_ik A_jl + A_il A_jk).

@@ -19,7 +19,7 @@ namespace maille::deform {
 
 namespace {
 
-/// Bisections for the share of moves and loads that limits grant: to 3 %.
+/// Bisections for the share of moves and loads that limits allow: to 3 %.
 constexpr int halvings = 5;
 
 void add_sentence(std::string& message, const std::string& sentence) {
@@ -40,8 +40,8 @@ std::string message_for(const Scene& scene, const FiniteMinimum& minimum) {
   return message;
 }
 
-/// Calls solve(minimum, task, answer), which says whether it found what it was to.
-/// @param fraction how much of moves and loads is on @param make the operator at rest for a task
+/// Calls solve(minimum, task, answer), which returns true if it converged.
+/// @param fraction receives the applied share of moves and loads @param make the course for a task
 template<class Make, class Solve>
 Answer minimised(const Scene& scene, const Control& control, KeptBody* kept, double* fraction,
                  const Make& make, const Solve& solve) {
@@ -61,7 +61,7 @@ Answer minimised(const Scene& scene, const Control& control, KeptBody* kept, dou
   std::unique_ptr<KeptHierarchy>& hierarchy = kept != nullptr ? kept->hierarchy : own;
   auto* course = dynamic_cast<FiniteCourse*>(hierarchy.get());
   if (course == nullptr || !course->has_fixed(scene.prescribed)) {
-    hierarchy.reset(); // before there are two
+    hierarchy.reset(); // so that two never coexist
     auto made =
         std::make_unique<FiniteCourse>(kept != nullptr ? kept->scene() : scene, scene.prescribed, team, make);
     course = made.get();
@@ -82,7 +82,7 @@ Answer minimised(const Scene& scene, const Control& control, KeptBody* kept, dou
   return answer;
 }
 
-/// The least energy, whatever limits say.
+/// Minimises the energy without limits.
 Answer least_elastic(const Scene& scene, const Control& control, KeptBody* kept = nullptr,
                      double* fraction = nullptr) {
   double reached = 1;
@@ -119,7 +119,7 @@ double change_between(const Displacement& from, const Displacement& to) {
   return change > 0 ? change / std::max(largest_entry(from), largest_entry(to)) : 0;
 }
 
-/// Strain energy less the work of loads [J].
+/// Strain energy minus the work of loads [J].
 double potential(const Scene& scene, const Answer& answer) {
   double sum = *answer.strain_energy;
   for (int b = 0; b < scene.dimension(); ++b) {
@@ -130,12 +130,12 @@ double potential(const Scene& scene, const Answer& answer) {
   return sum;
 }
 
-/// Part of the interval by which projections aim further inside: from the elastic state; and from a state
-/// within the limits but for its tolerance, the first that suffices.
+/// Margins of projections, as parts of the interval: from the elastic state; and from a state within the
+/// limits but for its tolerance, where the first that suffices is used.
 constexpr double narrowed_far = 1e-2;
 constexpr std::array<double, 3> narrowed_near{1e-4, 1e-3, narrowed_far};
 
-/// The least energy within limits, and moves and loads taken back where those grant less.
+/// Minimises the energy within limits; cuts moves and loads back where limits allow less.
 class WithinLimits {
 public:
   WithinLimits(const Scene& scene, const Control& control, KeptBody* kept)
@@ -158,7 +158,7 @@ private:
   LinkLimits limits_;
 };
 
-/// What is left of the time budget for one more solve.
+/// Remaining time budget of one more solve.
 Control WithinLimits::remaining() const {
   Control control = control_;
   if (control.seconds_budget)
@@ -166,8 +166,7 @@ Control WithinLimits::remaining() const {
   return control;
 }
 
-/// @param scene with what is prescribed for this answer, which is what it was where no feasible state is
-/// found
+/// @param scene with the prescribed values of this answer; unchanged if no feasible state is found
 WithinLimits::Brought WithinLimits::bring_within(const Scene& scene, double narrowed, Answer& answer) const {
   Displacement feasible = answer.displacement;
   const std::optional<int> sweeps = project_in_turned_frames(scene, limits_, feasible, narrowed);
@@ -182,7 +181,7 @@ WithinLimits::Brought WithinLimits::bring_within(const Scene& scene, double narr
   return Brought::within;
 }
 
-/// @param answer feasible; stays so, and becomes the least energy unless its status says otherwise
+/// @param answer feasible, and stays feasible; becomes the minimum unless its status differs
 void WithinLimits::minimise(const Scene& scene, Answer& answer) const {
   std::shared_ptr<PenalizedOperator> at_rest;
   Answer least = minimised(
@@ -219,7 +218,7 @@ Answer WithinLimits::at_rest() const {
   return answer;
 }
 
-/// @param answer becomes feasible @return the share of moves and loads that is on
+/// @param answer becomes feasible @return the applied share of moves and loads
 double WithinLimits::find_granted(double reached, std::optional<Status>& stopped, Answer& answer) const {
   answer = at_rest();
   double low = 0, high = reached;
@@ -239,7 +238,7 @@ double WithinLimits::find_granted(double reached, std::optional<Status>& stopped
 }
 
 Answer WithinLimits::run() {
-  double share = 1; // a solve that was cut short may have handles on their way
+  double share = 1; // an interrupted solve may have applied a part of the moves
   Answer answer = least_elastic(scene_, control_, kept_, &share);
   if (!has_displacement(answer.status))
     return answer;

@@ -1,5 +1,5 @@
 #pragma once
-/// `coupled` where the scene asks for finite strain.
+/// `coupled` for scenes with `strain = "finite"`.
 
 #include "elastic/krylov/kept_body.hpp"
 

@@ -21,10 +21,10 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Smaller eigenvalues of a stiffness, over the largest entry, are rounding in float32 [1].
+/// Eigenvalues of a stiffness below this share of its largest entry are float32 rounding [1].
 const double least_eigenvalue = std::numeric_limits<float>::epsilon();
 
-/// R - I, with all its digits where the turn is small.
+/// R - I, without cancellation at small rotations.
 Matrix3d turn_beyond_identity(const Quaterniond& q) {
   const double x = q.x(), y = q.y(), z = q.z(), w = q.w();
   Matrix3d T;
@@ -34,14 +34,14 @@ Matrix3d turn_beyond_identity(const Quaterniond& q) {
   return 2 * T;
 }
 
-/// (tr(U) - U)^-1 m; of a plane's turn only that about its normal counts.
+/// (tr(U) - U)^-1 m; in the plane only the rotation about its normal counts.
 template<int dimension>
 Vector3d turn_by_moment(const Matrix3d& U, const Vector3d& m) {
   if constexpr (dimension == 2)
     return {0, 0, m[2] / std::max(U(0, 0) + U(1, 1), 1e-9)};
   const Matrix3d H = U.trace() * Matrix3d::Identity() - U;
   const double size = std::abs(H.trace());
-  // Where it is singular the frame is about to jump, and has no derivative.
+  // At a singularity the frame is discontinuous and has no derivative.
   if (!(std::abs(H.determinant()) > 1e-12 * size * size * size))
     return Vector3d::Zero();
   return H.inverse() * m;
@@ -71,7 +71,7 @@ FiniteElasticity::FiniteElasticity(const Scene& scene, const LatticeElasticity& 
     find_matter<3>();
 }
 
-/// The part of K beyond the mean gradient by what pulls at the corners in every mode.
+/// Entries of K beyond the mean gradient, from the forces at the corners in each mode.
 template<int dimension>
 void FiniteElasticity::find_matter() {
   using OfCell = CellModes<dimension>;
@@ -287,7 +287,7 @@ void FiniteElasticity::linearise_cell(std::int64_t cell, const CellModes<dimensi
   shift_pressure(pressure_[cell] - pressure, F, response);
   Matrix9d A = tangent_of_gradient(F, response);
   if (convexity == Convexity::positive)
-    make_positive(-least_eigenvalue, A); // turns cost nothing
+    make_positive(-least_eigenvalue, A); // rotations have energy 0
   volume_pressure_[cell] = pressure;
   using Beyond = typename CellModes<dimension>::Beyond;
   store_tangent<dimension>(cell, F, A, convexity == Convexity::exact ? at.beyond() : Beyond(Beyond::Zero()));

@@ -10,14 +10,14 @@
 /// with T the active stress along the fibre a at rest. w is the change of Green-Lagrange strain within the
 /// cell, to first order; K gives it the edges, twists and plates of small strain, as w has no mean gradient.
 ///
-/// In the plane, and in 1D, the strains out of the scene's directions are fixed (plane strain) or such that
-/// their stresses are zero (plane stress, 1D): found cell by cell, and condensed out of the tangent.
+/// In 2D and 1D, strains out of the scene's directions are 0 (plane strain) or such that their stresses are 0
+/// (plane stress, 1D): these are solved cell by cell and condensed out of the tangent.
 ///
-/// Nearly incompressible matter makes Newton steps short: a step that keeps J to first order changes it to
-/// second, at a stiff price that its tangent would take for stress. So the tangent has a pressure p of each
-/// cell in place of kappa ln J, kappa = the mean of C_12, C_13, C_23: what ln J was to be after the last
-/// step, to first order. That is Newton's method for displacement and pressure, the pressure condensed cell
-/// by cell; where it converges, p = kappa ln J.
+/// Nearly incompressible matter shortens Newton steps: a step that keeps J to first order changes it to
+/// second order, at a large energy. So the tangent uses a pressure p per cell in place of kappa ln J, kappa
+/// the mean of C_12, C_13, C_23: the value that the last step predicts for kappa ln J to first order. That is
+/// Newton's method for displacement and pressure, with the pressure condensed cell by cell; at convergence p
+/// = kappa ln J.
 ///
 /// Exact: forces are the gradient of the energy, the tangent their derivative; turns cost no energy; the
 /// limit of small strain is LatticeElasticity. One mean volume per cell: no locking. Heuristic: K is that of
@@ -38,7 +38,7 @@
 
 namespace maille::deform {
 
-/// Same bits for any number of threads that have asked the same before.
+/// Same bits for any number of threads, given the same history of calls.
 class FiniteElasticity {
 public:
   /// @param scene must outlive this, as must `linear`, which is of the same scene
@@ -46,29 +46,30 @@ public:
 
   /// @return the energy [J], infinite if a cell is inverted; forces = its gradient [N], dense
   double evaluate(const Displacement& u, Displacement& forces, ThreadTeam& team);
-  /// exact: the derivative of the forces, but for pressures. positive: without negative eigenvalues of cells
-  /// and the turn of what lies beyond F: positive semidefinite, for states far from a minimum.
+  /// exact: the derivative of the forces, except for pressures. positive: with clamped negative eigenvalues
+  /// of cells and without the rotation of modes beyond F; positive semidefinite, for states far from a
+  /// minimum.
   /// Source  Teran, Sifakis, Irving, Fedkiw 2005 (Symposium on Computer Animation), clamped eigenvalues
   enum class Convexity { exact, positive };
-  /// Finds the tangent and the frames of cells at u, for apply_tangent() and what follows.
+  /// Computes the tangent and the frames of cells at u, for apply_tangent() and the functions below.
   void linearise(const Displacement& u, Convexity convexity, ThreadTeam& team);
   /// The tangent of linear elasticity measured in the present frames, positive semidefinite.
-  /// @param at_rest becomes the forces of the undeformed body, which turned frames strain [N]
+  /// @param at_rest receives the forces of the undeformed body in turned frames [N]
   void linearise_in_frames(Displacement& at_rest, ThreadTeam& team);
-  /// What a step of that length along a direction from the last linearise() makes of the pressures.
+  /// Updates pressures for a step of that length along a direction, from the last linearise().
   void step_pressures(const Displacement& direction, double length, ThreadTeam& team);
-  /// Pressures are those of the displacement.
+  /// Resets pressures to those of the displacement.
   void forget_pressures() { has_pressures_ = false; }
   /// forces = d(forces)/du p, at the state of the last linearise().
   void apply_tangent(const Displacement& p, Displacement& forces, ThreadTeam& team) const;
   /// The stiffness of a cell for small strains in its frame, on top of the state of the last linearise(),
   /// made positive definite [Pa].
   Matrix6 stiffness_in_frame(std::int64_t cell) const;
-  /// Active stress of fibres, a cell each [Pa], in place of the scene's; empty: none.
+  /// Replaces the active stress of fibres, one per cell [Pa]; empty: none.
   void set_active_stress(std::vector<double> stress) { active_stress_ = std::move(stress); }
   /// Elastic energy of every cell at the last evaluation [J]; 0 outside the body.
   const std::vector<double>& energies() const { return energies_; }
-  /// Energy of contracting fibres at the last evaluation [J], part of evaluate()'s.
+  /// Energy of contracting fibres at the last evaluation [J], a part of evaluate()'s result.
   double active_energy() const;
   /// Cells whose mean F is inverted at the last evaluation.
   std::int64_t n_inverted() const;
@@ -76,14 +77,13 @@ public:
   /// Rotation of every cell, nearest to F at the last turn_frames(); meaningless outside the body.
   const List<Eigen::Quaterniond>& frames() const { return frame_; }
   void turn_frames(const Displacement& u, ThreadTeam& team);
-  /// Turns every frame as far as a linear displacement d says, by the angle that it stands for and not by its
-  /// arc tangent.
+  /// Rotates every frame by the angle of a linear displacement d, not by its arc tangent.
   /// Source  Choi and Ko 2005 (IEEE TVCG 11), modal warping
   /// @return root mean square of the angles [rad]
   double warp_frames(const Displacement& d);
-  /// Adds what holds the body's nodes against springs to the ground [N].
+  /// Adds the forces that hold the nodes against springs to the ground [N].
   void add_springs(const Displacement& u, Displacement& forces) const;
-  /// Adds the forces that moments on the frames amount to: the derivative of the sum of moment . turn.
+  /// Adds the forces equivalent to moments on frames: the derivative of the sum of moment . rotation.
   /// @param moments by cell, of no cells without matter [N m]; @pre frames turned at u
   void add_moments(const Displacement& u, const List<Eigen::Vector3d>& moments, Displacement& forces,
                    ThreadTeam& team) const;
@@ -104,12 +104,11 @@ private:
     std::int64_t inverted = 0;
   };
   LawResponse respond(std::int64_t cell, Eigen::Matrix3d& E, double& active_energy) const;
-  /// Calls work.operator()<dimension>(layer of cells) for every second layer at a time: none of them share a
-  /// node.
+  /// Calls work.operator()<dimension>(layer of cells), for every second layer at a time, so that concurrent
+  /// layers share no node.
   template<class Work>
   void for_each_layer(ThreadTeam& team, Work&& work) const;
-  /// Calls visit(first cell, their number, its first node) for cells of matter of a layer that follow one
-  /// another along x.
+  /// Calls visit(first cell, number, first node) for runs of cells of matter along x in a layer.
   template<class Visit>
   void for_each_run(int layer, Visit&& visit) const;
   /// Calls visit(cell, its first node) for the cells of matter of a layer.

@@ -15,28 +15,28 @@ namespace maille::deform {
 
 namespace {
 
-/// A turn for which one increment is enough. Measured: see docs/large_strain.md.
+/// Largest rotation per increment. Measured: see docs/large_strain.md.
 constexpr double turn_per_increment = std::numbers::pi / 2;
 /// Give up after this many failed increments, each of which halves the next.
 constexpr int most_failures = 8;
-/// Newton steps of an increment before it is halved, where 5 to 20 reach a minimum; and iterations of a step,
-/// which is cut short then.
+/// Newton steps of an increment before it is halved (5 to 20 reach a minimum), and iterations of a step
+/// before it is truncated.
 constexpr int most_steps = 60, most_iterations = 500;
-/// How far a start and a state between increments are settled, in the energy norm.
+/// Tolerance of starts and of states between increments, in the energy norm.
 constexpr double start_tolerance = 1e-2;
-/// How far predictions reduce the residual. Coarser ones strain the cells beside handles so far that nearly
+/// Reduction of the residual by predictions. Coarser ones strain cells beside handles so much that nearly
 /// incompressible matter takes four times the iterations.
 constexpr double predicted = 3e-4;
-/// Estimated error [1] or mean turn of cells [rad] up to which a change is nearly linear: exact tangents are
-/// tried, and predictions need no turned frames.
+/// Error [1] or mean rotation of cells [rad] up to which a change is nearly linear: exact tangents are tried,
+/// and predictions use unrotated frames.
 constexpr double small_change = 0.2;
 /// Rebuild the preconditioner from the present state after a solve of more iterations than this.
 constexpr int worth_refreshing = 20;
 constexpr double armijo = 1e-4;
-/// Strains of which the energy is rounding.
+/// Strains whose energy is rounding.
 const double rounding_strain = 64 * std::numeric_limits<double>::epsilon();
 
-/// Nodal forces of all loads but contraction, which turns with cells; no components where there are none.
+/// Nodal forces of all loads except contraction, which rotates with its cells; no components without loads.
 Displacement passive_loads_of(Scene scene) {
   scene.active_stress.clear();
   if (!scene.has_loads())
@@ -56,7 +56,7 @@ double energy_of_unit_strain(const Scene& scene, const LatticeElasticity& linear
   return sum;
 }
 
-/// Scales of taut limits are not looked for: nothing here asks for them.
+/// Skips the search for the scale of taut limits, which is not needed here.
 Scene without_search(Scene scene) {
   scene.limits.taut_scale = 0;
   return scene;
@@ -99,7 +99,7 @@ void FiniteMinimum::put_on_loads_of(const Scene& step) {
   elasticity_.set_active_stress(step.active_stress);
 }
 
-/// Gives pressures the faces that the present state has. @return false where no load follows
+/// Recomputes following pressures on the present faces. @return false if no load follows
 bool FiniteMinimum::turn_loads() {
   if (followers_.is_empty())
     return false;
@@ -125,7 +125,7 @@ void FiniteMinimum::evaluate(State& state) {
   }
 }
 
-/// As the object's frame goes from one increment to the next, so does the body.
+/// Carries the body with the object's frame from one increment to the next.
 void FiniteMinimum::carry(const Scene& from, const Scene& to) {
   const Frame before = object_frame(from), after = object_frame(to);
   to_object(from, before, state_.u);
@@ -143,25 +143,25 @@ bool FiniteMinimum::solve_for(ElasticOperator& K, const Displacement& residual, 
                          floor_, enough);
   has_negative_curvature_ = conjugate_gradients(gradients_, reduced) == GradientsEnd::no_curvature;
   first_product_ = reduced.first();
-  // The preconditioner is not positive: it is renewed next time.
+  // The preconditioner is not positive; the next solve rebuilds it.
   has_failed_ = reduced.iterations() == 0 && !(first_product_ >= -floor_);
   solve_iterations_ = has_failed_ ? most_iterations : reduced.iterations();
   answer.iterations += reduced.iterations();
   return !task_.must_stop();
 }
 
-/// @param may_refresh the state has been accepted: trials may strain cells out of all bounds
+/// @param may_refresh true for accepted states; trial states may be strained without bound
 void FiniteMinimum::linearise(Convexity convexity, bool may_refresh) {
   elasticity_.linearise(state_.u, convexity, task_.team);
   preconditioner_.turn_with(elasticity_);
   if (may_refresh && !limits_ && solve_iterations_ > worth_refreshing &&
       preconditioner_.refresh(elasticity_)) {
     preconditioner_.turn_with(elasticity_);
-    course_.response = Displacement(); // its norm was the old one's
+    course_.response = Displacement(); // its norm belongs to the old preconditioner
   }
 }
 
-/// From the last increment's state to a start for this one, with handles in place.
+/// Predicts the start of this increment from the state of the last one, with handles in place.
 FiniteMinimum::End FiniteMinimum::predict(const Scene& to, Answer& answer) {
   evaluate(state_);
   Displacement d(scene_.specimen.grid), residual(d);
@@ -226,7 +226,7 @@ FiniteMinimum::End FiniteMinimum::go_to(double fraction, Answer& answer) {
   return end;
 }
 
-/// Tries ever shorter steps. @return false if none lowers the energy
+/// Backtracking line search. @return false if no step lowers the energy
 bool FiniteMinimum::step_downhill(const Displacement& direction, double slope, State& next) {
   for (double length = 1; length > std::numeric_limits<float>::epsilon();) {
     next.u = state_.u;
@@ -241,8 +241,8 @@ bool FiniteMinimum::step_downhill(const Displacement& direction, double slope, S
   return false;
 }
 
-/// Relative to the size of the energy, which is negative where a muscle law is active.
-/// @param slope of the energy along the direction to where its minimum is thought to be
+/// Estimated error, relative to the absolute energy, which is negative where a muscle law is active.
+/// @param slope of the energy along the direction to the estimated minimum
 double FiniteMinimum::estimated_error(double slope) const {
   const double product = std::max(0.0, -slope), energy = std::max(2 * std::abs(state_.elastic), floor_);
   return std::min(1.0, limits_ ? Nearness{product, limits_->gap()}.error(energy)
@@ -259,7 +259,7 @@ void FiniteMinimum::find_newton_direction(double goal, Displacement& direction, 
   mask(direction);
 }
 
-/// The longest step, from the whole on, that inverts no cell; whatever it does to the energy.
+/// Longest step, at most the whole one, that inverts no cell, whatever it does to the energy.
 bool FiniteMinimum::step_on_trial(const Displacement& direction, State& next) {
   for (double length = 1; length > start_tolerance; length /= 2) {
     next.u = state_.u;
@@ -306,7 +306,7 @@ FiniteMinimum::End FiniteMinimum::descend(double goal, Answer& answer, Convexity
     }
     if (has_failed_ && on_trial == 0)
       return limits_ ? End::stopped : End::failed;
-    const double slope = sums_.dot(state_.gradient, direction); // handles do not move along it
+    const double slope = sums_.dot(state_.gradient, direction); // fixed components are 0 in it
     answer.residual = estimated_error(slope);
     const double rounding = 16 * std::numeric_limits<double>::epsilon() *
                             (std::abs(state_.elastic) + std::abs(state_.elastic - state_.energy));
@@ -341,7 +341,7 @@ FiniteMinimum::End FiniteMinimum::descend(double goal, Answer& answer, Convexity
       elasticity_.forget_pressures();
       if (!step_downhill(downhill, steepness, next)) {
         evaluate(state_);
-        if (has_moved) { // better multipliers, once
+        if (has_moved) { // improve multipliers once
           limits_->improve_multipliers();
           evaluate(state_);
           has_moved = false;
@@ -391,7 +391,7 @@ void FiniteMinimum::look_for_instability(Answer& answer) {
     course_.response = Displacement();
 }
 
-/// From the task's start in one step; back at rest where that leads to no minimum.
+/// Starts at the task's start in one step; at rest if that leads to no minimum.
 FiniteMinimum::End FiniteMinimum::go_on(bool has_arrived, Answer& answer) {
   put_on_loads_of(scene_);
   state_.u = has_arrived ? task_.initial_state() : *task_.start;

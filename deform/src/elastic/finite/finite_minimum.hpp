@@ -1,8 +1,8 @@
 #pragma once
-/// The least energy at finite strain: increments of moves and loads, each by truncated Newton steps.
+/// Minimises the energy at finite strain: increments of moves and loads, each by truncated Newton steps.
 ///
-/// Moves and loads are put on in increments: a turn by parts of its angle, a shift and a load by parts of
-/// their size. Each begins from the last one's state, carried along with the object's frame:
+/// Moves and loads are applied in increments: a rotation by parts of its angle, a shift and a load by parts
+/// of their size. Each increment starts at the last state, carried along with the object's frame:
 ///   1. the linear change by the tangent, or, where it turns cells, by linear elasticity in frames that are
 ///      turned by the angles that this change stands for, whichever has less energy. Pressures are those of
 ///      the linear change;
@@ -13,11 +13,10 @@
 /// Within limits (TurnedLimits) the energy is an augmented Lagrangian, whose multipliers improve between
 /// steps; the search is the same.
 ///
-/// An answer of a course (EarlierAnswers) begins at an exact tangent where earlier ones lead, in one
-/// increment. A tangent serves a second step where the state has hardly changed.
+/// A sequence of answers (EarlierAnswers) starts at an exact tangent where earlier answers lead, in one
+/// increment. A tangent serves a second step if the state has hardly changed.
 ///
-/// Pressures follow their faces (FaceLoad::follows): the forces of the present state, which stay during a
-/// step.
+/// Following pressures (FaceLoad::follows) have the forces of the present state, constant during a step.
 ///
 /// Exact: energy never rises while handles stay, and no accepted state has an inverted cell. Increments
 /// between are settled to a hundredth only. One whose start or descent meets inverted cells, or no lower
@@ -52,7 +51,7 @@ struct FiniteCourse : KeptHierarchy {
   bool has_fixed(const std::vector<Prescribed>& components) const {
     return FixedMask(task.scene.specimen.grid, components) == FixedMask(task.scene.specimen.grid, prescribed);
   }
-  bool take_materials(double) override { return false; }
+  bool adopt_materials(double) override { return false; }
 
   const std::vector<Prescribed> prescribed;
   const Control control;
@@ -73,25 +72,24 @@ public:
   /// @param has_arrived begin at the task's start, from rest only where that leads to no minimum; true: it
   ///        differs little from what is prescribed, which is put in place. Nothing: from rest
   bool solve(Answer& answer, std::optional<bool> has_arrived = std::nullopt);
-  /// The least energy within limits, from a state in which handles are in place. The state found is within
-  /// the limits but for the estimated error. @param at_rest the operator in the preconditioner
+  /// Minimises the energy within limits, from a state with handles in place. The result is within the limits
+  /// up to the estimated error. @param at_rest the operator in the preconditioner
   bool minimise_within(const LinkLimits& limits, PenalizedOperator& at_rest, Displacement start,
                        Answer& answer);
-  /// How much of moves and loads is on in the present state: 1 at the end.
+  /// Applied share of moves and loads in the present state: 1 at the end.
   double fraction() const { return fraction_; }
   int increments() const { return n_increments_; }
   std::int64_t n_inverted() const { return elasticity_.n_inverted(); }
-  /// True if the tangent is not positive along some direction at the end: a small push makes the body leave
-  /// the state.
+  /// True if the tangent is not positive along some direction at the end: the state is unstable.
   bool is_unstable() const { return is_unstable_; }
-  /// Told of every state that the descent accepts: how much is on, and the energy less the work of loads [J].
+  /// Called with every accepted state: applied share, and energy minus the work of loads [J].
   std::function<void(double fraction, double energy)> watch;
 
 private:
   using Convexity = FiniteElasticity::Convexity;
   enum class End { settled, stopped, failed };
   struct State {
-    Displacement u, gradient; ///< gradient of the energy less loads; everywhere
+    Displacement u, gradient; ///< gradient of the energy minus loads, at all nodes
     double energy = 0;        ///< less the work of loads [J]
     double elastic = 0;       ///< [J]
   };
@@ -117,17 +115,17 @@ private:
   void mask(Displacement& field) const;
 
   const CoupledTask& task_;
-  Scene scene_; ///< the task's, its taut scale out of the way
+  Scene scene_; ///< the task's, without the search for a taut scale
   LatticeElasticity linear_;
   FiniteElasticity elasticity_;
   FiniteCourse& course_;
   TurnedPreconditioner& preconditioner_;
   FieldSums sums_;
-  std::optional<TurnedLimits> limits_;     ///< once they count, as the next
+  std::optional<TurnedLimits> limits_;     ///< if limits apply; so is the next
   PenalizedOperator* penalized_ = nullptr; ///< gets the penalties of limits_
   State state_;
   Displacement loads_;         ///< of the present increment [N]; no components: none
-  Displacement dead_loads_;    ///< where some follow their faces: the others [N]
+  Displacement dead_loads_;    ///< those that do not follow their faces [N]
   FollowerPressure followers_; ///< of the present increment
   double fraction_ = 0;
   double floor_ = 0; ///< twice an energy that is rounding [J]

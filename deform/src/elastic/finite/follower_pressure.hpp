@@ -1,5 +1,5 @@
 #pragma once
-/// Pressure that follows its faces: normal to each, on the area that it has in the present state.
+/// Pressure that follows its faces: normal to each, on its present area.
 ///
 /// The vector area of a face of a cell is half the product of its diagonals, in the plane its edge turned by
 /// a right angle; pressure times that goes to its corners in equal parts, as a dead load's force does at

@@ -68,17 +68,18 @@ struct LawState {
     const V one = hn::Set(tag, 1), half = hn::Set(tag, 0.5);
     for (int i = 0; i < 9; ++i)
       R[i] = F[i];
-    auto goes_on = hn::Gt(J, hn::Zero(tag));
-    for (int step = 0; step < 40 && !hn::AllFalse(tag, goes_on); ++step) {
+    auto should_continue = hn::Gt(J, hn::Zero(tag));
+    for (int step = 0; step < 40 && !hn::AllFalse(tag, should_continue); ++step) {
       V next[9], change = hn::Zero(tag);
       cofactors(R, next);
       const V factor = hn::Div(one, dot(R, next));
       for (int i = 0; i < 9; ++i) {
         next[i] = hn::Mul(half, hn::MulAdd(factor, next[i], R[i]));
         change = hn::Max(change, hn::Abs(hn::Sub(next[i], R[i])));
-        R[i] = hn::IfThenElse(goes_on, next[i], R[i]);
+        R[i] = hn::IfThenElse(should_continue, next[i], R[i]);
       }
-      goes_on = hn::And(goes_on, hn::Gt(change, hn::Set(tag, 1e-8))); // the next one is its square
+      should_continue =
+          hn::And(should_continue, hn::Gt(change, hn::Set(tag, 1e-8))); // the next one is its square
     }
     V sum[9], inverse[9], E[9];
     for (int i = 0; i < 3; ++i)

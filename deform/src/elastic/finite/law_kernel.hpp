@@ -1,5 +1,5 @@
 #pragma once
-/// Energy, forces and tangent of neo-Hookean and of isotropic corotated cells in 3D, some cells at a time.
+/// Energy, forces and tangent of neo-Hookean cells in 3D, a vector of cells at a time.
 ///
 /// By the deformation gradient F alone: with G = F^-T and L = ln det F, neo-Hookean matter has
 ///

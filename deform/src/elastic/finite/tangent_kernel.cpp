@@ -12,7 +12,7 @@ HWY_BEFORE_NAMESPACE();
 namespace maille::deform {
 namespace HWY_NAMESPACE {
 
-/// Pulls of the cells from x on. See CellModes for the modes.
+/// Forces of the cells from x on. See CellModes for the modes.
 template<int d, class D>
 HWY_INLINE void find_pulls(D tag, const TangentRun& run, int x, Pulls& pulls) {
   using V = hn::VFromD<D>;

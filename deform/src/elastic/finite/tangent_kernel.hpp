@@ -1,5 +1,5 @@
 #pragma once
-/// The innermost loop of FiniteElasticity's tangent: forces of cells for a change of their displacement.
+/// Inner loop of FiniteElasticity's tangent: forces of cells for a change of their displacement.
 ///
 /// With dH the change of the mean gradient, dh that of what lies beyond it, and P = A dH the mean part, a
 /// cell pulls by

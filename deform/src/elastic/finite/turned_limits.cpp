@@ -83,7 +83,7 @@ void TurnedLimits::find_in_plane(int plane, const Displacement& u, const FiniteE
     }
 }
 
-/// Its force on nodes, and its moment on the cells that it borders.
+/// Force of a link on its nodes, and its moment on the cells around it.
 double TurnedLimits::pull(const Pull& pull, const Displacement& u, const FiniteElasticity& elasticity,
                           Displacement& forces) {
   const Grid& grid = scene_.specimen.grid;

@@ -1,5 +1,5 @@
 #pragma once
-/// Limits where every cell has a frame: each link is measured in the mean frame of the cells that it borders.
+/// Limits at finite strain: each link is measured in the mean frame of the cells around it.
 
 #include "elastic/finite/finite_elasticity.hpp"
 #include "elastic/krylov/elastic_operator.hpp"
@@ -15,7 +15,7 @@
 
 namespace maille::deform {
 
-/// What the limits add to the energy, as in ActiveLinks: the sum over links and components of
+/// The term of the limits in the energy, as in ActiveLinks: the sum over links and components of
 ///
 ///   rho w / 2 (v - z)^2,  v = c(u) + y,  z = v within the interval,  c(u) = R^T (h e_a + D u) - h e_a,
 ///
@@ -33,16 +33,16 @@ public:
 
   /// Adds the gradient [N] to `forces`. @param elasticity last evaluated at u. @return the energy [J]
   double evaluate(const Displacement& u, const FiniteElasticity& elasticity, Displacement& forces);
-  /// Adds what a change p of the displacement changes in the forces of the last evaluation, frames as they
-  /// are: rho w of the links outside [N].
+  /// Adds the change of the forces of the last evaluation for a change p of the displacement, with constant
+  /// frames: rho w of the links outside [N].
   void add_tangent(const Displacement& p, Displacement& forces) const;
-  /// y = v - z of the last evaluation, which has to be done again.
+  /// y = v - z of the last evaluation; evaluate again after it.
   void improve_multipliers();
   /// Sum of w (c - z)^2 at the last evaluation [J].
   double gap() const;
-  /// True unless the links outside are, but for a few, those of which the last list of penalties was made.
+  /// True if more than a few links became active or inactive since the last list of penalties.
   bool are_penalties_out_of_date() const;
-  /// rho w of the links outside, in the directions of the body at rest.
+  /// rho w of the links outside, in the directions at rest.
   const List<PenaltyLink>& penalties();
   /// Links with a force.
   std::size_t n_active() const { return pulls_.size(); }
@@ -85,7 +85,7 @@ private:
   List<std::uint16_t> has_penalty_; ///< by tail: see bit()
 };
 
-/// Moves nodes where they are free, until no link breaks its limits.
+/// Moves free nodes until no link breaks its limits.
 ///
 /// Frames turn with the state and tie the components together, so there is no closed form as there is in the
 /// object's frame: links that are outside are brought within one after another, forward and backward through

@@ -10,7 +10,7 @@ namespace maille::deform {
 
 namespace {
 
-/// Multigrid of a lattice whose cells have stiffnesses of their own.
+/// Multigrid of a lattice whose cells have individual stiffnesses.
 class RefreshedOperator : public ElasticOperator {
 public:
   RefreshedOperator(const CoupledTask& task, const FiniteElasticity& elasticity)
@@ -45,7 +45,7 @@ TurnedPreconditioner::TurnedPreconditioner(const CoupledTask& task, std::shared_
 bool TurnedPreconditioner::refresh(const FiniteElasticity& elasticity) {
   if (task_.scene.dimension() < 3)
     return false;
-  at_rest_.reset(); // two hierarchies are never in memory
+  at_rest_.reset(); // so that two hierarchies never coexist
   at_rest_ = std::make_shared<RefreshedOperator>(task_, elasticity);
   return true;
 }

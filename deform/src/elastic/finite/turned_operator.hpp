@@ -26,8 +26,8 @@ public:
   TurnedPreconditioner(const CoupledTask& task, std::shared_ptr<ElasticOperator> at_rest);
 
   void turn_with(const FiniteElasticity& elasticity);
-  /// Replaces the body at rest by the state of the last linearise(). @return false where there is no such
-  /// preconditioner: in 1D and 2D
+  /// Rebuilds the preconditioner from the state of the last linearise(). @return false in 1D and 2D, which
+  /// have no such preconditioner
   bool refresh(const FiniteElasticity& elasticity);
   /// See ElasticOperator.
   void apply(const Displacement& residual, Displacement& correction);

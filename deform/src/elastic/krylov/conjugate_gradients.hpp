@@ -31,14 +31,14 @@ class GradientWatch {
 public:
   virtual ~GradientWatch() = default;
   /// Before an iteration.
-  virtual bool goes_on() { return true; }
+  virtual bool should_continue() { return true; }
   /// After the correction was found. @param product r . z, of any sign
-  virtual bool goes_on_from(double product) {
+  virtual bool should_continue_from(double product) {
     (void)product;
     return true;
   }
   /// After the step was taken. @param product r . z before it
-  virtual bool goes_on_after(double step, double product) = 0;
+  virtual bool should_continue_after(double step, double product) = 0;
 };
 
 /// The watch ended it; or r . z, or the curvature p . K p, is not positive and finite.
@@ -48,9 +48,9 @@ enum class GradientsEnd { told, no_descent, no_curvature };
 ///         conjugate gradients, section 2
 inline GradientsEnd conjugate_gradients(GradientSpace& space, GradientWatch& watch) {
   double last = 0;
-  while (watch.goes_on()) {
+  while (watch.should_continue()) {
     const double now = space.precondition();
-    if (!watch.goes_on_from(now))
+    if (!watch.should_continue_from(now))
       break;
     if (!(now > 0) || !std::isfinite(now))
       return GradientsEnd::no_descent;
@@ -60,7 +60,7 @@ inline GradientsEnd conjugate_gradients(GradientSpace& space, GradientWatch& wat
       return GradientsEnd::no_curvature;
     space.take_step(*step);
     last = now;
-    if (!watch.goes_on_after(*step, now))
+    if (!watch.should_continue_after(*step, now))
       break;
   }
   return GradientsEnd::told;
@@ -75,14 +75,14 @@ public:
                  double enough = 0)
       : most_(most), reduction_(reduction), floor_(floor), enough_(enough), must_stop_(std::move(must_stop)) {
   }
-  bool goes_on() override { return iterations_ < most_ && !(must_stop_ && must_stop_()); }
-  bool goes_on_from(double product) override {
+  bool should_continue() override { return iterations_ < most_ && !(must_stop_ && must_stop_()); }
+  bool should_continue_from(double product) override {
     if (iterations_ == 0)
       first_ = product;
     return product > floor_ &&
            (iterations_ == 0 || product > std::max(enough_, reduction_ * reduction_ * first_));
   }
-  bool goes_on_after(double, double) override {
+  bool should_continue_after(double, double) override {
     ++iterations_;
     return true;
   }

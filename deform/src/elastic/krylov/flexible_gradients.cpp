@@ -76,7 +76,7 @@ void FlexibleGradients::end(Convergence::End end) {
         "differ by more than float64 resolves";
 }
 
-bool FlexibleGradients::goes_on() {
+bool FlexibleGradients::should_continue() {
   end_ = CoupledRound::stopped;
   if (answer_->iterations >= last_iteration_ || task_.must_stop())
     return false;
@@ -84,7 +84,7 @@ bool FlexibleGradients::goes_on() {
   return true;
 }
 
-bool FlexibleGradients::goes_on_from(double product) {
+bool FlexibleGradients::should_continue_from(double product) {
   const auto verdict =
       convergence_.judge(product, state(), answer_->iterations, [this] { return product_of_rounding(); });
   if (verdict)
@@ -99,7 +99,7 @@ std::optional<double> FlexibleGradients::find_step(double beta, double product) 
   return step;
 }
 
-bool FlexibleGradients::goes_on_after(double step, double product) {
+bool FlexibleGradients::should_continue_after(double step, double product) {
   energy_ -= step * step * curvature_;
   ++answer_->iterations;
   convergence_.add(step, product);

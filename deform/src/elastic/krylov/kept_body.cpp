@@ -16,6 +16,7 @@ namespace {
 /// Relative distance below which two sets of data count as the same direction.
 constexpr double same_direction = 1e-3;
 /// Largest share of the question that a useful start may leave unexplained.
+/// nearer to each other than this part of the way ahead support no polynomial.
 constexpr double too_far = 0.5;
 
 Scene matter_of(const Scene& scene) {
@@ -55,20 +56,10 @@ double product(const std::array<List<double>, 3>& a, const std::array<List<doubl
   return product(a[0], b[0]) + product(a[1], b[1]) + product(a[2], b[2]);
 }
 
-/// Inner products of the data of earlier questions and the new one (last): prescribed values, and loads.
-struct Products {
-  Eigen::MatrixXd values, loads;
-  explicit Products(Eigen::Index n)
-      : values(Eigen::MatrixXd::Zero(n, n)), loads(Eigen::MatrixXd::Zero(n, n)) {}
-  /// Both are normalised by their largest value.
-  Eigen::MatrixXd of_both() const {
-    const auto over_largest = [](const Eigen::MatrixXd& m) -> Eigen::MatrixXd {
-      const double most = m.diagonal().maxCoeff();
-      return most > 0 ? Eigen::MatrixXd(m / most) : m;
-    };
-    return over_largest(values) + over_largest(loads);
-  }
-};
+Eigen::MatrixXd over_largest(const Eigen::MatrixXd& m) {
+  const double most = m.diagonal().maxCoeff();
+  return most > 0 ? Eigen::MatrixXd(m / most) : m;
+}
 
 } // namespace
 
@@ -206,7 +197,7 @@ bool KeptBody::is_of(const Scene& question) const {
          std::ranges::equal(scene_.materials, question.materials, is_same_kind);
 }
 
-double KeptBody::take_materials(const Scene& question) {
+double KeptBody::adopt_materials(const Scene& question) {
   double ratio = 1;
   bool has_changed = false;
   for (std::size_t i = 0; i < scene_.materials.size(); ++i) {
@@ -220,7 +211,7 @@ double KeptBody::take_materials(const Scene& question) {
   if (has_changed)
     answers.matter_has_changed();
   if (ratio > 1) {
-    if (hierarchy && (begins_anew || !hierarchy->take_materials(ratio)))
+    if (hierarchy && (begins_anew || !hierarchy->adopt_materials(ratio)))
       hierarchy.reset();
   }
   return ratio;

@@ -19,7 +19,7 @@ public:
   virtual ~KeptHierarchy() = default;
   /// Adapts the finest level to changed constants of materials; coarser levels may stay as they are. @param
   /// ratio largest change of stiffness, as a factor @return false if rebuilding is better
-  virtual bool take_materials(double ratio) = 0;
+  virtual bool adopt_materials(double ratio) = 0;
 };
 
 /// Earlier answers about one body, which give the start of the next one. A linear body's answer is linear in
@@ -30,6 +30,13 @@ class EarlierAnswers {
 public:
   /// @return false, and `u` is unchanged, if no earlier answer helps
   bool find_start(const Scene& scene, const std::vector<Prescribed>& prescribed, Displacement& u);
+  /// The start at finite strain: the polynomial through the answers and rest, along the way from the last
+  /// data to the new ones, or the last answer, whichever data come nearer; straight lines, which double a
+  /// bend, are none. What is prescribed is not in place.
+  /// @return whether its data are the new ones but for rounding, or what a course curves; nothing, and `u` is
+  ///         not changed, where there is no answer
+  std::optional<bool> find_course(const Scene& scene, const std::vector<Prescribed>& prescribed,
+                                  Displacement& u);
   /// Adds the answer to the question of the last find_start().
   void add(const Scene& scene, const Displacement& u);
   /// Matter has changed: the last answer is still a start, but no part of a combination.
@@ -73,7 +80,7 @@ public:
   bool is_of(const Scene& question) const;
   /// Adopts the constants of materials and updates the cache. @return largest change of stiffness, as a
   /// factor; 1: none
-  double take_materials(const Scene& question);
+  double adopt_materials(const Scene& question);
 
   std::unique_ptr<KeptHierarchy> hierarchy; ///< null: none yet
   EarlierAnswers answers;

@@ -27,7 +27,7 @@ MixedGradients::MixedGradients(const CoupledTask& task, const Loads& loads, doub
     scale_ = 1;
 }
 
-bool MixedGradients::goes_on() {
+bool MixedGradients::should_continue() {
   if (first_ != 0 && last_ <= reduction_per_round * first_) {
     next_scale_ = scale_ * std::sqrt(last_ / first_);
     round_ = CoupledRound::used_up;
@@ -45,7 +45,7 @@ bool MixedGradients::goes_on() {
   return true;
 }
 
-bool MixedGradients::goes_on_from(double product) {
+bool MixedGradients::should_continue_from(double product) {
   const double began = product * scale_ * scale_;
   if (convergence_.starts_within(began, energy_)) {
     answer_->residual = convergence_.residual();
@@ -65,7 +65,7 @@ bool MixedGradients::goes_on_from(double product) {
   return true;
 }
 
-bool MixedGradients::goes_on_after(double step, double product) {
+bool MixedGradients::should_continue_after(double step, double product) {
   const double gain = step * product * scale_ * scale_;
   // u . K u after a step, from p . K p = p . f - p . r
   energy_ += (has_loads_ ? 2 * step * scale_ * solver_->work_of_loads() : 0) - gain;

@@ -41,9 +41,9 @@ public:
 
 private:
   CoupledRound correct(Displacement& u);
-  bool goes_on() override;
-  bool goes_on_from(double product) override;
-  bool goes_on_after(double step, double product) override;
+  bool should_continue() override;
+  bool should_continue_from(double product) override;
+  bool should_continue_after(double step, double product) override;
 
   const CoupledTask& task_;
   bool has_loads_;

@@ -150,13 +150,13 @@ std::size_t ConstrainedMinimum::n_active() const {
   return sum;
 }
 
-bool ConstrainedMinimum::goes_on() {
+bool ConstrainedMinimum::should_continue() {
   if (answer_->iterations >= last_iteration_ || task_.must_stop())
     is_found_ = false;
   return !is_found_;
 }
 
-bool ConstrainedMinimum::goes_on_from(double product) {
+bool ConstrainedMinimum::should_continue_from(double product) {
   if (!std::isfinite(product)) { // diverged: no further step is defined
     is_found_ = false;
     return false;
@@ -195,7 +195,7 @@ void ConstrainedMinimum::take_step(double step) {
   overlap_ = sums_.dot(residual_, correction_); // with the limits' new forces
 }
 
-bool ConstrainedMinimum::goes_on_after(double, double product) {
+bool ConstrainedMinimum::should_continue_after(double, double product) {
   ++answer_->iterations;
   if (!Nearness{product, gap_}.asks_for_multipliers())
     return !are_penalties_out_of_date();

@@ -64,9 +64,9 @@ public:
 private:
   std::optional<double> find_step(double beta, double product) override;
   void take_step(double step) override;
-  bool goes_on() override;
-  bool goes_on_from(double product) override;
-  bool goes_on_after(double step, double product) override;
+  bool should_continue() override;
+  bool should_continue_from(double product) override;
+  bool should_continue_after(double step, double product) override;
 
   void find_residual();
   /// Passes the active links to the operator, if more than a few changed since the last call.

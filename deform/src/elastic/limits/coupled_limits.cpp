@@ -93,11 +93,11 @@ bool find_least_energy(const CoupledTask& task, PenalizedOperator& system, Displ
                        Displacement& spare, Answer& answer) {
   const CellModuli moduli(task.scene);
   const bool has_multipliers = begins_within_limits(task);
-  for (const bool goes_on : {true, false}) {
-    if (goes_on && !has_multipliers)
+  for (const bool from_last_answer : {true, false}) {
+    if (from_last_answer && !has_multipliers)
       continue;
     ConstrainedMinimum minimum(task, system, moduli, all_components(task.scene), loads_of(task.scene));
-    if (goes_on)
+    if (from_last_answer)
       minimum.begin_with(task.kept->multipliers);
     else {
       if (has_multipliers) // the search from them may have diverged
@@ -111,16 +111,16 @@ bool find_least_energy(const CoupledTask& task, PenalizedOperator& system, Displ
     const std::size_t n_pulling = multipliers.size();
     if (task.kept != nullptr)
       task.kept->multipliers = std::move(multipliers);
-    if (!is_found && goes_on && !task.must_stop())
+    if (!is_found && from_last_answer && !task.must_stop())
       continue;
     spare = minimum.release_residual();
     answer.algorithm +=
-        goes_on ? ", limits by multipliers from the last answer on" : ", limits by multipliers";
+        from_last_answer ? ", limits by multipliers from the last answer on" : ", limits by multipliers";
     if (!is_found)
       return false;
     find_reactions(task, system, minimum, u, spare, answer);
     answer.message =
-        goes_on && n_pulling == 0
+        from_last_answer && n_pulling == 0
             ? ""
             : fmt::format("limits are active: least energy within them, with multipliers of {} links",
                           minimum.n_active());

@@ -152,7 +152,7 @@ void BlockLevel::go_down(BlockLevel* coarser, ThreadTeam& team) {
     });
 }
 
-void BlockLevel::take_from(const BlockLevel* coarser, bool adds, ThreadTeam& team) {
+void BlockLevel::interpolate_from(const BlockLevel* coarser, bool adds, ThreadTeam& team) {
   if (is_shared() && adds)
     shared_->collect(u.data(), of_all_.data());
   float* const of_all = is_shared() ? of_all_.data() : u.data();
@@ -166,7 +166,7 @@ void BlockLevel::take_from(const BlockLevel* coarser, bool adds, ThreadTeam& tea
 }
 
 void BlockLevel::come_up(const BlockLevel* coarser, ThreadTeam& team) {
-  take_from(coarser, true, team);
+  interpolate_from(coarser, true, team);
   for (std::size_t step = weights_.size(); step-- > 0;)
     relax(weights_[step], team);
 }
@@ -182,7 +182,7 @@ double BlockLevel::dot(const float* a, const float* b, ThreadTeam& team) {
       team, [&](std::int64_t first, std::int64_t n) { return dot_entries(n, a + first, b + first); });
 }
 
-void BlockLevel::put_aside(ThreadTeam& team) {
+void BlockLevel::store_first_correction(ThreadTeam& team) {
   A_.apply(u.data(), r.data(), team);
   first_.curvature = dot(u.data(), r.data(), team);
   first_.step = first_.curvature > 0 ? dot(u.data(), f.data(), team) / first_.curvature : 0;

@@ -132,7 +132,7 @@ void MaskedMultigrid::round_operators(int steps) {
       correct(1);
     }
     correct_twice(false); // for the memory
-    level(0).take_from(second, false, team());
+    level(0).interpolate_from(second, false, team());
     for (std::size_t i = std::max<std::size_t>(is_shared ? 1 : 0, n_levels() - 1); i-- > 0;)
       level(i).round_operator(team());
     for (std::size_t i = 1; i < n_levels(); ++i)
@@ -179,7 +179,7 @@ void MaskedMultigrid::correct(std::size_t i) {
   once();
   if (is_last || !here.is_corrected_twice())
     return;
-  here.put_aside(team());
+  here.store_first_correction(team());
   once();
   here.combine(team());
 }

@@ -50,7 +50,7 @@ public:
   bool is_corrected_twice() const { return is_corrected_twice_; }
   void correct_twice(bool does);
   /// Stores u as the first correction, and subtracts its best multiple from the problem: f -= step A u.
-  void put_aside(ThreadTeam& team);
+  void store_first_correction(ThreadTeam& team);
   /// u = the best linear combination of u and the first correction.
   void combine(ThreadTeam& team);
 
@@ -59,7 +59,7 @@ public:
   void go_down(BlockLevel* coarser, ThreadTeam& team);
   void come_up(const BlockLevel* coarser, ThreadTeam& team);
   /// u = interpolation of coarser.u, or u += it.
-  void take_from(const BlockLevel* coarser, bool adds, ThreadTeam& team);
+  void interpolate_from(const BlockLevel* coarser, bool adds, ThreadTeam& team);
   // Interface of CoarsestLevel.
   CoarsestSolve::Unknowns unknowns() const;
   void for_each_entry(const CoarsestSolve::Unknowns& unknowns, const CoarsestSolve::Visit& visit) const;

@@ -94,7 +94,7 @@ bool MaskedBody::is_made_for(const std::vector<Prescribed>& prescribed) {
   return FixedMask(elasticity.grid(), prescribed) == made_for_;
 }
 
-bool MaskedBody::take_fixed(const std::vector<Prescribed>& prescribed) {
+bool MaskedBody::adopt_fixed(const std::vector<Prescribed>& prescribed) {
   const FixedMask wanted(elasticity.grid(), prescribed);
   if (wanted == fixed_) {
     return true;
@@ -106,7 +106,7 @@ bool MaskedBody::take_fixed(const std::vector<Prescribed>& prescribed) {
   return true;
 }
 
-bool MaskedBody::take_materials(double ratio) {
+bool MaskedBody::adopt_materials(double ratio) {
   if (!(ratio <= largest_ratio))
     return false;
   elasticity.renew();
@@ -126,7 +126,7 @@ MaskedBody& MaskedSolver::body_of(const CoupledTask& task, std::unique_ptr<Maske
     std::ranges::copy_if(task.prescribed, std::back_inserter(held), &Prescribed::held);
   const std::vector<Prescribed>& wanted = kept.is_for_holds ? held : task.prescribed;
   auto* body = dynamic_cast<MaskedBody*>(kept.hierarchy.get());
-  if (body == nullptr || !(kept.begins_anew ? body->is_made_for(wanted) : body->take_fixed(wanted))) {
+  if (body == nullptr || !(kept.begins_anew ? body->is_made_for(wanted) : body->adopt_fixed(wanted))) {
     kept.hierarchy.reset(); // before there are two
     auto made = std::make_unique<MaskedBody>(kept.scene(), wanted, kept.team());
     made->remember_fixed(wanted);

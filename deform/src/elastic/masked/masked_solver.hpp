@@ -72,12 +72,12 @@ public:
   void remember_fixed(const std::vector<Prescribed>& prescribed);
   /// Adapts to other fixed components.
   /// @return false if a new hierarchy is better, because too many fixed components differ
-  bool take_fixed(const std::vector<Prescribed>& prescribed);
+  bool adopt_fixed(const std::vector<Prescribed>& prescribed);
   /// True if it was built for exactly these fixed components.
   bool is_made_for(const std::vector<Prescribed>& prescribed);
   /// Fixes other components without that check.
   void set_fixed(const std::vector<Prescribed>& prescribed);
-  bool take_materials(double ratio) override;
+  bool adopt_materials(double ratio) override;
   /// Frees all but elasticity and state, after the last solve.
   void release();
 

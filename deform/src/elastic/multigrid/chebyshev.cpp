@@ -19,8 +19,8 @@ constexpr std::size_t steps_for_eigenvalue = 10;
 /// Records the steps of conjugate gradients.
 class Steps : public GradientWatch {
 public:
-  bool goes_on() override { return steps_.size() < steps_for_eigenvalue; }
-  bool goes_on_after(double step, double product) override {
+  bool should_continue() override { return steps_.size() < steps_for_eigenvalue; }
+  bool should_continue_after(double step, double product) override {
     steps_.push_back(step);
     products_.push_back(product);
     return true;

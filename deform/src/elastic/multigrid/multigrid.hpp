@@ -46,7 +46,6 @@ concept CycleLevel = CoarsestLevel<L> &&
 
 /// A symmetric V-cycle: Jacobi steps with Chebyshev's weights before and after coarser levels, and a direct
 /// solve at the bottom. Started at 0 it is a symmetric positive definite map, as conjugate gradients require.
-///
 /// Same bits for any number of threads.
 ///
 /// Source  docs/theory.md, sections 2 and 3; Trottenberg, Oosterlee and Schueller, Multigrid, 2001

@@ -170,7 +170,7 @@ bool solve_coupled_tied(const CoupledTask& asked, Answer& answer) {
     if (end != CoupledRound::finished || friction.empty())
       break;
     answer.tie_press = press_of_ties(task.scene, system.beyond_loads(answer.displacement, friction.pulls()));
-  } while (friction.goes_on(answer.displacement, answer.tie_press));
+  } while (friction.needs_another_round(answer.displacement, answer.tie_press));
   if (friction.status() != Status::done)
     return give_up(answer, friction.message());
   answer.rubbing = friction.borders();

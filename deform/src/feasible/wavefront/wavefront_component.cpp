@@ -135,7 +135,7 @@ void TiledComponent::move(std::span<Target> targets) {
     if (is_cut)
       field_.restore(before_);
     else
-      field_.take_back();
+      field_.undo_run();
     clip(targets);
     is_clipped = true;
   }

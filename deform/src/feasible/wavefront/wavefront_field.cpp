@@ -165,7 +165,7 @@ void TileField::record(std::int32_t t) {
   record_.insert(record_.end(), tile(t), tile(t) + tiling_->volume());
 }
 
-void TileField::take_back() {
+void TileField::undo_run() {
   const auto volume = index(tiling_->volume());
   for (std::size_t i = 0; i < recorded_.size(); ++i) {
     if (was_even_)

@@ -64,7 +64,7 @@ public:
   /// Starts to record tiles before run() changes them.
   void begin();
   /// Back to the state at begin(). @pre no other change since
-  void take_back();
+  void undo_run();
   void keep() { is_recording_ = false; }
   /// A copy of everything, for changes of the window.
   struct Copy {

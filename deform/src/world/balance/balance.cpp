@@ -16,11 +16,17 @@ namespace maille::deform {
 
 namespace {
 
-/// Spring that keeps a free object where a round began, in stiffnesses of a cell of the stiffest body; its
-/// inverse keeps a hand's object at its goal. A stiffer one takes more rounds, a softer one wastes digits.
+/// Spring on a free object at its pose at the start of a round, in stiffnesses of a cell of the stiffest
+/// body. The inverse is the spring between a driven object and its target. A stiffer spring takes more
+/// rounds, a softer one loses digits.
 constexpr double free_drag = 1e-4;
-/// Components of a body in 2D [1]: its factor grows faster than the body, and larger ones are refused.
+/// Largest number of components of a body in 2D: its factor grows faster than the body. Larger bodies are
+/// refused.
 constexpr std::int64_t most_components_2d = 400'000;
+
+Eigen::Vector3d vector(const Vec3& v) {
+  return Eigen::Vector3d::Map(v.data());
+}
 
 } // namespace
 
@@ -67,10 +73,10 @@ Balance::Balance(WorldObjects& world) : world_(world) {
       if (object(i).box.min()[a] < -little || object(i).box.max()[a] > end + little)
         fail_to_place(world_.scene, i, -1);
     }
-  for (const auto& [i, j, nodes] : near_pairs_) // a hand would feel it when they touch
+  for (const auto& [i, j, nodes] : near_pairs_) // now, because set-up during contact would delay a frame
     for (const int number : {i, j})
       if (object(number).soft)
-        object(number).soft->flexibility().prepare();
+        object(number).soft->prepare();
 }
 
 void Balance::hold(int threads) {
@@ -84,7 +90,7 @@ void Balance::hold(int threads) {
       const Pose& at_first = world_.body(i).lattice().pose();
       if (one.soft->hold(one.pose.rotation != at_first.rotation || one.pose.position != at_first.position,
                          threads_))
-        behind_ = cell_;
+        distance_to_unloaded_ = cell_;
       one.rigid.hold(one.soft->floats(), stiffness_ * free_drag);
       continue;
     }
@@ -105,10 +111,10 @@ void Balance::prescribe() {
            (one.soft->floats() || one.soft->is_carried() || !world_.body(i).handles().empty());
   };
   if (std::ranges::any_of(std::views::iota(0, world_.n_objects()), may_change))
-    catch_up(); // before any is somewhere else without contacts
+    catch_up(); // before the unloaded displacement of any body changes
   for (SurfaceObject& one : objects_)
     if (const double change = one.soft ? one.soft->prescribe() : 0; change > rounding * cell_)
-      behind_ += change;
+      distance_to_unloaded_ += change;
 }
 
 double Balance::missed(int number, std::int64_t component) const {
@@ -152,7 +158,7 @@ void Balance::hand_back() {
     DeformableObject& body = world_.body(i);
     const PosedLattice& lattice = body.lattice();
     const bool is_carried = one.pose.rotation != lattice.pose().rotation ||
-                            one.pose.position != lattice.pose().position; // its frame goes with it
+                            one.pose.position != lattice.pose().position; // its frame has moved
     Displacement state = body.displacement();
     for (std::int32_t voxel = 0; voxel < lattice.n_voxels(); ++voxel) {
       const std::int64_t node = lattice.node(voxel);
@@ -166,7 +172,7 @@ void Balance::hand_back() {
       for (int b = 0; b < one.dimension; ++b)
         state(b, node) = u[b];
     }
-    body.stand_at(state);
+    body.set_state(state);
   }
   seconds_to_hand_back_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }

@@ -1,19 +1,19 @@
 #pragma once
-/// Contact between surfaces: the state of least energy of all objects that touch.
+/// Contact between surfaces: the state of least energy of all objects in contact.
 ///
-/// Unknowns: displacements of deformable objects (linear elasticity in the object's frame) and rigid motions
-/// of the objects that move as a whole. Condition: no node of a skin is inside another skin. A Touch is one
-/// node near another skin, with gap g, normal n and force f >= 0.
+/// Unknowns: displacements of deformable objects (linear elasticity in the object's frame), and rigid motions
+/// of movable objects. Constraint: no node of a skin is inside another skin. A Touch is a node near another
+/// skin, with gap g, normal n and force f >= 0.
 ///
-/// A round linearises: touches are found, each with its gap and normal; the compliance W of all touches is
-/// assembled from columns of each body's Flexibility and from the rigid motions; the contact program solves g
-/// + W f >= 0, f >= 0, f g = 0 (with friction: friction_program); everything moves towards that solution, at
-/// most a fifth of a cell. Rounds repeat until nothing moves; those with the same contacts are mixed.
-///
-/// SurfaceObject has what one object does (RigidPart, SoftPart). Balance: balance.cpp sets up objects, drives
-/// and hand-back; touches.cpp finds touches; balanced_contacts.cpp solves the contact program; rounds.cpp
-/// moves. surface_engine.cpp runs the rounds of a frame; dynamics/ uses the same objects with inertia.
-///
+/// A round linearises. It finds the touches with their gaps and normals, and assembles the compliance W of
+/// all touches from columns of each body's Flexibility and from the rigid motions. The contact program solves
+/// g + W f >= 0, f >= 0, f g = 0 (with friction: friction_program). All objects then move towards that
+/// solution by at most a fifth of a cell. Rounds repeat until nothing moves; rounds with the same contacts
+/// are mixed.
+/// SurfaceObject holds the data of one object (RigidPart, SoftPart). Balance: balance.cpp sets up objects,
+/// drives and results; touches.cpp finds touches; balanced_contacts.cpp solves the contact program;
+/// rounds.cpp moves objects. surface_engine.cpp runs the rounds of a frame; dynamics/ uses the same objects
+/// with inertia.
 /// Exact: balance and gaps of the last round. Heuristic: step lengths, the drag on free objects (which
 /// vanishes at rest), and locality (bodies move only near touches until catch_up()).
 
@@ -35,22 +35,22 @@
 
 namespace maille::deform {
 
-/// Nearer surfaces touch, and surfaces in contact keep this distance [cells].
+/// Contact distance: closer surfaces touch, and surfaces in contact keep this distance [cells].
 inline constexpr double skin_over_cell = 1e-4;
 
-/// Largest motion of anything in a round, or in a step of time [cells]. Longer ones miss edges; shorter ones
-/// take more rounds.
+/// Largest motion of any point in a round or a time step [cells]. Longer steps miss edges; shorter ones take
+/// more rounds.
 inline constexpr double round_over_cell = 0.2;
 
 class ConvexCell;
 
-/// A node of one object's skin that is near another skin, or near the border of the world.
+/// A node of an object's skin that is near another skin or near the border of the world.
 struct Touch {
   int object = 0, other = -1;
   std::int32_t node = 0;                             ///< of the object's skin
-  std::array<std::int32_t, 4> nodes{-1, -1, -1, -1}; ///< of the other's
+  std::array<std::int32_t, 4> nodes{-1, -1, -1, -1}; ///< of the other object's skin
   std::array<double, 4> weights{};
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< from the other to the node
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< from the other skin to the node
   double gap = 0;                                    ///< [m]
   double force = 0;                                  ///< along the normal, on the node [N]
   Eigen::Vector3d rubbing = Eigen::Vector3d::Zero(); ///< friction on the node [N]
@@ -58,9 +58,9 @@ struct Touch {
 
 /// All objects of a world with `contact = "surfaces"`.
 ///
-/// **Local**: where bodies are what contacts make of them (none is on its way to where handles want it),
-/// rounds move only what is near something. The rest, on which nothing depends meanwhile, comes after: when
-/// rounds have ended, or gone so far that something else may have come near.
+/// **Local**: as long as no body is moving towards the values of its handles, rounds move only nodes near
+/// other surfaces. No contact depends on the other nodes meanwhile. catch_up() moves them after the rounds,
+/// or when the near nodes have moved so far that new pairs may be near.
 class Balance {
 public:
   /// @throws std::invalid_argument naming an object that cannot be carried
@@ -71,38 +71,40 @@ public:
   const SurfaceObject& object(int number) const { return objects_[number]; }
   const std::vector<Touch>& touches() const { return touches_; }
   double cell() const { return cell_; }
-  /// Updates which objects and nodes are driven; to be called when handles or drives have changed.
+  /// Updates which objects and nodes are driven. To be called after handles or drives change.
   void hold(int threads);
-  /// Puts handles' values into what bodies are without contacts.
+  /// Updates the displacements of bodies without contacts from the values of the handles.
   void prescribe();
   /// Finds all touches in the present state.
   void find_touches();
-  /// Moves all of all bodies to where the forces of contacts have them. @return by how much, at most [m]
-  double catch_up();
-  /// A step of the hand begins: what touches now holds where it is.
+  /// Moves all nodes of all bodies to their response to the contact forces.
+  void catch_up();
+  /// Begins a drive step: present contacts stick at their present places.
   void begin();
-  /// Steps get shorter where rounds go back and forth: what does not move any more then is on an edge between
-  /// faces, and its forces are shares of what those ask for. @return how far anything went, at most [m]
+  /// Runs a round. Steps become shorter while rounds alternate: then a node is on an edge between faces, and
+  /// its forces are shares of the forces on these faces. @return largest motion of any point [m]
   double round();
-  /// Estimated rest until nothing moves, if rounds converge as the last ones did.
+  /// Motion since the last search for touches [m].
+  double gone() const { return motion_since_search_; }
+  /// Estimated remaining change until convergence, extrapolated from the last rounds.
   struct Left {
-    double motion = 0; ///< of anything, at most [m]
-    double force = 0;  ///< by which that on any object changes, at most [N]
+    double motion = 0; ///< largest remaining motion of any point [m]
+    double force = 0;  ///< largest remaining change of the force on an object [N]
   };
   Left left() const;
-  /// Contacts that press, with the forces that the state is in balance with.
+  /// Active contacts, with the forces that balance the present state.
   const std::vector<Touch>& pressing() const { return pressing_; }
-  /// Two objects of which one is in the other, though no corner need be.
+  /// A pair of overlapping objects, also if no corner of one is inside the other.
   std::optional<std::pair<int, int>> crossing();
   /// The part of the state that rounds change.
   struct State;
   State state() const;
   void restore(const State& state);
-  /// Poses, displacements, pins' forces and the map of the world, as they are here.
+  /// Writes poses and displacements to the world, and marks its occupancy map as outdated.
   void hand_back();
   /// Duration of the last call [s].
   double seconds_to_hand_back() const { return seconds_to_hand_back_; }
-  /// Force of a hand on a handle of a body, in the frame that the body had at first [N].
+  /// Force of a drive on a handle of a body, in the body's initial frame [N].
   Vec3 pull_at(int object, std::int64_t node) const;
 
 private:
@@ -110,24 +112,24 @@ private:
   struct Push {
     int row, object;
     Eigen::Vector3d force, at;    ///< in the world
-    std::int64_t first_component; ///< of the node, of a body
+    std::int64_t first_component; ///< of the node of a body; -1: rigid
   };
   struct Program {
     std::vector<std::vector<Push>> pushes; ///< by object
     Eigen::MatrixXd compliance;
     Eigen::VectorXd gap;
     std::vector<char> may_pull, active;
-    std::vector<FrictionRows> rubs;                       ///< contacts that hold, by their rows
-    std::vector<std::array<Eigen::Vector3d, 2>> tangents; ///< of those
+    std::vector<FrictionRows> rubs;                       ///< contacts with friction
+    std::vector<std::array<Eigen::Vector3d, 2>> tangents; ///< of the contacts in `rubs`
   };
-  /// An end of the world that nodes of an object are near.
+  /// A border of the world that nodes of an object are near.
   struct NearBorder {
     int object, axis;
     std::vector<std::int32_t> nodes;
   };
   void look_around();
   void watch();
-  bool is_local() const { return behind_ == 0; }
+  bool is_local() const { return distance_to_unloaded_ == 0; }
   void measure_touches();
   void add_touches(int object, int other, std::span<const NearFaces::OfNode> nodes);
   std::vector<ConvexCell> cells_near(int object, int other);
@@ -143,7 +145,7 @@ private:
   Grip grip_at(const Touch& touch) const;
   Eigen::Vector3d place_of(const Touch& touch, const Grip& grip) const;
   void push_apart(const Touch& touch, const Eigen::Vector3d& along, int row, Program& program) const;
-  /// All that is near, without how objects give way.
+  /// Rows of all touches, pulled components and friction, without the compliance.
   Program program() const;
   Program part_of(const Program& whole, const std::vector<char>& is_chosen);
   Eigen::VectorXd gaps_after(const Program& program, const std::vector<Response>& responses) const;
@@ -154,14 +156,14 @@ private:
   void grip();
   /// Solves the contact program and returns every object's motion and forces.
   std::vector<Response> responses();
-  void keep_free();
-  void let_rest(std::vector<Response>& responses);
-  /// Largest motion that a round asks for [m].
+  void set_drag();
+  void stop_drifts(std::vector<Response>& responses);
+  /// Largest motion of a full step [m].
   double furthest(const std::vector<Response>& responses) const;
   void remember(double furthest, double not_done);
-  double onwards(const std::vector<Response>& responses);
-  /// Mixes them with those of earlier rounds. @return the motion that is missing then; nothing if they stay
-  /// as they were [m]
+  double dot_with_last_step(const std::vector<Response>& responses);
+  /// Mixes the responses with those of earlier rounds. @return remaining motion [m]; nothing if the responses
+  /// did not change
   std::optional<double> mix(std::vector<Response>& responses, double furthest);
   void share_forces(double part);
   /// Error of a pulled component at its prescribed value [m].
@@ -174,25 +176,25 @@ private:
   double stiffness_ = 1; ///< of a cell of the stiffest body [N/m]
   std::vector<Touch> touches_, pressing_;
   std::map<std::pair<int, int>, NearFaces> near_faces_; ///< of objects whose boxes have met
-  /// Two objects that are near now, and nodes of the one that are near the other where either can move.
+  /// Pairs of objects that are near now, and nodes of the first near the second where either can move.
   std::vector<std::tuple<int, int, std::vector<NearFaces::OfNode>>> near_pairs_;
   std::vector<NearBorder> near_borders_;
-  bool has_looked_ = false; ///< near_pairs_ and near_borders_ are what is near
-  double gone_ = 0;         ///< since then, at most [m]
+  bool has_looked_ = false;        ///< near_pairs_ and near_borders_ are up to date
+  double motion_since_search_ = 0; ///< upper bound of the motion since then [m]
   /// Largest distance of bodies from `unloaded`, apart from contacts [m].
-  double behind_ = 0;
-  double length_ = 1;             ///< of steps, over what rounds ask for
-  double drag_ = 1;               ///< by how much more than usual free objects are held where a round begins
-  int rounds_ = 0;                ///< since a step of the hand began
-  std::array<double, 4> asked_{}; ///< how far anything was to go, the last round first [m]
-  double not_done_ = 0;           ///< part of that
-  std::vector<Eigen::Vector3d> forces_; ///< of contacts on objects, as the last round asked [N]
-  double force_change_ = 0;             ///< of any of them by the last round [N]
-  /// Motions of rounds with the same contacts, and the responses that these asked for; shifts and turns since
-  /// the first.
+  double distance_to_unloaded_ = 0;
+  double length_ = 1;                   ///< step length as a part of the full step
+  double drag_ = 1;                     ///< factor on the drag on free objects
+  int rounds_ = 0;                      ///< since begin()
+  std::array<double, 4> asked_{};       ///< largest motion of full steps, the last round first [m]
+  double not_done_ = 0;                 ///< part of the last full step that was not done
+  std::vector<Eigen::Vector3d> forces_; ///< sum of contact forces on each object, in the last full step [N]
+  double force_change_ = 0;             ///< largest change of these in the last round [N]
+  /// Motions of rounds with the same contacts, and the responses of these rounds; shifts and rotations are
+  /// counted from the first.
   std::vector<std::pair<Eigen::VectorXd, std::vector<Response>>> past_;
   bool has_stalled_ = false; ///< mixing no longer reduces the motion
-  std::vector<Key> pressed_; ///< contacts that pressed in the last round
+  std::vector<Key> pressed_; ///< active contacts of the last round
   std::map<Key, Grip> grips_;
   double seconds_to_hand_back_ = 0;
 };

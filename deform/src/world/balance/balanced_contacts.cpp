@@ -1,4 +1,4 @@
-/// With which forces things touch, in one round of a balance.
+/// Contact forces of one round of a balance.
 
 #include "lattice/sort_uniquely.hpp"
 #include "lattice/tolerances.hpp"
@@ -24,7 +24,8 @@ constexpr double contact_over_cell_stiffness = 1e7;
 
 } // namespace
 
-/// A row of forces of 1 N along a direction: on the node that touches, and against it on what it touches.
+/// Appends a row: forces of 1 N along a direction on the touching node, and opposite forces on the other
+/// skin.
 void Balance::push_apart(const Touch& touch, const Eigen::Vector3d& along, int row, Program& program) const {
   const auto push = [&](int object, std::int32_t node, const Eigen::Vector3d& force) {
     const SurfaceObject& one = this->object(object);
@@ -70,7 +71,7 @@ Balance::Program Balance::program() const {
   return program;
 }
 
-/// The chosen rows, with their part of the compliance.
+/// The selected rows, with their compliance.
 Balance::Program Balance::part_of(const Program& whole, const std::vector<char>& is_chosen) {
   Program part;
   std::vector<int> place(is_chosen.size(), -1);
@@ -109,7 +110,7 @@ Balance::Program Balance::part_of(const Program& whole, const std::vector<char>&
   return part;
 }
 
-/// Gaps after all objects have made their full step.
+/// Gaps after a full step of all objects.
 Eigen::VectorXd Balance::gaps_after(const Program& program, const std::vector<Response>& responses) const {
   Eigen::VectorXd gaps = program.gap;
   for (std::size_t i = 0; i < objects_.size(); ++i) {
@@ -151,7 +152,7 @@ Eigen::Vector3d Balance::place_of(const Touch& touch, const Grip& grip) const {
   return place;
 }
 
-/// Rows after all others: for each contact that holds, how far it has come along its tangents.
+/// Appends rows for friction: tangential displacement of each contact from its grip.
 void Balance::add_friction(Program& program, std::vector<double>& gap) const {
   if (grips_.empty())
     return;
@@ -183,8 +184,8 @@ void Balance::add_compliance_of_body(int number, Program& program) {
   SurfaceObject& one = object(number);
   const auto& pushes = program.pushes[number];
   const int d = one.dimension;
-  std::vector<std::int64_t> components; // that are pushed
-  std::vector<Eigen::Index> rows;       // contacts that do not concern the body have none
+  std::vector<std::int64_t> components; // with forces
+  std::vector<Eigen::Index> rows;       // only contacts of this body
   for (const Push& push : pushes) {
     rows.push_back(push.row);
     for (int b = 0; b < d; ++b)
@@ -207,10 +208,11 @@ void Balance::add_compliance_of_body(int number, Program& program) {
   }
   Eigen::SparseMatrix<double, Eigen::RowMajor> forces(static_cast<Eigen::Index>(rows.size()), n); // for 1 N
   forces.setFromTriplets(entries.begin(), entries.end());
-  Eigen::VectorXd missing(n); // of what it would be without contacts
+  Eigen::VectorXd missing(n); // difference from the displacement without contacts
   for (Eigen::Index i = 0; i < n; ++i)
     missing[i] = one.soft->missing(components[i]);
-  const Eigen::MatrixXd half = forces * one.soft->flexibility().compliance(components); // rows x components
+  const Eigen::MatrixXd& compliance = one.soft->compliance(components);
+  const Eigen::MatrixXd half = forces * compliance; // rows x components
   const Eigen::MatrixXd given_way = forces * half.transpose();
   program.compliance(rows, rows) += given_way;
   program.gap(rows) += forces * missing;
@@ -218,7 +220,7 @@ void Balance::add_compliance_of_body(int number, Program& program) {
 
 namespace {
 
-/// Force and moment about a point of a push, for a shift and a turn in the same order.
+/// Force and moment of a push about a point, in the order of a shift and a rotation.
 Vector6 wrench(const Eigen::Vector3d& force, const Eigen::Vector3d& at, const Eigen::Vector3d& about) {
   Vector6 result;
   result << force, (at - about).cross(force);
@@ -266,7 +268,7 @@ Response Balance::response(int number, const Program& program, const Eigen::Vect
 
 std::vector<Response> Balance::responses() {
   Program asked = program();
-  // Most of what is near does not press: how bodies give way to it need not be known, only where it comes to.
+  // Most near nodes are not in contact: only their gaps are needed, not their compliance.
   const std::size_t n = asked.active.size(), n_touches = touches_.size();
   std::vector<char> is_chosen(n, 1);
   for (std::size_t i = 0; i < n_touches; ++i)

@@ -1,4 +1,5 @@
-/// Matter in other matter where no corner of either is in the other, and the way back out of it.
+/// Detection of overlaps in which no corner of either object is inside the other, and restoration of an
+/// earlier state.
 
 #include "lattice/sort_uniquely.hpp"
 #include "lattice/tolerances.hpp"
@@ -12,7 +13,7 @@
 
 namespace maille::deform {
 
-/// Cells of an object whose faces or corners are near another, where their corners are now.
+/// Cells of an object with faces or corners near another object, at the present positions of their corners.
 std::vector<ConvexCell> Balance::cells_near(int number, int other) {
   SurfaceObject& one = object(number);
   std::vector<std::int32_t> cells;
@@ -33,10 +34,10 @@ std::vector<ConvexCell> Balance::cells_near(int number, int other) {
 std::optional<std::pair<int, int>> Balance::crossing() {
   if (!has_looked_) {
     look_around();
-    has_looked_ = false; // rounds have watched nothing of it
+    has_looked_ = false; // the watched nodes are not updated
   }
   const double depth = step_over_cell * cell_;
-  const auto may_cross = [&](const SurfaceObject& one, const SurfaceObject& other) { // boxes of bodies lag
+  const auto may_cross = [&](const SurfaceObject& one, const SurfaceObject& other) { // bodies' boxes lag
     return one.is_body() || other.is_body() ||
            may_be_in_one_another(one.box, other.box, one.dimension, depth);
   };
@@ -48,7 +49,7 @@ std::optional<std::pair<int, int>> Balance::crossing() {
 }
 
 Balance::State Balance::state() const {
-  State now{{}, touches_, pressing_, grips_, behind_};
+  State now{{}, touches_, pressing_, grips_, distance_to_unloaded_};
   for (const SurfaceObject& one : objects_)
     now.objects.push_back(
         {one.pose, one.rigid.target, one.soft ? std::optional(one.soft->state()) : std::nullopt});
@@ -59,7 +60,7 @@ void Balance::restore(const State& state) {
   touches_ = state.touches;
   pressing_ = state.pressing;
   grips_ = state.grips;
-  behind_ = state.behind;
+  distance_to_unloaded_ = state.behind;
   for (std::size_t i = 0; i < objects_.size(); ++i) {
     SurfaceObject& one = objects_[i];
     const State::Object& then = state.objects[i];

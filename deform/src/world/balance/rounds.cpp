@@ -1,18 +1,18 @@
-/// Rounds of a balance: how far everything moves towards the solution of the contact program.
+/// Rounds of a balance: the step of all objects towards the solution of the contact program.
 ///
-/// The full step would be right if gaps and normals did not change on the way. They do. Where the same
-/// contacts press from round to round they change smoothly, and mix() finds the fixed point. A node on the
-/// edge between two faces sees one normal or the other, and full steps alternate: there a round takes a part
-/// `length_` of the step, which shrinks where steps point against each other (onwards()) and grows elsewhere;
-/// after `long_patience` rounds it only shrinks, as in subgradient methods. Forces are averaged with the same
-/// part, so an edge gets shares of the forces of both normals.
+/// The full step assumes that gaps and normals stay constant, which is not exact. While the same contacts are
+/// active, they change smoothly from round to round, and mix() finds the fixed point. A node on the edge
+/// between two faces sees the normal of one or the other, and full steps alternate. There a round takes a
+/// part `length_` of the step: it shrinks if successive steps point against each other (dot_with_last_step())
+/// and grows otherwise; after `long_patience` rounds it only shrinks, as in subgradient methods. Forces are
+/// averaged with the same part, so that an edge receives shares of the forces of both normals.
 ///
-/// Free objects have no stiffness of their own. A drag (kept_by times drag_) holds them at the start of a
-/// round; it rises if the step is too long, and let_rest() ends drifts of zero energy. left() extrapolates
-/// the last rounds as a geometric series.
+/// Free objects have no stiffness. A drag (RigidPart::begin_round, times drag_) holds them at their pose at
+/// the start of the round. It increases if the step is too long. stop_drifts() stops drifts of zero energy.
+/// left() extrapolates the last rounds as a geometric series.
 ///
-/// All thresholds are heuristic; they decide the number of rounds. At rest the forces balance without the
-/// drag.
+/// All thresholds are heuristic; they affect only the number of rounds. At rest the forces balance without
+/// the drag.
 
 #include "lattice/tolerances.hpp"
 #include "world/balance/balance.hpp"
@@ -33,43 +33,44 @@ namespace maille::deform {
 
 namespace {
 
-/// Factors on the step length [1]: when rounds alternate, when they do not, and after `long_patience` rounds
-/// in any case. The first `patience` rounds take full steps. Between several edges the length has to go to
-/// zero, as in all subgradient methods; too fast, and rounds end before the balance.
+/// Factors on the step length [1]: while rounds alternate, while they do not, and after `long_patience`
+/// rounds in any case. The first `patience` rounds take full steps. Between several edges the length must
+/// decrease to zero, as in all subgradient methods; if it decreases too fast, rounds end before equilibrium.
 constexpr double shorter = 0.6, longer = 1.1, always_shorter = 0.85;
 constexpr int patience = 8, long_patience = 30;
-/// While a round would move free objects further than `too_far` times its largest motion, their drag rises
-/// by `drag_step` [1]: an unstable state is left in small steps; large ones would amplify rounding.
+/// While a round would move objects further than `too_far` times the largest motion of a round, the drag on
+/// free objects increases by the factor `drag_step` [1]. The state then leaves an unstable equilibrium in
+/// small steps; large steps would amplify rounding.
 constexpr double too_far = 2, drag_step = 10;
 /// Largest number of rounds that are mixed.
 constexpr std::size_t most_mixed = 6;
-/// Mixing stops if the last of its rounds still asks for more than this share of the first one's motion. It
-/// starts anew if a round asks for more than the inverse of it times the motion of the round before.
+/// Mixing stops if its last round still has more than this share of the first one's motion. It restarts if
+/// the motion grows by more than the inverse of this factor in a round.
 constexpr double stalled = 0.5;
-/// Ratio of the motions of two rounds [1], which says what a frame that is cut short still misses: where
-/// there were too few to tell, and at most.
+/// Ratio of the motions of successive rounds [1], for the remaining motion of an interrupted frame: value
+/// after too few rounds, and upper bound.
 constexpr double unknown_ratio = 0.2, most_ratio = 0.97;
-/// Drag on a free object, in units of its contacts' forces over a cell. More takes more rounds; less lets it
-/// leap off faces that lean.
+/// Drag on a free object, in units of its contact forces over a cell. More drag takes more rounds; with less,
+/// objects jump off inclined faces.
 constexpr double drag_of_forces = 1e-3;
 
 } // namespace
 
-/// Product of the last step and the present one: below 0 where rounds alternate, as they do for a node on the
-/// edge between two faces of a skin, each with a normal of its own.
-double Balance::onwards(const std::vector<Response>& responses) {
+/// Dot product of the last step and the present one: negative while rounds alternate, as for a node on the
+/// edge between two faces with different normals.
+double Balance::dot_with_last_step(const std::vector<Response>& responses) {
   double sum = 0;
   for (std::size_t i = 0; i < objects_.size(); ++i) {
     SurfaceObject& one = objects_[i];
     if (one.is_body())
-      sum += one.soft->onwards(responses[i].displacement);
+      sum += one.soft->dot_with_last_step(responses[i].displacement);
     if (one.rigid.moves())
-      sum += static_cast<double>(one.at.size()) * one.rigid.onwards(responses[i].motion);
+      sum += static_cast<double>(one.at.size()) * one.rigid.dot_with_last_step(responses[i].motion);
   }
   return sum;
 }
 
-/// The state is a mean of what rounds have asked for, and so are the forces that it is in balance with.
+/// Averages the contact forces with the weights that the displacements are averaged with.
 void Balance::share_forces(double part) {
   for (Touch& touch : pressing_) {
     touch.force *= 1 - part;
@@ -78,7 +79,7 @@ void Balance::share_forces(double part) {
   const std::size_t n_before = pressing_.size();
   std::size_t known = 0;
   std::vector<Touch> added;
-  for (const Touch& touch : touches_) { // both in the same order
+  for (const Touch& touch : touches_) { // pressing_ has the same order
     if (touch.force == 0)
       continue;
     while (known < n_before && key_of(pressing_[known]) < key_of(touch))
@@ -113,17 +114,17 @@ void Balance::begin() {
   grip();
   for (SurfaceObject& one : objects_)
     if (one.soft)
-      one.soft->flexibility().forget_unused();
+      one.soft->forget_unused();
   length_ = drag_ = 1;
   rounds_ = 0;
   asked_ = {};
   past_.clear();
-  has_looked_ = has_stalled_ = false;
+  has_stalled_ = false;
 }
 
-/// Finds by what free objects are kept where a round begins: by ever so little, but by a part of the forces
-/// of their contacts, of which faces that lean leave something.
-void Balance::keep_free() {
+/// Sets the drag on free objects in proportion to their contact forces: on inclined faces a part of these is
+/// unbalanced.
+void Balance::set_drag() {
   std::vector<double> sums(objects_.size(), 0);
   for (const Touch& touch : touches_) {
     const double force = touch.force + touch.rubbing.norm();
@@ -135,8 +136,8 @@ void Balance::keep_free() {
     objects_[i].rigid.begin_round(sums[i], drag_of_forces * sums[i] / cell_);
 }
 
-/// Steady drift under negligible force is a zero-energy motion: hold the object where it is.
-void Balance::let_rest(std::vector<Response>& responses) {
+/// A steady drift under negligible force is a zero-energy motion: holds the object at its pose.
+void Balance::stop_drifts(std::vector<Response>& responses) {
   for (std::size_t i = 0; i < objects_.size(); ++i)
     if (objects_[i].rigid.only_drifts(responses[i].motion, drag_, round_over_cell * cell_, rounds_ > 1))
       responses[i].motion.setZero();
@@ -149,8 +150,8 @@ double Balance::furthest(const std::vector<Response>& responses) const {
   return furthest;
 }
 
-/// If contacts stay, a round is a smooth and nearly linear map of the state. The weighted mean of the last
-/// rounds whose motions cancel is near its fixed point.
+/// With constant contacts, a round is a smooth, nearly linear map of the state. Its fixed point is near the
+/// weighted mean of the last rounds whose motions cancel.
 /// Source  Anderson 1965 (J. ACM 12)
 std::optional<double> Balance::mix(std::vector<Response>& responses, double furthest) {
   std::vector<Key> keys;
@@ -180,7 +181,7 @@ std::optional<double> Balance::mix(std::vector<Response>& responses, double furt
   if (past_.size() == most_mixed)
     past_.erase(past_.begin());
   past_.emplace_back(way, responses);
-  for (std::size_t i = 0; i < objects_.size(); ++i) // from where rounds began
+  for (std::size_t i = 0; i < objects_.size(); ++i) // relative to the first round
     past_.back().second[i].motion += objects_[i].rigid.path();
   const Eigen::Index m = std::ssize(past_) - 1;
   if (m == 0 || has_stalled_)
@@ -213,16 +214,14 @@ std::optional<double> Balance::mix(std::vector<Response>& responses, double furt
   return furthest * (way - change * less).norm() / way.norm();
 }
 
-double Balance::catch_up() {
-  double furthest = 0;
-  for (SurfaceObject& one : objects_)
-    if (const double way = one.soft && is_local() ? one.soft->catch_up() : 0; way > 0) {
-      furthest = std::max(furthest, way);
+void Balance::catch_up() {
+  has_looked_ = false;
+  if (!is_local())
+    return;
+  for (SurfaceObject& one : objects_) {
+    if (one.soft && one.soft->catch_up())
       one.place();
-    }
-  if (furthest > negligible * cell_)
-    has_looked_ = false;
-  return furthest;
+  }
 }
 
 void Balance::remember(double furthest, double not_done) {
@@ -242,7 +241,7 @@ void Balance::remember(double furthest, double not_done) {
   forces_ = std::move(forces);
 }
 
-/// The rest of a geometric series.
+/// Remainder of a geometric series.
 Balance::Left Balance::left() const {
   double ratio = unknown_ratio;
   if (asked_.back() > 0)
@@ -257,14 +256,13 @@ double Balance::round() {
       if (one.is_body())
         one.soft->watch_all();
     has_looked_ = false;
-  } else if (gone_ > step_over_cell * cell_) {
+  } else if (motion_since_search_ > step_over_cell * cell_) {
     catch_up();
-    has_looked_ = false;
   }
   measure_touches();
-  keep_free();
+  set_drag();
   std::vector<Response> responses = this->responses();
-  let_rest(responses);
+  stop_drifts(responses);
   double furthest = this->furthest(responses);
   const bool has_free =
       std::ranges::any_of(objects_, [](const SurfaceObject& one) { return one.rigid.is_free(); });
@@ -273,17 +271,17 @@ double Balance::round() {
     drag_ *= drag_step;
     responses = this->responses();
   }
-  if (world_.scene.friction > 0) // what has come to press holds from here on
+  if (world_.scene.friction > 0) // new active contacts stick at their present places
     for (const Touch& touch : touches_)
       if (touch.force > 0)
         grips_.try_emplace(key_of(touch), grip_at(touch));
-  const bool goes_back = onwards(responses) < 0;
+  const bool alternates = dot_with_last_step(responses) < 0;
   const std::optional<double> missed = mix(responses, furthest);
-  const bool jumps = !goes_back && furthest > round_over_cell * cell_; // out of a state that could not last
+  const bool jumps = !alternates && furthest > round_over_cell * cell_; // leaves an unstable state
   if (!jumps && ++rounds_ > long_patience && length_ < 1)
-    length_ *= goes_back ? shorter : always_shorter;
+    length_ *= alternates ? shorter : always_shorter;
   else if (rounds_ > patience)
-    length_ = goes_back ? shorter * length_ : std::min(1.0, longer * length_);
+    length_ = alternates ? shorter * length_ : std::min(1.0, longer * length_);
   const double part = missed ? 1 : std::min(length_, round_over_cell * cell_ / std::max(furthest, 1e-300));
   remember(missed.value_or(furthest), missed ? 1 : 1 - part);
   share_forces(part);
@@ -301,11 +299,11 @@ double Balance::round() {
     else if (one.kind != ObjectKind::fixed)
       one.place();
   }
-  gone_ += part * furthest;
-  behind_ *= 1 - part;
-  if (behind_ < tolerance * cell_)
-    behind_ = 0;
-  const double went = part * furthest * drag_; // with no drag but the least it would go so far
+  motion_since_search_ += part * furthest;
+  distance_to_unloaded_ *= 1 - part;
+  if (distance_to_unloaded_ < tolerance * cell_)
+    distance_to_unloaded_ = 0;
+  const double went = part * furthest * drag_; // motion that the smallest drag would allow
   if (furthest < round_over_cell * cell_)
     drag_ = std::max(1.0, drag_ / drag_step);
   return went;

@@ -18,7 +18,7 @@ namespace maille::deform {
 
 namespace {
 
-/// Components of three nodes far from one another that leave a body no rigid motion and no strain.
+/// Components of three distant nodes that, if fixed, remove all rigid motions and cause no strain.
 std::vector<std::int64_t> supports(const PosedLattice& lattice) {
   const int d = lattice.dimension();
   const auto furthest = [&](const auto& distance) {
@@ -46,7 +46,8 @@ std::vector<std::int64_t> supports(const PosedLattice& lattice) {
     const std::int32_t c = furthest([&](const Eigen::Vector3d& x) {
       return (lattice.pose().rotation.transpose() * (x - first)).cross(ab).norm();
     });
-    // A turn about the line moves the third node along this, and about the line alone it can still turn.
+    // With two nodes fixed, the body can still rotate about the line between them, which moves the third node
+    // along `swing`.
     const Eigen::Vector3d swing = ab.cross(within(c) - within(0));
     Eigen::Index component = 0;
     swing.cwiseAbs().maxCoeff(&component);
@@ -56,7 +57,7 @@ std::vector<std::int64_t> supports(const PosedLattice& lattice) {
   return list;
 }
 
-/// True if fixing these components leaves the body no rigid motion.
+/// True if fixing these components removes all rigid motions.
 bool holds(const Scene& scene, const PosedLattice& lattice, const std::vector<std::int64_t>& kept) {
   if (kept.empty())
     return false;
@@ -94,7 +95,7 @@ bool SoftPart::hold(bool is_elsewhere, int threads) {
     for (int b = 0; b < dimension_; ++b)
       kept.push_back(std::int64_t{dimension_} * lattice.voxel(node) + b);
   sort_uniquely(kept);
-  const bool has_inertia = inertia_.size() > 0; // nothing need hold it, and its frame stays
+  const bool has_inertia = inertia_.size() > 0; // K is regular without holds, and the frame stays
   if (!has_inertia && kept != kept_) {
     kept_ = kept;
     is_kept_ = holds(body_->scene(), lattice, kept);
@@ -103,7 +104,7 @@ bool SoftPart::hold(bool is_elsewhere, int threads) {
   pulled_ = floats_ ? kept : std::vector<std::int64_t>{};
   if (floats_)
     kept = supports(lattice);
-  if (flexibility_ && kept == fixed_) // what floats has others than what is held
+  if (flexibility_ && kept == fixed_) // sets of floating and held bodies differ
     return false;
   flexibility_ = std::make_unique<Flexibility>(body_->scene(), kept, inertia_, floats_, threads);
   fixed_ = std::move(kept);
@@ -118,7 +119,7 @@ void SoftPart::set_inertia(Eigen::VectorXd inertia) {
 }
 
 double SoftPart::prescribe() {
-  Eigen::VectorXd given = state_.displacement; // what floats stays where it is in its frame
+  Eigen::VectorXd given = state_.displacement; // a floating body stays in its frame
   if (!floats_) {
     given.setZero();
     const PosedLattice& lattice = body_->lattice();
@@ -146,7 +147,7 @@ double SoftPart::pull_at(std::int64_t component) const {
 }
 
 Eigen::VectorXd SoftPart::answer(const std::vector<std::pair<std::int64_t, double>>& forces) {
-  if (moved_.size() == place_of_.size()) {
+  if (flexibility_->watches_all()) {
     Eigen::VectorXd of_all = Eigen::VectorXd::Zero(state_.displacement.size());
     std::vector<std::int64_t> components;
     for (const auto& [component, force] : forces) {
@@ -159,12 +160,8 @@ Eigen::VectorXd SoftPart::answer(const std::vector<std::pair<std::int64_t, doubl
   for (std::size_t k = 0; k < moved_.size(); ++k)
     answer.segment(dimension_ * static_cast<Eigen::Index>(k), dimension_) =
         state_.unloaded.segment(std::int64_t{dimension_} * moved_[k], dimension_);
-  for (const auto& [component, force] : forces) {
-    const Eigen::VectorXd& column = flexibility_->column(component);
-    for (std::size_t k = 0; k < moved_.size(); ++k)
-      answer.segment(dimension_ * static_cast<Eigen::Index>(k), dimension_) +=
-          force * column.segment(std::int64_t{dimension_} * moved_[k], dimension_);
-  }
+  for (const auto& [component, force] : forces)
+    answer += force * flexibility_->watched_column(component);
   return answer;
 }
 
@@ -181,7 +178,7 @@ Eigen::VectorXd SoftPart::way_at(std::int64_t first, const Eigen::VectorXd& disp
   return displacement.segment(place, dimension_) - state_.displacement.segment(first, dimension_);
 }
 
-double SoftPart::onwards(const Eigen::VectorXd& displacement) {
+double SoftPart::dot_with_last_step(const Eigen::VectorXd& displacement) {
   Eigen::VectorXd way = way_to(displacement);
   const double product = way_.size() == way.size() ? way_.dot(way) : 0;
   way_ = std::move(way);
@@ -223,6 +220,7 @@ bool SoftPart::watch(std::vector<std::int32_t> nodes_of_skin) {
   if (moved == moved_)
     return false;
   moved_ = std::move(moved);
+  flexibility_->watch(moved_);
   way_.resize(0);
   std::ranges::fill(place_of_, -1);
   for (std::size_t k = 0; k < moved_.size(); ++k)
@@ -231,20 +229,22 @@ bool SoftPart::watch(std::vector<std::int32_t> nodes_of_skin) {
 }
 
 void SoftPart::watch_all() {
-  if (std::ssize(moved_) == body_->lattice().n_voxels())
+  if (moved_.size() == place_of_.size() && flexibility_ && flexibility_->watches_all())
     return;
   moved_.resize(body_->lattice().n_voxels());
   std::iota(moved_.begin(), moved_.end(), 0);
   place_of_ = moved_;
   way_.resize(0);
+  if (flexibility_)
+    flexibility_->watch(moved_);
 }
 
-double SoftPart::catch_up() {
+bool SoftPart::catch_up() {
   if (moved_.size() == place_of_.size())
-    return 0;
-  const Eigen::VectorXd before = std::move(state_.displacement);
+    return false;
+  watch_all();
   state_.displacement = state_.unloaded + flexibility_->moved_by(state_.contact_forces, state_.forced);
-  return (state_.displacement - before).cwiseAbs().maxCoeff();
+  return true;
 }
 
 } // namespace maille::deform

@@ -17,10 +17,10 @@ namespace maille::deform {
 
 namespace {
 
-/// Largest motion of a round that ends a balance on the way [cells]. With 1e-4 folded muscles change sides;
-/// with less, frames take more rounds.
+/// Largest motion of a round that ends an intermediate balance [cells]. With 1e-4 folded muscles change
+/// sides; smaller values take more rounds.
 constexpr double nearly_still_over_cell = 1e-5;
-/// Lag of an object behind its hand from which it counts as stopped by something rigid [cells]; behind soft
+/// Lag of an object behind its drive from which it counts as stopped by a rigid object [cells]; behind soft
 /// objects the lag is 1e-4.
 constexpr double blocked_from = 0.01;
 
@@ -40,44 +40,44 @@ FrameResult SurfaceEngine::advance(std::span<const Drive> drives, const FrameBud
   return std::move(frame.result);
 }
 
-/// Quasi-static: the hands go by steps, and everything comes to balance after each.
+/// Quasi-static: drives move by steps, each followed by a balance.
 void SurfaceFrame::move_in_balance() {
   take_handles();
   balance_.hold(frame_.clock.control.threads);
   for (int object = 0; object < world_.n_objects(); ++object)
     if (!world_.is_body(object) && balance_.object(object).rigid.distance_to_target(
                                        balance_.object(object).pose) > blocked_from * balance_.cell())
-      balance_.object(object).rigid.target = balance_.object(object).pose; // a spring that led it is gone
+      balance_.object(object).rigid.target = balance_.object(object).pose; // its spring has been removed
   for (const Drive& drive : frame_.drives)
     if (drive.lead)
       balance_.object(drive.object).rigid.set_stiffness(drive.lead->stiffness);
   const int n = n_steps();
   const int last = std::min(n, frame_.most_steps() * std::max(1, n / frame_.n_steps()));
-  if (frame_.seconds) // of which the end takes as much as it did last time
+  if (frame_.seconds) // reserves the time that hand_back() took last time
     *frame_.seconds -= balance_.seconds_to_hand_back();
   const bool was_apart = !balance_.crossing();
   Balance::State before = balance_.state();
-  bool has_settled = settle(frame_.drives.empty()); // with what has changed hands
+  bool has_settled = settle(frame_.drives.empty()); // with the new handles
   int step = 0;
-  has_settled = !(was_apart && goes_back(before, 0, n)) && has_settled;
-  for (; step < last && !frame_.drives.empty() && frame_.went_back.empty() && frame_.clock.may_go_on();
+  has_settled = !(was_apart && restore_if_overlapping(before, 0, n)) && has_settled;
+  for (; step < last && !frame_.drives.empty() && frame_.rollback_reason.empty() && frame_.clock.has_budget();
        ++step) {
     before = balance_.state();
     drive(step, n);
     const bool is_last = step == last - 1;
     has_settled = settle(is_last);
-    if (take_back(step, n))
+    if (retract_blocked_drives(step, n))
       has_settled = settle(is_last);
-    if (was_apart && goes_back(before, step, n))
+    if (was_apart && restore_if_overlapping(before, step, n))
       break;
     find_blocked(n);
   }
-  has_settled = has_settled && (step == n || frame_.drives.empty() || !frame_.went_back.empty());
-  if (!blocked_.empty() && frame_.went_back.empty() && frame_.clock.may_go_on())
+  has_settled = has_settled && (step == n || frame_.drives.empty() || !frame_.rollback_reason.empty());
+  if (!blocked_.empty() && frame_.rollback_reason.empty() && frame_.clock.has_budget())
     has_settled = settle();
-  if (const auto crossing = balance_.crossing(); crossing && frame_.went_back.empty()) {
-    frame_.went_back = fmt::format("objects `{}` and `{}` overlap", world_.name(crossing->first),
-                                   world_.name(crossing->second));
+  if (const auto crossing = balance_.crossing(); crossing && frame_.rollback_reason.empty()) {
+    frame_.rollback_reason = fmt::format("objects `{}` and `{}` overlap", world_.name(crossing->first),
+                                         world_.name(crossing->second));
     has_settled = false;
   }
   for (WorldObjects::Member& member : world_.members)
@@ -96,8 +96,9 @@ void SurfaceFrame::take_handles() {
     }
 }
 
-/// Out of what has gone through edges, to what was before the step. @return the objects
-std::optional<std::pair<int, int>> SurfaceFrame::goes_back(const Balance::State& before, int step, int n) {
+/// If objects overlap across edges, restores the state before the step. @return the two objects
+std::optional<std::pair<int, int>> SurfaceFrame::restore_if_overlapping(const Balance::State& before,
+                                                                        int step, int n) {
   const auto crossing = balance_.crossing();
   if (!crossing)
     return std::nullopt;
@@ -106,8 +107,8 @@ std::optional<std::pair<int, int>> SurfaceFrame::goes_back(const Balance::State&
     if (world_.is_body(frame_.drives[i].object))
       put_handles(i, static_cast<double>(step) / n);
   balance_.prescribe();
-  frame_.went_back = fmt::format("objects `{}` and `{}` would overlap: the frame ended before that",
-                                 world_.name(crossing->first), world_.name(crossing->second));
+  frame_.rollback_reason = fmt::format("objects `{}` and `{}` would overlap: the frame ended before that",
+                                       world_.name(crossing->first), world_.name(crossing->second));
   return crossing;
 }
 
@@ -134,7 +135,7 @@ void SurfaceFrame::drive(int step, int n) {
   balance_.prescribe();
 }
 
-/// Nodes that a drive has where it wants them after a part of its motion.
+/// Moves the handles of a drive to their places after a part of its motion.
 void SurfaceFrame::put_handles(std::size_t i, double part) {
   const Drive& drive = frame_.drives[i];
   DeformableObject& body = world_.body(drive.object);
@@ -145,25 +146,27 @@ void SurfaceFrame::put_handles(std::size_t i, double part) {
   }
 }
 
-/// @param is_last a state on the way needs no more than to be on the way of the one after it, where nothing
-///        rubs: friction remembers
-/// @return whether nothing moves any more
+/// @param is_last false: without friction, an intermediate state needs only a loose tolerance. With friction
+///        the state depends on its history, so that every state is converged.
+/// @return true if nothing moves any more
 bool SurfaceFrame::settle(bool is_last) {
   const bool is_on_the_way = !is_last && world_.scene.friction == 0;
   const double still = (is_on_the_way ? nearly_still_over_cell : negligible) * balance_.cell();
   balance_.begin();
   bool has_settled = false;
-  for (int round = 0; round < iteration_cap && !has_settled && frame_.clock.may_go_on(); ++round) {
+  for (int round = 0; round < iteration_cap && !has_settled && frame_.clock.has_budget(); ++round) {
     frame_.clock.count_round();
     const bool is_still = balance_.round() < still;
-    has_settled = is_still && (is_on_the_way || balance_.catch_up() < still);
+    has_settled = is_still && (is_on_the_way || balance_.gone() < still); // and touches are up to date
+    if (is_still && !is_on_the_way)
+      balance_.catch_up();
   }
   if (!is_on_the_way)
     balance_.catch_up();
   return has_settled;
 }
 
-/// True if a body is inside a rigid object: only a hand can have brought it there.
+/// True if an object is inside another one: only a drive can cause that.
 bool SurfaceFrame::is_forced_in(int object) const {
   return std::ranges::any_of(balance_.touches(), [&](const Touch& touch) {
     return (touch.object == object || touch.other == object) && touch.object != touch.other &&
@@ -171,9 +174,9 @@ bool SurfaceFrame::is_forced_in(int object) const {
   });
 }
 
-/// Hands that have forced nodes into something that does not give way go back by a step, and no further.
-/// @return whether there are any
-bool SurfaceFrame::take_back(int step, int n) {
+/// Moves drives back by a step, and blocks them, if they have forced nodes into another object. @return true
+/// if there is such a drive
+bool SurfaceFrame::retract_blocked_drives(int step, int n) {
   bool is_any = false;
   for (std::size_t i = 0; i < frame_.drives.size(); ++i)
     if (world_.is_body(frame_.drives[i].object) && !blocked_.contains(i) &&
@@ -187,8 +190,8 @@ bool SurfaceFrame::take_back(int step, int n) {
   return is_any;
 }
 
-/// A driven object that lags behind its hand is stopped by something rigid: the hand stops there, or, if it
-/// slides, continues along the obstacle.
+/// Stops drives whose object lags behind because a rigid object is in the way. A drive that slides continues
+/// along the obstacle.
 void SurfaceFrame::find_blocked(int n) {
   for (std::size_t i = 0; i < frame_.drives.size(); ++i) {
     if (world_.is_body(frame_.drives[i].object) || frame_.drives[i].lead || blocked_.contains(i))

@@ -1,13 +1,13 @@
 #pragma once
-/// Contact by surfaces, in frames.
+/// Frames with surface contact.
 ///
-/// A frame moves hands by steps so short that surfaces on a collision course see one another, and lets rounds
-/// of Balance find the state in which all forces balance, after each step. A hand that has forced something
-/// into a rigid object goes back by its step and stops; where objects would overlap without a corner of
-/// either inside the other, all go back to the state before the step, and the frame ends.
+/// A frame moves drives by steps short enough to detect surfaces on a collision course. After each step,
+/// rounds of Balance find the equilibrium. A drive that has forced nodes into a rigid object goes back by its
+/// step and stops. If objects would overlap without a corner of either inside the other, all objects return
+/// to the state before the step, and the frame ends.
 ///
-/// SurfaceFrame has the steps; SurfaceEngine (no masses), ImpactEngine and InertiaEngine (dynamics/) say in
-/// which order they are taken.
+/// SurfaceFrame implements the steps; SurfaceEngine (no masses), ImpactEngine and InertiaEngine (dynamics/)
+/// define their order.
 
 #include "world/balance/balance.hpp"
 #include "world/frame_run.hpp"
@@ -23,16 +23,16 @@ public:
   SurfaceFrame(FrameRun& frame, Balance& balance) : frame_(frame), world_(frame.world), balance_(balance) {}
 
   FrameRun& frame() { return frame_; }
-  /// All of a frame without masses.
+  /// Runs a whole frame without masses.
   void move_in_balance();
 
-  /// Nodes that a hand now has.
+  /// Makes the driven nodes handles.
   void take_handles();
-  /// Steps of a frame that rounds can follow.
+  /// Number of drive steps of a frame, short enough for collision detection.
   int n_steps() const;
   void drive(int step, int n);
-  std::optional<std::pair<int, int>> goes_back(const Balance::State& before, int step, int n);
-  bool take_back(int step, int n);
+  std::optional<std::pair<int, int>> restore_if_overlapping(const Balance::State& before, int step, int n);
+  bool retract_blocked_drives(int step, int n);
   bool settle(bool is_last = true);
   void find_blocked(int n);
   void report(bool has_settled);
@@ -44,7 +44,7 @@ private:
   FrameRun& frame_;
   WorldObjects& world_;
   Balance& balance_;
-  std::set<std::size_t> blocked_; ///< drives that something rigid has stopped
+  std::set<std::size_t> blocked_; ///< drives stopped by rigid objects
 };
 
 class SurfaceEngine : public Engine {

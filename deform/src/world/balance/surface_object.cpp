@@ -17,9 +17,9 @@ namespace maille::deform {
 
 namespace {
 
-/// A free object is in balance if the resultant of its forces and moments is at most `in_balance` of the sum
-/// of their sizes, and it would move by less than a step, and as in the round before within `steady` [1].
-/// More ends rounds too early; less lets an object drift.
+/// A free object is in equilibrium if the resultant of its forces and moments is at most `in_balance` of the
+/// sum of their magnitudes, its motion is less than a step, and the motion repeats that of the last round
+/// within `steady` [1]. Larger values end rounds too early; smaller ones let an object drift.
 constexpr double in_balance = 1e-5, steady = 0.1;
 
 } // namespace
@@ -67,7 +67,7 @@ bool RigidPart::only_drifts(const Vector6& motion, double drag, double step, boo
          drag_stiffness_ * drag * way.norm() < in_balance * sum_of_forces_;
 }
 
-double RigidPart::onwards(const Vector6& motion) {
+double RigidPart::dot_with_last_step(const Vector6& motion) {
   const Vector6 way = way_of(motion);
   const double product = way_.dot(way);
   way_ = way;

@@ -1,4 +1,4 @@
-/// What touches what in a balance.
+/// Neighbour search and contact detection of a balance.
 
 #include "lattice/tolerances.hpp"
 #include "world/balance/balance.hpp"
@@ -15,9 +15,10 @@ namespace maille::deform {
 
 namespace {
 
-/// Nearer surfaces are looked at [cells]: two that go towards one another by a step each.
+/// Search distance for surfaces [cells]: two surfaces may approach each other by a step each.
 constexpr double reach_over_cell = step_over_cell + step_over_cell;
-/// Skins may move by half of this between two searches for near faces, and by half in the rounds after one.
+/// Extra search distance: skins may move by half of it between two searches, and by half in the rounds after
+/// a search.
 constexpr double margin_over_cell = reach_over_cell + reach_over_cell;
 
 } // namespace
@@ -27,7 +28,7 @@ void Balance::find_touches() {
   measure_touches();
 }
 
-/// Which objects, and which ends of the world, are near one another or may come to be.
+/// Finds pairs of objects, and borders of the world, that are near each other or may soon be.
 void Balance::look_around() {
   const double within = (reach_over_cell + margin_over_cell) * cell_;
   near_pairs_.clear();
@@ -72,10 +73,10 @@ void Balance::look_around() {
     });
   }
   has_looked_ = true;
-  gone_ = 0;
+  motion_since_search_ = 0;
 }
 
-/// Rounds move what is near something, with what its normals depend on.
+/// Selects the nodes that rounds move: those near other surfaces, and those that their normals depend on.
 void Balance::watch() {
   std::vector<std::vector<char>> is_watched;
   for (const SurfaceObject& one : objects_)
@@ -114,7 +115,7 @@ void Balance::watch() {
       if (is_watched[i][node] != 0)
         watched.push_back(node);
     if (one.soft->watch(std::move(watched)))
-      past_.clear(); // whose displacements are of other nodes
+      past_.clear(); // their displacements are of other nodes
   }
 }
 
@@ -132,7 +133,7 @@ void Balance::measure_touches() {
     add_border(border);
   const auto key = [](const Touch& touch) { return std::tuple(touch.object, touch.other, touch.node); };
   std::ranges::stable_sort(touches_, {}, key);
-  for (Touch& touch : touches_) { // both in the same order
+  for (Touch& touch : touches_) { // `before` has the same order
     const auto known = std::ranges::lower_bound(before, key(touch), {}, key);
     if (known != before.end() && key(*known) == key(touch))
       touch.force = known->force;

@@ -16,7 +16,7 @@ namespace maille::deform {
 
 namespace {
 
-/// Share of the learned effect of pushes that a frame passes on to the next.
+/// Part of the estimated effect of pushes that a frame passes on to the next.
 constexpr double faded = 0.9;
 
 /// Poses and displacements of all objects.
@@ -28,7 +28,7 @@ struct Snapshot {
       else
         poses.push_back(world.rigid.pose(world.member(object).index));
   }
-  /// True if nothing differs by more than a distance.
+  /// True if no position differs by more than a distance.
   bool is_near(const Snapshot& other, double distance) const {
     for (std::size_t i = 0; i < poses.size(); ++i)
       if ((poses[i].position - other.poses[i].position).norm() > distance ||
@@ -53,15 +53,15 @@ void drive_nodes(WorldObjects& world, const Drive& drive, const RigidMotion& par
     auto& handle = body.handles()[node];
     handle.is_driven = true;
     handle.at = body.lattice().displacement_at(voxel, moved_point(part, from));
-    if (!body.lattice().is_turned() && part.angle == 0) // components that do not move stay to the bit
+    if (!body.lattice().is_turned() && part.angle == 0) // unmoved components stay bit-identical
       for (int a = 0; a < world.scene.dimension; ++a)
         if (part.by[a] == 0)
           handle.at[a] = body.displacement()(a, node);
   }
 }
 
-/// Brings a rigid object as near to a pose as it comes without pushing: it turns as far as it can, then goes
-/// straight, and along what it meets (Proxy).
+/// Moves a rigid object as near to a pose as possible without pushing: it rotates as far as possible, then
+/// moves straight and along obstacles (Proxy).
 void follow(RigidWorld& rigid, int object, const Pose& goal) {
   const Eigen::Vector3d middle = rigid.shape(object).middle();
   const auto about_middle = [&](const Pose& pose) {
@@ -74,8 +74,8 @@ void follow(RigidWorld& rigid, int object, const Pose& goal) {
   rigid.put_back(object, proxy.pose());
 }
 
-/// Part of a drive whose hand leads an object by a spring: poses between which no point of the object goes
-/// further than a cell.
+/// Part of a drive that leads an object by a spring: poses between which no point of the object moves further
+/// than a cell.
 void lead(FrameRun& frame, std::size_t i, int step, int n) {
   const Drive& drive = frame.drives[i];
   const int index = frame.world.member(drive.object).index;
@@ -85,7 +85,7 @@ void lead(FrameRun& frame, std::size_t i, int step, int n) {
   const double way = motion.by.norm() + std::abs(motion.angle) * ((at - motion.about).norm() + middle.norm());
   const double poses = std::ceil(way / *std::ranges::min_element(frame.world.scene.spacing) + 1e-9);
   for (double pose = std::floor(poses * step / n) + 1; pose <= std::floor(poses * (step + 1) / n); ++pose)
-    if (frame.clock.may_go_on())
+    if (frame.clock.has_budget())
       follow(frame.world.rigid, index, motion.moved(drive.lead->hand, pose / poses));
 }
 
@@ -148,7 +148,7 @@ FrameResult CellEngine::advance(std::span<const Drive> drives, const FrameBudget
 void CellEngine::move(FrameRun& frame, Pushing& pushing) {
   WorldObjects& world = frame.world;
   const int n = frame.n_steps(), last = std::min(n, frame.most_steps());
-  if (!frame.clock.rounds_left) // ten steps' worth, or four rounds a step: no frame is without a bound
+  if (!frame.clock.rounds_left) // ten steps' rounds, or four a step: every frame is bounded
     frame.clock.rounds_left = std::min(std::int64_t{n} * iteration_cap,
                                        std::max(std::int64_t{10} * iteration_cap, std::int64_t{4} * last));
   for (auto& [faces, effect] : effects_)
@@ -159,7 +159,7 @@ void CellEngine::move(FrameRun& frame, Pushing& pushing) {
   const bool shifts_only =
       std::ranges::all_of(frame.drives, [](const Drive& drive) { return drive.motion.angle == 0; });
   const double least = negligible * *std::ranges::min_element(world.scene.spacing);
-  for (int step = 0; step < last && frame.clock.may_go_on(); ++step) {
+  for (int step = 0; step < last && frame.clock.has_budget(); ++step) {
     for (auto& [faces, effect] : effects_)
       effect = {effect.change, std::nullopt, 0};
     const Snapshot before(world);
@@ -167,7 +167,7 @@ void CellEngine::move(FrameRun& frame, Pushing& pushing) {
       drive(frame, pushing, i, step, n);
     pushing.come_to_rest();
     if (shifts_only && Snapshot(world).is_near(before, least))
-      break; // every further step asks for the same
+      break; // further steps would repeat this one
   }
   bool has_settled = true;
   for (int object = 0; object < world.n_objects(); ++object) {

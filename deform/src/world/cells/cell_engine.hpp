@@ -1,12 +1,13 @@
 #pragma once
-/// Contact cell by cell: a cell of the map belongs to one object at most.
+/// Contact by cells: a cell of the map belongs to at most one object.
 ///
-/// A frame cuts all drives into steps in which nothing driven moves further than a cell. In a step each drive
-/// moves its object: rigid ones along their motion or after a hand's spring, deformable ones by new handle
-/// positions. Objects in the way are pushed (Pushing), then all bodies settle (Settling) until none wants to
-/// move on. A frame also ends when its clock runs out; the state is feasible at any time.
+/// A frame divides all drives into steps in which no driven point moves further than a cell. In a step each
+/// drive moves its object: a rigid one along its motion or by the spring of a drive, a deformable one by new
+/// handle positions. Objects in the way are pushed (Pushing), then all bodies settle (Settling) until none
+/// moves. A frame also ends when its budget is exhausted; the state is always feasible.
 ///
-/// Exact: no voxel enters a taken cell. Heuristic: the order of bodies, and the limits on pushes and rounds.
+/// Exact: no voxel enters an occupied cell. Heuristic: the order of bodies, and the limits on pushes and
+/// rounds.
 
 #include "world/cells/pushing.hpp"
 
@@ -20,7 +21,7 @@ public:
   std::unique_ptr<Engine> copy() const override;
 
 protected:
-  /// All steps of a frame, and its result.
+  /// Runs all steps of a frame and writes its result.
   void move(FrameRun& frame, Pushing& pushing);
 
   PushEffects effects_;

@@ -13,10 +13,11 @@ namespace maille::deform {
 
 namespace {
 
-/// Pushes across the faces between two bodies in one step, in which driven nodes move by at most a cell.
+/// Largest number of pushes across the faces between two bodies in one step, in which driven nodes move by at
+/// most a cell.
 constexpr int most_pushes_a_step = 4;
 
-/// Where a node is that has just left a cell in a direction [cells].
+/// Coordinate just outside a cell in a direction [cells].
 double just_behind(int cell, int direction) {
   return cell + (direction > 0 ? 1 + tolerance : -tolerance);
 }
@@ -48,7 +49,7 @@ double Pushing::push_rigid(int object, RigidMotion rest, bool slides) {
   const int index = world_.member(object).index;
   in_progress_.insert(object);
   double left = 1, done = 0;
-  for (int contact = 0; contact < iteration_cap && frame_.clock.may_go_on(); ++contact) {
+  for (int contact = 0; contact < iteration_cap && frame_.clock.has_budget(); ++contact) {
     const auto gripped = pins_on(object);
     const Pose before = world_.rigid.pose(index);
     const MoveResult moved = world_.rigid.move(index, rest);
@@ -71,7 +72,7 @@ double Pushing::push_rigid(int object, RigidMotion rest, bool slides) {
   return done;
 }
 
-/// Nodes that touch a rigid object, where there is friction between them.
+/// Nodes that touch a rigid object, if there is friction between them.
 std::vector<std::pair<int, std::size_t>> Pushing::pins_on(int object) const {
   std::vector<std::pair<int, std::size_t>> list;
   for (int other = 0; world_.scene.friction > 0 && other < world_.n_objects(); ++other) {
@@ -86,7 +87,7 @@ std::vector<std::pair<int, std::size_t>> Pushing::pins_on(int object) const {
   return list;
 }
 
-/// The places that friction holds nodes at go with the wall.
+/// Moves the places where friction holds nodes with the wall.
 void Pushing::take_along(const std::vector<std::pair<int, std::size_t>>& gripped, const Pose& from,
                          const Pose& to) {
   for (const auto& [object, i] : gripped) {
@@ -104,14 +105,15 @@ void Pushing::take_along(const std::vector<std::pair<int, std::size_t>>& gripped
   }
 }
 
-/// @return whether the cell of the contact is free now
+/// @return true if the cell of the contact is now free
 bool Pushing::clear_cell(int object, const RigidMotion& rest, const Contact& contact) {
   const int other = world_.object_in(contact.cell);
   if (other < 0)
     return false;
   if (world_.is_body(other)) {
-    // One beside those that make way may come into a cell on the way: it is asked too, while they stay out.
-    // Asked by itself at its own contact it would go, and they come back.
+    // A node beside those that move away may enter a cell on the way: it receives a request too, and the
+    // earlier requests stay. A separate request at its own contact would move it out and let the others
+    // return.
     PinRequests asked;
     for (int turn = 0; turn < iteration_cap; ++turn)
       if (!ask_bodies_in_the_way(object, rest, asked))
@@ -141,10 +143,10 @@ bool Pushing::push_free_rigid(int object, const Request& shift, int axis) {
   return std::abs(moved) > tolerance * std::abs(shift.movement);
 }
 
-/// Asks all nodes that are in the way of a rigid object, up to where something stops it for good, to leave
-/// the cells that it will enter.
-/// @param[in,out] asked  nodes that have been asked before, which are asked to stay there @return whether
-/// there are others
+/// Requests that all nodes in the way of a rigid object, up to the first immovable obstacle, leave the cells
+/// that it will enter.
+/// @param[in,out] asked  nodes with earlier requests, which are requested to stay outside @return true if
+///        there are new nodes
 bool Pushing::ask_bodies_in_the_way(int object, const RigidMotion& rest, PinRequests& asked) {
   std::size_t n_known = 0;
   for (auto& [other, pins] : asked)
@@ -161,7 +163,7 @@ bool Pushing::ask_bodies_in_the_way(int object, const RigidMotion& rest, PinRequ
     if (const int other = world_.object_in(entry.cell);
         !world_.is_body(other) && (other < 0 || !is_movable(other)))
       end = std::min(end, entry.time);
-  std::map<Index3, Entry> entered; // through which face first
+  std::map<Index3, Entry> entered; // by cell: first entry
   for (const Entry& entry : entries)
     if (const auto [known, is_new] = entered.insert({entry.cell, entry});
         !is_new && entry.time < known->second.time)
@@ -171,7 +173,7 @@ bool Pushing::ask_bodies_in_the_way(int object, const RigidMotion& rest, PinRequ
     if (!world_.is_body(other) || in_progress_.contains(other) || entry.time > end)
       continue;
     const auto a = static_cast<std::size_t>(entry.axis);
-    Index3 last = cell; // of those that will be the object's
+    Index3 last = cell; // last cell that the object will occupy
     for (Index3 next = cell; entered.contains(next); next[a] += entry.direction)
       last = next;
     const double to = last[a] + (entry.direction > 0 ? 1 + tolerance : -tolerance);
@@ -189,12 +191,12 @@ bool Pushing::ask_bodies_in_the_way(int object, const RigidMotion& rest, PinRequ
   return n > n_known;
 }
 
-/// Settles bodies until none wants to go on.
+/// Settles bodies until none moves.
 void Pushing::come_to_rest() {
-  for (int turn = 0; turn < iteration_cap && frame_.clock.may_go_on(); ++turn) {
+  for (int turn = 0; turn < iteration_cap && frame_.clock.has_budget(); ++turn) {
     for (int object = 0; object < world_.n_objects(); ++object)
       if (world_.is_body(object) && world_.body(object).knows_forces() &&
-          Settling(world_.map(), world_.body(object), 0, frame_.clock).has_walls_that_are_gone())
+          Settling(world_.map(), world_.body(object), 0, frame_.clock).has_stale_walls())
         unsettled.insert(object);
     if (unsettled.empty())
       break;
@@ -204,8 +206,8 @@ void Pushing::come_to_rest() {
     body.settle_handles();
 }
 
-/// @param to where what lies in the cell is to go along the axis [cells] @param wall what will then be in its
-///        way back
+/// @param to target of the matter in the cell, along the axis [cells] @param wall cell that will then block
+///        its return
 Pin Pushing::pin_of(const DeformableObject& body, const DeformableObject::Carrier& carrier, int axis,
                     int direction, double to, const Index3& wall) {
   const PosedLattice& lattice = body.lattice();
@@ -218,7 +220,7 @@ Pin Pushing::pin_of(const DeformableObject& body, const DeformableObject::Carrie
   return pin;
 }
 
-/// Lets a body come to rest, and push out of its way what yields to it.
+/// Settles a body, and lets it push movable objects in its way.
 void Pushing::settle(int object) {
   DeformableObject& body = world_.body(object);
   unsettled.erase(object);
@@ -237,7 +239,7 @@ void Pushing::settle(int object) {
   in_progress_.erase(object);
 }
 
-/// @return whether anything has moved
+/// @return true if any object has moved
 bool Pushing::push_others(int object) {
   const Requests requests = requests_of(object);
   bool has_moved = false;
@@ -287,7 +289,7 @@ void Pushing::request(int object, const Pin& pin, int other, Requests& requests)
   }
 }
 
-/// The largest of several requests to one node along one axis counts.
+/// Adds a request; of several to one node along one axis, the largest is kept.
 void Pushing::add(std::vector<PinRequest>& list, const Pin& pin, const Request& by) {
   const auto same = std::ranges::find_if(list, [&](const PinRequest& known) {
     return known.pin.voxel == pin.voxel && known.pin.axis == pin.axis;
@@ -298,9 +300,9 @@ void Pushing::add(std::vector<PinRequest>& list, const Pin& pin, const Request& 
     *same = {pin, by};
 }
 
-/// Without forces every mover pushes. With forces the object with the larger pressure pushes, at all faces
-/// between the two at once so that they stay even; but only if that makes the pressures more equal, estimated
-/// from earlier pushes.
+/// True if an object may push. Without forces every moving object pushes. With forces the object with the
+/// larger pressure pushes, at all faces between the two at once so that they stay aligned, but only if that
+/// makes the pressures more equal, estimated from earlier pushes.
 bool Pushing::may_push(int object, const Faces& faces, const std::vector<const Pin*>& pins) {
   if (!world_.body(object).knows_forces())
     return true;
@@ -330,7 +332,7 @@ double Pushing::pressure_back(int object, const Faces& faces) const {
   return sum;
 }
 
-/// Asks nodes of a body to move, and keeps account of what they did. @return whether any of them moved
+/// Requests movements of nodes of a body, and records the results. @return true if any of them moved
 bool Pushing::ask(int object, const std::vector<PinRequest>& asked) {
   DeformableObject& body = world_.body(object);
   std::vector<double> before;
@@ -357,7 +359,7 @@ bool Pushing::ask(int object, const std::vector<PinRequest>& asked) {
   body.keep_reached_pins();
   for (Pin& pin : body.pins())
     pin.is_asked = false;
-  unsettled.insert(object); // moves into the room that the pusher has left
+  unsettled.insert(object); // moves into the space that the pusher has freed
   return has_moved;
 }
 

@@ -1,17 +1,17 @@
 #pragma once
-/// Contact cell by cell between objects that can move: an object pushes the objects in its way.
+/// Contact by cells between movable objects: an object pushes the objects in its way.
 ///
-/// A *rigid object* moves until its first contact. If a free rigid object is in the way, that one is shifted
-/// by what is left of the movement; if a body is, its nodes in all cells on the way are asked to leave them.
-/// Then the object moves on, until something stays where it is.
+/// A *rigid object* moves until its first contact. A free rigid object in its way is shifted by the rest of
+/// the movement; a body receives requests to move its nodes out of all cells on the way. The object then
+/// continues until an obstacle does not move.
 ///
-/// A *body* settles among the others as if they stood still (Settling). Each pinned node then requests the
-/// movement that it could not make (`rest`) from the object in its way: a node of a body becomes a pin with a
-/// prescribed place there, a rigid object a shift. The receiver settles in turn and may push further. With
-/// forces known, may_push() lets the side with the larger pressure push, a cell at a time, until the
-/// pressures cannot be made more equal.
+/// A *body* settles with all other objects fixed (Settling). Each pinned node then requests its remaining
+/// movement (`rest`) from the object in its way: a node of a body becomes a pin with a prescribed place
+/// there, a rigid object receives a shift. The receiver settles in turn and may push further. If forces are
+/// known, may_push() lets the side with the larger pressure push by a cell at a time, until the pressures
+/// cannot be made more equal.
 ///
-/// Feasible at any time. Heuristic: the order of receivers, and the limits on pushes that end the exchange.
+/// Always feasible. Heuristic: the order of receivers, and the limits on pushes that end the exchange.
 
 #include "world/cells/settling.hpp"
 
@@ -26,12 +26,12 @@ namespace maille::deform {
 
 /// Effect of earlier pushes on the faces between two objects along an axis.
 struct PushEffect {
-  double change = 0; ///< of the imbalance of pressures by one push, as far as that is known [N]
+  double change = 0; ///< of the imbalance of pressures by one push, estimated [N]
   /// The imbalance before the last push of this step, towards the object with the higher number [N]
   std::optional<double> before{};
   int n = 0; ///< pushes in this step
 };
-/// By the objects' numbers, the lower first, and the axis.
+/// Keys: the objects' numbers, the lower first, and the axis.
 using PushEffects = std::map<std::tuple<int, int, int>, PushEffect>;
 
 class Pushing {
@@ -39,11 +39,11 @@ public:
   Pushing(FrameRun& frame, PushEffects& effects);
   virtual ~Pushing() = default;
 
-  /// Moves a rigid object, and what it pushes. @return the part of the motion that was done
+  /// Moves a rigid object and the objects that it pushes. @return the part of the motion that was done
   virtual double push_rigid(int object, RigidMotion motion, bool slides);
-  /// Settles bodies until none wants to move on.
+  /// Settles bodies until none moves.
   void come_to_rest();
-  /// Bodies and rigid objects that still want to move.
+  /// Bodies and rigid objects that are not at rest.
   std::set<int> unsettled;
 
 protected:
@@ -51,18 +51,18 @@ protected:
   WorldObjects& world_;
 
 private:
-  /// A movement that one object asks of another.
+  /// A movement that one object requests from another.
   struct Request {
     int from;
     std::int64_t from_voxel;
-    double movement = 0; ///< along the pin's axis [cells]; of a rigid object [m]
+    double movement = 0; ///< along the pin's axis [cells]; for a rigid object [m]
   };
   struct PinRequest {
     Pin pin;
     Request by;
   };
   using PinRequests = std::map<int, std::vector<PinRequest>>; ///< by object
-  /// Movements that a body asks of other bodies, and of free rigid objects, by object and axis.
+  /// Movements that a body requests from other bodies and from free rigid objects, by object and axis.
   struct Requests {
     PinRequests pins;
     std::map<std::pair<int, int>, Request> shifts;

@@ -13,13 +13,14 @@ namespace maille::deform {
 
 namespace {
 
-/// Releases per contact and step; afterwards the contact is kept, so the loop terminates.
+/// Largest number of releases per contact and step; afterwards the contact is kept, so that the loop
+/// terminates.
 constexpr int most_changes = 3;
-/// Answers with friction a settling: nodes that slip off edges and come back would slip without end.
+/// Largest number of slips of a settling: nodes that slip off edges and return would slip forever.
 constexpr int most_slips = 8;
-/// Share by which a force may miss what friction allows.
+/// Relative tolerance of the friction bound.
 constexpr double slip_tolerance = 0.01;
-/// Share of the largest force below which a pull is solver error.
+/// Part of the largest force below which a pull is solver error.
 constexpr double least_pull = 1e-4;
 
 bool asks_the_same(const Pin& one, const Pin& other) {
@@ -40,29 +41,29 @@ bool Settling::run_with_friction() {
     pin.stuck = pin.at;
     pin.hold = 1;
   }
-  body_.let_walls_grip(true);
+  body_.set_wall_friction(true);
   bool has_settled = true;
   for (int slips = 0; slips < most_slips && has_settled; ++slips) {
-    has_settled = run_without_friction(); // but with what the walls hold
-    if (!let_slip())
+    has_settled = run_without_friction(); // with nodes held by friction prescribed
+    if (!apply_friction_bound())
       break;
   }
-  body_.let_walls_grip(false);
+  body_.set_wall_friction(false);
   return has_settled;
 }
 
-/// Coulomb's law for all nodes at faces along an axis on one side together: node by node it would not
-/// converge, since each feels the others. @return whether they are held by more than friction allows, or
-/// slide and are held by less; then they are held by what it allows
-bool Settling::let_slip() {
+/// Applies Coulomb's law to the sum over all nodes at faces along an axis on one side: node by node it would
+/// not converge, because all nodes interact. @return true if the force exceeded the friction bound, or
+/// slipping nodes had less; it then equals the bound
+bool Settling::apply_friction_bound() {
   bool has_slipped = false;
   for (int axis = 0; axis < body_.lattice().dimension(); ++axis)
     for (const int direction : {-1, 1})
-      has_slipped |= let_slip(axis, direction);
+      has_slipped |= apply_friction_bound(axis, direction);
   return has_slipped;
 }
 
-bool Settling::let_slip(int axis, int direction) {
+bool Settling::apply_friction_bound(int axis, int direction) {
   const auto is_meant = [&](const Pin& pin) {
     return pin.axis == axis && pin.direction == direction && !pin.is_asked;
   };
@@ -91,7 +92,7 @@ bool Settling::let_slip(int axis, int direction) {
 }
 
 bool Settling::run_without_friction() {
-  for (int turns = 0; clock_.may_go_on(); ++turns) {
+  for (int turns = 0; clock_.has_budget(); ++turns) {
     const Turn outcome = turns < iteration_cap ? turn() : Turn::given_up;
     if (outcome == Turn::again)
       continue;
@@ -105,15 +106,15 @@ bool Settling::run_without_friction() {
 void Settling::begin() {
   changes_.assign(3 * body_.lattice().n_voxels(), 0);
   largest_before_ = 0;
-  std::erase_if(body_.pins(), [](const Pin& pin) { return pin.self.has_value(); }); // found anew
-  if (!body_.knows_forces()) // a node that still wants in will meet the wall again
+  std::erase_if(body_.pins(), [](const Pin& pin) { return pin.self.has_value(); }); // detected again
+  if (!body_.knows_forces()) // nodes that press against a wall hit it again
     std::erase_if(body_.pins(), [](const Pin& pin) { return !pin.is_asked; });
   else
-    forget_walls_that_are_gone();
+    release_stale_pins();
   clip_to_limits();
 }
 
-/// Pins at places that were not reached may contradict later pins.
+/// Removes pins at places that were not reached: they may be incompatible with later pins.
 void Settling::clip_to_limits() {
   if (!body_.limits_bind() || !body_.knows_forces())
     return;
@@ -136,7 +137,7 @@ Settling::Turn Settling::turn() {
     clock_.ended = answer.status;
   else if (!is_whole)
     message_ = "its method ended before it had settled";
-  if (is_whole && let_go_of_pulled())
+  if (is_whole && release_pulling_pins())
     return Turn::again;
   body_.watch(answer.displacement);
   const auto hits = find_hits(map_, body_.cells(), body_.lattice(), body_.matter(), body_.displacement(),
@@ -153,22 +154,22 @@ Settling::Turn Settling::turn() {
       return Turn::given_up;
     if (went > 0 || !std::ranges::equal(before, body_.pins(), asks_the_same))
       return Turn::again;
-    message_ = "it is in its own way"; // the next answer would be this one
+    message_ = "it is in its own way"; // the next answer would be the same
     return Turn::given_up;
   }
   body_.go_towards(map_, answer.displacement, 1);
   if (!is_whole)
     return Turn::given_up;
-  return body_.knows_forces() && forget_walls_that_are_gone() ? Turn::again : Turn::settled;
+  return body_.knows_forces() && release_stale_pins() ? Turn::again : Turn::settled;
 }
 
-/// On a body that is otherwise free, the pins' forces sum to zero; if the pins are statically determinate
-/// these forces are noise.
-bool Settling::let_go_of_pulled() {
+/// Releases pins that pull. On a body without other holds, the pins' forces sum to zero; if the pins are
+/// statically determinate these forces are solver error.
+bool Settling::release_pulling_pins() {
   double largest = 0;
   for (const Pin& pin : body_.pins())
     largest = std::max(largest, std::abs(pin.pressure));
-  // The error of an answer that has no forces is that of the one before.
+  // If the present forces vanish, the previous answer gives the scale of the error.
   const double least = std::max(least_pull * std::max(largest, largest_before_), body_.force_noise());
   largest_before_ = largest;
   return std::erase_if(body_.pins(), [&](const Pin& pin) {
@@ -180,32 +181,33 @@ bool Settling::has_no_wall(const Pin& pin) const {
   return !pin.is_asked && !pin.stays && !pin.self && !body_.cells().is_blocked(map_, wall_of(body_, pin));
 }
 
-bool Settling::has_walls_that_are_gone() const {
+bool Settling::has_stale_walls() const {
   return std::ranges::any_of(body_.pins(), [this](const Pin& pin) { return has_no_wall(pin); });
 }
 
-/// A node that slides off an edge, and would come back to it, would do so for ever.
-bool Settling::forget_walls_that_are_gone() {
+/// Releases pins without a wall. A node that slides off an edge and returns would do so forever; after some
+/// releases its pin stays.
+bool Settling::release_stale_pins() {
   for (Pin& pin : body_.pins())
     pin.stays = has_no_wall(pin) ? ++changes_of(pin) > most_changes : pin.stays;
   return std::erase_if(body_.pins(), [this](const Pin& pin) { return has_no_wall(pin); }) > 0;
 }
 
-/// Goes as far as to the first contact, and pins what has met something. @return the part that it went
+/// Moves to the first contact and pins the nodes that hit a wall. @return the part of the way
 double Settling::meet(const std::vector<Hit>& hits, const Displacement& to) {
   double part = 1;
   for (const Hit& hit : hits)
     part = std::min(part, hit.speed > 0 ? hit.time - tolerance / hit.speed : 0.0);
   part = body_.go_towards(map_, to, std::max(0.0, part));
-  // Once faces have asked for too much it is node by node: back and forth between the two would have no end.
+  // After pinning at faces has failed once, nodes are pinned where they are: alternating would not terminate.
   touches_only_ = touches_only_ || !body_.knows_forces() || !pin_at_faces(hits);
   if (touches_only_)
     pin_touching(hits, part);
   return part;
 }
 
-/// Goes as far as to where the body first meets itself, and pins both parts there, but for nodes that go away
-/// from the other part. @return the part that it went
+/// Moves to the first self-contact and pins both parts there, except nodes that move away from the other
+/// part. @return the part of the way
 double Settling::meet_itself(const std::vector<SelfHit>& hits, const Displacement& to) {
   const PosedLattice& lattice = body_.lattice();
   std::vector<bool> goes_away;
@@ -234,9 +236,8 @@ Pin Settling::pin_of(const Hit& hit) const {
   return {.voxel = hit.voxel, .axis = hit.axis, .direction = hit.direction, .at = {}, .rest = hit.rest};
 }
 
-/// Pins a node where it is or at the face that it met; for a point of the surface the nodes about it, each as
-/// far from where it is as the point is to go. Where several points ask the same node, the one counts that
-/// keeps it furthest back.
+/// Pins a node where it is or at the face that it hit. For a point of the surface, pins the nodes around it,
+/// each shifted as far as the point. If several points pin the same node, the most restrictive pin is kept.
 void Settling::add_contact(const Hit& hit, bool at_face) {
   const PosedLattice& lattice = body_.lattice();
   const auto a = static_cast<std::size_t>(hit.axis);
@@ -277,8 +278,7 @@ void Settling::pin_touching(const std::vector<Hit>& hits, double part) {
   }
 }
 
-/// @return false, and nothing is pinned, where limits do not let all of them be there, or where faces are not
-///         along the object's axes
+/// @return false without new pins if limits do not allow all of them, or if the object is rotated
 bool Settling::pin_at_faces(const std::vector<Hit>& hits) {
   if (body_.lattice().is_turned())
     return false;

@@ -15,7 +15,7 @@ namespace maille::deform {
 
 namespace {
 
-/// Steps of a frame: the rest of a faster rattle is left to the next frame, and the status says so.
+/// Largest number of steps of a frame: faster chatter is left to the next frame, and reported in the status.
 constexpr int most_steps = 100'000;
 
 } // namespace
@@ -96,7 +96,7 @@ std::vector<ImpactPoint> ImpactEngine::points(double within) const {
     point.at = balance_.object(touch.object).at[touch.node];
     point.normal = touch.normal;
     point.gap = touch.gap;
-    if (point.other > point.object) { // each pair once
+    if (point.other > point.object) { // each pair in one order
       std::swap(point.object, point.other);
       point.normal = -point.normal;
     }
@@ -115,7 +115,7 @@ void ImpactEngine::keep(std::span<const ImpactPoint> points) {
     }
 }
 
-/// Objects that are jammed between hands and walls stop the hands.
+/// Applies impulses. Objects jammed between drives and walls stop the drives.
 void ImpactEngine::resolve(std::span<ImpactPoint> points, std::vector<MovingObject>& moving,
                            double restitution, std::span<LedObject> led) {
   std::vector<Pose> poses;
@@ -166,7 +166,7 @@ ImpactEngine::State ImpactEngine::moved(const State& from, std::span<const char>
   return to;
 }
 
-/// Separates objects with small overlaps; velocities stay.
+/// Separates objects with small overlaps; velocities do not change.
 void ImpactEngine::part_overlaps() {
   std::vector<ImpactPoint> inside = points(-0.25 * skin());
   if (inside.empty())
@@ -176,7 +176,7 @@ void ImpactEngine::part_overlaps() {
   for (MovingObject& one : still)
     one.velocity = one.spin = Eigen::Vector3d::Zero();
   for (ImpactPoint& point : inside)
-    point.lead = -point.gap; // in a time of 1
+    point.lead = -point.gap; // within a unit of time
   resolve_impacts(inside, now.poses, still, 0);
   for (std::size_t i = 0; i < still.size(); ++i)
     if (still[i].has_mass)
@@ -190,7 +190,7 @@ double ImpactEngine::step(std::span<LedObject> led, double most, double seconds)
   std::vector<ImpactPoint> touching = points(skin());
   resolve(touching, moving_, restitution_, led);
   const double longest = longest_step(most);
-  // Objects that gravity would press closer are resting.
+  // Objects that gravity presses together are resting.
   std::vector<MovingObject> falling = moving_;
   for (MovingObject& one : falling)
     if (one.has_mass)
@@ -208,8 +208,8 @@ double ImpactEngine::step(std::span<LedObject> led, double most, double seconds)
   double low = 0, high = longest, time = longest;
   put(moved(before, lies, led, time, seconds));
   if (double beyond = look(); beyond < -skin()) {
-    // The least gap of a pair is nearly linear in time. Where others lie on one another it says nothing on
-    // the side that is free: then two times at which the pair overlaps give the line.
+    // The smallest gap of a pair is nearly linear in time. With other resting contacts, it has no information
+    // on the free side: then two times with overlap define the line.
     double later = high, deeper = beyond;
     for (int trial = 0; trial < iteration_cap; ++trial) {
       time = 0.5 * (low + high);
@@ -229,7 +229,7 @@ double ImpactEngine::step(std::span<LedObject> led, double most, double seconds)
         deeper = std::exchange(beyond, now);
       }
     }
-    if (time < tolerance * longest) { // corners that turn into what they lie on
+    if (time < tolerance * longest) { // corners that rotate into their support
       time = longest;
       put(moved(before, lies, led, time, seconds));
       look();
@@ -257,7 +257,7 @@ ObjectMotion ImpactEngine::motion(int object) const {
   return {one.mass, one.velocity, one.spin, one.place(balance_.object(object).pose)};
 }
 
-/// True if an object has gone so far that it may have come into another.
+/// True if an object has moved so far that it may overlap another.
 bool ImpactEngine::has_moved(const Balance::State& since) const {
   for (std::size_t i = 0; i < since.objects.size(); ++i) {
     const SurfaceObject& one = balance_.objects()[i];
@@ -282,10 +282,10 @@ void ImpactEngine::move(SurfaceFrame& surfaces) {
   Balance::State before = balance_.state();
   std::vector<LedObject> led_before = led;
   const bool was_apart = !balance_.crossing();
-  for (int steps = 0; left > rounding * seconds && frame.clock.may_go_on() && steps < most_steps; ++steps) {
+  for (int steps = 0; left > rounding * seconds && frame.clock.has_budget() && steps < most_steps; ++steps) {
     left -= step(led, left, seconds);
     if (was_apart && has_moved(before)) {
-      if (const auto crossing = surfaces.goes_back(before, 0, 1)) {
+      if (const auto crossing = surfaces.restore_if_overlapping(before, 0, 1)) {
         led = led_before;
         stop(crossing->first);
         stop(crossing->second);
@@ -298,7 +298,7 @@ void ImpactEngine::move(SurfaceFrame& surfaces) {
   }
   balance_.hand_back();
   report(frame, led);
-  frame.report_end(!frame.went_back.empty() || !(left > rounding * seconds),
+  frame.report_end(!frame.rollback_reason.empty() || !(left > rounding * seconds),
                    "contacts came and went without end: the frame ended before its time was over",
                    "the frame ended before its time was over");
 }

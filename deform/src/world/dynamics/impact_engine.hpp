@@ -1,11 +1,11 @@
 #pragma once
 /// Rigid objects in time: free flight, impacts, resting contact.
 ///
-/// step() advances all objects in free flight by the closed form (constant gravity; no object moves further
-/// than a part of a cell), finds the first contact in between by bisection down to the skin, and changes
-/// velocities there by impulses: Newton's law of restitution, with Coulomb friction (resolve_impacts).
-/// Resting objects are supported by impulses without restitution, once a step. Driven objects have infinite
-/// mass and follow their motions; one that is jammed against a wall stops.
+/// step() advances all objects in free flight in closed form (constant gravity; no object moves further than
+/// a part of a cell). It finds the first contact by bisection to within the skin, and changes velocities
+/// there by impulses: Newton's law of restitution, with Coulomb friction (resolve_impacts). Impulses without
+/// restitution support resting objects, once a step. Driven objects have infinite mass and follow their
+/// motions; a driven object that is jammed against a wall stops.
 
 #include "world/balance/surface_engine.hpp"
 #include "world/dynamics/impacts.hpp"
@@ -24,8 +24,8 @@ namespace maille::deform {
 struct LedObject {
   int object = 0;
   RigidMotion motion; ///< of the whole frame
-  Pose from;          ///< where it was
-  double done = 0;    ///< part of the motion
+  Pose from;          ///< initial pose
+  double done = 0;    ///< finished part of the motion
   bool is_stopped = false;
 };
 
@@ -33,26 +33,27 @@ class ImpactEngine : public SurfaceEngine {
 public:
   explicit ImpactEngine(std::unique_ptr<WorldObjects> world);
 
-  bool is_settled() const override { return false; } ///< time goes on
+  bool is_settled() const override { return false; } ///< time advances
   ObjectMotion motion(int object) const override;
-  /// Kinetic energy, and that of heights over the world's corner [J].
+  /// Kinetic energy, and potential energy above the world's corner [J].
   double energy() const override;
 
 private:
   void move(SurfaceFrame& surfaces) override;
-  /// Which objects are driven, before a frame.
+  /// Sets the driven objects, before a frame.
   void hold(std::span<LedObject> led, double seconds);
-  /// An object is still from now on, until something moves it.
+  /// Sets the velocity of an object to zero.
   void stop(int object);
   /// Advances by at most `most` [s]; led objects follow their motions. @return the time advanced [s]
   double step(std::span<LedObject> led, double most, double seconds);
   bool has_moved(const Balance::State& since) const;
   void report(FrameRun& frame, std::span<const LedObject> led);
 
-  /// Impulses on objects' surfaces in a frame, by object, other and voxel of the first's skin.
+  /// Impulses on the surfaces of objects in a frame. Keys: object, other object, voxel of the first one's
+  /// skin.
   struct Impulse {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero(); ///< on the object [N s]
-    Eigen::Vector3d at = Eigen::Vector3d::Zero();  ///< where it was last [m]
+    Eigen::Vector3d at = Eigen::Vector3d::Zero();  ///< place of the last impulse [m]
   };
   struct State {
     std::vector<Pose> poses;
@@ -60,9 +61,9 @@ private:
   };
   State state() const;
   void put(const State& state);
-  /// Looks at what touches. @return the least gap [m]
+  /// Updates the touches. @return the smallest gap [m]
   double look();
-  double least_gap() const; ///< that the last look found [m]
+  double least_gap() const; ///< of the last look() [m]
   std::vector<ImpactPoint> points(double within) const;
   void resolve(std::span<ImpactPoint> points, std::vector<MovingObject>& moving, double restitution,
                std::span<LedObject> led);
@@ -75,7 +76,7 @@ private:
 
   Fall fall_;
   double restitution_;
-  std::vector<MovingObject> moving_; ///< one an object
+  std::vector<MovingObject> moving_; ///< by object
   std::map<std::tuple<int, int, std::int32_t>, Impulse> impulses_;
 };
 

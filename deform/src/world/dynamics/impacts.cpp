@@ -20,10 +20,11 @@ namespace maille::deform {
 
 namespace {
 
-/// Pairs that press one another to and fro, as they do in a stack, are resolved together in the end.
+/// Largest number of impacts per pair. Pairs that interact repeatedly, as in a stack, are then solved
+/// together.
 constexpr std::size_t most_turns_a_pair = 12;
 
-/// Points of objects that touch one another, directly or by others that have a mass.
+/// Contact points of objects that are connected by contacts through objects with mass.
 class Group {
 public:
   Group(std::vector<ImpactPoint*> points, std::span<const Pose> poses, std::span<MovingObject> moving)
@@ -47,7 +48,7 @@ public:
     for (auto& [object, rows] : of_object) {
       MovingObject& one = moving[object];
       const Pose& pose = poses[object];
-      Eigen::MatrixXd pushes(std::ssize(rows), 6); // force and moment of an impulse of 1
+      Eigen::MatrixXd pushes(std::ssize(rows), 6); // force and moment of a unit impulse
       for (std::size_t k = 0; k < rows.size(); ++k) {
         const ImpactPoint& point = at(rows[k]);
         const Eigen::Vector3d normal = point.object == object ? point.normal : Eigen::Vector3d(-point.normal);
@@ -69,7 +70,8 @@ public:
 
   double approach() const { return -opening_.minCoeff(); }
 
-  /// Pair after pair, the fastest first; then all at once. @param first the fastest of all groups [m/s]
+  /// Solves pair after pair, the fastest first; then all at once. @param first fastest approach of all groups
+  /// [m/s]
   double resolve(double first, double restitution) {
     const std::size_t most = restitution > 0 ? most_turns_a_pair * pairs_.size() : 0;
     for (std::size_t turn = 0;; ++turn) {
@@ -103,7 +105,7 @@ private:
   struct Object {
     MovingObject* one;
     std::vector<Eigen::Index> rows;
-    Eigen::MatrixXd speeds; ///< for impulses of 1 in these
+    Eigen::MatrixXd speeds; ///< for unit impulses on these rows
   };
   ImpactPoint& at(Eigen::Index i) const { return *points_[i]; }
 
@@ -140,21 +142,21 @@ private:
   }
 
   std::vector<ImpactPoint*> points_;
-  Eigen::MatrixXd answer_;   ///< speeds at which points open for impulses on them [1/kg]
-  Eigen::VectorXd opening_;  ///< how much faster a point opens than it is to [m/s]
+  Eigen::MatrixXd answer_;   ///< opening speeds for unit impulses [1/kg]
+  Eigen::VectorXd opening_;  ///< excess of the opening speed of a point over the required one [m/s]
   Eigen::VectorXd added_;    ///< impulses [N s]
-  std::vector<char> active_; ///< points that have pressed last: mostly those that will
+  std::vector<char> active_; ///< points that were active last: initial guess
   std::vector<std::vector<Eigen::Index>> pairs_;
   std::vector<Object> objects_;
 };
 
-/// Places in the plane across a normal, with the numbers of their points.
+/// Places in the plane perpendicular to a normal, with the numbers of their points.
 struct Flat {
   Eigen::Vector2d at;
   std::size_t point;
 };
 
-/// Corners of the convex hull, straight angles left out.
+/// Corners of the convex hull, without straight angles.
 /// Source  Andrew 1979 (Inf. Process. Lett. 9)
 std::vector<std::size_t> hull_of(std::vector<Flat> places) {
   std::ranges::sort(places, {}, [](const Flat& one) { return std::tuple(one.at[0], one.at[1], one.point); });
@@ -172,7 +174,7 @@ std::vector<std::size_t> hull_of(std::vector<Flat> places) {
       }
       hull.push_back(next);
     }
-    hull.pop_back(); // the first of the other side
+    hull.pop_back(); // it begins the other side
     std::ranges::reverse(places);
   }
   std::vector<std::size_t> corners;
@@ -181,8 +183,8 @@ std::vector<std::size_t> hull_of(std::vector<Flat> places) {
   return corners;
 }
 
-/// Appends those of a pair's points that carry all that the others could: where normals are the same, the
-/// corners of the convex hull, between which speeds of rigid objects are linear, and the deepest.
+/// Appends the points of a pair that can carry any load of all points: for equal normals, the corners of the
+/// convex hull, between which speeds of rigid objects are linear, and the deepest point.
 void add_carriers(std::span<const ImpactPoint> pair, std::vector<ImpactPoint>& carriers) {
   std::vector<char> is_known(pair.size(), 0);
   for (std::size_t i = 0; i < pair.size(); ++i) {
@@ -226,7 +228,7 @@ std::vector<ImpactPoint> carriers_of(std::span<const ImpactPoint> points) {
 
 double resolve_impacts(std::span<ImpactPoint> points, std::span<const Pose> poses,
                        std::span<MovingObject> moving, double restitution) {
-  std::vector<int> group(moving.size()); // of an object with mass, by a number that leads to its own
+  std::vector<int> group(moving.size()); // union-find of objects with mass
   std::iota(group.begin(), group.end(), 0);
   const auto group_of = [&](int object) {
     while (object >= 0 && group[object] != object)

@@ -15,7 +15,7 @@ namespace maille::deform {
 
 namespace {
 
-/// Longer steps take more energy out of what moves fast [s].
+/// Largest time step [s]. Longer steps damp fast motions more.
 constexpr double longest_step = 1e-3;
 
 Eigen::Vector3d turn_between(const Pose& from, const Pose& to) {
@@ -88,7 +88,7 @@ void InertiaEngine::hold(double step) {
       if (is_held(object) &&
           (one.pose.rotation != at_first.rotation || one.pose.position != at_first.position))
         put_into_frame(object, at_first);
-      // Damping draws at the speed of the step's end, as inertia does.
+      // Damping acts on the velocity at the end of the step, as inertia does.
       one.soft->set_inertia((1 + damping_ * step) / (step * step) * nodes_[object].mass);
       continue;
     }
@@ -165,7 +165,7 @@ Pose InertiaEngine::nearest_frame(int object) const {
   return frame;
 }
 
-/// The same places and speeds, in another frame.
+/// Transforms positions and velocities into another frame.
 void InertiaEngine::put_into_frame(int object, const Pose& frame) {
   SurfaceObject& one = balance_.object(object);
   Nodes& nodes = nodes_[object];
@@ -248,15 +248,15 @@ void InertiaEngine::move(SurfaceFrame& surfaces) {
   balance_.hold(frame.clock.control.threads);
   bool has_settled = true;
   const bool was_apart = !balance_.crossing();
-  for (int i = 0; i < n && frame.clock.may_go_on() && frame.went_back.empty(); ++i) {
+  for (int i = 0; i < n && frame.clock.has_budget() && frame.rollback_reason.empty(); ++i) {
     const Balance::State before = balance_.state();
     fly(step);
     surfaces.drive(i, n);
     has_settled = surfaces.settle() && has_settled;
-    if (surfaces.take_back(i, n))
+    if (surfaces.retract_blocked_drives(i, n))
       has_settled = surfaces.settle() && has_settled;
     if (was_apart)
-      surfaces.goes_back(before, i, n);
+      surfaces.restore_if_overlapping(before, i, n);
     arrive(step);
     surfaces.find_blocked(n);
   }

@@ -1,5 +1,5 @@
 #pragma once
-/// A world in which time passes and some objects are deformable.
+/// Dynamics of a world with deformable objects.
 
 #include "world/balance/surface_engine.hpp"
 #include "world/dynamics/moving_object.hpp"
@@ -10,34 +10,34 @@
 
 namespace maille::deform {
 
-/// Implicit steps (backward Euler) of everything together.
+/// Implicit time steps (backward Euler) of all objects together.
 ///
-/// A step ends in the state of least energy as `Balance` finds it, with mass over the square of the step
-/// between where each thing is and where it would have flown to: that is Newton's law with the elastic and
-/// contact forces of the step's end. So nothing gains energy by a step, momentum is exchanged by equal and
-/// opposite forces, and what moves fast within few steps is damped. Masses of bodies are at their nodes.
+/// A step ends in the state of least energy that `Balance` finds, with an inertial term: mass over the square
+/// of the time step, on the distance from the end of free flight. This is Newton's law with the elastic and
+/// contact forces at the end of the step. No step adds energy, momentum is exchanged by equal and opposite
+/// forces, and motions that are fast compared with a step are damped. Masses of bodies are at their nodes.
 ///
-/// Strains are linear in the body's frame. The frame of a body that nothing holds is, after each step, the
-/// turn and shift nearest to where its nodes are, so that a body may turn as far as it likes.
+/// Strains are linear in the body's frame. After each step, the frame of a body without holds becomes the
+/// rigid motion nearest to its node positions, so that rotations are not limited.
 ///
 /// Checked by  tests/deform/world/soft_dynamics_test.cpp
 class InertiaEngine : public SurfaceEngine {
 public:
   /// @throws std::invalid_argument for a restitution: bodies rebound by their elasticity, and rigid objects
-  ///         stay together
+  ///         do not rebound
   explicit InertiaEngine(std::unique_ptr<WorldObjects> world);
 
-  bool is_settled() const override { return false; } ///< time goes on
+  bool is_settled() const override { return false; } ///< time advances
   ObjectMotion motion(int object) const override;
   double energy() const override;
 
 private:
   void move(SurfaceFrame& surfaces) override;
-  /// Which objects are free, and how long steps are [s]: before Balance::hold.
+  /// Sets the free objects and the time step [s]. To be called before Balance::hold().
   void hold(double step);
-  /// Predicts free flight over a step. Then Balance::prescribe and rounds.
+  /// Predicts free flight over a step. To be followed by Balance::prescribe() and rounds.
   void fly(double step);
-  /// Speeds, from where everything has come to.
+  /// Updates velocities from the new positions.
   void arrive(double step);
 
   /// State of a body's components, in its frame.
@@ -54,9 +54,9 @@ private:
 
   Eigen::Vector3d gravity_;
   double damping_;
-  std::vector<MovingObject> moving_; ///< of rigid objects; of bodies their mass
-  std::vector<Nodes> nodes_;         ///< empty of rigid objects
-  std::vector<Pose> from_;           ///< of rigid objects, at the beginning of the step
+  std::vector<MovingObject> moving_; ///< of rigid objects; for bodies only the mass
+  std::vector<Nodes> nodes_;         ///< empty for rigid objects
+  std::vector<Pose> from_;           ///< of rigid objects, at the start of the step
 };
 
 } // namespace maille::deform

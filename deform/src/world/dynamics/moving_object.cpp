@@ -12,7 +12,7 @@ MovingObject::MovingObject(const WorldObject& object, int dimension, bool with_m
   const Specimen& body = object.scene.specimen;
   const Grid& grid = body.grid;
   Eigen::Vector3d edge = Eigen::Vector3d::Zero();
-  double volume = 1; // of a cell; of 1 m of thickness in two dimensions
+  double volume = 1; // of a cell; for 1 m of thickness in two dimensions
   for (int a = 0; a < dimension; ++a) {
     edge[a] = grid.spacing()[a];
     volume *= edge[a];

@@ -1,5 +1,5 @@
 #pragma once
-/// Rigid objects with a mass, and how they move where nothing touches them.
+/// Rigid objects with mass, and their free flight.
 
 #include "maille/deform/world/rigid_shape.hpp"
 #include "maille/scene/world/world_scene.hpp"
@@ -8,12 +8,11 @@
 
 namespace maille::deform {
 
-/// How a rigid object moves as a whole.
+/// Mass, inertia and velocity of a rigid object.
 ///
-/// Masses are of 1 m of thickness in two dimensions, where all turns are about z.
+/// In two dimensions masses are for 1 m of thickness, and all rotations are about z.
 struct MovingObject {
-  /// @param pose of the corner of the specimen's grid @param has_mass false: a hand or nothing at all moves
-  /// it
+  /// @param has_mass false: driven or fixed. Poses are those of the corner of the specimen's grid
   MovingObject(const WorldObject& object, int dimension, bool has_mass);
 
   bool has_mass;
@@ -30,20 +29,20 @@ struct MovingObject {
   double energy(const Pose& pose) const;
 };
 
-/// What moves a free object: v' = gravity - damping v, and of its turning, L' = -damping L.
+/// Free flight: v' = gravity - damping v, and for the angular momentum, L' = -damping L.
 struct Fall {
   Eigen::Vector3d gravity;
   double damping;
 
-  /// Speed after a time, and the way until then, by the closed form.
+  /// Velocity and displacement after a time, in closed form.
   Eigen::Vector3d velocity(const Eigen::Vector3d& before, double time) const;
   Eigen::Vector3d way(const Eigen::Vector3d& before, double time) const;
-  /// Goes on as nothing is in the way. The turn of a body that is not round is followed by its angular
-  /// momentum, which is kept; its energy then to second order in the angle of a step.
+  /// Advances an object in free flight. The rotation of a body that is not a sphere follows from its angular
+  /// momentum, which is conserved; its energy is then conserved to second order in the angle of a step.
   void move(MovingObject& object, Pose& pose, double time) const;
 };
 
-/// Shifts and turns an object about its centre of mass.
+/// Shifts an object and rotates it about its centre of mass.
 Pose shifted_and_turned(const MovingObject& object, const Pose& pose, const Eigen::Vector3d& shift,
                         const Eigen::Vector3d& turn);
 

@@ -18,14 +18,14 @@ namespace maille::deform {
 
 namespace {
 
-/// Nodes and points of a face that stand further apart than this get others between them [cells].
+/// Largest distance of adjacent nodes and points of a face before points are added between them [cells].
 constexpr double closeness = 1.25;
-/// What a face's number of parts can be: nothing is so coarse, and no body is torn so far.
+/// Upper bound of the number of parts of a face, which is stored in 8 bits; far above any real one.
 constexpr int most_parts = std::numeric_limits<std::int8_t>::max();
 
 constexpr auto any_place = [](int, int) { return true; };
 
-/// Into how many parts a face is cut along each axis of the body: into more where it may stand askew.
+/// Number of parts of a face along each axis of the body: larger if the body is rotated.
 Index3 parts_of_faces(const Specimen& specimen, const PosedLattice& lattice) {
   Index3 parts{1, 1, 1};
   const Vec3& spacing = specimen.grid.spacing();
@@ -42,9 +42,9 @@ Index3 parts_of_faces(const Specimen& specimen, const PosedLattice& lattice) {
   return parts;
 }
 
-/// A box that lies in a cell whose corners are not far from those of the box about it: smaller by as much as
-/// a corner is off along an axis, at most. On each of its sides the cell's face is then beyond it, and a
-/// continuous map that does so meets every point between (theorem of Poincare and Miranda).
+/// A box that certainly lies in a cell whose corners are near those of its bounding box: smaller by the
+/// largest offset of a corner along each axis. On each of its sides the face of the cell is outside of it; a
+/// continuous map with that property reaches every point between (theorem of Poincare and Miranda).
 Eigen::AlignedBox3d surely_in_cell(std::span<const Eigen::Vector3d> corners, int dimension,
                                    const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
   Eigen::AlignedBox3d inner(low, high);
@@ -138,7 +138,7 @@ void BodyMatter::add_face(const PosedLattice& lattice, const Grid& grid, const I
   faces_.push_back(face);
 }
 
-/// Into how many parts a face is to be cut along its edges; 1, 1 where those that it has at rest will do.
+/// Number of parts of a face along its edges; 1, 1 if the parts at rest suffice.
 /// @param places of a node, in each state
 template<class... PlaceOf>
 Index3 BodyMatter::stretched_parts(const Face& face, const PlaceOf&... places) const {
@@ -268,7 +268,8 @@ void BodyMatter::put(OccupancyMap& map, VoxelId first, std::span<const InCells> 
       low = low.cwiseMin(at[i]);
       high = high.cwiseMax(at[i]);
     }
-    // A node lies in the cell about every middle of a cell that is no longer than cells of the world.
+    // If a cell of matter is no longer than cells of the world, every cell whose middle it contains also
+    // contains a node.
     if (!is_coarse_ && (dimension_ == 1 || (high - low).head(dimension_).maxCoeff() <= 1 + tolerance))
       continue;
     const Eigen::AlignedBox3d inner =

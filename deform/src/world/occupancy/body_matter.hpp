@@ -1,5 +1,5 @@
 #pragma once
-/// What lies between the nodes of a deformable object.
+/// Matter between the nodes of a deformable object.
 
 #include "maille/deform/world/occupancy_map.hpp"
 #include "maille/scene/scene.hpp"
@@ -11,20 +11,21 @@
 
 namespace maille::deform {
 
-/// Whether a point is in a cell of a body whose corners stand anywhere, cut into simplices about one diagonal
-/// (Kuhn 1960), so that cells beside one another have no gap between them. @param corners 2^dimension, x
+/// True if a point is in a cell of a body with displaced corners. The cell is divided into simplices about
+/// one diagonal (Kuhn 1960), so that adjacent cells have no gap between them. @param corners 2^dimension, x
 /// fastest
 bool is_in_cell(std::span<const Eigen::Vector3d> corners, const Eigen::Vector3d& point, int dimension);
 
 /// The cells of matter of a body, and points of its surface between nodes.
 ///
-/// Where faces of a cell of matter are longer than cells of the world, as it stands, or the body is turned,
-/// cells of the world whose middles lie in it, or that a point of its surface lies in, are the body's where
-/// they are free; elsewhere nodes take all of them. In the map they have the number of the cell of matter,
-/// counted on from the body's last node. Points of the surface are followed like nodes: where faces are
-/// longer than cells at rest they are at most 4/5 of a cell apart then; where a face is stretched so that two
-/// of its nodes or points come further apart than 5/4 of a cell, it gets others, 4/5 of a cell apart, for
-/// as long as that lasts (watch). So nothing as large as a cell comes between them.
+/// The body occupies free cells of the world whose middle lies in a cell of matter, or that contain a point
+/// of its surface. They are needed only if faces of a cell of matter are now longer than cells of the world,
+/// or if the body is rotated; otherwise its nodes occupy all cells. In the map these cells have the number of
+/// the cell of matter, counted after the body's last node. Points of the surface are followed like nodes. If
+/// faces are longer than cells at rest, their points are at most 4/5 of a cell apart at rest. If stretching
+/// moves two nodes or points of a face more than 5/4 of a cell apart, the face receives other points, 4/5 of
+/// a cell apart, for as long as it is stretched (watch). No obstacle as large as a cell can pass between
+/// them.
 class BodyMatter {
 public:
   BodyMatter(const Specimen& specimen, const PosedLattice& lattice);
@@ -40,10 +41,10 @@ public:
   /// A point between the corners of a face.
   struct Point {
     std::array<std::int32_t, 4> node{}; ///< of the lattice
-    std::array<double, 4> weight{};     ///< 0 where there are fewer
+    std::array<double, 4> weight{};     ///< 0 for unused corners
     std::int32_t cell = 0;              ///< of matter
   };
-  /// Those of stretched faces follow the others.
+  /// A point; points of stretched faces have the numbers after the others.
   const Point& point(std::int32_t number) const {
     const auto i = static_cast<std::size_t>(number);
     return i < points_.size() ? points_[i] : stretched_[i - points_.size()];
@@ -54,29 +55,29 @@ public:
   InCells place(std::int32_t number, const PosedLattice& lattice, const Displacement& displacement) const {
     return place(point(number), lattice, displacement);
   }
-  /// Gives points to the faces that are stretched in either of two states, in place of those that it gave
-  /// before. @return whether there are any
+  /// Adds points to the faces that are stretched in either of two states, and removes those added before.
+  /// @return true if there are any
   bool watch(const PosedLattice& lattice, const Displacement& from, const Displacement& to);
-  /// Points of a cell of matter that it has at rest: the first and the one after the last.
+  /// Points of a cell of matter at rest: first number and end.
   std::pair<std::int32_t, std::int32_t> points_of(std::int32_t cell) const;
 
-  /// Those that stretched faces of a cell of matter have in a state.
+  /// Points of the stretched faces of a cell of matter in a state.
   std::vector<Point> points_of_stretched(std::int32_t cell, const PosedLattice& lattice,
                                          const Displacement& state) const;
-  /// A face of a cell of matter with no matter behind it; its nodes by the bits of its two axes, the one
-  /// after its normal's first. There are none in one dimension.
+  /// An outer face of a cell of matter. The bits of a node's index are its two axes, the one after the normal
+  /// first. None in one dimension.
   struct Face {
     std::int32_t cell;
-    std::array<std::int32_t, 4> node; ///< -1 where there are fewer: two in 2D
-    std::array<std::int8_t, 2> parts; ///< that it is cut into at rest, along its first and second edges
+    std::array<std::int32_t, 4> node; ///< in 2D two, then -1
+    std::array<std::int8_t, 2> parts; ///< at rest, along its first and second edges
   };
   std::span<const Face> faces() const { return faces_; }
 
-  /// Takes the free cells that are the body's. @pre it has none, and its nodes have theirs
+  /// Occupies the free cells of the body. @pre it has none yet, and its nodes are in the map
   /// @param places of all nodes of the lattice
   void put(OccupancyMap& map, VoxelId first, std::span<const InCells> places);
   void take(OccupancyMap& map);
-  /// What it has taken is not in the map any more.
+  /// Forgets its cells, after they were removed from the map.
   void forget() { taken_.clear(); }
   std::int64_t bytes() const;
 
@@ -95,7 +96,7 @@ private:
                   std::vector<bool>& known);
 
   int dimension_;
-  bool is_coarse_ = false; ///< longer faces than cells of the world: there are cells between nodes at rest
+  bool is_coarse_ = false; ///< faces are longer than cells of the world: nodes at rest do not reach all cells
   std::size_t n_corners_;
   std::vector<std::array<std::int32_t, 8>> corners_;
   std::vector<Face> faces_;

@@ -5,7 +5,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-// Compiled once per kind of vector: see feasible/box/cone_kernel.cpp for what that forbids.
+// Compiled once per vector instruction set; feasible/box/cone_kernel.cpp lists the restrictions.
 
 HWY_BEFORE_NAMESPACE();
 namespace maille::deform {
@@ -14,10 +14,10 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 using D = hn::CappedTag<std::int32_t, 16>;
 
-/// The words of a box's cells: `n` of them in each of `nz` slabs. Of two rows to a word the first may be of
-/// none of its cells, and the last.
+/// The words of a box's cells: `n` in each of `nz` slabs. A word holds two rows; one row of the first and of
+/// the last word may be outside the box.
 struct Words {
-  std::uint32_t two_rows, of_first, of_last; ///< bits of a word, and what the first and the last have of them
+  std::uint32_t two_rows, of_first, of_last; ///< bits within the box: of all, first and last words
   int first, n, nz;
 
   HWY_INLINE explicit Words(const BrickBox& box) {
@@ -37,8 +37,8 @@ struct Words {
   }
 };
 
-/// The numbers from `id` on into those of 16 cells whose bits are set. Numbers of the others may wrap around:
-/// they are not written.
+/// Writes the numbers from `id` on to those of 16 cells whose bits are set. Numbers of the other cells may
+/// wrap around; they are not written.
 HWY_INLINE void number(std::int32_t* row, std::uint32_t bits, std::uint32_t id) {
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));

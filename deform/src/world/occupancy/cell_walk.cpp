@@ -11,7 +11,8 @@ namespace {
 
 constexpr double never = std::numeric_limits<double>::infinity();
 
-/// Times in (0, 1) at which a coordinate's rate changes sign, in order; at most four, because |angle| <= pi.
+/// Times in (0, 1) at which the rate of a coordinate changes sign, sorted; at most four, because |angle| <=
+/// pi.
 struct Turnings {
   std::array<double, 4> times{};
   std::size_t n = 0;

@@ -1,5 +1,5 @@
 #pragma once
-/// The cells that a moving point goes through, one after another.
+/// Traversal of the cells that a moving point passes through.
 
 #include "maille/deform/world/rigid_shape.hpp"
 
@@ -16,14 +16,13 @@ struct CoordinatePath {
   double rate(double t, double angle) const;
 };
 
-/// Walks from cell to cell through faces, in the order of time, and leaves none out, however fast the point
-/// goes: what a point cannot pass through on its way, no motion passes through. Of faces that are met at once
-/// (an edge, a corner) the first axis comes first, so that a wall of cells that touch at edges alone is a
-/// wall too.
+/// Walks from cell to cell through faces, in the order of time, without omissions at any speed of the point:
+/// a motion passes through no obstacle that its points cannot pass. If several faces are reached at once (an
+/// edge, a corner), the lowest axis is first, so that cells that touch only at edges also form a wall.
 ///
-/// Crossings of a straight path are divisions (Amanatides and Woo 1987, with times from the plane's number
-/// instead of sums, so that errors do not add up). A turning coordinate is cut where its rate changes sign,
-/// and a crossing is found in each monotone piece by bisection to the last bit.
+/// Crossings of a straight path are divisions (Amanatides and Woo 1987, but with times from the plane's
+/// number instead of sums, so that errors do not accumulate). A coordinate under rotation is divided where
+/// its rate changes sign; bisection finds the crossing in each monotone piece to the last bit.
 class CellWalk {
 public:
   /// @param start the cell of the point at t = 0; its coordinates may lie outside by rounding

@@ -26,24 +26,23 @@ public:
   const PosedShape& posed() const { return posed_; }
   bool only_shifts_along_its_lattice() const { return motion_.angle == 0 && posed_.is_aligned(); }
 
-  /// Whether nothing is near any point of a ball on its way.
+  /// True if no blocked cell is near any point of a ball on its way.
   bool is_clear(const RigidShape::Block& block) const {
     return is_clear(Eigen::Vector3d::Map(block.centre.data()), Eigen::Vector3d::Constant(block.radius), 0);
   }
-  /// Whether nothing is near the whole shape on its way.
+  /// True if no blocked cell is near the whole shape on its way.
   bool is_clear() const;
-  /// Asks the cells on a voxel's way, up to the earliest contact so far.
+  /// Tests the cells on a voxel's way, up to the earliest contact so far.
   void follow(std::int32_t voxel, const Index3& start, std::optional<Contact>& earliest) const;
-  /// The same, whether or not anything is near.
+  /// The same without the test for near cells.
   void walk(std::int32_t voxel, const Index3& start, std::optional<Contact>& earliest) const;
   /// Calls visit(step, cell) for all blocked cells on a voxel's way.
   template<class Visit>
   void follow_through(std::int32_t voxel, const Index3& start, Visit&& visit) const;
 
 private:
-  /// Of points about `centre`, in the object's frame, that are no further from it than `reach` along each
-  /// axis of the world; where turns may take them out of that box, they are no further than `arm` from the
-  /// centre [m].
+  /// The same for points around `centre`, in the object's frame, at most `reach` from it along each axis of
+  /// the world; if rotations may move them out of that box, at most `arm` from the centre [m].
   bool is_clear(const Eigen::Vector3d& centre, const Eigen::Vector3d& reach, double arm) const;
   bool is_clear(const std::array<CoordinatePath, 3>& paths) const;
   std::array<CoordinatePath, 3> paths_of(const Eigen::Vector3d& rest) const;
@@ -62,7 +61,7 @@ bool Sweep::is_clear() const {
 
 bool Sweep::is_clear(const Eigen::Vector3d& centre, const Eigen::Vector3d& reach, double arm) const {
   const Eigen::Vector3d begin = pose_.position + pose_.rotation * centre;
-  double turned = 0; // how far a turn can take any of the points
+  double turned = 0; // largest motion of a point by the rotation
   if (motion_.angle != 0) {
     const Eigen::Vector3d out = begin - motion_.about;
     turned = std::abs(motion_.angle) * ((out - motion_.axis * motion_.axis.dot(out)).norm() + arm);
@@ -86,7 +85,7 @@ std::array<CoordinatePath, 3> Sweep::paths_of(const Eigen::Vector3d& rest) const
   const Eigen::Vector3d begin = pose_.position + pose_.rotation * rest;
   std::array<CoordinatePath, 3> paths;
   Eigen::Vector3d still = begin, cosine = Eigen::Vector3d::Zero(), sine = cosine;
-  if (motion_.angle != 0) { // Rodrigues: what lies along the axis stays
+  if (motion_.angle != 0) { // Rodrigues: the component along the axis is constant
     const Eigen::Vector3d arm = begin - motion_.about, along = motion_.axis * motion_.axis.dot(arm);
     still = motion_.about + along;
     cosine = arm - along;
@@ -100,8 +99,8 @@ std::array<CoordinatePath, 3> Sweep::paths_of(const Eigen::Vector3d& rest) const
   return paths;
 }
 
-/// Whether nothing is taken in the box of cells that a point may come to at all: a chord is no longer than
-/// its arc. Most points of a tick of a hand stay within a cell, and walks along arcs are dear.
+/// True if no cell is occupied in the box that a point may reach: a chord is no longer than its arc. Most
+/// points of a tick stay within a cell, and walks along arcs are expensive.
 bool Sweep::is_clear(const std::array<CoordinatePath, 3>& paths) const {
   Index3 first, last;
   for (std::size_t a = 0; a < 3; ++a) {
@@ -141,7 +140,7 @@ void Sweep::follow_through(std::int32_t voxel, const Index3& start, Visit&& visi
       visit(*step, walk.cell());
 }
 
-/// Sides that a shift goes towards, as in RigidShape::open_sides.
+/// Sides in the direction of a shift, as in RigidShape::open_sides.
 unsigned sides_ahead(const Eigen::Vector3d& by) {
   unsigned sides = 0;
   for (int a = 0; a < 3; ++a)
@@ -221,7 +220,7 @@ std::optional<Contact> move_until_contact(const OccupancyMap& map, const Vec3& c
     done = std::max(0.0, contact->time - tolerance / largest_speed(shape, from, motion, cell_size));
     pose = motion.moved(from, done);
   }
-  // A voxel that only just stays in its cell may be rounded into the next: then a little less.
+  // Rounding may put a voxel at the border of its cell into the next: the motion is then shortened slightly.
   for (double less = 1e-12; done > 0 && is_blocked(map, cell_size, shape, pose); less *= 4) {
     done = std::max(0.0, done - less);
     pose = motion.moved(from, done);

@@ -1,5 +1,5 @@
 #pragma once
-/// When a moving object first meets something.
+/// First contact of a moving object.
 
 #include "maille/deform/world/occupancy_map.hpp"
 #include "maille/deform/world/rigid_world.hpp"
@@ -9,19 +9,19 @@
 namespace maille::deform {
 
 /// The first voxel of the shape whose middle enters a blocked cell on the way, exactly: every cell that any
-/// voxel passes through is asked, up to the earliest contact found so far. Of voxels that meet something at
-/// the same time, the one with the smallest number.
+/// voxel passes through is tested, up to the earliest contact found so far. Of simultaneous contacts, the
+/// voxel with the smallest number is returned.
 ///
-/// The map must not hold the shape itself. Where nothing is near the box that the whole shape passes through,
-/// no voxel is asked. Blocks of voxels whose ball meets nothing on the way are passed over; a shape whose
-/// lattice is the world's and that only shifts asks voxels alone that are open towards a direction of the
-/// shift: any other voxel enters only cells that its own neighbour was in at that time.
+/// The map must not contain the shape itself. If no blocked cell is near the bounding box of the whole
+/// motion, no voxel is tested. Blocks of voxels without blocked cells near their ball are skipped. If the
+/// lattice equals the world's and the motion is a shift, only voxels open towards a direction of the shift
+/// are tested: any other voxel enters only cells that its neighbour was in at that time.
 ///
-/// Cost  O(voxels asked * cells passed); nothing is allocated
+/// Cost  O(voxels tested * cells passed); no allocation
 std::optional<Contact> first_contact(const OccupancyMap& map, const Vec3& cell_size, const RigidShape& shape,
                                      const Pose& pose, const RigidMotion& motion);
 
-/// The same for all voxels and all cells: the oracle of the above.
+/// The same for all voxels and all cells: reference for tests.
 std::optional<Contact> first_contact_of_every_voxel(const OccupancyMap& map, const Vec3& cell_size,
                                                     const RigidShape& shape, const Pose& pose,
                                                     const RigidMotion& motion);
@@ -31,22 +31,21 @@ struct Entry {
   double time = 0;
   std::int32_t voxel = 0;
   Index3 cell{};
-  int axis = 0, direction = 1; ///< of the face that it is entered through
+  int axis = 0, direction = 1; ///< of the face of entry
 };
 
-/// All of them, voxel by voxel, as if nothing were in the way, then those whose middles voxels come over;
-/// those that the map says are the shape's own are left out.
+/// All entries, voxel by voxel, without obstacles; then cells whose middles enter voxels. The shape's own
+/// cells are omitted.
 /// @param first the number of the shape's voxel 0 in the map
 std::vector<Entry> entries_on_the_way(const OccupancyMap& map, const Vec3& cell_size, const RigidShape& shape,
                                       VoxelId first, const Pose& pose, const RigidMotion& motion);
 
 /// Moves a shape's pose along a motion, up to a billionth of a cell before the first contact: of a voxel's
-/// middle with a blocked cell, or, where voxels are longer than cells as they stand, of a voxel's box with
-/// the middle of one (see posed_matter.hpp).
+/// middle with a blocked cell or, if rotated voxels are longer than cells, of a voxel's box with the middle
+/// of a blocked cell (see posed_matter.hpp).
 ///
-/// @param pose where it is, in no blocked cell; then where it is after `done` of the motion, in no blocked
-///        cell
-/// @return the contact that stopped it; nothing where the whole motion was free
+/// @param[in,out] pose start, then pose after `done` of the motion; both in no blocked cell
+/// @return the contact; nothing if the whole motion was free
 std::optional<Contact> move_until_contact(const OccupancyMap& map, const Vec3& cell_size,
                                           const RigidShape& shape, const RigidMotion& motion, Pose& pose,
                                           double& done);
@@ -54,7 +53,7 @@ std::optional<Contact> move_until_contact(const OccupancyMap& map, const Vec3& c
 /// @throws std::invalid_argument if a motion is not finite, turns by more than half a circle, or has no axis
 void check(const RigidMotion& motion);
 
-/// Whether any voxel's middle is in a blocked cell, or any voxel holds the middle of a taken one.
+/// True if any voxel's middle is in a blocked cell, or any voxel contains the middle of an occupied one.
 bool is_blocked(const OccupancyMap& map, const Vec3& cell_size, const RigidShape& shape, const Pose& pose);
 
 } // namespace maille::deform

@@ -79,7 +79,7 @@ std::optional<Hit> first_hit(const OccupancyMap& map, const NodeCells& cells, st
     return hit_at(voxel, step->time, static_cast<std::size_t>(step->axis), step->direction, walk.cell(), from,
                   to);
   }
-  // A way that ends on a face, or is rounded across one.
+  // The path ends on a face, or rounding moves its end across one.
   const Index3 last = cell_at(to);
   for (std::size_t a = 0; a < 3; ++a)
     if (last[a] != walk.cell()[a] && cells.is_blocked(map, last))

@@ -5,7 +5,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-// Compiled once per kind of vector: see feasible/box/cone_kernel.cpp for what that forbids.
+// Compiled once per vector instruction set; feasible/box/cone_kernel.cpp lists the restrictions.
 
 HWY_BEFORE_NAMESPACE();
 namespace maille::deform {
@@ -24,7 +24,7 @@ HWY_INLINE hn::Vec<U> blocked(const OccupancyTables& tables, hn::Vec<D> x, hn::V
   };
   const auto has_cell =
       hn::And(below(x, tables.cells[0]), hn::And(below(y, tables.cells[1]), below(z, tables.cells[2])));
-  // Where there is no such cell, the first one is asked: its answer is not used.
+  // Indices outside are replaced by the first cell; their result is not used.
   const auto inside = hn::VecFromMask(d, hn::RebindMask(d, has_cell));
   x = hn::And(x, inside);
   y = hn::And(y, inside);

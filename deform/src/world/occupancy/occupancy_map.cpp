@@ -19,7 +19,7 @@ std::uint32_t bits_between(int first, int last) {
   return (0xFFFFu >> (15 - last)) & (0xFFFFu << first);
 }
 
-/// Number by number: compared as a whole, sizes just written are waited for.
+/// Compares component by component: comparing the whole array stalls on values just written.
 bool is_one_cell(const Index3& size) {
   return size[0] == 1 && size[1] == 1 && size[2] == 1;
 }
@@ -100,7 +100,7 @@ int OccupancyMap::n_blocked_in_row(const Index3& first, int n) const {
 }
 
 std::int64_t OccupancyMap::n_blocked(std::int64_t n, const std::int32_t* const cells[3]) const {
-  constexpr std::size_t most_gathered = std::size_t{1} << 24; // words then have numbers of 31 bits
+  constexpr std::size_t most_gathered = std::size_t{1} << 24; // word indices then fit into 31 bits
   if (bricks_.size() < most_gathered && masks_.size() < most_gathered)
     return count_blocked({bricks_.data(), masks_.front().data(), cells_, n_bricks_}, n, cells);
   std::int64_t blocked = 0;
@@ -159,7 +159,7 @@ void OccupancyMap::take(const Index3& at) {
   const auto brick = static_cast<std::size_t>(bricks_[place]);
   std::uint32_t& word = masks_[brick][word_of(at)];
   const std::uint32_t bit = std::uint32_t{1} << ((at[0] & 15) + row_shift(at[1]));
-  if ((word & bit) == 0) // as nowhere in the empty brick
+  if ((word & bit) == 0) // always true in the empty brick
     return;
   word &= ~bit;
   --n_occupied_;
@@ -201,7 +201,7 @@ void OccupancyMap::take_part(const Index3& first, const BrickBox& box) {
 }
 
 std::int64_t OccupancyMap::bytes() const {
-  const auto n = static_cast<std::int64_t>(masks_.size()) - 1; // the empty one has no numbers
+  const auto n = static_cast<std::int64_t>(masks_.size()) - 1; // the empty brick has no numbers
   return static_cast<std::int64_t>(bricks_.capacity() * sizeof(std::int32_t)) +
          static_cast<std::int64_t>(masks_.capacity() * sizeof(Mask) +
                                    ids_.capacity() * sizeof(std::unique_ptr<Ids>)) +

@@ -9,7 +9,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-// Compiled once per kind of vector: see feasible/box/cone_kernel.cpp for what that forbids.
+// Compiled once per vector instruction set; feasible/box/cone_kernel.cpp lists the restrictions.
 
 HWY_BEFORE_NAMESPACE();
 namespace maille::deform {

@@ -8,7 +8,7 @@ Index3 cell_at(const InCells& place) {
   Index3 cell;
   for (std::size_t a = 0; a < 3; ++a) {
     const double at = std::clamp(place[a], -furthest_cell, furthest_cell);
-    cell[a] = static_cast<int>(at); // towards 0, where std::floor() is a call
+    cell[a] = static_cast<int>(at); // truncates; std::floor() would be a function call
     cell[a] -= at < cell[a] ? 1 : 0;
   }
   return cell;
@@ -66,7 +66,7 @@ Vec3 PosedLattice::moved_along(std::int32_t voxel, const Displacement& displacem
   x[axis] = to * cell_size_[axis];
   if (is_turned_)
     return displacement_at(voxel, x);
-  Vec3 u = displacement.at(node(voxel)); // the other components stay to the bit
+  Vec3 u = displacement.at(node(voxel)); // the other components stay bit-identical
   u[axis] = x[axis] - rest(voxel)[axis];
   return u;
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// Where the nodes of a deformable object are in a world of cells.
+/// Positions of the nodes of a deformable object in a world of cells.
 
 #include "maille/deform/world/rigid_shape.hpp"
 #include "maille/scene/answer.hpp"
@@ -13,29 +13,23 @@
 
 namespace maille::deform {
 
-/// Numbers of cells are cut off here: far outside any world, where int still holds them.
+/// Clamp for cell coordinates: far outside any world, within the range of int.
 inline constexpr double furthest_cell = 1 << 30;
 
-/// A place in the world, in cells along each axis. Along axes beyond the world's dimension it is 1/2, in the
-/// middle of the only cell.
+/// A place in the world, in cells along each axis; 1/2 along axes beyond the world's dimension.
 using InCells = std::array<double, 3>;
 
-inline Eigen::Vector3d vector(const Vec3& v) {
-  return Eigen::Vector3d::Map(v.data());
-}
-
-/// The nodes of a body, numbered from 0 on in the order of its grid ("voxels" of the world), at a pose that
-/// does not change.
+/// The nodes of a body, numbered from 0 in the order of its grid ("voxels" of the world), at a fixed pose.
 class PosedLattice {
 public:
   PosedLattice(const Specimen& specimen, const Pose& pose, const Vec3& cell_size);
 
   std::int32_t n_voxels() const { return static_cast<std::int32_t>(nodes_.size()); }
   std::int64_t node(std::int32_t voxel) const { return nodes_[voxel]; }
-  /// @return -1 where the grid's node is not of the body
+  /// @return -1 if the grid's node is not a node of the body
   std::int32_t voxel(std::int64_t node) const { return voxels_[node]; }
 
-  /// Whether the object's axes are not the world's.
+  /// True if the object's axes differ from the world's.
   bool is_turned() const { return is_turned_; }
   int dimension() const { return dimension_; }
   InCells place(std::int32_t voxel, const Displacement& displacement) const;
@@ -43,9 +37,9 @@ public:
   std::vector<InCells> places(const Displacement& displacement) const;
   Eigen::Vector3d position(std::int32_t voxel, const Displacement& displacement) const;
   Eigen::Vector3d rest(std::int32_t voxel) const { return rest_[voxel]; }
-  /// The displacement in the object's frame that changes a place along one axis of the world to `to` [cells].
+  /// Displacement in the object's frame that changes a place along one axis of the world to `to` [cells].
   Vec3 moved_along(std::int32_t voxel, const Displacement& displacement, int axis, double to) const;
-  /// The displacement in the object's frame that takes a node to a position in the world.
+  /// Displacement in the object's frame that moves a node to a position in the world.
   Vec3 displacement_at(std::int32_t voxel, const Eigen::Vector3d& position) const;
   const Pose& pose() const { return pose_; }
   const Vec3& cell_size() const { return cell_size_; }

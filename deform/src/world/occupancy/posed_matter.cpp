@@ -10,12 +10,16 @@ namespace maille::deform {
 
 namespace {
 
-/// What a voxel takes up along each axis of the world [cells].
+Eigen::Vector3d vector(const Vec3& v) {
+  return Eigen::Vector3d::Map(v.data());
+}
+
+/// Extent of a voxel along each axis of the world [cells].
 Eigen::Vector3d extent(const Vec3& spacing, const Eigen::Matrix3d& rotation, const Vec3& cell_size) {
   return (rotation.cwiseAbs() * vector(spacing)).cwiseQuotient(vector(cell_size));
 }
 
-/// In how many steps a shape goes no further than it is looked at from one to the next.
+/// Number of steps in which no point moves further than the step length.
 double steps_of(const RigidShape& shape, const Pose& pose, const RigidMotion& motion, const Vec3& cell_size,
                 double end) {
   return std::clamp(std::ceil(largest_speed(shape, pose, motion, cell_size) * end / step_over_cell), 1.0,
@@ -26,7 +30,7 @@ bool is_taken(const OccupancyMap& map, const Index3& cell) {
   return map.has_cell(cell) && map.is_occupied(cell);
 }
 
-/// Whether a block of voxels, as a box, holds no blocked cell's middle.
+/// True if the bounding box of a block of voxels contains no blocked cell's middle.
 bool is_clear(const OccupancyMap& map, const Vec3& cell_size, const RigidShape::Block& block,
               const Vec3& spacing, const Pose& pose) {
   Eigen::Vector3d size, low;
@@ -45,7 +49,7 @@ bool is_clear(const OccupancyMap& map, const Vec3& cell_size, const RigidShape::
   return !is_any_blocked(map, first, last);
 }
 
-/// Open voxels that hold a blocked cell's middle, and one such cell of each.
+/// Open voxels that contain a blocked cell's middle, with one such cell each.
 std::vector<std::pair<std::int32_t, Index3>> held_by_open_voxels(const OccupancyMap& map,
                                                                  const Vec3& cell_size,
                                                                  const RigidShape& shape, const Pose& pose) {
@@ -66,13 +70,13 @@ std::vector<std::pair<std::int32_t, Index3>> held_by_open_voxels(const Occupancy
   return held;
 }
 
-/// Through which face of a cell of the world matter came over its middle: along the axis in which it goes
-/// most steeply against the face of the voxel that the middle came through.
+/// Sets the face of the cell through which matter reached its middle: the axis of largest velocity against
+/// the face of the voxel that the middle entered through.
 void set_face(HeldCell& held, const PosedMatter& matter, const Pose& pose, const RigidMotion* motion) {
   const Index3 index = matter.shape().index_of(held.voxel);
   const Eigen::Vector3d in = matter.in_lattice(held.cell);
   double least = 2;
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitX(); // of the box, outwards
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitX(); // outward normal of the box
   const std::uint8_t open = matter.shape().open_sides(held.voxel);
   for (int a = 0; a < 3; ++a)
     for (const int side : {0, 1}) {
@@ -119,7 +123,7 @@ PosedMatter::PosedMatter(const RigidShape& shape, const Pose& pose, const Vec3& 
   const Eigen::Vector3d h = vector(cell_size), s = vector(shape.spacing());
   to_lattice_ = s.cwiseInverse().asDiagonal() * pose.rotation.transpose() * h.asDiagonal();
   from_lattice_ = h.cwiseInverse().asDiagonal() * pose.rotation * s.asDiagonal();
-  origin_ = pose.position.cwiseQuotient(h).cwiseMax(-1e8).cwiseMin(1e8); // cells' numbers stay what int holds
+  origin_ = pose.position.cwiseQuotient(h).cwiseMax(-1e8).cwiseMin(1e8); // cell coordinates fit in int
   reach_ = 0.5 * from_lattice_.cwiseAbs().rowwise().sum();
 }
 
@@ -170,7 +174,7 @@ std::optional<Contact> first_held_cell(const OccupancyMap& map, const Vec3& cell
       const double middle = 0.5 * (free + blocked);
       if (middle <= free || middle >= blocked)
         return contact;
-      // Voxels that come over a middle within the step and are off it at its end have not gone far into it.
+      // Voxels that pass a middle within the step and have left it at its end only grazed it.
       const PosedMatter matter(shape, motion.moved(pose, middle), cell_size);
       decltype(held) still;
       for (const auto& [voxel, known] : held)
@@ -250,8 +254,7 @@ Index3 sealing_parts(const Vec3& spacing, const Eigen::Matrix3d& rotation, const
   Index3 parts{1, 1, 1};
   if (*std::ranges::min_element(spacing) >= *std::ranges::max_element(cell_size) * (1 - rounding))
     return parts;
-  // So that the boxes of parts reach no further than half a cell from their middles, along every axis of the
-  // world.
+  // The boxes of parts extend at most half a cell from their middles along every axis of the world.
   parts.fill(
       std::max(1, static_cast<int>(std::ceil(extent(spacing, rotation, cell_size).maxCoeff() - rounding))));
   return parts;

@@ -8,7 +8,7 @@ namespace maille::deform {
 
 namespace {
 
-/// A cell's number; far outside any world where int would not hold it.
+/// Coordinate of a cell, clamped to the range of int far outside any world.
 int cell_below(double y) {
   return static_cast<int>(std::floor(std::clamp(y, -furthest_cell, furthest_cell)));
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// The cells that an object takes where it is.
+/// Cells that an object occupies at a pose.
 
 #include "maille/deform/world/rigid_shape.hpp"
 
@@ -9,9 +9,9 @@
 
 namespace maille::deform {
 
-/// y = offset + sum over axes of column * index, in cells; the cell is the floor of y. Sums are formed in
-/// this order and without fused operations, so that a voxel's cell is the same on every machine, in every
-/// part of the world's code.
+/// y = offset + sum over axes of column * index, in cells; the cell is the floor of y. Sums are evaluated in
+/// this order and without fused operations, so that a voxel's cell is the same on every machine and in all
+/// code of the world.
 struct CellsFromIndices {
   std::array<std::array<double, 3>, 3> columns{}; ///< columns[axis of the lattice][axis of the world]
   std::array<double, 3> offset{};
@@ -21,8 +21,8 @@ struct CellsFromIndices {
 void cells_from_indices(const CellsFromIndices& from, const std::int16_t* const index[3], std::int64_t n,
                         std::int32_t* const cells[3]);
 
-/// A shape at a pose, over the cells of a world. Where the lattice's lines are the world's (no turn, same
-/// spacing), the cell is index + a shift, so that the object keeps its form to the last voxel.
+/// A shape at a pose, over the cells of a world. If the lattice is aligned with the world's cells (no
+/// rotation, same spacing), the cell is the index plus a shift, so that the object keeps its shape exactly.
 class PosedShape {
 public:
   PosedShape(const RigidShape& shape, const Pose& pose, const Vec3& cell_size);
@@ -33,7 +33,7 @@ public:
   Index3 cell_of_row(const RigidShape::Row& row) const {
     return {row.first[0] + shift_[0], row.first[1] + shift_[1], row.first[2] + shift_[2]};
   }
-  /// Cells of voxels from number `first` on, one array an axis.
+  /// Cells of n voxels from number `first` on, one array per axis.
   void cells(std::int32_t first, std::int32_t n, std::int32_t* const cells[3]) const;
   Index3 cell(std::int32_t voxel) const;
 
@@ -44,13 +44,13 @@ private:
   Index3 shift_{};
 };
 
-/// Calls visit(first cell, size, first voxel) for boxes of cells whose voxels go on in number along x, then
-/// y, then z: full blocks and rows of the shape where it is aligned, else each voxel for itself.
+/// Calls visit(first cell, size, first voxel) for boxes of cells whose voxels have consecutive numbers along
+/// x, then y, then z: full blocks and rows if the shape is aligned, else single voxels.
 template<class Visit>
 void for_each_box(const PosedShape& posed, Visit&& visit);
 
-/// Calls visit(first voxel, n, cells) for voxels in the order of their numbers, many at a time, until it
-/// returns true. @return whether it did
+/// Calls visit(first voxel, n, cells) for batches of voxels in the order of their numbers, until it returns
+/// true. @return true if it did
 template<class Visit>
 bool any_cells_of(const PosedShape& posed, std::int32_t first, std::int32_t end, Visit&& visit) {
   std::array<std::int32_t, 256> x, y, z;

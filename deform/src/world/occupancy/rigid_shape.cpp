@@ -11,9 +11,9 @@ namespace maille::deform {
 
 namespace {
 
-constexpr Index3 block_size{16, 4, 4}; ///< as long as a brick of the map along x
+constexpr Index3 block_size{16, 4, 4}; ///< as long as a brick of the map is along x
 
-/// Whether there is a voxel, of places that may lie beside the lattice.
+/// Matter at places that may lie outside the lattice.
 class Matter {
 public:
   Matter(const Index3& size, std::span<const std::uint8_t> values) : size_(size), values_(values) {}
@@ -57,7 +57,7 @@ RigidShape::RigidShape(const Index3& size, const Vec3& spacing, std::span<const 
       throw std::invalid_argument("RigidShape: 1 to 32767 voxels along every axis, and spacings above 0");
   if (matter.size() != static_cast<std::size_t>(std::int64_t{1} * size[0] * size[1] * size[2]))
     throw std::invalid_argument("RigidShape: a value for every place of the lattice");
-  // Block by block, so that voxels near one another in space are so in every array.
+  // Block by block, so that voxels that are close in space are close in every array.
   for (int z = 0; z < size[2]; z += block_size[2])
     for (int y = 0; y < size[1]; y += block_size[1])
       for (int x = 0; x < size[0]; x += block_size[0])
@@ -137,7 +137,7 @@ Pose RigidMotion::moved(const Pose& from, double t) const {
   Pose to = from;
   if (angle != 0) {
     const Eigen::Matrix3d turn = Eigen::AngleAxisd(t * angle, axis).toRotationMatrix();
-    // Back to a rotation to rounding, so that any number of motions leaves the object its form.
+    // Orthonormalised, so that the object keeps its shape after any number of motions.
     to.rotation = Eigen::Quaterniond(turn * from.rotation).normalized().toRotationMatrix();
     to.position = about + turn * (from.position - about);
   }

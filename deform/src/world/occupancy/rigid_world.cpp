@@ -37,7 +37,7 @@ RigidWorld::Added RigidWorld::add(RigidShape shape, const Pose& pose, bool may_m
   return added;
 }
 
-/// The first voxel that cannot be there.
+/// The first voxel whose cell is blocked.
 std::optional<Contact> RigidWorld::find_refusal(const RigidShape& shape, const Pose& pose,
                                                 bool may_meet) const {
   std::optional<Contact> refusal;

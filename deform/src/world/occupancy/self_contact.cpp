@@ -41,12 +41,11 @@ bool does_segment_cross(const Eigen::Vector3d& from, const Eigen::Vector3d& to, 
 }
 
 constexpr int bisections = 8;
-/// A wider gap at rest counts as one of this width [cells]: beyond it no cell is near another.
+/// Wider gaps at rest count as this width [cells]; no cell at this distance is a near one.
 constexpr int gap_looked_at = near_steps + 1;
 
-/// Whether limits keep a full box in order: the symmetric part of every cell's deformation gradient is
-/// dominated by its diagonal, so it is positive, and a way between two points of a convex body is never
-/// turned back.
+/// True if limits prevent a full box from folding: the symmetric part of every cell's deformation gradient is
+/// diagonally dominant, hence positive, and no path between two points of a convex body is reversed.
 bool keep_a_box_in_order(const Specimen& specimen, const LinkLimits& limits) {
   const Grid& grid = specimen.grid;
   const auto d = static_cast<std::size_t>(grid.dimension());
@@ -67,8 +66,8 @@ bool keep_a_box_in_order(const Specimen& specimen, const LinkLimits& limits) {
   });
 }
 
-/// Whether a body is a full box that is not slender: what lies on its two sides comes to meet only where the
-/// matter between is turned inside out.
+/// True if a body is a full box that is not slender: its sides can meet only if the matter between is
+/// inverted.
 bool is_compact(const Specimen& specimen, int dimension) {
   constexpr double slender = 4; // longest side over shortest
   const Grid& grid = specimen.grid;
@@ -81,7 +80,7 @@ bool is_compact(const Specimen& specimen, int dimension) {
   return specimen.n_matter_cells() == grid.n_cells() && most <= slender * least;
 }
 
-/// How far apart values of nodes are at most, by their components.
+/// Range of nodal values, combined over components.
 template<class Value>
 double range_of(int dimension, std::int32_t n_nodes, Value&& value) {
   double sum = 0;
@@ -171,7 +170,7 @@ void SelfContact::find_edges() {
   edges_.erase(same.begin(), same.end());
 }
 
-/// Cells within a few steps of a cell, itself among them, sorted.
+/// Cells within a few steps of a cell, including it, sorted.
 std::vector<std::int32_t> SelfContact::near(std::int32_t cell) const {
   std::vector<std::int32_t> known{cell};
   std::size_t begin = 0;
@@ -188,7 +187,7 @@ bool SelfContact::is_near(std::int32_t one, std::int32_t other) const {
   return std::ranges::binary_search(near(one), other);
 }
 
-/// The least distance at rest between cells of the surface that are far from one another in the body.
+/// Sets the smallest distance at rest between cells of the surface that are far from each other in the body.
 void SelfContact::find_clearance(const Specimen& specimen) {
   const Grid& grid = specimen.grid;
   const std::vector<std::int32_t> number = numbers_of_matter(specimen);
@@ -222,7 +221,7 @@ void SelfContact::find_clearance(const Specimen& specimen) {
   clearance_ = least * step_ / step_over_cell;
 }
 
-/// No two nodes move further apart, or nearer to one another, than this [m].
+/// Upper bound of the change of distance between two nodes [m].
 double SelfContact::spread(const PosedLattice& lattice, const Displacement& at) const {
   return range_of(dimension_, lattice.n_voxels(),
                   [&](int component, std::int32_t voxel) { return at(component, lattice.node(voxel)); });
@@ -305,9 +304,9 @@ Eigen::Vector3d SelfContact::from_face_to_edge(const Crossing& crossing, const P
   return off;
 }
 
-/// Crossings that are not known, of edges that were outside of the face before; the others are known from
-/// then on. As long as none is known nothing is inside, and all come from outside, whatever side of a slanted
-/// face's plane the middle of the edge is on.
+/// New crossings of edges that were outside of the face before; other crossings become known. As long as none
+/// is known, all edges come from outside, even if the middle of the edge is behind the plane of an oblique
+/// face.
 std::vector<SelfContact::Crossing> SelfContact::from_outside(const Places& at, const Places& before,
                                                              std::vector<Crossing>& known) const {
   std::vector<Crossing> list;
@@ -386,7 +385,7 @@ std::vector<SelfHit> SelfContact::find(const PosedLattice& lattice, const Displa
       (from_outside(at, before, known).empty() ? free : blocked) = middle;
     }
     go(free);
-    return hits_of(crossed, at, free); // all that this step would lead through one another
+    return hits_of(crossed, at, free); // all crossings of this step
   }
   return {};
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// Where a deformable object would pass through itself.
+/// Self-collision of a deformable object.
 
 #include "maille/scene/answer.hpp"
 #include "maille/scene/link_limits.hpp"
@@ -13,27 +13,25 @@
 
 namespace maille::deform {
 
-/// A node of a part of a body's skin that would cross another part of it.
+/// A node of a part of a body's skin that would cross another part.
 struct SelfHit {
   std::int32_t voxel = 0;   ///< the node
   std::int32_t partner = 0; ///< a node of the other part
-  int axis = 0;             ///< of the world, along which the two parts face one another
+  int axis = 0;             ///< of the world, along which the two parts face each other
   int direction = 1;        ///< from the node to the other part along it: -1 or 1
-  double time = 0;          ///< of the way, 0 to 1: up to it nothing crosses
+  double time = 0;          ///< part of the way without crossings, 0 to 1
 };
 
-/// The skin of one body, looked at for places where it crosses itself.
+/// Self-collision detection on the skin of one body.
 ///
-/// The skin is made of the outer faces of cells of matter between their corners where they are: segments in
-/// two dimensions, two triangles a face in three. A state crosses itself where an edge of the skin passes
-/// through a face that is far from it in the body: more than two cells away, going from cell to cell
-/// through faces, and comes from outside. What is nearer, or comes from within (matter that is pressed
-/// until it turns inside out), is order within the matter, which limits and elasticity keep. A way from one
-/// state to another is looked at in steps of a quarter of a cell of matter.
-///
-/// Cost     none for full boxes that are not slender, or that limits which bind keep in order; else the
-///          range of the displacement, and where that is larger than the narrowest gap at rest, a look at
-/// every edge of the skin a step
+/// The skin consists of the outer faces of cells between their displaced corners: segments in two dimensions,
+/// two triangles per face in three. A state crosses itself if an edge of the skin passes from outside through
+/// a face that is far from it in the body: more than two cells away, from cell to cell through faces. Nearer
+/// crossings, and crossings from inside (matter that is inverted by pressure), are left to limits and
+/// elasticity. The path between two states is tested in steps of a quarter of a cell of matter.
+/// Cost     none for full boxes that are not slender, or that binding limits prevent from folding; else the
+///          range of the displacement, and if that exceeds the narrowest gap at rest, a test of every edge
+///          of the skin per step
 /// Checked by  tests/deform/world/self_contact_test.cpp
 class SelfContact {
 public:
@@ -41,19 +39,19 @@ public:
   SelfContact(const Specimen& specimen, const PosedLattice& lattice, const BodyMatter& matter,
               const LinkLimits* limits);
 
-  /// Whether parts of the body that are far from one another in it can have come nearer than `margin` [m].
+  /// True if parts that are far from each other in the body may be nearer than `margin` [m].
   /// @param displacement component after component of node after node
   bool may_meet(std::span<const double> displacement, double margin) const;
-  /// What first crosses on the straight way of all nodes from one state to another. @pre from crosses nothing
+  /// First crossings on the straight paths of all nodes between two states. @pre `from` has no crossings
   std::vector<SelfHit> find(const PosedLattice& lattice, const Displacement& from,
                             const Displacement& to) const;
   std::int64_t bytes() const;
 
 private:
   struct Face {
-    std::array<std::int32_t, 4> node; ///< -1 where there are fewer
+    std::array<std::int32_t, 4> node; ///< unused: -1
     std::int32_t cell;
-    double outwards; ///< of its normal at rest: 1 or -1
+    double outwards; ///< sign of its normal at rest: 1 or -1
   };
   struct Edge {
     std::array<std::int32_t, 2> node;
@@ -86,7 +84,7 @@ private:
   bool is_never_ = false;
   std::vector<Face> faces_;
   std::vector<Edge> edges_;
-  std::vector<std::array<std::int32_t, 6>> beside_; ///< of a cell of matter, through its faces; -1: nothing
+  std::vector<std::array<std::int32_t, 6>> beside_; ///< neighbours of a cell through its faces; -1: none
 };
 
 } // namespace maille::deform

@@ -22,7 +22,7 @@ Eigen::VectorXd forces_of(const Eigen::MatrixXd& compliance, const Eigen::Vector
   if (!set.empty()) {
     const Eigen::MatrixXd of_set = compliance(set, set);
     const Eigen::VectorXd missing = -gap0(set);
-    const Eigen::LLT<Eigen::MatrixXd> factor(of_set); // quicker, and where rounding has its way the other
+    const Eigen::LLT<Eigen::MatrixXd> factor(of_set); // LDLT if rounding makes LLT fail
     const Eigen::VectorXd found = factor.info() == Eigen::Success
                                       ? Eigen::VectorXd(factor.solve(missing))
                                       : Eigen::VectorXd(of_set.ldlt().solve(missing));
@@ -31,8 +31,8 @@ Eigen::VectorXd forces_of(const Eigen::MatrixXd& compliance, const Eigen::Vector
   return force;
 }
 
-/// The same by an interior-point method: for redundant contacts, where active sets alternate. Source
-/// Mehrotra 1992 (SIAM J. Optim. 2)
+/// The same by an interior-point method: for redundant contacts, where active sets alternate.
+/// Source  Mehrotra 1992 (SIAM J. Optim. 2)
 Eigen::VectorXd forces_by_interior_point(const Eigen::MatrixXd& compliance, const Eigen::VectorXd& gap0,
                                          const std::vector<char>& may_pull) {
   constexpr double most_of_the_way = 0.995;
@@ -58,11 +58,11 @@ Eigen::VectorXd forces_by_interior_point(const Eigen::MatrixXd& compliance, cons
     if (mean <= rounding * size * length && left.abs().maxCoeff() <= rounding * length)
       break;
     Eigen::MatrixXd matrix = compliance;
-    const Eigen::ArrayXd safe = force + (1 - presses); // not to divide by 0
+    const Eigen::ArrayXd safe = force + (1 - presses); // avoids division by 0
     matrix.diagonal().array() += presses * gap / safe;
     const Eigen::LLT<Eigen::MatrixXd> factor(matrix);
     if (factor.info() != Eigen::Success)
-      break; // as far as rounding lets it
+      break; // at rounding level
     const auto way_of_force = [&](const Eigen::ArrayXd& target) -> Eigen::ArrayXd {
       return factor.solve((-left + presses * (target / safe - gap)).matrix()).array();
     };

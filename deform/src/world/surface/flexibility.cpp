@@ -11,7 +11,6 @@
 #include <Eigen/QR>
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -24,7 +23,7 @@ namespace maille::deform {
 
 namespace {
 
-/// Shifts and turns of all nodes, each of length 1 and across the others.
+/// Orthonormal basis of the shifts and rotations of all nodes.
 Eigen::MatrixXd rigid_motions(const Specimen& body, const std::vector<std::int64_t>& nodes) {
   const int d = body.grid.dimension();
   const auto n = static_cast<Eigen::Index>(nodes.size());
@@ -48,19 +47,22 @@ Eigen::MatrixXd rigid_motions(const Specimen& body, const std::vector<std::int64
 /// In 3D, above this number of components, a column by multigrid is faster than factor and solve.
 constexpr std::int64_t most_factored = 3'000;
 
-/// Residual of columns over their force, where no momentum hangs on them: far below what contacts that say
-/// nearly the same differ by. Everything else is solved to `tolerance`.
+/// Relative residual of columns without inertia: far below the differences between nearly redundant contacts.
+/// Everything else is solved to `tolerance`.
 constexpr double of_columns = 1e-7;
-/// Reduction of the residual by one round of float32. More is lost to rounding; less takes more rounds.
+/// Reduction of the residual in one float32 solve. A smaller value loses more to rounding; a larger one takes
+/// more rounds.
 constexpr double reduction = 1e-5;
-/// The norm that conjugate gradients lower is another: so much further than is asked.
+/// Safety factor on the requested reduction: conjugate gradients minimise a different norm.
 constexpr double safely = 0.2;
 constexpr std::int64_t most_column_bytes = std::int64_t{1} << 30;
-/// Largest supernodal factor, in numbers of 8 bytes: 320 MB. Ordering more components takes seconds, and
-/// their factor is larger than that.
+/// Largest supernodal factor, in numbers of 8 bytes: 320 MB. Ordering more than `most_ordered` components
+/// takes seconds, and their factor exceeds this size.
 constexpr double most_factor_numbers = 4e7;
 constexpr std::int64_t most_ordered = 200'000;
-/// Columns that are found together: fewer read the factor more often, more take memory.
+/// Number of columns from which one solve for the total force is faster than the sum of columns.
+constexpr std::ptrdiff_t most_summed = 500;
+/// Columns per solve: fewer read the factor more often, more take more memory.
 constexpr std::size_t columns_at_once = 48;
 
 /// Cholesky factor of the stiffness of the free components.
@@ -100,7 +102,7 @@ public:
     return stiffness_ * displacement;
   }
   double force_at(std::int64_t component, const Eigen::VectorXd& displacement) const override {
-    return stiffness_.col(component).dot(displacement); // it is symmetric
+    return stiffness_.col(component).dot(displacement); // the matrix is symmetric
   }
 
 private:
@@ -120,13 +122,13 @@ FactoredStiffness::FactoredStiffness(const Scene& scene, const std::vector<std::
     throw std::invalid_argument("Flexibility: a body that is held so that no rigid motion is left");
 }
 
-/// By refinement: residuals in float64, corrections by conjugate gradients around multigrid in float32. Where
-/// it may, by a supernodal factor from the first time on that several are asked for together.
+/// Iterative refinement: residuals in float64, corrections by conjugate gradients with multigrid in float32.
+/// If allowed, a supernodal factor is made for the first set of columns.
 class MultigridStiffness : public BodyStiffness {
 public:
   MultigridStiffness(const Scene& scene, std::vector<std::int64_t> nodes, const FixedMask& fixed,
                      const Eigen::VectorXd& inertia, int threads);
-  /// @return whether it was made. @throws std::runtime_error where CHOLMOD is not there
+  /// @return true if the factor was made @throws std::runtime_error without CHOLMOD
   bool make_factor();
   void factor_if_asked() { may_factor_ = true; }
   void prepare() override;
@@ -148,7 +150,7 @@ private:
   const FixedMask& fixed_;
   Eigen::VectorXd inertia_;
   mutable ThreadTeam team_;
-  LatticeElasticity elasticity_; ///< springs stand for inertia
+  LatticeElasticity elasticity_; ///< with inertia as springs
   MaskedMultigrid multigrid_;
   MaskedSystem system_;
   bool may_factor_ = false;
@@ -216,7 +218,7 @@ void MultigridStiffness::prepare() {
     return;
   try {
     make_factor();
-  } catch (const std::runtime_error&) { // CHOLMOD is not there: multigrid does it too
+  } catch (const std::runtime_error&) { // without CHOLMOD, multigrid is used
   }
 }
 
@@ -242,7 +244,7 @@ Eigen::VectorXd MultigridStiffness::solve(const Eigen::VectorXd& forces, double 
     residual = forces - gathered(correction);
     hold(residual);
     if (const double before = std::exchange(left, residual.norm()); !(left < before))
-      break; // as far as rounding lets it
+      break; // at rounding level
   }
   return answer;
 }
@@ -292,7 +294,6 @@ Flexibility::Flexibility(const Scene& scene, const std::vector<std::int64_t>& fi
   if (floats)
     rigid_ = rigid_motions(scene.specimen, nodes);
   fixed_ = FixedMask(nodes.size());
-  forces_ = moved_ = Eigen::VectorXd::Zero(n_components());
   for (const std::int64_t component : fixed)
     fixed_.fix(component / d, static_cast<std::uint8_t>(1U << (component % d)));
   const bool is_small = d == 2 || n_components() <= most_factored;
@@ -314,7 +315,8 @@ Eigen::VectorXd Flexibility::force_for_column(std::int64_t component) const {
   Eigen::VectorXd unit = Eigen::VectorXd::Zero(n_components());
   if (rigid_.size() > 0 || !is_fixed(component))
     unit[component] = 1;
-  take_rigid_motions_from(unit);
+  if (rigid_.size() > 0)
+    unit -= rigid_ * rigid_.row(component).transpose();
   return unit;
 }
 
@@ -353,28 +355,65 @@ const Eigen::MatrixXd& Flexibility::compliance(const std::vector<std::int64_t>& 
   find_columns(components);
   if (components == kept_components_)
     return kept_compliance_;
-  kept_components_ = components;
-  Eigen::MatrixXd rows(std::ssize(components), std::ssize(components));
-  for (std::size_t j = 0; j < components.size(); ++j)
-    rows.col(static_cast<Eigen::Index>(j)) = columns_[components[j]].values(components);
-  return kept_compliance_ = 0.5 * (rows + rows.transpose()); // the mean of what the columns of both say
+  const std::vector<std::int64_t> before = std::exchange(kept_components_, components);
+  const Eigen::MatrixXd known = std::move(kept_compliance_);
+  const auto n = std::ssize(components);
+  const Eigen::Map<const Eigen::VectorX<std::int64_t>> component(components.data(), n);
+  Eigen::VectorX<Eigen::Index> place(n); // among the components known before; -1: new
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto at = std::ranges::lower_bound(before, component[i]);
+    place[i] = at != before.end() && *at == component[i] ? at - before.begin() : -1;
+  }
+  kept_compliance_.resize(n, n);
+  for (Eigen::Index j = 0; j < n; ++j) {
+    const Eigen::VectorXd& column = columns_[component[j]].values;
+    for (Eigen::Index i = 0; i < n; ++i)
+      kept_compliance_(i, j) =
+          place[i] >= 0 && place[j] >= 0 ? known(place[i], place[j]) : column[component[i]];
+  }
+  for (Eigen::Index j = 0; j < n; ++j)
+    for (Eigen::Index i = 0; i < j; ++i)
+      if (place[i] < 0 || place[j] < 0) // mean of the entries of both columns
+        kept_compliance_(i, j) = kept_compliance_(j, i) =
+            0.5 * (kept_compliance_(i, j) + kept_compliance_(j, i));
+  return kept_compliance_;
 }
 
-const Eigen::VectorXd& Flexibility::moved_by(const Eigen::VectorXd& forces,
-                                             std::span<const std::int64_t> components) {
-  find_columns(components);
-  double change = 0; // a force moves its own component most
-  for (const auto& some : {components, std::span<const std::int64_t>(forced_)})
-    for (const std::int64_t component : some)
-      change += std::abs(forces[component] - forces_[component]) * column(component)[component];
-  if (change <= tolerance * moved_.cwiseAbs().maxCoeff())
-    return moved_;
-  forces_ = forces;
-  forced_.assign(components.begin(), components.end());
-  moved_.setZero();
-  for (const std::int64_t component : components)
-    moved_ += forces[component] * column(component);
-  return moved_;
+void Flexibility::watch(const std::vector<std::int32_t>& nodes) {
+  watched_ = nodes;
+  for (auto& [component, column] : columns_)
+    column.watched.resize(0);
+}
+
+const Eigen::VectorXd& Flexibility::watched_column(std::int64_t component) {
+  const Eigen::VectorXd& whole = column(component);
+  Eigen::VectorXd& part = columns_[component].watched;
+  const Eigen::Index n = dimension_ * std::ssize(watched_);
+  if (watches_all())
+    return whole;
+  if (part.size() != n) {
+    part.resize(n);
+    for (std::size_t i = 0; i < watched_.size(); ++i)
+      part.segment(dimension_ * static_cast<Eigen::Index>(i), dimension_) =
+          whole.segment(std::int64_t{dimension_} * watched_[i], dimension_);
+  }
+  return part;
+}
+
+Eigen::VectorXd Flexibility::moved_by(const Eigen::VectorXd& forces,
+                                      std::span<const std::int64_t> components) {
+  if (std::ssize(components) < most_summed) {
+    find_columns(components);
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(n_components());
+    for (const std::int64_t component : components)
+      sum += forces[component] * columns_[component].values;
+    return sum;
+  }
+  Eigen::VectorXd balanced = forces;
+  take_rigid_motions_from(balanced);
+  Eigen::VectorXd sum = stiffness_->solve(balanced, tolerance);
+  take_rigid_motions_from(sum);
+  return sum;
 }
 
 void Flexibility::forget_unused() {

@@ -29,7 +29,7 @@ public:
   }
 
   Eigen::VectorXd run(std::vector<char>& active) {
-    // Without friction first: who presses at all.
+    // Initial active set: contacts without friction.
     std::vector<Eigen::Index> plain;
     std::vector<char> pull, set;
     for (Eigen::Index i = 0; i < gap0_.size(); ++i)
@@ -66,10 +66,10 @@ public:
 private:
   bool presses(const FrictionRows& rows) const { return active_[rows.normal] != 0; }
 
-  /// Forces of the contacts that press, for the present split into sticking and slipping.
+  /// Forces of the active contacts, for the present states of sticking and slipping.
   Eigen::VectorXd forces() const {
     std::vector<Eigen::Index> rows;
-    Eigen::MatrixXd columns = compliance_; // for a force of a normal with what slips with it
+    Eigen::MatrixXd columns = compliance_; // a normal force includes its slip force
     for (Eigen::Index i = 0; i < gap0_.size(); ++i)
       if (active_[i] != 0)
         rows.push_back(i);
@@ -96,7 +96,7 @@ private:
     return force;
   }
 
-  /// @return whether all states are as they were said to be
+  /// @return true if all states are consistent with the forces
   bool settle(Eigen::VectorXd& force) {
     std::size_t fewest = active_.size() + contacts_.size() + 1;
     int left = patience;
@@ -125,7 +125,8 @@ private:
     return false;
   }
 
-  /// Rows of normals, then contacts, that are not as they were said to be; next_ says what they are.
+  /// Normal rows, then contacts, whose state is not consistent with the forces; next_ receives the consistent
+  /// states.
   std::vector<std::size_t> wrong_in(const Eigen::VectorXd& force) {
     const Eigen::VectorXd gap = gap0_ + compliance_ * force;
     const double least_force = rounding * force.cwiseAbs().maxCoeff(),
@@ -151,7 +152,7 @@ private:
     along.head(rows.n) = force.segment(rows.first, rows.n);
     slip.head(rows.n) = gap.segment(rows.first, rows.n);
     if (states_[i] == State::slips) {
-      if (slip.dot(along_[i]) > least_gap) { // friction acts against the slip; what goes with it sticks
+      if (slip.dot(along_[i]) > least_gap) { // friction opposes slip; else the contact sticks
         next_[i] = State::sticks;
         return true;
       }
@@ -172,8 +173,7 @@ private:
     return false;
   }
 
-  /// Contact after contact, each as if the others were known: slow, but it comes nearer where Newton's method
-  /// goes in circles.
+  /// Gauss-Seidel over contacts: slow, but it converges where Newton's method cycles.
   void sweep(Eigen::VectorXd& force) const {
     for (Eigen::Index i = 0; i < force.size(); ++i)
       if (!is_tangent_[i] && may_pull_[i] == 0)
@@ -209,7 +209,7 @@ private:
     }
   }
 
-  /// States as forces show them.
+  /// Sets the states from the forces.
   void guess(const Eigen::VectorXd& force) {
     const double least = 1e-10 * force.cwiseAbs().maxCoeff();
     for (Eigen::Index i = 0; i < force.size(); ++i)
@@ -227,7 +227,7 @@ private:
     }
   }
 
-  /// Whatever was found last: no more than friction allows.
+  /// Limits tangential forces to the friction bound.
   void limit(Eigen::VectorXd& force) const {
     for (const FrictionRows& rows : contacts_) {
       const double most = friction_ * force[rows.normal], size = force.segment(rows.first, rows.n).norm();
@@ -243,7 +243,7 @@ private:
   double friction_;
   std::vector<char> is_tangent_, active_;
   std::vector<State> states_, next_;
-  std::vector<Eigen::Vector2d> along_; ///< of what slips, the direction of its friction
+  std::vector<Eigen::Vector2d> along_; ///< direction of friction of slipping contacts
 };
 
 } // namespace

@@ -1,5 +1,5 @@
 #pragma once
-/// Forces of contacts with Coulomb friction, from how the bodies give way to them.
+/// Contact forces with Coulomb friction from the compliance of the bodies.
 
 #include <Eigen/Core>
 
@@ -8,26 +8,26 @@
 
 namespace maille::deform {
 
-/// The rows of one contact that friction acts on.
+/// Rows of one contact with friction.
 struct FrictionRows {
   Eigen::Index normal;
   Eigen::Index first; ///< along the first tangent; the second, in three dimensions, is the next
   int n = 1;          ///< tangents
 };
 
-/// Finds forces as contact_forces does for the rows of normals and of pulls, and for each contact a force
-/// along its tangents, so that it stays where it is (gap 0) with at most `friction` times its normal force,
-/// or slips against just that.
+/// Solves for normal forces and pulls as contact_forces(), and for a tangential force at each contact: the
+/// contact sticks (tangential gap 0) with at most `friction` times its normal force, or slips against exactly
+/// that force.
 ///
-/// Newton's method on which contacts press, stick and slip, and in which direction; forces of slip go with
-/// the normal ones in the same system.
+/// Newton's method on the states (open, stick, slip) and slip directions of contacts. Slip forces are
+/// proportional to the normal forces in the same system.
 ///
 /// Source  Alart and Curnier 1991 (Comput. Methods Appl. Mech. Eng. 92); Hueber and others 2008
-/// @param compliance symmetric, positive definite [m/N] @param gap0 [m]: of tangents, how far a contact has
-///        come from where it holds
+/// @param compliance symmetric, positive definite [m/N] @param gap0 [m]; in tangential rows the displacement
+///        of a contact from its grip
 /// @param may_pull by row; 0 for normals, ignored for tangents
-/// @param contacts those that rub; other rows have no tangents
-/// @return forces [N]; what was found last where the states did not settle in 200 rounds
+/// @param contacts contacts with friction; other contacts have no tangential rows
+/// @return forces [N]; the last iterate if the states did not converge in 200 rounds
 Eigen::VectorXd frictional_forces(const Eigen::MatrixXd& compliance, const Eigen::VectorXd& gap0,
                                   const std::vector<char>& may_pull, std::vector<char>& active,
                                   std::span<const FrictionRows> contacts, double friction);

@@ -17,14 +17,14 @@ namespace maille::deform {
 
 namespace {
 
-/// Faces at an angle less than that of this have a common normal where they meet: 40 degrees.
+/// Cosine of 40 degrees: faces at smaller angles share a normal at their common edge.
 constexpr double least_smooth_cosine = 0.766;
-/// A point within this part of the reach from an edge is on the edge [1].
+/// Distance from an edge, as a part of the reach, below which a point is on the edge [1].
 constexpr double edge_over_reach = 1e-3;
-/// A gap along that normal is no gap where the point is this part of its distance before the place.
+/// The smooth normal is used if the point is further along it than this part of its distance [1].
 constexpr double least_part = 0.5;
 
-/// The place of a triangle that is nearest to a point, as weights of its corners.
+/// Barycentric coordinates of the point of a triangle nearest to a point.
 /// Source  Ericson, Real-Time Collision Detection (2005), 5.1.5
 std::array<double, 3> nearest_in_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
                                           const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
@@ -107,7 +107,8 @@ void Skin::add_faces(const Specimen& specimen, const std::vector<std::int32_t>& 
         ++third[c], ++fourth[c];
       Face face{{-1, -1, -1, -1}, own};
       if (dimension_ == 2) {
-        // Outwards to the right of the way from the first to the second: along y at the upper side along x.
+        // The outside is to the right of the direction from the first node to the second: along y at the
+        // upper side along x.
         const bool is_along = is_upper == (a == 0);
         face.node = {number(is_along ? first : second), number(is_along ? second : first), -1, -1};
       } else {
@@ -136,7 +137,7 @@ void Skin::mark_near(std::int32_t node, std::int32_t mark, std::vector<std::int3
 
 namespace {
 
-/// Marks what is further than `much` from where it was, and lets it be there from now on
+/// Marks points that have moved further than `much`, and updates their reference positions.
 std::vector<char> moved(std::span<const Eigen::Vector3d> now, std::vector<Eigen::Vector3d>& then,
                         double much) {
   std::vector<char> is_moved(now.size(), 1);
@@ -156,7 +157,7 @@ std::vector<char> moved(std::span<const Eigen::Vector3d> now, std::vector<Eigen:
 
 void NearFaces::update(const Skin& of_nodes, std::span<const Eigen::Vector3d> nodes, const Skin& of_faces,
                        std::span<const Eigen::Vector3d> faces, double reach, double margin) {
-  // Both nodes may have moved by a quarter since the last search.
+  // The nodes of either skin may have moved by a quarter since the last search.
   const std::vector<char> is_moved = moved(nodes, nodes_then_, margin / 4),
                           corner_is_moved = moved(faces, faces_then_, margin / 4);
   std::vector<std::int32_t> moved_nodes, other_nodes, moved_faces, all_faces;
@@ -191,7 +192,7 @@ void NearFaces::update(const Skin& of_nodes, std::span<const Eigen::Vector3d> no
   }
 }
 
-/// Adds those of some nodes and some faces that are near one another.
+/// Adds all near pairs of the given nodes and faces.
 void NearFaces::find(const Skin& of_nodes, std::span<const std::int32_t> nodes, const Skin& of_faces,
                      std::span<const std::int32_t> faces, double reach, std::vector<Pair>& pairs) const {
   const Eigen::Vector3d around = Eigen::Vector3d::Constant(reach);
@@ -256,7 +257,7 @@ std::vector<PlacedSkin::Near> PlacedSkin::near(const Eigen::Vector3d& point,
   return nearest(point, found);
 }
 
-/// The face that the node's own skin faces, where the point lies on a sharp edge.
+/// For a point on a sharp edge: the face that the node's own skin faces.
 std::optional<PlacedSkin::Near> PlacedSkin::faced(const Eigen::Vector3d& point,
                                                   std::span<const Closest> found, const PlacedSkin& own,
                                                   std::int32_t node) const {
@@ -335,8 +336,8 @@ PlacedSkin::Closest PlacedSkin::closest(std::int32_t number, const Eigen::Vector
     best.weight = {};
     for (std::size_t i = 0; i < 3; ++i)
       best.weight[corners[i]] = weights[i];
-    // The edge between the two triangles is within the face: of the four corners two beside one another have
-    // all the weight on its border.
+    // The common edge of the two triangles is interior to the face. On the border of the face, two adjacent
+    // corners have all the weight.
     best.is_within = true;
     for (std::size_t i = 0; i < 4; ++i)
       if (best.weight[i] + best.weight[(i + 1) % 4] > 1 - tolerance)
@@ -345,7 +346,7 @@ PlacedSkin::Closest PlacedSkin::closest(std::int32_t number, const Eigen::Vector
   return best;
 }
 
-/// At a place of a face, from those at its corners.
+/// Normal at a point of a face, interpolated from those at its corners.
 Eigen::Vector3d PlacedSkin::smooth_normal(const Closest& one) const {
   const auto& nodes = skin_.face(one.face).node;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -361,7 +362,7 @@ Eigen::Vector3d PlacedSkin::smooth_normal(const Closest& one) const {
   return sum.normalized();
 }
 
-/// At borders of faces, only places count that are the nearest of all faces around.
+/// Selects the local minima; a point on the border of a face counts only if no adjacent face is nearer.
 std::vector<PlacedSkin::Near> PlacedSkin::nearest(const Eigen::Vector3d& point,
                                                   std::vector<Closest>& found) const {
   std::vector<Near> list;
@@ -377,7 +378,7 @@ std::vector<PlacedSkin::Near> PlacedSkin::nearest(const Eigen::Vector3d& point,
         return false;
     return true;
   };
-  /// Outwards at a place: the mean of the faces that have it.
+  /// Outward normal at a point: the mean over the faces that contain it.
   const auto outwards = [&](const Closest& one) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (const Closest& other : found)
@@ -394,7 +395,7 @@ std::vector<PlacedSkin::Near> PlacedSkin::nearest(const Eigen::Vector3d& point,
     bool counts = std::ranges::none_of(
         places, [&](const Eigen::Vector3d& known) { return (known - one.place).norm() < same; });
     if (!one.is_within)
-      for (const Closest& other : found) // rejected where a neighbouring face is nearer
+      for (const Closest& other : found) // reject if an adjacent face is nearer
         counts = counts && !(is_of_face(one, other.face) && other.distance < one.distance - 1e-12 * reach_);
     const Eigen::Vector3d off = point - one.place;
     if (!is_inside && outwards(one).dot(off) < 0)

@@ -1,5 +1,5 @@
 #pragma once
-/// The outer faces of objects, where they are, and what lies near them.
+/// Outer faces of objects, their positions, and neighbour search between them.
 
 #include "maille/scene/scene.hpp"
 
@@ -15,14 +15,14 @@
 
 namespace maille::deform {
 
-/// The outer faces of the cells of matter of one object, between the corners of the cells. Segments in two
-/// dimensions, two triangles each in three; they close the matter.
+/// Closed surface of one object: the outer faces of its cells, between the cells' corners. Faces are segments
+/// in two dimensions and pairs of triangles in three.
 class Skin {
 public:
   explicit Skin(const Specimen& specimen);
 
   struct Face {
-    std::array<std::int32_t, 4> node; ///< of the skin; round about, outwards to the right; two in 2D, else -1
+    std::array<std::int32_t, 4> node; ///< of the skin; cyclic, outside to the right; two in 2D, else -1
     std::int32_t cell;                ///< of matter, counted in the order of the grid
   };
   int dimension() const { return dimension_; }
@@ -33,12 +33,12 @@ public:
   const Face& face(std::int32_t number) const { return faces_[number]; }
   /// Faces at a node.
   std::span<const std::int32_t> faces_at(std::int32_t node) const { return at_node_[node]; }
-  /// A cell of matter that has the node.
+  /// A cell of matter with this node.
   std::int32_t cell_at(std::int32_t node) const { return faces_[faces_at(node).front()].cell; }
   std::int32_t n_cells() const { return static_cast<std::int32_t>(beside_.size()); }
-  /// Puts `mark` on the cells near a node: those of its faces, and what is within two steps of one of them
-  /// through faces of cells. All cells that meet at a corner are near it, whatever is between them.
-  /// @param marks of all cells of matter
+  /// Marks the cells near a node: those of its faces, and all within two steps of these through faces of
+  /// cells. All cells around a corner are near it, whether or not they are connected.
+  /// @param marks by cell of matter
   void mark_near(std::int32_t node, std::int32_t mark, std::vector<std::int32_t>& marks) const;
 
 private:
@@ -47,41 +47,41 @@ private:
   std::vector<std::int64_t> nodes_;
   std::vector<Face> faces_;
   std::vector<std::vector<std::int32_t>> at_node_;
-  std::vector<std::array<std::int32_t, 6>> beside_; ///< of a cell, through its faces; -1: nothing
+  std::vector<std::array<std::int32_t, 6>> beside_; ///< neighbours of a cell through its faces; -1: none
 };
 
 /// A skin with its nodes at places in the world [m].
 ///
-/// Normals go over from one face to the next where these are at less than 40 degrees to one another at rest:
-/// a face's normal at a corner is the mean of those about it, and between corners it is interpolated. So a
-/// point that slides over creases of a surface that is bent meets no edge, an edge of a box stays one, and
-/// none comes or goes while rounds bend a body.
+/// Normals are continuous across faces that meet at less than 40 degrees at rest: the normal at a corner is
+/// the mean of those of the faces around it, and is interpolated between corners. A point that slides over a
+/// bent surface therefore meets no edge, and the edges of a box stay sharp. The set of edges does not change
+/// while rounds bend a body.
 ///
 /// Source  Phong 1975 (Comm. ACM 18), for shading; Puso and Laursen 2004 (Comput. Methods Appl. Mech.
 ///         Eng. 193), for contact
 class PlacedSkin {
 public:
-  /// @param rest  places in the shape at rest
+  /// @param rest  positions of the nodes at rest
   PlacedSkin(const Skin& skin, std::span<const Eigen::Vector3d> places, std::span<const Eigen::Vector3d> rest,
              double reach)
       : skin_(skin), places_(places), rest_(rest), reach_(reach) {}
 
-  /// A place of the skin near a point.
+  /// A point of the skin near a given point.
   struct Near {
     std::array<std::int32_t, 4> node{-1, -1, -1, -1}; ///< of the face
-    std::array<double, 4> weight{};                   ///< of the nodes at the place; they add up to 1
+    std::array<double, 4> weight{};                   ///< of the nodes; the sum is 1
     std::int32_t face = 0;
-    Eigen::Vector3d normal; ///< of length 1, from the matter to the point, or where that is inside, outwards
-    double gap = 0;         ///< of the point before the place, along it [m]; less than 0 inside
+    Eigen::Vector3d normal; ///< unit vector from the skin to a point outside; outward for a point inside
+    double gap = 0;         ///< distance along the normal [m]; negative inside
   };
-  /// Where the point is outside: every place within `reach` that no place beside it is nearer than. Where it
-  /// is inside: the nearest place alone. On a sharp edge the nearest place has no normal of its own: there
-  /// the face that the point's own skin faces is the one, if there is one alone.
-  /// @param faces  that count, in their order: all that are within reach may be among them
-  /// @param own, node  the skin that the point is of, if it is of one
+  /// For a point outside: all local minima of the distance within `reach`. For a point inside: only the
+  /// nearest point. On a sharp edge the normal is undefined; if the point's own skin faces exactly one of the
+  /// faces there, that face is used.
+  /// @param faces  candidate faces, sorted: must include all faces within reach
+  /// @param own, node  skin and node of the point, if it is a node
   std::vector<Near> near(const Eigen::Vector3d& point, std::span<const std::int32_t> faces,
                          const PlacedSkin* own = nullptr, std::int32_t node = -1) const;
-  /// Outwards, of length 1.
+  /// Outward unit normal.
   Eigen::Vector3d normal_of(std::int32_t face) const;
 
 private:
@@ -90,7 +90,7 @@ private:
     std::array<double, 4> weight;
     Eigen::Vector3d place;
     double distance;
-    bool is_within; ///< the face, not on its border
+    bool is_within; ///< in the interior of the face, not on its border
   };
   const Eigen::Vector3d& at(std::int32_t node) const { return places_[node]; }
   bool is_edge(std::int32_t face, std::int32_t other) const;
@@ -105,15 +105,15 @@ private:
   double reach_;
 };
 
-/// For nodes of one skin, the faces of another that are near them, or may soon be: found once, and again for
-/// nodes and faces that have moved so far that one may be missing.
+/// Cached neighbour search: for nodes of one skin, the faces of another that are near or may soon be near.
+/// Updated for nodes and faces that have moved so far that a pair may be missing.
 class NearFaces {
 public:
-  /// @param nodes, faces  where nodes of the two skins are [m]; of a skin and itself the same, and faces of
-  ///                      cells near a node (Skin::mark_near) do not count
-  /// @param reach         that the caller looks at
-  /// @param margin        that both may move together until none may be missing any more: half of it before
-  ///                      an update looks anew, and half of it after an update
+  /// @param nodes, faces  positions of the nodes of the two skins [m]; equal for a skin and itself, where
+  ///                      faces of cells near a node (Skin::mark_near) are ignored
+  /// @param reach         search distance of the caller
+  /// @param margin        extra distance against missing pairs: both may move by half of it before an
+  ///                      update searches again, and by half of it after an update
   void update(const Skin& of_nodes, std::span<const Eigen::Vector3d> nodes, const Skin& of_faces,
               std::span<const Eigen::Vector3d> faces, double reach, double margin);
 
@@ -135,7 +135,7 @@ private:
 
   std::vector<OfNode> nodes_;
   std::vector<std::int32_t> faces_;
-  std::vector<Eigen::Vector3d> nodes_then_, faces_then_; ///< when they were looked at last
+  std::vector<Eigen::Vector3d> nodes_then_, faces_then_; ///< positions at the last search
 };
 
 } // namespace maille::deform

@@ -13,16 +13,16 @@ namespace maille::deform {
 
 namespace {
 
-constexpr double width = 1; ///< of the Gaussian, and how far a corner goes at most [cells]
-constexpr int reach = 7;    ///< of the wider one, five of its widths [cells]
+constexpr double width = 1; ///< of the Gaussian, and largest motion of a corner [cells]
+constexpr int reach = 7;    ///< of the wider Gaussian: five times its width [cells]
 
-/// A mean of matter, and how it changes from place to place, in cells.
+/// A Gaussian mean of the volume fraction, and its gradient per cell.
 struct Mean {
   double value = 0;
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
 };
 
-/// Parts of a Gaussian about a place that are in cells along one axis, and their change with the place.
+/// Integrals of a Gaussian about a place over cells along one axis, and their derivatives by the place.
 struct Parts {
   int first = 0;
   std::array<double, 2 * reach + 1> part{}, change{};
@@ -73,14 +73,14 @@ Mean gaussian_mean(const Specimen& body, const Eigen::Vector3d& place, double de
   return mean;
 }
 
-/// Level function of the smooth surface, which is where it is 1/2.
+/// Level function of the smooth surface: 1/2 on the surface.
 Mean mean_at(const Specimen& body, const Eigen::Vector3d& place) {
   const Mean narrow = gaussian_mean(body, place, width),
              wide = gaussian_mean(body, place, std::numbers::sqrt2 * width);
   return {2 * narrow.value - wide.value, 2 * narrow.gradient - wide.gradient};
 }
 
-/// Where the mean is 1/2, along its gradient. @param corner in cells
+/// Point on the smooth surface, along the gradient of the mean. @param corner in cells
 std::optional<Eigen::Vector3d> on_surface(const Specimen& body, const Eigen::Vector3d& corner) {
   Eigen::Vector3d place = corner;
   for (int step = 0; step < iteration_cap; ++step) {
@@ -103,7 +103,7 @@ void make_smooth(const Specimen& body, std::vector<Eigen::Vector3d>& corners) {
   const Grid& grid = body.grid;
   const int d = grid.dimension();
   const Eigen::Vector3d spacing = Eigen::Vector3d::Map(grid.spacing().data());
-  // The box may have been cut down to the matter, by as much on either side of the middle.
+  // The box may have been cropped to the matter, symmetrically about the middle.
   const Vec3 cut = body.position({0, 0, 0});
   Eigen::Vector3d middle = Eigen::Vector3d::Zero(), axes = Eigen::Vector3d::Ones();
   for (int a = 0; a < d; ++a) {

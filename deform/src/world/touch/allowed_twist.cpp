@@ -12,11 +12,11 @@ namespace maille::deform {
 
 namespace {
 
-constexpr std::size_t most_binding = 16; ///< six would do, were none of them nearly the same as another
-/// Share added to the diagonal, so that rows that are nearly the same have one answer.
+constexpr std::size_t most_binding = 16; ///< more than six, because some may be nearly equal
+/// Relative regularisation of the diagonal: nearly equal rows then have a unique solution.
 constexpr double regularisation = 1e-10;
 
-/// Constraints that bind, with their multipliers.
+/// Active constraints with their multipliers.
 class Binding {
 public:
   explicit Binding(std::span<const Twist> rows) : rows_(rows) {}
@@ -26,7 +26,7 @@ public:
     return std::find(set_.begin(), set_.begin() + n_, row) != set_.begin() + n_;
   }
 
-  /// Takes one more, and lets those go whose multipliers would come below 0.
+  /// Adds a constraint and releases those whose multipliers would become negative.
   void add(std::size_t row, const Twist& wanted, std::span<const double> least) {
     set_[n_] = row;
     forces_[n_++] = 0;
@@ -44,7 +44,7 @@ private:
   using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_binding, most_binding>;
   using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_binding, 1>;
 
-  /// As far towards the multipliers of all as none comes below 0. @return whether that was all the way
+  /// Moves towards the multipliers of the whole set until one becomes 0. @return true if it reached them
   bool settle(const Twist& wanted, std::span<const double> least) {
     const auto n = static_cast<Eigen::Index>(n_);
     Matrix gram(n, n);
@@ -100,13 +100,13 @@ Twist TwistConstraints::allowed(const Twist& wanted, double margin) const {
   bool is_bent = false;
   for (std::size_t i = 0; i < n_; ++i)
     if (const double bend = -0.5 * normals_[i].dot(turn.cross(turn.cross(points_[i]))); bend > 0) {
-      least[i] += 1.2 * bend; // the turn that comes of it may be a little larger
+      least[i] += 1.2 * bend; // the resulting rotation may be slightly larger
       is_bent = true;
     }
   return is_bent ? nearest(wanted, least) : straight;
 }
 
-/// The active set of Lawson and Hanson for the least distance: the constraint that is missed most comes in.
+/// Active-set method of Lawson and Hanson for the least distance: the most violated constraint enters.
 Twist TwistConstraints::nearest(const Twist& wanted, const Least& least) const {
   Binding binding(std::span<const Twist>(rows_.data(), n_));
   const double near = tolerance * wanted.norm();

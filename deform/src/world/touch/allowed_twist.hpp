@@ -1,5 +1,5 @@
 #pragma once
-/// Which way a rigid tool may shift and turn at once without going into what it touches.
+/// Admissible shift and rotation of a rigid tool in contact.
 
 #include <Eigen/Core>
 
@@ -8,35 +8,35 @@
 
 namespace maille::deform {
 
-/// Shortest step, and arc of a turn, of a tool on its way to the hand [cells]: shorter ones are rounding, and
-/// longer ones leave the tool short of the hand.
+/// Shortest step, and arc of a rotation, of a tool on its way to the goal [cells]: shorter ones are rounding;
+/// a larger bound leaves the tool short of the goal.
 inline constexpr double least_step_over_cell = 1e-7;
-/// A shorter motion of a turning tool counts as none, and a middle this near to a face is at it [cells].
+/// Motions of a rotating tool below this count as none, and a middle this near to a face is on it [cells].
 inline constexpr double unnoticed_over_cell = 1e-5;
-/// Obstacles that a tool goes along in a tick; the rest of the way is gone in the next.
+/// Largest number of obstacles that a tool slides along in a tick; the rest of the way follows in the next.
 inline constexpr int most_obstacles = 8;
 
-/// A shift, then a turn about the tool's middle as a vector times an arm, so that all six are lengths [m].
+/// A shift, then a rotation vector about the tool's middle times an arm: all six are lengths [m].
 using Twist = Eigen::Matrix<double, 6, 1>;
 
-/// Places of a tool that may not go against a normal further than a gap.
+/// Contact constraints of a tool: points that may move against a normal by at most a gap.
 ///
-/// Source  the constrained god-object of Ortega, Redon and Coquillart 2007 (IEEE TVCG 13): Gauss' principle
-///         of least constraint, here for steps in place of accelerations
+/// Source  constrained god-object of Ortega, Redon and Coquillart 2007 (IEEE TVCG 13): Gauss' principle of
+///         least constraint, here for steps instead of accelerations
 class TwistConstraints {
 public:
   static constexpr int most = 256;
 
-  /// @param arm that turns are measured by [m]
+  /// @param arm unit of length for rotations [m]
   explicit TwistConstraints(double arm) : arm_(arm) {}
 
-  /// @param point of the tool, from its middle [m] @param gap that may be gone against the normal [m]
-  /// Without effect where there are `most` already.
+  /// @param point of the tool, from its middle [m] @param gap admissible motion against the normal [m]
+  /// No effect if there are already `most`.
   void add(const Eigen::Vector3d& normal, const Eigen::Vector3d& point, double gap);
   void clear() { n_ = 0; }
 
-  /// The twist nearest to a wanted one that keeps all places off by a margin. That arcs bend towards their
-  /// axes is counted in, to second order.
+  /// The twist nearest to a requested one that keeps all points off by a margin. The curvature of arcs is
+  /// included to second order.
   Twist allowed(const Twist& wanted, double margin) const;
 
 private:

@@ -14,7 +14,7 @@ namespace maille::deform {
 
 namespace {
 
-/// Boxes that faces are sorted into: 16 MB. With fewer a path looks at more faces.
+/// Largest number of boxes that faces are sorted into: 16 MB. With fewer, a path tests more faces.
 constexpr double most_boxes = 1 << 22;
 
 bool is_within(const Index3& box, const Index3& size) {
@@ -92,7 +92,7 @@ void BodySurface::sort_into_boxes() {
   low_ = high_ = positions_.front();
   for (const Eigen::Vector3d& at : positions_)
     low_ = low_.cwiseMin(at), high_ = high_.cwiseMax(at);
-  double longest = 0; // of faces' sides
+  double longest = 0; // largest diagonal of a face
   for (const Face& face : faces_)
     longest = std::max(longest, (position(face.corners[2]) - position(face.corners[0])).norm());
   const Eigen::Vector3d margin = Eigen::Vector3d::Constant(longest);
@@ -156,7 +156,7 @@ void BodySurface::ask(std::int32_t face, const Eigen::Vector3d& from, const Eige
     const Eigen::Vector3d ab = *b - *a, ac = *c - *a, across = ab.cross(ac);
     const double towards = -across.dot(path), distance = across.dot(from - *a);
     if (!(towards > 0) || distance < 0 || distance > towards)
-      continue; // goes out, begins behind, or ends before it
+      continue; // leaves the body, begins behind the face, or ends before it
     const double time = distance / towards;
     if (hit && (time > hit->time || (time == hit->time && face >= hit->face)))
       continue;
@@ -173,7 +173,7 @@ void BodySurface::ask(std::int32_t face, const Eigen::Vector3d& from, const Eige
 std::optional<BodySurface::Hit> BodySurface::first_hit(const Eigen::Vector3d& from,
                                                        const Eigen::Vector3d& to) const {
   const Eigen::Vector3d path = to - from;
-  double begin = 0, end = 1; // of the part in the boxes
+  double begin = 0, end = 1; // of the part inside the boxes
   for (int a = 0; a < 3; ++a) {
     if (path[a] == 0) {
       if (from[a] < low_[a] || from[a] > high_[a])
@@ -186,7 +186,7 @@ std::optional<BodySurface::Hit> BodySurface::first_hit(const Eigen::Vector3d& fr
   }
   if (begin > end)
     return std::nullopt;
-  // Nothing but margin is where the path comes in or goes out.
+  // The path enters and leaves through the margin, which has no faces.
   const Eigen::Vector3d entry = from + begin * path;
   CellWalk walk((entry - low_) / edge_, (1 - begin) * path / edge_, box_of(entry));
   std::optional<Hit> hit;
@@ -203,7 +203,7 @@ std::optional<BodySurface::Hit> BodySurface::first_hit(const Eigen::Vector3d& fr
 std::optional<int> BodySurface::n_crossings(const Eigen::Vector3d& from, const Eigen::Vector3d& to) const {
   const Eigen::Vector3d way = to - from;
   CellWalk walk((from - low_) / edge_, way / edge_, box_of(from));
-  std::vector<std::int32_t> crossed; // twice the face, and which half: faces lie in several boxes
+  std::vector<std::int32_t> crossed; // 2 face + half; faces lie in several boxes
   do {
     for (const std::int32_t face : faces_in(walk.cell()))
       for (const int half : {0, 1}) {
@@ -212,9 +212,9 @@ std::optional<int> BodySurface::n_crossings(const Eigen::Vector3d& from, const E
         const Eigen::Vector3d across = way.cross(ac);
         const double determinant = ab.dot(across), size = ab.norm() * ac.norm() * way.norm();
         if (!(size > 0))
-          continue; // no triangle
+          continue; // degenerate triangle
         const Eigen::Vector3d off = from - *corners[0], turned = off.cross(ab);
-        if (std::abs(determinant) < tolerance * size) { // along the triangle
+        if (std::abs(determinant) < tolerance * size) { // parallel to the triangle
           if (std::abs(off.dot(ab.cross(ac))) < tolerance * size / way.norm() * (ab.norm() + ac.norm()))
             return std::nullopt;
           continue;
@@ -237,7 +237,7 @@ std::optional<int> BodySurface::n_crossings(const Eigen::Vector3d& from, const E
 bool BodySurface::is_inside(const Eigen::Vector3d& point) const {
   if (!((point.array() >= low_.array()).all() && (point.array() <= high_.array()).all()))
     return false;
-  // Askew to whatever stands straight, and each towards another side.
+  // Directions oblique to the axes, each towards a different side.
   static const std::array<Eigen::Vector3d, 4> ways{
       Eigen::Vector3d(0.0871557, 0.0523360, 0.9948), Eigen::Vector3d(-0.0610485, 0.9961, -0.0640),
       Eigen::Vector3d(-0.9957, 0.0436194, 0.0816), Eigen::Vector3d(0.5130, -0.6130, -0.6008)};
@@ -251,8 +251,7 @@ bool BodySurface::is_inside(const Eigen::Vector3d& point) const {
 bool BodySurface::is_inside_of_every_triangle(const Eigen::Vector3d& point) const {
   if ((point.array() < low_.array()).any() || (point.array() > high_.array()).any())
     return false;
-  // The solid angle that the whole boundary fills, over 4 pi: 1 inside, 0 outside, and no edge or corner is
-  // special.
+  // Solid angle of the whole boundary over 4 pi: 1 inside, 0 outside; edges and corners need no special case.
   double sum = 0;
   for (std::int32_t face = 0; face < static_cast<std::int32_t>(faces_.size()); ++face)
     for (const int half : {0, 1}) {

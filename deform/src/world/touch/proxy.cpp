@@ -12,7 +12,7 @@ namespace maille::deform {
 
 namespace {
 
-/// The wanted step as far as chosen normals, taken as equations, leave it: exactly at right angles to them.
+/// Projection of the requested step on the orthogonal complement of selected normals.
 Eigen::Vector3d left_over(const Eigen::Vector3d& wanted, const std::array<Eigen::Vector3d, 3>& normals,
                           int n) {
   if (n == 0)
@@ -25,7 +25,7 @@ Eigen::Vector3d left_over(const Eigen::Vector3d& wanted, const std::array<Eigen:
   return edge.dot(wanted) / edge.squaredNorm() * edge;
 }
 
-/// Multipliers of chosen normals taken as equations; nothing where two lie in one line or three in one plane.
+/// Multipliers of selected normals as equality constraints; nothing if the normals are linearly dependent.
 std::optional<Eigen::Vector3d> multipliers(const Eigen::Vector3d& wanted,
                                            const std::array<Eigen::Vector3d, 3>& normals, int n) {
   Eigen::Matrix3d gram = Eigen::Matrix3d::Identity();
@@ -46,7 +46,7 @@ std::optional<Eigen::Vector3d> multipliers(const Eigen::Vector3d& wanted,
 AllowedStep allowed_step(const Eigen::Vector3d& wanted, std::span<const Constraint> constraints) {
   const auto n = static_cast<unsigned>(constraints.size());
   const double rounding = 1e-12 * wanted.norm();
-  AllowedStep best; // stays at rest where no choice of three will do
+  AllowedStep best; // no step if no set of three is feasible
   double nearest = wanted.squaredNorm();
   bool is_found = false;
   for (unsigned chosen = 0; chosen < 1u << n; ++chosen) {
@@ -84,7 +84,7 @@ AllowedStep allowed_step(const Eigen::Vector3d& wanted, std::span<const Constrai
 
 Proxy::Proxy(RigidShape tool, const Pose& middle) : tool_(std::move(tool)), pose_(middle) {
   middle_ = tool_.middle();
-  if (tool_.n_voxels() == 1) // a point has no turn
+  if (tool_.n_voxels() == 1) // a point has no rotation
     pose_.rotation.setIdentity();
   pose_.position -= pose_.rotation * middle_;
   double squares = 0;

@@ -1,4 +1,4 @@
-/// How a tool of several voxels turns and shifts at once towards where a hand has it.
+/// Combined rotation and shift of a tool of several voxels towards the goal.
 
 #include "lattice/tolerances.hpp"
 #include "maille/deform/probe/touch.hpp"
@@ -16,14 +16,14 @@ namespace maille::deform {
 
 namespace {
 
-/// Passes a tick: with one, a turn lags behind the hand; each more costs its share of the tick.
+/// Passes per tick: with a single pass, the rotation lags behind the goal; each pass costs time.
 constexpr int most_passes = 3;
-/// In cells: length of a pass, and distance at which faces are touched.
+/// Length of a pass, and distance at which faces are in contact [cells].
 constexpr double pass_length = 1, reach = 0.05;
-/// In cells: contacts are searched again after this motion.
+/// Motion after which contacts are searched again [cells].
 constexpr double well_off = 1e-3;
-/// In cells: a turn that lags by a pass is bound; it then tries detours of `aside_by`, which count if
-/// they bring the tool nearer by `nearer`.
+/// A rotation that lags by a pass is blocked. It then tries detours of length `aside_by`; a detour counts if
+/// it reduces the distance by `nearer` [cells].
 constexpr double aside_by = pass_length / 2, nearer = 0.01;
 
 Eigen::Vector3d turn_between(const Eigen::Matrix3d& from, const Eigen::Matrix3d& to) {
@@ -31,8 +31,8 @@ Eigen::Vector3d turn_between(const Eigen::Matrix3d& from, const Eigen::Matrix3d&
   return turn.angle() * turn.axis();
 }
 
-/// Normal smoothed from the taken cells within 2.5 cells: a helix of cells has the normals of the helix. The
-/// face's own normal where the two disagree.
+/// Normal from the occupied cells within 2.5 cells, so that a helix of cells has the normals of the helix.
+/// The face's own normal if the two disagree.
 Eigen::Vector3d smoothed(const OccupancyMap& map, const Index3& cell, const Eigen::Vector3d& at,
                          const Eigen::Vector3d& face) {
   constexpr double radius = 2.5, least_cosine = 0.05;
@@ -50,7 +50,7 @@ Eigen::Vector3d smoothed(const OccupancyMap& map, const Index3& cell, const Eige
   return sum.dot(face) > least_cosine * sum.norm() ? Eigen::Vector3d(sum.normalized()) : face;
 }
 
-/// Faces of taken cells that a tool's voxels' middles are near, as smooth surfaces.
+/// Adds constraints for faces of occupied cells near the middles of the tool's voxels, as smooth surfaces.
 void add_touched(const Surroundings& surroundings, const RigidShape& tool, const Pose& pose,
                  const Eigen::Vector3d& middle, TwistConstraints& constraints) {
   if (surroundings.map() == nullptr)
@@ -106,21 +106,21 @@ void Proxy::turn(const Surroundings& surroundings, const Pose& goal) {
     const Eigen::Vector3d part = std::min(1.0, length / arc) * left;
     double gone = move_by(surroundings, Eigen::Vector3d::Zero(), part, obstacle) * part.norm() * arm_;
     if (obstacle)
-      gone += give_way(surroundings, goal, length);
+      gone += slide_and_turn(surroundings, goal, length);
     if (gone <= well_off * cell && !(arc > pass_length * cell && free_itself(surroundings, goal)))
       break;
   }
   is_turn_blocked_ = turn_between(pose_.rotation, goal.rotation).norm() * arm_ > least_step_over_cell * cell;
 }
 
-/// How far it is from a goal: shift and turn together [m].
+/// Distance from a goal: shift and rotation together [m].
 double Proxy::distance(const Pose& goal) const {
   return std::hypot((goal.position - middle()).norm(),
                     arm_ * turn_between(pose_.rotation, goal.rotation).norm());
 }
 
-/// Out of a wedge: first a little aside, along or about one of its own axes, then towards the goal; the way
-/// that brings it nearest counts. @return whether any brings it nearer
+/// Leaves a wedge: first by a small detour along or about one of its own axes, then towards the goal; the
+/// detour that ends nearest is used. @return true if any reduces the distance
 bool Proxy::free_itself(const Surroundings& surroundings, const Pose& goal) {
   const double cell = *std::ranges::min_element(surroundings.cell_size());
   const Pose bound = pose_;
@@ -135,8 +135,8 @@ bool Proxy::free_itself(const Surroundings& surroundings, const Pose& goal) {
       there.position += aside;
     else
       there.rotation = Eigen::AngleAxisd(aside.norm() / arm_, aside.normalized()) * bound.rotation;
-    give_way(surroundings, there, aside_by * cell);
-    give_way(surroundings, goal, pass_length * cell);
+    slide_and_turn(surroundings, there, aside_by * cell);
+    slide_and_turn(surroundings, goal, pass_length * cell);
     if (const double left = distance(goal); left < nearest) {
       nearest = left;
       best = pose_;
@@ -146,8 +146,8 @@ bool Proxy::free_itself(const Surroundings& surroundings, const Pose& goal) {
   return best.position != bound.position || best.rotation != bound.rotation;
 }
 
-/// Shifts and turns along what it touches. @param length at most [m] @return how far it came [m]
-double Proxy::give_way(const Surroundings& surroundings, const Pose& goal, double length) {
+/// Shifts and rotates along its contacts. @param length largest motion [m] @return distance moved [m]
+double Proxy::slide_and_turn(const Surroundings& surroundings, const Pose& goal, double length) {
   const double cell = *std::ranges::min_element(surroundings.cell_size());
   TwistConstraints touched(arm_), hit(arm_);
   std::array<Obstacle, most_obstacles> hits;
@@ -160,8 +160,8 @@ double Proxy::give_way(const Surroundings& surroundings, const Pose& goal, doubl
     touched.clear();
     add_touched(surroundings, tool_, pose_, middle(), touched);
     Twist twist = touched.allowed(wanted, negligible * cell);
-    // A step of the stairs is in the way of what the smooth surface leaves, not of what the hand wants:
-    // what leads along the surface leads off the step.
+    // A step of the voxel staircase constrains the motion along the smooth surface, not the requested motion:
+    // motion along the surface leads off the step.
     hit.clear();
     for (std::size_t k = 0; k < n_hits; ++k)
       hit.add(hits[k].normal, hits[k].point - middle(), 0);

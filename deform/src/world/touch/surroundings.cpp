@@ -19,8 +19,8 @@ Eigen::Vector3d place_of(const RigidShape& tool, std::int32_t voxel, const Pose&
   return pose.position + pose.rotation * tool.centre_of(voxel);
 }
 
-/// Which way a voxel's open face that a point is nearest to, or beyond, keeps it off the point, in the tool's
-/// lattice.
+/// Normal, in the tool's lattice, of the constraint by the open face of a voxel that a point is nearest to,
+/// or beyond.
 Eigen::Vector3d face_before(const RigidShape& tool, std::int32_t voxel, const Pose& pose,
                             const Eigen::Vector3d& point) {
   const Eigen::Vector3d at = pose.rotation.transpose() * (point - pose.position);
@@ -42,8 +42,8 @@ Eigen::Vector3d face_before(const RigidShape& tool, std::int32_t voxel, const Po
   return normal;
 }
 
-/// Points of a voxel that meet surfaces, in the world: its middle, and of a tool of several voxels its
-/// corners that stick out.
+/// Calls visit(point) for the points of a voxel that are tested against surfaces, in the world: its middle,
+/// and for tools of several voxels its protruding corners.
 template<class Visit>
 void for_each_point(const RigidShape& tool, std::int32_t voxel, const Pose& pose, Visit&& visit) {
   const unsigned open = tool.open_sides(voxel);
@@ -101,7 +101,8 @@ std::optional<Obstacle> Surroundings::move(const RigidShape& tool, const RigidMo
   return obstacle;
 }
 
-/// A face of a cell that a voxel's middle came to, or a face of a voxel that came to a cell's middle.
+/// The obstacle of a contact: a face of a cell reached by a voxel's middle, or a face of a voxel reached by a
+/// cell's middle.
 Obstacle Surroundings::met(const Contact& contact, const RigidShape& tool, const Pose& pose) const {
   Obstacle obstacle;
   obstacle.point = place_of(tool, contact.voxel, pose);
@@ -132,7 +133,8 @@ bool Surroundings::is_in_a_body(const RigidShape& tool, const Pose& pose) const 
   return is_inside;
 }
 
-/// What a tool that has just turned into a body met: against the way of the first voxel in it.
+/// The obstacle of a tool that has just rotated into a body: opposite to the motion of the first voxel
+/// inside.
 Obstacle Surroundings::turned_into(const RigidShape& tool, const RigidMotion& motion,
                                    const Pose& pose) const {
   Obstacle obstacle;
@@ -147,8 +149,8 @@ Obstacle Surroundings::turned_into(const RigidShape& tool, const RigidMotion& mo
   return obstacle;
 }
 
-/// Turns are followed in pieces along whose arcs no voxel goes further than a part of a cell; behind each it
-/// is looked whether any is in a body, which the arc may have led it into beside its chord.
+/// Divides rotations into pieces whose arcs are at most a part of a cell. After each piece it tests whether
+/// any voxel is in a body, because arcs deviate from their chords.
 std::optional<Obstacle> Surroundings::move_before_bodies(const RigidShape& tool, const RigidMotion& motion,
                                                          const Pose& from, double& done) const {
   done = 1;
@@ -182,7 +184,7 @@ std::optional<Obstacle> Surroundings::move_before_bodies(const RigidShape& tool,
   return std::nullopt;
 }
 
-/// Along straight lines from pose to pose. @param[out] done of the way
+/// Moves along straight lines between poses. @param[out] done part of the way
 std::optional<Obstacle> Surroundings::go_straight(const RigidShape& tool, const Pose& from, const Pose& end,
                                                   double& done) const {
   done = 1;

@@ -1,5 +1,5 @@
 #pragma once
-/// Several processes that answer one scene together, as `mpirun -n N` starts them, and threads left behind.
+/// Parallel runs of one scene on several processes (`mpirun -n N`), and threads that outlive a stopped solve.
 
 #include "maille/base/communicator.hpp"
 
@@ -9,35 +9,35 @@
 
 namespace maille::fem_ref {
 
-/// Place of this process among those that were started together; one of one without mpirun.
+/// Place of this process among the ranks; rank 0 of 1 without mpirun.
 struct Ranks {
   int rank = 0;
   int size = 1;
-  int machines = 1; ///< that they run on
+  int machines = 1; ///< number of machines that the ranks run on
   bool is_first() const { return rank == 0; }
 };
 
-/// Starts MPI where the process was started by mpirun (Open MPI, or a launcher that speaks PMI) as one of
-/// several; does nothing else. Called first thing by a program that wants to be run so; a program that does
-/// not call it never is.
+/// Starts MPI if mpirun (Open MPI, or a launcher that speaks PMI) started this process as one of several;
+/// else does nothing. A program that supports several ranks must call it first; without the call it runs on
+/// one rank.
 void start_ranks();
-/// How many processes the launcher (mpirun) says it has started, before MPI has; 1 without one.
+/// Number of processes that the launcher (mpirun) announces, before MPI starts; 1 without a launcher.
 int announced_ranks();
 Ranks ranks();
-/// What the first rank says, on every rank. All must call it.
+/// Broadcasts the first rank's value to all ranks. Collective: all ranks must call it.
 bool agree(bool on_first);
-/// To every rank what is meant for it. All must call it. @param to  by rank, as many as there are
-/// @return from every rank, by rank. @throws std::length_error beyond 2 GiB from one rank to another
+/// Sends a message to each rank. Collective: all ranks must call it. @param to  messages by rank, one per
+/// rank @return received messages by rank. @throws std::length_error beyond 2 GiB from one rank to another
 std::vector<std::vector<std::byte>> exchange(std::vector<std::vector<std::byte>> to);
-/// What other methods share their work by; null where there is one rank. It stays.
+/// Communicator for other parallel methods; null on a single rank. Valid until the process ends.
 Communicator* communicator();
-/// Ends all ranks at once where there are several: for an error that only this one has met.
+/// Ends all ranks at once if there are several: for an error on this rank only.
 void abort_ranks(int exit_code);
 
-/// Threads that are still at work that was left behind because its caller asked to stop and a library would
-/// not: a factorisation, an analysis, a hierarchy of meshes. They end by themselves as soon as the library
-/// gives way, and touch nothing that a caller owns. A program that ends while there are any has to leave by
-/// std::_Exit, after its output is flushed: the objects that its libraries would destroy are in use.
+/// Number of threads that still run abandoned work: the caller has asked to stop, but a library call
+/// (factorisation, analysis, hierarchy of meshes) cannot be interrupted. They end as soon as the library
+/// returns, and use no memory of a caller. A program that ends while any of them run must flush its output
+/// and call std::_Exit, because they still use objects that static destructors of libraries would destroy.
 int works_left_behind();
 
 } // namespace maille::fem_ref

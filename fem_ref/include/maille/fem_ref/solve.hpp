@@ -1,10 +1,10 @@
 #pragma once
-/// The witness: finite elements on exactly the cells of matter, by deal.II.
+/// The reference: finite elements on exactly the body's cells, by deal.II.
 ///
-/// One hexahedron a cell, Q1 or Q2; conditions are the scene's own, at the scene's nodes. Small strain:
-/// linear elasticity, full integration. Finite strain: total Lagrange by the materials' laws, Q1-P0 or Q2-P1.
-/// It shares no code with the lattice methods but the scene and the material. Reactions are residuals of the
-/// unconstrained equations. The equations are solved by a sparse factor, AMG or matrix-free multigrid.
+/// One hexahedron per cell, Q1 or Q2, with the boundary conditions of the scene at its nodes. Small strain:
+/// linear elasticity, full integration. Finite strain: total Lagrangian with the materials' laws, Q1-P0 or
+/// Q2-P1. The code shares only the scene and the material with the lattice methods. Reactions are residuals
+/// of the unconstrained equations. Linear solvers: sparse factor, AMG or matrix-free multigrid.
 
 #include "maille/scene/answer.hpp"
 
@@ -16,10 +16,10 @@
 
 namespace maille::fem_ref {
 
-/// How the equations are solved: sparse Cholesky, CG with smoothed-aggregation AMG of Trilinos, CG with
-/// deal.II's matrix-free geometric multigrid (boxes of one material with even numbers of cells).
+/// Linear solvers: sparse Cholesky (CHOLMOD), CG with smoothed-aggregation AMG of Trilinos, CG with deal.II's
+/// matrix-free geometric multigrid (only boxes of one material with even numbers of cells).
 enum class LinearSolver { automatic, cholmod, cg_amg, gmg };
-/// As on the command line, in the order of the enumeration.
+/// Names on the command line, in the order of the enumeration.
 inline constexpr std::array<std::string_view, 4> linear_solver_names{"automatic", "cholmod", "amg", "gmg"};
 std::optional<LinearSolver> linear_solver_named(std::string_view name);
 
@@ -30,23 +30,23 @@ struct Options {
   /// Q2; 2D: to half a million), else CG with smoothed-aggregation AMG. Answer::algorithm says which, and
   /// why.
   LinearSolver solver = LinearSolver::automatic;
-  /// Relative residual of CG. An answer that leaves more than twice that, and more than 1e-8, is corrected by
-  /// the same solver; it has failed where more than 1e-6 stays and the last correction was more than 1e-5 of
-  /// the displacement.
+  /// Relative residual of CG. If the residual of the answer exceeds twice this and 1e-8, the same solver
+  /// corrects the answer. The solve fails if the residual stays above 1e-6 and the last correction exceeds
+  /// 1e-5 of the displacement.
   double tolerance = 1e-10;
-  /// Body force [N/m^3] added to gravity, at a point of the object's frame; for manufactured solutions.
+  /// Body force [N/m^3] added to gravity, by position in the object's frame; for manufactured solutions.
   std::function<Vec3(const Vec3& position)> body_force;
-  /// Where set, every node stands at shape(its place on the grid) [m], and cells are isoparametric: curved
-  /// specimens for benchmarks. Tractions are per area of the shape. Not together with body_force or exact.
+  /// If set, moves every node to shape(grid position) [m], and cells are isoparametric: curved specimens for
+  /// benchmarks. Tractions are per area of the mapped face. Incompatible with body_force and exact.
   std::function<Vec3(const Vec3& position)> shape;
   /// Also recover Answer::nodal_strain and nodal_stress: strain at the points of the Gauss rule of `degree`
-  /// points per axis (Barlow 1976), linear from there to the corners of the cell, then the mean by volume
-  /// over the cells around a node that are of the material most of them are of.
+  /// points per axis (Barlow 1976), extrapolated linearly to the corners of the cell, then averaged by volume
+  /// over those cells around a node that have the most frequent material.
   bool recover_stress = false;
-  /// Displacement [m] on the whole boundary instead of the scene's own conditions; for manufactured
-  /// solutions.
+  /// Displacement [m] on the whole boundary, in place of the boundary conditions of the scene; for
+  /// manufactured solutions.
   std::function<Vec3(const Vec3& position)> boundary_displacement;
-  /// Where set, the L2 norm over the body of u - exact is computed by a quadrature of order degree + 3.
+  /// If set, computes the L2 norm of u - exact over the body, by a quadrature of order degree + 3.
   std::function<Vec3(const Vec3& position)> exact;
 };
 
@@ -56,34 +56,35 @@ struct Result {
   std::int64_t degrees_of_freedom = 0; ///< free and prescribed; Answer::algorithm counts the free ones
 };
 
-/// Solves the scene with deal.II's FE_Q of the given degree: same nodes, same cells, same conditions as every
-/// other method. For degree 2 mid points of edges, faces and cells are prescribed where all corners are, and
-/// edges inside the body where both ends are.
+/// Solves the scene with deal.II's FE_Q of the given degree, with the nodes, cells and conditions of every
+/// other method. For degree 2, mid-points of edges, faces and cells are prescribed if all their corners are,
+/// and mid-points of edges inside the body if both ends are.
 ///
-/// @return status refused where the body can still move rigidly (`message` says how) or memory stands in the
-///         way; failed where a solver gave up; interrupted or budget_reached with CG's state, or, before its
-///         first iteration and from direct solvers, with nothing moved but what is prescribed. Converged
+/// @return status refused if the body can still move rigidly (`message` says how) or memory does not suffice;
+///         failed if a solver failed; interrupted or budget_reached with the current state of CG, or, before
+///         its first iteration and from direct solvers, with the prescribed displacements only. Converged
 ///         answers have `reaction` K u - f (degree 2: at corners) and `strain_energy` u K u / 2
-/// Threads     Control::threads for deal.II's sums and for BLAS, numbers of the whole process: one solve at a
-///             time. The last bits depend on them. Where Control can stop it, a thread of its own solves: see
-///             ranks.hpp
-/// Ranks       where start_ranks() found several, all of them must ask the same: docs/cluster.md
-/// Process     the first CG starts MPI unless the program has; it ends with the process. Nothing is printed
-/// Source      full Gauss integration of B^T C B, nothing against locking; docs/developers/finite_elements.md
+/// Threads     Control::threads for deal.II's sums and for BLAS. These settings are global to the process:
+///             one solve at a time. The last bits of the answer depend on them. If Control can stop it, the
+///             solve runs in its own thread: see ranks.hpp
+/// Ranks       if start_ranks() found several, all of them must call this with the same arguments:
+///             docs/cluster.md
+/// Process     the first CG starts MPI if the program has not; MPI ends with the process. Prints nothing
+/// Source      full Gauss integration of B^T C B, no remedy for locking; docs/developers/finite_elements.md
 /// Checked by  tests/fem_ref/
 Result solve(const Scene& scene, const Options& options, const Control& control = {});
 
-/// What solve() is expected to take: fitted on one core of a server of 2023, good to a factor of 3.
+/// Estimated cost of solve(): fitted on one core of a server of 2023, within a factor of 3.
 struct Estimate {
   double seconds = 0;
-  double bytes = 0; ///< of the process, at its peak
+  double bytes = 0; ///< peak memory of the process
 };
 Estimate estimate(const Scene& scene, const Options& options);
 
-/// The same, and the mesh with its factor or hierarchy is kept for as long as scenes ask for the same body,
-/// materials and prescribed components: other loads and other prescribed values then cost a substitution or a
-/// few iterations. Answers are those of solve(): of factors to the last bit, of iterations within their
-/// tolerance.
+/// Same as solve(), but caches the mesh with its factor or hierarchy while successive scenes have the same
+/// body, materials and prescribed components. Other loads and other prescribed values then cost a
+/// substitution or a few iterations. Answers equal those of solve(): to the last bit with factors, within
+/// their tolerance with iterations.
 class Solver {
 public:
   explicit Solver(Options options);

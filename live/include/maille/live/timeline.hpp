@@ -1,5 +1,5 @@
 #pragma once
-/// A world and everything that a hand has done with it: frames that can be gone back to, and a file of them.
+/// A world and the history of its manipulation: frames with undo and redo, and a file of them.
 
 #include "maille/deform/world/trajectory_drives.hpp"
 #include "maille/deform/world/world.hpp"
@@ -17,16 +17,15 @@
 
 namespace maille::live {
 
-/// Frames from the world's begin to now. What is asked of a frame is what its rows in the file say, read back
-/// from their text, so that the file played again gives the same bits, unless a budget of seconds ends
-/// frames.
+/// Frames from the start of the world to now. The input of a frame is read back from the text of its rows in
+/// the file, so replaying the file gives the same bits, unless a time budget ends frames.
 ///
-/// Steps back go to the nearest copy of the world that was kept, and play from there. A changed constant is
-/// that of all frames: the hand's movements so far are played again with it.
+/// Steps back restore the nearest earlier copy of the world and replay from there. A changed constant applies
+/// to all frames: the recorded movements are replayed with it.
 class Timeline {
 public:
-  /// @param record file that always holds the frames up to now; nothing: none
-  /// @throws std::invalid_argument as World; std::runtime_error where the file cannot be written
+  /// @param record file that always contains the frames up to now; nothing: no file
+  /// @throws std::invalid_argument as World; std::runtime_error if the file cannot be written
   Timeline(WorldScene scene, std::vector<WorldSetting> settings,
            const std::optional<std::filesystem::path>& record);
   ~Timeline();
@@ -41,32 +40,31 @@ public:
 
   /// See World::prepare.
   void prepare(const deform::FrameBudget& budget) { world_->prepare(budget); }
-  /// What follows belongs together: undo() takes it back as a whole.
+  /// Starts a gesture: undo() reverts all frames of a gesture together.
   void begin_gesture();
-  /// Plays a new frame after the present one; frames that were undone are gone.
-  /// @param spans of one frame; their frame numbers are of no account
+  /// Plays a new frame after the present one; discards undone frames.
+  /// @param spans of one frame; their frame numbers are ignored
   deform::FrameResult add_frame(std::vector<DriveSpan> spans, const deform::FrameBudget& budget = {});
-  /// Lets bodies that have not settled go on, in a frame without rows.
+  /// Continues the motion of unsettled bodies, in a frame without rows.
   deform::FrameResult settle(const deform::FrameBudget& budget);
 
   std::int64_t frame() const { return played_; }
   std::int64_t n_frames() const { return static_cast<std::int64_t>(frames_.size()); }
   bool can_redo() const { return played_ < n_frames(); }
-  /// @param budget of each frame that is played again; where it is asked to stop, the world stays at the
-  ///        frame that it has come to
+  /// @param budget of each replayed frame; a stop request leaves the world at the last replayed frame
   void undo(const deform::FrameBudget& budget = {});
   void redo(const deform::FrameBudget& budget = {});
   /// @param frame 0 to n_frames()
   void go_to(std::int64_t frame, const deform::FrameBudget& budget = {},
              const std::function<void()>& at_each = {});
-  /// Changes a constant, and plays what there is so far again.
-  /// @throws InputError, std::invalid_argument: then nothing has changed
+  /// Changes a constant and replays all frames.
+  /// @throws InputError, std::invalid_argument; then the state is unchanged
   void change(const WorldSetting& setting, const deform::FrameBudget& budget = {},
               const std::function<void()>& at_each = {});
 
-  /// The file as it is now, as text.
+  /// Present text of the file.
   std::string text() const;
-  /// Why the file could not be written any more; empty where it could.
+  /// Reason that writing the file failed; empty if it did not.
   const std::string& record_fault() const { return record_fault_; }
 
 private:
@@ -92,7 +90,7 @@ private:
   std::vector<Frame> frames_;
   std::int64_t played_ = 0;
   bool gesture_begins_ = true;
-  std::map<std::int64_t, deform::World> copies_; ///< by the frames that they are after
+  std::map<std::int64_t, deform::World> copies_; ///< by the number of frames played
 };
 
 } // namespace maille::live

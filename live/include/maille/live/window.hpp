@@ -1,6 +1,6 @@
 #pragma once
-/// A window as this room sees it: events in, a picture, lines over it and a panel of widgets out. SDL and
-/// Dear ImGui stand behind it, or nothing at all.
+/// Window interface: events in; picture, overlay lines and a panel of widgets out. Implemented by SDL and
+/// Dear ImGui, or without a window.
 
 #include <array>
 #include <cstdint>
@@ -17,14 +17,14 @@ enum class EventKind {
   pointer_move,
   pointer_down,
   pointer_up,
-  wheel,    ///< `value`: notches, away from the user > 0
-  key_down, ///< `name`: as SDL names keys: `A`, `Space`, `Left`, `F11`
+  wheel,    ///< `value`: notches, > 0 away from the user
+  key_down, ///< `name`: key name of SDL: `A`, `Space`, `Left`, `F11`
   key_up,
-  widget,     ///< `name` of a widget whose value has become `value` or `text`
-  resize,     ///< to `x`, `y` pixels, 0 where nothing of it is to be seen
-  stick,      ///< of a game controller: `name` of the axis, `value` from -1 to 1
-  stick_lost, ///< the controller was pulled out
-  shot,       ///< of scripts: a picture into the file `text`
+  widget,     ///< `name` of a widget, and its new `value` or `text`
+  resize,     ///< to `x`, `y` pixels; 0 if the window is hidden
+  stick,      ///< game controller: `name` of the axis, `value` from -1 to 1
+  stick_lost, ///< the controller was disconnected
+  shot,       ///< from scripts: saves a picture to the file `text`
   close,
 };
 
@@ -35,7 +35,7 @@ struct Event {
   bool shift = false, control = false, alt = false;
   double value = 0;
   std::string name, text;
-  /// When it came, by std::chrono::steady_clock [s].
+  /// Time of arrival, by std::chrono::steady_clock [s].
   double time = 0;
 };
 
@@ -43,16 +43,16 @@ struct Event {
 struct Widget {
   enum class Kind { text, heading, button, slider, choice, check };
   Kind kind = Kind::text;
-  std::string name;  ///< of its events, of its own
-  std::string label; ///< what is read
-  double value = 0;  ///< of a slider; of a check 0 or 1; of a choice its number
+  std::string name;  ///< unique; `name` of its events
+  std::string label; ///< displayed text
+  double value = 0;  ///< slider: value; check: 0 or 1; choice: index
   double low = 0, high = 1;
   bool logarithmic = false;
   std::vector<std::string> choices;
-  bool emphasis = false; ///< a fault, or what needs to be read
+  bool emphasis = false; ///< an error or an important text
 };
 
-/// A line of points over the picture, in window pixels.
+/// A polyline over the picture, in window pixels.
 struct OverlayLine {
   std::vector<std::array<float, 2>> points;
   std::array<float, 4> colour{1, 1, 1, 1};
@@ -65,38 +65,38 @@ struct OverlayText {
   bool large = false;
 };
 
-/// What is to be seen. The picture is stretched to the window without the panel.
+/// Contents of the window. The picture is stretched to the window without the panel.
 struct Shown {
   int width = 0, height = 0;                             ///< of the picture [pixels]
   std::shared_ptr<const std::vector<std::uint8_t>> rgba; ///< width * height * 4 bytes, rows from the top
-  std::uint64_t picture_number = 0;                      ///< another one: another picture
+  std::uint64_t picture_number = 0;                      ///< changes with the picture
   std::vector<Widget> panel;
   std::vector<OverlayLine> lines;
   std::vector<OverlayText> texts;
   float text_scale = 1;
 };
 
-/// One thread's, but for wake().
+/// For use by one thread only, except wake().
 class Window {
 public:
   virtual ~Window() = default;
-  /// Waits up to that long for events. @return those that came, in order; of widgets, those of the last show
+  /// Waits up to `seconds` for events. @return events in order; widget events belong to the last show()
   virtual std::vector<Event> poll(double seconds) = 0;
   virtual void show(const Shown& shown) = 0;
   /// Ends a poll, from any thread.
   virtual void wake() = 0;
   virtual int width() const = 0;
   virtual int height() const = 0;
-  /// Pixels of the panel at the right edge.
+  /// Width of the panel at the right edge [pixels].
   virtual int panel_width() const = 0;
-  /// Scale of the letters, from the screen's density.
+  /// Scale of the text, from the screen's density.
   virtual double text_scale() const { return 1; }
-  /// Whether what was shown last is to be drawn again: presses of buttons show a moment later.
+  /// True if the last contents must be drawn again: pressed buttons appear with a delay.
   virtual bool wants_drawing() const { return false; }
-  /// What pictures are shown by, in words.
+  /// Name of the video driver and renderer.
   virtual std::string driver() const = 0;
   virtual void set_full_screen(bool is_full) = 0;
-  /// Everything that is shown, as it is seen: four bytes a pixel. Empty where it cannot be had.
+  /// The window contents as displayed, four bytes per pixel. Empty if not available.
   virtual std::vector<std::uint8_t> screenshot() = 0;
 };
 
@@ -132,7 +132,7 @@ private:
 struct WindowSettings {
   std::string title = "Maille";
   int width = 1280, height = 800;
-  double text_scale = 0; ///< 0: of the screen's density
+  double text_scale = 0; ///< 0: from the screen's density
   bool full_screen = false;
   bool game_controllers = false;
 };
@@ -140,7 +140,7 @@ struct WindowSettings {
 /// Whether this build has windows.
 bool has_windows();
 /// A window on the screen.
-/// @throws std::runtime_error saying what to do where there is no display, or no windows in this build
+/// @throws std::runtime_error with instructions, without a display or in builds without windows
 std::unique_ptr<Window> open_window(const WindowSettings& settings);
 
 } // namespace maille::live

@@ -1,10 +1,10 @@
 #pragma once
-/// The memory of arrays, counted as they are allocated, and a limit to it.
+/// Counts the memory of arrays as they are allocated, and limits it.
 ///
-/// An Arena is opened on a thread; every List and field that the thread then allocates carries a Charge for
-/// its bytes. Arenas nest: the inner one counts for the outer ones too. present() and peak() are exact for
-/// these arrays; small objects outside of them are not counted. Past the limit ArenaIsFull is thrown before
-/// the memory is taken, which solve() turns into a refusal.
+/// An Arena is opened on a thread; every List and field that the thread then allocates has a Charge for its
+/// bytes. Arenas nest: an inner one also counts for the outer ones. present() and peak() are exact for these
+/// arrays; other small objects are not counted. An allocation beyond the limit throws ArenaIsFull before it
+/// takes memory; solve() turns this into a refusal.
 
 #include <algorithm>
 #include <cstddef>
@@ -18,18 +18,18 @@
 
 namespace maille {
 
-/// Thrown where arrays would take more than an open arena may hold.
+/// Thrown if arrays would exceed the limit of an open arena.
 class ArenaIsFull : public std::bad_alloc {
 public:
   const char* what() const noexcept override { return "the arrays of an arena would pass its limit"; }
 };
 
-/// Arrays that outlive it are counted until they are gone. May be asked from any thread, and open on several.
+/// Arrays that outlive the arena stay counted until freed. Thread-safe; may be open on several threads.
 class Arena {
 public:
   static constexpr std::int64_t no_limit = std::numeric_limits<std::int64_t>::max();
 
-  /// Within the arena that is open on this thread, if there is one. @param limit [bytes]
+  /// Nested in the arena that is open on this thread, if any. @param limit [bytes]
   explicit Arena(std::int64_t limit = no_limit);
   ~Arena();
   Arena(const Arena&) = delete;
@@ -39,12 +39,12 @@ public:
   std::int64_t peak() const;    ///< [bytes]
 
   class Ledger;
-  /// Opens an arena on this thread, and again the one before when it goes.
+  /// Opens an arena on this thread; the destructor restores the previous one.
   class Open {
   public:
     explicit Open(const Arena& arena) : Open(arena.ledger_, true) {}
-    /// For threads that work for another one: they count, and nothing is refused to them, so that they need
-    /// not throw. @param of open_on_this_thread() of that one
+    /// For worker threads: they count without limit, so that they need not throw. @param of
+    /// open_on_this_thread() of the thread that they work for
     explicit Open(Ledger* of) : Open(of, false) {}
     ~Open();
     Open(const Open&) = delete;
@@ -61,7 +61,7 @@ private:
   Ledger* ledger_;
 };
 
-/// Bytes that stand in the arena that was open when they were charged.
+/// Bytes charged to the arena that was open at construction.
 class Charge {
 public:
   Charge() = default;
@@ -81,16 +81,16 @@ private:
   std::size_t bytes_ = 0;
 };
 
-/// Memory for an array: small ones are the heap's, others lie side by side in pages of the largest kind where
-/// the system grants them, which come in a tenth of the time. What is given back is there for the next ones,
-/// and the system's again once nothing is left in 32 MiB. May be called from any thread.
+/// Memory for an array: small ones come from the heap, others are packed into huge pages if the system grants
+/// them, which is ten times faster. Freed memory is reused, and returned to the system when a region of 32
+/// MiB is empty. Thread-safe.
 /// @param alignment 64 at most
-/// @return memory with anything in it @throws std::bad_alloc
+/// @return uninitialised memory @throws std::bad_alloc
 void* allocate_array(std::size_t bytes, std::size_t alignment);
-/// @param bytes as were asked for
+/// @param bytes as requested
 void release_array(void* memory, std::size_t bytes, std::size_t alignment) noexcept;
 
-/// Memory for an array with its charge before it. @throws std::bad_alloc @param alignment 16 at least
+/// Memory for an array, preceded by its charge. @throws std::bad_alloc @param alignment 16 at least
 void* allocate_charged(std::size_t bytes, std::size_t alignment);
 void release_charged(void* memory, std::size_t alignment) noexcept;
 
@@ -106,37 +106,37 @@ struct ChargedAllocator {
   bool operator==(const ChargedAllocator&) const = default;
 };
 
-/// A std::vector that an open arena counts: for what grows with a body.
+/// A std::vector that an open arena counts: for arrays that scale with the body.
 template<class T>
 using List = std::vector<T, ChargedAllocator<T>>;
 
 // ---- how much the process can still have, and how large arrays are requested ------------------------------
 
-/// Memory that this process could have now without swapping [bytes]: the least of the system's available
-/// memory, the rest of its control groups (a container, a batch job), and its own limits (ulimit -v, -d).
+/// Memory available to this process without swapping [bytes]: the minimum of the available memory of the
+/// system, the rest of its control groups (a container, a batch job), and its own limits (ulimit -v, -d).
 std::int64_t available_memory();
 
-/// What the memory limits of this process' control group and of those around it leave [bytes], of both
-/// versions; files that are only cached count as free. A very large number where there is no limit.
-/// @param root  where `proc/self/cgroup` and `sys/fs/cgroup` are looked for
+/// Remaining memory within the limits of this process' control group and its parents [bytes], versions 1 and
+/// 2; cached files count as free. A very large number without a limit.
+/// @param root  folder of `proc/self/cgroup` and `sys/fs/cgroup`
 std::int64_t left_in_control_groups(const std::filesystem::path& root = "/");
 
-/// A count of bytes for people, in the unit that leaves three digits or less before the point: `384 bytes`,
+/// A number of bytes as text, in the unit with at most three digits before the point: `384 bytes`,
 /// `1.5 KiB`, `130 MiB`, `5.2 GiB`.
 std::string bytes_in_words(double bytes);
 
-/// Asks the system to bring memory that is not touched yet in large pages, where there is much of it: that
-/// takes a tenth of the time, and fewer are looked up. A wish, which it may decline. What lies beside it in
-/// the same pages is the allocator's too, so the wish does no harm there.
+/// Requests huge pages for memory that is not touched yet, if it is large: page faults take a tenth of the
+/// time, and address translation is faster. The system may decline. Neighbours in the same pages belong to
+/// the allocator too, so the request does them no harm.
 void ask_for_large_pages(void* begin, std::size_t bytes);
 
 #ifdef __linux__
-/// Zeroed memory of the system's own, in large pages if it grants them, from a multiple of `alignment` on.
-/// @param size of whole pages [bytes] @param alignment a multiple of the page's @throws std::bad_alloc
+/// Zeroed memory from the system, in huge pages if granted, starting at a multiple of `alignment`.
+/// @param size whole pages [bytes] @param alignment a multiple of the page size @throws std::bad_alloc
 void* map_aligned(std::size_t size, std::size_t alignment);
 #endif
 
-/// A vector's resize() in large pages.
+/// resize() of a vector in huge pages.
 template<class Values>
 void resize_in_large_pages(Values& values, std::size_t n, typename Values::value_type value = {}) {
   values.reserve(n);

@@ -1,5 +1,5 @@
 #pragma once
-/// Several processes that answer one scene together, as a method sees them.
+/// Interface of several processes that solve one scene together.
 
 #include <cstddef>
 #include <span>
@@ -7,8 +7,8 @@
 
 namespace maille {
 
-/// Ranks 0 ... size() - 1, all of which call the same functions in the same order. Who implements it says
-/// what joins them: MPI (fem_ref), or threads of one process (tests/support).
+/// Ranks 0 ... size() - 1 call the same functions in the same order. Implementations join them by MPI
+/// (fem_ref) or as threads of one process (tests/support).
 class Communicator {
 public:
   virtual ~Communicator() = default;
@@ -16,22 +16,22 @@ public:
   virtual int size() const = 0;
   bool is_first() const { return rank() == 0; }
 
-  /// What goes to a rank, or the memory for what comes from it; both know its length.
+  /// Data for a rank, or memory for data from it; both ranks use the same length.
   struct Part {
     int rank = 0;
     std::span<std::byte> bytes;
   };
-  /// Returns when all of it has gone and come. No rank stands twice in either; none sends to itself.
+  /// Returns when all is sent and received. A rank occurs at most once in each list; none sends to itself.
   virtual void exchange(std::span<const Part> to, std::span<const Part> from) = 0;
 };
 
-/// Bytes of numbers, to send them or to put them there.
+/// Bytes of numbers, for sending and receiving.
 template<class Numbers>
 std::span<std::byte> bytes_of(Numbers& numbers) {
   return std::as_writable_bytes(std::span(numbers));
 }
 
-/// What the first rank has, on every rank.
+/// Copies the first rank's numbers to every rank.
 template<class Number>
 void share_from_first(Communicator& all, std::span<Number> numbers) {
   std::vector<Communicator::Part> parts;

@@ -1,5 +1,5 @@
 #pragma once
-/// Records of CSV (RFC 4180): the one tokeniser of every reader, and the one writer of texts.
+/// Records of CSV (RFC 4180): the tokeniser of all readers and the writer of texts.
 
 #include <string>
 #include <string_view>
@@ -7,15 +7,15 @@
 
 namespace maille {
 
-/// Where `#` begins a comment that goes on to the end of its line; never between quotes.
+/// Places where `#` begins a comment to the end of the line; never between quotes.
 enum class CsvComments {
   none,
   lines,    ///< as the first character of a line that is not blank
   anywhere, ///< in every line of numbers
 };
 
-/// Walks through the records of a text. Cells between quotes may hold commas, ends of lines and doubled
-/// quotes; carriage returns elsewhere are left out, and so is the byte order mark of spreadsheets.
+/// Iterates over the records of a text. Quoted cells may contain commas, line ends and doubled quotes;
+/// carriage returns elsewhere and the byte order mark of spreadsheets are skipped.
 class CsvRecords {
 public:
   /// @param text outlives this
@@ -23,11 +23,11 @@ public:
 
   /// Reads the next record. @return false at the end
   bool next();
-  /// Cells of the present record, without quotes; a blank or comment line has one empty cell.
+  /// Cells of the current record, without quotes; a blank or comment line has one empty cell.
   const std::vector<std::string>& cells() const { return cells_; }
-  /// In which that record begins, from 1.
+  /// First line of the current record, from 1.
   int line() const { return line_; }
-  /// True where the text ends between quotes.
+  /// True if the text ends inside quotes.
   bool is_open() const { return is_open_; }
 
 private:
@@ -42,10 +42,9 @@ private:
   std::vector<std::string> cells_;
 };
 
-/// A cell that holds a text; quoted where it must be, and behind an apostrophe where a spreadsheet would take
-/// it for a formula.
+/// A text as a cell; quoted if necessary, with a leading apostrophe if a spreadsheet would read a formula.
 std::string csv_text(const std::string& text);
-/// A text that csv_text has written, from the cell that CsvRecords reads.
+/// Inverse of csv_text, for a cell from CsvRecords.
 std::string without_guard(std::string cell);
 
 } // namespace maille

@@ -12,8 +12,8 @@ namespace maille {
 using Index3 = std::array<int, 3>;
 using Vec3 = std::array<double, 3>;
 
-/// What the axes of a file's world point to: those of NIfTI to a patient's right, front (anterior) and head
-/// (superior); those of ITK's files to the left, back (posterior) and head; `unknown`: the file does not say.
+/// Directions of the axes of a file's world: ras (NIfTI): the patient's right, front (anterior), head
+/// (superior); lps (files of ITK): left, back (posterior), head; `unknown`: not stated in the file.
 enum class WorldAxes { unknown, ras, lps };
 
 class Grid {

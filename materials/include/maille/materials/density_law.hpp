@@ -1,5 +1,5 @@
 #pragma once
-/// Power laws from the density of bone to its Young's modulus, by who published them. Each is a data file in
+/// Published power laws from the density of bone to its Young's modulus. Each is a data file in
 /// materials/library/density_law/, compiled in.
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace maille {
 
-/// Files of the library below this are laws, not tissues.
+/// Prefix of library files that are laws, not tissues.
 inline constexpr std::string_view density_law_group = "density_law/";
 
 /// E = modulus (density / 1000 kg/m^3)^exponent.
@@ -18,7 +18,7 @@ struct DensityLaw {
   std::string of;     ///< which density: `apparent` (wet), `ash`
   double modulus = 0; ///< at 1000 kg/m^3, which is 1 g/cm^3 [Pa]
   double exponent = 1;
-  double least = 0, most = 0; ///< densities that it was measured on [kg/m^3]
+  double least = 0, most = 0; ///< range of measured densities [kg/m^3]
   std::string source, note;
   bool verified = false; ///< the numbers were read in the source
 

@@ -1,10 +1,8 @@
 #pragma once
-/// Errors of an input: all errors of a file at once, each with its place, and a suggestion for unknown
-/// words.
+/// Errors in an input: all errors of a file at once, with positions, and suggestions for unknown words.
 ///
-/// A reader collects a Fault for everything wrong and throws one InputError at its end. One cause makes one
-/// Fault. `expected` and `found` are phrases that end the sentence `FILE:LINE: KEY: expected ..., found
-/// ...`.
+/// A reader collects Faults and throws one InputError at its end. One cause makes one Fault. `expected` and
+/// `found` are phrases that end the sentence `FILE:LINE: KEY: expected ..., found ...`.
 
 #include <cstddef>
 #include <exception>
@@ -14,19 +12,19 @@
 
 namespace maille {
 
-/// One thing wrong with an input file.
+/// One error in an input file.
 struct Fault {
-  std::string file;     ///< as the user wrote it; empty where the text has no file
+  std::string file;     ///< as the user wrote it; empty without a file
   int line = 0;         ///< 1-based; 0 where no line applies
   std::string key;      ///< dotted key path, e.g. `specimen.spacing`; may be empty
-  std::string expected; ///< what would have been right
-  std::string found;    ///< what stands there
+  std::string expected; ///< the valid input
+  std::string found;    ///< the actual input
 };
 
 /// One line for people: `scene.toml:12: specimen.spacing: expected a length > 0, found "-1 mm"`.
 std::string to_string(const Fault& fault);
 
-/// Thrown by readers, and by nothing else: all faults of one input.
+/// Thrown by readers only: all faults of one input.
 class InputError : public std::exception {
 public:
   explicit InputError(std::vector<Fault> faults);
@@ -39,14 +37,14 @@ private:
   std::string text_;
 };
 
-/// Letters to insert, drop, change or swap with their neighbour to turn `a` into `b`, case aside: the
-/// "optimal string alignment" distance. Cost: O(a.size() b.size()).
+/// Number of insertions, deletions, changes and swaps of neighbours that turn `a` into `b`, ignoring case:
+/// the "optimal string alignment" distance. Cost: O(a.size() b.size()).
 std::size_t spelling_distance(std::string_view a, std::string_view b);
 
-/// True if `distance` edits to a word of `length` letters look like a slip and not like another word.
+/// True if `distance` edits to a word of `length` letters are likely a misspelling, not another word.
 bool is_slip(std::size_t distance, std::size_t length);
 
-/// The candidate nearest to `word`, or nothing where none is near enough to be a slip.
+/// The candidate nearest to `word`; empty if none is near enough for a misspelling.
 std::string_view nearest_spelling(std::string_view word, const std::vector<std::string_view>& candidates);
 
 } // namespace maille

@@ -1,7 +1,7 @@
 #pragma once
-/// JSON from files: the one parser. Nesting is bounded, since nlohmann/json copies, compares and prints
-/// nested values by recursion; keys are stored without the search that its ordered objects make for each,
-/// so time is linear in the text. Memory is at most some 30 times the text.
+/// The parser for JSON files. Nesting is limited, because nlohmann/json copies, compares and prints nested
+/// values by recursion. Keys are stored without the linear search of its ordered objects, so time is linear
+/// in the text. Memory is at most about 30 times the text.
 
 #include "maille/materials/fault.hpp"
 #include "maille/materials/text_file.hpp"
@@ -21,9 +21,9 @@ namespace maille {
 class JsonBuilder final : public nlohmann::json_sax<nlohmann::ordered_json> {
 public:
   using Json = nlohmann::ordered_json;
-  static constexpr int deepest = 64; ///< brackets inside each other; Maille writes fewer than ten
+  static constexpr int deepest = 64; ///< levels of brackets; Maille writes fewer than ten
 
-  /// @param line of the file in which the text begins @throws InputError: file, line, and what is wrong
+  /// @param line first line of the text in the file @throws InputError: file, line, and cause
   static Json parse(std::string_view text, const std::filesystem::path& file, int line) {
     JsonBuilder builder;
     const std::size_t deep = first_too_deep(text);
@@ -79,7 +79,7 @@ public:
   }
 
 private:
-  /// Where the bracket that is too deep stands; the text's size where none is.
+  /// Position of the first bracket that is nested too deep; the text's size if none exists.
   static std::size_t first_too_deep(std::string_view text) {
     int depth = 0;
     bool in_string = false;
@@ -110,19 +110,19 @@ private:
   }
 
   Json root_;
-  std::vector<Json*> open_; ///< those around the next value
+  std::vector<Json*> open_; ///< containers around the next value
   string_t key_;
   std::size_t at_ = 0; ///< characters up to the error
   std::string found_, repeated_;
 };
 
-/// @param line in which the text begins, of a file of several
+/// @param line first line of the text, for files with several texts
 inline nlohmann::ordered_json parse_json(std::string_view text, const std::filesystem::path& file,
                                          int line = 1) {
   return JsonBuilder::parse(text, file, line);
 }
 
-/// An entry of an object; null where it is another kind of value, or has none of that name.
+/// An entry of an object; null if the value is no object or has no such entry.
 inline const nlohmann::ordered_json& json_entry(const nlohmann::ordered_json& object, std::string_view key) {
   static const nlohmann::ordered_json none;
   const auto entry = object.is_object() ? object.find(std::string(key)) : object.end();

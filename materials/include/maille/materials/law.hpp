@@ -1,17 +1,17 @@
 #pragma once
-/// Large-strain laws of matter: energy, stress and tangent of a point from its Green-Lagrange strain.
+/// Large-strain material laws: energy, stress and tangent at a point from its Green-Lagrange strain.
 ///
 /// F is the deformation gradient, C = F^T F, E = (C - I) / 2, J = det F, f the unit fibre at rest. A law is
 /// an energy W(E, f) per volume at rest. Its stress is S = dW/dE, the second Piola-Kirchhoff stress; P = F S
-/// is nominal and F S F^T / J Cauchy's. Its tangent is dS/dE. All of them are in the frame of E, in Voigt
-/// order 11, 22, 33, 23, 13, 12 with engineering shears in E. Names of parameters are those of FEBio.
+/// is nominal and F S F^T / J the Cauchy stress. Its tangent is dS/dE. All are in the frame of E, in Voigt
+/// order 11, 22, 33, 23, 13, 12 with engineering shears in E. Parameters have the names of FEBio.
 ///
-/// Exact: closed forms, no differences. At rest the stress is 0, and the tangent is the stiffness of the
-/// law's own linear material (rest_constants); an active muscle alone pulls at rest. A law is isotropic or
+/// Exact: closed forms, no finite differences. At rest the stress is 0 (except for an active muscle), and the
+/// tangent is the stiffness of the law's own linear material (rest_constants). A law is isotropic or
 /// transversely isotropic about f.
 ///
 /// Invariants: I1 = tr C, I2 = (I1^2 - tr C^2) / 2, I4 = f.C f, I5 = f.C^2 f; I1~ = J^-2/3 I1,
-/// I2~ = J^-4/3 I2, I4~ = J^-2/3 I4, I5~ = J^-4/3 I5 do not see the volume.
+/// I2~ = J^-4/3 I2, I4~ = J^-2/3 I4, I5~ = J^-4/3 I5 are independent of volume changes.
 
 #include "maille/materials/elasticity.hpp"
 
@@ -43,7 +43,7 @@ struct MooneyRivlin {
 
 /// W = C/2 (e^Q - 1) + k/2 (ln J)^2 with axis 1 the fibre,
 /// Q = bf E11^2 + bt (E22^2 + E33^2 + 2 E23^2) + 2 bfs (E12^2 + E13^2).
-/// E is whole, not split off from the volume: split fibre laws let tissue swell under tension.
+/// E is not split into volume and shape: split fibre laws let tissue swell under tension.
 /// Source  Guccione, McCulloch, Waldman 1991, J. Biomech. Eng. 113:42; Land and others 2015, Proc. R. Soc. A
 ///         471:20150641; whole E: Weickenmeier 2014, doi 10.1002/cnm.2618
 struct Guccione {
@@ -55,8 +55,8 @@ struct Guccione {
 };
 
 /// W = c/2 (I1~ - 3) + k1 / (2 k2) (exp(k2 <A>^2) - 1) + k/2 ((J^2 - 1) / 2 - ln J), <A> = max(A, 0),
-/// A = kappa (I1~ - 3) + (1 - 3 kappa) (I4~ - 1): one family of fibres, which bear tension only. At A = 0 the
-/// tangent is that of tension.
+/// A = kappa (I1~ - 3) + (1 - 3 kappa) (I4~ - 1): one family of fibres, in tension only. At A = 0 the tangent
+/// is that of tension.
 /// Source  Gasser, Ogden, Holzapfel 2006, J. R. Soc. Interface 3:15; FEBio `Holzapfel-Gasser-Ogden`
 struct HolzapfelGasserOgden {
   double c = 0;     ///< shear modulus of the matrix [Pa], > 0
@@ -72,7 +72,7 @@ struct HolzapfelGasserOgden {
 /// B1^2 = I5 / I4^2 - 1 (shear along the fibre), cosh B2 = (I1~ I4~ - I5~) / (2 sqrt I4~) (shear across),
 /// s = ln sqrt I4~, r = sqrt I4~ / Lofl, and the fibre's forces
 ///
-///   P' = 0 up to r = 1, then p1 (exp(p2 (r - 1)) - 1), straight on from r = lam_max / Lofl;
+///   P' = 0 up to r = 1, then p1 (exp(p2 (r - 1)) - 1), linear from r = lam_max / Lofl;
 ///   A' = 1 - 4 (r - 1)^2 up to |r - 1| = 0.4, then 9 (|r - 1| - 0.6)^2, and 0 from 0.6.
 ///
 /// g3 is FEBio's addition: without it a fibre shorter than Lofl has no stiffness of its own.
@@ -81,7 +81,7 @@ struct Muscle {
   double g1 = 0, g2 = 0;           ///< half the shear moduli along and across the fibre [Pa], > 0
   double p1 = 0, p2 = 0;           ///< passive force: factor and growth [1], >= 0, > 0
   double Lofl = 1;                 ///< stretch at which the active force peaks, >= 1
-  double lam_max = 1;              ///< stretch from which the passive force grows straight, >= Lofl
+  double lam_max = 1;              ///< stretch from which the passive force is linear, >= Lofl
   double smax = 0, activation = 0; ///< peak active stress [Pa], >= 0; 0 (passive) to 1
   double k = 0;                    ///< bulk modulus [Pa], > 0
   double g3 = 0;                   ///< stiffness along the fibre [Pa], > 0; 4/3 g1 as in isotropic matter
@@ -91,7 +91,7 @@ struct Muscle {
 
 /// Energy, stress and tangent of a law at a strain.
 struct LawResponse {
-  double energy = 0;                 ///< per volume at rest [Pa]; infinite where a double does not hold it
+  double energy = 0;                 ///< per volume at rest [Pa]; infinite on overflow
   Vector6 stress = Vector6::Zero();  ///< S [Pa]; undefined at infinite energy
   Matrix6 tangent = Matrix6::Zero(); ///< dS/dE [Pa]; undefined at infinite energy
 };
@@ -105,13 +105,13 @@ LawResponse respond(const Law& law, const Eigen::Matrix3d& E, const Eigen::Vecto
 /// Source  Chao, Pinkall, Sanan, Schroeder 2010 (ACM TOG 29), for any stiffness
 LawResponse respond_corotated(const Matrix6& stiffness, const Eigen::Matrix3d& E);
 
-/// The linear material that a law is at rest and, of a muscle, passive; axis 1 is the fibre.
+/// The linear material of a law at rest (for a muscle: passive); axis 1 is the fibre.
 ElasticConstants rest_constants(const Law& law);
-/// True if the fibre changes nothing.
+/// True if the law does not depend on the fibre.
 bool is_isotropic(const Law& law);
-/// The word of a law in a scene file: "mooney_rivlin".
+/// Name of a law in a scene file: "mooney_rivlin".
 std::string_view name_of(const Law& law);
-/// Each parameter's name and place in `law`, which must outlive them.
+/// Name of each parameter and pointer into `law`, which must outlive them.
 std::vector<std::pair<std::string_view, double*>> parameters(Law& law);
 
 } // namespace maille

@@ -1,6 +1,6 @@
 #pragma once
-/// The tissues that come with Maille. Each is a data file in materials/library/, compiled in, so that a
-/// program needs no path at run time.
+/// The built-in tissues. Each is a data file in materials/library/, compiled in, so that a program needs no
+/// path at run time.
 
 #include "maille/materials/fault.hpp"
 #include "maille/materials/material.hpp"
@@ -11,7 +11,7 @@
 
 namespace maille {
 
-/// A tissue with where its numbers come from; its damage, where there is any, says that for itself.
+/// A tissue and the source of its numbers; its damage, if any, has its own source.
 struct LibraryEntry {
   Material material;
   std::string title; ///< e.g. "vastus lateralis, human, in vivo, relaxed"
@@ -30,8 +30,7 @@ const std::vector<LibraryEntry>& material_library();
 /// The entry called `name` ("muscle/soleus"), or nullptr.
 const LibraryEntry* find_material(std::string_view name);
 
-/// The names nearest in spelling to `name`, best first, at most `count`, none that is no slip of it; the
-/// group
+/// The names nearest in spelling to `name`, best first, at most `count`, misspellings only; the group
 /// ("muscle/") may be left out. For error messages.
 std::vector<std::string> similar_material_names(std::string_view name, int count = 3);
 

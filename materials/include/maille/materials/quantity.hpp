@@ -1,5 +1,5 @@
 #pragma once
-/// Numbers with units: text to SI. The one place that knows what "kPa" is.
+/// Numbers with units: converts text to SI. The only place that defines units.
 
 #include <optional>
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace maille {
 
-/// What a quantity measures; its SI unit is what numbers without a unit are taken to be in.
+/// Dimension of a quantity; numbers without a unit are in its SI unit.
 enum class Dimension {
   dimensionless, ///< 1; "%" is understood
   length,        ///< m
@@ -21,7 +21,7 @@ enum class Dimension {
 };
 
 /// `text` such as "2 mm", "41.8kPa", "-20 deg", "5 %" or a bare number, in SI units.
-/// @return the value; nothing where the text is no finite number followed by a unit of `dimension`
+/// @return the value; nothing if the text is not a finite number followed by a unit of `dimension`
 std::optional<double> parse_quantity(std::string_view text, Dimension dimension);
 
 /// For messages: `a length such as "2 mm" (units: m, cm, mm, um, nm)`.

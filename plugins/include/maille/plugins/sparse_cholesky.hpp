@@ -1,9 +1,9 @@
 #pragma once
 /// Sparse Cholesky factors, K = L L^T, of symmetric positive definite matrices in float64.
 ///
-/// Two implementations. Eigen orders by approximate minimum degree and works column by column: right for
+/// Two implementations. Eigen orders by approximate minimum degree and works column by column: best for
 /// chains and small matrices, which have little fill. CHOLMOD orders by nested dissection (METIS) and works
-/// on dense blocks of columns (supernodes): right for all that fills. It lies with its BLAS in
+/// on dense blocks of columns (supernodes): best for matrices with fill. CHOLMOD and its BLAS are in
 /// maille-cholmod.so, which is opened for the first such factor.
 ///
 /// The analysis orders the rows and predicts the cost; factor() computes the factor.
@@ -22,7 +22,7 @@
 
 namespace maille {
 
-/// A factor, analysed when it is made.
+/// A factor; the constructor analyses the pattern.
 class SparseCholesky {
 public:
   virtual ~SparseCholesky() = default;
@@ -31,12 +31,12 @@ public:
   double n_numbers() const { return n_numbers_; }       ///< of the factor
   double n_operations() const { return n_operations_; } ///< sum of the squared numbers of its columns
   std::int64_t bytes() const { return bytes_; }         ///< of the factor and of its computation
-  /// @param lower triangle, of the pattern that was analysed
-  /// @return smallest over largest pivot; 0 where the matrix is not positive definite
+  /// @param lower triangle, with the analysed pattern
+  /// @return smallest over largest pivot; 0 if the matrix is not positive definite
   /// @throws std::bad_alloc; std::runtime_error if CHOLMOD fails otherwise
   virtual double factor(const Eigen::SparseMatrix<double>& lower) = 0;
-  /// K^-1 right, within rounding, for each column; thirty together take CHOLMOD three times as long as one.
-  /// @pre factor() gave more than 0
+  /// K^-1 right, within rounding, for each column; with CHOLMOD thirty take three times as long as one.
+  /// @pre factor() returned more than 0
   virtual Eigen::MatrixXd solve(const Eigen::MatrixXd& right) const = 0;
 
 protected:
@@ -47,16 +47,16 @@ protected:
 /// By Eigen. @param lower triangle of the matrix
 std::unique_ptr<SparseCholesky> simplicial_cholesky(const Eigen::SparseMatrix<double>& lower);
 /// By CHOLMOD.
-/// @param group of each row, from 0 on without gaps, in rising order: its rows are ordered together
-/// @param blas_is_serial  one thread for its BLAS: OpenBLAS has other bits for every number of threads
-/// @throws std::bad_alloc, and std::runtime_error where maille-cholmod.so is not there
+/// @param group of each row, from 0 without gaps, ascending: rows of a group are ordered together
+/// @param blas_is_serial  one BLAS thread: the bits of OpenBLAS depend on the number of threads
+/// @throws std::bad_alloc; std::runtime_error if maille-cholmod.so is missing
 std::unique_ptr<SparseCholesky> supernodal_cholesky(const Eigen::SparseMatrix<double>& lower,
                                                     std::span<const std::int32_t> group, bool blas_is_serial);
-/// By CHOLMOD where it is there, else by Eigen.
+/// By CHOLMOD if it is installed, else by Eigen.
 std::unique_ptr<SparseCholesky> sparse_cholesky(const Eigen::SparseMatrix<double>& lower,
                                                 std::span<const std::int32_t> group, bool blas_is_serial);
 
-/// What maille-cholmod.so answers open_plugin with: its supernodal_cholesky.
+/// Return value of open_plugin for maille-cholmod.so: its supernodal_cholesky.
 using SupernodalCholesky = decltype(supernodal_cholesky)*;
 inline constexpr std::size_t cholmod_layout =
     layout_of<SupernodalCholesky, SparseCholesky, Eigen::SparseMatrix<double>, Eigen::MatrixXd>();

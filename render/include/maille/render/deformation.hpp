@@ -1,5 +1,5 @@
 #pragma once
-/// A deformed lattice that carries the voxels of an object along.
+/// A deformed lattice that moves the voxels of an object.
 
 #include "maille/scene/answer.hpp"
 
@@ -10,19 +10,19 @@
 
 namespace maille::render {
 
-/// Cells at rest whose corners move; what is seen lies in those that carry it.
+/// Cells at rest whose corners move; voxels are visible only in cells that carry them.
 struct Lattice {
   Index3 cells{1, 1, 1};
   Vec3 origin{};                     ///< of node 0 at rest, in the object's frame [m]
   Vec3 spacing{1, 1, 1};             ///< [m]
-  std::vector<std::uint8_t> carries; ///< a cell: 0 where nothing is to be seen; empty: all do
+  std::vector<std::uint8_t> carries; ///< per cell: 0 if nothing is visible in it; empty: all carry
 
   std::int64_t n_cells() const { return std::int64_t{1} * cells[0] * cells[1] * cells[2]; }
   Index3 nodes() const { return {cells[0] + 1, cells[1] + 1, cells[2] + 1}; }
   std::int64_t n_nodes() const { return std::int64_t{1} * (cells[0] + 1) * (cells[1] + 1) * (cells[2] + 1); }
 };
 
-/// Where the nodes of a lattice are, in the object's frame. 16 bytes a node.
+/// Positions of the nodes of a lattice, in the object's frame. 16 bytes per node.
 class Deformation {
 public:
   /// At rest.
@@ -30,11 +30,11 @@ public:
 
   const Lattice& lattice() const { return *lattice_; }
   const std::shared_ptr<const Lattice>& shared_lattice() const { return lattice_; }
-  /// Positions of all nodes [m]; x fastest. Where one differs, renders that follow see the object anew.
+  /// Positions of all nodes [m]; x fastest. If one differs, the next render casts the object anew.
   void set_positions(std::span<const Vec3> positions);
   void set_position(std::int64_t node, const Vec3& position);
   Vec3 position(std::int64_t node) const;
-  /// Grows with every change: what a Renderer knows the state by.
+  /// Increases with every change: Renderer uses it to detect changes.
   std::uint64_t version() const { return version_; }
   const std::vector<std::array<float, 4>>& nodes() const { return nodes_; }
   std::int64_t bytes() const { return static_cast<std::int64_t>(nodes_.size() * sizeof(nodes_[0])); }
@@ -45,18 +45,18 @@ private:
   std::uint64_t version_ = 0;
 };
 
-/// The lattice of a body: its cells of matter and `margin` cells around them that carry along what is seen
-/// but not mechanical (skin around a muscle; 1 keeps surfaces smooth).
+/// The lattice of a body: its cells of matter and `margin` cells around them for visible tissue without
+/// mechanics (skin around a muscle; 1 keeps surfaces smooth).
 std::shared_ptr<const Lattice> lattice_of(const Specimen& body, int margin = 1);
 
-/// A body's displacement on its lattice: that of the body's nodes as it is; farther out each node goes with
-/// the mean of its neighbours nearer to the body, smoothed.
-/// @param lattice of lattice_of(body, ...)
+/// Maps a body's displacement to its lattice: unchanged at nodes of the body; farther out each node takes the
+/// smoothed mean of its neighbours nearer to the body.
+/// @param deformation of a lattice from lattice_of(body, ...)
 /// Cost  O(nodes of the lattice)
 void carry_along(const Specimen& body, const Displacement& displacement, Deformation& deformation);
 
-/// Every `stride`-th node of a body's lattice along each axis: pictures of it in motion, at a stride^3-th of
-/// the price. Farther out a node goes with the body's nearest.
+/// Every `stride`-th node of a body's lattice along each axis, for animation at 1 / stride^3 of the cost.
+/// Nodes outside the body take the displacement of its nearest node.
 class CoarseCarrier {
 public:
   /// @param stride at least 2
@@ -67,7 +67,7 @@ public:
 
 private:
   std::shared_ptr<const Lattice> lattice_;
-  std::vector<std::int64_t> node_of_; ///< of the body, whose displacement a node of the lattice has
+  std::vector<std::int64_t> node_of_; ///< per lattice node: the node of the body with its displacement
   std::vector<Vec3> at_rest_, positions_;
 };
 

@@ -1,6 +1,6 @@
 #pragma once
-/// A picture that several processes render together: each casts some of the objects and merges some of the
-/// tiles. How bytes go from one to another is the caller's business (MPI, files, pipes).
+/// A picture that several processes render together: each casts some objects and merges some tiles. The
+/// caller transfers the bytes between them (MPI, files, pipes).
 
 #include "maille/render/renderer.hpp"
 
@@ -10,9 +10,9 @@
 
 namespace maille::render {
 
-/// One of the processes. Every one has the whole scene and calls the same functions in the same order:
+/// One of the processes. Each has the whole scene and calls the same functions in the same order:
 ///
-///     received = exchange(renderer.cast(objects, view));    // to each what it is sent
+///     received = exchange(renderer.cast(objects, view));    // each process receives its part
 ///     received = exchange({renderer.compose(received)});    // all to the first
 ///     picture  = renderer.assemble(received);               // on the first
 ///
@@ -23,13 +23,13 @@ class SharedRenderer {
 public:
   using Bytes = std::vector<std::byte>;
 
-  /// @param rank, size  this process's place among them
+  /// @param rank, size  rank of this process and number of processes
   SharedRenderer(int rank, int size, int threads = 1);
   ~SharedRenderer();
   SharedRenderer(const SharedRenderer&) = delete;
   SharedRenderer& operator=(const SharedRenderer&) = delete;
 
-  /// @return the runs of this process's objects, for each process those in its tiles
+  /// @return runs of this process's objects, one entry per process with the runs in its tiles
   /// @throws std::invalid_argument as Renderer::render does
   std::vector<Bytes> cast(std::span<const SceneObject> objects, const View& view);
   /// @param received  from each process, by its rank. @return the pixels of this process's tiles

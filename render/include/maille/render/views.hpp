@@ -1,24 +1,24 @@
 #pragma once
-/// Pairs of pictures for two eyes, and rings of views.
+/// Stereo pairs of pictures, and rings of views that are cast in advance.
 
 #include "maille/render/renderer.hpp"
 
 namespace maille::render {
 
-/// Two eyes beside each other.
+/// Settings of a stereo pair.
 struct StereoSettings {
   double separation = 0; ///< of the eyes [m]; 0: a thirtieth of the distance to the focal point
 };
 
-/// The views of the left and the right eye: both look at the focal point's plane with shifted positions
-/// ("toed in", as ParaView's stereo pairs are).
+/// The views of the left and the right eye: both look at the plane of the focal point from shifted positions
+/// ("toed in", as ParaView's stereo pairs).
 std::array<View, 2> stereo_views(const View& view, const StereoSettings& settings = {});
 /// One picture beside the other.
 Picture side_by_side(const Picture& left, const Picture& right);
-/// For glasses of red (left) and cyan (right): each eye gets the brightness of its picture over a background.
+/// For red (left) and cyan (right) glasses: each eye gets the brightness of its picture over a background.
 Picture anaglyph(const Picture& left, const Picture& right, const Rgb& background = {1, 1, 1});
 
-/// Two renderers, each of which keeps what its eye sees.
+/// Two renderers, one per eye, each with its own cache.
 class StereoRenderer {
 public:
   explicit StereoRenderer(int threads = 1) : eyes_{Renderer(threads), Renderer(threads)} {}

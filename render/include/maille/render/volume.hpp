@@ -1,5 +1,5 @@
 #pragma once
-/// The voxels of an object as they are cast: values and gradients in few bytes, and paint on them.
+/// The voxels of an object for ray casting: compact values and gradients, and paint on them.
 
 #include "maille/scene/answer.hpp"
 #include "maille/scene/look.hpp"
@@ -26,15 +26,16 @@ struct VoxelGrid {
 
 /// Values of 8 or 16 bits, gradients of 3 x 8 bits, and the least and largest value of every brick of 4^3.
 ///
-/// Between centres of voxels values are trilinear; beyond the outermost centres there is nothing.
-/// Memory  5 bytes a voxel with 16 bits and gradients, 4 with 8 bits, and bricks
+/// Values are trilinear between voxel centres; the volume ends at the outermost centres.
+/// Memory  5 bytes per voxel with 16 bits and gradients, 4 with 8 bits, plus bricks
 class Volume {
 public:
   enum class Depth { bits8, bits16 };
 
   /// @param values n_voxels numbers, x fastest; NaN counts as `low`
-  /// @param low, high what the smallest and the largest code stand for; values beyond are clipped
-  /// @param with_gradients for shading: central differences of the values, smoothed by a Gaussian of a voxel
+  /// @param low, high values of the smallest and the largest code; values beyond are clipped
+  /// @param with_gradients for shading: central differences of the values, smoothed by a Gaussian of one
+  /// voxel
   Volume(const VoxelGrid& grid, std::span<const float> values, double low, double high,
          Depth depth = Depth::bits16, bool with_gradients = true);
 
@@ -45,9 +46,10 @@ public:
   bool has_gradients() const { return !gradients_.empty(); }
   /// Stored value of a voxel.
   double value(std::int64_t voxel) const;
-  /// Direction in which values rise, along the grid's axes, of length 0 (flat) to 1 (steep).
+  /// Direction of increasing values, along the grid's axes, of length 0 (flat) to 1 (steep).
   Vec3 gradient(std::int64_t voxel) const;
-  /// Trilinear, in double precision, of the kept values; `low` outside. @param index see VoxelGrid::index_of
+  /// Trilinear value in double precision of the stored values; `low` outside. @param index see
+  /// VoxelGrid::index_of
   double value_at(const Vec3& index) const;
   std::int64_t bytes() const;
 
@@ -57,7 +59,7 @@ public:
   const std::uint8_t* codes8() const { return codes8_.data(); }
   const std::uint16_t* codes16() const { return codes16_.data(); }
   const std::int8_t* gradients() const { return gradients_.data(); }
-  /// Bricks cover 4 cells between centres an axis: brick b those from voxel 4 b to voxel 4 b + 4, inclusive.
+  /// A brick covers 4 intervals between centres per axis: brick b the voxels 4 b to 4 b + 4, inclusive.
   static constexpr int brick_shift = 2, brick_edge = 1 << brick_shift;
   const Index3& bricks() const { return bricks_; }
   struct Range {
@@ -81,15 +83,15 @@ private:
   std::vector<Range> ranges_;
 };
 
-/// The matter of a body as values from 0 to 1 that are 1/2 at its surface, smooth enough to be lit: for
-/// bodies without grey values. One voxel a cell and a margin around. 8 bits.
+/// Matter of a body as values from 0 to 1, smooth enough for lighting and 1/2 at the surface: for bodies
+/// without grey values. One voxel per cell plus a margin. 8 bits.
 std::shared_ptr<const Volume> volume_of_matter(const Specimen& body);
 /// The grey values of a look, in the body's frame; volume_of_matter for a look without an image.
 std::shared_ptr<const Volume> volume_of(const Seen& seen, const Specimen& body,
                                         Volume::Depth depth = Volume::Depth::bits16);
 
-/// Colours that take the place of a look's: a number a voxel of a grid of their own, and a colour a number.
-/// One byte a voxel, or four for pictures.
+/// Colours that replace those of a look: a number per voxel of a separate grid, and a colour per number. One
+/// byte per voxel, or four for pictures.
 class Paint {
 public:
   enum class Kind {
@@ -99,13 +101,13 @@ public:
   };
   static constexpr std::uint8_t own_colour = 255;
   /// @param numbers of voxels; @param colours of each number
-  /// @param keeps_own  voxels of number `own_colour`, and what lies beyond the grid, have the look's colours
+  /// @param keeps_own  true: voxels of number `own_colour`, and outside the grid, keep the look's colours
   static std::shared_ptr<const Paint> labels(const VoxelGrid& grid, std::vector<std::uint8_t> numbers,
                                              const std::array<Rgb, 256>& colours, bool keeps_own = false);
-  /// Values from `low` to `high` in the colours of a list that is equally spaced between them.
+  /// Maps values from `low` to `high` to a list of equally spaced colours.
   static std::shared_ptr<const Paint> field(const VoxelGrid& grid, std::span<const float> values, double low,
                                             double high, std::span<const Rgb> colours);
-  /// @param rgb three bytes a voxel
+  /// @param rgb three bytes per voxel
   static std::shared_ptr<const Paint> picture(const VoxelGrid& grid, std::span<const std::uint8_t> rgb);
 
   const VoxelGrid& grid() const { return grid_; }
@@ -127,7 +129,7 @@ private:
   std::vector<std::uint32_t> pixels_, palette_;
 };
 
-/// The colours of `viridis`-like maps for fields: 0 dark to 1 bright, perceptually even.
+/// Colours similar to `viridis` for fields: 0 dark to 1 bright, perceptually uniform.
 std::vector<Rgb> field_colours();
 
 /// A voxel for each cell of a body's box.

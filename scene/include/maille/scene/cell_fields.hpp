@@ -1,9 +1,9 @@
 #pragma once
 /// Strain and stress at the centres of cells, by one formula for every method.
 ///
-/// The strain is that of the cell's mean displacement gradient (one integration point), the stress the
-/// material's law on it plus active stress. Methods that store a strain of their own (Answer::cell_strain)
-/// are read from there. Exact for linear displacements; first order in the spacing at curved borders.
+/// The strain is that of the cell's mean displacement gradient (one integration point); the stress is the
+/// material's law of it plus active stress. Stored strains (Answer::cell_strain) are used if the method
+/// provides them. Exact for linear displacements; first order in the spacing at curved borders.
 
 #include "maille/scene/answer.hpp"
 
@@ -15,20 +15,19 @@
 
 namespace maille {
 
-/// Per cell of the grid, in the object's frame (see object_frame), or in the cell's own where the scene asks
-/// for finite strain (see block_rotations; then Biot's strain U - I, and Cauchy's stress): mean strain of the
-/// cell (one-point, from its corner displacements) and the stress that the cell's stiffness gives it,
-/// together with the active stress of its fibre where it contracts. Six components in VTK's order XX YY ZZ XY
-/// YZ XZ; shear strains are tensor components (half of the engineering shear). Zero in cells without matter.
-/// In plane strain the out-of-plane stress is filled in; in plane stress and in 1D the free lateral strains
-/// are.
+/// Per cell of the grid, in the object's frame (see object_frame); at finite strain in the cell's own frame
+/// (see block_rotations), with Biot's strain U - I and Cauchy stress. Mean strain of the cell (one-point,
+/// from its corner displacements), and its stress: stiffness times strain plus the active stress of its
+/// fibre. Six components in VTK's order XX YY ZZ XY YZ XZ; shear strains are tensor components (half of the
+/// engineering shear). Zero in cells without matter. In plane strain the out-of-plane stress is included; in
+/// plane stress and 1D the free lateral strains are.
 struct CellFields {
   std::vector<std::array<double, 6>> strain;
   std::vector<std::array<double, 6>> stress; ///< [Pa]
   std::vector<double> von_mises;             ///< [Pa]
 };
 
-/// From a strain in the scene's dimension to all six components of strain and stress, for one cell's matter.
+/// Maps a strain in the scene's dimension to all six components of strain and stress, for one cell's matter.
 class StrainAndStress {
 public:
   StrainAndStress(const Scene& scene, std::int64_t cell);
@@ -43,7 +42,7 @@ private:
   PlaneAssumption plane_;
 };
 
-/// The same of one cell after another: of large bodies there is no room for all at once.
+/// The same for one cell at a time: for large bodies, the fields of all cells do not fit in memory.
 class FieldsOfCells {
 public:
   struct Values {
@@ -51,7 +50,7 @@ public:
     double von_mises = 0;
   };
 
-  /// What they are made from must outlive this.
+  /// The arguments must outlive this.
   FieldsOfCells(const Scene& scene, const Displacement& displacement);
   FieldsOfCells(const Scene& scene, const std::vector<std::array<double, 6>>& strain);
   FieldsOfCells(const Scene& scene, const Answer& answer);
@@ -65,27 +64,27 @@ private:
   const Scene& scene_;
   const std::vector<std::array<double, 6>>* strain_ = nullptr;
   const Displacement* displacement_ = nullptr;
-  std::optional<Displacement> turned_back_; ///< in the object's frame, where that is turned
+  std::optional<Displacement> turned_back_; ///< in the object's frame, if that is turned
   List<Eigen::Quaterniond> rotation_;
   std::vector<std::optional<Matrix6>> known_; ///< stiffnesses of materials
 };
 
 CellFields cell_fields(const Scene& scene, const Displacement& displacement);
-/// The same from strains of cells, as Answer::cell_strain has them.
+/// The same from strains of cells, in the form of Answer::cell_strain.
 CellFields cell_fields(const Scene& scene, const std::vector<std::array<double, 6>>& strain);
-/// The one of Answer::cell_strain where the answer has that, else of its displacement.
+/// From Answer::cell_strain if the answer has it, else from its displacement.
 CellFields cell_fields(const Scene& scene, const Answer& answer);
 
-/// Other measures of finite strain, in the same frame, from those of CellFields: Green and Lagrange's strain
-/// (U^2 - I) / 2, logarithmic strain ln U, and nominal stress J (s U^-1 + U^-1 s) / 2 per area at rest (the
-/// symmetric part of R^T P, Biot's), whose work is that on U - I.
+/// Other measures of finite strain, in the same frame, from those of CellFields: Green-Lagrange strain (U^2 -
+/// I) / 2, logarithmic strain ln U, and nominal stress J (s U^-1 + U^-1 s) / 2 per area at rest (the
+/// symmetric part of R^T P, Biot's stress), which is work-conjugate to U - I.
 std::array<double, 6> green_lagrange(const std::array<double, 6>& strain);
 std::array<double, 6> logarithmic(const std::array<double, 6>& strain);
 std::array<double, 6> nominal(const std::array<double, 6>& strain, const std::array<double, 6>& stress);
 
-/// a T a of a tensor in that order: the strain or the stress along a direction.
+/// a T a of a tensor in the same order: the strain or stress along a direction.
 double along(const std::array<double, 6>& tensor, const Vec3& direction);
-/// Its eigenvalues, the largest first.
+/// Eigenvalues of a tensor, largest first.
 Vec3 principal_values(const std::array<double, 6>& tensor);
 /// The size of the principal value of largest size.
 double largest_principal(const std::array<double, 6>& tensor);

@@ -1,8 +1,8 @@
 #pragma once
-/// How an object is to be seen: which grey values, in which colours, how opaque, how lit.
+/// Appearance of an object: its grey values, colours, opacity and lighting.
 ///
-/// A look is read from `look = { ... }` of a specimen or an object (docs/render.md), apart from the question
-/// that methods are asked: who does not look at a scene keeps no grey value of it.
+/// A look is read from `look = { ... }` of a specimen or an object (docs/render.md), separately from the
+/// scene that methods solve: a scene that is not displayed stores no grey values.
 
 #include "maille/images/image.hpp"
 #include "maille/scene/scene.hpp"
@@ -21,26 +21,25 @@ namespace maille {
 /// Red, green and blue from 0 to 1, as on the screen.
 using Rgb = std::array<float, 3>;
 
-/// Colour at one value; between two of them colours are interpolated, outside the nearest holds.
+/// Colour at one value; interpolated between points, constant beyond them.
 struct ColourPoint {
   double value = 0;
   Rgb colour{1, 1, 1};
   friend bool operator==(const ColourPoint&, const ColourPoint&) = default;
 };
 
-/// Opacity, 0 to 1, that `Look::unit_distance` of matter of one value has.
+/// Opacity, 0 to 1, of a layer of matter of this value, `Look::unit_distance` thick.
 struct OpacityPoint {
   double value = 0;
   double opacity = 0;
   friend bool operator==(const OpacityPoint&, const OpacityPoint&) = default;
 };
 
-/// composite: colours and opacities along the ray; maximum: the largest value on it; isosurface: where it
-/// first reaches a value.
+/// composite: colours and opacities along the ray; maximum: the largest value on the ray; isosurface: the
+/// first point on the ray that reaches a value.
 enum class LookMode { composite, maximum, isosurface };
 
-/// Light of a look: parts of a surface's colour that are there in the dark, that facing the light adds, and
-/// that is mirrored.
+/// Lighting of a look: parts of a surface's colour that are ambient, diffuse (facing the light) and specular.
 struct Shading {
   bool on = true;
   double ambient = 0.25, diffuse = 0.75, specular = 0.2;
@@ -50,44 +49,44 @@ struct Shading {
 
 struct Look {
   std::string image; ///< file of the grey values; empty: of the body's own image, if it has one
-  /// Its middle is put on that of the body's own image, whatever the headers say of their places.
+  /// True: place its centre on the centre of the body's own image and ignore the positions in the headers.
   bool is_centred = false;
   std::vector<ColourPoint> colours;  ///< ascending, at least one
   std::vector<OpacityPoint> opacity; ///< ascending, at least one
   /// Colours of cells by label, in place of `colours`; sorted by label.
   std::vector<std::pair<std::int32_t, Rgb>> label_colours;
-  /// A colour picture (PNG, JPEG) whose pixels colour the cells that lie under them, along z: its lower left
-  /// corner is at the origin of the body's frame. Empty: none.
+  /// A colour picture (PNG, JPEG) whose pixels colour the cells under them, along z; its lower left corner is
+  /// at the origin of the body's frame. Empty: none.
   std::string picture;
   double pixel = 0;         ///< edge of the picture's pixels [m]; 0: of a cell
   double unit_distance = 0; ///< [m]; 0: a voxel's smallest spacing
   Shading shading;
   LookMode mode = LookMode::composite;
   double isovalue = 0;         ///< of mode isosurface
-  bool of_grey_values = false; ///< of an image's; else of the body's own matter, whose values are 0 to 1
-  /// How far around the body's matter its image is seen [m]: skin around a muscle. Unset: all of the image
-  /// where the object keeps its form, a cell where it is deformable.
+  bool of_grey_values = false; ///< true: values of an image; false: values of the body's matter, 0 to 1
+  /// Distance around the body's matter up to which its image is visible [m], e.g. skin around a muscle.
+  /// Unset: the whole image for fixed and rigid objects, one cell for deformable ones.
   std::optional<double> around;
   friend bool operator==(const Look&, const Look&) = default;
 
   Rgb colour_at(double value) const;
   double opacity_at(double value) const; ///< of unit_distance
-  /// Values at which opacity is above 0 begin and end; nothing where none is.
+  /// Range of values with opacity above 0; nothing if there are none.
   std::optional<std::pair<double, double>> visible_range() const;
 };
 
-/// A look that comes along. @pre name is a word of look.preset in scene/keys.toml. Values of CT presets are
-/// Hounsfield units + 1024, those of others from 0 to 1, to be stretched over a window; see docs/render.md
+/// A built-in look. @pre name is a word of look.preset in scene/keys.toml. Values of CT presets are
+/// Hounsfield units + 1024; those of others are 0 to 1, for stretch() to a window; see docs/render.md
 Look look_preset(std::string_view name);
-/// True if its values are from 0 to 1, so that it needs a window.
+/// True if its values are from 0 to 1 and it needs a window.
 bool is_relative_preset(std::string_view name);
-/// Values from 0 to 1 become those of a window, in colours, opacity and isovalue. @pre low < high
+/// Maps values from 0 to 1 to a window, in colours, opacity and isovalue. @pre low < high
 void stretch(Look& look, double low, double high);
-/// Matter in one colour: where there are no grey values.
+/// Matter in one colour, for bodies without grey values.
 Look solid_look(const Rgb& colour = {0.80f, 0.78f, 0.74f});
 
-/// A colour map of ParaView (.json: a list of maps, of which the first counts): RGBPoints and, where it has
-/// them, Points of opacity. @throws InputError
+/// A colour map of ParaView (.json: a list of maps; the first is used): RGBPoints and, if present, opacity
+/// Points. @throws InputError
 Look read_paraview_colours(const std::filesystem::path& file);
 
 /// Parses `#rrggbb`; nothing for another text.
@@ -102,16 +101,16 @@ struct Seen {
   Placement placement;           ///< of the body's frame in the image's world
   double largest = 0, least = 0; ///< of the whole image's values
 
-  /// Held by the grey values.
+  /// Memory of the grey values [bytes].
   std::int64_t bytes() const { return static_cast<std::int64_t>(grey.values.size() * sizeof(float)); }
 };
 
-/// What is to be seen of every body of a scene file: one entry for a scene, one an object for a world, empty
-/// where there is no look.
+/// Grey values of every body of a scene file: one entry for a scene, one per object for a world, empty for
+/// bodies without a look.
 /// @throws InputError with every fault of the looks (file, line, key, expected, found): a look for values
-///         that its image does not have, tables out of order, images larger than memory
+///         that its image lacks, tables out of order, images larger than memory
 std::vector<std::optional<Seen>> read_looks(const std::filesystem::path& scene_file);
-/// True for the file of a scene whose specimen has a look; reads no image. False for what is no such file.
+/// True if the file is a scene whose specimen has a look; reads no image. False for other files.
 bool has_look(const std::filesystem::path& file);
 
 } // namespace maille

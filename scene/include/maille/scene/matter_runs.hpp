@@ -1,5 +1,5 @@
 #pragma once
-/// Cells of matter that follow one another along x, found some at a time.
+/// Runs of cells of matter along x, found eight cells at a time.
 
 #include "maille/scene/scene.hpp"
 
@@ -8,7 +8,7 @@
 
 namespace maille {
 
-/// Calls visit(first, end), of x, for all runs of cells of matter in a row of cells that cannot be longer.
+/// Calls visit(first, end), x indices, for all maximal runs of cells of matter in a row.
 /// @param row of cells: y + z (cells along y)
 template<class Visit>
 void for_each_run_of_matter(const Specimen& body, std::int64_t row, const Visit& visit) {

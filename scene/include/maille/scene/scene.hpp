@@ -1,11 +1,10 @@
 #pragma once
-/// The question that every method is asked: what the body is, what holds it, what moves it, what pulls at
-/// it.
+/// The input of every method: the body, its holds, moves and loads.
 ///
-/// read_scene or a SceneBuilder makes a Scene, and nothing changes it afterwards. Everything is in SI units
-/// and in the object's frame: axes along the grid, origin where the specimen's coordinates are zero.
-/// Conditions are resolved: regions have become lists of nodes and components, loads have become forces at
-/// nodes. Names of conditions stay for tables and messages.
+/// read_scene or a SceneBuilder makes a Scene; it is constant afterwards. Everything is in SI units and in
+/// the object's frame: axes along the grid, origin where the specimen's coordinates are zero. Conditions are
+/// resolved: regions are lists of nodes and components, loads are forces at nodes. Names of conditions are
+/// kept for tables and messages.
 
 #include "maille/base/arena.hpp"
 #include "maille/base/grid.hpp"
@@ -22,30 +21,30 @@ namespace maille {
 
 class Displacement;
 
-/// Where a body's fibres come from, and what had to be done to them.
+/// Source of a body's fibres, and the corrections that were made to them.
 ///
-/// Counts are of cells of matter as read, pieces that are left out later included; all zero but for tensor
+/// Counts are of cells of matter as read, including pieces that are left out later; zero except for tensor
 /// images.
 struct FibreReport {
   std::string
-      source; ///< bipennate, curve, tensor_image, array; empty: one direction, or one a part of a muscle
-  std::int64_t cells = 0;           ///< with a direction of their own to begin with, or given one
-  std::int64_t no_tensor = 0;       ///< zero, or not a number
-  std::int64_t not_positive = 0;    ///< a diffusion that is not positive along every axis: noise
-  std::int64_t isotropic = 0;       ///< no direction stands out
-  std::int64_t from_neighbours = 0; ///< cells without a direction that took the mean of those around them
-  std::int64_t from_label = 0;      ///< that took the mean of their label: no neighbour could say
-  std::int64_t from_body = 0;       ///< that took the mean of all labels: nothing in their own could say
-  double smoothing_radius = 0;      ///< [m]; 0: not smoothed
-  double smoothing_turn = 0;        ///< mean angle by which smoothing turned directions [rad]
+      source; ///< bipennate, curve, tensor_image, array; empty: one direction, or one per part of a muscle
+  std::int64_t cells = 0;           ///< with a direction, read or assigned
+  std::int64_t no_tensor = 0;       ///< tensor zero or NaN
+  std::int64_t not_positive = 0;    ///< an eigenvalue of the diffusion is not positive: noise
+  std::int64_t isotropic = 0;       ///< no dominant direction
+  std::int64_t from_neighbours = 0; ///< cells without a direction that took the mean of their neighbours
+  std::int64_t from_label = 0;      ///< that took the mean of their label: no neighbour has a direction
+  std::int64_t from_body = 0;  ///< that took the mean of all labels: no cell of their label has a direction
+  double smoothing_radius = 0; ///< [m]; 0: not smoothed
+  double smoothing_turn = 0;   ///< mean rotation of directions by smoothing [rad]
 
   std::int64_t without_direction() const { return no_tensor + not_positive + isotropic; }
 };
 
-/// In a line: `from a tensor image: 6417 cells, 12 without a direction (...)`; empty where the source is.
+/// One line: `from a tensor image: 6417 cells, 12 without a direction (...)`; empty if the source is empty.
 std::string in_words(const FibreReport& report);
 
-/// Nodes turned about an axis and then shifted, together with the components that are prescribed.
+/// Nodes that are rotated about an axis and then shifted, and the components that are prescribed.
 struct Turn {
   Vec3 axis{0, 0, 1}; ///< unit vector; the turn is right-handed about it
   double angle = 0;   ///< [rad], of any size
@@ -54,54 +53,54 @@ struct Turn {
   std::array<bool, 3> axes{true, true, true};
   std::vector<std::int64_t> nodes;
 
-  /// Displacement of what rests at x, once that fraction of angle and shift is done [m].
+  /// Displacement of a point that rests at x, after that fraction of angle and shift [m].
   Vec3 displacement(const Vec3& x, double fraction = 1) const;
 };
 
-/// Cells that hold no matter carry this material number.
+/// Material number of cells without matter.
 inline constexpr std::uint8_t no_material = 255;
 
-/// Where the object's frame stands in the world of an image; the identity for generated shapes.
+/// Position and orientation of the object's frame in an image's world; the identity for generated shapes.
 struct Placement {
   Vec3 origin{0, 0, 0}; ///< of the object's frame, in the world [m]
   std::array<Vec3, 3> direction{
       {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}; ///< rows of the 3 x 3 matrix object -> world
-  WorldAxes world = WorldAxes::unknown;   ///< what the world's axes point to
+  WorldAxes world = WorldAxes::unknown;   ///< directions of the world's axes
   bool is_identity() const { return origin == Placement{}.origin && direction == Placement{}.direction; }
   friend bool operator==(const Placement&, const Placement&) = default;
 };
-/// `vector` of the object's frame, in the world's.
+/// Transforms `vector` from the object's frame to the world's.
 Vec3 to_world(const Placement& placement, const Vec3& vector);
-/// Where a point of the object's frame is in the world, and the other way [m].
+/// Transforms a point from the object's frame to the world, and back [m].
 Vec3 point_in_world(const Placement& placement, const Vec3& point);
 Vec3 point_in_object(const Placement& placement, const Vec3& point);
 
-/// The body: which cells hold what, and how its fibres run.
+/// The body: the material and fibre direction of each cell.
 struct Specimen {
   std::string shape;    ///< box, ellipsoid, muscle, image
-  std::string image;    ///< the file that a body of shape image was read from
-  Grid grid;            ///< just large enough for the matter, pieces that are left out included
+  std::string image;    ///< the image file of a body with shape image
+  Grid grid;            ///< bounding box of the matter, including pieces that are left out
   Vec3 origin{0, 0, 0}; ///< of node 0, object's frame [m]
   Placement placement;
   std::vector<std::uint8_t> material_id;    ///< per cell; empty: every cell holds material 0
-  Vec3 fibre{1, 0, 0};                      ///< unit vector; where `fibres` is empty
+  Vec3 fibre{1, 0, 0};                      ///< unit vector; used if `fibres` is empty
   std::vector<std::array<float, 3>> fibres; ///< per cell unit vectors, sign-free; empty: `fibre` everywhere
-  FibreReport fibre_report;                 ///< how `fibres` came about
-  /// Per cell the grey value in the label image that the body was read from, 0 where there is no matter.
-  /// Empty where the body is no segmentation: a generated shape, one threshold, more than 255 grey values in
-  /// the matter, or one that is no whole number.
+  FibreReport fibre_report;                 ///< source and corrections of `fibres`
+  /// Grey value per cell in the label image that the body was read from; 0 without matter. Empty if the body
+  /// is no segmentation: a generated shape, one threshold, more than 255 grey values in the matter, or a grey
+  /// value that is not a whole number.
   std::vector<std::int32_t> label;
-  /// Per cell the part of it that is tissue, 0 to 1 (partial volume): what the cell's energy, weight and pull
-  /// count. Empty: all of every cell of matter.
+  /// Tissue fraction per cell, 0 to 1 (partial volume); it scales the energy, weight and active stress of the
+  /// cell. Empty: 1 for every cell of matter.
   std::vector<float> tissue;
-  /// Per cell its stiffness over that of its material, > 0 (a map of stiffness). Empty: 1.
+  /// Stiffness per cell relative to its material, > 0 (a map of stiffness). Empty: 1.
   std::vector<float> stiffness_ratio;
 
   double tissue_of(std::int64_t cell) const { return tissue.empty() ? 1 : double{tissue[cell]}; }
   double stiffness_ratio_of(std::int64_t cell) const {
     return stiffness_ratio.empty() ? 1 : double{stiffness_ratio[cell]};
   }
-  /// What a cell's energy is over that of a whole cell of its material.
+  /// Energy of a cell relative to that of a whole cell of its material.
   double weight_of(std::int64_t cell) const { return tissue_of(cell) * stiffness_ratio_of(cell); }
   bool has_weights() const { return !tissue.empty() || !stiffness_ratio.empty(); }
 
@@ -110,7 +109,7 @@ struct Specimen {
   }
   bool is_matter(std::int64_t cell) const { return material(cell) != no_material; }
   Vec3 fibre_of(std::int64_t cell) const;
-  /// Calls visit(cell number) for every cell of matter that has the node at a corner.
+  /// Calls visit(cell number) for every cell of matter with the node at a corner.
   template<class Visit>
   void for_each_cell_at(const Index3& node, Visit&& visit) const {
     for (int corner = 0; corner < grid.corners_per_cell(); ++corner) {
@@ -119,7 +118,7 @@ struct Specimen {
         visit(grid.cell(cell));
     }
   }
-  /// The same for the cells that have the edge from `node` to its next along `axis`.
+  /// The same for the cells with the edge from `node` to its next node along `axis`.
   template<class Visit>
   void for_each_cell_at_link(const Index3& node, int axis, Visit&& visit) const {
     for (int corner = 0; corner < grid.corners_per_cell(); ++corner) {
@@ -145,8 +144,8 @@ struct Prescribed {
   std::int64_t node = 0;
   int component = 0;
   double value = 0;            ///< [m]; 0 for holds
-  bool held = false;           ///< by a hold, not by a move
-  std::int32_t condition = -1; ///< into Scene::conditions, the first that asks for it; -1: of none
+  bool held = false;           ///< true: by a hold; false: by a move
+  std::int32_t condition = -1; ///< index into Scene::conditions, the first that prescribes it; -1: none
 };
 
 /// A traction on one face of one cell of matter.
@@ -155,8 +154,8 @@ struct FaceLoad {
   int axis = 0;                ///< of the face's normal
   bool upper = false;          ///< which of the two faces along `axis`
   Vec3 traction{};             ///< [Pa]; in 1D the cross-section is 1 m^2, in 2D the thickness 1 m
-  std::int32_t condition = -1; ///< into Scene::conditions; -1: of none
-  /// A pressure: at finite strain it stays normal to the face, on the area that the face has then.
+  std::int32_t condition = -1; ///< index into Scene::conditions; -1: none
+  /// True for a pressure: at finite strain it stays normal to the face and acts on the deformed area.
   bool follows = false;
 };
 
@@ -165,12 +164,12 @@ struct FaceSpring {
   std::int64_t cell = 0;
   int axis = 0; ///< of the face's normal
   bool upper = false;
-  double stiffness = 0;        ///< pull back over displacement, per area of the face [Pa/m]
-  Vec3 direction{0, 0, 0};     ///< unit vector: they act along it alone; zero: along all axes alike
-  std::int32_t condition = -1; ///< into Scene::conditions; -1: of none
+  double stiffness = 0;        ///< force over displacement, per area of the face [Pa/m]
+  Vec3 direction{0, 0, 0};     ///< unit vector: they act along it only; zero: equally along all axes
+  std::int32_t condition = -1; ///< index into Scene::conditions; -1: none
 };
 
-/// Two labels that slide on each other wherever they touch: nodes of the border are there twice, tied along
+/// Two labels that slide on each other where they touch: nodes of the border are duplicated and tied along
 /// its normal.
 struct SlidingBorder {
   std::int32_t one = 0, other = 0;
@@ -178,20 +177,20 @@ struct SlidingBorder {
   friend bool operator==(const SlidingBorder&, const SlidingBorder&) = default;
 };
 
-/// Two nodes that move together: along directions, or all the way.
+/// Two nodes that move together along one direction or along all axes.
 struct NodeTie {
   std::int64_t one = 0, other = 0;
-  Vec3 normal{}; ///< of length 1, from `one` to `other`; zero: they move together along all axes
+  Vec3 normal{}; ///< unit vector from `one` to `other`; zero: tied along all axes
   /// Ties with a normal: the labels of the two sides, and the friction between them.
   std::array<std::int32_t, 2> label{};
   double friction = 0; ///< Coulomb's coefficient [1]
-  double spring = 0;   ///< between the nodes across the normal, see Friction [N/m]
+  double spring = 0;   ///< between the nodes, perpendicular to the normal, see Friction [N/m]
   Vec3 pull{};         ///< on `one`, its opposite on `other` [N]
 };
 /// Ties between copies of a body's nodes; see split_borders().
 struct NodeTies {
   std::vector<NodeTie> ties;
-  int planes = 0; ///< of nodes from a copy to the next, along z
+  int planes = 0; ///< planes of nodes from one copy to the next, along z
 };
 
 /// A value over the time of a run, from 0 to 1: linear between points, constant beyond them.
@@ -200,97 +199,98 @@ struct TimeCourse {
   double at(double time) const;
 };
 
-/// A place and an attitude of something rigid at a time: x -> about + rotation (x - about) + shift.
+/// Position and orientation of a rigid label at a time: x -> about + rotation (x - about) + shift.
 struct RigidPose {
   double time = 0;                            ///< 0 to 1
   std::array<double, 4> rotation{1, 0, 0, 0}; ///< unit quaternion w x y z, object's frame
   Vec3 shift{};                               ///< [m]
 };
 
-/// What drives a rigid label: the nodes go with it, along poses between which rotations turn evenly.
+/// Motion of a rigid label: its nodes follow the poses; between poses the rotation angle is linear in time.
 struct Drive {
   std::vector<std::int64_t> nodes;
   Vec3 about{};                 ///< [m]
   std::vector<RigidPose> poses; ///< ascending in time, the last at 1
 
-  /// Displacement at a time of what rests at x [m]. @param time 0 to 1
+  /// Displacement at a time of a point that rests at x [m]. @param time 0 to 1
   Vec3 displacement(const Vec3& x, double time) const;
-  double turned() const; ///< the angles from pose to pose, added up [rad]
+  double turned() const; ///< sum of the angles between poses [rad]
 };
 
-/// A contraction whose strength follows a course of its own over a run.
+/// A contraction whose strength follows its own time course.
 struct TimedContraction {
   std::vector<std::int64_t> cells;
   double stress = 0; ///< [Pa], times the course
   TimeCourse course;
 };
 
-/// A hold, a move or a load on faces as it was asked for.
+/// A hold, a move or a load on faces as the file states it.
 struct NamedCondition {
   std::string name;  ///< `move[1]`, numbered from 1
-  std::string where; ///< as the file has it: `"x+"`
+  std::string where; ///< as in the file: `"x+"`
 };
 
-/// Where the limits of the links come from; `none`: the question asks for none.
+/// Source of the limits of links; `none`: the scene has no limits.
 enum class LimitSource { none, material, taut, given, failure };
 
 struct LimitSettings {
   LimitSource from = LimitSource::none;
   NeighbourLimits given; ///< along the object's axes; used with LimitSource::given
-  /// The stress at which taut links are taut [Pa]; where unset, the one at which the scene's moves just use
-  /// the slack up. A step of a series carries the scale of the whole move.
+  /// Stress at which taut links are taut [Pa]; unset: the stress at which the scene's moves use up the slack
+  /// exactly. A step of a series has the scale of the whole move.
   std::optional<double> taut_scale;
-  /// A prescribed value that limits cut back is an answer; otherwise it makes a run a failed one.
+  /// True: a run with clipped prescribed values counts as answered; false: as failed.
   bool cut_is_allowed = false;
 };
 
-/// How `sweep` and `relaxed` relax: the elastic system, or the deformable one of 1995 with a dead zone. Not
-/// read by `coupled`.
+/// Model of `sweep` and `relaxed`: the elastic system, or the deformable one of 1995 with a dead zone.
+/// `coupled` does not read it.
 enum class RelaxationMode { elastic, deformable };
 
-/// Whether `coupled` solves coarser lattices too, to go from them towards ever finer ones where they show
-/// how.
+/// Nested: `coupled` also solves coarser lattices and extrapolates to zero spacing at nodes whose error falls
+/// by a steady ratio.
 enum class Extrapolation { none, nested };
-/// Which question a scene asks of elasticity: small strain, or finite strain by the laws of its materials.
+/// Small strain, or finite strain by the laws of the materials.
 enum class Strain { small, finite };
 
 struct RelaxationSettings {
   RelaxationMode mode = RelaxationMode::elastic;
-  int increments = 0;            ///< of finite strain; 0: as many as moves and loads ask for
+  int increments = 0;            ///< at finite strain; 0: chosen from moves and loads
   double tolerance = 1e-4;       ///< estimated remaining error / largest prescribed displacement
   std::int64_t sweeps = 1000000; ///< limit; then status budget_reached
   Extrapolation extrapolation = Extrapolation::none;
 };
 
-/// Matter that was left out because no held node is joined to it through faces of cells.
+/// Matter that is left out because no path through faces of cells joins it to a held node.
 struct LeftOutPiece {
   std::int64_t cells = 0;
   std::string name; ///< e.g. `piece 3: 12 cells of muscle/soleus from (0.01, 0.02, 0.03) m on`
 };
 
-/// A scene's `[test]`, which sets its holds and moves: see test_result() of mechanics.hpp.
+/// Kind of a scene's `[test]`, which sets its holds and moves: see test_result() of mechanics.hpp.
 enum class TestKind { axial, shear, bend, indent, confined };
 /// `axial`, `shear`, ... as a scene file has it.
 std::string_view to_string(TestKind kind);
 
-/// The whole lower face across `axis` is held, the upper one (indent: a round patch of it) is moved. Lengths
-/// and areas are those of the bounding box, as apparent constants are of the body with its holes.
+/// The whole lower face across `axis` is held; the upper one (indent: a round patch of it) is moved. Lengths
+/// and areas are those of the bounding box, because apparent constants refer to the body including its holes.
 struct StandardTest {
   TestKind kind = TestKind::axial;
   int axis = 0;  ///< from the held face to the moved one
-  int along = 1; ///< that the upper face is sheared along, or that the body is bent towards
-  /// Bending: strain at the surface; otherwise displacement over length [1]. An indenter goes in where > 0.
+  int along = 1; ///< direction of shear of the upper face, or of bending
+  /// Bending: strain at the surface; otherwise displacement over length [1]. Indentation: > 0 is inward.
   double strain = 0;
   double length = 0; ///< along `axis` [m]
   double area = 0;   ///< of the cross-section [m^2]; 1 in 1D; per metre of thickness in 2D [m]
   double second_moment =
-      0;             ///< of the cross-section about its middle, in the plane of bending [m^4], in 2D [m^3]
+      0;             ///< of the cross-section about its centre, in the plane of bending [m^4], in 2D [m^3]
   double radius = 0; ///< of the indenter [m]
-  /// Pistoia 2002: bone fails where 2 % of its tissue is beyond an effective strain of 0.7 %.
+  /// Requests the failure load (Pistoia 2002): bone fails when 2 % of its tissue exceeds an effective strain
+  /// of 0.7 %.
   bool asks_for_failure = false;
 
-  double displacement() const { return strain * length; } ///< [m]; of `bend` the arc's end says it
-  double angle() const;                                   ///< that the upper face is turned by: bend [rad]
+  double displacement() const { return strain * length; } ///< [m]; for `bend` see end_of_arc()
+  double angle() const;                                   ///< rotation of the upper face: bend [rad]
 };
 
 struct Scene {
@@ -299,90 +299,85 @@ struct Scene {
   Specimen specimen;
   std::vector<Material> materials;                 ///< at most 255; indexed by material_id
   PlaneAssumption plane = PlaneAssumption::strain; ///< 2D only
-  Strain strain = Strain::small;                   ///< `coupled` and finite elements answer it
+  Strain strain = Strain::small;                   ///< only `coupled` and finite elements solve finite strain
   std::vector<Prescribed> prescribed;              ///< sorted by (component, node), unique
-  std::vector<Turn> turns;                         ///< the moves among them that turn, for steps of a series
+  std::vector<Turn> turns;                         ///< those that are rotations, for steps of a series
   std::vector<FaceLoad> tractions;
   std::vector<FaceSpring> springs;
   std::vector<SlidingBorder> sliding;
-  NodeTies tied;                          ///< of a scene that split_borders() made
-  std::vector<Drive> drives;              ///< of `prescribed` what is driven, for steps of a series
-  std::vector<TimedContraction> timed;    ///< of `active_stress` what has a course, for steps of a series
+  NodeTies tied;                       ///< only in scenes from split_borders()
+  std::vector<Drive> drives;           ///< the driven part of `prescribed`, for steps of a series
+  std::vector<TimedContraction> timed; ///< the part of `active_stress` with a course, for steps of a series
   std::vector<NamedCondition> conditions; ///< of prescribed, tractions and springs, in the file's order
   Vec3 gravity{0, 0, 0};                  ///< [m/s^2]
-  /// Tension of contracting fibres, >= 0, per cell [Pa]: the stress is the elastic one plus active_stress a
-  /// a^T, a the fibre's direction. Empty: no contraction.
+  /// Tension of contracting fibres, >= 0, per cell [Pa]. Stress = elastic stress + active_stress a a^T, with
+  /// a the fibre direction. Empty: no contraction.
   std::vector<double> active_stress;
   LimitSettings limits;
   RelaxationSettings relaxation;
   std::vector<LeftOutPiece> left_out;
-  std::optional<StandardTest> test; ///< that `prescribed` is of
+  std::optional<StandardTest> test; ///< the source of `prescribed`
 
   int dimension() const { return specimen.grid.dimension(); }
   bool contracts() const { return !active_stress.empty(); }
-  /// Source of the limits for methods that know only limits (limits, dijkstra, literal, sweep): limits.from;
-  ///        without it, the materials' own if all have some, otherwise taut.
+  /// Source of the limits for the methods that need limits (limits, dijkstra, literal, sweep): limits.from if
+  /// set; else the materials' own if all materials have them, else taut.
   LimitSource limit_source() const;
-  /// True if `relaxed` stays within limits: the question asks for some. Finite elements know none.
+  /// True if `relaxed` obeys limits: the scene states some. Finite elements ignore them.
   bool limits_bind_relaxed() const { return limits.from != LimitSource::none; }
-  /// True if `coupled` does: taut limits are the elastic bar's, which it is without them.
+  /// True if `coupled` obeys limits: not taut ones, which reproduce the elastic bar that it solves anyway.
   bool limits_bind_coupled() const { return limits_bind_relaxed() && limits.from != LimitSource::taut; }
-  /// True if some matter has a direction: it contracts, is not isotropic, or the body has a field of them.
+  /// True if fibre directions matter: contraction, anisotropic materials, or directions of cells.
   bool has_fibres() const;
   bool has_loads() const { return !tractions.empty() || gravity != Vec3{0, 0, 0} || contracts(); }
   /// Largest |prescribed value| [m].
   double largest_prescribed() const;
-  /// Axes of the material in a cell (columns): the fibre, and two across defined in the world
-  /// (docs/scene.md).
+  /// Axes of the material in a cell (columns): the fibre, and two transverse axes that are defined in the
+  /// world (docs/scene.md).
   Eigen::Matrix3d material_axes(std::int64_t cell) const;
   /// 6 x 6 stiffness of the matter in a cell, object's frame, Voigt order 11 22 33 23 13 12 [Pa].
   Matrix6 object_stiffness(std::int64_t cell) const;
   /// The same, reduced to the scene's dimension [Pa].
   Eigen::MatrixXd cell_stiffness(std::int64_t cell) const;
-  /// Stress that a cell's fibre pulls with, object's frame, in the order of object_stiffness [Pa]; zero where
-  /// it does not contract.
+  /// Active stress of a cell, object's frame, as object_stiffness [Pa]; zero without contraction.
   Eigen::Matrix<double, 6, 1> object_active_stress(std::int64_t cell) const;
-  /// The same, reduced to the scene's dimension [Pa]: what is left of it at zero strain once the directions
-  /// that cell_stiffness frees have given way, so that cell_stiffness strain + cell_active_stress is the
-  /// stress.
+  /// The same, reduced to the scene's dimension [Pa]: the stress at zero strain after the free directions of
+  /// cell_stiffness have relaxed, so that stress = cell_stiffness strain + cell_active_stress.
   Eigen::VectorXd cell_active_stress(std::int64_t cell) const;
-  /// The same of a fibre that pulls with `stress` [Pa].
+  /// The same for a fibre with the active stress `stress` [Pa].
   Eigen::VectorXd reduced_active_stress(std::int64_t cell, double stress) const;
 };
 
-/// A copy of `scene` whose moves and loads are multiplied by `fraction`: one step of a series. Turns go that
-/// fraction of their angle; drives and contractions with a course are where they are at that time. The
-/// limits that it asks for are those of the whole scene; those that `limits` and its like take where it
-/// asks for none are the step's, unless `scene` is from with_limits.
+/// A copy of `scene` whose moves and loads are multiplied by `fraction`: one step of a series. Turns take
+/// that fraction of their angle; drives and contractions with a course are evaluated at that time. Limits
+/// that the scene states are those of the whole scene; default limits of `limits` and similar methods are
+/// those of the step, unless `scene` is from with_limits.
 Scene scaled(const Scene& scene, double fraction);
 
-/// A copy of `scene` in which the scale of the taut limits that it asks for is known, so that no method
-/// searches for it again; the same scene where it asks for none.
+/// A copy of `scene` with the scale of its taut limits set, so that no method searches for it again;
+/// unchanged if it states no taut limits.
 Scene with_taut_scale(const Scene& scene);
 
-/// A copy of `scene` that asks for the limits that methods take which know nothing else (see limit_source),
-/// their scale known.
+/// A copy of `scene` with the limits of limit_source(), their scale set.
 Scene with_limits(const Scene& scene);
 
-/// One component of the force on every node [N] (per metre in 2D): a traction's force goes to the nodes of
-/// its face in equal parts, a cell's weight to its corners, and a cell's active stress pulls its corners
-/// together by
-/// - integral of B^T stress. That is what constant loads are worth to multilinear displacements, and of
-/// active stress to any whose mean strain in a cell is theirs; its forces have neither a sum nor a moment.
-/// Empty if the scene has no loads along this component.
+/// One component of the force on every node [N] (per metre in 2D): a traction is shared equally by the nodes
+/// of its face, a cell's weight by its corners. Active stress contributes - integral of B^T stress: the
+/// consistent load of a constant stress for multilinear displacements, and for any displacements with the
+/// same mean strain per cell; its forces have zero sum and zero moment. Empty if the scene has no loads along
+/// this component.
 List<double> nodal_forces(const Scene& scene, int component);
 
-/// What springs to the ground do at a node: they pull with -stiffness u there.
+/// Springs to the ground at a node: their force is -stiffness u.
 struct NodalSpring {
   std::int64_t node = 0;
   Eigen::Matrix3d stiffness = Eigen::Matrix3d::Zero(); ///< symmetric, object's frame [N/m]
 };
-/// The scene's springs at nodes; a face's spring acts at its corners in equal parts. Sorted by node, each
-/// once.
+/// The scene's springs at nodes; a face's spring is shared equally by its corners. Sorted by node, unique.
 List<NodalSpring> nodal_springs(const Scene& scene);
 /// Force of a spring on its node [N].
 Vec3 pull_of(const NodalSpring& spring, const Displacement& u);
-/// Half of u . stiffness u over all of them [J].
+/// Sum of u . stiffness u / 2 over all springs [J].
 double energy_of_springs(const List<NodalSpring>& springs, const Displacement& u);
 
 } // namespace maille

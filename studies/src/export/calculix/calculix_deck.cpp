@@ -37,7 +37,7 @@ private:
   std::int64_t id(std::int64_t node, int copy) const {
     return number_[node] + 1 + copy * static_cast<std::int64_t>(nodes_.size());
   }
-  /// Which kind of matter a cell is: its material and, unless it is isotropic, its fibre.
+  /// Kind of a cell: its material and, unless it is isotropic, its fibre.
   using Kind = std::array<double, 4>;
   Kind kind_of(std::int64_t cell) const;
 
@@ -45,7 +45,7 @@ private:
   const Grid& grid_;
   int d_, copies_;
   std::vector<std::int64_t> nodes_, number_;
-  std::map<Kind, std::pair<int, std::int64_t>> kinds_; ///< number from 1, and a cell of it
+  std::map<Kind, std::pair<int, std::int64_t>> kinds_; ///< number, from 1, and an example cell
   std::string head_, model_, step_;
   bool is_finite_;
 };
@@ -55,7 +55,7 @@ Deck::Deck(const Scene& scene)
       nodes_(matter_only(scene.specimen).nodes), number_(static_cast<std::size_t>(grid_.n_nodes()), -1) {
   for (std::size_t i = 0; i < nodes_.size(); ++i)
     number_[nodes_[i]] = static_cast<std::int64_t>(i);
-  std::string name = scene.name; // as one line, whatever the file is called
+  std::string name = scene.name; // one line, for any file name
   std::replace_if(
       name.begin(), name.end(), [](unsigned char c) { return c < ' ' || c == 127; }, '_');
   head_ = fmt::format("*HEADING\n** scene {}: {} cells, {} nodes, {}D; SI units\n", name,
@@ -113,7 +113,7 @@ void Deck::write_elements() {
     model_ += fmt::format("*ELEMENT, TYPE=C3D8, ELSET=KIND{}\n{}", kind, lines);
 }
 
-/// Copies of a layer move as the node that they are copies of.
+/// Ties copies of a layer to their original nodes.
 void Deck::write_ties() {
   if (copies_ == 1)
     return;
@@ -138,7 +138,7 @@ std::string anisotropic(const Matrix6& C) {
   return text + "293.\n";
 }
 
-/// A stiffness whose first `dimension` directions are the reduced one, and whose others touch nothing.
+/// A stiffness with the reduced one in the first `dimension` directions, and uncoupled others.
 Matrix6 around(const Eigen::MatrixXd& reduced, int dimension) {
   Matrix6 C = reduced(0, 0) * Matrix6::Identity();
   if (dimension == 1)
@@ -150,8 +150,8 @@ Matrix6 around(const Eigen::MatrixXd& reduced, int dimension) {
   return C;
 }
 
-/// CalculiX's own laws: their energy of volume is k/2 (J - 1)^2, and neo-Hookean shear does not
-/// see it. @return the card; empty for other laws
+/// CalculiX's own laws: their volumetric energy is k/2 (J - 1)^2, and neo-Hookean shear is isochoric. @return
+/// the card; empty for other laws
 std::string hyperelastic(const Material& material) {
   const Law* const law = material.law ? &*material.law : nullptr;
   if (const auto* const neo = std::get_if<NeoHookean>(law))
@@ -222,7 +222,7 @@ void Deck::write_pressures() {
   std::vector<std::int64_t> element;
   for (std::int64_t cell = 0, n = 0; cell < grid_.n_cells(); ++cell)
     element.push_back(scene_.specimen.is_matter(cell) ? ++n : 0);
-  std::map<std::pair<std::int64_t, int>, double> pressures; // ccx takes the last of a face
+  std::map<std::pair<std::int64_t, int>, double> pressures; // ccx uses only the last pressure of a face
   for (const FaceLoad& load : scene_.tractions)
     if (load.follows)
       pressures[{element[load.cell], faces[load.axis][load.upper ? 1 : 0]}] +=

@@ -16,7 +16,7 @@ namespace maille::studies {
 
 namespace {
 
-/// The lines of ccx's output that say what went wrong; empty if it says nothing of the kind.
+/// Error lines in ccx's output; empty without errors.
 std::string errors_in(const std::string& output) {
   const std::size_t at = output.find("*ERROR");
   if (at == std::string::npos)
@@ -59,7 +59,7 @@ Answer solve_by_calculix(const Scene& scene, const Control& control) {
   if (const std::string reason = why_no_deck(scene); !reason.empty())
     return refusal("calculix", reason);
   const Vec3 spacing = scene.specimen.grid.spacing();
-  // It takes a cell whose Jacobian is less than 1e-20 m^3 for one that is inside out.
+  // ccx treats a cell with a Jacobian below 1e-20 m^3 as inverted.
   if (spacing[0] * spacing[1] * spacing[2] / 8 < 2e-20)
     return refusal(
         "calculix",
@@ -77,7 +77,7 @@ Answer solve_by_calculix(const Scene& scene, const Control& control) {
   answer.seconds.setup = seconds();
   if (control.progress)
     control.progress(0, "CalculiX");
-  // Its threads' sums differ in the last digits, so the same scene gives the same bits on one only.
+  // Sums of several threads differ in the last digits; one thread gives the same bits every time.
   const auto status =
       run_program(fmt::format("cd {} && OMP_NUM_THREADS=1 exec ccx -i scene > output.txt 2>&1",
                               shell_word((folder / ".").string())),

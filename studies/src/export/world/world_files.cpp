@@ -11,7 +11,7 @@ namespace maille::studies {
 namespace fs = std::filesystem;
 namespace {
 
-/// A name as part of a file's name.
+/// Converts a name to a part of a file name.
 std::string in_file_name(const std::string& name) {
   std::string text;
   for (const char c : name)
@@ -19,7 +19,7 @@ std::string in_file_name(const std::string& name) {
   return text;
 }
 
-/// File names of the objects, all different: signs that are not portable become `_`.
+/// File names of the objects, all different: non-portable characters become `_`.
 std::vector<std::string> names_in_files(const WorldScene& world) {
   std::vector<std::string> names;
   for (const WorldObject& object : world.objects) {

@@ -40,7 +40,7 @@ void add_object_id(vtkCellData& arrays, std::size_t object, const BodyNumbering&
   arrays.SetActiveScalars("ObjectId");
 }
 
-/// Where an object stands in the world, as an image's header would say it.
+/// Placement of an object in the world, as in an image header.
 Placement placement_of(const WorldObject& object) {
   Placement placement;
   placement.origin = object.position;
@@ -52,7 +52,7 @@ Placement placement_of(const WorldObject& object) {
   return placement;
 }
 
-/// Where the nodes of a deformable object have gone in its own frame.
+/// Displacement of the nodes of a deformable object in its own frame.
 Displacement in_own_frame(const WorldObject& object, const std::vector<Vec3>& now) {
   const Specimen& body = object.scene.specimen;
   Displacement u(body.grid);

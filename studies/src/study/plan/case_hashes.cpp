@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Counts up when a row's figures change their meaning.
+/// Increment it when the meaning of a row's values changes.
 constexpr int format_of_results = 1;
 constexpr auto largest_file = std::numeric_limits<std::int64_t>::max();
 
@@ -37,7 +37,7 @@ std::string sha256(std::string_view text) {
   return hexadecimal;
 }
 
-/// Every text in the table and what is in it.
+/// All texts in the table and its children.
 void collect_texts(const toml::node& node, std::vector<std::string>& texts) {
   if (const toml::table* table = node.as_table())
     for (const auto& [key, value] : *table)
@@ -49,7 +49,7 @@ void collect_texts(const toml::node& node, std::vector<std::string>& texts) {
     texts.push_back(*text);
 }
 
-/// The file that a text names, if it does; of a file of materials one is named by what follows `.toml#`.
+/// The file named by a text, if any; for a file of materials a material name follows `.toml#`.
 fs::path named_by(const std::string& text, const fs::path& folder) {
   const std::size_t one = text.find(".toml#");
   return named_file(one == std::string::npos ? text : text.substr(0, one + 5), folder).file;
@@ -64,7 +64,7 @@ std::string CaseHashes::digest_of_file(const fs::path& file) {
   if (const auto known = known_files_.find(file); known != known_files_.end())
     return known->second;
   std::error_code no_matter;
-  std::string digest; // a text that names no file
+  std::string digest; // empty for texts without a file
   if (!file.empty() && fs::is_regular_file(file, no_matter))
     if (const auto parts = files_of_image(file); parts.size() <= 2 && parts.front() == file)
       for (const fs::path& part : parts)
@@ -93,7 +93,7 @@ std::string CaseHashes::digests_of_opened(const StudyCase& one, const std::vecto
   bool is_whole = true;
   try {
     parse_scene_and_measures(resolved_scene(study_, one), file);
-  } catch (const std::exception&) { // its row says so
+  } catch (const std::exception&) { // reported in its row
     is_whole = false;
   }
   for (const fs::path& part : std::set(opened.files()))
@@ -103,7 +103,7 @@ std::string CaseHashes::digests_of_opened(const StudyCase& one, const std::vecto
                       sha256(read_own_text_file(part, "a file of a scene", largest_file)));
   std::string found = digests->second;
   if (!is_whole)
-    known_opened_.erase(digests); // it may not have opened all
+    known_opened_.erase(digests); // it may not have opened all files
   return found;
 }
 

@@ -1,8 +1,8 @@
-/// The plan of a study: parameters become cases, and cases become scenes.
+/// Plan of a study: from parameters to cases, and from cases to scenes.
 ///
-/// Combinations: grid (all values of all parameters), zip (value by value), and drawn plans in the unit cube
-/// (Latin hypercube, Sobol, Saltelli; sampling.hpp), mapped to ranges evenly or by equal factors. A case is a
-/// list of values; its scene is the study's scene file with the values written at dotted keys
+/// Combinations: grid (all values of all parameters), zip (value by value), and plans sampled in the unit
+/// cube (Latin hypercube, Sobol, Saltelli; sampling.hpp), mapped to ranges linearly or logarithmically. A
+/// case is a list of values; its scene is the study's scene file with these values at dotted keys
 /// (replace_dotted). So a case can be reproduced from its text alone, and its hash identifies it when a study
 /// is resumed.
 
@@ -55,7 +55,7 @@ std::vector<Point> drawn_points(const StudyFile& study) {
   return points;
 }
 
-/// Appends what formulas give.
+/// Appends the values of formulas.
 void add_formulas(const StudyFile& study, Point& point) {
   NamedNumbers known;
   for (std::size_t i = 0; i < study.n_varied(); ++i) {

@@ -1,8 +1,8 @@
 /// Recursive descent: sum = product {(+|-) product}; product = power {(*|/) power}; power = sign [^ power];
 /// sign = (-|+) power | number | name | "(" sum ")".
 ///
-/// A name is of letters, digits, `_`, `.`, `[` and `]`, as keys of scenes are, and begins with a letter or
-/// `_`.
+/// A name consists of letters, digits, `_`, `.`, `[` and `]`, like keys of scenes, and starts with a letter
+/// or `_`.
 
 #include "study/plan/formula.hpp"
 
@@ -18,7 +18,7 @@ namespace maille::studies {
 
 namespace {
 
-constexpr int deepest = 100; ///< parentheses and signs in each other
+constexpr int deepest = 100; ///< upper bound of nested parentheses and signs
 
 class Formula {
 public:
@@ -103,7 +103,7 @@ private:
     return found->second;
   }
 
-  std::string_view text_; ///< that is still to be read
+  std::string_view text_; ///< remaining text
   const NamedNumbers* known_;
   int depth_ = 0;
 };

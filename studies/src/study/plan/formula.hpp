@@ -1,5 +1,5 @@
 #pragma once
-/// Numbers that follow from others: `E_cross * ratio`, `(a + 2) / b ^ 0.5`.
+/// Formulas of other numbers: `E_cross * ratio`, `(a + 2) / b ^ 0.5`.
 
 #include <string>
 #include <string_view>
@@ -10,11 +10,11 @@ namespace maille::studies {
 
 using NamedNumbers = std::vector<std::pair<std::string, double>>;
 
-/// The formula's value: numbers, names, + - * / ^ and parentheses, with the usual precedence.
-/// @throws std::invalid_argument with what is there instead: for a message behind "found"
+/// Value of a formula of numbers, names, + - * / ^ and parentheses, with the usual precedence.
+/// @throws std::invalid_argument with the text found, for a message after "found"
 double value_of_formula(std::string_view formula, const NamedNumbers& known);
 
-/// The names in a formula, in their order.
+/// Names in a formula, in order of appearance.
 std::vector<std::string> names_in_formula(std::string_view formula);
 
 } // namespace maille::studies

@@ -20,7 +20,7 @@ namespace maille::studies {
 
 namespace {
 
-/// With every `[i]`, counted from 1, as the older `.i` from 0: `move[1].by` becomes `move.0.by`.
+/// Replaces every `[i]`, counted from 1, by the older `.i`, counted from 0: `move[1].by` becomes `move.0.by`.
 std::string with_dots(std::string_view key) {
   std::string dotted;
   for (std::size_t at = 0; at < key.size();) {
@@ -85,7 +85,7 @@ std::optional<NumberWithUnit> number_with_unit(const toml::node& node) {
 }
 
 std::string toml_text(const toml::node& node) {
-  // In an array tables stand in line too; it may take several lines.
+  // Inside an array tables are written inline, too; the array may take several lines.
   toml::array around;
   node.visit([&](const auto& concrete) { around.push_back(concrete); });
   std::ostringstream text;
@@ -107,8 +107,8 @@ StudyValue value_of(const toml::node& node) {
 
 namespace {
 
-/// The quantile of the standard normal distribution at u. Sobol's points begin at 0: no u is nearer to
-/// an end than 2^-14, 3.8 deviations from the middle.
+/// Quantile of the standard normal distribution at u. Sobol's points start at 0, so u is clipped to 2^-14
+/// from the ends, 3.8 deviations from the centre.
 double normal_quantile(double u) {
   constexpr double least = 0x1p-14;
   return boost::math::quantile(boost::math::normal(), std::clamp(u, least, 1 - least));
@@ -143,7 +143,7 @@ namespace {
 
 constexpr std::int64_t most_values = 1'000'000;
 
-/// How many values the parameters that are read may still have: a short file must not ask for gigabytes.
+/// Remaining number of values of all parameters: a short file must not request gigabytes.
 std::int64_t values_left(const StudyFile& study) {
   std::int64_t left = most_values;
   for (const StudyParameter& parameter : study.parameters)
@@ -151,7 +151,7 @@ std::int64_t values_left(const StudyFile& study) {
   return std::max<std::int64_t>(left, 1);
 }
 
-/// Reports keys that a scene has not.
+/// Reports keys that are missing in a scene.
 void check_keys(TableReader& table, const StudyParameter& parameter, const StudyFile& study) {
   for (const StudyScene& scene : study.scenes) {
     toml::table document = parse_toml(scene.text, scene.file.string());
@@ -166,7 +166,7 @@ void check_keys(TableReader& table, const StudyParameter& parameter, const Study
   }
 }
 
-/// Reports keys that an earlier parameter sets as well, or something around or inside them.
+/// Reports keys that equal, contain or are inside a key of an earlier parameter.
 void check_overlap(TableReader& table, const StudyParameter& parameter, const StudyFile& study) {
   const auto is_within = [](const std::string& inner, const std::string& outer) {
     return (with_dots(inner) + ".").starts_with(with_dots(outer) + ".");
@@ -222,7 +222,7 @@ bool read_law(TableReader& table, bool is_drawn, StudyParameter& parameter) {
   return true;
 }
 
-/// A text in place of a list. Its unit is that of the first parameter in it that has one.
+/// Reads a formula, a text in place of a list. Its unit is that of its first parameter with a unit.
 bool read_formula(TableReader& table, const StudyFile& study, StudyParameter& parameter) {
   parameter.formula = table.text("values").value_or("");
   try {
@@ -266,7 +266,7 @@ bool read_list(TableReader& table, StudyParameter& parameter) {
   }
   if (numbers_only)
     parameter.unit = unit.value_or("");
-  else // numbers and texts, as 0 and "taut": texts all
+  else // mixed numbers and texts, such as 0 and "taut": all texts
     for (std::size_t i = 0; i < list->size(); ++i)
       parameter.values[i].shown = (*list)[i].value_or(parameter.values[i].toml);
   return true;
@@ -305,7 +305,7 @@ bool read_text_or_list(TableReader& table, const StudyFile& study, StudyParamete
                                            : read_list(table, parameter);
 }
 
-/// The three ways to give values, of which one must be there.
+/// Reads the values, given in exactly one of three forms.
 bool read_values(TableReader& table, const StudyFile& study, StudyParameter& parameter) {
   const bool is_drawn = is_drawn_plan(study.combination);
   std::vector<const char*> given;

@@ -16,7 +16,7 @@ UnitPoints latin_hypercube(int n, int dimensions, std::uint64_t seed) {
     for (std::size_t i = slice.size(); i > 1; --i)
       std::swap(slice[i - 1], slice[lot() % i]);
     for (std::size_t i = 0; i < slice.size(); ++i) {
-      // Never on an end of the slice, where rounding could put it into the next one.
+      // Never at an end of the slice, where rounding could move it into the next one.
       const double within = (static_cast<double>(lot() >> 34U) + 0.5) * 0x1p-30;
       points[i][d] = (static_cast<double>(slice[i]) + within) / n;
     }
@@ -28,7 +28,7 @@ UnitPoints sobol_points(int n, int dimensions) {
   UnitPoints points;
   if (dimensions == 0)
     return UnitPoints(static_cast<std::size_t>(n));
-  boost::random::sobol sequence(static_cast<std::size_t>(dimensions)); // begins after the origin
+  boost::random::sobol sequence(static_cast<std::size_t>(dimensions)); // starts after the origin
   for (int i = 0; i < n; ++i) {
     std::vector<double>& point = points.emplace_back(static_cast<std::size_t>(dimensions), 0.0);
     if (i > 0)

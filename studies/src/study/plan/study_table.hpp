@@ -1,6 +1,5 @@
 #pragma once
-/// The rows of a study, and the two files that hold them: JSON lines, which are read again,
-/// and CSV for everyone else.
+/// Rows of a study, and its two files: JSON lines, which can be read back, and CSV for other programs.
 
 #include "maille/scene/answer.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"
@@ -17,105 +16,104 @@
 
 namespace maille::studies {
 
-/// Whether seconds may be believed.
+/// Reliability of measured seconds.
 enum class Timing {
-  alone,        ///< one case at a time on a machine that had a processor for it
-  busy,         ///< others wanted the processors: load average, or processor time short of wall time
-  side_by_side, ///< other cases of the study ran beside it
+  alone,        ///< one case at a time, with a free processor
+  busy,         ///< other load: by load average, or processor time below wall time
+  side_by_side, ///< other cases of the study ran at the same time
 };
 std::string_view to_string(Timing timing);
 
-/// What a row has in a column of a measure.
+/// Value of a measure column in a row.
 struct StudyMeasure {
   std::string name, unit;
   std::optional<double> value;
 };
 
-/// One method on one case.
+/// Row of one method on one case.
 struct StudyRow {
   std::string study, scene;
-  int number = 0;                                                                    ///< of the case, from 1
-  int n_cases = 0;                                                                   ///< of the whole study
+  int number = 0;  ///< number of the case, from 1
+  int n_cases = 0; ///< of the whole study
   std::vector<std::pair<std::string, std::variant<double, std::string>>> parameters; ///< column, value
   std::string method;
-  Status status = Status::done; ///< failed too where the scene with these values is faulty
+  Status status = Status::done; ///< failed also if the scene with these values is invalid
   std::string message;
   bool cut_is_allowed = false;     ///< LimitSettings::cut_is_allowed
-  std::optional<ErrorNorms> error; ///< none of the reference itself and without displacement
-  Seconds seconds;                 ///< each the median over the repetitions
+  std::optional<ErrorNorms> error; ///< none for the reference itself and without displacement
+  Seconds seconds;                 ///< medians over the repetitions
   double total_seconds = 0;        ///< median of the totals
   int repetitions = 1;
   Timing timing = Timing::alone;
   double processor_share = 0; ///< processor seconds over wall seconds while the case ran
-  double load_average = 0;    ///< of one minute, as the case began
+  double load_average = 0;    ///< of one minute, at the start of the case
   std::int64_t bytes = 0, iterations = 0;
   std::optional<double> limit_violation; ///< see ComparisonRow
-  std::optional<double> force;           ///< that the moves take, all together [N], in 2D per metre
+  std::optional<double> force;           ///< total force of the moves [N], in 2D per metre
   std::optional<double> strain_energy;   ///< [J], in 2D per metre
-  std::optional<TestResult> test;        ///< of a scene with a [test]
-  std::vector<StudyMeasure> measures;    ///< a column each, in every row of a table
+  std::optional<TestResult> test;        ///< for scenes with a [test]
+  std::vector<StudyMeasure> measures;    ///< one per measure column, in every row of a table
   std::string reference;
   std::optional<ErrorNorms> reference_error; ///< see BestReference
   std::string algorithm;
-  int dimension = 0; ///< 0 where the scene is faulty
+  int dimension = 0; ///< 0 if the scene is invalid
   std::int64_t cells = 0, nodes = 0;
   int threads = 1;
   std::string maille; ///< version
   std::string hash;   ///< see CaseHashes
   std::string vtk;    ///< file, relative to the table's folder; empty: none
-  /// Failed through the machine (a process that was killed, no memory, a file that could not be read or
-  /// written). JSON alone holds it
+  /// Failed because of the machine (killed process, insufficient memory, unreadable or unwritable file). Only
+  /// in JSON
   bool is_of_machine = false;
 };
 
-/// Whether the same case may end otherwise on another day: the row failed through the machine, or was refused
-/// for want of memory. `--resume` does not take such a row as known.
+/// True if a repetition may end differently: the row failed because of the machine, or was refused for
+/// insufficient memory. `--resume` runs such rows again.
 bool may_end_otherwise(const StudyRow& row);
 
-/// One line, without line break. Numbers read back to the bit; an infinite one is null.
+/// One line, without line break. Numbers are exact to the bit; an infinite one becomes null.
 std::string json_line(const StudyRow& row);
 nlohmann::ordered_json json(const StudyRow& row);
 
-/// Names of the columns that every table has; those of parameters stand between them.
+/// Names of the columns of every table; parameter columns stand between them.
 std::vector<std::string> study_columns();
-/// The header line of CSV, with the columns of the parameters of `row`.
+/// CSV header line, with the parameter columns of `row`.
 std::string csv_header(const StudyRow& row);
 std::string csv_line(const StudyRow& row);
 
-/// A table that was read. Its writer may have been killed in a line: an incomplete last line is left out.
+/// A table from a file. An incomplete last line (killed writer) is skipped.
 struct StudyTable {
   std::vector<StudyRow> rows;
-  bool is_torn = false; ///< such a line was left out
+  bool is_torn = false; ///< an incomplete last line was skipped
 };
-/// Rows of JSON lines from text; `file` names it in faults. @throws InputError for a line, not the last, that
-/// is no row
+/// Reads rows of JSON lines from text; `file` is the name in messages. @throws InputError for an invalid
+/// line, except the last
 StudyTable parse_study_table(std::string_view text, const std::filesystem::path& file);
 /// The same from a file.
 StudyTable read_study_table(const std::filesystem::path& file);
 
-/// By case, then in the order that methods have in the rows of the first case that has them.
+/// Sorts by case, then by the order of methods in the first case that has them.
 void sort_rows(std::vector<StudyRow>& rows, const std::vector<std::string>& methods);
 
-/// Both files whole, `stem.jsonl` and `stem.csv`, and `stem.pvd` over the rows that have a file for ParaView:
-/// a time step a case, a part a method. Each is replaced at once.
+/// Writes `stem.jsonl` and `stem.csv`, and `stem.pvd` for rows with a file for ParaView: one time step per
+/// case, one part per method. Each file is replaced atomically.
 /// @return the files
 std::vector<std::filesystem::path> write_study_table(const std::vector<StudyRow>& rows,
                                                      const std::filesystem::path& stem);
 
-/// What several tables come to together: one a study, the parts of `--shard`.
+/// Merged tables (parts of `--shard`), one per study.
 struct MergedTable {
   std::string study;
   std::vector<StudyRow> rows; ///< sorted
-  int missing = 0;            ///< cases of the study that no row is of
+  int missing = 0;            ///< number of cases without a row
 };
-/// Rows that stand in several tables are taken once.
-/// @param files  tables of JSON lines; files for ParaView are named relative to `folder` afterwards
-/// @throws InputError, also where two rows of one case and method are of different scenes
+/// Merges tables; duplicate rows are taken once.
+/// @param files  tables of JSON lines; paths of files for ParaView become relative to `folder`
+/// @throws InputError, also if two rows of the same case and method have different scenes
 std::vector<MergedTable> merge_study_tables(const std::vector<std::filesystem::path>& files,
                                             const std::filesystem::path& folder);
 
-/// The columns of numbers that say how cases came out: what a picture can be of, beside the columns of
-/// measures.
+/// Numeric result columns, which a picture can show, in addition to measure columns.
 std::vector<std::string> study_responses();
 
 } // namespace maille::studies

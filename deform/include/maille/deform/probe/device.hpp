@@ -1,5 +1,5 @@
 #pragma once
-/// What moves a probe and feels its force: devices, simulated ones, recorded motions.
+/// Devices that move a probe and receive its force: the interface, simulated devices, recorded motions.
 
 #include "maille/deform/world/rigid_shape.hpp"
 
@@ -10,39 +10,38 @@
 
 namespace maille::deform {
 
-/// What a device shows to the hand, in the world.
+/// Force and torque that a device renders, in the world.
 struct ProbeForce {
   Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< [N]
   Eigen::Vector3d torque = Eigen::Vector3d::Zero(); ///< about the handle's point [N m]
 };
 
-/// A haptic device. All members but the destructor are called by one thread, the probe's, read and write once
-/// a tick each: neither may block, nor ask for memory where that can be helped. docs/probe.md says how a real
-/// one is plugged in.
+/// Interface of a haptic device. One thread, that of the probe, calls all members but the destructor; it
+/// calls read and write once a tick. Neither may block, or allocate if avoidable. docs/probe.md describes the
+/// integration of real devices.
 class ProbeDevice {
 public:
   virtual ~ProbeDevice() = default;
-  /// Where the handle's point is in the world [m], and how it is turned.
+  /// Position of the handle's point in the world [m], and its rotation.
   virtual Pose read() = 0;
-  /// The force to show until the next is written.
+  /// Sets the force until the next write.
   virtual void write(const ProbeForce& force) = 0;
-  /// Mechanical damping of the device itself, the same along every direction [N s/m]: the b in the bound on
-  /// passive stiffness. A cautious, small figure.
+  /// Physical damping of the device, isotropic [N s/m]: b in the passivity bound. Should be a conservative,
+  /// small value.
   virtual double damping() const = 0;
 };
 
-/// Poses of a handle at times; between them positions go along straight lines and turns about one axis,
-/// evenly.
+/// Sampled poses of a handle. Between samples positions are linear and rotations are uniform about one axis.
 class RecordedMotion {
 public:
   struct Sample {
-    double time = 0; ///< [s], rising from sample to sample
+    double time = 0; ///< [s], strictly increasing
     Pose pose;       ///< of the handle's point, in the world
   };
-  /// @throws std::invalid_argument where there is no sample, or times do not rise
+  /// @throws std::invalid_argument without samples, or if times do not increase
   explicit RecordedMotion(std::vector<Sample> samples);
 
-  /// Before the first and after the last sample: that one.
+  /// Pose at a time; constant before the first and after the last sample.
   Pose at(double time) const;
   double duration() const { return samples_.back().time; }
   const std::vector<Sample>& samples() const { return samples_; }
@@ -51,32 +50,32 @@ private:
   std::vector<Sample> samples_;
 };
 
-/// Reads lines `time,x,y,z` or `time,x,y,z,turn_x,turn_y,turn_z` under a line with just these names: seconds,
-/// metres in the world, and an axis times an angle in radians; a name may be followed by another unit in
-/// brackets, as in `x [mm]`. Empty lines and what follows a # are passed over.
-/// @throws InputError with every fault; a file that cannot be read, or of more than 256 MiB (a device has no
-///         end)
+/// Reads lines `time,x,y,z` or `time,x,y,z,turn_x,turn_y,turn_z` below a header with exactly these names:
+/// seconds, metres in the world, and a rotation vector in radians. A name may be followed by another unit in
+/// brackets, as in `x [mm]`. Empty lines and text after a # are ignored.
+/// @throws InputError with all errors; also for a file that cannot be read, or of more than 256 MiB (device
+///         files are endless)
 RecordedMotion read_recorded_motion(const std::filesystem::path& file);
-/// The same from text; `file` gives the name for messages.
+/// The same from text; `file` is the name in messages.
 RecordedMotion parse_recorded_motion(std::string_view text, const std::string& file = "motion.csv");
 
-/// What moves a handle along a recorded motion.
+/// Model of a hand that moves a handle along a recorded motion.
 struct HandModel {
-  double mass = 0;      ///< of handle and hand [kg]; 0: the recording is followed exactly, whatever the force
+  double mass = 0;      ///< of handle and hand [kg]; 0: follows the recording exactly, for any force
   double damping = 0.2; ///< of the device [N s/m]
-  double stiffness = 0; ///< of the hand that draws the handle to the recorded place [N/m]; 0: it lets go
+  double stiffness = 0; ///< of the hand towards the recorded place [N/m]; 0: no hand
   double grip = 0;      ///< damping of that hand, against the recorded velocity [N s/m]
 };
 
-/// A mass on a damper that a hand draws along a recorded motion and the written force acts on. Time goes on
-/// by one period with every read, whatever the clock says, so that a run repeats to the bit.
+/// Simulated device: a mass with a damper, which a hand pulls along a recorded motion and the written force
+/// acts on. Every read advances time by one period, independent of the clock, so that runs are bit-identical.
 ///
-/// Between ticks the forces of probe and hand are held and the motion under them is exact, so that without a
-/// hand no energy comes from the integration; the hand's forces are brought up to date sixteen times a tick.
+/// Between ticks the forces of probe and hand are constant and the motion is exact, so that without a hand
+/// the integration adds no energy. The hand's forces are updated sixteen times per tick.
 class SimulatedDevice : public ProbeDevice {
 public:
   /// @param period of the ticks [s], > 0
-  /// @throws std::invalid_argument for what is negative or not finite, or a mass without any damping
+  /// @throws std::invalid_argument for values that are negative or not finite, or a mass without damping
   SimulatedDevice(RecordedMotion motion, const HandModel& hand, double period);
 
   Pose read() override;

@@ -1,5 +1,5 @@
 #pragma once
-/// A probe in a world: its force at every tick.
+/// Haptic probe in a world: its force at every tick.
 
 #include "maille/deform/probe/device.hpp"
 #include "maille/deform/probe/touch.hpp"
@@ -16,35 +16,34 @@
 
 namespace maille::deform {
 
-/// A double buffer, and a third place between its two so that the writer need not wait until the reader has
-/// looked: the writer fills one place, the reader reads another, and the newest whole one lies between them.
-/// What the reader never took is overwritten.
+/// A lock-free triple buffer: the writer fills one place, the reader reads another, and the newest complete
+/// value is in the third, so that neither waits. A value that the reader did not take is overwritten.
 ///
-/// One writer, one reader. Places are never made nor freed; what they hold (memory, counted pointers) is let
-/// go by the writer, when it fills them again.
+/// One writer, one reader. Places are never allocated or freed; the writer releases their contents (memory,
+/// counted pointers) when it fills them again.
 template<class T>
 class TripleBuffer {
 public:
   TripleBuffer() = default;
   explicit TripleBuffer(const T& value) : places_{value, value, value} {}
 
-  /// The writer's: to be filled wholly, as it holds something older.
+  /// Writer: the place to fill completely; it contains an older value.
   T& back() { return places_[back_]; }
-  /// The writer's: what is in back() is now the newest.
+  /// Writer: publishes back() as the newest value.
   void publish() { back_ = middle_.exchange(back_ | fresh, std::memory_order_acq_rel) & index; }
   void publish(const T& value) {
     back() = value;
     publish();
   }
 
-  /// The reader's: takes the newest. @return whether there was something newer
+  /// Reader: takes the newest value. @return true if there was a newer one
   bool update() {
     if ((middle_.load(std::memory_order_relaxed) & fresh) == 0)
       return false;
     front_ = middle_.exchange(front_, std::memory_order_acq_rel) & index;
     return true;
   }
-  /// The reader's: what it took last.
+  /// Reader: the value taken last.
   const T& front() const { return places_[front_]; }
 
 private:
@@ -57,65 +56,64 @@ private:
   alignas(64) std::atomic<std::uint32_t> middle_{2};
 };
 
-/// Where a probe presses, as its loop says it.
+/// A contact site of a probe, published by its loop.
 struct ContactSite {
-  std::int64_t number = 0;                         ///< of what was asked, rising; 0: nothing yet
+  std::int64_t number = 0;                         ///< of the request, increasing; 0: none yet
   std::int32_t face = -1;                          ///< of the body's surface
   Eigen::Vector3d point = Eigen::Vector3d::Zero(); ///< in the world [m]
-  double depth = 0;                                ///< that the body is to give way by, > 0 [m]
-  std::optional<Pose> tool{}; ///< of its lattice, just before it touches; unset: the tool is a point
+  double depth = 0;                                ///< requested indentation of the body, > 0 [m]
+  std::optional<Pose> tool{}; ///< of its lattice, just before contact; unset: the tool is a point
 };
 
-/// What the body answers.
+/// Stiffness of a body at a contact site.
 struct ContactStiffness {
-  std::int64_t number = 0;  ///< of the site that it answers; 0: an estimate, no site was answered yet
+  std::int64_t number = 0;  ///< of the site; 0: an estimate before the first answer
   double stiffness = 0;     ///< reaction over depth [N/m]
-  double depth = 0;         ///< that was prescribed [m]
+  double depth = 0;         ///< prescribed [m]
   double reaction = 0;      ///< along the face's normal at rest [N]
-  int nodes = 0;            ///< pressed together
-  std::int64_t answers = 0; ///< given so far
-  double seconds = 0;       ///< that this one took
-  double slowest = 0;       ///< the most that any so far took [s]
+  int nodes = 0;            ///< number of pressed nodes
+  std::int64_t answers = 0; ///< number of answers so far
+  double seconds = 0;       ///< duration of this answer
+  double slowest = 0;       ///< longest duration so far [s]
   Status status = Status::done;
 };
 
-/// Answers contact sites, one after the other and always the newest, by `coupled`: the surface's nodes near
-/// the point, or those that a tool of several voxels comes to, go with the probe, along the face's normal at
-/// rest alone (there is no friction), and the lattice's reaction against that over the depth is the
-/// stiffness. Holds stay; a node that is held along that normal is left out; where none is left the body is
-/// rigid there.
+/// Solves for the stiffness at contact sites with `coupled`, one after the other and always the newest. The
+/// nodes of the surface near the point, or those that a tool of several voxels reaches, move with the probe
+/// along the face's normal at rest only (without friction). The stiffness is the reaction of the lattice over
+/// the depth. Holds stay; nodes that are held along that normal are not moved; if all are, the body is rigid
+/// there.
 ///
-/// A single node of a lattice stands for an area of a cell: its stiffness falls with the spacing, as that of
-/// a point does in the continuum. A footprint of several cells has a stiffness of its own.
+/// A single node represents an area of a cell: its stiffness decreases with the spacing, as for a point load
+/// in the continuum. A footprint of several cells has a well-defined stiffness.
 ///
-/// Where the scene asks for limits that bind (not taut ones), the stiffness is the secant at the depth, and a
-/// site is asked anew when its depth has changed by a fourth; elsewhere it does not depend on the depth.
+/// If the scene has binding limits (not taut ones), the stiffness is the secant at the depth, and a site is
+/// solved again when its depth has changed by a fourth; otherwise the stiffness does not depend on the depth.
 ///
-/// What is set up for the body is kept from one answer to the next (Keeping::hierarchy_of_holds), by copies
-/// of a solver together; answers do not depend on those before them. Of several threads one answers at a
-/// time.
+/// Copies of a solver share the set-up for the body, which is cached between answers
+/// (Keeping::hierarchy_of_holds); answers do not depend on earlier ones. Only one thread solves at a time.
 ///
 /// Checked by  tests/deform/probe/contact_stiffness_test.cpp
 class ContactSolver {
 public:
-  /// @param scene of three dimensions with holds; must outlive the solver @param surface of it at rest
-  /// @param radius of the footprint about the point, in the body's frame at rest [m]; at least the nearest
-  ///        node is pressed @param tool what presses, must outlive the solver; null: a point
+  /// @param scene three-dimensional with holds; must outlive the solver @param surface of the scene at rest
+  /// @param radius of the footprint around the point, in the body's frame at rest [m]; at least the nearest
+  ///        node is pressed @param tool must outlive the solver; null: a point
   /// @throws std::invalid_argument for another dimension, moves, loads or contracting fibres, a radius
   ///         below 0
   ContactSolver(const Scene& scene, std::shared_ptr<const BodySurface> surface, double radius,
                 const RigidShape* tool = nullptr);
 
-  /// Before anything is solved: a rigid flat disk of the footprint's radius, at least half a spacing, on a
-  /// half space of the materials' mean: 2 a E / (1 - nu^2) (Sneddon 1965).
+  /// Estimate before the first solve: a rigid flat disk of the footprint's radius, at least half a spacing,
+  /// on a half space of the mean material: 2 a E / (1 - nu^2) (Sneddon 1965).
   ContactStiffness estimate() const;
-  /// @return status as of solve_coupled; where that has no answer, the estimate
+  /// @return status of solve_coupled(); without an answer, the estimate
   ContactStiffness solve(const ContactSite& site, const Control& control = {}) const;
 
   bool depends_on_depth() const { return scene_->limits_bind_coupled(); }
   const BodySurface& surface() const { return *surface_; }
-  /// Nodes that are pressed there, rising: within the radius, or those that the faces of the tool's voxels
-  /// are before. @pre a face of the surface
+  /// Nodes that are pressed at a site, sorted: those within the radius, or those that the tool's voxels
+  /// reach. @pre a face of the surface
   std::vector<std::int64_t> footprint(const ContactSite& site) const;
 
 private:
@@ -126,7 +124,7 @@ private:
   std::vector<Pressed> pressed(const ContactSite& site) const;
   std::vector<Pressed> before_tool(const ContactSite& site) const;
   std::vector<std::int64_t> within_radius(const ContactSite& site) const;
-  /// The scene with the footprint moved by the depth. @return how many nodes it moves
+  /// Adds moves of the footprint by the depth to a scene. @return count of moved nodes
   int add_moves(const ContactSite& site, Scene& scene) const;
 
   Answer answer(const Scene& scene, const Control& control) const;
@@ -139,17 +137,17 @@ private:
   std::shared_ptr<Kept> kept_;
 };
 
-/// A ContactSolver in a thread of its own, for one loop that asks.
+/// Runs a ContactSolver in its own thread, for one servo loop.
 class ContactPhysics {
 public:
-  /// @param solver must outlive it @param threads that a solve may use
+  /// @param solver must outlive this object @param threads of a solve
   ContactPhysics(const ContactSolver& solver, int threads);
-  /// Stops at the solver's next look at its control.
+  /// Stops when the solver next polls its control.
   ~ContactPhysics();
   ContactPhysics(const ContactPhysics&) = delete;
   ContactPhysics& operator=(const ContactPhysics&) = delete;
 
-  // What one thread may call, the loop's; neither waits.
+  // To be called by one thread, that of the loop; neither waits.
   void ask(const ContactSite& site) { sites_.publish(site); }
   const ContactStiffness& newest() {
     answers_.update();
@@ -167,47 +165,46 @@ private:
   std::thread thread_;
 };
 
-/// A sampled, held spring and damper that a device shows to a hand.
+/// Sampled spring and damper with zero-order hold, which a device renders.
 struct CouplingSettings {
   double stiffness = 300;    ///< [N/m], > 0
   double damping = 0;        ///< [N s/m], >= 0
-  double turn_stiffness = 0; ///< [N m/rad], >= 0; of tools of several voxels
+  double turn_stiffness = 0; ///< [N m/rad], >= 0; for tools of several voxels
 };
 
-/// The stiffest spring that stays passive, so that no energy can be drawn from it: 2 (b - B) / T, at least 0
-/// [N/m].
+/// The largest passive stiffness, at which no energy can be extracted: 2 (b - B) / T, at least 0 [N/m].
 ///
-/// @param device_damping of the device itself, not computed [N s/m] @param damping of the coupling [N
-/// s/m], >= 0 @param period between forces [s], > 0
+/// @param device_damping physical damping of the device [N s/m] @param damping of the coupling [N s/m], >= 0
+/// @param period between forces [s], > 0
 /// Source      Colgate and Brown 1994 (ICRA), "Factors affecting the Z-width of a haptic display": b > K
 ///             T / 2 + |B|, for walls of a spring and a damper with backward differences
 double largest_passive_stiffness(double device_damping, double damping, double period);
 
-/// Whether the coupling keeps to that bound, strictly.
+/// True if the coupling is strictly below that bound.
 inline bool is_passive(const CouplingSettings& coupling, double device_damping, double period) {
   return coupling.stiffness < largest_passive_stiffness(device_damping, coupling.damping, period);
 }
 
-/// The energy that has gone from the hand into the probe, tick by tick, exactly: forces are held between
-/// ticks, so what a force does is its product with the distance gone.
+/// Energy transferred from the hand to the probe, exact at every tick: forces are constant between ticks, so
+/// that their work is force times displacement.
 ///
-/// It is at least 0 at all times where the probe is passive. The bound above is for one spring; springs that
-/// change while they are pressed, as those of a body do whose stiffness becomes known, may break it. Then the
-/// force gets what damping takes the excess back.
+/// It is never negative if the probe is passive. The bound above assumes a constant spring; springs that
+/// change during contact, as when the stiffness of a body becomes known, may violate it. Additional damping
+/// then dissipates the excess energy.
 ///
 /// Source      Hannaford and Ryu 2002 (IEEE Trans. Robotics and Automation 18), "Time-domain passivity
-///             control of haptic interfaces", equations 6 and 11. Departure: what the device's own damping
-///             takes is counted, as it is what the bound relies on.
+///             control of haptic interfaces", equations 6 and 11. Departure: dissipation by the device's
+///             own damping is included, because the bound relies on it.
 class PassivityObserver {
 public:
-  /// @param device_damping [N s/m] @param period [s] @param most_damping that is ever added [N s/m]
+  /// @param device_damping [N s/m] @param period [s] @param most_damping upper bound of added damping [N s/m]
   PassivityObserver(double device_damping, double period, double most_damping)
       : device_damping_(device_damping), period_(period), most_damping_(most_damping) {}
 
-  /// @param position of the device now [m] @param force that is to be shown from now on [N] @return the force
-  ///        to show
+  /// @param position present position of the device [m] @param force requested force until the next tick [N]
+  /// @return the force to render
   Eigen::Vector3d guarded(const Eigen::Vector3d& position, const Eigen::Vector3d& force);
-  /// Counts only. @return the force as it is
+  /// Updates the energy only. @return the unchanged force
   const Eigen::Vector3d& watched(const Eigen::Vector3d& position, const Eigen::Vector3d& force);
 
   double energy() const { return energy_; }             ///< from the hand into probe and device [J]
@@ -223,71 +220,70 @@ private:
   double energy_ = 0, least_energy_ = 0, taken_back_ = 0;
 };
 
-/// Where the force of a deformable body comes from.
+/// Source of the force of a deformable body.
 enum class ForceRule {
   /// The coupling's spring in series with the body's stiffness. The body feels softer than it is; the error
-  /// grows with its stiffness.
+  /// increases with its stiffness.
   coupling,
-  reaction, ///< the lattice's reaction itself, where that is passive; stiffer bodies as under `coupling`
+  reaction, ///< the lattice's reaction, if it is passive; stiffer bodies as with `coupling`
 };
 
 struct ProbeSettings {
   CouplingSettings coupling;
   ForceRule rule = ForceRule::coupling;
-  double period = 1e-3;    ///< between forces [s]
-  double blending = 20e-3; ///< time constant in which a stiffness that has become known takes over [s]
-  double easing = 50e-3;   ///< time constant in which a jump of the proxy on rigid matter is felt [s], >= 0
-  double largest_force = 1000; ///< of the device [N]; more is cut off
-  bool guard = true;           ///< whether what energy comes out is taken back, see PassivityObserver
+  double period = 1e-3;        ///< between forces [s]
+  double blending = 20e-3;     ///< time constant of the transition to a new stiffness [s]
+  double easing = 50e-3;       ///< time constant for jumps of the proxy on rigid matter [s], >= 0
+  double largest_force = 1000; ///< of the device [N]; larger forces are clipped
+  bool guard = true;           ///< dissipates generated energy, see PassivityObserver
 };
 
-/// What happened in one tick.
+/// Result of one tick.
 struct ProbeState {
   ProbeForce force;                                 ///< on the hand
-  Eigen::Vector3d device = Eigen::Vector3d::Zero(); ///< where the hand is [m]
+  Eigen::Vector3d device = Eigen::Vector3d::Zero(); ///< position of the device [m]
   Eigen::Vector3d proxy = Eigen::Vector3d::
-      Zero(); ///< where the tool is to be shown: the proxy, on the face of the body as it gives way [m]
+      Zero(); ///< display position of the tool: the proxy, on the indented face of the body [m]
   bool is_touching = false;
-  int body = -1;        ///< that is touched; -1: none
-  double stiffness = 0; ///< shown of that body [N/m]
-  double depth = 0;     ///< that the body gives way by [m]
+  int body = -1;        ///< touched body; -1: none
+  double stiffness = 0; ///< rendered stiffness of that body [N/m]
+  double depth = 0;     ///< indentation of the body [m]
 };
 
-/// The arithmetic of one tick, without clock or thread. docs/probe.md has the model.
+/// Force computation of one tick, without clock or thread. docs/probe.md describes the model.
 ///
-/// The proxy goes to the place nearest to the device that it can come to; the force draws the device to it.
-/// Bodies are met where their surface lies unpressed. The depth is shared between the coupling (K_c) and the
-/// body (K, see ContactSolver): force = depth K K_c / (K + K_c), the tool is shown deeper by depth K_c / (K +
-/// K_c). Where a free tool goes towards a body, K is asked for before it is there; a new K of a body that is
-/// touched is blended in over the time `blending`; until the first answer it is an estimate. Damping acts
-/// between device and proxy, never draws the hand into a wall, and makes no friction. Where the proxy goes
-/// further in a tick than the hand, off a step of rigid cells, the rest of its way is felt over the time
-/// `easing`: by a proxy that a damper holds back, so no energy comes of it. Forces above
-/// `largest_force` are cut off. In two dimensions the hand's z is passed over.
-///
+/// The proxy moves to the reachable place nearest to the device, and the force pulls the device towards it.
+/// The proxy contacts bodies at their undeformed surface. The depth is shared between the coupling (K_c) and
+/// the body (K, see ContactSolver): force = depth K K_c / (K + K_c); the tool is displayed deeper by depth
+/// K_c / (K + K_c). While a free tool approaches a body, K is requested in advance. A new K of a touched body
+/// is blended in over the time `blending`; before the first answer it is an estimate. Damping acts between
+/// device and proxy, never pulls the hand into a wall, and causes no friction. If the proxy moves further in
+/// a tick than the hand, off a step of rigid cells, the excess is rendered over the time `easing`, as if a
+/// damper held the proxy back, which adds no energy. Forces are clipped to `largest_force`. In two dimensions
+/// the hand's z is ignored.
 /// Source      virtual coupling: Colgate, Stanley and Brown 1995 (IROS); contact with the stiffness of a
-///             boundary solution beside the loop: James and Pai 2001 (Multibody System Dynamics 5)
+///             boundary solution outside of the loop: James and Pai 2001 (Multibody System Dynamics 5)
 /// Repeatable  same bits for the same poses and answers
 /// Checked by  tests/deform/probe/probe_test.cpp
 class Probe {
 public:
   /// @param device_damping of the device [N s/m]
-  /// @throws std::invalid_argument where the coupling is not passive (see is_passive) or a number does not
-  ///         fit
+  /// @throws std::invalid_argument if the coupling is not passive (see is_passive) or a number is out of
+  ///         range
   Probe(std::shared_ptr<const Surroundings> surroundings, Proxy proxy, const ProbeSettings& settings,
         double device_damping);
 
-  /// Who tells how stiff a body is. `ask` is called with a site where it has changed, `newest` once a tick.
+  /// Source of the stiffness of a body. `ask` is called with every new site, `newest` once a tick.
   struct BodyLink {
     std::function<void(const ContactSite&)> ask;
     std::function<const ContactStiffness&()> newest;
     bool depends_on_depth = false;
   };
-  /// @param body number among the surroundings'
+  /// @param body number in the surroundings
   void link(int body, BodyLink link);
   void link(int body, ContactPhysics& physics, bool depends_on_depth);
 
-  /// The force for a pose of the device. A pose that is not finite counts as the last one.
+  /// Computes the force for a pose of the device. A pose that is not finite is replaced by the last one.
   const ProbeState& tick(const Pose& device);
 
   const ProbeState& state() const { return state_; }
@@ -295,28 +291,28 @@ public:
   const Surroundings& surroundings() const { return *surroundings_; }
   const PassivityObserver& passivity() const { return observer_; }
   const ProbeSettings& settings() const { return settings_; }
-  /// Sites that were asked about so far.
+  /// Number of requested sites so far.
   std::int64_t n_sites() const { return n_sites_; }
 
 private:
   struct Body {
     BodyLink link;
-    double stiffness = 0;     ///< shown now [N/m]
-    ContactSite site;         ///< asked about last
+    double stiffness = 0;     ///< rendered now [N/m]
+    ContactSite site;         ///< last request
     bool was_touched = false; ///< at the last tick
   };
 
-  /// Stiffness that a hand feels of a body [N/m].
+  /// Rendered stiffness of a body [N/m].
   double felt(double body_stiffness) const;
-  /// @param tool where its lattice is when it touches
+  /// @param tool pose of its lattice at contact
   void ask(Body& body, const Obstacle& obstacle, double depth, const Pose& tool);
-  /// Asks about the place of a body that the hand is coming to, before it is there.
+  /// Requests the stiffness of a body ahead of contact.
   void look_ahead(const Eigen::Vector3d& way);
-  /// Asks about the site of a constraint where it is a new one. @return the body's stiffness
+  /// Requests the stiffness at the site of a constraint if it is new. @return the body's stiffness
   double update(Body& body, const Constraint& constraint);
   Eigen::Vector3d force_of_constraints();
   Eigen::Vector3d torque() const;
-  /// What the hand is still to feel of the proxy's jumps [m].
+  /// Part of the proxy's jumps that is not rendered yet [m].
   const Eigen::Vector3d& eased(const Eigen::Vector3d& hand_way, const Eigen::Vector3d& proxy_way);
 
   std::shared_ptr<const Surroundings> surroundings_;
@@ -327,9 +323,9 @@ private:
   std::vector<Body> bodies_;
   Pose device_;
   Eigen::Vector3d spring_ = Eigen::Vector3d::Zero(); ///< from device to proxy at the last tick [m]
-  Eigen::Vector3d behind_ = Eigen::Vector3d::Zero(); ///< what is felt of the proxy, from the proxy [m]
+  Eigen::Vector3d behind_ = Eigen::Vector3d::Zero(); ///< rendered place of the proxy, relative to it [m]
   bool was_touching_ = false;
-  int ticks_to_look_ = 0; ///< until it is looked ahead again
+  int ticks_to_look_ = 0; ///< until the next look_ahead()
   std::int64_t n_sites_ = 0;
   ProbeState state_;
 };

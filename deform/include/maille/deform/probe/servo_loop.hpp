@@ -1,10 +1,10 @@
 #pragma once
-/// The real-time loop of a probe (1 kHz), and a world that it touches.
+/// The real-time loop of a probe (1 kHz), and the world that it touches.
 ///
-/// A tick reads the device, computes the force (Probe) and writes it; it neither allocates nor locks nor
-/// waits. Elastic answers come from other threads through triple buffers (ContactPhysics). A late tick skips
-/// the ticks that it missed and counts them: the loop never tries to catch up. Latency counts from the time
-/// when the tick was due.
+/// A tick reads the device, computes the force (Probe) and writes it, without allocation, locks or waits.
+/// Elastic answers come from other threads through triple buffers (ContactPhysics). A late tick skips the
+/// missed ticks and counts them: the loop never tries to catch up. Latency is measured from the time when the
+/// tick was due.
 
 #include "maille/deform/probe/probe.hpp"
 #include "maille/deform/probe/touch.hpp"
@@ -20,25 +20,25 @@
 
 namespace maille::deform {
 
-/// Durations from 0 to 18 minutes in bins a thirty-second of an octave wide: 3 % at most, and one nanosecond
-/// below 32.
+/// Histogram of durations from 0 to 18 minutes. Bins are a thirty-second of an octave wide: at most 3 %, and
+/// one nanosecond below 32.
 class LatencyHistogram {
 public:
   void add(std::int64_t nanoseconds);
 
   std::int64_t n() const { return n_; }
-  std::int64_t largest() const { return largest_; }                           ///< exactly [ns]
+  std::int64_t largest() const { return largest_; }                           ///< exact [ns]
   double mean() const { return n_ > 0 ? sum_ / static_cast<double>(n_) : 0; } ///< [ns]
-  /// The smallest duration that at least this share of all is not above, to the upper end of its bin [ns]; 0
-  /// of none.
+  /// The smallest duration that at least this share of all durations does not exceed, rounded up to the end
+  /// of its bin [ns]; 0 if empty.
   /// @param share 0 to 1
   std::int64_t quantile(double share) const;
 
   struct Bin {
-    std::int64_t from, to; ///< [ns], `to` is in it
+    std::int64_t from, to; ///< [ns], including `to`
     std::int64_t count;
   };
-  /// Those that are not empty, in order.
+  /// Bins that are not empty, in order.
   std::vector<Bin> bins() const;
 
 private:
@@ -62,39 +62,39 @@ public:
 };
 
 struct ServoSettings {
-  std::int64_t ticks = 1000; ///< at most; > 0
-  bool in_real_time = true;  ///< false: tick after tick without a clock; latencies are then those of the work
-  bool wants_priority = true; ///< over other threads (SCHED_FIFO), where the system lets it
+  std::int64_t ticks = 1000;  ///< largest number, > 0
+  bool in_real_time = true;   ///< false: no clock; latencies are then those of the work
+  bool wants_priority = true; ///< requests SCHED_FIFO; used if the system permits
 };
 
-/// One tick, as it is kept.
+/// Record of one tick.
 struct ServoSample {
-  double time;          ///< since the loop began [s]; without a clock the tick's number times the period
-  std::int64_t latency; ///< from when the tick was due until its force was written [ns]
+  double time;          ///< since the start [s]; without a clock: number times period
+  std::int64_t latency; ///< from its due time until its force was written [ns]
   ProbeState state;
 };
 
 struct ServoReport {
-  /// From when a tick was due until its force was written: waking up, reading, arithmetic, writing.
+  /// From the due time of a tick until its force was written: waking up, reading, computing, writing.
   LatencyHistogram latency;
-  /// The same without the time to wake up.
+  /// The same without waking up.
   LatencyHistogram work;
   std::int64_t ticks = 0;
-  /// Periods at whose end the force was not yet written. A tick that is late takes the places of those that
-  /// were due meanwhile: they are left out and counted here, so that the loop never runs behind.
+  /// Periods whose force was not written in time. A late tick replaces the ticks that were due meanwhile:
+  /// these are omitted and counted here, so that the loop never lags behind.
   std::int64_t missed = 0;
   bool had_priority = false;
   std::vector<ServoSample> samples; ///< of every tick
 };
 
-/// Reads a device, lets a probe tick, and writes the force, at the probe's period. Physics runs beside it, in
-/// other threads (see ContactPhysics).
+/// Reads a device, runs a tick of the probe and writes the force, at the probe's period. Elastic answers are
+/// computed in other threads (see ContactPhysics).
 ///
-/// Memory is asked for before the loop begins, not in it. On Linux the thread sleeps to an absolute time,
-/// wakes within a microsecond of slack, and takes real-time priority where it may.
+/// Memory is allocated before the loop starts. On Linux the thread sleeps to an absolute time with a timer
+/// slack of a microsecond, and uses real-time priority if permitted.
 class ServoLoop {
 public:
-  /// Begins. @param device, probe must outlive the loop, and are its alone until it has ended
+  /// Starts the loop. @param device, probe must outlive the loop, and are used only by it until it has ended
   ServoLoop(ProbeDevice& device, Probe& probe, const ServoSettings& settings);
   ~ServoLoop();
   ServoLoop(const ServoLoop&) = delete;
@@ -128,17 +128,17 @@ struct ToolSurroundings {
 /// @throws std::invalid_argument for deformable objects of other than three dimensions
 ToolSurroundings surroundings_of(const World& world, int tool);
 
-/// Fixed and rigid objects in one map, the surfaces of deformable ones at rest, and what answers how stiff
-/// these are. Nothing of it moves but the probe's tool.
+/// World of a probe: fixed and rigid objects in one map, the surfaces of deformable ones at rest, and the
+/// solvers for their stiffness. Only the tool of the probe moves.
 class ProbedWorld {
 public:
-  /// @param tool the rigid object that the hand holds; -1: a point of one cell's voxel @param radius of the
-  ///        footprint, see ContactSolver [m]
-  /// @throws std::invalid_argument for objects that overlap, deformable ones of other than three dimensions,
-  ///         a tool that is not rigid
+  /// @param tool number of the rigid object that is the tool; -1: a point with the voxel of one cell
+  /// @param radius of the footprint, see ContactSolver [m]
+  /// @throws std::invalid_argument for overlapping objects, deformable ones in other than three dimensions, a
+  ///         tool that is not rigid
   ProbedWorld(const WorldScene& scene, int tool, double radius);
-  /// One deformable body without walls about it: of the scene its body, materials, limits and holds. A point
-  /// is the tool.
+  /// A single deformable body without walls, from the scene's body, materials, limits and holds. The tool is
+  /// a point.
   ProbedWorld(const Scene& scene, double radius);
 
   const std::shared_ptr<const Surroundings>& surroundings() const { return around_.matter; }
@@ -164,7 +164,7 @@ private:
 
   ToolSurroundings around_;
   std::vector<Body> bodies_;
-  std::unique_ptr<RigidShape> tool_; ///< solvers know it by its place
+  std::unique_ptr<RigidShape> tool_; ///< at a fixed address: solvers refer to it
   std::optional<Pose> start_;
 };
 

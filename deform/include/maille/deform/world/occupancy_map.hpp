@@ -1,5 +1,5 @@
 #pragma once
-/// Who is where in a world of cells.
+/// Occupancy of the cells of a world.
 
 #include "maille/base/grid.hpp"
 
@@ -16,15 +16,13 @@ struct BrickBox;
 using VoxelId = std::int32_t;
 inline constexpr VoxelId no_voxel = -1;
 
-/// One voxel's number a cell, and a bit beside it by which collisions are found without the numbers being
-/// read.
+/// One voxel's number per cell, and a separate bit for collision tests without reading the numbers.
 ///
-/// Kept in bricks of 16^3 cells that exist only where something is: an empty world of 512^3 cells costs 128
-/// KiB, a brick 16.9 KiB. Numbers of free cells are never written or read, so taking a voxel out costs its
-/// bit alone.
+/// Stored in bricks of 16^3 cells, allocated only where cells are occupied: an empty world of 512^3 cells
+/// takes 128 KiB, a brick 16.9 KiB. Numbers of free cells are never written or read, so that removing a voxel
+/// only clears its bit.
 ///
-/// Source  Gibson, Beyond volume rendering (1995), figure 1: a dense array of addresses, null where a cell is
-///         free.
+/// Source  Gibson, Beyond volume rendering (1995), figure 1: a dense array of addresses, null for free cells.
 class OccupancyMap {
 public:
   /// @param cells per axis, > 0, at most 2^15 each; 1 along z for a world of two dimensions
@@ -44,30 +42,30 @@ public:
     const auto brick = static_cast<std::size_t>(bricks_[brick_of(at)]);
     return ((masks_[brick][word_of(at)] >> ((at[0] & 15) + row_shift(at[1]))) & 1) != 0;
   }
-  /// Whether something cannot go there: taken, or outside the world, whose border is a wall.
+  /// True if a cell is occupied or outside the world, whose border is a wall.
   bool is_blocked(const Index3& at) const { return !has_cell(at) || is_occupied(at); }
-  /// @pre has_cell(at) @return the empty id where the cell is free
+  /// @pre has_cell(at) @return no_voxel if the cell is free
   VoxelId occupant(const Index3& at) const;
-  /// Whether any cell from `first` to `last` is taken; what lies outside the world is not asked. Costs a look
-  /// at each brick of the box, and at each of its rows where there is a brick.
+  /// True if any cell from `first` to `last` is occupied; cells outside the world are ignored. Cost: a test
+  /// of each brick of the box, and of each of its rows in allocated bricks.
   bool is_any_occupied(const Index3& first, const Index3& last) const;
 
-  /// The voxels numbered from `id` on, x fastest, into the cells of a box, each unless its cell is taken.
+  /// Puts voxels with numbers from `id` on, x fastest, into the cells of a box; occupied cells are skipped.
   /// @pre the cells are of this map
   void put_box(const Index3& first, const Index3& size, VoxelId id);
-  /// @return whether its cell was free
+  /// @return true if the cell was free
   bool put(const Index3& at, VoxelId id);
-  /// Frees the cells of a box, taken or not. @pre the cells are of this map
+  /// Frees the cells of a box, occupied or not. @pre the cells are of this map
   void take_box(const Index3& first, const Index3& size);
   void take(const Index3& at);
-  /// Whether any of n cells along x is taken or outside the world.
+  /// True if any of n cells along x is occupied or outside the world.
   bool is_row_blocked(const Index3& first, int n) const { return n_blocked_in_row(first, n) > 0; }
-  /// How many of n cells along x are taken or outside the world.
+  /// Number of n cells along x that are occupied or outside the world.
   int n_blocked_in_row(const Index3& first, int n) const;
-  /// How many of n cells are taken or outside the world, cells[axis][i] the i-th one's place along an axis;
-  /// each as often as it is named.
+  /// Number of n cells that are occupied or outside the world; cells[axis][i] is the i-th one's coordinate
+  /// along an axis. Repeated cells count repeatedly.
   ///
-  /// Cost        some 1 ns a cell: as many at a time as the machine's vectors have lanes, two gathers each
+  /// Cost        about 1 ns a cell: vectorised, with two gathers per vector
   /// Repeatable  the same for vectors of any length
   std::int64_t n_blocked(std::int64_t n, const std::int32_t* const cells[3]) const;
 
@@ -76,9 +74,9 @@ public:
 
 private:
   static constexpr int brick_edge = 16;
-  static constexpr std::int32_t empty =
-      0; ///< the brick that stands wherever nothing is, and is never written
-  /// A bit a cell, two rows along x a word: the even one's in its lower half, so that words can be gathered.
+  static constexpr std::int32_t empty = 0; ///< the shared empty brick, never written
+  /// A bit per cell, two rows along x per word, the even one in the lower half, so that words can be
+  /// gathered.
   using Mask = std::array<std::uint32_t, brick_edge * brick_edge / 2>;
   struct alignas(64) Ids { ///< a row along x is a cache line
     std::array<VoxelId, brick_edge * brick_edge * brick_edge> of;
@@ -105,11 +103,11 @@ private:
   void release(std::size_t at);
 
   Index3 cells_, n_bricks_;
-  std::vector<std::int32_t> bricks_; ///< for every place of a brick, which one it is
+  std::vector<std::int32_t> bricks_; ///< index of the brick at every place
   std::vector<Mask> masks_;
   std::vector<std::unique_ptr<Ids>> ids_;
-  std::vector<std::int32_t> counts_; ///< taken cells of a brick
-  std::vector<std::int32_t> unused_; ///< bricks that nothing is in any more
+  std::vector<std::int32_t> counts_; ///< occupied cells of a brick
+  std::vector<std::int32_t> unused_; ///< bricks without occupied cells, for reuse
   std::int64_t n_occupied_ = 0;
 };
 

@@ -1,5 +1,5 @@
 #pragma once
-/// The voxels of an object that keeps its form.
+/// The voxels of a rigid object.
 
 #include "maille/base/grid.hpp"
 
@@ -12,31 +12,31 @@
 
 namespace maille::deform {
 
-/// Voxels on a lattice of the object's own, which no movement ever resamples.
+/// Voxels on the object's own lattice; motions never resample them.
 ///
-/// A voxel is the point at its centre: index + 1/2, times the spacing, in the object's frame [m]. It takes
-/// the one cell of the world that this point lies in.
+/// A voxel is the point at its centre: index + 1/2, times the spacing, in the object's frame [m]. It occupies
+/// the cell of the world that contains this point.
 class RigidShape {
 public:
-  /// @param size of the lattice, at most 2^15 an axis @param spacing > 0 [m]
-  /// @param matter size[0] * size[1] * size[2] values, x fastest, not 0 where there is a voxel
-  /// @throws std::invalid_argument if there is no voxel, or sizes do not match
+  /// @param size of the lattice, at most 2^15 per axis @param spacing > 0 [m]
+  /// @param matter size[0] * size[1] * size[2] values, x fastest, nonzero for voxels
+  /// @throws std::invalid_argument without voxels, or if sizes do not match
   RigidShape(const Index3& size, const Vec3& spacing, std::span<const std::uint8_t> matter);
 
-  /// Voxels that follow one another along x.
+  /// A run of voxels along x.
   struct Row {
     std::array<std::int16_t, 3> first;
     std::int16_t n;
     std::int32_t voxel; ///< number of the first
   };
-  /// Voxels near one another, one after another in number.
+  /// Voxels that are close in space, with consecutive numbers.
   struct Block {
     std::int32_t first, end;
-    Vec3 centre;                     ///< of a ball about the voxels' centres, in the object's frame [m]
+    Vec3 centre;                     ///< of a bounding ball of the voxels' centres, in the object's frame [m]
     double radius;                   ///< [m]
-    Index3 low, size;                ///< the box of indices about them
+    Index3 low, size;                ///< bounding box of the indices
     std::int32_t first_row, end_row; ///< among rows()
-    /// Whether every place of the box has a voxel; their numbers then go on along x, then y, then z.
+    /// True if every place of the box has a voxel; numbers are then consecutive along x, then y, then z.
     bool is_full() const { return end - first == size[0] * size[1] * size[2]; }
   };
 
@@ -52,7 +52,7 @@ public:
   Eigen::Vector3d middle() const;
   std::span<const Row> rows() const { return rows_; }
   std::span<const Block> blocks() const { return blocks_; }
-  /// Bit 2 a + (1 if upwards) is set where a voxel has no voxel of its own beside it along axis a.
+  /// Bit 2 a + (1 for the upper side) is set if a voxel has no neighbour along axis a on that side.
   std::uint8_t open_sides(std::int32_t voxel) const { return open_[voxel]; }
   std::int64_t bytes() const;
 
@@ -67,21 +67,21 @@ private:
   std::vector<std::uint8_t> open_;
 };
 
-/// Where an object is: x = position + rotation X, X in its own frame.
+/// Pose of an object: x = position + rotation X, X in its own frame.
 struct Pose {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   Eigen::Vector3d position = Eigen::Vector3d::Zero(); ///< [m]
 };
 
-/// A turn about an axis through `about`, and a shift, both done evenly over a time from 0 to 1:
+/// A rotation about an axis through `about`, and a shift, both uniform over a time from 0 to 1:
 /// x(t) = about + R(t angle) (x - about) + t by.
 struct RigidMotion {
   Eigen::Vector3d by = Eigen::Vector3d::Zero();    ///< [m]
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ(); ///< of length 1
-  double angle = 0; ///< right-handed about the axis [rad], at most pi either way
+  double angle = 0;                                ///< right-handed about the axis [rad], from -pi to pi
   Eigen::Vector3d about = Eigen::Vector3d::Zero(); ///< [m]
 
-  /// The pose at time t; t = 0 gives `from` itself, to the bit. Without a turn the rotation stays to the bit.
+  /// The pose at time t; bit-identical to `from` at t = 0. Without a turn, the rotation is too.
   Pose moved(const Pose& from, double t) const;
 };
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Rigid objects that share a world and cannot enter one another.
+/// Rigid objects in one world, without overlaps.
 
 #include "maille/deform/world/occupancy_map.hpp"
 #include "maille/deform/world/rigid_shape.hpp"
@@ -11,14 +11,14 @@
 
 namespace maille::deform {
 
-/// Where a voxel met something that it cannot enter.
+/// First contact of a voxel with an obstacle.
 struct Contact {
   double time = 0;          ///< of the motion, 0 to 1
   std::int32_t voxel = 0;   ///< of the moving object
-  Index3 cell{};            ///< that it would have entered, perhaps outside the world
-  int axis = 0;             ///< of the face that it would have passed through
-  int direction = 1;        ///< in which, along that axis: -1 or 1
-  VoxelId other = no_voxel; ///< voxel in the way; the empty id: the border of the world
+  Index3 cell{};            ///< blocked cell, possibly outside the world
+  int axis = 0;             ///< of the face of entry
+  int direction = 1;        ///< along that axis: -1 or 1
+  VoxelId other = no_voxel; ///< voxel in the way; no_voxel: the border of the world
 };
 
 struct MoveResult {
@@ -29,13 +29,14 @@ struct MoveResult {
 /// Fixed and rigid objects in one occupancy map.
 ///
 /// Lengths in metres; the world's corner is the origin, cell i covers [i, i + 1) cell sizes along each axis.
-/// Outside is a wall. A cell is of one object at most: of the one that has a voxel's middle in it (of several
-/// voxels the one with the smallest number stands for all), or whose matter holds the cell's own middle, at
-/// any turn and spacing. Objects never overlap: adding is refused, moving stops short. Matter thinner than a
-/// cell also takes the free cells that seal it (see world/occupancy/posed_matter.hpp in the sources).
+/// Outside is a wall. A cell belongs to at most one object: the one with a voxel's middle in it (represented
+/// by the smallest number of its voxels there), or whose matter contains the cell's middle, at any rotation
+/// and spacing. Objects never overlap: overlapping additions are refused, and motions stop before a contact.
+/// Matter thinner than a cell also occupies the free cells that seal it (see world/occupancy/posed_matter.hpp
+/// in the sources).
 ///
 /// Source      Gibson, Beyond volume rendering (1995), figures 1 and 3. Departures: the exact first contact
-///             instead of halved steps, so that no wall is passed through at any speed.
+///             instead of halved steps, so that no motion passes through a wall at any speed.
 /// Repeatable  same bits on any machine
 /// Checked by  tests/deform/world/rigid_world_test.cpp
 class RigidWorld {
@@ -45,10 +46,10 @@ public:
   RigidWorld(const Index3& cells, const Vec3& cell_size);
 
   const OccupancyMap& map() const { return map_; }
-  /// For voxels of others, which the objects of this world then cannot enter: numbered from n_voxels() on,
-  /// never in cells of its objects.
+  /// The map, for voxels of other objects as obstacles: numbered from n_voxels() on, never in cells of
+  /// objects of this world.
   OccupancyMap& map_of_all() { return map_; }
-  /// Voxels of all its objects: their numbers are below this.
+  /// Number of voxels of all objects: an upper bound of their numbers.
   VoxelId n_voxels() const { return n_voxels_; }
   const Vec3& cell_size() const { return cell_size_; }
 
@@ -56,34 +57,33 @@ public:
     std::optional<int> object;         ///< its number
     std::optional<Contact> refused_at; ///< the first voxel whose cell is blocked
   };
-  /// Adds an object that can be moved, or one that is only in the way. @param may_meet others in a cell
+  /// Adds a movable or fixed object. @param may_meet true: it may share cells with others
   Added add(RigidShape shape, const Pose& pose, bool may_meet = false);
   int n_objects() const { return static_cast<int>(objects_.size()); }
   const RigidShape& shape(int object) const { return at(object).shape; }
   const Pose& pose(int object) const { return at(object).pose; }
-  /// Object with that voxel; -1 for voxels of no object of this world.
+  /// Object of a voxel; -1: none of this world.
   int object_of(VoxelId id) const;
 
-  /// How many voxels of a shape that is not an object of this world would have their middles in blocked cells
-  /// there.
+  /// Number of voxels of a shape, not an object of this world, whose middles would be in blocked cells at a
+  /// pose.
   std::int32_t n_blocked(const RigidShape& shape, const Pose& pose) const;
 
-  /// How many voxels of an object would have their middles, there, in cells of others or outside.
+  /// Number of voxels of an object whose middles, at a pose, would be in cells of others or outside.
   std::int32_t n_blocked(int object, const Pose& pose) const;
 
-  /// What an object touches with its voxels' boxes: cells of others whose middles are at most `reach` [cells]
-  /// outside them. What it touches with voxels' middles is not among it. Time is 0.
+  /// Contacts of the voxels' boxes of an object: cells of others whose middles are at most `reach` [cells]
+  /// outside of them, except contacts of the voxels' middles. Time is 0.
   std::vector<Contact> touched(int object, double reach) const;
 
-  /// Moves an object as far as it can go: up to a billionth of a cell before the first contact, which is
-  /// found exactly.
+  /// Moves an object as far as possible: to a billionth of a cell before the first contact, which is exact.
   MoveResult move(int object, const RigidMotion& motion);
-  /// Takes an object out of the map, for a caller that moves it by a rule of its own and puts it back.
+  /// Removes an object from the map, for callers that move it by their own rules and put it back.
   void take_out(int object) { take(at(object)); }
   void put_back(int object, const Pose& pose);
 
-  /// Puts all objects where they are said to be, into an empty map; who comes first has a cell that two would
-  /// take. For worlds whose objects are kept apart by their surfaces. @param poses one an object
+  /// Puts all objects at given poses into an empty map; the first object keeps a cell that two would occupy.
+  /// For worlds with surface contact. @param poses by object
   void place(std::span<const Pose> poses);
 
   std::int64_t bytes() const;
@@ -93,7 +93,7 @@ private:
     RigidShape shape;
     Pose pose;
     VoxelId first;
-    std::vector<Index3> between; ///< cells that are its own though no voxel's middle lies in them
+    std::vector<Index3> between; ///< its cells without a voxel's middle in them
   };
 
   const Object& at(int object) const { return objects_[object]; }

@@ -1,10 +1,10 @@
 #pragma once
 /// Fixed, rigid and deformable objects in one occupancy map, moved frame by frame.
 ///
-/// A frame takes drives (what hands do) and a budget, and ends in a feasible state: no object inside
-/// another, links within their limits. The scene's law chooses what moves the objects: cells (voxels hand
-/// pushes on), surfaces (elastic bodies in contact), or surfaces with masses (dynamics). Cells are exact in
-/// float64; surfaces are converged to the scene's tolerance. Same drives, same bits.
+/// A frame takes drives (the motions of hands) and a budget, and ends in a feasible state: no object inside
+/// another, links within their limits. The scene's contact law selects the engine: cells (voxels pass pushes
+/// on), surfaces (elastic bodies in contact), or surfaces with masses (dynamics). Cells are exact in float64;
+/// surfaces are converged to the scene's tolerance. The same drives give the same bits.
 
 #include "maille/deform/world/rigid_world.hpp"
 #include "maille/scene/answer.hpp"
@@ -19,44 +19,44 @@
 
 namespace maille::deform {
 
-/// What a hand does with an object in one frame.
+/// Prescribed motion of an object in one frame.
 struct Drive {
   int object = 0; ///< rigid or deformable
   /// Motion of the whole object, or of the nodes below, in the world.
   RigidMotion motion;
-  /// The driven nodes of a deformable object (numbers of its grid, nodes of the body), each listed once. They
-  /// stay handles: they keep their place until they are driven again or released. Empty for a rigid object.
+  /// Driven nodes of a deformable object (numbers of its grid, nodes of the body), each listed once. They
+  /// become handles: they keep their place until they are driven again or released. Empty for a rigid object.
   std::vector<std::int64_t> nodes;
-  /// Whether a rigid object goes on along what has stopped it, without the turn.
+  /// True: a blocked rigid object slides along its obstacle, without the rotation.
   bool slides = false;
-  /// A hand that leads a rigid object by a spring: the motion is the hand's, the object comes as near to it
-  /// as what is in its way lets it.
+  /// A hand that leads a rigid object by a spring: `motion` moves the hand, and the object follows as near as
+  /// obstacles allow.
   struct Lead {
-    Pose hand;              ///< where the object would be if it were where the hand is, before the motion
+    Pose hand;              ///< pose of the hand before the motion, as a pose of the object
     double stiffness = 300; ///< [N/m], > 0
   };
   std::optional<Lead> lead{};
 };
 
-/// When a frame ends at the latest; the state is feasible whenever that is.
+/// Budget of a frame; the state is feasible at any end.
 struct FrameBudget {
   std::optional<double> seconds; ///< unset: until settled
   std::optional<std::int64_t>
-      rounds; ///< answers of the method, of all objects together; unset: 300 for each step of a cell
+      rounds; ///< answers of the method, over all objects; unset: 300 per step of a cell
   std::function<bool()> stop_requested; ///< polled between rounds, and by the method
   int threads = 1;
-  double frame_seconds = 1.0 / 30; ///< that the frame lasts, in a world with dynamics [s], > 0
+  double frame_seconds = 1.0 / 30; ///< simulated time of the frame, with dynamics [s], > 0
 };
 
-/// How an object moves in a world with dynamics; of 1 m of thickness in two dimensions.
+/// Motion of an object in a world with dynamics; for 1 m of thickness in two dimensions.
 struct ObjectMotion {
   double mass = 0;                                    ///< [kg]
-  Eigen::Vector3d velocity = Eigen::Vector3d::Zero(); ///< of its centre of mass [m/s]
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero(); ///< of the centre of mass [m/s]
   Eigen::Vector3d spin = Eigen::Vector3d::Zero();     ///< [rad/s]
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();   ///< of mass, in the world [m]
 };
 
-/// A voxel that presses against something that it cannot enter, at the end of a frame.
+/// Contact of a voxel with an obstacle at the end of a frame.
 struct WorldContact {
   int object = 0;
   std::int64_t voxel = 0; ///< of the object: a node of its grid, or a voxel of its shape
@@ -64,14 +64,14 @@ struct WorldContact {
   std::int64_t other_voxel = 0;
   int axis = 0;      ///< of the face between them
   int direction = 1; ///< from the voxel to the other along that axis: -1 or 1
-  /// With which the other acts on the voxel, in the world [N] (per metre of thickness in 2D); zero where the
-  /// method knows no forces. Where objects meet with their surfaces each contact is there from both sides.
+  /// Force of the other object on the voxel, in the world [N] (per metre of thickness in 2D); zero if the
+  /// method has no forces. With surface contact each contact is listed from both sides.
   Eigen::Vector3d force = Eigen::Vector3d::Zero();
-  std::optional<Eigen::Vector3d> at{}; ///< where surfaces meet [m]
+  std::optional<Eigen::Vector3d> at{}; ///< place of a surface contact [m]
 };
 
-/// A movement that one voxel could not make and handed on to the one in its way. asked = moved + refused,
-/// where `refused` may have been handed on in its turn.
+/// A movement that one voxel could not make and passed on to the one in its way. asked = moved + refused,
+/// where `refused` may have been passed on in turn.
 struct HandOver {
   int from = 0;
   std::int64_t from_voxel = 0;
@@ -79,29 +79,29 @@ struct HandOver {
   std::int64_t to_voxel = 0;
   int axis = 0;
   double asked = 0; ///< along the axis, signed [m]
-  double moved = 0; ///< of this, what the receiver moved [m]
+  double moved = 0; ///< part that the receiver moved [m]
   double refused() const { return asked - moved; }
 };
 
-/// What became of one drive.
+/// Result of one drive.
 struct DriveResult {
-  /// Fraction of the motion that was done: of the time for a rigid object, of the path (mean over nodes)
-  /// else.
+  /// Finished fraction of the motion: of the time for a rigid object, of the path (mean over nodes) for
+  /// nodes.
   double fraction = 0;
   Eigen::Vector3d force = Eigen::Vector3d::
-      Zero(); ///< that the hand needs, in the world [N]; zero where the method knows no forces
+      Zero(); ///< required force of the hand, in the world [N]; zero if the method has no forces
 };
 
 struct FrameResult {
-  /// done: settled, and all drives were done; clamped: settled, but a drive was cut back by a wall, a hold or
-  /// the limits; budget_reached, interrupted: a feasible state on the way.
+  /// done: settled, and all drives were completed; clamped: settled, but a wall, a hold or the limits
+  /// shortened a drive; budget_reached, interrupted: a feasible intermediate state.
   Status status = Status::done;
-  std::string message; ///< why it is not done; empty if it is
+  std::string message; ///< reason if not done; else empty
   double seconds = 0;
   std::int64_t rounds = 0;
-  /// How far anything would still go until all has settled [m], and how much the force on any object would
-  /// still change [N], as the last rounds tell: estimates, no bounds. 0: it has settled. Known where objects
-  /// meet with their surfaces, and time does not pass.
+  /// Remaining motion of any point until convergence [m], and remaining change of the force on any object
+  /// [N], extrapolated from the last rounds: estimates, no bounds. 0: converged. Known for surface contact
+  /// without dynamics.
   std::optional<double> motion_left, force_left;
   std::vector<DriveResult> drives; ///< as given
   std::vector<WorldContact> contacts;
@@ -110,54 +110,54 @@ struct FrameResult {
 
 class Engine;
 
-/// The whole voxel world, quasi-static: a frame ends where nothing wants to go on, or where its budget ends.
+/// The voxel world, quasi-static: a frame ends at rest, or when its budget is exhausted.
 ///
-/// Voxels of fixed and rigid objects are the centres of their cells, of deformable ones the nodes. A cell of
-/// the world belongs to one object at most, always. What cannot go on hands its movement on to what is in its
-/// way; between answers of their methods bodies stay feasible, so a frame may end at any time. Friction
-/// (Coulomb) only where the method knows forces. An object that `coupled` cannot solve because nothing holds
-/// it follows by `limits`, or, where its limits do not bind, by `relaxed`. docs/contact.md has the rules, and
-/// what does not hold.
+/// Voxels of fixed and rigid objects are the centres of their cells, those of deformable objects the nodes. A
+/// cell of the world always belongs to at most one object. Blocked objects pass their movement on to the
+/// object in their way. Bodies stay feasible between answers of their methods, so that a frame may end at any
+/// time. Coulomb friction acts only if the method has forces. An object without holds, which `coupled` cannot
+/// solve, follows by `limits` or, if its limits do not bind, by `relaxed`. docs/contact.md describes the
+/// rules and their exceptions.
 ///
-/// Units       metres and newtons, in the world's axes unless a member says otherwise
+/// Units       metres and newtons, in the world's axes unless stated otherwise
 /// Repeatable  same bits for any number of threads, unless a budget of seconds ends a frame
-/// Source      Gibson 1995, "Object deformation". Departures: the rest of a movement is handed on with the
-///             limits of both bodies obeyed, in place of one voxel after the other; answers of a method in
-///             place of one voxel's relaxation at a time
+/// Source      Gibson 1995, "Object deformation". Departures: the rest of a movement is passed on within the
+///             limits of both bodies, instead of one voxel after the other; answers of a method replace the
+///             relaxation of single voxels
 /// Checked by  tests/deform/world/world_test.cpp and its neighbours, tests/cross_check/contact_test.cpp
 class World {
 public:
-  /// @throws std::invalid_argument naming the object, where objects share a cell or leave the world, where
-  ///         numbers do not fit (dimension, spacing, method), or where a deformable object has moves, loads
-  ///         or fibres that contract
+  /// @throws std::invalid_argument with the name of the object, if objects share a cell or leave the world,
+  ///         if numbers do not match (dimension, spacing, method), or if a deformable object has moves, loads
+  ///         or contracting fibres
   explicit World(WorldScene scene);
-  /// Moved by an engine of the caller's own, as the loops of 1995 in studies/lab are.
+  /// Moved by an engine of the caller, such as the loops of 1995 in studies/lab.
   explicit World(std::unique_ptr<Engine> engine);
   World(World&&) noexcept;
   World& operator=(World&&) noexcept;
   ~World();
 
-  /// Moves driven objects as far as they can go and settles the others.
-  /// @throws std::invalid_argument for a drive of a fixed object, of nodes that are not of the body, or of
-  ///         what is not finite
+  /// Moves driven objects as far as possible and settles the others.
+  /// @throws std::invalid_argument for a drive of a fixed object, of nodes outside the body, or with values
+  ///         that are not finite
   FrameResult advance(std::span<const Drive> drives, const FrameBudget& budget = {});
-  /// Lets go of an object: handles of a deformable one move freely again, a rigid one may be pushed again.
+  /// Releases an object: handles of a deformable one become free, a rigid one may be pushed again.
   void release(int object);
-  /// Sets up what the first frame of an open world's elastic body would have to wait for. Nothing moves.
+  /// Makes the set-up that the first frame of an open world's elastic body would otherwise wait for. Moves no
+  /// object.
   void prepare(const FrameBudget& budget = {});
-  /// Whether a frame without drives would change nothing: no frame has ended before all had come to rest, and
-  /// nothing that has forces was let go since.
+  /// True if a frame without drives would change nothing: no frame has ended before rest, and no object with
+  /// forces was released since.
   bool is_settled() const;
-  /// The world as it is, to go back to: the same drives give both the same bits, of `coupled` the same to its
-  /// tolerance. Nothing for an open world that moves by `limits`, and where objects meet by surfaces.
+  /// A copy of the world: the same drives give both the same bits, for `coupled` the same to its tolerance.
+  /// Nothing for an open world that moves by `limits`, and with surface contact.
   std::optional<World> copy() const;
-  /// The body of a deformable object with everything that is prescribed to it now: its holds, handles where
-  /// they have come to, contacts. Its method's answer to that is where the object is.
+  /// The body of a deformable object with all its present prescribed values: holds, handles at their places,
+  /// contacts. The state of the object is its method's answer to that.
   Scene question(int object) const;
 
   const WorldScene& scene() const;
-  /// Where objects meet with their surfaces, bodies are put into it when it is first asked for after a frame:
-  /// not from several threads at once.
+  /// With surface contact, the first call after a frame adds the bodies to the map: not thread-safe then.
   const OccupancyMap& map() const;
   const Vec3& cell_size() const;
   int n_objects() const;
@@ -165,44 +165,43 @@ public:
 
   /// @pre the object is fixed or rigid
   const RigidShape& shape(int object) const;
-  /// Frame of an object; that of a deformable object never changes.
+  /// Frame of an object; constant for a deformable object.
   const Pose& pose(int object) const;
-  /// In a world with dynamics; else nothing moves.
+  /// Motion in a world with dynamics; otherwise zero.
   ObjectMotion motion(int object) const;
   /// Energy of the free objects in a world with dynamics: kinetic, and potential above the world's corner
   /// [J].
   double energy() const;
   /// Displacement of a deformable object, in its own frame [m].
   const Displacement& displacement(int object) const;
-  /// The present displacement, to be kept while the world advances. Not copied for the body of an open world.
+  /// The present displacement, with shared ownership across frames. Not copied for the body of an open world.
   std::shared_ptr<const Displacement> shared_displacement(int object) const;
-  /// Where a node of a deformable object is, in the world [m]. @pre of the body
+  /// Position of a node of a deformable object, in the world [m]. @pre a node of the body
   Eigen::Vector3d position(int object, std::int64_t node) const;
 
-  /// The part of an object's matter that is thinner than a cell of the world: that no box as large as a cell,
-  /// along the object's axes, has in it. It is kept apart from others as if it were a cell thick, and what is
-  /// on its two sides comes no nearer than that.
+  /// Part of an object's matter that is thinner than a cell of the world: not covered by any box of the size
+  /// of a cell, along the object's axes, inside the matter. Contact treats it as a cell thick, so that
+  /// objects on its two sides stay at that distance.
   double thin_part(int object) const;
 
   struct Occupant {
     int object = 0;
     std::int64_t voxel = 0; ///< a node of its grid, or a voxel of its shape
   };
-  /// Who is meant by a number in the map.
+  /// Object and voxel of a number in the map.
   Occupant occupant(VoxelId id) const;
 
-  /// What the voxels' boxes of a rigid object touch, within `reach` [cells], beside what their middles do
+  /// Contacts of the voxels' boxes of a rigid object within `reach` [cells], besides those of their middles
   /// (see RigidWorld::touched).
   std::vector<WorldContact> touched(int object, double reach) const;
 
-  /// Cells of matter that are in another object, deeper than half the diagonal of a cell of the world, or as
-  /// far outside its border: found by geometry (boxes, cells of matter with their corners where they are),
-  /// without the map. A cell counts where its middle, or one of its points that are half a diagonal within
-  /// its faces, as close as cells of the world, and 26 points at that distance round it are in the other's
-  /// matter.
-  /// Cost  only objects whose bounding boxes meet are looked at
+  /// Number of cells of matter that are inside another object, or outside the border, by more than half the
+  /// diagonal of a cell of the world. Found from geometry (boxes, cells of matter with displaced corners),
+  /// without the map. A cell counts if its middle, or one of its points half a diagonal inside its faces, as
+  /// dense as cells of the world, and 26 points at that distance around it are in the other's matter.
+  /// Cost  only objects with intersecting bounding boxes are tested
   std::int64_t n_penetrations() const;
-  /// Voxels that lie in a cell of another object or outside the world: found anew from positions, without the
+  /// Number of voxels in a cell of another object or outside the world, recomputed from positions without the
   /// map. Always 0.
   std::int64_t n_shared_cells() const;
   /// Largest violation of binding limits (given, or the material's own) by a link of a deformable object,

@@ -11,7 +11,7 @@
 namespace maille {
 
 /// A field that is continuous within every part of the body (the cells of one label and one material) and
-/// jumps between parts: at a node a value for each part there, multilinear in cells.
+/// jumps between parts: a node has a value for each of its parts; the field is multilinear in cells.
 ///
 /// For each component, a polynomial of degree 2 whose cell means fit those of a patch in weighted least
 /// squares. The patch has up to 4^dimension cells of the part around the node, joined to it through faces
@@ -33,19 +33,18 @@ public:
   RecoveredFields(const Scene& scene, const Answer& answer)
       : RecoveredFields(scene, cell_fields(scene, answer)) {}
 
-  /// As the cell's own part has it. @pre the cell holds matter; @param corner by bits x y z
+  /// Value of the cell's part at a corner. @pre the cell has matter; @param corner by bits x y z
   const Values& at_corner(std::int64_t cell, int corner) const { return values_[place(cell, corner)]; }
   /// @param in_cell  from 0 at its lower to 1 at its upper sides
   Values at(std::int64_t cell, const Vec3& in_cell) const;
-  /// The mean over a cell.
+  /// Mean over a cell.
   Values mean(std::int64_t cell) const { return at(cell, {0.5, 0.5, 0.5}); }
 
   /// Values by node of the grid; zero outside the body.
   struct Shown {
     std::vector<std::array<double, 6>> strain, stress;
   };
-  /// One value a node: that of the part which most of its cells are of, of equals of the one whose first cell
-  /// comes first.
+  /// One value per node: that of the part with most of its cells; of equal ones, the part of the first cell.
   Shown at_nodes() const;
 
 private:
@@ -53,7 +52,7 @@ private:
 
   Grid grid_;
   std::vector<std::int32_t> part_;       ///< of every cell; -1: no matter
-  std::vector<std::size_t> first_;       ///< of every node and of their end, into the next two
+  std::vector<std::size_t> first_;       ///< by node, and the end: offsets into the next two
   std::vector<std::int32_t> parts_here_; ///< a node's parts
   std::vector<Values> values_;
 };
@@ -64,18 +63,18 @@ struct MechanicsErrors {
   /// |F - R| / |R| over the resultants of moves, of holds where there is no move.
   std::optional<double> force;
   std::optional<double> strain_energy; ///< |E - R| / R, of Answer::strain_energy
-  /// L2 over cells of the difference of their mean tensors, but those of cells_at_edges().
+  /// L2 over cells of the difference of mean tensors, except those of cells_at_edges().
   std::optional<double> strain, stress;
-  /// The same of what RecoveredFields makes of both, over eighths of cells; unset where it was not asked for.
+  /// The same for RecoveredFields of both, over eighths of cells; unset if not requested.
   std::optional<double> recovered_stress;
 };
-/// All but recovered_stress.
+/// Errors of an answer, without recovered_stress.
 MechanicsErrors compare_mechanics(const Scene& scene, const Answer& answer, const Answer& reference);
 
-/// One answer that others are held against: its fields are found once.
+/// A reference for several answers: its fields are computed once.
 class MechanicsReference {
 public:
-  /// @param scene, reference  must outlive this @param recovers  stress at nodes is compared, too
+  /// @param scene, reference  must outlive this @param recovers  true: stress at nodes is compared too
   MechanicsReference(const Scene& scene, const Answer& reference, bool recovers);
   ~MechanicsReference();
   MechanicsErrors errors_of(const Answer& answer) const;
@@ -90,9 +89,9 @@ private:
   std::unique_ptr<const RecoveredFields> recovered_;
 };
 
-/// The cells at whose corners the edge of a held or moved region is, where finite elements themselves
-/// diverge: a node is on that edge if a link on the body's surface, or links along several axes, join it to
-/// nodes that are neither held nor moved. By cell; none in 1D.
+/// Cells with a corner on the edge of a held or moved region, where finite elements themselves diverge. A
+/// node is on that edge if a link on the body's surface, or links along several axes, join it to nodes that
+/// are neither held nor moved. By cell; none in 1D.
 std::vector<bool> cells_at_edges(const Scene& scene);
 
 } // namespace maille

@@ -1,6 +1,6 @@
 #pragma once
-/// An image of one value a voxel, layer by layer from first to last, of which only those that are needed
-/// stand in memory.
+/// Access to an image with one value per voxel, layer by layer from first to last, with only the needed
+/// layers in memory.
 
 #include "maille/images/image.hpp"
 
@@ -17,13 +17,13 @@ namespace image_formats {
 struct OpenImage;
 }
 
-/// Some layers of an image, one behind the other, that moves on from its first layer to its last.
+/// A window of consecutive layers of an image that moves from the first layer to the last.
 class LayerWindow {
 public:
-  /// Appends the values of a layer; called for each layer once, in their order. @throws InputError
+  /// Appends the values of a layer; called once per layer, in order. @throws InputError
   using Next = std::function<void(int layer, std::vector<float>& values)>;
   LayerWindow(const ImageInfo& info, Next next) : info_(info), next_(std::move(next)) {}
-  /// Window on an image in memory, which must outlive this: always all layers.
+  /// Window on an image in memory, which must outlive this: contains all layers always.
   explicit LayerWindow(const Image& image)
       : info_(image.info), end_(image.info.size[2]), data_(image.values.data()) {}
   LayerWindow(const LayerWindow&) = delete;
@@ -33,20 +33,20 @@ public:
   ~LayerWindow() = default;
 
   const ImageInfo& info() const { return info_; }
-  /// Values of a layer.
+  /// Number of values of a layer.
   std::size_t layer_size() const {
     return static_cast<std::size_t>(info_.size[0]) * static_cast<std::size_t>(info_.size[1]);
   }
-  /// Layers from `low` on and before `high`, as far as the image has them, are there; those below are gone
-  /// for good. Cost  each layer is read once, at most twice as many are kept as are asked for
+  /// Loads the layers from `low` to before `high`, as far as the image has them; those below are discarded
+  /// for good. Cost  each layer is read once; at most twice the requested layers are stored
   void move_to(int low, int high);
-  /// @pre the layer of the voxel is there
+  /// @pre the layer of the voxel is loaded
   float operator[](std::size_t voxel) const { return data_[voxel - first_voxel_]; }
   float at(const Index3& voxel) const {
     const Index3& n = info_.size;
     return (*this)[voxel[0] + std::int64_t{n[0]} * (voxel[1] + std::int64_t{n[1]} * voxel[2])];
   }
-  /// @pre it is there
+  /// @pre it is loaded
   std::span<const float> layer(int k) const {
     return {data_ + (static_cast<std::size_t>(k) * layer_size() - first_voxel_), layer_size()};
   }
@@ -60,7 +60,7 @@ private:
   const float* data_ = nullptr;
 };
 
-/// An image that can be gone through as often as one likes: in memory, or in a file, which is read anew.
+/// An image that can be read repeatedly: in memory, or in a file, which each window reads anew.
 class LayeredImage {
 public:
   /// @param image must outlive this
@@ -69,19 +69,18 @@ public:
   explicit LayeredImage(const std::filesystem::path& file);
 
   const ImageInfo& info() const { return info_; }
-  const std::filesystem::path& path() const { return path_; } ///< empty of one in memory
-  /// From now on values within rounding of one of these labels are that label; a reading to the end warns of
-  /// them, and of others that are no whole number.
+  const std::filesystem::path& path() const { return path_; } ///< empty for an image in memory
+  /// Rounds values to these labels when windows read them; after a complete read, warns of rounded values and
+  /// of other values that are not whole numbers.
   void round_to(std::vector<float> labels) { labels_ = std::move(labels); }
-  /// Takes it as lying at `there`, with axes along the columns of `direction`: another order of axes reads
-  /// it as a whole.
+  /// Sets the position to `there`, with axes along the columns of `direction`: a different order of axes
+  /// reads the whole image.
   void place(const ImageInfo& there, const std::array<Vec3, 3>& direction);
-  /// @param layers that will be asked for at a time
+  /// @param layers largest number of layers per move
   /// @pre one value a voxel
-  /// @throws InputError where the window's layers do not fit into memory, by the header; the window, as
-  /// read_image
+  /// @throws InputError if the window's layers exceed the memory, by the header; windows throw as read_image
   LayerWindow open(int layers) const;
-  /// The same with `voids` voxels of NaN on both sides along each axis.
+  /// The same image with `voids` voxels of NaN added on both sides of each axis.
   LayeredImage padded(const Index3& voids) const;
 
 private:
@@ -90,7 +89,7 @@ private:
   const Image* whole_ = nullptr;
   std::filesystem::path path_;
   std::shared_ptr<const image_formats::OpenImage> file_;
-  std::shared_ptr<const Image> turned_; ///< what `whole_` points to, if that is ours
+  std::shared_ptr<const Image> turned_; ///< owner of *whole_, if this made it
   std::vector<float> labels_;
 };
 

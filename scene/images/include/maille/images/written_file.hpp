@@ -1,5 +1,5 @@
 #pragma once
-/// What writers share: files with or without gzip, and values as a file holds them.
+/// Common code of writers: files with or without gzip, and conversion of values.
 
 #include "maille/images/write_image.hpp"
 
@@ -14,17 +14,17 @@
 
 namespace maille::image_formats {
 
-/// A file that is written from first byte to last; every failure is told.
+/// A file that is written sequentially; every failure throws.
 class WrittenFile {
 public:
   enum class Packing {
     none,
     gzip,
-    gzip_fast,     ///< of fields, whose digits hardly pack
+    gzip_fast,     ///< for fields, which hardly compress
     gzip_appended, ///< appended to the file, equally fast
   };
   WrittenFile(const std::filesystem::path& file, Packing packing) : name_(file.string()) {
-    // `T` leaves the bytes as they are.
+    // `T`: no compression.
     const char* const modes[] = {"wbT", "wb6", "wb1", "ab1"};
     file_.reset(gzopen(file.c_str(), modes[static_cast<int>(packing)]));
     if (!file_)
@@ -55,12 +55,12 @@ private:
   std::unique_ptr<gzFile_s, Close> file_;
 };
 
-/// Types that values can stand as.
+/// Types of stored values.
 enum class StoredType { float32, uint8, int16, int32 };
-/// The one that `stored_as` asks for. @throws std::invalid_argument  labels that are none
+/// The type for `stored_as`. @throws std::invalid_argument  if values are no labels
 StoredType stored_type(std::span<const float> values, StoredAs stored_as);
 std::size_t bytes_of(StoredType type);
-/// Writes values one after the other, in this machine's byte order.
+/// Writes values in this machine's byte order.
 void write_values(WrittenFile& file, std::span<const float> values, StoredType type);
 
 } // namespace maille::image_formats

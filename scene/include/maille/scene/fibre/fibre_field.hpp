@@ -1,6 +1,6 @@
 #pragma once
-/// Fields of directions without a sign: a cell each, their means, and how gaps are closed and noise is evened
-/// out; and along lines drawn by hand or traced in a picture. The
+/// Fields of directions without sign: one per cell, their means, filling of gaps and smoothing of noise; and
+/// directions along lines that are drawn by hand or traced in a picture.
 /// same question on a lattice that is turned to their mean, for methods whose links know only its axes.
 
 #include "maille/base/grid.hpp"
@@ -17,32 +17,32 @@
 
 namespace maille {
 
-/// Eigenvector of the largest eigenvalue of a symmetric matrix; nothing if that is not positive, or within a
-/// billionth of the next. For a diffusion tensor it is the fibre direction; for a sum of dyads v v^T the mean
-/// of directions without sign.
+/// Eigenvector of the largest eigenvalue of a symmetric matrix; nothing if that is not positive, or within
+/// 1e-9 (relative) of the next. For a diffusion tensor it is the fibre direction; for a sum of dyads v v^T
+/// the mean of directions without sign.
 /// Source  Basser, Mattiello, LeBihan 1994 (tensor); Bingham 1974, Annals of Statistics 2 (dyads)
 std::optional<std::array<float, 3>> first_eigenvector(const Eigen::Matrix3d& matrix);
 
-/// Directions of a body's cells in Specimen::fibres, of which some are unknown, and the regions (muscles)
-/// that they are not mixed across. Results do not depend on the signs of directions, but for their own, nor
-/// on the order of cells.
+/// Directions of a body's cells in Specimen::fibres, some of them unknown, and the regions (muscles) that are
+/// averaged separately. Results do not depend on the signs of directions, except for their own sign, nor on
+/// the order of cells.
 class FibreField {
 public:
-  /// @param region    a number for each cell of the grid; of no account where there is no matter
-  /// @param is_known  for each cell: its direction is known
-  /// @pre body.fibres has an entry for each cell; at least one cell of matter is known
+  /// @param region    a number per cell of the grid; ignored without matter
+  /// @param is_known  per cell: true if its direction is known
+  /// @pre body.fibres has an entry per cell; at least one cell of matter is known
   FibreField(Specimen& body, std::vector<std::int32_t> region, std::vector<bool> is_known);
 
-  /// Replaces every known direction by the first eigenvector of the mean dyad of the known ones of its region
-  /// whose cells' middles are within `radius` of its own, each counting the same; kept where no direction
-  /// stands out of that mean.
+  /// Replaces every known direction by the first eigenvector of the mean dyad of the known directions of its
+  /// region within `radius` of cell centres, equally weighted; unchanged if that mean has no dominant
+  /// direction.
   /// Cost  O(cells times cells within the radius)
-  /// @return mean angle between a direction and what it was [rad], 0 to pi/2
+  /// @return mean angle between old and new directions [rad], 0 to pi/2
   double smooth(double radius);
 
   /// Gives every cell of matter a direction. Layer by layer, unknown cells take the first eigenvector of the
-  /// mean dyad of the known ones of their region among the cells around them (26 in 3D); where that says
-  /// nothing, that of their region, and where that has none, that of the body. Counts are added to `report`.
+  /// mean dyad of the known neighbours in their region (26 in 3D); without a dominant direction, that of the
+  /// region; without one there, that of the body. Counts are added to `report`.
   void fill(FibreReport& report);
 
 private:
@@ -50,7 +50,7 @@ private:
   bool is_known_in(std::int64_t cell, std::int32_t region) const;
   /// Sum of the dyads of known cells of the same region at `offsets` from a cell.
   Eigen::Matrix3d sum_around(std::int64_t cell, std::span<const Index3> offsets) const;
-  /// One layer; takes the cells that got a direction out of `unknown`. @return how many
+  /// Fills one layer and removes the filled cells from `unknown`. @return their number
   std::int64_t fill_layer(std::vector<std::int64_t>& unknown, std::span<const Index3> offsets);
 
   Specimen& body_;
@@ -60,20 +60,18 @@ private:
 
 class BoxTree;
 
-/// A polyline whose direction turns evenly: at its points the direction halves the angle between the two
-/// pieces that meet there (at free ends it is the end piece's own), and along a piece it is the normalised
-/// linear blend of those at its ends, so it is continuous along the line. A regular polygon on a circle has
-/// the circle's directions, exactly, on the line itself; beside it they are off by no more than half of the
-/// angle between two pieces. Two points make a constant direction. A line whose first and last point are the
-/// same is closed.
+/// A polyline with a smoothed direction. At its points the direction bisects the angle between the two
+/// adjacent pieces (at free ends it is that of the end piece); along a piece it is the normalised linear
+/// blend of those at its ends, so it is continuous along the line. A regular polygon on a circle has exactly
+/// the circle's directions on the line; beside the line the error is at most half of the angle between two
+/// pieces. Two points define a constant direction. A line with equal first and last point is closed.
 class FibreCurve {
 public:
-  /// @param points [m]; at least two, no two successive ones the same, no piece that doubles back on the one
-  ///        before
+  /// @param points [m]; at least two, no two successive ones equal, no piece that reverses its predecessor
   explicit FibreCurve(std::span<const Vec3> points);
 
-  /// Direction at the point of the line nearest to `position`; of equally near ones the first along the line.
-  /// Unit length. O(log(points)) as a rule
+  /// Direction at the point of the line nearest to `position`; the first along the line if several are
+  /// equally near. Unit length. Usually O(log(points))
   Vec3 direction_at(const Vec3& position) const;
 
   /// True if the pieces that meet at the point between `before` and `after` point in opposite directions.

@@ -1,9 +1,9 @@
 #pragma once
-/// Images and labels carried along by bodies that have been deformed, the fields that other programs carry
-/// them with, and the bodies' surfaces. docs/images.md says which program takes which file.
+/// Warps images and labels by deformed bodies, and computes the displacement fields for other programs.
+/// docs/images.md lists which program reads which file.
 ///
-/// The *pull* field leads from where a voxel of the deformed image is to where its matter rests ("fixed to
-/// moving", "resampling"); the *push* field from where matter rests to where it has gone ("modeling").
+/// The *pull* field maps a voxel of the deformed image to the place of its matter at rest ("fixed to moving",
+/// "resampling"); the *push* field maps matter at rest to its deformed place ("modeling").
 
 #include "maille/images/image.hpp"
 #include "maille/scene/answer.hpp"
@@ -17,81 +17,80 @@
 
 namespace maille {
 
-/// A body and where its nodes have gone. Both must outlive what is made of them.
+/// A body and its displacement. Both must outlive objects that use them.
 struct DeformedBody {
-  const Specimen* specimen = nullptr;         ///< of three dimensions
+  const Specimen* specimen = nullptr;         ///< three-dimensional
   const Displacement* displacement = nullptr; ///< on its grid
 };
 
-/// Where every voxel of an image's grid comes from.
+/// For every voxel of an image's grid: the place at rest of its matter.
 struct Pull {
-  static constexpr std::int32_t nothing = -1; ///< no matter is there
-  static constexpr std::int32_t outside = -2; ///< the matter there rests outside of the image
-  /// What holds on the way from the deformed image to the one at rest.
+  static constexpr std::int32_t nothing = -1; ///< no matter
+  static constexpr std::int32_t outside = -2; ///< the matter rests outside the image
+  /// Grid of both the deformed image and the one at rest.
   ImageInfo grid; ///< one value a voxel
-  /// From a voxel's middle to where its matter rests, in voxels along the image's axes: n_voxels x 3,
-  /// component slowest; 0 where there is nothing.
+  /// From a voxel's centre to the place of its matter at rest, in voxels along the image's axes: n_voxels x
+  /// 3, component slowest; 0 without matter.
   std::vector<float> shift;
-  std::vector<std::int32_t> source; ///< the voxel that holds that place, nothing, or outside
+  std::vector<std::int32_t> source; ///< the voxel that contains that place, nothing, or outside
   std::int64_t reached = 0;         ///< voxels with matter
-  std::int64_t at_rest = 0;         ///< voxels that held matter before
-  std::int64_t vacated = 0;         ///< of those, the ones that hold none now
-  std::int64_t reached_twice = 0;   ///< voxels that several cells cover: folds, or bodies in each other
-  std::int64_t folded_cells = 0;    ///< cells of matter that are turned inside out at a corner or more
+  std::int64_t at_rest = 0;         ///< voxels with matter at rest
+  std::int64_t vacated = 0;         ///< those of them without matter now
+  std::int64_t reached_twice = 0;   ///< voxels that several cells cover: folds, or overlapping bodies
+  std::int64_t folded_cells = 0;    ///< cells of matter that are inverted at one or more corners
 };
 
-/// Finds the place at rest of every voxel's middle that lies in a deformed cell, cell by cell.
+/// Finds the place at rest of every voxel centre inside a deformed cell, cell by cell.
 ///
-/// Every cell covers few voxels and is inverted by itself (Newton's steps on its trilinear map, to 1e-8
-/// voxels), so that bodies that touch, or labels that slide along each other, keep their voxels. Where cells
-/// overlap, one that is not folded has the voxel, of several the first body's and the first. A face that goes
-/// through a voxel's middle belongs to the first of its cells.
+/// Every cell covers few voxels and is inverted separately (Newton iteration on its trilinear map, to 1e-8
+/// voxels), so that touching bodies and labels that slide along each other keep their voxels. If cells
+/// overlap, a cell that is not folded takes the voxel; among several, the first cell of the first body. If a
+/// face passes through a voxel centre, the first of its cells takes the voxel.
 ///
-/// Frames  a body's world and the image's may be RAS and LPS; where one of them does not say, they are the
-///         same
-/// Cost    O(cells + voxels), about 0.2 and 0.02 us each; 16 bytes a voxel; same input, same bits
+/// Frames  a body's world and the image's may be RAS and LPS; an unknown one is assumed to equal the other
+/// Cost    O(cells + voxels), about 0.2 and 0.02 us each; 16 bytes per voxel; same input, same bits
 /// Source  Newton's method on the multilinear map of a hexahedron, as for isoparametric elements
-/// @throws std::invalid_argument  bodies that are not of three dimensions, or 2^31 voxels and more
+/// @throws std::invalid_argument  bodies that are not three-dimensional, or 2^31 voxels or more
 Pull pull_of(const ImageInfo& grid, std::span<const DeformedBody> bodies);
 
-/// The image where its matter has gone: linear in its values at rest, whose indices end half a voxel
-/// outside of the middles of the outermost. Every component for itself.
-/// @param image on the grid of the pull @param background where there is no matter
+/// The deformed image: linear interpolation of its values at rest, which extend half a voxel beyond the
+/// outermost voxel centres. Each component separately.
+/// @param image on the grid of the pull @param background value without matter
 Image warped(const Pull& pull, const Image& image, float background = 0);
-/// The same of labels: of the voxel that holds the place at rest, never a mixture.
+/// The same for labels: the label of the voxel that contains the place at rest, without interpolation.
 Image warped_labels(const Pull& pull, const Image& labels, float background = 0);
 
-/// The pull field as other programs take it: displacement [mm] along the axes left, posterior, superior,
+/// The pull field in the form of other programs: displacement [mm] along the axes left, posterior, superior;
 /// three components. Write it with write_image.
 ///
-/// Voxels without matter go on as the nearest one with matter does (in steps along the axes), so that viewers
-/// and resampling see no tear at the surface; where that would show matter a second time, the field leads out
-/// of the image, where every program takes its background.
+/// Voxels without matter take the value of the nearest voxel with matter (in steps along the axes), so that
+/// viewers and resampling show no tear at the surface. If that would show matter twice, the field points
+/// outside the image, where every program uses its background.
 /// Cost  O(voxels)
 Image pull_field(const Pull& pull, std::span<const DeformedBody> bodies);
-/// The push field, likewise, of voxels' middles at rest; it goes on as the nearest matter does.
+/// The push field in the same form, at voxel centres at rest; voxels without matter take the value of the
+/// nearest matter.
 Image push_field(const ImageInfo& grid, std::span<const DeformedBody> bodies);
 
-/// How much larger matter has become, det F: of every voxel of matter at rest the mean over its cell; 0
-/// elsewhere. Cost  O(cells), about 0.5 us each
+/// Volume ratio det F: for every voxel of matter at rest the mean over its cell; 0 elsewhere. Cost  O(cells),
+/// about 0.5 us each
 Image volume_ratio(const ImageInfo& grid, std::span<const DeformedBody> bodies);
 
-/// What became of a label of an image.
+/// Statistics of a label before and after the deformation.
 struct WarpedLabel {
   std::int32_t label = 0;
-  std::int64_t voxels = 0;      ///< at rest, of matter
-  std::int64_t left_out = 0;    ///< at rest, of no body: background in warped_labels
-  std::int64_t warped = 0;      ///< voxels that it has now
-  std::int64_t folded = 0;      ///< cells with the label at their middle that are folded
-  double volume_at_rest = 0;    ///< of its voxels of matter [m^3]
-  double volume = 0;            ///< of the voxels that it has now, each whole or not at all [m^3]
-  double sub_voxel_volume = 0;  ///< what it fills of every voxel now, from 64 points of each [m^3]
-  double integral_of_det_f = 0; ///< over its voxels of matter [m^3]: its volume but for the voxels' size
-  Vec3 centroid_at_rest{},
-      centroid{}; ///< of its voxels of matter and of those that it has now, image's world [m]
+  std::int64_t voxels = 0;             ///< at rest, of matter
+  std::int64_t left_out = 0;           ///< at rest, in no body: background in warped_labels
+  std::int64_t warped = 0;             ///< voxels after the deformation
+  std::int64_t folded = 0;             ///< folded cells with the label at their centre
+  double volume_at_rest = 0;           ///< of its voxels of matter [m^3]
+  double volume = 0;                   ///< deformed, by whole voxels [m^3]
+  double sub_voxel_volume = 0;         ///< deformed, sub-voxel: from 64 points per voxel [m^3]
+  double integral_of_det_f = 0;        ///< over its voxels of matter [m^3]: volume without voxel rounding
+  Vec3 centroid_at_rest{}, centroid{}; ///< of its voxels before and after, image's world [m]
 };
 
-/// A row a label other than 0, ascending. Cost  O(cells + voxels), and 10 us a voxel at borders of labels
+/// One row per non-zero label, ascending. Cost  O(cells + voxels), and 10 us per voxel at borders of labels
 /// @param labels at rest, whole numbers on the grid of the pull @param after warped_labels of them
 /// @param ratio volume_ratio on the same grid
 /// @throws std::invalid_argument  a label that is no whole number below 2^24 in size
