@@ -221,7 +221,7 @@ private:
   static HWY_INLINE M is_between(V at, float low, float high) {
     return hn::And(hn::Ge(at, set(low)), hn::Le(at, set(high)));
   }
-  /// @param at  the same point in voxels: there is nothing beyond their outermost centres
+  /// @param at  the same point in voxels: the sampled region ends at the outermost centres
   HWY_INLINE M is_matter(const V3& rest, const V3& at) const {
     const M in = within(rest);
     if (!task_.leaves_voxels)

@@ -87,7 +87,7 @@ void add_condition(Condition condition, const Region& region, const Asked& where
                    const Specimen& body, std::vector<Condition>& conditions, FaultList& faults);
 /// Evaluates the condition's field, if any, at its nodes. @return false and a fault if undefined at some
 bool find_values(Condition& condition, const Specimen& body, FaultList& faults);
-/// Adds the fault that nothing is held or moved.
+/// Adds a fault when no condition holds or moves the body.
 void report_loose_body(FaultList& faults);
 
 /// Leaves out pieces without holds, then prescribes the components of the others, sorted by (component,

@@ -113,10 +113,10 @@ nlohmann::ordered_json wish_json(const ChooseOptions& options) {
   return {{"error", error}, {"seconds", seconds}, {"bytes", bytes}, {"level", level}};
 }
 
-/// Placeholder for the tolerance in scene texts until it is chosen.
+/// Value that stands for the tolerance in scene texts until the tolerance is chosen.
 constexpr double tolerance_mark = 1.25e-300;
 
-/// Scene files of all lattices that a file can describe, unchanged and with the placeholder as tolerance.
+/// Returns the scene texts of all lattices that a file can describe, unchanged and with tolerance_mark.
 nlohmann::ordered_json texts_json(Lattices& lattices, int coarsest, int finest) {
   nlohmann::ordered_json texts;
   for (int halvings = coarsest; halvings <= finest; ++halvings) {

@@ -148,7 +148,7 @@ void SurfaceFrame::put_handles(std::size_t i, double part) {
 
 /// @param is_last false: without friction, an intermediate state needs only a loose tolerance. With friction
 ///        the state depends on its history, so that every state is converged.
-/// @return true if nothing moves any more
+/// @return true if the last round moved every body by less than the tolerance
 bool SurfaceFrame::settle(bool is_last) {
   const bool is_on_the_way = !is_last && world_.scene.friction == 0;
   const double still = (is_on_the_way ? nearly_still_over_cell : negligible) * balance_.cell();
