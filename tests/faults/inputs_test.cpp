@@ -118,14 +118,6 @@ fs::path scene_of(const test::TemporaryFolder& folder, const std::string& labels
                           where + "] }\nby = [\"0.1 mm\", 0, 0]\n");
 }
 
-/// A line in which paths stand for words.
-std::string filled(std::string line, const std::vector<std::pair<std::string, std::string>>& paths) {
-  for (const auto& [word, path] : paths)
-    for (std::size_t at = 0; (at = line.find(word, at)) != std::string::npos; at += path.size())
-      line.replace(at, word.size(), path);
-  return line;
-}
-
 TEST(OpenedInputsContract, NoOptionWritesOverWhatACommandOpens) {
   const std::vector<std::string> options{
       "check IN --json FILE",
@@ -189,8 +181,8 @@ TEST(OpenedInputsContract, NoOptionWritesOverWhatACommandOpens) {
           if (i == 1)
             fs::create_hard_link(file, name);
           const std::string line =
-              filled(options[option % options.size()],
-                     {{"IN", scene}, {"FILE", name}, {"OUT", (folder / "out").string()}});
+              test::with_paths(options[option % options.size()],
+                               {{"IN", scene}, {"FILE", name}, {"OUT", (folder / "out").string()}});
           const std::string before = test::text_of(file);
           const test::Outcome run = test::maille_command(line);
           ++n_tried;
@@ -233,9 +225,10 @@ TEST(ForeignResultsContract, NoCommandReplacesThem) {
     const fs::path out = folder / "out", kept = folder / "kept";
     const std::string played =
         folder.write("world.toml", world).string() + " " + folder.write("pushed.toml", pushed).string();
-    const std::string line = filled(command, {{"IN", scene_of(folder, "labels.mha", "mask.nhdr").string()},
-                                              {"WORLD", played},
-                                              {"OUT", out.string()}});
+    const std::string line =
+        test::with_paths(command, {{"IN", scene_of(folder, "labels.mha", "mask.nhdr").string()},
+                                   {"WORLD", played},
+                                   {"OUT", out.string()}});
     test::done(line);
     test::done(line); // replaces its own files
     fs::copy(out, kept);

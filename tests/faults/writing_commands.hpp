@@ -109,15 +109,9 @@ public:
   }
 
   /// @param before what stands before the program: variables, `env` words
-  Outcome run(std::string arguments, const std::string& before = "") const {
-    const auto put = [&](const std::string& word, const std::filesystem::path& path) {
-      for (std::size_t at = 0; (at = arguments.find(word, at)) != std::string::npos;
-           at += path.string().size())
-        arguments.replace(at, word.size(), path.string());
-    };
-    put("OUT", out());
-    put("IN/", in() / "");
-    return shell("timeout 120 env " + before + " " + MAILLE_COMMAND + " " + arguments);
+  Outcome run(const std::string& arguments, const std::string& before = "") const {
+    return shell("timeout 120 env " + before + " " + MAILLE_COMMAND + " " +
+                 with_paths(arguments, {{"OUT", out().string()}, {"IN/", in().string() + "/"}}));
   }
 
   /// With calls on files going wrong: `write:3:ENOSPC`, see tests/support/faulty_files.cpp.

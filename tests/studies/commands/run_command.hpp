@@ -34,6 +34,19 @@ inline Outcome maille_command(const std::string& arguments) {
   return shell(std::string(MAILLE_COMMAND) + " " + arguments);
 }
 
+/// A command line with words replaced by paths. One pass: a temporary path may contain one of the words.
+inline std::string with_paths(const std::string& line,
+                              const std::vector<std::pair<std::string, std::string>>& paths) {
+  std::string filled;
+  for (std::size_t at = 0; at < line.size();) {
+    const auto word = std::ranges::find_if(
+        paths, [&](const auto& pair) { return line.compare(at, pair.first.size(), pair.first) == 0; });
+    filled += word == paths.end() ? line.substr(at, 1) : word->second;
+    at += word == paths.end() ? 1 : word->first.size();
+  }
+  return filled;
+}
+
 /// A command that has to end with an exit code: 0, or 2 for faulty input or use.
 inline Outcome done(const std::string& arguments, int code = 0) {
   Outcome run = maille_command(arguments);
