@@ -1,4 +1,5 @@
-/// Springs to the ground, weights of cells, sliding borders and contraction that turns, against closed forms.
+/// Springs to the ground, sliding borders and contraction that turns, against closed forms by lattice methods;
+/// ../../support/conditions_test.cpp has those that finite elements have too.
 
 #include "maille/deform/solve.hpp"
 #include "maille/mechanics/recovery.hpp"
@@ -7,65 +8,34 @@
 #include "maille/scene/plausibility.hpp"
 #include "maille/scene/scene_builder.hpp"
 #include "maille/scene/sliding.hpp"
+#include "support/bodies/condition_bodies.hpp"
 #include "support/bodies/layers.hpp"
 #include "support/kit.hpp"
 #include "support/solved.hpp"
 
+std::vector<maille::test::ConditionSolver> maille::test::condition_solvers() {
+  const auto by = [](const char* method) {
+    return [=](const Scene& scene) { return deform::solve(scene, method); };
+  };
+  return {{.name = "coupled", .solve = by("coupled"), .accuracy = 1e-5, .has_friction = true},
+          {.name = "relaxed", .solve = by("relaxed"), .accuracy = 1e-5, .is_confined = true},
+          {.name = "limits", .solve = by("limits"), .accuracy = 1e-5},
+          {.name = "sweep", .solve = by("sweep"), .accuracy = 1e-5}};
+}
+
 namespace maille::deform {
 namespace {
 
+using test::column;
+
 constexpr double h = 1e-3, E1 = 100e3, E2 = 40e3, nu1 = 0.3, nu2 = 0.45;
 
-/// A column whose lower end glides on a plane, with what it takes to keep it from moving sideways.
-Scene column(const Index3& cells, double E, double nu) {
-  Scene scene;
-  scene.specimen.shape = "box";
-  scene.specimen.grid = Grid(3, cells, {h, h, h});
-  scene.materials = {test::isotropic(E, nu)};
-  scene.relaxation.tolerance = 1e-9;
-  test::add_prescribed(scene, {0, 0, 0}, 0, 0, true);
-  test::add_prescribed(scene, {0, 0, 0}, 1, 0, true);
-  test::add_prescribed(scene, {cells[0], 0, 0}, 1, 0, true);
-  return scene;
-}
-
-/// Components along z of a whole plane of nodes.
-void prescribe_plane(Scene& scene, int plane, double value, bool held) {
-  const Index3& n = scene.specimen.grid.nodes();
-  for (int y = 0; y < n[1]; ++y)
-    for (int x = 0; x < n[0]; ++x)
-      test::add_prescribed(scene, {x, y, plane}, 2, value, held);
-}
-
-/// A pressed column on springs: it sinks by p / k and is pressed together by p L / E.
-void expect_column_on_springs(const char* method, double modulus) {
-  constexpr double p = 2e3, k = 1e7;
-  const Index3 cells{3, 4, 6};
-  Scene scene = column(cells, E1, nu1);
-  for (int y = 0; y < cells[1]; ++y)
-    for (int x = 0; x < cells[0]; ++x) {
-      scene.springs.push_back({scene.specimen.grid.cell({x, y, 0}), 2, false, k, {0, 0, 1}});
-      scene.tractions.push_back({scene.specimen.grid.cell({x, y, cells[2] - 1}), 2, true, {0, 0, -p}});
-    }
-  test::sort_prescribed(scene);
-  const Answer answer = test::solved(scene, method);
-  for (int z = 0; z <= cells[2]; ++z) {
-    const double expected = -p / k - p * z * h / modulus;
-    EXPECT_NEAR(answer.displacement(2, scene.specimen.grid.node({1, 2, z})), expected, 1e-6 * p / k)
-        << method;
-  }
-  const double volume = cells[0] * cells[1] * cells[2] * h * h * h;
-  EXPECT_NEAR(*answer.strain_energy, 0.5 * p * p / modulus * volume, 1e-6 * p * p / modulus * volume);
-}
-
-TEST(FoundationAnalytic, AColumnOnSpringsSinksAsHookeSays) {
-  expect_column_on_springs("coupled", E1);
-  // `relaxed` lets nothing give way sideways.
-  expect_column_on_springs("relaxed", E1 * (1 - nu1) / ((1 + nu1) * (1 - 2 * nu1)));
+Scene two_blocks(int n, double shift) {
+  return test::two_blocks(n, shift, h, test::isotropic(E1, nu1), test::isotropic(E2, nu2));
 }
 
 TEST(FoundationAnalytic, SpringsAloneKeepABodyInPlace) {
-  Scene scene = column({3, 3, 3}, E1, nu1);
+  Scene scene = column({3, 3, 3}, h, test::isotropic(E1, nu1));
   scene.prescribed.clear();
   for (int y = 0; y < 3; ++y)
     for (int x = 0; x < 3; ++x)
@@ -85,111 +55,12 @@ TEST(FoundationAnalytic, SpringsAloneKeepABodyInPlace) {
   EXPECT_EQ(solve(scene, "limits").status, Status::refused);
 }
 
-TEST(CellWeightsAnalytic, ColumnsOfUnequalStiffnessAreInSeries) {
-  Scene scene = column({3, 3, 6}, E1, 0);
-  prescribe_plane(scene, 0, 0, true);
-  prescribe_plane(scene, 6, 1e-4, false);
-  test::sort_prescribed(scene);
-  scene.specimen.stiffness_ratio.assign(54, 1);
-  for (std::size_t cell = 27; cell < 54; ++cell)
-    scene.specimen.stiffness_ratio[cell] = 4;
-  const double expected = 1e-4 * 9 * h * h / (3 * h / E1 + 3 * h / (4 * E1));
-  for (const char* method : {"coupled", "relaxed"}) {
-    const Answer answer = test::solved(scene, method);
-    EXPECT_NEAR(test::force_of_moves(scene, answer), expected, 1e-6 * expected) << method;
-  }
-}
-
-TEST(CellWeightsAnalytic, CellsThatAreTissueInPartCarryTheirPart) {
-  Scene scene = column({4, 3, 5}, E1, nu1);
-  prescribe_plane(scene, 0, 0, true);
-  prescribe_plane(scene, 5, 1e-4, false);
-  test::sort_prescribed(scene);
-  scene.specimen.tissue.assign(60, 1);
-  for (std::size_t cell = 3; cell < 60; cell += 4)
-    scene.specimen.tissue[cell] = 0.25F;
-  const Answer answer = test::solved(scene, "coupled");
-  const double expected = E1 * 1e-4 / (5 * h) * 3.25 * 3 * h * h; // one stress everywhere, whatever Poisson's
-  EXPECT_NEAR(test::force_of_moves(scene, answer), expected, 1e-6 * expected);
-  const CellFields fields = cell_fields(scene, answer);
-  EXPECT_NEAR(fields.stress[3][2], E1 * 1e-4 / (5 * h), 1); // of the tissue
-}
-
-/// Two blocks of n x n x 4 and n x n x 6 cells on each other, labels 1 and 2, pressed by `shift` on top.
-Scene two_blocks(int n, double shift) {
-  std::vector<std::uint8_t> labels(static_cast<std::size_t>(n * n * 10), 1);
-  std::fill(labels.begin() + n * n * 4, labels.end(), std::uint8_t{2});
-  Scene scene = SceneBuilder("blocks")
-                    .labels(std::span<const std::uint8_t>(labels), ArrayLayout::x_fastest({n, n, 10}),
-                            affine_of({h, h, h}))
-                    .material(1, test::isotropic(E1, nu1))
-                    .material(2, test::isotropic(E2, nu2))
-                    .hold("z-", "z")
-                    .move("z+", {0, 0, shift}, "z")
-                    .build();
-  for (const int z : {0, 10}) { // neither block moves sideways or turns
-    test::add_prescribed(scene, {0, 0, z}, 0, 0, true);
-    test::add_prescribed(scene, {0, 0, z}, 1, 0, true);
-    test::add_prescribed(scene, {n, 0, z}, 1, 0, true);
-  }
-  test::sort_prescribed(scene);
-  scene.relaxation.tolerance = 1e-8;
-  return scene;
-}
-
-TEST(SlidingAnalytic, BlocksThatSlideArePressedAsColumnsInSeries) {
-  constexpr double shift = -2e-4;
-  Scene scene = two_blocks(4, shift);
-  const Answer glued = solve(scene, "coupled");
-  scene.sliding = {{1, 2}};
-  ASSERT_EQ(remaining_rigid_motion(scene), "");
-  const Answer answer = test::solved(scene, "coupled");
-  const double stress = shift / (4 * h / E1 + 6 * h / E2), expected = stress * 16 * h * h;
-  EXPECT_NEAR(test::force_of_moves(scene, answer), expected, 1e-5 * std::abs(expected));
-  EXPECT_GT(std::abs(test::force_of_moves(scene, glued) / expected), 1.01); // glued blocks hinder each other
-  // Each block widens by its own Poisson ratio.
-  const std::int64_t corner = scene.specimen.grid.node({4, 4, 4});
-  for (const SplitNode& node : answer.split)
-    if (node.node == corner) {
-      const double strain = node.label == 1 ? -nu1 * stress / E1 : -nu2 * stress / E2;
-      EXPECT_NEAR(node.displacement[0], 4 * h * strain, 1e-5 * 4 * h * std::abs(strain));
-    }
-  EXPECT_EQ(answer.split.size(), 2 * 25U);
-  const CellFields fields = cell_fields(scene, answer);
-  EXPECT_NEAR(fields.stress[0][2], stress, 1e-4 * std::abs(stress));
-  EXPECT_NEAR(fields.stress[0][0], 0, 1e-4 * std::abs(stress));
-}
-
-TEST(SlidingAnalytic, NothingOfAMoveAlongTheBorderGoesAcrossIt) {
-  Scene scene = two_blocks(4, 0);
-  for (Prescribed& p : scene.prescribed) // the upper block is drawn along x as a whole
-    if (p.component == 0 && scene.specimen.grid.node_at(p.node)[2] == 10)
-      p.value = 1e-3, p.held = false;
-  scene.sliding = {{1, 2}};
-  for (const char* method : {"coupled", "relaxed", "limits", "sweep"}) {
-    const Answer answer = solve(scene, method);
-    ASSERT_TRUE(has_displacement(answer.status)) << method << answer.message;
-    if (has_stress(method)) {
-      EXPECT_NEAR(test::force_of_moves(scene, answer), 0, 1e-6) << method;
-    }
-    double lower = 0, upper = 0;
-    for (const SplitNode& node : answer.split)
-      (node.label == 1 ? lower : upper) =
-          std::max(node.label == 1 ? lower : upper, std::abs(node.displacement[0]));
-    EXPECT_NEAR(lower, 0, 1e-8) << method;
-    EXPECT_GT(upper, has_stress(method) ? 9e-4 : 1e-5) << method;
-  }
-}
-
 // Truth: where the upper block slides as a whole along the border, the strain is zero, so that no cell has
 // energy or changes volume, although the mean of both sides jumps at the border. Pressed, parts have the
 // energy of columns, sigma^2 / (2 E) times their volume.
 TEST(SlidingAnalytic, PartsHaveTheEnergyAndTheVolumeOfTheirOwnSide) {
   Scene scene = two_blocks(4, 0);
-  for (Prescribed& p : scene.prescribed)
-    if (p.component == 0 && scene.specimen.grid.node_at(p.node)[2] == 10)
-      p.value = 1e-3, p.held = false;
-  scene.sliding = {{1, 2}};
+  test::draw_upper_block(scene, 1e-3);
   for (const char* method : {"coupled", "relaxed"}) {
     const Answer drawn = solve(scene, method);
     ASSERT_TRUE(has_displacement(drawn.status)) << drawn.message;
@@ -324,10 +195,35 @@ TEST(SlidingAnalytic, FrictionOfACylinderInATube) {
   EXPECT_NEAR(torque(scene, answer), expected, 0.06 * expected); // steps of voxels
 }
 
+// Truth: below mu times the pressure nodes stick, and the blocks are one.
+TEST(FrictionAnalytic, ABlockThatIsDrawnLittleIsGlued) {
+  Scene scene = test::alike_layers({4, 4, 8}, h, E1, 0).move("z+", {2e-6, 0, -2e-4}, "xyz").build();
+  scene.relaxation.tolerance = 1e-8;
+  const Answer glued = solve(scene, "coupled");
+  scene.sliding = {{1, 2, 0.3}};
+  const Answer answer = test::solved(scene, "coupled");
+  EXPECT_EQ(answer.rubbing.at(0).slipping, 0);
+  double most = 0;
+  for (std::size_t i = 0; i < answer.displacement.values().size(); ++i)
+    most = std::max(most, std::abs(answer.displacement.values()[i] - glued.displacement.values()[i]));
+  EXPECT_LT(most, 1e-6 * 2e-4);
+  EXPECT_NEAR(test::force_of_moves(scene, answer, 0), test::force_of_moves(scene, glued, 0),
+              1e-4 * test::force_of_moves(scene, glued, 0));
+}
+
+TEST(FrictionContract, MethodsThatKnowNoForcesRefuseItInWords) {
+  Scene scene = test::alike_layers({2, 2, 8}, h, E1, 0).move("z+", {1e-4, 0, -1e-4}, "xyz").build();
+  scene.sliding = {{1, 2, 0.3}};
+  for (const char* method : {"limits", "relaxed", "sweep", "literal", "dijkstra"}) {
+    const Answer answer = solve(scene, method);
+    EXPECT_EQ(answer.status, Status::refused) << method;
+    EXPECT_NE(answer.message.find("has friction"), std::string::npos) << answer.message;
+  }
+}
+
 TEST(ContractionAnalytic, FibresThatTurnWithTheirCellsPullAlongThemselves) {
-  Scene scene = column({3, 3, 6}, E1, nu1);
-  prescribe_plane(scene, 0, 0, true);
-  test::sort_prescribed(scene);
+  Scene scene = column({3, 3, 6}, h, test::isotropic(E1, nu1));
+  test::prescribe_face(scene, 2, false, 2, 0, true);
   scene.specimen.fibre = {0, 0, 1};
   scene.active_stress.assign(54, 10e3);
   scene.strain = Strain::finite;

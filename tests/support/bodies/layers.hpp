@@ -29,6 +29,12 @@ inline SceneBuilder layers(const Index3& cells, double spacing, const ElasticCon
   return builder;
 }
 
+/// Layers of one isotropic material.
+inline SceneBuilder alike_layers(const Index3& cells, double spacing, double E, double nu) {
+  const ElasticConstants matter = ElasticConstants::isotropic(E, nu);
+  return layers(cells, spacing, matter, matter);
+}
+
 /// A bar on a rough bed, pulled at one end. Friction is low, so that its moment at the bottom of the bar
 /// hardly shifts the pressure; high shear stiffness keeps sections plane; no Poisson effect.
 /// @return displacement of its end, q h^2 m (m + 1) / (2 E A), and T^2 / (2 E A q), for T = q h (m + 1/2)
