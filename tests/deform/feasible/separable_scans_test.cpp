@@ -160,31 +160,6 @@ TEST(SeparableScansOracle, IsWithinRoundingOfDijkstraAndFeasible) {
   }
 }
 
-// Clamping with one handle commutes with the others.
-TEST(SeparableScansOracle, HandleAfterHandleIsTheSame) {
-  for (unsigned seed = 1; seed <= 60; ++seed) {
-    std::mt19937 random(seed);
-    Scene scene = random_box(random, 1 + below(random, 3));
-    const Request request = random_request(random, scene);
-    ScannedBody scanned(scene, 1);
-    scanned.drag(request);
-    Body body(scene);
-    ClosedForm<float> form(scene.specimen.grid);
-    ThreadTeam team(1);
-    const auto bounds = intervals_by_axis(scene, LinkLimits(scene));
-    for (int b = 0; b < body.dimension(); ++b) {
-      auto handles = request[std::size_t(b)];
-      std::ranges::shuffle(handles, random);
-      Rounding rounding;
-      for (const HandleValue& handle : handles) {
-        form.add(b, body.field(b), bounds[std::size_t(b)], handle.at, handle.value, rounding);
-        form.run(team);
-      }
-    }
-    ASSERT_EQ(body.displacement(), scanned.body.displacement()) << "seed " << seed;
-  }
-}
-
 TEST(BoxBoundsOracle, EqualDijkstraByPairsAndByScans) {
   int n_few = 0, n_many = 0;
   for (unsigned seed = 1; seed <= 80; ++seed) {

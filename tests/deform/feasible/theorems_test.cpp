@@ -357,28 +357,6 @@ TEST(ClosedFormContract, ALocalDragVisitsWhatItMoves) {
   EXPECT_LE(visited, 3 * 2 * 16 * 11 * 11); // two blocks of 16 in each of 11 x 11 rows
 }
 
-TEST(ClosedFormOracle, HoldsInMaskedBodiesThatTheHandleReachesMonotonely) {
-  int n_reached = 0;
-  for (unsigned seed = 1; seed <= 400; ++seed) {
-    std::mt19937 random(seed);
-    Scene scene = lattice_box({1}, test::random_dyadic_limits(random));
-    scene.specimen.grid = Grid(3, {3, 3, 2}, {1, 1, 1});
-    scene.specimen.material_id.assign(18, 0);
-    for (int k = test::below(random, 6); k >= 0; --k)
-      scene.specimen.material_id[static_cast<std::size_t>(test::below(random, 18))] = no_material;
-    Index3 handle = random_node(random, scene.specimen.grid);
-    const Vec3 by = random_dyadic(random, 4);
-    if (!scene.specimen.is_node(handle) || !reaches_all_monotonely(scene.specimen, handle))
-      continue;
-    ++n_reached;
-    DraggedBody dragged(scene, 1);
-    dragged.drag(handle, by);
-    test::move(scene, handle, by);
-    ASSERT_EQ(dragged.body.displacement(), solve_limits(scene).displacement) << "seed " << seed;
-  }
-  EXPECT_GE(n_reached, 50);
-}
-
 TEST(MonotoneReachOracle, IsWhatPathsWithoutTurningBackReach) {
   int n_true = 0, n_false = 0;
   for (unsigned seed = 1; seed <= 300; ++seed) {
