@@ -82,7 +82,7 @@ Scene question_of(const Pressed& pressed) {
   Scene scene = pressed.world.scene().objects[0].scene;
   for (const auto& contact : pressed.result.contacts)
     scene.prescribed.push_back({contact.voxel, 2, pressed.world.displacement(0)(2, contact.voxel), false});
-  std::ranges::sort(scene.prescribed, {}, [](const Prescribed& p) { return std::pair(p.component, p.node); });
+  test::sort_prescribed(scene);
   return scene;
 }
 

@@ -47,7 +47,7 @@ void hold_three_corners(Scene& scene) {
     if (b > 1)
       scene.prescribed.push_back({grid.node({0, n[1], 0}), b, 0, true});
   }
-  std::ranges::sort(scene.prescribed, {}, [](const Prescribed& p) { return std::pair(p.component, p.node); });
+  test::sort_prescribed(scene);
 }
 
 /// The displacement that hold_three_corners leaves of a constant strain: an upper triangular gradient has it

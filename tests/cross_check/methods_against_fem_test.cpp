@@ -78,12 +78,7 @@ Scene poked_block(double poisson_ratio) {
   Scene scene = test::box_scene(3, {16, 16, 8});
   scene.materials[0].elasticity = ElasticConstants::isotropic(10e3, poisson_ratio);
   test::hold_face(scene, 2, false);
-  const Grid& grid = scene.specimen.grid;
-  for (int b = 0; b < 3; ++b)
-    for (int y = 6; y <= 10; ++y)
-      for (int x = 6; x <= 10; ++x)
-        scene.prescribed.push_back({grid.node({x, y, 8}), b, b == 2 ? -0.5e-3 : 0.0, false});
-  std::ranges::sort(scene.prescribed, {}, [](const Prescribed& p) { return std::pair(p.component, p.node); });
+  test::move_patch(scene, {6, 6, 8}, {10, 10, 8}, {0, 0, -0.5e-3});
   return scene;
 }
 

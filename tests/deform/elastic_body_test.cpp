@@ -4,6 +4,7 @@
 #include "maille/deform/solve.hpp"
 #include "support/bodies/bent_bar.hpp"
 #include "support/bodies/carved.hpp"
+#include "support/bodies/lattice_scenes.hpp"
 #include "support/coupled_algorithms.hpp"
 #include "support/kit.hpp"
 
@@ -99,8 +100,7 @@ TEST(ElasticBodyConsistent, NodesThatAreTouchedAndLetGo) {
     for (const Index3& node : {Index3{0, at, 5}, {0, at + 1, 5}, {0, at, 6}, {0, at + 1, 6}})
       if (scene.specimen.is_node(node))
         scene.prescribed.push_back({grid.node(node), 0, 1e-4, false});
-    std::ranges::sort(scene.prescribed, {},
-                      [](const Prescribed& p) { return std::pair(p.component, p.node); });
+    test::sort_prescribed(scene);
     expect_as_alone(body, scene);
   }
   scene.prescribed = before;
@@ -151,13 +151,8 @@ TEST(ElasticBodyConsistent, SpringsAndPartsOfTissueAreTheBodys) {
 }
 
 Scene within_limits(Scene scene) {
-  scene.limits.from = LimitSource::given;
-  scene.limits.given.stretch.fill(1.02);
-  scene.limits.given.compress.fill(0.9);
-  for (auto& row : scene.limits.given.shear)
-    row.fill(0.03);
   scene.relaxation.tolerance = 1e-3;
-  return scene;
+  return test::with_limits(scene, test::even_limits(1.02, 0.9, 0.03));
 }
 
 TEST(ElasticBodyConsistent, LimitsThatBindMoreAndLess) {
@@ -318,8 +313,7 @@ TEST(ElasticBodyContract, WithTheHierarchyOfHoldsAnAnswerKnowsNoneBeforeIt) {
     std::erase_if(question.prescribed, [](const Prescribed& p) { return !p.held; });
     for (const Index3& node : {Index3{0, at, 5}, {0, at + 1, 5}})
       question.prescribed.push_back({scene.specimen.grid.node(node), 0, 1e-4, false});
-    std::ranges::sort(question.prescribed, {},
-                      [](const Prescribed& p) { return std::pair(p.component, p.node); });
+    test::sort_prescribed(question);
     return question;
   };
   ElasticBody body(Keeping::hierarchy_of_holds), other(Keeping::hierarchy_of_holds);

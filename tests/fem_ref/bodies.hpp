@@ -42,15 +42,6 @@ inline void carve(Scene& scene, unsigned seed, double chance) {
       material = no_material;
 }
 
-/// The same traction on every cell's face on one side of the grid's box.
-inline void pull_face(Scene& scene, int axis, bool upper, const Vec3& traction) {
-  const Grid& grid = scene.specimen.grid;
-  const auto a = static_cast<std::size_t>(axis);
-  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell)
-    if (grid.cell_at(cell)[a] == (upper ? grid.cells()[a] - 1 : 0) && scene.specimen.is_matter(cell))
-      scene.tractions.push_back({cell, axis, upper, traction});
-}
-
 inline fem_ref::Options options_of(int degree,
                                    fem_ref::LinearSolver solver = fem_ref::LinearSolver::automatic) {
   fem_ref::Options options;

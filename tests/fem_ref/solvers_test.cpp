@@ -187,7 +187,7 @@ Scene fibrous_box(int dimension, const Index3& cells) {
     for (const Index3& at : {Index3{cells[0], cells[1], top}, Index3{cells[0] - 1, cells[1], top},
                              Index3{cells[0] / 2, 1, top / 2}})
       scene.prescribed.push_back({grid.node(at), c, 1e-4 * (c + 1), false});
-  std::ranges::sort(scene.prescribed, {}, [](const Prescribed& p) { return std::pair(p.component, p.node); });
+  test::sort_prescribed(scene);
   test::pull_face(scene, 1, true, {20, 30, -10});
   scene.gravity = {0, -9.81, 0};
   return scene;

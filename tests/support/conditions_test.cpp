@@ -1,5 +1,5 @@
-/// Springs to the ground, weights of cells and sliding borders with and without friction, against closed forms.
-/// Each program of tests that contains this file names its solvers by condition_solvers().
+/// Springs to the ground, weights of cells and sliding borders with and without friction, against closed
+/// forms. Each program of tests that contains this file names its solvers by condition_solvers().
 
 #include "maille/mechanics/recovery.hpp"
 #include "maille/scene/cell_fields.hpp"

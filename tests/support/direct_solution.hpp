@@ -14,60 +14,82 @@
 
 namespace maille::test {
 
-/// Hessian of a cell's energy (LatticeElasticity's documentation), by 3 corner + component. @param C in
-/// Voigt's order [Pa]; @param h [m]
-/// @param cells in a row along each axis: one or two cells bend as plates
+/// Energy of a cell as LatticeElasticity's documentation has it, term by term. @param C  stiffness in Voigt's
+/// order [Pa] @param h  [m] @param cells  in a row along each axis: one or two cells bend as plates
+/// @param value  displacement of a component at a corner
+template<class Real, class Value>
+Real cell_energy(int d, const Eigen::MatrixXd& stiffness, const Vec3& h, const Index3& cells,
+                 const Value& value) {
+  using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
+  const Matrix C = stiffness.cast<Real>(), S = C.inverse();
+  const auto of = [](int a) { return std::size_t(a); };
+  const int corners = 1 << d;
+  Real volume = 1, total = 0;
+  for (int a = 0; a < d; ++a)
+    volume *= h[of(a)];
+  /// Mean of d u_b / d x_a over the edges along a whose corners satisfy `is_in`.
+  const auto slope = [&](int b, int a, auto is_in) {
+    Real sum = 0;
+    int n = 0;
+    for (int corner = 0; corner < corners; ++corner)
+      if (!(corner & 1 << a) && is_in(corner)) {
+        sum += (value(b, corner | 1 << a) - value(b, corner)) / h[of(a)];
+        ++n;
+      }
+    return Real(sum / n);
+  };
+  const auto everywhere = [](int) { return true; };
+  Eigen::Matrix<Real, Eigen::Dynamic, 1> strain(C.rows());
+  const int pairs[3][2] = {{1, 2}, {0, 2}, {0, 1}};
+  for (int a = 0; a < d; ++a)
+    strain[a] = slope(a, a, everywhere);
+  for (int row = d; row < C.rows(); ++row) {
+    const auto& [a, b] = pairs[d == 2 ? 2 : row - 3];
+    strain[row] = slope(a, b, everywhere) + slope(b, a, everywhere);
+  }
+  Matrix mean = C;
+  for (int a = 0; a < d; ++a)
+    mean(a, a) -= 1 / (3 * S(a, a));
+  total += volume / 2 * strain.dot(mean * strain);
+  for (int a = 0; a < d; ++a)
+    for (int corner = 0; corner < corners; ++corner)
+      if (!(corner & 1 << a)) {
+        const Real e = (value(a, corner | 1 << a) - value(a, corner)) / h[of(a)];
+        total += volume / (6 * (corners / 2)) / S(a, a) * e * e;
+      }
+  for (int pair = 0; d == 3 && pair < 3; ++pair) {
+    const auto& [a, b] = pairs[pair];
+    const auto upper = [&](int corner) { return (corner & 1 << pair) != 0; };
+    const auto lower = [&](int corner) { return (corner & 1 << pair) == 0; };
+    const Real jump = slope(a, b, upper) + slope(b, a, upper) - slope(a, b, lower) - slope(b, a, lower);
+    total += volume / 24 / S(3 + pair, 3 + pair) * jump * jump;
+    if (cells[of(pair)] > 2)
+      continue;
+    const int first = (pair + 1) % 3, second = (pair + 2) % 3;
+    const Eigen::Matrix<Real, 3, 1> faces(slope(first, first, upper) - slope(first, first, lower),
+                                          slope(second, second, upper) - slope(second, second, lower), jump);
+    const std::array<int, 3> rows{first, second, 3 + pair};
+    const Eigen::Matrix<Real, 3, 3> across = S(rows, rows);
+    total += volume / 24 * faces.dot(Eigen::Matrix<Real, 3, 3>(across.inverse()) * faces);
+    for (int i = 0; i < 3; ++i)
+      total -= volume / 24 / across(i, i) * faces[i] * faces[i];
+  }
+  return total;
+}
+
+/// Hessian of the energy of a cell in 3D, by 3 corner + component.
 inline Eigen::Matrix<long double, 24, 24> cell_hessian(const Matrix6& stiffness, const Vec3& h,
                                                        const Index3& cells) {
-  using Real = long double;
-  using Row = Eigen::Matrix<Real, 1, 24>;
-  const Eigen::Matrix<Real, 6, 6> C = stiffness.cast<Real>(), S = C.inverse();
-  const Real V = Real{h[0]} * h[1] * h[2];
-  const int pairs[3][2] = {{1, 2}, {0, 2}, {0, 1}};
-  /// Mean of d u_b / d x_a over the four edges along a, or over two of them on a face.
-  const auto slope = [&](int b, int a, int axis, int side) {
-    Row row = Row::Zero();
-    const Real share = axis < 0 ? 4 : 2;
-    for (int corner = 0; corner < 8; ++corner)
-      if (!(corner & 1 << a) && (axis < 0 || (corner >> axis & 1) == side)) {
-        row[3 * (corner | 1 << a) + b] += 1 / (share * h[std::size_t(a)]);
-        row[3 * corner + b] -= 1 / (share * h[std::size_t(a)]);
-      }
-    return row;
+  const auto energy = [&](int i, int j) { // of unit displacements
+    return cell_energy<long double>(3, stiffness, h, cells, [&](int b, int corner) {
+      const int at = 3 * corner + b;
+      return static_cast<long double>((at == i ? 1 : 0) + (at == j ? 1 : 0));
+    });
   };
-  Eigen::Matrix<Real, 6, 24> B;
-  for (int a = 0; a < 3; ++a)
-    B.row(a) = slope(a, a, -1, 0);
-  for (int i = 0; i < 3; ++i)
-    B.row(3 + i) = slope(pairs[i][0], pairs[i][1], -1, 0) + slope(pairs[i][1], pairs[i][0], -1, 0);
-  Eigen::Matrix<Real, 6, 6> mean = C;
-  for (int a = 0; a < 3; ++a)
-    mean(a, a) -= 1 / (3 * S(a, a));
-  Eigen::Matrix<Real, 24, 24> K = V * (B.transpose() * (mean * B).eval());
-  for (int a = 0; a < 3; ++a)
-    for (int corner = 0; corner < 8; ++corner)
-      if (!(corner & 1 << a)) {
-        Row edge = Row::Zero();
-        edge[3 * (corner | 1 << a) + a] = 1 / Real{h[std::size_t(a)]};
-        edge[3 * corner + a] = -edge[3 * (corner | 1 << a) + a];
-        K += V / (12 * S(a, a)) * edge.transpose() * edge;
-      }
-  for (int i = 0; i < 3; ++i) {
-    const auto& [a, b] = pairs[i];
-    const Row jump = slope(a, b, i, 1) + slope(b, a, i, 1) - slope(a, b, i, 0) - slope(b, a, i, 0);
-    K += V / (12 * S(3 + i, 3 + i)) * jump.transpose() * jump;
-    if (cells[std::size_t(i)] > 2)
-      continue;
-    Eigen::Matrix<Real, 3, 24> faces;
-    faces << slope(a, a, i, 1) - slope(a, a, i, 0), slope(b, b, i, 1) - slope(b, b, i, 0), jump;
-    Eigen::Matrix<Real, 3, 3> across;
-    across << S(a, a), S(a, b), S(a, 3 + i), S(a, b), S(b, b), S(b, 3 + i), S(a, 3 + i), S(b, 3 + i),
-        S(3 + i, 3 + i);
-    Eigen::Matrix<Real, 3, 3> beyond = across.inverse();
-    for (int k = 0; k < 3; ++k)
-      beyond(k, k) -= 1 / across(k, k);
-    K += V / 12 * (faces.transpose() * (beyond * faces).eval());
-  }
+  Eigen::Matrix<long double, 24, 24> K;
+  for (int i = 0; i < 24; ++i)
+    for (int j = 0; j <= i; ++j)
+      K(i, j) = K(j, i) = i == j ? 2 * energy(i, -1) : energy(i, j) - energy(i, -1) - energy(j, -1);
   return K;
 }
 

@@ -1,5 +1,5 @@
-/// Springs to the ground, sliding borders and contraction that turns, against closed forms by lattice methods;
-/// ../../support/conditions_test.cpp has those that finite elements have too.
+/// Springs to the ground, sliding borders and contraction that turns, against closed forms by lattice
+/// methods; ../../support/conditions_test.cpp has those that finite elements have too.
 
 #include "maille/deform/solve.hpp"
 #include "maille/mechanics/recovery.hpp"

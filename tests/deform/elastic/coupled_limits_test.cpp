@@ -15,7 +15,6 @@
 namespace maille::deform {
 namespace {
 
-using test::DenseProgram;
 using test::elastic_energy;
 using test::even_limits;
 
@@ -23,18 +22,9 @@ using test::even_limits;
 Scene poked_block(int cells, double depth) {
   Scene scene = test::box_scene(3, {cells, cells, cells / 2});
   test::hold_face(scene, 2, false);
-  const Grid& grid = scene.specimen.grid;
-  for (int component = 0; component < 3; ++component)
-    for (std::int64_t node = 0; node < grid.n_nodes(); ++node) {
-      const Index3 at = grid.node_at(node);
-      if (at[2] == cells / 2 && std::abs(2 * at[0] - cells) <= cells / 4 &&
-          std::abs(2 * at[1] - cells) <= cells / 4)
-        scene.prescribed.push_back({node, component, component == 2 ? -depth * cells / 2 * 1e-3 : 0, false});
-    }
-  std::ranges::sort(scene.prescribed, {}, [](const Prescribed& p) { return std::pair(p.component, p.node); });
-  scene.limits.from = LimitSource::given;
-  scene.limits.given = even_limits(1.25, 0.75, 0.125);
-  return scene;
+  const int low = (cells - cells / 4 + 1) / 2, high = (cells + cells / 4) / 2;
+  test::move_patch(scene, {low, low, cells / 2}, {high, high, cells / 2}, {0, 0, -depth * cells / 2 * 1e-3});
+  return test::with_limits(scene, even_limits(1.25, 0.75, 0.125));
 }
 
 /// The same, but no box of one material: a corner is stiffer, a cell is missing.
@@ -97,7 +87,7 @@ TEST(CoupledLimitsOracle, EqualsTheDenseQuadraticProgram) {
       ASSERT_TRUE(is_converged(answer.status)) << answer.message;
       EXPECT_LE(largest_violation(scene, limits, answer.displacement), 1e-12);
       Displacement expected;
-      if (!DenseProgram(scene, clipped).solve(expected))
+      if (!test::dense_program(scene, clipped).solve(expected))
         continue;
       const double energy = elastic_energy(scene, expected);
       EXPECT_LE(test::relative_difference(answer.displacement, expected), 1e-4)
@@ -134,16 +124,9 @@ TEST(CoupledLimitsConsistent, EnergyIsThatOfALongRunAndBelowTheNearestFeasibleSt
 Scene poked_cube(int cells, double depth) {
   Scene scene = test::box_scene(3, {cells, cells, cells});
   test::hold_face(scene, 2, false);
-  const Grid& grid = scene.specimen.grid;
-  for (int component = 0; component < 3; ++component)
-    for (int y = 3 * cells / 8; y <= 5 * cells / 8; ++y)
-      for (int x = 3 * cells / 8; x <= 5 * cells / 8; ++x)
-        scene.prescribed.push_back(
-            {grid.node({x, y, cells}), component, component == 2 ? -depth * cells * 1e-3 : 0, false});
-  std::ranges::sort(scene.prescribed, {}, [](const Prescribed& p) { return std::pair(p.component, p.node); });
-  scene.limits.from = LimitSource::given;
-  scene.limits.given = even_limits(1.25, 0.75, 0.125);
-  return scene;
+  const int low = 3 * cells / 8, high = 5 * cells / 8;
+  test::move_patch(scene, {low, low, cells}, {high, high, cells}, {0, 0, -depth * cells * 1e-3});
+  return test::with_limits(scene, even_limits(1.25, 0.75, 0.125));
 }
 
 // A state that is merely interpolated from a coarser body may be within a hundredth of the displacements, but
@@ -360,11 +343,7 @@ TEST(CoupledAnalytic, AComponentThatIsHeldInAPointOnlyIsSolvedTheSame) {
 
 TEST(CoupledContract, BindingLimitsAreObeyedAndTheMessageSaysSo) {
   Scene scene = pushed_block(4);
-  scene.limits.from = LimitSource::given;
-  scene.limits.given.stretch.fill(1.02);
-  scene.limits.given.compress.fill(0.98);
-  for (auto& row : scene.limits.given.shear)
-    row.fill(0.03);
+  scene = test::with_limits(scene, even_limits(1.02, 0.98, 0.03));
   const Answer answer = solve(scene, "coupled");
   ASSERT_TRUE(is_converged(answer.status)) << answer.message;
   EXPECT_LE(largest_violation(scene, LinkLimits(scene), answer.displacement), 1e-9);

@@ -90,15 +90,17 @@ TEST(EstimatedErrorConsistent, ABumpOnAConvergedAnswerIsFound) {
   expect_bump_is_found(pushed(2, {16, 12, 1}));
 }
 
+/// A cube of 8 mm, pushed aside and down.
+Scene cube(int n) {
+  Scene scene = test::box_scene(3, {n, n, n}, Vec3{8e-3 / n, 8e-3 / n, 8e-3 / n});
+  test::hold_face(scene, 2, false);
+  test::move_face(scene, 2, true, {0.3e-3, 0, -0.4e-3});
+  scene.relaxation.tolerance = 1e-6;
+  return scene;
+}
+
 TEST(EstimatedErrorConsistent, ThePartOfTheLatticeIsThatOfAnswersOnFinerLattices) {
   // The truth: coupled on eight times as many cells an axis, of which 1 / 8 of the error is left.
-  const auto cube = [](int n) {
-    Scene scene = test::box_scene(3, {n, n, n}, Vec3{8e-3 / n, 8e-3 / n, 8e-3 / n});
-    test::hold_face(scene, 2, false);
-    test::move_face(scene, 2, true, {0.3e-3, 0, -0.4e-3});
-    scene.relaxation.tolerance = 1e-6;
-    return scene;
-  };
   const Scene scene = cube(8), fine = cube(64);
   const Displacement answer = solve(scene, "coupled").displacement,
                      best = solve(fine, "coupled").displacement;
@@ -298,15 +300,6 @@ TEST(EstimatedMechanicsAnalytic, StrainsThatAreWrongToAndFroAreWrongByThat) {
   EXPECT_LE(found.force.value(), 1e-6) << "is told by the reactions";
 }
 
-/// A cube of 8 mm, pushed aside and down.
-Scene cube(int n) {
-  Scene scene = test::box_scene(3, {n, n, n}, Vec3{8e-3 / n, 8e-3 / n, 8e-3 / n});
-  test::hold_face(scene, 2, false);
-  test::move_face(scene, 2, true, {0.3e-3, 0, -0.4e-3});
-  scene.relaxation.tolerance = 1e-6;
-  return scene;
-}
-
 // Oracle: coupled on a quarter of the spacing, strain as means over the cells that a cell is cut into.
 TEST(EstimatedMechanicsConsistent, AreNearTheErrorsAgainstFinerLattices) {
   const Scene scene = cube(8), half = refined(scene), quarter = refined(half);
@@ -361,14 +354,12 @@ Scene pressed_block(Index3 cells, bool in_the_middle, const ElasticConstants& el
   scene.materials[0].elasticity = elasticity;
   scene.specimen.fibre = {0.8, 0, 0.6};
   test::hold_face(scene, 2, false);
-  for (int c = 0; c < 3; ++c)
-    for (int y = 0; y <= cells[1]; ++y)
-      for (int x = 0; x <= cells[0]; ++x)
-        if (!in_the_middle ||
-            (4 * x >= cells[0] && 4 * x <= 3 * cells[0] && 4 * y >= cells[1] && 4 * y <= 3 * cells[1]))
-          scene.prescribed.push_back(
-              {scene.specimen.grid.node({x, y, cells[2]}), c, c == 2 ? -0.1e-3 : 0.02e-3 * c, false});
-  std::ranges::sort(scene.prescribed, {}, [](const Prescribed& p) { return std::pair(p.component, p.node); });
+  Index3 low{0, 0, cells[2]}, high = cells;
+  for (std::size_t a = 0; a < 2 && in_the_middle; ++a) {
+    low[a] = (cells[a] + 3) / 4;
+    high[a] = 3 * cells[a] / 4;
+  }
+  test::move_patch(scene, low, high, {0, 0.02e-3, -0.1e-3});
   return scene;
 }
 
@@ -451,11 +442,7 @@ Scene cut_twice() {
       for (int x = 0; x < 8; ++x)
         scene.specimen.material_id.push_back(x >= 4 && z >= 4 ? no_material : std::uint8_t(y / 2));
   test::hold_face(scene, 2, false);
-  for (int c = 0; c < 3; ++c)
-    for (int y = 1; y <= 3; ++y)
-      for (int x = 1; x <= 3; ++x)
-        scene.prescribed.push_back({scene.specimen.grid.node({x, y, 8}), c, c == 0 ? 1e-3 : 0, false});
-  std::ranges::sort(scene.prescribed, {}, [](const Prescribed& p) { return std::pair(p.component, p.node); });
+  test::move_patch(scene, {1, 1, 8}, {3, 3, 8}, {1e-3, 0, 0});
   return refined(refined(scene));
 }
 

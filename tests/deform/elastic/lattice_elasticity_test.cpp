@@ -4,6 +4,7 @@
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/scene_builder.hpp"
 #include "support/bodies/scenes.hpp"
+#include "support/direct_solution.hpp"
 #include "support/fields.hpp"
 #include "support/kit.hpp"
 #include "support/oriented_labels.hpp"
@@ -48,86 +49,17 @@ Displacement random_field(const Scene& scene, unsigned seed) {
   return u;
 }
 
-/// Whether the row of matter through a cell has one or two cells.
-bool is_thin(const Specimen& body, const Index3& cell, int axis) {
-  int in_a_row = 0, longest = 0;
-  bool is_there = false;
-  Index3 at = cell;
-  const auto a = std::size_t(axis);
-  for (at[a] = 0; at[a] < body.grid.cells()[a]; ++at[a]) { // the one run that has the cell in it
-    const bool is_matter = body.is_matter(body.grid.cell(at));
-    if (!is_matter && is_there)
-      break;
-    in_a_row = is_matter ? in_a_row + 1 : 0;
-    is_there = is_there || at == cell;
-    longest = in_a_row;
-  }
-  return longest <= 2;
-}
-
-/// The energy as the documentation writes it: cell by cell, term by term, strains from the positions of
-/// corners.
+/// The energy as the documentation writes it, cell by cell.
 double energy_by_the_formula(const Scene& scene, const Displacement& u) {
   const Grid& grid = scene.specimen.grid;
-  const int d = grid.dimension(), corners = 1 << d;
-  const Vec3& h = grid.spacing();
-  const auto of = [](int a) { return std::size_t(a); };
-  double volume = 1, total = 0;
-  for (int a = 0; a < d; ++a)
-    volume *= h[of(a)];
+  double total = 0;
   for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell) {
     if (!scene.specimen.is_matter(cell))
       continue;
     const Index3 at = grid.cell_at(cell);
-    const auto value = [&](int b, int corner) { return u(b, grid.corner(at, corner)); };
-    /// Mean of d u_b / d x_a over the edges along a whose corners satisfy `is_in`.
-    const auto slope = [&](int b, int a, auto is_in) {
-      double sum = 0;
-      int n = 0;
-      for (int corner = 0; corner < corners; ++corner)
-        if (!(corner & 1 << a) && is_in(corner)) {
-          sum += (value(b, corner | 1 << a) - value(b, corner)) / h[of(a)];
-          ++n;
-        }
-      return sum / n;
-    };
-    const auto everywhere = [](int) { return true; };
-    const Eigen::MatrixXd C = scene.cell_stiffness(cell), S = C.inverse();
-    Eigen::VectorXd strain = Eigen::VectorXd::Zero(C.rows());
-    const int pairs[3][2] = {{1, 2}, {0, 2}, {0, 1}};
-    for (int a = 0; a < d; ++a)
-      strain[a] = slope(a, a, everywhere);
-    for (int row = d; row < C.rows(); ++row) {
-      const auto& [a, b] = pairs[d == 2 ? 2 : row - 3];
-      strain[row] = slope(a, b, everywhere) + slope(b, a, everywhere);
-    }
-    Eigen::MatrixXd mean = C;
-    for (int a = 0; a < d; ++a)
-      mean(a, a) -= 1.0 / 3 / S(a, a);
-    total += volume / 2 * strain.dot(mean * strain);
-    for (int a = 0; a < d; ++a)
-      for (int corner = 0; corner < corners; ++corner)
-        if (!(corner & 1 << a)) {
-          const double e = (value(a, corner | 1 << a) - value(a, corner)) / h[of(a)];
-          total += 1.0 / 6 * volume / (corners / 2) / S(a, a) * e * e;
-        }
-    for (int pair = 0; d == 3 && pair < 3; ++pair) {
-      const auto& [a, b] = pairs[pair];
-      const auto upper = [&](int corner) { return (corner & 1 << pair) != 0; };
-      const auto lower = [&](int corner) { return (corner & 1 << pair) == 0; };
-      const double jump = slope(a, b, upper) + slope(b, a, upper) - slope(a, b, lower) - slope(b, a, lower);
-      total += volume / 24 / S(3 + pair, 3 + pair) * jump * jump;
-      if (!is_thin(scene.specimen, at, pair))
-        continue;
-      const int first = (pair + 1) % 3, second = (pair + 2) % 3;
-      const Eigen::Vector3d faces(slope(first, first, upper) - slope(first, first, lower),
-                                  slope(second, second, upper) - slope(second, second, lower), jump);
-      const std::array<int, 3> rows{first, second, 3 + pair};
-      const Eigen::Matrix3d across = S(rows, rows);
-      total += volume / 24 * faces.dot(Eigen::Matrix3d(across.inverse()) * faces);
-      for (int i = 0; i < 3; ++i)
-        total -= volume / 24 / across(i, i) * faces[i] * faces[i];
-    }
+    total += test::cell_energy<double>(grid.dimension(), scene.cell_stiffness(cell), grid.spacing(),
+                                       test::cells_in_a_row(scene.specimen, at),
+                                       [&](int b, int corner) { return u(b, grid.corner(at, corner)); });
   }
   return total;
 }

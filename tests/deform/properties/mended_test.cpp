@@ -80,11 +80,8 @@ TEST(CoupledContrastOracle, AStiffCapOnASoftBodyIsTheDenseSolution) {
   Scene scene = capped_column();
   scene.relaxation.tolerance = 1e-5;
   const Answer answer = test::solved(scene, "coupled");
-  const test::DenseProgram program(scene, scene.prescribed);
-  const Eigen::VectorXd best = program.K.ldlt().solve(program.force);
-  Displacement truth = program.start;
-  for (std::size_t i = 0; i < program.unknowns.size(); ++i)
-    truth(program.unknowns[i].first, program.unknowns[i].second) = best[Eigen::Index(i)];
+  const test::QuadraticProgram program = test::dense_program(scene, scene.prescribed);
+  const Displacement truth = program.spread(program.K.ldlt().solve(program.force));
   EXPECT_LE(test::elastic_energy(scene, answer.displacement),
             test::elastic_energy(scene, truth) * (1 + 1e-4));
 }

@@ -34,8 +34,8 @@ inline Scene column(const Index3& cells, double spacing, const Material& materia
   return scene;
 }
 
-/// Blocks of n x n x 4 and n x n x 6 cells on each other, labels 1 and 2, moved by `shift` [m] along z on top;
-/// neither moves sideways nor turns.
+/// Blocks of n x n x 4 and n x n x 6 cells on each other, labels 1 and 2, moved by `shift` [m] along z on
+/// top; neither moves sideways nor turns.
 inline Scene two_blocks(int n, double shift, double spacing, const Material& below, const Material& above) {
   std::vector<std::uint8_t> labels(static_cast<std::size_t>(n * n * 10), 1);
   std::fill(labels.begin() + n * n * 4, labels.end(), std::uint8_t{2});

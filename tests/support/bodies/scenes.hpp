@@ -62,6 +62,25 @@ inline void move_face(Scene& scene, int axis, bool upper, const Vec3& by) {
     prescribe_face(scene, axis, upper, component, by[static_cast<std::size_t>(component)], false);
 }
 
+/// Moves all nodes from `low` to `high`, which are included.
+inline void move_patch(Scene& scene, const Index3& low, const Index3& high, const Vec3& by) {
+  for (int z = low[2]; z <= high[2]; ++z)
+    for (int y = low[1]; y <= high[1]; ++y)
+      for (int x = low[0]; x <= high[0]; ++x)
+        for (int c = 0; c < scene.dimension(); ++c)
+          add_prescribed(scene, {x, y, z}, c, by[static_cast<std::size_t>(c)], false);
+  sort_prescribed(scene);
+}
+
+/// The same traction on every cell's face on one side of the grid's box.
+inline void pull_face(Scene& scene, int axis, bool upper, const Vec3& traction) {
+  const Grid& grid = scene.specimen.grid;
+  const auto a = static_cast<std::size_t>(axis);
+  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell)
+    if (grid.cell_at(cell)[a] == (upper ? grid.cells()[a] - 1 : 0) && scene.specimen.is_matter(cell))
+      scene.tractions.push_back({cell, axis, upper, traction});
+}
+
 /// Sum of the reactions along a component, of holds or of moves [N].
 template<class Answer>
 double total_reaction(const Scene& scene, const Answer& answer, int component, bool held) {

@@ -23,14 +23,6 @@ int one_of(std::mt19937& random, int n) {
   return static_cast<int>(random() % static_cast<unsigned>(n));
 }
 
-void pull_face(Scene& scene, int axis, bool upper, const Vec3& traction) {
-  const Grid& grid = scene.specimen.grid;
-  const auto a = static_cast<std::size_t>(axis);
-  for (std::int64_t cell = 0; cell < grid.n_cells(); ++cell)
-    if (grid.cell_at(cell)[a] == (upper ? grid.cells()[a] - 1 : 0))
-      scene.tractions.push_back({cell, axis, upper, traction});
-}
-
 /// Rods, plates and bodies of flat or long cells, held at one end, with a load or a move; isotropic or along
 /// a fibre.
 Scene random_slender(unsigned seed, double load) {
@@ -77,10 +69,10 @@ Scene random_slender(unsigned seed, double load) {
     scene.gravity = pull;
     break;
   case 1:
-    pull_face(scene, along, is_upper, pull);
+    test::pull_face(scene, along, is_upper, pull);
     break;
   case 2:
-    pull_face(scene, static_cast<int>(b), true, pull);
+    test::pull_face(scene, static_cast<int>(b), true, pull);
     break;
   default:
     test::move_face(scene, along, is_upper, {1e-5 * pull[0], 1e-5 * pull[1], 1e-5 * pull[2]});

@@ -6,7 +6,11 @@
 #include "maille/scene/link_limits.hpp"
 #include "maille/scene/scene_builder.hpp"
 #include "maille/scene/sliding.hpp"
+#include "support/bodies/lattice_scenes.hpp"
+#include "support/bodies/layers.hpp"
 #include "support/bodies/scenes.hpp"
+#include "support/componentwise_oracle.hpp"
+#include "support/fields.hpp"
 #include "support/kit.hpp"
 #include "support/solved.hpp"
 
@@ -68,16 +72,6 @@ Vec3 normal_of(double slope) {
   return {-slope / length, 0, 1 / length};
 }
 
-void give_limits(Scene& scene, double stretch, double compress, double shear) {
-  scene.limits.from = LimitSource::given;
-  for (std::size_t a = 0; a < 3; ++a) {
-    scene.limits.given.stretch[a] = stretch;
-    scene.limits.given.compress[a] = compress;
-    for (std::size_t b = 0; b < 3; ++b)
-      scene.limits.given.shear[a][b] = shear;
-  }
-}
-
 /// Label of the cells around a node of a split scene (all have the same); 0 without cells.
 int label_at(const Specimen& body, std::int64_t node) {
   int label = 0;
@@ -91,9 +85,7 @@ double error_of_rigid(const SplitScene& split, const Answer& answer, const Vec3&
   const Specimen& body = split.scene.specimen;
   double worst = 0;
   for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node) {
-    int label = 0;
-    body.for_each_cell_at(body.grid.node_at(node),
-                          [&](std::int64_t cell) { label = body.label[std::size_t(cell)]; });
+    const int label = label_at(body, node);
     for (std::size_t b = 0; b < 3 && label != 0; ++b)
       worst = std::max(worst, std::abs(answer.displacement(b, node) - (label == 2 ? upper[b] : 0)));
   }
@@ -110,7 +102,7 @@ TEST(TiedLimitsAnalytic, ABlockGlidesDownAnObliquePlaneAsAWhole) {
     const Answer relaxed = test::solved(split.scene, "relaxed");
     EXPECT_LT(error_of_rigid(split, relaxed, shift), 1e-6) << slope;
     EXPECT_LT(*relaxed.strain_energy, 1e-10 * E * rise * rise * h);
-    give_limits(scene, 1, 1, 0);
+    scene = test::with_limits(scene, test::even_limits(1, 1, 0));
     const SplitScene rigid = split_along(scene, normal_of(slope));
     for (const char* method : {"limits", "relaxed", "coupled"}) {
       const Answer answer = solve(rigid.scene, method);
@@ -125,7 +117,7 @@ TEST(TiedLimitsAnalytic, ARigidBlockThatIsPushedAlongXRisesWithThePlane) {
   for (const double slope : {1.0, 0.5}) {
     const double push = 1e-4;
     Scene scene = cut_block({6, 3, 10}, slope, {push, 0, 0}, "x");
-    give_limits(scene, 1, 1, 0);
+    scene = test::with_limits(scene, test::even_limits(1, 1, 0));
     const SplitScene split = split_along(scene, normal_of(slope));
     const Answer answer = test::solved(split.scene, "limits");
     EXPECT_LT(error_of_rigid(split, answer, {push, 0, slope * push}), 1e-5) << slope;
@@ -147,21 +139,15 @@ TEST(TiedLimitsAnalytic, TheStiffBlockTakesTheRest) {
       }
   test::sort_prescribed(scene);
   scene.relaxation.tolerance = 1e-7;
-  const auto pressed = [](const Scene& asked, const Answer& answer) {
-    double sum = 0;
-    for (std::size_t i = 0; i < answer.reaction.size(); ++i)
-      sum -= asked.prescribed[i].held ? 0 : answer.reaction[i];
-    return sum;
-  };
   const Answer unbounded = solve(scene, "coupled");
   const double in_series = way * area / (4 * h / stiff + 6 * h / soft);
-  EXPECT_NEAR(pressed(scene, unbounded), in_series, 1e-5 * in_series) << unbounded.message;
-  give_limits(scene, 2, 1 - limit, 1);
+  EXPECT_NEAR(-test::force_of_moves(scene, unbounded), in_series, 1e-5 * in_series) << unbounded.message;
+  scene = test::with_limits(scene, test::even_limits(2, 1 - limit, 1));
   const double beyond = stiff * (way - limit * 6 * h) / (4 * h) * area;
   for (const char* method : {"coupled", "relaxed"}) {
     const Answer answer = solve(scene, method);
     ASSERT_EQ(answer.status, Status::done) << method << answer.message;
-    EXPECT_NEAR(pressed(scene, answer), beyond, 1e-4 * beyond) << method;
+    EXPECT_NEAR(-test::force_of_moves(scene, answer), beyond, 1e-4 * beyond) << method;
     for (const SplitNode& side : answer.split)
       EXPECT_NEAR(side.displacement[2], limit * 6 * h - way, 1e-5 * way) << method;
     EXPECT_LT(largest_violation_of_sides(scene, LinkLimits(scene), answer), 1e-12) << method;
@@ -176,7 +162,7 @@ SplitScene turned_shaft(int n, double radius, double angle, bool limits_bind) {
       {n, n, 2}, [&](const Vec3& at) { return std::hypot(at[0] - middle, at[1] - middle) < radius ? 2 : 1; });
   scene.relaxation.tolerance = 1e-7;
   if (limits_bind)
-    give_limits(scene, 1 + angle / 20, 1 - angle / 20, 2 * angle);
+    scene = test::with_limits(scene, test::even_limits(1 + angle / 20, 1 - angle / 20, 2 * angle));
   SplitScene split = split_borders(scene);
   Scene& of = split.scene;
   for (std::int64_t node = 0; node < of.specimen.grid.n_nodes(); ++node) {
@@ -239,7 +225,7 @@ TEST(TiedLimitsAnalytic, AShaftTurnsInATubeThatStaysAtRest) {
 // Truth: a rigid block cannot be pushed into a rigid plane that is held.
 TEST(TiedLimitsContract, WhatCannotBeHadTogetherEndsInWordsAndWithinLimits) {
   Scene scene = cut_block({4, 2, 8}, 1, {0, 0, -1e-4}, "xyz");
-  give_limits(scene, 1, 1, 0);
+  scene = test::with_limits(scene, test::even_limits(1, 1, 0));
   scene.relaxation.tolerance = 1e-4;
   const SplitScene split = split_along(scene, normal_of(1));
   const Answer answer = solve(split.scene, "limits");
@@ -251,146 +237,43 @@ TEST(TiedLimitsContract, WhatCannotBeHadTogetherEndsInWordsAndWithinLimits) {
 TEST(TiedLimitsContract, SameBitsAtAnyNumberOfThreads) {
   Scene scene = cut_block({24, 24, 24}, 0.7, {2e-4, 0, 1e-4}, "xyz");
   scene.relaxation.tolerance = 1e-3;
-  give_limits(scene, 1.03, 0.97, 0.03);
+  scene = test::with_limits(scene, test::even_limits(1.03, 0.97, 0.03));
   test::expect_bits_of_any_threads(scene, "relaxed");
 }
 
-/// A small quadratic program: its least by one constraint after the other (Hildreth 1957), on the dual.
-struct Program {
-  Eigen::MatrixXd K; ///< of free components
-  Eigen::VectorXd f; ///< what pulls at them
-  std::vector<Eigen::VectorXd> rows;
-  std::vector<double> most; ///< rows[i] . u <= most[i], or equal
-  std::vector<bool> is_equal;
-
-  Eigen::VectorXd least() const {
-    const Eigen::LDLT<Eigen::MatrixXd> factor(K);
-    Eigen::VectorXd u = factor.solve(f);
-    std::vector<Eigen::VectorXd> back;
-    std::vector<double> length, force(rows.size(), 0);
-    for (const Eigen::VectorXd& row : rows) {
-      back.push_back(factor.solve(row));
-      length.push_back(row.dot(back.back()));
-    }
-    for (int sweep = 0; sweep < 200000; ++sweep) {
-      double change = 0;
-      for (std::size_t i = 0; i < rows.size(); ++i) {
-        if (!(length[i] > 0))
-          continue;
-        double step = (rows[i].dot(u) - most[i]) / length[i];
-        if (!is_equal[i])
-          step = std::max(step, -force[i]);
-        force[i] += step;
-        u -= step * back[i];
-        change = std::max(change, std::abs(step) * std::sqrt(length[i]));
-      }
-      if (change < 1e-12 * std::sqrt(u.dot(K * u)))
-        return u;
-    }
-    ADD_FAILURE() << "the program of the test came to no end";
-    return u;
-  }
-};
-
-/// The program of a split scene, link by link and cell by cell.
+/// Least energy of `relaxed`, or least movement, of a split scene within its limits and ties, link by link.
 Displacement least_by_program(const Scene& scene, bool is_elastic) {
-  const Specimen& body = scene.specimen;
-  const Grid& grid = body.grid;
-  const LinkLimits limits(scene);
-  Displacement u(grid);
-  std::vector<std::vector<int>> number(3, std::vector<int>(std::size_t(grid.n_nodes()), -1));
-  std::vector<std::vector<bool>> is_fixed(3, std::vector<bool>(number[0].size()));
-  for (const Prescribed& p : scene.prescribed) {
-    is_fixed[std::size_t(p.component)][std::size_t(p.node)] = true;
-    u(p.component, p.node) = p.value;
-  }
-  int n = 0;
-  for (std::size_t b = 0; b < 3; ++b)
-    for (std::size_t node = 0; node < number[b].size(); ++node)
-      if (!is_fixed[b][node] && body.is_node(grid.node_at(std::int64_t(node))))
-        number[b][node] = n++;
-  Program program{Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n), {}, {}, {}};
+  test::QuadraticProgram program = test::program_of(scene, scene.prescribed);
   if (!is_elastic)
     program.K.setIdentity();
-  const auto add_row = [&](const std::vector<std::array<double, 3>>& entries, double most, bool equal) {
-    Eigen::VectorXd row = Eigen::VectorXd::Zero(n);
-    for (const auto& [factor, b, node] : entries) {
-      const int at = number[std::size_t(b)][std::size_t(node)];
-      if (at < 0)
-        most -= factor * u(int(b), std::int64_t(node));
-      else
-        row[at] += factor;
-    }
-    program.rows.push_back(row);
-    program.most.push_back(most);
-    program.is_equal.push_back(equal);
-  };
-  const double G = E / (2 * (1 + nu)), M = E * (1 - nu) / ((1 + nu) * (1 - 2 * nu));
-  for (std::int64_t node = 0; node < grid.n_nodes(); ++node)
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto interval = limits.intervals(grid.node_at(node), axis);
-      if (!interval)
-        continue;
-      int cells = 0;
-      body.for_each_cell_at_link(grid.node_at(node), axis, [&](std::int64_t) { ++cells; });
-      Index3 next = grid.node_at(node);
-      ++next[std::size_t(axis)];
-      const std::int64_t far = grid.node(next);
-      for (int b = 0; b < 3; ++b) {
-        const auto k = std::size_t(b);
-        const double weight = (axis == b ? M : G) * h * cells / 4;
-        const int i = number[k][std::size_t(node)], j = number[k][std::size_t(far)];
-        if (is_elastic) {
-          const auto pull = [&](int at, int other, std::int64_t beyond) {
-            if (at < 0)
-              return;
-            program.K(at, at) += weight;
-            if (other < 0)
-              program.f[at] += weight * u(b, beyond);
-            else
-              program.K(at, other) -= weight;
-          };
-          pull(i, j, far);
-          pull(j, i, node);
-        }
-        const double of_b = b, far_node = double(far), near_node = double(node);
-        if (std::isfinite(interval->high[k]))
-          add_row({{1, of_b, far_node}, {-1, of_b, near_node}}, interval->high[k], false);
-        if (std::isfinite(interval->low[k]))
-          add_row({{-1, of_b, far_node}, {1, of_b, near_node}}, -interval->low[k], false);
-      }
+  for (std::size_t b = 0; b < 3; ++b)
+    for (const test::WeightedLink& link : test::weighted_links(scene, LinkLimits(scene), int(b))) {
+      if (is_elastic)
+        program.add_spring(b, link.near, link.far, link.weight);
+      program.add_row({{1, b, link.far}, {-1, b, link.near}}, link.low, link.high);
     }
   for (const NodeTie& tie : scene.tied.ties) {
-    std::vector<std::array<double, 3>> entries;
+    std::vector<test::QuadraticProgram::Entry> entries;
     for (std::size_t b = 0; b < 3; ++b) {
-      entries.push_back({tie.normal[b], double(b), double(tie.one)});
-      entries.push_back({-tie.normal[b], double(b), double(tie.other)});
+      entries.push_back({tie.normal[b], b, tie.one});
+      entries.push_back({-tie.normal[b], b, tie.other});
     }
-    add_row(entries, 0, true);
+    program.add_row(entries, 0, 0);
   }
-  const Eigen::VectorXd least = program.least();
-  for (std::size_t b = 0; b < 3; ++b)
-    for (std::size_t node = 0; node < number[b].size(); ++node)
-      if (number[b][node] >= 0)
-        u(b, node) = least[number[b][node]];
-  return u;
+  Displacement least;
+  EXPECT_TRUE(program.solve(least));
+  return least;
 }
 
 void expect_same(const Displacement& found, const Displacement& expected, double tolerance) {
-  double largest = 0;
-  for (const double value : expected.values())
-    largest = std::max(largest, std::abs(value));
-  ASSERT_GT(largest, 0);
-  double worst = 0;
-  for (std::size_t i = 0; i < expected.values().size(); ++i)
-    worst = std::max(worst, std::abs(found.values()[i] - expected.values()[i]));
-  EXPECT_LT(worst / largest, tolerance);
+  ASSERT_GT(test::largest(expected), 0);
+  EXPECT_LT(test::largest_difference(found, expected) / test::largest(expected), tolerance);
 }
 
 /// Steps of voxels, whose normals differ from node to node, and limits that bind.
 SplitScene small_cut_block(double shear) {
   Scene scene = cut_block({3, 1, 4}, 0.7, {0.3 * h, 0.05 * h, -0.2 * h}, "xyz");
-  give_limits(scene, 1.1, 0.93, shear);
+  scene = test::with_limits(scene, test::even_limits(1.1, 0.93, shear));
   return split_borders(scene);
 }
 
@@ -433,7 +316,8 @@ Scene random_pull(std::mt19937_64& random) {
   for (int y = 0; y < cells[1]; ++y)
     for (int x = 0; x < cells[0]; ++x)
       scene.tractions.push_back({scene.specimen.grid.cell({x, y, cells[2] - 1}), 2, true, traction, -1});
-  give_limits(scene, between(1.002, 1.02), between(0.98, 0.998), between(0.002, 0.02));
+  scene = test::with_limits(
+      scene, test::even_limits(between(1.002, 1.02), between(0.98, 0.998), between(0.002, 0.02)));
   scene.relaxation.tolerance = std::pow(10, between(-6, -3));
   return scene;
 }

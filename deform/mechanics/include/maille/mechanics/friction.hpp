@@ -37,7 +37,7 @@ std::vector<double> press_of_ties(const Scene& split, const Displacement& forces
 ///
 /// Source  Glowinski & Le Tallec 1989, Augmented Lagrangian and Operator-Splitting Methods, ch. 3;
 ///         Walker & Ni 2011, Anderson acceleration for fixed-point iterations
-/// Checked by  tests/deform/elastic/friction_test.cpp, tests/fem_ref/friction_test.cpp
+/// Checked by  tests/support/conditions_test.cpp
 class Friction {
 public:
   /// @param split  of split_borders(); outlives it
