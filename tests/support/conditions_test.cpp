@@ -186,6 +186,7 @@ void expect_held_below_friction(const ConditionSolver& solver, double share) {
     return;
   }
   EXPECT_EQ(answer.status, Status::failed);
+  EXPECT_LE(answer.iterations, 2000); // 1155 measured: it fails after four doubts in a row
   EXPECT_TRUE(has(answer.message, "label 2 (64 cells) can still move along x"));
   EXPECT_TRUE(has(answer.message, "does not hold what pulls there"));
   EXPECT_TRUE(answer.displacement.empty());
@@ -213,6 +214,8 @@ TEST(FrictionAnalytic, ABarOnARoughBedSlipsAsFarAsItsPullReaches) {
     EXPECT_NEAR(end, end_of_nodes, 2e-3 * end);
     EXPECT_NEAR(end, end_of_bar, 1e-2 * end);
     EXPECT_NEAR(answer.rubbing.at(0).slipping, 8.0 / 17, 1.5 / 17);
+    // 937 measured. Without over-relaxation it takes 1045; with 2 or 40 kept rounds 1863 or 1022.
+    EXPECT_LE(answer.iterations, 1000);
   }
 }
 

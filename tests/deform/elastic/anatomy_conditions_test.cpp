@@ -6,7 +6,6 @@
 #include "maille/scene/cell_fields.hpp"
 #include "maille/scene/mechanics/mechanics.hpp"
 #include "maille/scene/plausibility.hpp"
-#include "maille/scene/scene_builder.hpp"
 #include "maille/scene/sliding.hpp"
 #include "support/bodies/condition_bodies.hpp"
 #include "support/bodies/layers.hpp"
@@ -104,21 +103,12 @@ TEST(SlidingAnalytic, ABlockThatNothingHoldsIsNamedWithItsMotion) {
 /// turned.
 Scene cylinder_in_tube(double angle) {
   constexpr int n = 18, length = 3;
-  std::vector<std::uint8_t> labels;
-  const auto radius = [](double x, double y) { return std::hypot(x - n / 2.0, y - n / 2.0); };
-  for (int z = 0; z < length; ++z)
-    for (int y = 0; y < n; ++y)
-      for (int x = 0; x < n; ++x) {
-        const double r = radius(x + 0.5, y + 0.5);
-        labels.push_back(r < 4 ? 2 : r < 8 ? 1 : 0);
-      }
-  Scene scene = SceneBuilder("tube")
-                    .labels(std::span<const std::uint8_t>(labels), ArrayLayout::x_fastest({n, n, length}),
-                            affine_of({h, h, h}))
-                    .material(1, test::isotropic(E1, nu1))
-                    .material(2, test::isotropic(E1, nu1))
-                    .hold("z-", "z")
-                    .build();
+  const auto label = [](const Vec3& at) {
+    const double r = std::hypot(at[0] - n / 2.0, at[1] - n / 2.0);
+    return r < 4 ? 2 : r < 8 ? 1 : 0;
+  };
+  const Material matter = test::isotropic(E1, nu1);
+  Scene scene = test::labelled({n, n, length}, h, label, matter, matter).hold("z-", "z").build();
   scene.prescribed.clear();
   const Index3 first = first_cell(scene.specimen);
   const Grid& grid = scene.specimen.grid;

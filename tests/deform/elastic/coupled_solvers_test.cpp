@@ -2,8 +2,8 @@
 
 #include "maille/deform/solve.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "maille/scene/scene_builder.hpp"
 #include "support/bodies/carved.hpp"
+#include "support/bodies/layers.hpp"
 #include "support/bodies/scenes.hpp"
 #include "support/coupled_algorithms.hpp"
 #include "support/kit.hpp"
@@ -46,16 +46,10 @@ Scene slanted(Index3 cells) {
 
 /// Two labels that slide along an oblique plane, the lower one held, the upper one moved.
 Scene gliding(Index3 cells) {
-  std::vector<std::uint8_t> labels;
-  for (int z = 0; z < cells[2]; ++z)
-    for (int y = 0; y < cells[1]; ++y)
-      for (int x = 0; x < cells[0]; ++x)
-        labels.push_back(2 * z < cells[2] + x - y ? 1 : 2);
-  Scene scene = SceneBuilder("gliding")
-                    .labels(std::span<const std::uint8_t>(labels), ArrayLayout::x_fastest(cells),
-                            affine_of({1e-3, 1e-3, 1e-3}))
-                    .material(1, test::isotropic(20e3, 0.3))
-                    .material(2, test::isotropic(10e3, 0.3))
+  const auto label = [&](const Vec3& at) {
+    return std::floor(at[2]) * 2 < cells[2] + std::floor(at[0]) - std::floor(at[1]) ? 1 : 2;
+  };
+  Scene scene = test::labelled(cells, 1e-3, label, test::isotropic(20e3, 0.3), test::isotropic(10e3, 0.3))
                     .hold("z-")
                     .move("z+", {0.5e-3, 0, -0.2e-3})
                     .build();

@@ -4,11 +4,10 @@
 #include "export/vtk_files.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/scene/read_scene.hpp"
-#include "scene/image/image_writers.hpp"
 #include "studies/export/export_reading.hpp"
 #include "studies/export/export_scenes.hpp"
 #include "support/kit.hpp"
-#include "support/oriented_labels.hpp"
+#include "support/label_scene.hpp"
 
 #include <Eigen/Geometry>
 #include <vtkCell.h>
@@ -24,7 +23,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr std::array<int, 3> size{5, 4, 3};
+constexpr Index3 size{5, 4, 3};
 const Vector3d spacing{1, 1.5, 2}; // mm
 
 /// A block of two kinds of matter without one corner, as the world sees it.
@@ -49,33 +48,17 @@ struct Storage {
 };
 
 std::string image_of(const Storage& storage) {
-  image_tests::NiftiFile file;
-  std::array<int, 3> n{};
-  Vector3d origin{-20, 30, 7};
-  for (std::size_t a = 0; a < 3; ++a) {
-    const int along = storage.along(a);
-    n[a] = size[std::size_t(along)];
-    file.dim[a + 1] = n[a];
-    file.pixdim[a + 1] = spacing[along];
-    if (storage.file.flipped[a])
-      origin[along] += (n[a] - 1) * spacing[along];
-  }
-  file.sform = 2;
-  const Matrix3d columns = storage.turn * storage.axes();
-  const Vector3d first = storage.turn * origin;
-  for (int row = 0; row < 3; ++row) {
-    for (int a = 0; a < 3; ++a)
-      file.srow[std::size_t(4 * row + a)] = columns(row, a) * file.pixdim[std::size_t(a) + 1];
-    file.srow[std::size_t(4 * row + 3)] = first[row];
-  }
-  for (const auto& [i, j, k] : test::all_below(n)) {
-    std::array<int, 3> at{};
-    const std::array<int, 3> stored{i, j, k};
-    for (std::size_t a = 0; a < 3; ++a)
-      at[storage.file.axis[a]] = storage.file.flipped[a] ? n[a] - 1 - stored[a] : stored[a];
-    file.data += char(label_at(at[0], at[1], at[2]));
-  }
-  return file.bytes();
+  test::LabelArray block{size, {}, {}};
+  for (const auto& [x, y, z] : test::all_below(size))
+    block.values.push_back(label_at(x, y, z));
+  const Vector3d origin = storage.turn * Vector3d(-20, 30, 7);
+  std::array<Vec3, 3> direction{};
+  for (std::size_t row = 0; row < 3; ++row)
+    for (std::size_t column = 0; column < 3; ++column)
+      direction[row][column] = storage.turn(Eigen::Index(row), Eigen::Index(column));
+  block.affine = affine_of({1e-3 * spacing[0], 1e-3 * spacing[1], 1e-3 * spacing[2]},
+                           {1e-3 * origin[0], 1e-3 * origin[1], 1e-3 * origin[2]}, direction);
+  return test::nifti_of(turned(block, storage.file));
 }
 
 std::string in_words(const Vector3d& v, const char* unit) {

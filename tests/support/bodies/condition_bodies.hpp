@@ -2,11 +2,9 @@
 /// Columns and pairs of blocks with springs, loads and sliding borders, and the solvers that answer them.
 
 #include "maille/scene/answer.hpp"
-#include "maille/scene/scene_builder.hpp"
-#include "support/bodies/scenes.hpp"
+#include "support/bodies/layers.hpp"
 
 #include <functional>
-#include <span>
 #include <vector>
 
 namespace maille::test {
@@ -37,13 +35,8 @@ inline Scene column(const Index3& cells, double spacing, const Material& materia
 /// Blocks of n x n x 4 and n x n x 6 cells on each other, labels 1 and 2, moved by `shift` [m] along z on
 /// top; neither moves sideways nor turns.
 inline Scene two_blocks(int n, double shift, double spacing, const Material& below, const Material& above) {
-  std::vector<std::uint8_t> labels(static_cast<std::size_t>(n * n * 10), 1);
-  std::fill(labels.begin() + n * n * 4, labels.end(), std::uint8_t{2});
-  Scene scene = SceneBuilder("blocks")
-                    .labels(std::span<const std::uint8_t>(labels), ArrayLayout::x_fastest({n, n, 10}),
-                            affine_of({spacing, spacing, spacing}))
-                    .material(1, below)
-                    .material(2, above)
+  const auto label = [](const Vec3& at) { return at[2] < 4 ? 1 : 2; };
+  Scene scene = labelled({n, n, 10}, spacing, label, below, above)
                     .hold("z-", "z")
                     .move("z+", {0, 0, shift}, "z")
                     .build();

@@ -4,29 +4,31 @@
 #include "maille/scene/answer.hpp"
 #include "maille/scene/scene_builder.hpp"
 #include "support/bodies/scenes.hpp"
-
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <vector>
+#include "support/kit.hpp"
 
 namespace maille::test {
 
-/// Labels 1 below and 2 above, half of the cells each, cell edges `spacing` [m]; held at the lower face.
-inline SceneBuilder layers(const Index3& cells, double spacing, const ElasticConstants& below,
-                           const ElasticConstants& above) {
-  std::vector<std::uint8_t> labels(static_cast<std::size_t>(cells[0] * cells[1] * cells[2]), 1);
-  std::fill(labels.begin() + static_cast<std::ptrdiff_t>(labels.size() / 2), labels.end(), std::uint8_t{2});
-  SceneBuilder builder("layers");
+/// Labels 0, 1 and 2 by a function of the middle of a cell [cells]; cell edges `spacing` [m].
+inline SceneBuilder labelled(const Index3& cells, double spacing,
+                             const std::function<int(const Vec3&)>& label, const Material& one,
+                             const Material& two) {
+  std::vector<std::uint8_t> labels;
+  for (const auto& [x, y, z] : all_below(cells))
+    labels.push_back(static_cast<std::uint8_t>(label({x + 0.5, y + 0.5, z + 0.5})));
+  SceneBuilder builder("labelled");
   builder
       .labels(std::span<const std::uint8_t>(labels), ArrayLayout::x_fastest(cells),
               affine_of({spacing, spacing, spacing}))
-      .material(1, material_of(below))
-      .material(2, material_of(above))
-      .hold("z-", "xyz");
+      .material(1, one)
+      .material(2, two);
   return builder;
+}
+
+/// Labels 1 below and 2 above, half of the cells each; held at the lower face.
+inline SceneBuilder layers(const Index3& cells, double spacing, const ElasticConstants& below,
+                           const ElasticConstants& above) {
+  const auto label = [&](const Vec3& at) { return 2 * at[2] < cells[2] ? 1 : 2; };
+  return labelled(cells, spacing, label, material_of(below), material_of(above)).hold("z-", "xyz");
 }
 
 /// Layers of one isotropic material.

@@ -21,21 +21,10 @@ namespace {
 
 constexpr double h = 1e-3, E = 50e3, nu = 0.3;
 
-/// A box of labels 1 and 2, by what a function of cells' middles says [cells].
+/// A box of labels 1 and 2 that slide, without conditions, by a function of cells' middles [cells].
 Scene labelled(const Index3& cells, const std::function<int(const Vec3&)>& label,
                const Material& one = test::isotropic(E, nu), const Material& other = test::isotropic(E, nu)) {
-  std::vector<std::uint8_t> labels;
-  for (int z = 0; z < cells[2]; ++z)
-    for (int y = 0; y < cells[1]; ++y)
-      for (int x = 0; x < cells[0]; ++x)
-        labels.push_back(std::uint8_t(label({x + 0.5, y + 0.5, z + 0.5})));
-  Scene scene =
-      SceneBuilder("labels")
-          .labels(std::span<const std::uint8_t>(labels), ArrayLayout::x_fastest(cells), affine_of({h, h, h}))
-          .material(1, one)
-          .material(2, other)
-          .hold("z-", "z")
-          .build();
+  Scene scene = test::labelled(cells, h, label, one, other).hold("z-", "z").build();
   scene.prescribed.clear();
   scene.sliding = {{1, 2}};
   return scene;
@@ -121,6 +110,8 @@ TEST(TiedLimitsAnalytic, ARigidBlockThatIsPushedAlongXRisesWithThePlane) {
     const SplitScene split = split_along(scene, normal_of(slope));
     const Answer answer = test::solved(split.scene, "limits");
     EXPECT_LT(error_of_rigid(split, answer, {push, 0, slope * push}), 1e-5) << slope;
+    // 707 and 376 measured; with a penalty four times as high or as low 726 and 608, or 3169 and 1651.
+    EXPECT_LE(answer.iterations, slope == 1 ? 1000 : 500);
   }
 }
 
