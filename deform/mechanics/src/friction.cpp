@@ -15,7 +15,10 @@ namespace maille {
 
 namespace {
 
+/// Give up after this many rounds.
 constexpr int most_rounds = 600;
+/// Rounds that acceleration combines. After as many, slipping contacts are asked whether anything holds them.
+constexpr int most_kept = 10;
 /// Over-relaxation: factor on the change of a round (Eckstein & Bertsekas 1992).
 constexpr double over_relaxation = 1.6;
 
@@ -146,7 +149,6 @@ Eigen::VectorXd Friction::state_of(const Displacement& u, const std::vector<doub
 /// Anderson acceleration: the combination of the last rounds whose changes cancel best; restarts after
 /// divergence.
 Eigen::VectorXd Friction::accelerated(const Eigen::VectorXd& found) {
-  constexpr std::size_t most_kept = 10;
   constexpr double astray = 4; // times the least change so far
   const Eigen::VectorXd change = found - state_;
   const double size = change.norm();
@@ -158,7 +160,7 @@ Eigen::VectorXd Friction::accelerated(const Eigen::VectorXd& found) {
   least_change_ = std::min(least_change_, size);
   found_.push_back(found);
   changes_.push_back(change);
-  if (found_.size() > most_kept) {
+  if (std::ssize(found_) > most_kept) {
     found_.erase(found_.begin());
     changes_.erase(changes_.begin());
   }
@@ -205,7 +207,7 @@ bool Friction::fails(const std::string& motion) {
 bool Friction::needs_another_round(const Displacement& u, const std::vector<double>& press) {
   if (contacts_.empty())
     return false;
-  constexpr int between_doubts = 8, doubts_in_a_row = 4; // a single one may be transient
+  constexpr int doubts_in_a_row = 4; // a single one may be transient
   const double tolerance = std::clamp(split_.relaxation.tolerance, 1e-8, 1e-4);
   const Eigen::VectorXd found = state_of(u, press);
   double presses = 0, pulls = 0;
@@ -225,7 +227,7 @@ bool Friction::needs_another_round(const Displacement& u, const std::vector<doub
     return !motion.empty() && fails(motion);
   }
   take(accelerated(found));
-  if (++rounds_ % between_doubts == 0) {
+  if (++rounds_ % most_kept == 0) {
     const std::string motion = slipping_motion();
     doubts_ = motion.empty() ? 0 : doubts_ + 1;
     if (doubts_ == doubts_in_a_row)

@@ -84,7 +84,7 @@ double bytes_of_masked(const Scene& scene) {
 }
 
 std::int64_t with_answer(const Scene& scene, bool binds, double bytes) {
-  constexpr std::int64_t of_prescribed = 96;
+  constexpr std::int64_t of_prescribed = sizeof(Prescribed) * 3; // asked, clipped, and as fixed components
   return bytes_of_answer(scene) + of_prescribed * std::ssize(scene.prescribed) + 65536 +
          static_cast<std::int64_t>(headroom * bytes) + (binds ? LinkLimits::bytes_at_most(scene) : 0);
 }

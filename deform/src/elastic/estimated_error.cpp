@@ -6,6 +6,7 @@
 #include "elastic/finite/coupled_finite.hpp"
 #include "elastic/krylov/coupled_task.hpp"
 #include "elastic/resample/coarser_scene.hpp"
+#include "lattice/tolerances.hpp"
 #include "maille/scene/block_frames.hpp"
 #include "maille/scene/cell_fields.hpp"
 #include "maille/scene/refined.hpp"
@@ -25,7 +26,7 @@ namespace {
 /// is no criterion: steps are orthogonal in the energy norm, so the length changes little long before the
 /// correction is complete.
 constexpr double small_step = 0.05;
-constexpr int fewest_cycles = 2, most_cycles = 60, most_cycles_to_the_end = 600;
+constexpr int fewest_cycles = 2;
 /// 2 to the power of 1.5: the ratio of errors of two lattices at order 1.5.
 constexpr double halving_gains = std::numbers::sqrt2 * 2;
 /// Error over the part of it that half the spacing removes: 2 at order 1, 4/3 at order 2; measured at order
@@ -80,15 +81,13 @@ std::optional<Answer> Corrector::correct(const Scene& scene, const Displacement&
   const auto is_enough = [&] {
     if (reason_to_stop(control_, clock_))
       return true;
-    if (to_the_end)
-      return answer.iterations >= most_cycles_to_the_end;
-    if (answer.iterations < calls) // asked twice at the same state, in a new round
+    if (to_the_end || answer.iterations < calls) // asked twice at the same state, in a new round
       return false;
     ++calls;
     is_converged = answer.iterations >= fewest_cycles &&
                    distance(answer.displacement, last) <= small_step * distance(answer.displacement, start);
     last = answer.displacement;
-    return is_converged || answer.iterations >= most_cycles;
+    return is_converged || answer.iterations >= iteration_cap;
   };
   const CoupledTask task{scene, control_, scene.prescribed, team, clock_, is_enough, nullptr, &start};
   const bool is_done = coupled_algorithm(scene)(task, answer);

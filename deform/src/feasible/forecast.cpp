@@ -3,10 +3,12 @@
 #include "control/method.hpp"
 #include "feasible/bounds/algorithm_sizes.hpp"
 #include "feasible/box/scan_kernel.hpp"
-#include "feasible/wavefront/wavefront_tiling.hpp"
+#include "feasible/wavefront/tile_intervals.hpp"
 #include "lattice/body.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <fmt/format.h>
 #include <iterator>
 
@@ -15,14 +17,16 @@ namespace maille::deform {
 namespace {
 
 // Bytes. Checked against the heap by tests/deform/feasible/footprint_test.cpp.
-constexpr std::int64_t of_request = 256,     // a prescribed value, and what clipping knows of it
-    of_fixed_size = 16384,                   // engines, lists of a few entries and the heads of arrays
-    of_tile = 12 + 24,                       // place and neighbours; a bit a node comes on top
-    of_tile_node = 4,                        // a component, in quanta
-    of_tile_order = 4 + 3 * 4 + 1,           // a component: what waits, what to take back
-    of_tile_links = 4 + 4, of_kind = 6 * 4,  // a component: which links a tile has, and those of even ones
-    of_link_node = 6 * 4, of_face = 6 * 256, // a component: the links of a tile of its own, and to others
-    of_link_list = 128;                      // a component: an entry in the list of those, which doubles
+constexpr std::int64_t of_request = 256, // a prescribed value, and what clipping knows of it
+    of_fixed_size = 16384,               // engines, lists of a few entries and the heads of arrays
+    of_link_list = 128;                  // a component: an entry in the list of blocks, which doubles
+// Bytes of what TileField, TileQueue, TileIntervals and Tiling hold; per component but for a tile itself.
+constexpr std::int64_t of_number = sizeof(std::int32_t),            // a value, a tile, a bound: in quanta
+    of_tile = sizeof(Index3) + sizeof(std::array<std::int32_t, 6>), // place, neighbours
+    of_tile_order = of_number * 4 + sizeof(bool),                   // queue: next, previous, bucket; recorded
+    of_tile_links = of_number + of_number,                          // number of its block and of its kind
+    of_links = sizeof(LinkIntervals<std::int32_t>),                 // of a kind, or of a node of a block
+    of_faces = of_links * tile_edge * tile_edge;                    // of a block: links to other tiles
 
 std::int64_t n_prescribed(const Scene& scene) {
   return std::ssize(scene.prescribed);
@@ -39,9 +43,9 @@ std::int64_t n_moving_components(const Scene& scene) {
 Footprint forecast_of_moves_of_tiles(const Scene& scene) {
   const std::int64_t tiles = Tiling::n_tiles_of(scene.specimen), d = n_moving_components(scene),
                      volume = Tiling::volume_for(scene.specimen);
-  return {{"link tables", d * tiles * (of_link_node * volume + of_face + of_link_list),
+  return {{"link tables", d * tiles * (of_links * volume + of_faces + of_link_list),
            "at most: of tiles at the surface and where kinds meet, once visited"},
-          {"clipping", d * tiles * (of_tile_node * volume + of_tile_order),
+          {"clipping", d * tiles * (of_number * volume + of_tile_order),
            "at most: where requests must be cut back"}};
 }
 
@@ -78,10 +82,10 @@ Footprint forecast_of_tiles(const Scene& scene, const LinkLimits& limits) {
                      volume = Tiling::volume_for(scene.specimen), kinds = std::ssize(limits.kinds()) + 1;
   return {{"wavefront tiles", tiles * of_tile + Tiling::n_places(scene.specimen) * 4 + tiles * volume / 8,
            fmt::format("{} tiles of {} nodes: place, neighbours, one bit a node", tiles, volume)},
-          {"displacement", d * tiles * volume * of_tile_node,
+          {"displacement", d * tiles * volume * of_number,
            fmt::format("{} components of 32 bits a node of a tile", d)},
           {"tile queue", d * tiles * of_tile_order, "order, changes, and what to take back, per component"},
-          {"bounds of kinds", d * (tiles * of_tile_links + kinds * of_kind),
+          {"bounds of kinds", d * (tiles * of_tile_links + kinds * of_links),
            fmt::format("{} kinds of cells, and which a tile is of", kinds - 1)},
           {"components", of_fixed_size, "everything of fixed size"}};
 }

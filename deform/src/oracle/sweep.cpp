@@ -204,7 +204,7 @@ private:
   bool is_elastic() const { return settings_.mode == RelaxationMode::elastic; }
   bool has_settled(const Part& part) const { return part.error.remaining() <= settings_.tolerance * scale_; }
   double largest_remaining() const;
-  void report(const Control& control, const Clock& clock);
+  void report(const Control& control);
 
   const RelaxationSettings& settings_;
   const LinkTable& table_;
@@ -212,7 +212,6 @@ private:
   double rounding_; ///< of sums along the body [m]
   std::vector<Part> parts_;
   std::int64_t sweeps_ = 0;
-  double next_report_ = 0; ///< [s]
   double first_remaining_ = 0;
 };
 
@@ -248,7 +247,7 @@ std::optional<Status> Relaxation::run(const Control& control, const Clock& clock
       part.error.add(is_elastic() ? part.component.relax_elastic() : part.component.relax_deformable());
       all_settled = all_settled && has_settled(part);
     }
-    report(control, clock);
+    report(control);
   }
   return std::nullopt;
 }
@@ -267,11 +266,9 @@ double Relaxation::residual() const {
   return scale_ > 0 ? remaining / scale_ : 0;
 }
 
-void Relaxation::report(const Control& control, const Clock& clock) {
-  constexpr double seconds_between_reports = 0.1;
-  if (!control.progress || clock.seconds() < next_report_)
+void Relaxation::report(const Control& control) {
+  if (!control.progress)
     return;
-  next_report_ = clock.seconds() + seconds_between_reports;
   const double remaining = largest_remaining(), goal = settings_.tolerance * scale_;
   double fraction = 0;
   if (std::isfinite(remaining)) {

@@ -2,6 +2,7 @@
 
 #include "elastic/componentwise/componentwise_kernel.hpp"
 #include "elastic/krylov/conjugate_gradients.hpp"
+#include "elastic/krylov/coupled_task.hpp"
 #include "parallel/thread_team.hpp"
 
 #include <algorithm>
@@ -19,7 +20,6 @@ namespace maille::deform {
 
 namespace {
 
-constexpr int most_iterations = 2000;
 /// Reduction of the error per round in float32; then the residual is recomputed in float64.
 constexpr double reduction_per_residual = 1e-4;
 
@@ -181,7 +181,7 @@ public:
 
   bool should_continue() override {
     outcome_.was_stopped = must_stop_ && must_stop_();
-    return !outcome_.was_stopped && outcome_.iterations < most_iterations;
+    return !outcome_.was_stopped && outcome_.iterations < most_coupled_iterations;
   }
   bool should_continue_after(double, double) override {
     const double change = correction_.change();
@@ -261,7 +261,7 @@ SolveOutcome ComponentwiseSolver::solve(std::span<double> u, std::span<const dou
   }
   outcome.remaining = std::numeric_limits<double>::infinity();
   double best_change = std::numeric_limits<double>::infinity();
-  while (outcome.iterations < most_iterations) {
+  while (outcome.iterations < most_coupled_iterations) {
     const double scale = begin_correction(u, forces_less_springs(u));
     if (scale == 0) {
       outcome.remaining = 0;

@@ -19,6 +19,8 @@ constexpr std::int64_t most_components = 60'000, most_components_of_slender = 20
 constexpr double operations_per_iteration = 100;
 /// Bytes per non-zero (value and row index).
 constexpr std::int64_t per_number = sizeof(double) + sizeof(int);
+/// Largest factor with its fields [bytes].
+constexpr std::int64_t most_bytes = std::int64_t{512} << 20;
 
 /// A column of k cells across has (k + 1)^2 / k^2 nodes a cell.
 double cells_across(const Specimen& body) {
@@ -85,9 +87,8 @@ std::int64_t DirectSystem::bytes() const {
 
 bool is_very_slender(const Specimen& body) {
   constexpr double least_slenderness = 100, most_cells_over_square = 3;
-  constexpr std::int64_t most_grid_nodes = 2'000'000; // each has 168 bytes of fields in float64
   const double longest = *std::ranges::max_element(body.grid.cells());
-  if (body.grid.n_nodes() > most_grid_nodes ||
+  if (body.grid.n_nodes() * FlexibleGradients::bytes_per_grid_node > most_bytes ||
       static_cast<double>(body.n_matter_cells()) > most_cells_over_square * longest * longest)
     return false;
   const double across = cells_across(body);
@@ -96,7 +97,6 @@ bool is_very_slender(const Specimen& body) {
 
 std::int64_t bytes_for_factor(const Specimen& body) {
   constexpr double most_cells_across = 3.1, per_component = 480, per_square = 95; // measured up to 5
-  constexpr std::int64_t most_bytes = std::int64_t{512} << 20;
   if (3 * body.n_matter_cells() > most_components_of_slender) // there are more nodes than cells
     return 0;
   const std::int64_t n_components = 3 * body.n_matter_nodes();
@@ -113,11 +113,11 @@ std::int64_t bytes_for_factor(const Specimen& body) {
 }
 
 std::unique_ptr<DirectSystem> make_direct_system(const CoupledTask& task) {
-  const std::int64_t most_bytes = bytes_for_factor(task.scene.specimen);
-  if (most_bytes == 0)
+  const std::int64_t forecast = bytes_for_factor(task.scene.specimen);
+  if (forecast == 0)
     return nullptr;
   auto system = std::make_unique<DirectSystem>(task);
-  return system->n_components() > 0 && system->bytes() <= most_bytes ? std::move(system) : nullptr;
+  return system->n_components() > 0 && system->bytes() <= forecast ? std::move(system) : nullptr;
 }
 
 std::optional<bool> solve_coupled_by_factor(const CoupledTask& task, std::unique_ptr<DirectSystem> system,

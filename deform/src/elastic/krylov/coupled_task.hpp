@@ -83,6 +83,7 @@ std::string reason_to_refuse_coupled(const Scene& scene);
 
 /// True if every cell of a 3D grid holds the same matter, turned the same way, and it is not thin.
 bool is_uniform_box(const Scene& scene);
+/// Give up after this many iterations of a solve, which converge or stagnate earlier.
 constexpr int most_coupled_iterations = 5000;
 
 } // namespace maille::deform

@@ -15,8 +15,8 @@ namespace {
 
 /// Relative distance below which two sets of data count as the same direction.
 constexpr double same_direction = 1e-3;
-/// Largest share of the question that a useful start may leave unexplained.
-/// nearer to each other than this part of the way ahead support no polynomial.
+/// Largest share of the question that a useful start may leave unexplained; answers nearer to each other than
+/// this part of the way ahead support no polynomial.
 constexpr double too_far = 0.5;
 
 Scene matter_of(const Scene& scene) {

@@ -2,6 +2,7 @@
 
 #include "control/method.hpp"
 #include "feasible/bounds/clipping.hpp"
+#include "lattice/tolerances.hpp"
 #include "maille/scene/scene.hpp"
 
 #include <cmath>
@@ -13,8 +14,9 @@ namespace maille::deform {
 
 namespace {
 
-constexpr int most_evaluations = 12; ///< of the slope along a direction
-constexpr double flat_enough = 0.05; ///< beside the slope at the start
+/// A direction ends where the slope is at most this share of that at its start. More takes steps that descend
+/// less, less takes more evaluations of the slope.
+constexpr double flat_enough = 0.05;
 
 } // namespace
 
@@ -120,7 +122,7 @@ List<KeptMultiplier> ConstrainedMinimum::multipliers() const {
 /// @param slope of the energy at the start, @param curvature of it
 double ConstrainedMinimum::best_step(double slope, double curvature) const {
   double step = 0, low = 0, high = std::numeric_limits<double>::infinity(), first = 0;
-  for (int evaluation = 0; evaluation < most_evaluations; ++evaluation) {
+  for (int evaluation = 0; evaluation < iteration_cap; ++evaluation) {
     double value = slope + step * curvature, rise = curvature;
     for (const ActiveLinks& links : links_) {
       const ActiveLinks::Slope of_links = links.slope_at(step);
@@ -203,12 +205,11 @@ bool ConstrainedMinimum::should_continue_after(double, double product) {
   return false;
 }
 
-bool ConstrainedMinimum::solve(Displacement& u, double tolerance, Answer& answer,
-                               std::int64_t most_iterations) {
+bool ConstrainedMinimum::solve(Displacement& u, double error_tolerance, Answer& answer) {
   begin(system_, u);
-  tolerance_ = tolerance;
+  tolerance_ = error_tolerance;
   answer_ = &answer;
-  last_iteration_ = answer.iterations + most_iterations;
+  last_iteration_ = answer.iterations + most_coupled_iterations;
   find_residual();
   is_found_.reset();
   while (!is_found_) {

@@ -44,10 +44,9 @@ public:
                      const std::vector<int>& components, Loads loads, double stiffer = 1);
 
   /// Changes `u`, which holds the prescribed values, and adds to the answer's iterations.
-  /// @param tolerance of error()
+  /// @param error_tolerance of error()
   /// @return false if stopped
-  bool solve(Displacement& u, double tolerance, Answer& answer,
-             std::int64_t most_iterations = most_coupled_iterations);
+  bool solve(Displacement& u, double error_tolerance, Answer& answer);
   /// Begins with the multipliers of the same body on every second node.
   void begin_with(const ConstrainedMinimum& coarse);
   /// Begins with those of an earlier answer for the same body.

@@ -13,6 +13,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <limits>
 
 namespace maille::deform {
 
@@ -107,7 +108,7 @@ public:
     double largest_mean() const; ///< of the diagonal
   };
   const List<Kind>& kinds() const { return kinds_; }
-  static constexpr std::size_t few_kinds = 255;
+  static constexpr std::size_t few_kinds = std::numeric_limits<std::uint8_t>::max();
   /// Number of kinds in the scene; few_kinds + 1 stands for all larger numbers.
   std::size_t n_kinds() const {
     return has_few_kinds_ ? kinds_.size() : std::max(kinds_.size(), few_kinds + 1);

@@ -18,7 +18,12 @@ namespace maille::deform {
 
 namespace {
 
-constexpr double largest_ratio = 0.5, no_ratio = 0.75, largest_difference = 0.25;
+/// Largest ratio of successive differences that is used: a larger one corrects beyond order 1. Above
+/// `no_ratio` differences are no geometric series: a node takes the ratio of the body, a body is left
+/// alone.
+constexpr double largest_ratio = 0.5, no_ratio = 0.75;
+/// Lattices that differ by more of their answer are too coarse to extrapolate from.
+constexpr double largest_difference = 0.25;
 
 std::size_t of(std::int64_t i) {
   return static_cast<std::size_t>(i);
@@ -147,9 +152,6 @@ Extrapolated extrapolate(const LatticeAnswer& twice, const LatticeAnswer& four_t
 
 namespace {
 
-/// Share of the tolerance for coarser lattices, so that the solver error adds less to their differences.
-constexpr double share_of_tolerance = 0.25;
-
 /// The question on every second node with its answer, and recursively on coarser lattices.
 struct Coarser {
   Scene scene;
@@ -199,7 +201,6 @@ std::string NestedSolve::find_coarser() {
     Scene& coarse = (*next)->scene;
     if (const std::string lost = what_coarsening_loses(coarse, *fine, *prescribed); !lost.empty())
       return "not extrapolated: " + lost;
-    coarse.relaxation.tolerance = share_of_tolerance * task_.scene.relaxation.tolerance;
     fine = &coarse;
     prescribed = &coarse.prescribed;
     next = &(*next)->coarser;

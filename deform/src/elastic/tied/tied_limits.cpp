@@ -43,8 +43,7 @@ bool keep_within_limits(TiedModel& model, const Loads& loads, const SearchScale&
   const CoupledTask& task = model.task();
   const double tolerance = task.scene.relaxation.tolerance;
   ConstrainedMinimum minimum(task, model, model.moduli(), all_components(task.scene), loads, scale.stiffer);
-  const bool is_found =
-      minimum.solve(u, share_of_tolerance * tolerance / scale.sharper, answer, scale.most_iterations);
+  const bool is_found = minimum.solve(u, share_of_tolerance * tolerance / scale.sharper, answer);
   answer.reaction.clear();
   if (knows_forces && is_found) {
     answer.message = fmt::format("limits are active: least energy within them, with multipliers of {} links",

@@ -22,8 +22,6 @@ namespace {
 /// Penalty of the least movement, over the body's length [1]: the fewest iterations on bodies of 10 to 48
 /// cells; a third of it takes half as many again.
 constexpr double penalty_per_cell = 0.1;
-/// Factor on the budget of iterations of the least movement, whose iterations are cheaper.
-constexpr int more_iterations = 8;
 
 /// The links of the componentwise model, per component.
 using Links = std::array<std::unique_ptr<ComponentwiseLevel>, 3>;
@@ -174,12 +172,10 @@ Answer TiedRun::least_movement() {
   if (largest_entry(u) == 0)
     return ended(true);
   // Limits act on waves as long as the body, whose stretches are smaller than the displacements by that
-  // factor. The norm is a sum over nodes, but ties are judged one by one. Iterations are cheap, and their
-  // number grows with the length of the body.
+  // factor. The norm is a sum over nodes, but ties are judged one by one.
   const Index3& n = scene_.specimen.grid.cells();
   const SearchScale scale{penalty_per_cell * std::max({n[0], n[1], scene_.tied.planes}),
-                          std::sqrt(static_cast<double>(scene_.specimen.grid.n_nodes())),
-                          more_iterations * most_coupled_iterations};
+                          std::sqrt(static_cast<double>(scene_.specimen.grid.n_nodes()))};
   return ended(keep_within_limits(model, Loads{}, scale, false, u, answer_));
 }
 

@@ -61,7 +61,6 @@ private:
 struct SearchScale {
   double stiffer = 1; ///< factor on the penalties
   double sharper = 1; ///< of the tolerance, which is divided by it
-  std::int64_t most_iterations = most_coupled_iterations;
 };
 
 /// Minimises the energy within limits (see ConstrainedMinimum), starting at u, then projects to the nearest
