@@ -3,7 +3,6 @@
 #include "elastic/finite/coupled_finite.hpp"
 #include "elastic/krylov/elastic_run.hpp"
 #include "elastic/krylov/kept_body.hpp"
-#include "elastic/ladder/ladder.hpp"
 #include "elastic/limits/constrained_minimum.hpp"
 #include "elastic/links/interval_field.hpp"
 #include "elastic/masked/slabs.hpp"
@@ -44,7 +43,6 @@ Answer CoupledRun::run() {
     kept_->answers.find_start(scene_, clipping_.prescribed, start);
   CoupledTask task = this->task();
   task.start = start.empty() ? nullptr : &start;
-  task.limit_step = limits_ ? obey_limits : nullptr;
   task.kept = kept_;
   const bool is_converged = solve_on_nested_lattices(task, coupled_algorithm(scene_), answer_);
   if (answer_.status == Status::failed)
@@ -58,7 +56,7 @@ Answer CoupledRun::run() {
 } // namespace
 
 CoupledAlgorithm& coupled_algorithm(const Scene& scene) {
-  return scene.tied.ties.empty() ? solve_on_ladder : solve_coupled_tied;
+  return scene.tied.ties.empty() ? solve_within_limits : solve_coupled_tied;
 }
 
 std::string reason_to_refuse_coupled(const Scene& scene) {

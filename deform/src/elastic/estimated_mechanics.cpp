@@ -1,10 +1,10 @@
 #include "elastic/estimated_mechanics.hpp"
 
+#include "elastic/krylov/coupled_task.hpp"
 #include "elastic/model/lattice_elasticity.hpp"
 #include "maille/scene/cell_fields.hpp"
 
 #include <array>
-#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
@@ -26,16 +26,8 @@ Answer with_forces(const Scene& scene, const Answer& elastic) {
   ThreadTeam alone(1);
   Displacement forces(scene.specimen.grid);
   LatticeElasticity(scene).apply(state.displacement, forces, alone);
-  const auto values = state.displacement.values();
-  state.strain_energy = 0.5 * std::inner_product(values.begin(), values.end(), forces.values().begin(), 0.0);
-  std::vector<List<double>> loads;
-  for (int c = 0; c < scene.dimension(); ++c)
-    loads.push_back(nodal_forces(scene, c));
-  state.reaction.clear();
-  for (const Prescribed& p : scene.prescribed) {
-    const auto& load = loads[p.component];
-    state.reaction.push_back(forces(p.component, p.node) - (load.empty() ? 0 : load[p.node]));
-  }
+  state.strain_energy = 0.5 * product(state.displacement, forces);
+  state.reaction = reactions_of(scene, loads_of(scene), forces);
   return state;
 }
 

@@ -38,7 +38,6 @@ public:
 private:
   void relax(int component);
   void stay_within(ComponentwiseSolver& solver, const List<double>& forces, int component);
-  bool breaks_limits(int component, std::span<const double> u);
   void react(int component, const ComponentwiseSolver& solver, const List<double>& forces);
   void keep_energy(ComponentwiseSolver& solver, int component);
   void finish();
@@ -68,17 +67,6 @@ double Relaxation::scale_of(std::span<const double> u) const {
     for (const double value : u)
       largest = std::max(largest, std::abs(value));
   return largest;
-}
-
-bool Relaxation::breaks_limits(int component, std::span<const double> u) {
-  const auto [least, most] = range_of(u);
-  if (cannot_be_reached(*limits_, component, scene_.dimension(), least, most))
-    return false;
-  const IntervalField ranges(scene_, *limits_, component);
-  std::vector<double> of_plane(ranges.n_planes());
-  team_.run(ranges.n_planes(), [&](int z, int) { of_plane[z] = ranges.excess_in_plane(z, u.data()); });
-  return *std::ranges::max_element(of_plane) >
-         rounding_tolerance(scene_.specimen.grid, std::max(-least, most));
 }
 
 void Relaxation::relax(int component) {
@@ -115,7 +103,10 @@ void Relaxation::relax(int component) {
   answer_.residual = std::max(answer_.residual, std::isfinite(residual) ? residual : 1);
   if (outcome.was_stopped && !stopped_)
     stopped_ = Status::budget_reached;
-  const bool is_outside = limits_ && breaks_limits(component, u);
+  const auto [least, most] = range_of(u);
+  const bool is_outside =
+      limits_ && breaks_limits(scene_, *limits_, team_, component, u,
+                               rounding_tolerance(scene_.specimen.grid, std::max(-least, most)));
   is_feasible_[component] = !is_outside;
   if (is_outside)
     stay_within(solver, forces, component);

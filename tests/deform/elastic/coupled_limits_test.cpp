@@ -156,10 +156,9 @@ void expect_any_start_serves(Scene scene) {
   ThreadTeam team(1);
   const Control control;
   const Clock clock;
-  const CoupledTask task{scene,   control, clipping.prescribed, team, clock, [] { return false; },
-                         &limits, nullptr, obey_limits};
+  const CoupledTask task{scene, control, clipping.prescribed, team, clock, [] { return false; }, &limits};
   Answer answer, general;
-  ASSERT_TRUE(solve_on_ladder(task, answer));
+  ASSERT_TRUE(solve_within_limits(task, answer));
   ASSERT_TRUE(solve_coupled_body(task, general));
   BodySystem body(task);
   const CellModuli moduli(scene);

@@ -82,20 +82,18 @@ double BoxSolver::work_of_loads() {
 /// Takes the pending steps and adds the round's state to u.
 void BoxSolver::finish_round(Displacement& u, CoupledRound) {
   BoxLevel& level = body_.multigrid->finest();
-  const bool is_whole = gradients_->is_whole();
-  const double scale = gradients_->scale();
   const auto of_plane = body_.multigrid->sums();
   body_.multigrid->sum_over_planes([&](int z) {
     return finish_box(level.A(), z, body_.fields->steps(), body_.fields->direction(), level.r.data(),
-                      body_.fields->state(), level.f.data(), scale, !is_whole, u.values().data());
+                      body_.fields->state(), level.f.data(), scale(), !is_whole(), u.values().data());
   });
   work_of_residual_.clear();
-  if (is_whole) {
+  if (is_whole()) {
     // Otherwise float32 rounding shows in the energy: 3e-6 of it at nu 0.49 on 65^3 nodes.
     if (relaxation_steps(stiffness_contrast(task_.scene.object_stiffness(0))) <= steps_of_low_contrast)
       work_of_residual_.assign(of_plane.begin(), of_plane.end());
     for (double& work : work_of_residual_)
-      work *= scale * scale;
+      work *= scale() * scale();
     for (const Prescribed& p : task_.prescribed)
       u(p.component, p.node) = p.value; // to the bit
   }
@@ -106,10 +104,9 @@ void BoxSolver::begin_on_coarser_grids(Displacement& u) {
   body_.fields->restart(); // a cached body may hold steps of its last answer
   BoxLevel& level = body_.multigrid->finest();
   const Grid& grid = task_.scene.specimen.grid;
-  const double scale = gradients_->scale();
   PaddedArray forces;
-  if (std::ranges::any_of(loads_, [](const auto& of_component) { return !of_component.empty(); })) {
-    const double factor = 1 / (body_.unit * scale);
+  if (has_loads_) {
+    const double factor = 1 / (body_.unit * scale());
     forces = PaddedArray(level.field_size());
     load_field(
         level, body_.multigrid->team_for(level),
@@ -120,19 +117,19 @@ void BoxSolver::begin_on_coarser_grids(Displacement& u) {
   float* const state = body_.fields->state();
   for (const Prescribed& p : task_.prescribed) {
     const Index3 at = grid.node_at(p.node);
-    state[level.offset(p.component, at[0], at[1], at[2])] = static_cast<float>(p.value / scale);
+    state[level.offset(p.component, at[0], at[1], at[2])] = static_cast<float>(p.value / scale());
   }
   BoxStart start(*body_.multigrid);
-  const bool is_whole = task_.scene.relaxation.tolerance >= float32_is_enough;
+  const bool is_to_be_whole = task_.scene.relaxation.tolerance >= float32_is_enough;
   const auto sums = body_.multigrid->sums();
   start.solve(state, pulls, [&](int z) {
-    if (is_whole)
+    if (is_to_be_whole)
       sums[z] = begin_box(level.A(), z, pulls, state, level.f.data(), level.scratch());
     else
-      finish_box(level.A(), z, {}, state, state, state, level.f.data(), scale, false, u.values().data());
+      finish_box(level.A(), z, {}, state, state, state, level.f.data(), scale(), false, u.values().data());
   });
-  if (is_whole)
-    gradients_->begin_whole(body_.multigrid->total() * scale * scale);
+  if (is_to_be_whole)
+    begin_whole(body_.multigrid->total() * scale() * scale());
   else
     for (const Prescribed& p : task_.prescribed)
       u(p.component, p.node) = p.value; // to the bit

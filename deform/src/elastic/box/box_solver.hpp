@@ -1,7 +1,7 @@
 #pragma once
 /// Linear elasticity on a box of one material: the fast case of MaskedSolver.
 ///
-/// The same scheme (MixedGradients: float64 residuals, float32 corrections around one multigrid cycle), but
+/// The same scheme (MixedSolver: float64 residuals, float32 corrections around one multigrid cycle), but
 /// all cells are alike: the operator is a stencil without stored coefficients, and coarse grids are boxes
 /// again. The solve begins with the optimum on coarser grids (full multigrid).
 ///
@@ -10,7 +10,7 @@
 
 #include "elastic/box/box_system.hpp"
 #include "elastic/krylov/kept_body.hpp"
-#include "elastic/krylov/mixed_gradients.hpp"
+#include "elastic/krylov/mixed_solver.hpp"
 
 #include <memory>
 #include <vector>

@@ -63,17 +63,19 @@ std::vector<int> all_components(const Scene& scene);
 /// Shared part of operators around the componentwise multigrid.
 class ComponentwisePreconditioned : public PenalizedOperator {
 public:
+  const CoupledTask& task() const { return task_; }
+  const CellModuli& moduli() const { return moduli_; }
   void precondition(const Displacement& residual, Displacement& correction) override {
     preconditioner_.precondition(residual, correction);
   }
   void set_penalties(const List<PenaltyLink>& links) override { preconditioner_.set_penalties(links); }
 
 protected:
-  /// @param task must outlive this
-  ComponentwisePreconditioned(const CoupledTask& task, CellModuli moduli, const std::vector<int>& components)
+  /// @param task must outlive this @param springs as ComponentwisePreconditioner has them
+  ComponentwisePreconditioned(const CoupledTask& task, CellModuli moduli, const std::vector<int>& components,
+                              std::optional<List<NodalSpring>> springs = {})
       : task_(task), moduli_(std::move(moduli)),
-        preconditioner_(task.scene, moduli_, components, task.prescribed, task.team) {}
-  const CoupledTask& task() const { return task_; }
+        preconditioner_(task.scene, moduli_, components, task.prescribed, task.team, std::move(springs)) {}
   ComponentwisePreconditioner& preconditioner() { return preconditioner_; }
 
 private:

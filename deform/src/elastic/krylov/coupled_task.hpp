@@ -2,8 +2,7 @@
 /// What every solver of `coupled` is asked.
 ///
 /// A task is one question: the scene, values to prescribe, limits that bind or none, a start, and a cache of
-/// earlier questions. A solver finds the elastic state; solve_on_ladder() then calls limit_step, which
-/// enforces limits on that state.
+/// earlier questions. solve_on_ladder() finds the elastic state; solve_within_limits() enforces limits on it.
 
 #include "control/method.hpp"
 #include "maille/scene/answer.hpp"
@@ -12,6 +11,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <numeric>
 #include <vector>
 
 namespace maille::deform {
@@ -25,11 +25,23 @@ inline Loads loads_of(const Scene& scene) {
   return loads;
 }
 
-class KeptBody;
-struct CoupledTask;
+/// Euclidean product over all entries, in their order.
+inline double product(const Displacement& a, const Displacement& b) {
+  const auto of_a = a.values(), of_b = b.values();
+  return std::inner_product(of_a.begin(), of_a.end(), of_b.begin(), 0.0);
+}
 
-/// Enforces limits on an elastic state: obey_limits() of elastic/limits.
-using LimitStep = bool(const CoupledTask& task, bool is_converged, Displacement& u, Answer& answer);
+/// Reactions of the scene's prescribed components: the forces that hold the state, less the loads [N].
+inline std::vector<double> reactions_of(const Scene& scene, const Loads& loads, const Displacement& forces) {
+  std::vector<double> reactions;
+  for (const Prescribed& p : scene.prescribed) {
+    const auto& along = loads[p.component];
+    reactions.push_back(forces(p.component, p.node) - (along.empty() ? 0 : along[p.node]));
+  }
+  return reactions;
+}
+
+class KeptBody;
 
 struct CoupledTask {
   const Scene& scene;
@@ -41,8 +53,6 @@ struct CoupledTask {
   const LinkLimits* limits = nullptr; ///< null: none bind
   /// Start, on the scene's grid; prescribed components are set in it. Null: the solver's own start.
   const Displacement* start = nullptr;
-  /// Last step, after the elastic answer. Null: none.
-  LimitStep* limit_step = nullptr;
   /// Cache of earlier questions about this body, updated for later ones. Null: no cache.
   KeptBody* kept = nullptr;
 
@@ -74,7 +84,7 @@ using CoupledAlgorithm = bool(const CoupledTask& task, Answer& answer);
 /// Any body in 1D, 2D and 3D: conjugate gradients around the componentwise model's multigrid. In 3D the
 /// tests' oracle.
 CoupledAlgorithm solve_coupled_body;
-/// The one for the scene: solve_on_ladder, or that of bodies that slide.
+/// The one for the scene: solve_within_limits, or that of bodies that slide.
 CoupledAlgorithm& coupled_algorithm(const Scene& scene);
 /// Number of threads worth using for a scene, of those that the caller allows.
 int elastic_threads(const Scene& scene, const Control& control);

@@ -123,11 +123,7 @@ CoupledRound FlexibleGradients::solve(ElasticOperator& K, Displacement& u, Answe
 void FlexibleGradients::find_energy_and_reactions(ElasticOperator& K, const Displacement& u, Answer& answer) {
   K.apply(u, image_);
   answer.strain_energy = 0.5 * sums_.dot(u, image_) - energy_of_springs(nodal_springs(task_.scene), u);
-  answer.reaction.clear();
-  for (const Prescribed& p : task_.scene.prescribed) {
-    const auto b = static_cast<std::size_t>(p.component), i = static_cast<std::size_t>(p.node);
-    answer.reaction.push_back(image_(b, i) - (forces_[b].empty() ? 0 : forces_[b][i]));
-  }
+  answer.reaction = reactions_of(task_.scene, forces_, image_);
 }
 
 bool FlexibleGradients::finish(ElasticOperator& K, Answer& answer) {

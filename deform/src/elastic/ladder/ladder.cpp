@@ -4,7 +4,6 @@
 #include "elastic/box/box_solver.hpp"
 #include "elastic/direct/direct_system.hpp"
 #include "elastic/krylov/flexible_gradients.hpp"
-#include "elastic/krylov/kept_body.hpp"
 #include "elastic/masked/masked_solver.hpp"
 
 #include <algorithm>
@@ -137,8 +136,9 @@ bool fall_back(const CoupledTask& task, std::unique_ptr<MixedSolver> solver,
   return clear_failure(answer) ? solve_coupled_body(task, answer) : is_converged;
 }
 
-/// Rungs 1 to 4.
-bool find_elastic_answer(const CoupledTask& task, Answer& answer) {
+} // namespace
+
+bool solve_on_ladder(const CoupledTask& task, Answer& answer) {
   if (task.scene.dimension() < 3)
     return solve_coupled_body(task, answer);
   if (task.control.communicator != nullptr)
@@ -165,21 +165,6 @@ bool find_elastic_answer(const CoupledTask& task, Answer& answer) {
   if (end != CoupledRound::finished)
     answer.reaction.clear();
   return end == CoupledRound::finished;
-}
-
-} // namespace
-
-bool solve_on_ladder(const CoupledTask& task, Answer& answer) {
-  bool is_converged = true;
-  if (begins_within_limits(task)) {
-    answer.algorithm = "lattice elasticity";
-    answer.displacement = task.initial_state();
-    answer.seconds.setup = task.clock.seconds();
-  } else
-    is_converged = find_elastic_answer(task, answer);
-  if (answer.status == Status::failed || task.limit_step == nullptr)
-    return is_converged;
-  return task.limit_step(task, is_converged, answer.displacement, answer);
 }
 
 } // namespace maille::deform

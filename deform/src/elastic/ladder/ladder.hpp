@@ -9,11 +9,11 @@
 ///   3. float64 around the multigrid of rung 1;
 ///   4. float64 around the componentwise multigrid. Bodies in 1D and 2D begin here.
 ///
-/// Every rung ends by energy and reactions; limits follow (CoupledTask::limit_step). The functions below are
-/// where a kind of body is chosen.
+/// Every rung ends by energy and reactions; limits follow (solve_within_limits). The functions below are where
+/// a kind of body is chosen.
 
 #include "elastic/krylov/coupled_task.hpp"
-#include "elastic/krylov/mixed_gradients.hpp"
+#include "elastic/krylov/mixed_solver.hpp"
 
 #include <memory>
 
@@ -26,7 +26,7 @@ std::shared_ptr<ElasticOperator> make_operator(const CoupledTask& task);
 /// inaccurately and takes up to eight times the iterations.
 std::shared_ptr<PenalizedOperator> make_operator_within_limits(const CoupledTask& task);
 
-/// The elastic answer of a body without ties. @pre 1D, 2D or 3D
+/// The elastic answer of a body without ties, whatever its limits. @pre 1D, 2D or 3D
 CoupledAlgorithm solve_on_ladder;
 
 /// True if float32 cannot distinguish bending of the body from rigid motion. @pre dimension 3

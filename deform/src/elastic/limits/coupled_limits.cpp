@@ -13,9 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numeric>
 #include <optional>
-#include <span>
 #include <utility>
 
 namespace maille::deform {
@@ -57,32 +55,12 @@ bool start_from_coarser(const CoupledTask& task, ConstrainedMinimum& minimum, Di
 
 namespace {
 
-/// Finds the reactions of all prescribed components, where the forces of the limits are part of the balance.
-void find_reactions(const CoupledTask& task, PenalizedOperator& system, const ConstrainedMinimum& minimum,
-                    const Displacement& u, Displacement& forces, Answer& answer) {
-  system.apply(u, forces);
-  minimum.add_forces_of_limits(forces);
-  answer.reaction.clear();
-  const Loads loads = loads_of(task.scene);
-  for (const Prescribed& p : task.scene.prescribed) {
-    const auto& load = loads[p.component];
-    answer.reaction.push_back(forces(p.component, p.node) - (load.empty() ? 0 : load[p.node]));
-  }
-}
-
-double energy_of(PenalizedOperator& system, const Displacement& u, Displacement& forces) {
-  system.apply(u, forces);
-  const std::span<const double> values = u.values();
-  return 0.5 * std::inner_product(values.begin(), values.end(), forces.values().begin(), 0.0);
-}
-
 /// Euclidean, of the change over the first.
 double relative_change(const Displacement& from, const Displacement& to) {
-  double change = 0, size = 0;
-  for (std::size_t i = 0; i < from.values().size(); ++i) {
+  const double size = product(from, from);
+  double change = 0;
+  for (std::size_t i = 0; i < from.values().size(); ++i)
     change += std::pow(to.values()[i] - from.values()[i], 2);
-    size += std::pow(from.values()[i], 2);
-  }
   return size > 0 ? std::sqrt(change / size) : 0;
 }
 
@@ -118,7 +96,9 @@ bool find_least_energy(const CoupledTask& task, PenalizedOperator& system, Displ
         from_last_answer ? ", limits by multipliers from the last answer on" : ", limits by multipliers";
     if (!is_found)
       return false;
-    find_reactions(task, system, minimum, u, spare, answer);
+    system.apply(u, spare);
+    minimum.add_forces_of_limits(spare); // part of the balance
+    answer.reaction = reactions_of(task.scene, loads_of(task.scene), spare);
     answer.message =
         from_last_answer && n_pulling == 0
             ? ""
@@ -129,29 +109,35 @@ bool find_least_energy(const CoupledTask& task, PenalizedOperator& system, Displ
   return false;
 }
 
-bool enforce_limits(const CoupledTask& task, PenalizedOperator& system, bool is_converged, Displacement& u,
-                    Answer& answer) {
-  answer.reaction.clear();
-  Displacement spare; // forces, then the state before the projection
-  answer.message =
-      "limits are active: the solve was cut short, and its state brought to the nearest feasible one";
-  if (is_converged)
-    is_converged = find_least_energy(task, system, u, spare, answer);
-  spare = u; // reuses its memory
-  FeasibleSet(task.scene, *task.limits, task.control.threads).bring_in(task.prescribed, u);
-  answer.residual = std::min(1.0, std::max(answer.residual, relative_change(spare, u)));
-  answer.strain_energy = energy_of(system, u, spare) - energy_of_springs(nodal_springs(task.scene), u);
-  return is_converged;
-}
-
 } // namespace
 
-bool obey_limits(const CoupledTask& task, bool is_converged, Displacement& u, Answer& answer) {
-  if (!begins_within_limits(task) && !breaks_limits(task.scene, *task.limits, task.team, u, 0))
+bool solve_within_limits(const CoupledTask& task, Answer& answer) {
+  const bool begins_there = begins_within_limits(task);
+  bool is_converged = true;
+  if (begins_there) {
+    answer.algorithm = "lattice elasticity";
+    answer.displacement = task.initial_state();
+    answer.seconds.setup = task.clock.seconds();
+  } else
+    is_converged = solve_on_ladder(task, answer);
+  if (answer.status == Status::failed || task.limits == nullptr ||
+      (!begins_there && !breaks_limits(task.scene, *task.limits, task.team, answer.displacement, 0)))
     return is_converged;
   const std::shared_ptr<PenalizedOperator> system =
       is_converged ? make_operator_within_limits(task) : std::make_shared<BodySystem>(task);
-  return enforce_limits(task, *system, is_converged, u, answer);
+  Displacement& u = answer.displacement;
+  Displacement spare; // forces, then the state before the projection
+  answer.reaction.clear();
+  answer.message =
+      "limits are active: the solve was cut short, and its state brought to the nearest feasible one";
+  if (is_converged)
+    is_converged = find_least_energy(task, *system, u, spare, answer);
+  spare = u; // reuses its memory
+  FeasibleSet(task.scene, *task.limits, task.control.threads).bring_in(task.prescribed, u);
+  answer.residual = std::min(1.0, std::max(answer.residual, relative_change(spare, u)));
+  system->apply(u, spare);
+  answer.strain_energy = 0.5 * product(u, spare) - energy_of_springs(nodal_springs(task.scene), u);
+  return is_converged;
 }
 
 } // namespace maille::deform

@@ -115,26 +115,25 @@ bool permit_all_that_is_prescribed(const LinkLimits& limits, const Scene& scene)
   return true;
 }
 
+bool breaks_limits(const Scene& scene, const LinkLimits& limits, ThreadTeam& team, int component,
+                   std::span<const double> u, double rounding) {
+  const auto [least, most] = range_of(u);
+  if (cannot_be_reached(limits, component, scene.dimension(), least, most))
+    return false;
+  const IntervalField ranges(scene, limits, component);
+  std::vector<double> excess(ranges.n_planes());
+  team.run(ranges.n_planes(), [&](int z, int) { excess[z] = ranges.excess_in_plane(z, u.data()); });
+  return std::ranges::max(excess) > rounding;
+}
+
 bool breaks_limits(const Scene& scene, const LinkLimits& limits, ThreadTeam& team, const Displacement& u,
                    double part) {
-  std::array<std::array<double, 2>, 3> ranges_of_u{};
-  double largest = 0;
-  for (int b = 0; b < scene.dimension(); ++b) {
-    const auto [least, most] = ranges_of_u[b] = range_of(u.component(b));
-    largest = std::max({largest, -least, most});
-  }
-  const double rounding = std::max(part * largest, rounding_tolerance(scene.specimen.grid, largest));
-  for (int b = 0; b < scene.dimension(); ++b) {
-    const auto [least, most] = ranges_of_u[b];
-    if (cannot_be_reached(limits, b, scene.dimension(), least, most))
-      continue;
-    const IntervalField ranges(scene, limits, b);
-    std::vector<double> excess(ranges.n_planes());
-    const double* const values = u.component(b).data();
-    team.run(ranges.n_planes(), [&](int z, int) { excess[z] = ranges.excess_in_plane(z, values); });
-    if (std::ranges::max(excess) > rounding)
+  const auto [least, most] = range_of(u.values());
+  const double largest = std::max(-least, most),
+               rounding = std::max(part * largest, rounding_tolerance(scene.specimen.grid, largest));
+  for (int b = 0; b < scene.dimension(); ++b)
+    if (breaks_limits(scene, limits, team, b, u.component(b), rounding))
       return true;
-  }
   return false;
 }
 

@@ -66,8 +66,11 @@ bool cannot_be_reached(const LinkLimits& limits, int component, int dimension, d
 /// The same for the prescribed values of a scene; clipping then changes nothing.
 bool permit_all_that_is_prescribed(const LinkLimits& limits, const Scene& scene);
 
-/// True if a link of `u` violates the limits by more than `part` of the largest displacement, and more than
-/// rounding. Skips components whose displacements cannot reach their limits.
+/// True if a link of one component violates the limits by more than `rounding` [m]. Skips a component whose
+/// displacements cannot reach its limits. @param u of the component, per node
+bool breaks_limits(const Scene& scene, const LinkLimits& limits, ThreadTeam& team, int component,
+                   std::span<const double> u, double rounding);
+/// The same for all components: by more than `part` of the largest displacement, and more than rounding.
 bool breaks_limits(const Scene& scene, const LinkLimits& limits, ThreadTeam& team, const Displacement& u,
                    double part);
 

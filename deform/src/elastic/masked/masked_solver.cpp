@@ -276,7 +276,7 @@ void MaskedSolver::add_earlier_rounds(std::int64_t at, std::size_t component, in
 
 void MaskedSolver::finish_round(Displacement& u, CoupledRound end) {
   if (u.empty() && end == CoupledRound::used_up) {
-    earlier_.push_back({gradients_->scale(), body_.fields.take_state()});
+    earlier_.push_back({scale(), body_.fields.take_state()});
     return;
   }
   if (u.empty()) {
@@ -287,7 +287,7 @@ void MaskedSolver::finish_round(Displacement& u, CoupledRound end) {
   body_.multigrid.finest().for_each_row(task_.team, [&](const FieldRow& row) {
     double* const to = u.component(row.component).data() + (row.node - first_node());
     add_earlier_rounds(row.place, row.component, row.n, to);
-    add(gradients_->scale(), body_.fields.state() + row.place, row.component, row.n, to);
+    add(scale(), body_.fields.state() + row.place, row.component, row.n, to);
   });
   earlier_.clear();
 }

@@ -2,7 +2,7 @@
 /// Linear elasticity on a 3D body of any shape and material: operator and solver.
 ///
 /// Solves K u = f at free components. K is the lattice stiffness (LatticeElasticity), f the loads, u is
-/// prescribed elsewhere. Mixed precision: MixedGradients computes residuals and sums in float64 from the
+/// prescribed elsewhere. Mixed precision: MixedSolver computes residuals and sums in float64 from the
 /// whole state; conjugate gradients in float32 around one multigrid cycle (MaskedMultigrid) correct it round
 /// by round.
 ///
@@ -20,7 +20,7 @@
 
 #include "elastic/krylov/elastic_operator.hpp"
 #include "elastic/krylov/kept_body.hpp"
-#include "elastic/krylov/mixed_gradients.hpp"
+#include "elastic/krylov/mixed_solver.hpp"
 #include "elastic/masked/masked_multigrid.hpp"
 #include "elastic/model/lattice_elasticity.hpp"
 
@@ -95,7 +95,7 @@ private:
   FixedMask made_for_, fixed_; ///< see remember_fixed()
 };
 
-/// MixedGradients around one multigrid cycle. If nothing is cached, the displacement is built after the
+/// MixedSolver around one multigrid cycle. If nothing is cached, the displacement is built after the
 /// hierarchy is freed, so that a large body never holds both.
 ///
 /// Same bits for any number of threads.

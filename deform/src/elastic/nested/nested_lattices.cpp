@@ -65,13 +65,6 @@ double factor_of(double ratio) {
   return q / (1 - q);
 }
 
-double norm(const Displacement& u) {
-  double sum = 0;
-  for (const double value : u.values())
-    sum += value * value;
-  return std::sqrt(sum);
-}
-
 /// Ratios at the nodes of the coarsest lattice.
 class ObservedRatios {
 public:
@@ -128,7 +121,7 @@ Extrapolated extrapolate(const LatticeAnswer& twice, const LatticeAnswer& four_t
   const Displacement coarse = difference(twice.body.grid, twice.u, four_times);
   ObservedRatios ratios(twice.body.grid, change, four_times.body.grid, coarse);
   Extrapolated result;
-  const double size = norm(twice.u), changed = norm(change);
+  const double size = std::sqrt(product(twice.u, twice.u)), changed = std::sqrt(product(change, change));
   if (changed > largest_difference * size) {
     result.reason = fmt::format("the last two lattices differ by {:.2g} %", 100 * changed / size);
     return result;

@@ -32,10 +32,7 @@ void subtract_loads(const Loads& loads, Displacement& field) {
 
 std::vector<double> reactions_of_tied(const TiedModel& model, Displacement& forces) {
   model.ties().take_out_tie_forces(forces);
-  std::vector<double> reaction;
-  for (const Prescribed& p : model.task().scene.prescribed)
-    reaction.push_back(forces(p.component, p.node));
-  return reaction;
+  return reactions_of(model.task().scene, Loads{}, forces);
 }
 
 bool keep_within_limits(TiedModel& model, const Loads& loads, const SearchScale& scale, bool knows_forces,

@@ -15,7 +15,7 @@
 
 namespace maille::deform {
 
-class TiedModel : public PenalizedOperator {
+class TiedModel : public ComponentwisePreconditioned {
 public:
   /// @param task outlives it
   /// @param moduli of the links that precondition, and that limits penalise
@@ -23,10 +23,9 @@ public:
   /// @param springs to the ground that hold single bodies, ascending by node
   TiedModel(const CoupledTask& task, CellModuli moduli, const Displacement& diagonal,
             List<NodalSpring> springs)
-      : task_(task), fixed_(task.scene.specimen, task.prescribed), moduli_(std::move(moduli)),
-        ties_(task.scene.tied, fixed_, diagonal), shared_(task.scene.specimen.grid),
-        bodies_(task.scene, moduli_, all_components(task.scene), task.prescribed, task.team,
-                std::move(springs)) {}
+      : ComponentwisePreconditioned(task, std::move(moduli), all_components(task.scene), std::move(springs)),
+        fixed_(task.scene.specimen, task.prescribed), ties_(task.scene.tied, fixed_, diagonal),
+        shared_(task.scene.specimen.grid) {}
 
   void precondition(const Displacement& residual, Displacement& correction) final {
     shared_ = residual;
@@ -35,26 +34,20 @@ public:
     precondition_bodies(shared_, correction);
     ties_.bring_together(correction);
   }
-  void set_penalties(const List<PenaltyLink>& links) override { bodies_.set_penalties(links); }
 
-  const CoupledTask& task() const { return task_; }
   const TiedNodes& ties() const { return ties_; }
   const FixedMask& fixed() const { return fixed_; }
-  const CellModuli& moduli() const { return moduli_; }
 
 protected:
   /// Preconditions the bodies without ties. @param correction 0 at first
   virtual void precondition_bodies(const Displacement& residual, Displacement& correction) {
-    bodies_.precondition(residual, correction);
+    ComponentwisePreconditioned::precondition(residual, correction);
   }
 
 private:
-  const CoupledTask& task_;
   FixedMask fixed_;
-  CellModuli moduli_;
   TiedNodes ties_;
   Displacement shared_;
-  ComponentwisePreconditioner bodies_;
 };
 
 /// Settings for a K whose links are not the penalised ones.

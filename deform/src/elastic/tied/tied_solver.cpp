@@ -113,10 +113,7 @@ void TiedSystem::find_energy_and_reactions(const Displacement& u, const std::vec
 double TiedSystem::energy(const Displacement& u) const {
   Displacement forces(task().scene.specimen.grid);
   elasticity_.apply(u, forces, task().team);
-  double twice = 0;
-  for (std::size_t i = 0; i < u.values().size(); ++i)
-    twice += u.values()[i] * forces.values()[i];
-  return 0.5 * twice - energy_of_springs(elasticity_.springs(), u);
+  return 0.5 * product(u, forces) - energy_of_springs(elasticity_.springs(), u);
 }
 
 /// Corrects an elastic state that breaks limits. @return as keep_within_limits()

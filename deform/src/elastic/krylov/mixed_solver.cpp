@@ -1,4 +1,4 @@
-#include "elastic/krylov/mixed_gradients.hpp"
+#include "elastic/krylov/mixed_solver.hpp"
 
 #include "elastic/krylov/kept_body.hpp"
 
@@ -16,18 +16,25 @@ constexpr double largest_residual = 1e8;
 
 } // namespace
 
-MixedGradients::MixedGradients(const CoupledTask& task, const Loads& loads, double unit)
-    : task_(task), has_loads_(std::ranges::any_of(loads, [](const auto& l) { return !l.empty(); })),
-      scale_(task.scene.largest_prescribed()), convergence_(task.scene.relaxation.tolerance) {
+MixedSolver::MixedSolver(const CoupledTask& task)
+    : task_(task), loads_(loads_of(task.scene)),
+      has_loads_(std::ranges::any_of(loads_, [](const auto& along) { return !along.empty(); })),
+      convergence_(task.scene.relaxation.tolerance) {}
+
+void MixedSolver::begin(double unit, double& smallest) {
+  smallest_ = &smallest;
+  if (smallest > 0 && task_.kept != nullptr && !task_.kept->begins_anew)
+    convergence_.begin_with(smallest);
+  scale_ = task_.scene.largest_prescribed();
   if (!(scale_ > 0)) // loads alone
-    for (const auto& along : loads)
+    for (const auto& along : loads_)
       for (const double load : along)
         scale_ = std::max(scale_, std::abs(load) / unit);
   if (!(scale_ > 0))
     scale_ = 1;
 }
 
-bool MixedGradients::should_continue() {
+bool MixedSolver::should_continue() {
   if (first_ != 0 && last_ <= reduction_per_round * first_) {
     next_scale_ = scale_ * std::sqrt(last_ / first_);
     round_ = CoupledRound::used_up;
@@ -37,7 +44,7 @@ bool MixedGradients::should_continue() {
     round_ = CoupledRound::stopped;
     return false;
   }
-  if (solver_->should_fall_back && solver_->should_fall_back(answer_->iterations)) {
+  if (should_fall_back && should_fall_back(answer_->iterations)) {
     round_ = CoupledRound::stalled;
     return false;
   }
@@ -45,7 +52,7 @@ bool MixedGradients::should_continue() {
   return true;
 }
 
-bool MixedGradients::should_continue_from(double product) {
+bool MixedSolver::should_continue_from(double product) {
   const double began = product * scale_ * scale_;
   if (convergence_.starts_within(began, energy_)) {
     answer_->residual = convergence_.residual();
@@ -65,10 +72,10 @@ bool MixedGradients::should_continue_from(double product) {
   return true;
 }
 
-bool MixedGradients::should_continue_after(double step, double product) {
+bool MixedSolver::should_continue_after(double step, double product) {
   const double gain = step * product * scale_ * scale_;
   // u . K u after a step, from p . K p = p . f - p . r
-  energy_ += (has_loads_ ? 2 * step * scale_ * solver_->work_of_loads() : 0) - gain;
+  energy_ += (has_loads_ ? 2 * step * scale_ * work_of_loads() : 0) - gain;
   last_ = product;
   ++answer_->iterations;
   convergence_.add(step, product, scale_);
@@ -80,24 +87,24 @@ bool MixedGradients::should_continue_after(double step, double product) {
 }
 
 /// One round with a residual that is carried along.
-CoupledRound MixedGradients::correct(Displacement& u) {
+CoupledRound MixedSolver::correct(Displacement& u) {
   if (!is_whole_) {
     if (!(scale_ > 0))
       scale_ = 1;
-    MixedSolver::Residual residual = solver_->begin_round(u, scale_);
+    Residual residual = begin_round(u, scale_);
     if (residual.largest > 0 &&
         (residual.largest < 1 / largest_residual || residual.largest > largest_residual)) {
       scale_ *= residual.largest;
-      residual = solver_->begin_round(u, scale_);
+      residual = begin_round(u, scale_);
     }
     energy_ = residual.energy;
   }
   next_scale_ = scale_;
   first_ = last_ = 0;
   convergence_.restart();
-  if (conjugate_gradients(solver_->space(), *this) != GradientsEnd::told)
+  if (conjugate_gradients(space(), *this) != GradientsEnd::told)
     round_ = CoupledRound::used_up;
-  solver_->finish_round(u, round_);
+  finish_round(u, round_);
   if (is_whole_ && round_ == CoupledRound::used_up) {
     round_began_ = 0; // float64 residuals resolve what float32 ones cannot
     is_whole_ = false;
@@ -106,30 +113,16 @@ CoupledRound MixedGradients::correct(Displacement& u) {
   return round_;
 }
 
-CoupledRound MixedGradients::solve(MixedSolver& solver, Displacement& u, Answer& answer) {
-  solver_ = &solver;
+CoupledRound MixedSolver::solve(Displacement& u, Answer& answer) {
   answer_ = &answer;
   answer.residual = 1;
   while (correct(u) == CoupledRound::used_up) {
   }
   if (round_ == CoupledRound::finished && convergence_.is_empty() && answer.residual == 1)
     answer.residual = 0; // nothing was left to begin with
+  if (round_ == CoupledRound::finished && (*smallest_ > 0 || convergence_.is_measured()))
+    *smallest_ = convergence_.smallest_eigenvalue();
   return round_;
-}
-
-void MixedSolver::begin(double unit, double& smallest) {
-  gradients_ = std::make_unique<MixedGradients>(task_, loads_, unit);
-  smallest_ = &smallest;
-  if (smallest > 0 && task_.kept != nullptr && !task_.kept->begins_anew)
-    gradients_->begin_with(smallest);
-}
-
-CoupledRound MixedSolver::solve(Displacement& u, Answer& answer) {
-  const CoupledRound end = gradients_->solve(*this, u, answer);
-  const Convergence& convergence = gradients_->convergence();
-  if (end == CoupledRound::finished && (*smallest_ > 0 || convergence.is_measured()))
-    *smallest_ = convergence.smallest_eigenvalue();
-  return end;
 }
 
 } // namespace maille::deform
