@@ -4,7 +4,6 @@
 #include "maille/materials/text_file.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <limits>
@@ -46,10 +45,6 @@ bool is_recorded(const std::filesystem::path& file, const std::string& trajector
 }
 
 } // namespace
-
-double seconds_now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 Looking first_looking(const WorldScene& scene, int width, int height) {
   const double aspect = static_cast<double>(std::max(1, width)) / std::max(1, height);

@@ -3,6 +3,7 @@
 
 #include "maille/live/live.hpp"
 
+#include <algorithm>
 #include <array>
 #include <deque>
 #include <map>
@@ -57,30 +58,31 @@ private:
   std::thread thread_;
 };
 
-/// Rings that rotate a rigid object: one per world axis; in 2D only the axis out of the plane.
-class Rings {
-public:
-  /// Ring lines in window pixels; empty if the object has no rings.
-  static std::vector<OverlayLine> lines(const WorldScene& scene, const WorldState& state, int object,
-                                        const Looking& looking, int width, int height, int grabbed);
+/// A world in a picture of width x height pixels: the lines over it, in window pixels. A rigid object has
+/// rings that rotate it: one per world axis; in 2D only the axis out of the plane.
+struct Sight {
+  const WorldScene& scene;
+  const WorldState& state;
+  const Looking& looking;
+  int width, height;
+
+  /// Window position of a world position; z: depth in front of the eye.
+  Vec3 in_window(const Eigen::Vector3d& place) const;
+  bool has_rings(int object) const;
+  std::vector<std::array<float, 2>> ring(int object, int axis) const;
+  /// All rings; empty if the object has none.
+  std::vector<OverlayLine> rings(int object, int grabbed) const;
   /// World axis through a point, which constrains the drag.
-  static OverlayLine axis(const WorldScene& scene, const Looking& looking, int width, int height, int axis,
-                          const Eigen::Vector3d& through, double half_length);
+  OverlayLine axis_line(int axis, const Eigen::Vector3d& through, double half_length) const;
   /// Circles that mark rigid objects too small to find otherwise.
-  static std::vector<OverlayLine> marks(const WorldScene& scene, const WorldState& state,
-                                        const Looking& looking, int width, int height, double text_scale);
+  std::vector<OverlayLine> marks(double text_scale) const;
   /// Axis of the ring under a window position; -1: none.
-  static int at(const WorldScene& scene, const WorldState& state, int object, const Looking& looking,
-                int width, int height, double x, double y);
+  int ring_at(int object, double x, double y) const;
   /// Rotation of a ring between two pointer positions [rad].
-  static double turned(const WorldScene& scene, const WorldState& state, int object, const Looking& looking,
-                       int width, int height, int axis, const std::array<double, 2>& from,
-                       const std::array<double, 2>& to);
+  double turned(int object, int axis, const std::array<double, 2>& from,
+                const std::array<double, 2>& to) const;
 };
 
-/// Window position of a world position; z: depth in front of the eye.
-Vec3 in_window(const WorldScene& scene, const Looking& looking, int width, int height,
-               const Eigen::Vector3d& place);
 /// Centre and half size of an object [m].
 std::pair<Eigen::Vector3d, double> ball_about(const WorldScene& scene, const WorldState& state, int object);
 
@@ -99,6 +101,9 @@ private:
     std::optional<std::array<float, 4>> colour; ///< colour of lines for this eye only
   };
   std::vector<Eye> eyes() const;
+  Sight sight() const {
+    return {*scene_, *state_, looking_, std::max(1, looking_.view.width), std::max(1, looking_.view.height)};
+  }
   void load(const std::filesystem::path& file);
   void unload();
   void take_events(std::vector<Event> events);
@@ -205,7 +210,5 @@ private:
   std::shared_ptr<const Judge::Verdict> coloured_, shown_estimate_, shown_fem_;
   LiveReport report_;
 };
-
-double seconds_now();
 
 } // namespace maille::live

@@ -1,3 +1,5 @@
+/// Lines over the picture: rings, axes and marks of rigid objects.
+
 #include "app/app.hpp"
 
 #include <algorithm>
@@ -16,14 +18,24 @@ constexpr double reach = 7; // [pixels]
 constexpr std::array<std::array<float, 4>, 3> axis_colours{
     {{0.80f, 0.16f, 0.12f, 1}, {0.10f, 0.55f, 0.15f, 1}, {0.10f, 0.25f, 0.80f, 1}}};
 
-bool has_rings(const WorldScene& scene, const WorldState& state, int object) {
+} // namespace
+
+Vec3 Sight::in_window(const Eigen::Vector3d& place) const {
+  const Vec3 world{place[0], place[1], place[2]};
+  if (scene.dimension < 3) {
+    const auto at = flat_place(looking, static_cast<double>(width) / std::max(1, height), world);
+    return {at[0] * width, at[1] * height, 1};
+  }
+  return looking.view.camera.project(width, height, world);
+}
+
+bool Sight::has_rings(int object) const {
   return object >= 0 && object < static_cast<int>(state.frames.size()) &&
          object < static_cast<int>(scene.objects.size()) && scene.objects[object].kind == ObjectKind::rigid &&
          scene.dimension > 1;
 }
 
-std::vector<std::array<float, 2>> ring(const WorldScene& scene, const WorldState& state, int object, int axis,
-                                       const Looking& looking, int width, int height) {
+std::vector<std::array<float, 2>> Sight::ring(int object, int axis) const {
   const auto [middle, radius] = ball_about(scene, state, object);
   std::vector<std::array<float, 2>> points;
   for (int i = 0; i <= n_points; ++i) {
@@ -31,22 +43,10 @@ std::vector<std::array<float, 2>> ring(const WorldScene& scene, const WorldState
     Eigen::Vector3d place = middle;
     place[(axis + 1) % 3] += 1.15 * radius * std::cos(angle);
     place[(axis + 2) % 3] += 1.15 * radius * std::sin(angle);
-    const Vec3 at = in_window(scene, looking, width, height, place);
+    const Vec3 at = in_window(place);
     points.push_back({static_cast<float>(at[0]), static_cast<float>(at[1])});
   }
   return points;
-}
-
-} // namespace
-
-Vec3 in_window(const WorldScene& scene, const Looking& looking, int width, int height,
-               const Eigen::Vector3d& place) {
-  const Vec3 world{place[0], place[1], place[2]};
-  if (scene.dimension < 3) {
-    const auto at = flat_place(looking, static_cast<double>(width) / std::max(1, height), world);
-    return {at[0] * width, at[1] * height, 1};
-  }
-  return looking.view.camera.project(width, height, world);
 }
 
 std::pair<Eigen::Vector3d, double> ball_about(const WorldScene& scene, const WorldState& state, int object) {
@@ -58,31 +58,27 @@ std::pair<Eigen::Vector3d, double> ball_about(const WorldScene& scene, const Wor
   return {state.frames[i].position + state.frames[i].rotation * deform::middle_of(body), radius};
 }
 
-std::vector<OverlayLine> Rings::lines(const WorldScene& scene, const WorldState& state, int object,
-                                      const Looking& looking, int width, int height, int grabbed) {
+std::vector<OverlayLine> Sight::rings(int object, int grabbed) const {
   std::vector<OverlayLine> lines;
-  if (!has_rings(scene, state, object))
+  if (!has_rings(object))
     return lines;
   for (int axis = scene.dimension < 3 ? 2 : 0; axis < 3; ++axis)
-    lines.push_back({ring(scene, state, object, axis, looking, width, height), axis_colours[axis],
-                     axis == grabbed ? 4.0f : 2.0f});
+    lines.push_back({ring(object, axis), axis_colours[axis], axis == grabbed ? 4.0f : 2.0f});
   return lines;
 }
 
-OverlayLine Rings::axis(const WorldScene& scene, const Looking& looking, int width, int height, int axis,
-                        const Eigen::Vector3d& through, double half_length) {
+OverlayLine Sight::axis_line(int axis, const Eigen::Vector3d& through, double half_length) const {
   OverlayLine line;
   line.colour = axis_colours[axis];
   for (int i = -n_points / 2; i <= n_points / 2; ++i) { // in segments: some may be behind the eye
     const Eigen::Vector3d place = through + half_length * i / (n_points / 2.0) * Eigen::Vector3d::Unit(axis);
-    if (const Vec3 at = in_window(scene, looking, width, height, place); at[2] > 0)
+    if (const Vec3 at = in_window(place); at[2] > 0)
       line.points.push_back({static_cast<float>(at[0]), static_cast<float>(at[1])});
   }
   return line;
 }
 
-std::vector<OverlayLine> Rings::marks(const WorldScene& scene, const WorldState& state,
-                                      const Looking& looking, int width, int height, double text_scale) {
+std::vector<OverlayLine> Sight::marks(double text_scale) const {
   constexpr double found_from = 7, mark_radius = 12; // [pixels]
   constexpr std::array<float, 4> colour{0.90f, 0.45f, 0.05f, 1};
   std::vector<OverlayLine> lines;
@@ -90,10 +86,10 @@ std::vector<OverlayLine> Rings::marks(const WorldScene& scene, const WorldState&
     if (scene.objects[i].kind != ObjectKind::rigid)
       continue;
     const auto [middle, radius] = ball_about(scene, state, static_cast<int>(i));
-    const Vec3 at = in_window(scene, looking, width, height, middle);
+    const Vec3 at = in_window(middle);
     double seen = 0; // its radius in the window, in any view
     for (int a = 0; a < std::min(3, scene.dimension); ++a) {
-      const Vec3 side = in_window(scene, looking, width, height, middle + radius * Eigen::Vector3d::Unit(a));
+      const Vec3 side = in_window(middle + radius * Eigen::Vector3d::Unit(a));
       seen = std::max(seen, std::hypot(side[0] - at[0], side[1] - at[1]));
     }
     if (!(at[2] > 0) || !(seen < found_from * text_scale))
@@ -109,14 +105,13 @@ std::vector<OverlayLine> Rings::marks(const WorldScene& scene, const WorldState&
   return lines;
 }
 
-int Rings::at(const WorldScene& scene, const WorldState& state, int object, const Looking& looking, int width,
-              int height, double x, double y) {
-  if (!has_rings(scene, state, object))
+int Sight::ring_at(int object, double x, double y) const {
+  if (!has_rings(object))
     return -1;
   int nearest = -1;
   double least = reach;
   for (int axis = scene.dimension < 3 ? 2 : 0; axis < 3; ++axis) {
-    const auto points = ring(scene, state, object, axis, looking, width, height);
+    const auto points = ring(object, axis);
     for (std::size_t i = 1; i < points.size(); ++i) {
       const double dx = points[i][0] - points[i - 1][0], dy = points[i][1] - points[i - 1][1];
       const double length = std::max(1e-9, dx * dx + dy * dy);
@@ -133,10 +128,9 @@ int Rings::at(const WorldScene& scene, const WorldState& state, int object, cons
 }
 
 /// Angle about the ring's centre in the window; reversed for a ring seen from behind.
-double Rings::turned(const WorldScene& scene, const WorldState& state, int object, const Looking& looking,
-                     int width, int height, int axis, const std::array<double, 2>& from,
-                     const std::array<double, 2>& to) {
-  const auto middle = in_window(scene, looking, width, height, ball_about(scene, state, object).first);
+double Sight::turned(int object, int axis, const std::array<double, 2>& from,
+                     const std::array<double, 2>& to) const {
+  const auto middle = in_window(ball_about(scene, state, object).first);
   const double before = std::atan2(-(from[1] - middle[1]), from[0] - middle[0]),
                after = std::atan2(-(to[1] - middle[1]), to[0] - middle[0]);
   double angle = after - before;

@@ -58,16 +58,14 @@ void App::show() {
   if (session_ && state_) {
     shown.texts = corner();
     for (const Eye& eye : eyes()) {
-      const int height = looking_.view.height;
-      std::vector<OverlayLine> lines =
-          Rings::marks(*scene_, *state_, eye.looking, eye.width, height, text_scale_);
+      const Sight seen{*scene_, *state_, eye.looking, eye.width, looking_.view.height};
+      std::vector<OverlayLine> lines = seen.marks(text_scale_);
       if (has_rings_)
-        for (OverlayLine& line : Rings::lines(*scene_, *state_, selected_, eye.looking, eye.width, height,
-                                              drag_ == Drag::ring ? ring_axis_ : -1))
+        for (OverlayLine& line : seen.rings(selected_, drag_ == Drag::ring ? ring_axis_ : -1))
           lines.push_back(std::move(line));
       if (axis_ >= 0)
-        lines.push_back(Rings::axis(*scene_, eye.looking, eye.width, height, axis_, grabbed_at_,
-                                    2 * ball_about(*scene_, *state_, selected_).second));
+        lines.push_back(
+            seen.axis_line(axis_, grabbed_at_, 2 * ball_about(*scene_, *state_, selected_).second));
       for (OverlayLine& line : lines) {
         for (std::array<float, 2>& point : line.points)
           point[0] += static_cast<float>(eye.left);

@@ -112,8 +112,7 @@ void App::pointer_down(const Event& event) {
     drag_ = event.button == 3 || scene_->dimension < 3 ? Drag::pan : Drag::orbit;
     return;
   }
-  ring_axis_ =
-      has_rings_ ? Rings::at(*scene_, *state_, selected_, looking_, width, height, event.x, event.y) : -1;
+  ring_axis_ = has_rings_ ? sight().ring_at(selected_, event.x, event.y) : -1;
   const std::shared_ptr<const Painted> painted = painter_->newest();
   const auto under = painted && width > 0 && height > 0
                          ? painted->under(event.x / width, event.y / height, reach_of(*painted))
@@ -182,18 +181,14 @@ void App::pointer_move(const Event& event) {
   last_y_ = event.y;
   if (!session_)
     return;
-  const int width = std::max(1, looking_.view.width), height = std::max(1, looking_.view.height);
+  const int height = std::max(1, looking_.view.height);
   switch (drag_) {
   case Drag::object:
     drag_to(event.x, event.y, event.time);
     break;
   case Drag::ring: {
-    Eigen::Vector3d axis = Eigen::Vector3d::Zero();
-    axis[ring_axis_] = 1;
-    turn_held(axis,
-              Rings::turned(*scene_, *state_, selected_, looking_, width, height, ring_axis_, from,
-                            {event.x, event.y}),
-              event.time);
+    const Eigen::Vector3d axis = Eigen::Vector3d::Unit(ring_axis_);
+    turn_held(axis, sight().turned(selected_, ring_axis_, from, {event.x, event.y}), event.time);
     break;
   }
   case Drag::orbit:

@@ -1,8 +1,6 @@
 #include "maille/live/device.hpp"
 
 #include <cmath>
-#include <map>
-#include <memory>
 #include <mutex>
 #include <string>
 
@@ -20,40 +18,27 @@ double outside_dead_zone(double value) {
 
 } // namespace
 
-/// Written by the window thread, read by the hand thread; locked only to copy a few numbers.
-struct GamePad::Axes {
-  std::mutex lock;
-  std::map<std::string, double> of;
-  bool is_there = false, was_lost = false;
-};
-
-std::shared_ptr<GamePad::Axes> GamePad::make_axes() {
-  return std::make_shared<Axes>();
-}
-
-GamePad::~GamePad() = default;
-
 void GamePad::set(const std::string& axis, double value) {
-  const std::lock_guard lock(axes_->lock);
-  axes_->of[axis] = std::isfinite(value) ? value : 0;
-  axes_->is_there = true;
+  const std::lock_guard lock(lock_);
+  axes_[axis] = std::isfinite(value) ? value : 0;
+  is_there_ = true;
 }
 
 void GamePad::lose() {
-  const std::lock_guard lock(axes_->lock);
-  axes_->of.clear();
-  axes_->is_there = false;
-  axes_->was_lost = true;
+  const std::lock_guard lock(lock_);
+  axes_.clear();
+  is_there_ = false;
+  was_lost_ = true;
 }
 
 DeviceState GamePad::read() {
-  const std::lock_guard lock(axes_->lock);
+  const std::lock_guard lock(lock_);
   const auto axis = [this](const char* name) {
-    const auto found = axes_->of.find(name);
-    return found == axes_->of.end() ? 0.0 : outside_dead_zone(found->second);
+    const auto found = axes_.find(name);
+    return found == axes_.end() ? 0.0 : outside_dead_zone(found->second);
   };
   DeviceState state;
-  state.is_there = axes_->is_there;
+  state.is_there = is_there_;
   state.velocity =
       speed_ * Eigen::Vector3d(axis("leftx"), -axis("lefty"), axis("triggerright") - axis("triggerleft"));
   state.turning = radians_a_second * Eigen::Vector3d(axis("righty"), axis("rightx"), 0);
@@ -62,10 +47,10 @@ DeviceState GamePad::read() {
 }
 
 std::string GamePad::status() const {
-  const std::lock_guard lock(axes_->lock);
-  return axes_->is_there   ? "game controller"
-         : axes_->was_lost ? "game controller: lost; what it held stays where it is"
-                           : "game controller: waiting for one";
+  const std::lock_guard lock(lock_);
+  return is_there_   ? "game controller"
+         : was_lost_ ? "game controller: lost; what it held stays where it is"
+                     : "game controller: waiting for one";
 }
 
 } // namespace maille::live

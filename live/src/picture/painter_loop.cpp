@@ -1,4 +1,5 @@
 #include "maille/live/picture.hpp"
+#include "maille/live/window.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -18,10 +19,6 @@ constexpr double fluent = 0.010;
 /// Time without changes before a full-resolution picture [s].
 constexpr double still = 0.12;
 constexpr double coarsest = 0.25;
-
-double now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 } // namespace
 
@@ -60,7 +57,7 @@ bool PainterLoop::is_idle() const {
 }
 
 std::shared_ptr<const Painted> PainterLoop::paint(const Asked& asked, double scale) {
-  const double began = now();
+  const double began = seconds_now();
   Looking looking = asked.looking;
   looking.view.width = std::max(1, static_cast<int>(std::lround(scale * asked.looking.view.width)));
   looking.view.height = std::max(1, static_cast<int>(std::lround(scale * asked.looking.view.height)));
@@ -75,7 +72,7 @@ std::shared_ptr<const Painted> PainterLoop::paint(const Asked& asked, double sca
   painted->scene = asked.scene;
   painted->state = asked.state;
   painted->number = ++number_;
-  painted->seconds = now() - began;
+  painted->seconds = seconds_now() - began;
   painted->is_whole = scale == 1;
   return painted;
 }
@@ -96,7 +93,7 @@ void PainterLoop::run() {
                              ? 1
                              : std::max(coarsest, std::floor(8 * std::sqrt(fluent / seconds_whole_)) / 8);
     if (is_new) {
-      last_news = now();
+      last_news = seconds_now();
       if (auto painted = paint(*asked, scale)) {
         const double share = scale * scale;
         const double whole = painted->seconds / std::max(0.1, share);
@@ -112,7 +109,7 @@ void PainterLoop::run() {
         paint(*asked, coarsest); // not displayed: prepares data for pictures during motion
       continue;
     }
-    if (now() - last_news < still) { // more may come
+    if (seconds_now() - last_news < still) { // more may come
       std::this_thread::sleep_for(std::chrono::milliseconds(4));
       continue;
     }

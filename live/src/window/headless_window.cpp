@@ -2,25 +2,12 @@
 
 #include <algorithm>
 #include <chrono>
-#include <condition_variable>
 #include <cstdint>
-#include <memory>
-#include <mutex>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 namespace maille::live {
-
-struct HeadlessWindow::Waiting {
-  std::mutex lock;
-  std::condition_variable bell;
-  bool is_awake = false;
-};
-
-std::shared_ptr<HeadlessWindow::Waiting> HeadlessWindow::make_waiting() {
-  return std::make_shared<Waiting>();
-}
 
 void HeadlessWindow::put(Event event) {
   events_.push_back(std::move(event));
@@ -33,10 +20,9 @@ const Widget* HeadlessWindow::widget(std::string_view name) const {
 
 std::vector<Event> HeadlessWindow::poll(double seconds) {
   if (events_.empty()) {
-    std::unique_lock lock(waiting_->lock);
-    waiting_->bell.wait_for(lock, std::chrono::duration<double>(seconds),
-                            [this] { return waiting_->is_awake; });
-    waiting_->is_awake = false;
+    std::unique_lock lock(lock_);
+    bell_.wait_for(lock, std::chrono::duration<double>(seconds), [this] { return is_awake_; });
+    is_awake_ = false;
   }
   std::vector<Event> events(std::make_move_iterator(events_.begin()), std::make_move_iterator(events_.end()));
   events_.clear();
@@ -54,10 +40,10 @@ void HeadlessWindow::show(const Shown& shown) {
 
 void HeadlessWindow::wake() {
   {
-    const std::lock_guard lock(waiting_->lock);
-    waiting_->is_awake = true;
+    const std::lock_guard lock(lock_);
+    is_awake_ = true;
   }
-  waiting_->bell.notify_one();
+  bell_.notify_one();
 }
 
 /// Only the picture, by nearest pixels.

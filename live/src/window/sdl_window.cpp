@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <map>
@@ -21,10 +20,6 @@
 namespace maille::live {
 
 namespace {
-
-double now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 [[noreturn]] void no_display(const std::string& why) {
   throw std::runtime_error(
@@ -82,7 +77,7 @@ public:
       take(event, events);
     } while (SDL_PollEvent(&event) != 0);
     for (Event& each : events)
-      each.time = each.time == 0 ? now() : each.time;
+      each.time = each.time == 0 ? seconds_now() : each.time;
     return events;
   }
 
@@ -99,7 +94,7 @@ public:
     draw_panel(shown, static_cast<float>(width() - panel_width()), static_cast<float>(panel_width()),
                static_cast<float>(height()), used_);
     for (Event& event : used_)
-      event.time = now();
+      event.time = seconds_now();
     ImGui::Render();
     SDL_SetRenderDrawColor(renderer_, 255, 255, 255, 255);
     SDL_RenderClear(renderer_);

@@ -4,7 +4,9 @@
 #include "maille/deform/probe/device.hpp"
 
 #include <cstdint>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
@@ -62,7 +64,6 @@ std::unique_ptr<HandDevice> space_mouse(double metres_a_second);
 class GamePad : public HandDevice {
 public:
   explicit GamePad(double metres_a_second) : speed_(metres_a_second) {}
-  ~GamePad() override;
   /// @param axis name in the window's events: `leftx`, `lefty`, `rightx`, `righty`, `triggerleft`,
   ///        `triggerright`, `a`
   void set(const std::string& axis, double value);
@@ -72,10 +73,10 @@ public:
   std::string status() const override;
 
 private:
-  struct Axes;
   double speed_;
-  std::shared_ptr<Axes> axes_ = make_axes();
-  static std::shared_ptr<Axes> make_axes();
+  mutable std::mutex lock_; ///< locked only to copy a few numbers: the window's thread sets, the hand's reads
+  std::map<std::string, double> axes_;
+  bool is_there_ = false, was_lost_ = false;
 };
 
 } // namespace maille::live

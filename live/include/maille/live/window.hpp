@@ -3,9 +3,12 @@
 /// Dear ImGui, or without a window.
 
 #include <array>
+#include <chrono>
+#include <condition_variable>
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -28,6 +31,11 @@ enum class EventKind {
   close,
 };
 
+/// Time by std::chrono::steady_clock [s].
+inline double seconds_now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
 struct Event {
   EventKind kind = EventKind::pointer_move;
   double x = 0, y = 0; ///< [pixels] of the window, from the upper left
@@ -35,8 +43,7 @@ struct Event {
   bool shift = false, control = false, alt = false;
   double value = 0;
   std::string name, text;
-  /// Time of arrival, by std::chrono::steady_clock [s].
-  double time = 0;
+  double time = 0; ///< of arrival, by seconds_now() [s]
 };
 
 /// One line of the panel.
@@ -121,12 +128,12 @@ public:
   std::vector<std::uint8_t> screenshot() override;
 
 private:
-  struct Waiting;
   int width_, height_;
   Shown shown_;
   std::deque<Event> events_;
-  std::shared_ptr<Waiting> waiting_ = make_waiting();
-  static std::shared_ptr<Waiting> make_waiting();
+  std::mutex lock_;
+  std::condition_variable bell_;
+  bool is_awake_ = false;
 };
 
 struct WindowSettings {
