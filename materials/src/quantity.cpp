@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <numbers>
@@ -30,77 +31,56 @@ struct DimensionEntry {
   std::vector<Unit> units;
 };
 
+/// In the order of the enumeration.
 const DimensionEntry& entry_of(Dimension dimension) {
-  static const DimensionEntry dimensionless{"a number", "0.3", {{"%", 1, 100}}};
-  static const DimensionEntry length{"a length",
-                                     "2 mm",
-                                     {{"m", 1, 1},
-                                      {"cm", 1, 1e2},
-                                      {"mm", 1, 1e3},
-                                      {"um", 1, 1e6},
-                                      {"\u00b5m", 1, 1e6, false},
-                                      {"\u03bcm", 1, 1e6, false},
-                                      {"nm", 1, 1e9}}};
-  static const DimensionEntry pressure{"a pressure",
-                                       "10 kPa",
-                                       {{"Pa", 1, 1},
-                                        {"kPa", 1e3, 1},
-                                        {"MPa", 1e6, 1},
-                                        {"GPa", 1e9, 1},
-                                        {"N/m^2", 1, 1},
-                                        {"N/cm^2", 1e4, 1},
-                                        {"N/mm^2", 1e6, 1},
-                                        {"mmHg", 133.322387415, 1}}};
-  static const DimensionEntry density{"a density",
-                                      "1050 kg/m^3",
-                                      {{"kg/m^3", 1, 1},
-                                       {"kg/m3", 1, 1, false},
-                                       {"kg/m\u00b3", 1, 1, false},
-                                       {"g/cm^3", 1e3, 1},
-                                       {"g/cm3", 1e3, 1, false},
-                                       {"g/cm\u00b3", 1e3, 1, false}}};
-  static const DimensionEntry angle{
-      "an angle",
-      "20 deg",
-      {{"rad", 1, 1}, {"deg", std::numbers::pi, 180}, {"\u00b0", std::numbers::pi, 180, false}}};
-  static const DimensionEntry acceleration{
-      "an acceleration",
-      "9.81 m/s^2",
-      {{"m/s^2", 1, 1}, {"m/s2", 1, 1, false}, {"m/s\u00b2", 1, 1, false}, {"mm/s^2", 1, 1e3}}};
-  static const DimensionEntry time{
-      "a time", "16 ms", {{"s", 1, 1}, {"ms", 1, 1e3}, {"us", 1, 1e6}, {"min", 60, 1}}};
-  static const DimensionEntry force{"a force", "20 N", {{"N", 1, 1}, {"kN", 1e3, 1}, {"mN", 1, 1e3}}};
-  static const DimensionEntry foundation{"a stiffness of springs per area",
-                                         "10 kPa/mm",
-                                         {{"Pa/m", 1, 1},
-                                          {"kPa/m", 1e3, 1},
-                                          {"MPa/m", 1e6, 1},
-                                          {"Pa/mm", 1e3, 1},
-                                          {"kPa/mm", 1e6, 1},
-                                          {"MPa/mm", 1e9, 1},
-                                          {"N/mm^3", 1e9, 1},
-                                          {"N/m^3", 1, 1}}};
-  switch (dimension) {
-  case Dimension::dimensionless:
-    return dimensionless;
-  case Dimension::length:
-    return length;
-  case Dimension::pressure:
-    return pressure;
-  case Dimension::density:
-    return density;
-  case Dimension::angle:
-    return angle;
-  case Dimension::acceleration:
-    return acceleration;
-  case Dimension::time:
-    return time;
-  case Dimension::foundation:
-    return foundation;
-  case Dimension::force:
-    break;
-  }
-  return force;
+  static const std::array<DimensionEntry, 9> entries{
+      {{"a number", "0.3", {{"%", 1, 100}}},
+       {"a length",
+        "2 mm",
+        {{"m", 1, 1},
+         {"cm", 1, 1e2},
+         {"mm", 1, 1e3},
+         {"um", 1, 1e6},
+         {"\u00b5m", 1, 1e6, false},
+         {"\u03bcm", 1, 1e6, false},
+         {"nm", 1, 1e9}}},
+       {"a pressure",
+        "10 kPa",
+        {{"Pa", 1, 1},
+         {"kPa", 1e3, 1},
+         {"MPa", 1e6, 1},
+         {"GPa", 1e9, 1},
+         {"N/m^2", 1, 1},
+         {"N/cm^2", 1e4, 1},
+         {"N/mm^2", 1e6, 1},
+         {"mmHg", 133.322387415, 1}}},
+       {"a density",
+        "1050 kg/m^3",
+        {{"kg/m^3", 1, 1},
+         {"kg/m3", 1, 1, false},
+         {"kg/m\u00b3", 1, 1, false},
+         {"g/cm^3", 1e3, 1},
+         {"g/cm3", 1e3, 1, false},
+         {"g/cm\u00b3", 1e3, 1, false}}},
+       {"an angle",
+        "20 deg",
+        {{"rad", 1, 1}, {"deg", std::numbers::pi, 180}, {"\u00b0", std::numbers::pi, 180, false}}},
+       {"an acceleration",
+        "9.81 m/s^2",
+        {{"m/s^2", 1, 1}, {"m/s2", 1, 1, false}, {"m/s\u00b2", 1, 1, false}, {"mm/s^2", 1, 1e3}}},
+       {"a time", "16 ms", {{"s", 1, 1}, {"ms", 1, 1e3}, {"us", 1, 1e6}, {"min", 60, 1}}},
+       {"a force", "20 N", {{"N", 1, 1}, {"kN", 1e3, 1}, {"mN", 1, 1e3}}},
+       {"a stiffness of springs per area",
+        "10 kPa/mm",
+        {{"Pa/m", 1, 1},
+         {"kPa/m", 1e3, 1},
+         {"MPa/m", 1e6, 1},
+         {"Pa/mm", 1e3, 1},
+         {"kPa/mm", 1e6, 1},
+         {"MPa/mm", 1e9, 1},
+         {"N/mm^3", 1e9, 1},
+         {"N/m^3", 1, 1}}}}};
+  return entries[static_cast<std::size_t>(dimension)];
 }
 
 std::optional<double> in_si(double value, std::string_view unit_name, Dimension dimension) {

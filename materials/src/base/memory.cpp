@@ -1,3 +1,6 @@
+/// Memory that a process may still take: of the machine, its control groups (containers) and its limits;
+/// and large pages.
+
 #include "maille/base/arena.hpp"
 
 #include <fmt/format.h>
@@ -8,6 +11,8 @@
 #include <fstream>
 #include <limits>
 #include <new>
+#include <optional>
+#include <string>
 
 #ifdef __linux__
 #include <sys/mman.h>
@@ -19,18 +24,18 @@ namespace maille {
 
 namespace {
 
+namespace fs = std::filesystem;
+
 constexpr std::int64_t no_limit = std::numeric_limits<std::int64_t>::max();
 
-/// A line such as `MemAvailable:   123 kB` of a /proc file [bytes]; -1 without that line.
-std::int64_t kilobytes_line(const char* file, const std::string& key) {
+/// The number after a word of a /proc file, such as `MemAvailable:   123 kB`; nothing without that word.
+std::optional<std::int64_t> number_after(const fs::path& file, const std::string& key) {
   std::ifstream stream(file);
+  std::int64_t number = 0;
   for (std::string word; stream >> word;)
-    if (word == key) {
-      std::int64_t kilobytes = 0;
-      stream >> kilobytes;
-      return kilobytes * 1024;
-    }
-  return -1;
+    if (word == key && stream >> number)
+      return number;
+  return std::nullopt;
 }
 
 /// Remaining bytes of a resource within the limit of the process; a very large number without a limit.
@@ -38,18 +43,67 @@ std::int64_t left_of(decltype(RLIMIT_AS) resource, const std::string& used_key) 
   rlimit limit{};
   if (getrlimit(resource, &limit) != 0 || limit.rlim_cur >= static_cast<rlim_t>(no_limit))
     return no_limit;
-  const std::int64_t used = std::max<std::int64_t>(0, kilobytes_line("/proc/self/status", used_key));
+  const std::int64_t used = 1024 * number_after("/proc/self/status", used_key).value_or(0);
   return std::max<std::int64_t>(0, static_cast<std::int64_t>(limit.rlim_cur) - used);
+}
+
+/// File names of one version.
+struct Files {
+  const char *limit, *used, *statistics, *cached;
+};
+constexpr Files of_version_1{"memory.limit_in_bytes", "memory.usage_in_bytes", "memory.stat",
+                             "total_inactive_file"};
+constexpr Files of_version_2{"memory.max", "memory.current", "memory.stat", "inactive_file"};
+
+/// No limit: "max", or nearly the largest number in version 1.
+std::int64_t left_in(const fs::path& group, const Files& files) {
+  std::ifstream limit_file(group / files.limit), used_file(group / files.used);
+  std::int64_t limit = 0, used = 0;
+  if (!(limit_file >> limit && used_file >> used) || limit > no_limit / 4)
+    return no_limit;
+  // The system drops cached files before it refuses memory.
+  used -= std::min(used, number_after(group / files.statistics, files.cached).value_or(0));
+  return std::max<std::int64_t>(0, limit - used);
+}
+
+/// Minimum remaining memory over a group and its parents. Skips those that a container hides.
+std::int64_t left_below(const fs::path& mounted, std::string group, const Files& files) {
+  std::int64_t left = left_in(mounted, files);
+  for (; group.size() > 1; group.resize(group.find_last_of('/')))
+    left = std::min(left, left_in(mounted / group.substr(1), files));
+  return left;
+}
+
+bool names_memory(const std::string& controllers) {
+  return ("," + controllers + ",").find(",memory,") != std::string::npos;
 }
 
 } // namespace
 
+std::int64_t left_in_control_groups(const fs::path& root) {
+  const fs::path mounted = root / "sys/fs/cgroup";
+  std::int64_t left = no_limit;
+  std::ifstream groups(root / "proc/self/cgroup");
+  for (std::string line; std::getline(groups, line);) { // number:controllers:/group
+    const std::size_t first = line.find(':'), second = line.find(':', first + 1);
+    if (second == std::string::npos || line.compare(second + 1, 1, "/") != 0)
+      continue;
+    const std::string controllers = line.substr(first + 1, second - first - 1),
+                      group = line.substr(second + 1);
+    if (controllers.empty()) // version 2; if both are in use, in its own folder
+      left = std::min({left, left_below(mounted, group, of_version_2),
+                       left_below(mounted / "unified", group, of_version_2)});
+    else if (names_memory(controllers))
+      left = std::min(left, left_below(mounted / "memory", group, of_version_1));
+  }
+  return left;
+}
+
 std::int64_t available_memory() {
-  std::int64_t available = kilobytes_line("/proc/meminfo", "MemAvailable:");
-  if (available < 0)
-    available = std::int64_t{sysconf(_SC_PHYS_PAGES)} * sysconf(_SC_PAGESIZE);
+  const auto kilobytes = number_after("/proc/meminfo", "MemAvailable:");
   return std::min(
-      {available, left_in_control_groups(), left_of(RLIMIT_AS, "VmSize:"), left_of(RLIMIT_DATA, "VmData:")});
+      {kilobytes ? 1024 * *kilobytes : std::int64_t{sysconf(_SC_PHYS_PAGES)} * sysconf(_SC_PAGESIZE),
+       left_in_control_groups(), left_of(RLIMIT_AS, "VmSize:"), left_of(RLIMIT_DATA, "VmData:")});
 }
 
 std::string bytes_in_words(double bytes) {
