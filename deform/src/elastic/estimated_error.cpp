@@ -5,6 +5,7 @@
 #include "elastic/estimated_mechanics.hpp"
 #include "elastic/finite/coupled_finite.hpp"
 #include "elastic/krylov/coupled_task.hpp"
+#include "elastic/model/fixed_mask.hpp"
 #include "elastic/resample/coarser_scene.hpp"
 #include "lattice/tolerances.hpp"
 #include "maille/scene/block_frames.hpp"
@@ -97,21 +98,11 @@ std::optional<Answer> Corrector::correct(const Scene& scene, const Displacement&
   return answer;
 }
 
-bool have_same_prescribed(const Scene& a, const Scene& b) {
-  const auto same = [](const Prescribed& p, const Prescribed& q) {
-    return p.node == q.node && p.component == q.component;
-  };
-  return std::ranges::equal(a.prescribed, b.prescribed, same);
-}
-
-/// The scene on twice the spacing, if body, holds and moves are exactly the same there.
+/// The scene on twice the spacing, if the question is exactly the same there.
 std::optional<Scene> same_on_coarser(const Scene& scene) {
   std::optional<Scene> coarse = coarser_scene(scene, scene.prescribed);
-  if (!coarse)
-    return std::nullopt;
-  const Scene again = refined(*coarse);
-  if (again.specimen.material_id != scene.specimen.material_id || !have_same_prescribed(again, scene))
-    return std::nullopt;
+  if (coarse && !what_coarsening_loses(*coarse, scene, scene.prescribed).empty())
+    coarse.reset();
   return coarse;
 }
 
@@ -130,20 +121,11 @@ bool add_from_coarser(const Scene& scene, const Scene& coarse, const Displacemen
   return true;
 }
 
-/// Nodes with a prescribed component, for each component.
-std::vector<std::vector<bool>> prescribed_nodes(const Scene& scene) {
-  std::vector<std::vector<bool>> is_prescribed(
-      static_cast<std::size_t>(scene.dimension()),
-      std::vector<bool>(static_cast<std::size_t>(scene.specimen.grid.n_nodes())));
-  for (const Prescribed& p : scene.prescribed)
-    is_prescribed[p.component][p.node] = true;
-  return is_prescribed;
-}
-
-/// True if all corners of the grid's face whose first corner is `at` are among `nodes`. @param normal of the
-/// face
-bool has_face(const Grid& grid, const std::vector<bool>& nodes, const Index3& at, std::size_t normal,
-              std::size_t dimension) {
+/// True if a component is fixed at all corners of the grid's face whose first corner is `at`. @param normal
+/// of the face
+bool has_face(const Grid& grid, const FixedMask& fixed, std::size_t component, const Index3& at,
+              std::size_t normal) {
+  const auto dimension = static_cast<std::size_t>(grid.dimension());
   for (unsigned corner = 0; corner < 1U << dimension; ++corner) {
     if ((corner >> normal & 1U) != 0)
       continue;
@@ -153,7 +135,7 @@ bool has_face(const Grid& grid, const std::vector<bool>& nodes, const Index3& at
     for (std::size_t a = 0; a < dimension; ++a)
       if (there[a] >= grid.nodes()[a])
         return false;
-    if (!nodes[grid.node(there)])
+    if (!fixed(component, grid.node(there)))
       return false;
   }
   return true;
@@ -166,15 +148,16 @@ bool acts_along_lines(const Scene& scene) {
   const auto dimension = static_cast<std::size_t>(scene.dimension());
   if (dimension == 1)
     return false;
-  for (const std::vector<bool>& nodes : prescribed_nodes(scene)) {
+  const FixedMask fixed(grid, scene.prescribed);
+  for (std::size_t b = 0; b < dimension; ++b) {
     std::int64_t n = 0;
     bool has_any_face = false;
     for (std::int64_t node = 0; node < grid.n_nodes() && !has_any_face; ++node) {
-      if (!nodes[node])
+      if (!fixed(b, node))
         continue;
       ++n;
       for (std::size_t normal = 0; normal < dimension && !has_any_face; ++normal)
-        has_any_face = has_face(grid, nodes, grid.node_at(node), normal, dimension);
+        has_any_face = has_face(grid, fixed, b, grid.node_at(node), normal);
     }
     if (n > 1 && !has_any_face) // a single node only prevents drift and carries little
       return true;

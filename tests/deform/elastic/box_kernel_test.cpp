@@ -348,6 +348,15 @@ TEST(BlockKernelOracle, InterpolationIsThatOfPlainLoops) {
   }
 }
 
+/// Murmur's finaliser of an entry's number: its last bit is the sign.
+float eigenvalue_noise(std::size_t i, float inverse) {
+  auto mixed = static_cast<std::uint32_t>(i) + 1;
+  mixed = (mixed ^ mixed >> 16) * 0x85ebca6bu;
+  mixed = (mixed ^ mixed >> 13) * 0xc2b2ae35u;
+  const float sign = (mixed ^ mixed >> 16) & 1 ? 1.0f : -1.0f;
+  return inverse > 0 ? sign / std::sqrt(inverse) : 0;
+}
+
 TEST(BlockKernelOracle, NoiseIsThatOfOneEntryAfterAnother) {
   constexpr unsigned seed = 8;
   std::mt19937 random(seed);

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <random>
 
 namespace maille::deform {
@@ -182,25 +181,16 @@ std::vector<int> BoxLevel::kinds_along(int axis) const {
   return kind_of;
 }
 
-/// Components that are fixed anywhere in a row, for every row, z by z.
-List<std::uint8_t> BoxLevel::fixed_in_rows() const {
-  List<std::uint8_t> of_row;
-  for (auto row = fixed_.bits().begin(); row != fixed_.bits().end(); row += operator_.nodes[0])
-    of_row.push_back(std::accumulate(row, row + operator_.nodes[0], std::uint8_t{0}, std::bit_or<>()));
-  return of_row;
-}
-
 const float* BoxLevel::inverse_row(int c, int y, int z, const std::string& key, bool has_fixed) {
   const auto [place, is_new] = rows_.try_emplace(key);
   if (!is_new)
     return place->second.data();
   const BoxOperator& A = operator_;
   const BoxDiagonal of_y(A.axis[1], y), of_z(A.axis[2], z);
-  const std::uint8_t* const fixed =
-      fixed_.bits().data() + A.nodes[0] * (y + std::int64_t{1} * A.nodes[1] * z);
+  const std::int64_t first = A.nodes[0] * (y + std::int64_t{1} * A.nodes[1] * z);
   place->second = PaddedArray(static_cast<std::size_t>(A.row_stride));
   for (int x = 0; x < A.nodes[0]; ++x)
-    if (!has_fixed || (fixed[x] >> c & 1) == 0)
+    if (!has_fixed || !fixed_(c, first + x))
       place->second.data()[x] =
           static_cast<float>(1 / box_diagonal(A.coefficients, c, BoxDiagonal(A.axis[0], x), of_y, of_z));
   return place->second.data();
@@ -212,17 +202,17 @@ void BoxLevel::invert_diagonal() {
   const std::vector<int> along_y = kinds_along(1), along_z = kinds_along(2);
   const auto n_y = of(1 + *std::ranges::max_element(along_y)),
              n_z = of(1 + *std::ranges::max_element(along_z));
-  const List<std::uint8_t> in_rows = fixed_in_rows();
+  const FixedMask in_rows = fixed_.of_rows(of(A.nodes[0]));
   std::vector<const float*> of_kinds(3 * n_y * n_z, nullptr); // of rows with nothing fixed
   std::string key;
   for (int c = 0; c < 3; ++c) {
     List<const float*>& inverse = inverse_rows_[of(c)];
-    inverse.reserve(in_rows.size());
+    inverse.reserve(in_rows.n_nodes());
     for (int z = 0; z < A.nodes[2]; ++z)
       for (int y = 0; y < A.nodes[1]; ++y) {
         const int kinds[] = {c, along_y[of(y)], along_z[of(z)]};
         const auto row = of(y) + of(A.nodes[1]) * of(z);
-        const bool has_fixed = (in_rows[row] >> c & 1) != 0;
+        const bool has_fixed = in_rows(c, row);
         const float*& plain = of_kinds[(of(c) * n_y + of(kinds[1])) * n_z + of(kinds[2])];
         if (!has_fixed && plain != nullptr) {
           inverse.push_back(plain);
@@ -283,11 +273,11 @@ FixedMask BoxLevel::coarse_fixed() const {
   const auto& t = *transfer_;
   const int nx = t[0].n_coarse(), ny = t[1].n_coarse(), nz = t[2].n_coarse();
   FixedMask coarse(of(nx) * of(ny) * of(nz));
-  const List<std::uint8_t> in_rows = fixed_in_rows(); // most have none
+  const FixedMask in_rows = fixed_.of_rows(of(operator_.nodes[0])); // most have none
   const auto is_near_fixed = [&](int y, int z) {
     for (int k = 0; k < t[2].count(z); ++k)
       for (int j = 0; j < t[1].count(y); ++j)
-        if (in_rows[of(t[1].first(y) + j) + of(operator_.nodes[1]) * of(t[2].first(z) + k)] != 0)
+        if (in_rows.at(of(t[1].first(y) + j) + of(operator_.nodes[1]) * of(t[2].first(z) + k)) != 0)
           return true;
     return false;
   };

@@ -117,7 +117,6 @@ private:
   void find_largest_eigenvalue(const BoxLevel* finer);
   void invert_diagonal();
   std::vector<int> kinds_along(int axis) const;
-  List<std::uint8_t> fixed_in_rows() const;
   const float* inverse_row(int c, int y, int z, const std::string& key, bool has_fixed);
   FixedMask coarse_fixed() const;
   std::uint8_t coarse_fixed_at(int x, int y, int z) const;

@@ -63,6 +63,13 @@ public:
     u_ = &u;
     std::ranges::fill(direction_.values(), 0.0);
   }
+  /// residual = forces - K u where components are free, 0 elsewhere. @param forces per component of the
+  /// fields; empty: none @return u . K u
+  template<class Forces>
+  double find_residual(const Forces& forces);
+  /// Work of the forces along the direction, per step.
+  template<class Forces>
+  double work_of(const Forces& forces) const;
   /// To be filled in by the caller.
   Displacement& residual() { return residual_; }
   double precondition() override;
@@ -79,6 +86,30 @@ protected:
   double curvature_ = 0; ///< p . K p [J]
   double overlap_ = 0;   ///< of the new residual with the correction for the one before [J]
 };
+
+template<class Forces>
+double FieldGradients::find_residual(const Forces& forces) {
+  const Displacement& u = *u_;
+  K_->apply(u, image_);
+  return sums_.sum([&](std::size_t first, std::size_t end) {
+    double energy = 0;
+    for (std::size_t b = 0; b < residual_.n_components(); ++b)
+      for (std::size_t i = first; i < end; ++i) {
+        energy += u(b, i) * image_(b, i);
+        residual_(b, i) = fixed_(b, i) ? 0 : (forces[b].empty() ? 0 : forces[b][i]) - image_(b, i);
+      }
+    return energy;
+  });
+}
+
+template<class Forces>
+double FieldGradients::work_of(const Forces& forces) const {
+  double sum = 0;
+  for (std::size_t b = 0; b < forces.size(); ++b)
+    for (std::size_t i = 0; i < forces[b].size(); ++i)
+      sum += forces[b][i] * direction_(b, i);
+  return sum;
+}
 
 inline double FieldGradients::precondition() {
   K_->precondition(residual_, correction_);

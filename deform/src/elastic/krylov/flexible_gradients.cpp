@@ -18,27 +18,15 @@ FlexibleGradients::FlexibleGradients(const CoupledTask& task, Loads forces, Fixe
     : FieldGradients(static_cast<std::size_t>(task.scene.dimension()), std::move(fixed), FieldSums(task)),
       task_(task), forces_(std::move(forces)), convergence_(task.scene.relaxation.tolerance) {}
 
-/// residual = f - K u where nodes are free, 0 elsewhere; the energy and the length of u too.
+/// The energy and the length of u too.
 void FlexibleGradients::find_residual() {
-  const Displacement& u = *u_;
-  K_->apply(u, image_);
-  energy_ = sums_.dot(u, image_);
-  length_ = sums_.dot(u, u);
-  sums_.sum([&](std::size_t first, std::size_t end) {
-    for (std::size_t b = 0; b < residual_.n_components(); ++b)
-      for (std::size_t i = first; i < end; ++i)
-        residual_(b, i) = fixed_(b, i) ? 0 : (forces_[b].empty() ? 0 : forces_[b][i]) - image_(b, i);
-    return 0.0;
-  });
+  energy_ = FieldGradients::find_residual(forces_);
+  length_ = sums_.dot(*u_, *u_);
 }
 
 /// Updates energy and lengths too.
 void FlexibleGradients::take_step(double step) {
-  double with_forces = 0;
-  for (std::size_t b = 0; b < forces_.size(); ++b)
-    for (std::size_t i = 0; i < forces_[b].size(); ++i)
-      with_forces += forces_[b][i] * direction_(b, i);
-  energy_ += 2 * step * with_forces;
+  energy_ += 2 * step * work_of(forces_);
   FieldGradients::take_step(step);
   moved_ = step * step * sums_.dot(direction_, direction_);
   length_ = sums_.dot(*u_, *u_);

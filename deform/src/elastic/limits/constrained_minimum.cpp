@@ -33,21 +33,10 @@ ConstrainedMinimum::ConstrainedMinimum(const CoupledTask& task, PenalizedOperato
   }
 }
 
-/// residual = f - K u where nodes are free, 0 elsewhere, and what the limits add.
+/// Adds what the limits add.
 void ConstrainedMinimum::find_residual() {
-  const Displacement& u = *u_;
-  rounding_ = rounding_tolerance(task_.scene.specimen.grid, largest_entry(u));
-  system_.apply(u, residual_);
-  energy_ = sums_.sum([&](std::size_t first, std::size_t end) {
-    double energy = 0;
-    for (std::size_t k = 0; k < links_.size(); ++k)
-      for (std::size_t i = first; i < end; ++i) {
-        double& residual = residual_(k, i);
-        energy += u(k, i) * residual;
-        residual = fixed_(k, i) ? 0 : (loads_[k].empty() ? 0 : loads_[k][i]) - residual;
-      }
-    return energy;
-  });
+  rounding_ = rounding_tolerance(task_.scene.specimen.grid, largest_entry(*u_));
+  energy_ = FieldGradients::find_residual(loads_);
   update_forces();
 }
 
@@ -89,15 +78,6 @@ double ConstrainedMinimum::gap() const {
   double sum = 0;
   for (const ActiveLinks& links : links_)
     sum += links.gap();
-  return sum;
-}
-
-/// Along the direction, per step.
-double ConstrainedMinimum::work_of_loads() const {
-  double sum = 0;
-  for (std::size_t b = 0; b < loads_.size(); ++b)
-    for (std::size_t i = 0; i < loads_[b].size(); ++i)
-      sum += loads_[b][i] * direction_(b, i);
   return sum;
 }
 
@@ -191,7 +171,7 @@ std::optional<double> ConstrainedMinimum::find_step(double beta, double product)
 }
 
 void ConstrainedMinimum::take_step(double step) {
-  energy_ += step * (2 * (slope_ + work_of_loads()) + step * curvature_);
+  energy_ += step * (2 * (slope_ + work_of(loads_)) + step * curvature_);
   FieldGradients::take_step(step);
   update_forces();
   overlap_ = sums_.dot(residual_, correction_); // with the limits' new forces

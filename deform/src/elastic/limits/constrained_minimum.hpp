@@ -11,8 +11,8 @@
 /// exact line search (best_step). They begin anew whenever multipliers or penalties change. Multipliers
 /// improve once better ones help more than better displacements (Nearness).
 ///
-/// start_from_coarser() takes start and multipliers from the body with every second node. solve_within_limits()
-/// is the entry: it also projects the result to the nearest feasible state.
+/// start_from_coarser() takes start and multipliers from the body with every second node.
+/// solve_within_limits() is the entry: it also projects the result to the nearest feasible state.
 ///
 /// Exact: the limits, after that projection; the line search, to 5 % of its first slope. Heuristic: the
 /// penalties rho, the rules for when to improve multipliers, and the error estimate (Nearness).
@@ -72,7 +72,6 @@ private:
   void update_penalties();
   bool are_penalties_out_of_date() const;
   double best_step(double slope, double curvature) const;
-  double work_of_loads() const;
   double gap() const;
   void update_forces();
   /// The same for an unchanged state, in which no further link can become active.
@@ -104,9 +103,9 @@ private:
 /// coarser body leave a rigid motion, or if it was stopped
 bool start_from_coarser(const CoupledTask& task, ConstrainedMinimum& minimum, Displacement& u);
 
-/// The elastic answer; if it breaks the task's limits, the least energy within them (see ConstrainedMinimum) and
-/// then the nearest feasible state. Strain energy, residual, reactions and message of the answer are those of
-/// that state. An answer that was cut short is projected without a search.
+/// The elastic answer; if it breaks the task's limits, the least energy within them (see ConstrainedMinimum)
+/// and then the nearest feasible state. Strain energy, residual, reactions and message of the answer are
+/// those of that state. An answer that was cut short is projected without a search.
 CoupledAlgorithm solve_within_limits;
 
 } // namespace maille::deform

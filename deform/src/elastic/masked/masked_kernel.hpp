@@ -38,7 +38,8 @@ inline constexpr std::int64_t column_part = 32;
 /// sum += columns times c, for n contiguous columns of `size` numbers. @pre size is a multiple of column_part
 void add_columns(std::int64_t size, int n, const float* columns, const double* c, double* sum);
 
-/// f = eigenvalue_noise() of the entries from `first` on. @param inverse, f start at that entry
+/// Start of the eigenvalue iteration: f is -1 or 1 in units of the diagonal, the same on every machine, and 0
+/// where components are fixed. @param first number of the entry at which inverse and f start
 void noise_entries(std::int64_t n, std::int64_t first, const float* inverse, float* f);
 /// Loops over n entries, a multiple of 16 unless stated otherwise. `inverse` is that of the diagonal, 0 where
 /// a component is fixed. u = weight f / diagonal

@@ -59,7 +59,7 @@ public:
   double relax_and_dot(float weight, ThreadTeam& team);
   /// r = f - A u where components are free, 0 elsewhere.
   void find_residual(ThreadTeam& team);
-  /// f = eigenvalue_noise(), the same on any number of ranks.
+  /// f = noise_entries(), the same on any number of ranks.
   void set_noise(ThreadTeam& team);
   double dot(const float* a, const float* b, ThreadTeam& team);
   /// Stiffness of the springs to the ground, by slots; no blocks without springs.

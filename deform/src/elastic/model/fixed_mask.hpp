@@ -46,7 +46,6 @@ public:
   void fix(std::integral auto node, std::uint8_t bits) {
     bits_[node] = static_cast<std::uint8_t>(at(node) | bits);
   }
-  const List<std::uint8_t>& bits() const { return bits_; }
   /// The same for fields that have only these components, in this order.
   FixedMask of(const std::vector<int>& components) const {
     FixedMask some(n_nodes());
@@ -62,6 +61,14 @@ public:
     for (std::size_t place = 0; place < nodes.size(); ++place)
       some.fix(place, at(nodes[place]));
     return some;
+  }
+  /// Components that are fixed anywhere in a row, for rows of `length` nodes.
+  FixedMask of_rows(std::size_t length) const {
+    FixedMask rows(n_nodes() / length);
+    for (std::size_t row = 0; row < rows.n_nodes(); ++row)
+      for (std::size_t i = 0; i < length; ++i)
+        rows.bits_[row] |= bits_[row * length + i];
+    return rows;
   }
   std::size_t n_nodes() const { return bits_.size(); }
   std::int64_t n_fixed() const {

@@ -3,7 +3,6 @@
 #include <Eigen/Eigenvalues>
 
 #include <cmath>
-#include <cstdint>
 #include <numbers>
 
 namespace maille::deform {
@@ -64,14 +63,6 @@ double stiffness_contrast(const Matrix6& stiffness) {
 
 int relaxation_steps(double contrast) {
   return contrast < 8 ? steps_of_low_contrast : contrast < 30 ? 4 : 6;
-}
-
-float eigenvalue_noise(std::size_t i, float inverse) {
-  auto mixed = static_cast<std::uint32_t>(i) + 1;
-  mixed = (mixed ^ mixed >> 16) * 0x85ebca6bu;
-  mixed = (mixed ^ mixed >> 13) * 0xc2b2ae35u;
-  const float sign = (mixed ^ mixed >> 16) & 1 ? 1.0f : -1.0f;
-  return inverse > 0 ? sign / std::sqrt(inverse) : 0;
 }
 
 double largest_eigenvalue_seen_by(GradientSpace& space) {

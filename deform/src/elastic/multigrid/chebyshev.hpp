@@ -1,11 +1,17 @@
 #pragma once
 /// Chebyshev relaxation: Jacobi steps whose weights make a Chebyshev polynomial, and the eigenvalues that
 /// they need.
+///
+/// Scheme: step k is u += w_k D^-1 (f - A u), D the diagonal of A. The product of the error factors (1 - w_k
+/// x) is small for all eigenvalues x of D^-1 A from a lower end to `largest`; coarser levels correct the
+/// others.
+///
+/// Exact: the weights for a given range. Heuristic: the range's lower end, the number of steps by the
+/// contrast of the stiffness, and a margin on an eigenvalue that conjugate gradients approach from below.
 
 #include "elastic/krylov/conjugate_gradients.hpp"
 #include "maille/materials/elasticity.hpp"
 
-#include <cstddef>
 #include <vector>
 
 namespace maille::deform {
@@ -26,10 +32,6 @@ constexpr int steps_of_low_contrast = 2;
 /// wider range to damp. Measured for the shortest time to 1e-3.
 int relaxation_steps(double contrast);
 
-/// Start of the eigenvalue iteration: a right-hand side of -1 or 1 in units of the diagonal, the same on
-/// every machine. The obvious version of noise_entries (masked_kernel.hpp).
-/// @param i entry; @param inverse of its diagonal, 0 where it is fixed
-float eigenvalue_noise(std::size_t i, float inverse);
 /// Upper estimate of the largest eigenvalue of inverse diagonal times operator, from ten steps of conjugate
 /// gradients preconditioned by the diagonal.
 ///

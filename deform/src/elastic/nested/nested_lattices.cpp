@@ -160,7 +160,6 @@ public:
 
 private:
   std::string find_coarser();
-  std::unique_ptr<Coarser> coarsened(const Scene& scene, const std::vector<Prescribed>& prescribed) const;
   void solve(Coarser& level);
   bool solve_from(Coarser* coarser, CoupledTask task, Answer& answer);
   void extrapolate_answer(Answer& answer);
@@ -170,28 +169,19 @@ private:
   std::unique_ptr<Coarser> coarser_;
 };
 
-std::unique_ptr<Coarser> NestedSolve::coarsened(const Scene& scene,
-                                                const std::vector<Prescribed>& prescribed) const {
-  std::optional<Scene> coarse = coarser_scene(scene, prescribed);
-  if (!coarse)
-    return nullptr;
-  auto level = std::make_unique<Coarser>();
-  level->scene = std::move(*coarse);
-  return level;
-}
-
 /// Builds the coarser scenes for extrapolation. @return why they cannot be built; empty if they can
 std::string NestedSolve::find_coarser() {
   const Scene* fine = &task_.scene;
   const std::vector<Prescribed>* prescribed = &task_.prescribed;
   std::unique_ptr<Coarser>* next = &coarser_;
   for (int halvings = 0; halvings < 2; ++halvings) {
-    *next = coarsened(*fine, *prescribed);
-    if (!*next)
+    std::optional<Scene> made = coarser_scene(*fine, *prescribed);
+    if (!made)
       return "not extrapolated: three lattices need cells that can be halved twice along every axis, to 4 or "
              "more, "
              "and are held at every fourth node";
-    Scene& coarse = (*next)->scene;
+    *next = std::make_unique<Coarser>();
+    Scene& coarse = (*next)->scene = *std::move(made);
     if (const std::string lost = what_coarsening_loses(coarse, *fine, *prescribed); !lost.empty())
       return "not extrapolated: " + lost;
     fine = &coarse;

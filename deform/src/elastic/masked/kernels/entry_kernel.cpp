@@ -36,7 +36,6 @@ HWY_INLINE void for_any_entries(std::int64_t n, Visit&& visit) {
     visit(One(), i);
 }
 
-/// As eigenvalue_noise().
 void noise(std::int64_t n, std::int64_t first, const float* inverse, float* f) {
   for_entries(n, [&](Line d, std::int64_t i) HWY_ATTR {
     const hn::RebindToUnsigned<Line> whole;
