@@ -1,6 +1,10 @@
 #pragma once
 /// `relaxed`: the relaxation of Gibson (1995) with the material's weights, by multigrid. `coupled`: full
 /// anisotropic elasticity on the lattice. Both within limits where a scene asks for some.
+///
+/// A method refuses what it cannot carry, cuts prescribed values back to what limits permit, solves in an
+/// arena that counts its memory, and ends with a state that is feasible however it ended. The forecasts of
+/// memory below refuse a scene that is far too large before it starts.
 
 #include "maille/scene/answer.hpp"
 #include "maille/scene/scene.hpp"

@@ -1,5 +1,11 @@
 #pragma once
 /// The parts of the next coarser level of the componentwise multigrid.
+///
+/// Scheme: every second node along the axes that coarsen, linear interpolation in the positions of nodes;
+/// coarse weights preserve the energy of linear displacements; coarse nodes are fixed where fine ones are, or
+/// where fixed nodes have half of the interpolation weight; anchors hold corrections back beside fixed nodes.
+///
+/// Exact: the energy of linear displacements. Heuristic: the share of one half, and the bound of anchors.
 
 #include "elastic/componentwise/componentwise_level.hpp"
 

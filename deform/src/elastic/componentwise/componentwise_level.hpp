@@ -1,5 +1,12 @@
 #pragma once
 /// One level of the componentwise multigrid: operator, fixed nodes and fields.
+///
+/// The operator is the graph Laplacian of one displacement component: at a node, the sum over its links of
+/// weight (u_node - u_neighbour), plus an anchor times u_node. Fields u (solution), f (right-hand side) and r
+/// (residual) are float32, a number per node, rows padded to cache lines. Fixed nodes have 0 in the inverse
+/// of the diagonal, which thereby masks them. A 2D body is stored as planes of one row each.
+///
+/// A box stores its weights as factors of the axes; any other body one weight per link.
 
 #include "elastic/componentwise/axis_coarsening.hpp"
 #include "elastic/componentwise/componentwise_kernel.hpp"

@@ -1,5 +1,13 @@
 #pragma once
 /// The one loop of conjugate gradients that all solvers go through.
+///
+/// Scheme: K u = f is solved by steps along directions p that are conjugate: p . K p' = 0. B is a
+/// preconditioner, r = f - K u the residual, z = B r the correction, beta the quotient of r . z and that of
+/// the step before, p = z + beta p. A GradientSpace has the vectors, in any storage and precision; a
+/// GradientWatch decides when the loop ends.
+///
+/// Exact: the step length, which takes the energy to its minimum along p. Heuristic: when to end, in the
+/// watches.
 
 #include <algorithm>
 #include <cmath>

@@ -3,6 +3,7 @@
 ///
 /// A task is one question: the scene, values to prescribe, limits that bind or none, a start, and a cache of
 /// earlier questions. solve_on_ladder() finds the elastic state; solve_within_limits() enforces limits on it.
+/// Solvers pass the task on unchanged; ties, coarser bodies and increments make tasks of their own.
 
 #include "control/method.hpp"
 #include "maille/scene/answer.hpp"

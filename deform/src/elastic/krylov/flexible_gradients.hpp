@@ -1,14 +1,6 @@
 #pragma once
 /// Conjugate gradients in float64 around a preconditioner that is not quite the same every time.
-
-#include "elastic/krylov/convergence.hpp"
-#include "elastic/krylov/coupled_task.hpp"
-#include "elastic/krylov/elastic_operator.hpp"
-
-#include <string>
-
-namespace maille::deform {
-
+///
 /// Flexible conjugate gradients (Polak-Ribiere), which tolerate a float32 preconditioner; everything else is
 /// float64. Notation: r = f - K u the residual, B the preconditioner, z = B r, p the direction. beta is r_new
 /// . (z_new - z_old) / (r_old . z_old); the term r_new . z_old (`overlap`) vanishes if B is constant.
@@ -20,6 +12,15 @@ namespace maille::deform {
 ///
 /// Source  Notay 2000, Flexible conjugate gradients, section 2
 /// Checked by  tests/deform/elastic/slender/slender_boxes_test.cpp
+
+#include "elastic/krylov/convergence.hpp"
+#include "elastic/krylov/coupled_task.hpp"
+#include "elastic/krylov/elastic_operator.hpp"
+
+#include <string>
+
+namespace maille::deform {
+
 class FlexibleGradients : private FieldGradients, private GradientWatch {
 public:
   /// At most: its fields, and loads.

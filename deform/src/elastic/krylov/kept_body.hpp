@@ -1,5 +1,12 @@
 #pragma once
 /// Cache of a body between answers of `coupled`: its hierarchy, earlier answers, and multipliers.
+///
+/// A question about the same cells, materials and springs reuses three things: the multigrid hierarchy, if
+/// the fixed components are (almost) the same; earlier answers, combined into a start; and the multipliers of
+/// active limits. Constants of materials may change by a factor that the hierarchy tolerates.
+///
+/// Exact: nothing of an answer depends on the cache beyond its tolerance. Heuristic: which start is near
+/// enough.
 
 #include "elastic/krylov/coupled_task.hpp"
 

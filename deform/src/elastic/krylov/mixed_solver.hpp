@@ -1,10 +1,11 @@
 #pragma once
 /// One kind of body in mixed precision: iterative refinement in float32 of a state in float64.
 ///
-/// Scheme: a round scales the float64 residual r = f - K u to float32 and runs conjugate gradients on K du = r
-/// until r . B r has fallen by ten digits; u += du, and r is recomputed in float64. So accuracy is that of
-/// float64 at the speed of float32. Stops when Convergence is within the tolerance. If r . B r of a recomputed
-/// residual is not below a hundredth of that of the round before, the solve is at rounding level, or stalled.
+/// Scheme: a round scales the float64 residual r = f - K u to float32 and runs conjugate gradients on K du =
+/// r until r . B r has fallen by ten digits; u += du, and r is recomputed in float64. So accuracy is that of
+/// float64 at the speed of float32. Stops when Convergence is within the tolerance. If r . B r of a
+/// recomputed residual is not below a hundredth of that of the round before, the solve is at rounding level,
+/// or stalled.
 ///
 /// The ladder (elastic/ladder) calls solve(), and on failure goes on with system_of_slender() in float64.
 /// BoxSolver and MaskedSolver derive from it; they define how a round begins and ends.
@@ -40,8 +41,8 @@ protected:
   /// Unit of residuals, over the body's unit [m].
   double scale() const { return scale_; }
   bool is_whole() const { return is_whole_; }
-  /// The space holds the whole displacement and its residual, not a change: the first round begins from there.
-  /// @param energy u . K u in the body's unit [m^2]
+  /// The space holds the whole displacement and its residual, not a change: the first round begins from
+  /// there. @param energy u . K u in the body's unit [m^2]
   void begin_whole(double energy) {
     is_whole_ = true;
     energy_ = energy;

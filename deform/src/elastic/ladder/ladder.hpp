@@ -9,8 +9,8 @@
 ///   3. float64 around the multigrid of rung 1;
 ///   4. float64 around the componentwise multigrid. Bodies in 1D and 2D begin here.
 ///
-/// Every rung ends by energy and reactions; limits follow (solve_within_limits). The functions below are where
-/// a kind of body is chosen.
+/// Every rung ends by energy and reactions; limits follow (solve_within_limits). The functions below are
+/// where a kind of body is chosen.
 
 #include "elastic/krylov/coupled_task.hpp"
 #include "elastic/krylov/mixed_solver.hpp"

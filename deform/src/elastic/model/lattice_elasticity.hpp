@@ -1,25 +1,6 @@
 #pragma once
 /// Elasticity on the lattice: the energy of every cell from the displacements of its corners.
-
-#include "elastic/model/lattice_kernel.hpp"
-#include "lattice/field_memory.hpp"
-#include "maille/base/arena.hpp"
-#include "maille/scene/answer.hpp"
-#include "parallel/thread_team.hpp"
-
-#include <Eigen/Core>
-
-#include <algorithm>
-#include <array>
-#include <cstdint>
-#include <functional>
-#include <limits>
-
-namespace maille::deform {
-
-template<int dimension>
-inline constexpr int corners_of_cell = 1 << dimension;
-
+///
 /// The energy of a cell of volume V is
 ///
 ///   V / 2 eps : (C - alpha diag(E_a)) : eps  +  alpha / 2 sum over its edges of (V / n) E_a (d_a u_a)^2
@@ -43,6 +24,26 @@ inline constexpr int corners_of_cell = 1 << dimension;
 ///
 /// Source  docs/theory.md, section 3 (LAT)
 /// Checked by  tests/deform/elastic/lattice_elasticity_test.cpp
+
+#include "elastic/model/lattice_kernel.hpp"
+#include "lattice/field_memory.hpp"
+#include "maille/base/arena.hpp"
+#include "maille/scene/answer.hpp"
+#include "parallel/thread_team.hpp"
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <limits>
+
+namespace maille::deform {
+
+template<int dimension>
+inline constexpr int corners_of_cell = 1 << dimension;
+
 class LatticeElasticity {
 public:
   static constexpr double alpha = 1.0 / 3;

@@ -1,5 +1,11 @@
 #pragma once
 /// Multigrid: the V-cycle over the levels of any kind of body, as a preconditioner.
+///
+/// A symmetric V-cycle: Jacobi steps with Chebyshev's weights before and after coarser levels, and a direct
+/// solve at the bottom. Started at 0 it is a symmetric positive definite map, as conjugate gradients require.
+/// Same bits for any number of threads.
+///
+/// Source  docs/theory.md, sections 2 and 3; Trottenberg, Oosterlee and Schueller, Multigrid, 2001
 
 #include "elastic/multigrid/coarsest_solve.hpp"
 #include "parallel/thread_team.hpp"
@@ -44,11 +50,6 @@ concept CycleLevel = CoarsestLevel<L> &&
   { L::nodes_worth_threads } -> std::convertible_to<std::int64_t>; ///< threads do not pay on fewer
 };
 
-/// A symmetric V-cycle: Jacobi steps with Chebyshev's weights before and after coarser levels, and a direct
-/// solve at the bottom. Started at 0 it is a symmetric positive definite map, as conjugate gradients require.
-/// Same bits for any number of threads.
-///
-/// Source  docs/theory.md, sections 2 and 3; Trottenberg, Oosterlee and Schueller, Multigrid, 2001
 template<class Level>
 class Multigrid {
 public:
