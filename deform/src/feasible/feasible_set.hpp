@@ -9,7 +9,6 @@
 #include "control/method.hpp"
 #include "feasible/bounds/clipping.hpp"
 #include "feasible/bounds/drag_engine.hpp"
-#include "lattice/body.hpp"
 #include "maille/deform/plan.hpp"
 
 #include <memory>
@@ -41,8 +40,6 @@ public:
   /// Cost         scans: memory passed through twice per side and component, and as much scratch as one
   ///              component; shortest paths: two searches per component; wavefront: O(nodes)
   double project(Displacement& state) const;
-  /// The same for a body's own numbers. Boxes in float32 and in place; others by way of float64.
-  double project(Body& body) const;
   /// Changes `state` to a feasible one in which the prescribed components have their values: its projection,
   /// then the least change that brings the prescribed nodes to their values.
   /// @param clipped as clip() gives them

@@ -67,7 +67,7 @@ Footprint forecast_of_box(const Scene& scene, const std::array<Algorithm, 3>& al
   Footprint arrays{{"cone rows", bytes_of_rows(grid), "what paths add up to along one row, per component"}};
   const bool clips_by_scans = n_prescribed(scene) * n_prescribed(scene) > 8 * grid.n_nodes(),
              scans = std::ranges::find(algorithms, Algorithm::separable_scans) != algorithms.end();
-  const std::int64_t n_teams = grid.n_nodes() < nodes_worth_a_thread ? 1 : std::max(1, threads),
+  const std::int64_t n_teams = useful_threads(grid.n_nodes(), threads),
                      slabs = (scans ? 2 * n_teams : 0) + (clips_by_scans ? 1 : 0);
   if (slabs > 0)
     arrays.push_back({"scan slabs", slabs * bytes_of_slab(grid) + 5 * bytes_of_rows(grid),

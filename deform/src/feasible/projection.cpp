@@ -16,10 +16,9 @@ namespace maille::deform {
 
 namespace {
 
-template<class T>
-Closure<T> closure_of(const Field<T>& field, const LinkIntervals<double>& bounds, bool is_least_above) {
+Closure closure_of(const Field<double>& field, const LinkIntervals<double>& bounds, bool is_least_above) {
   const Slopes slopes(bounds, is_least_above ? Side::least : Side::greatest);
-  Closure<T> closure;
+  Closure closure;
   closure.field = field;
   closure.is_least_above = is_least_above;
   std::ranges::copy(field.nodes, closure.nodes);
@@ -35,11 +34,11 @@ void raise_to(std::atomic<double>& largest, double value) {
 }
 
 /// One component of a box; `scratch` is as large as the field. @return the largest change
-template<class T>
-double project_box(const Field<T>& field, T* scratch, const LinkIntervals<double>& bounds, ThreadTeam& team) {
-  Field<T> copy = field;
+double project_box(const Field<double>& field, double* scratch, const LinkIntervals<double>& bounds,
+                   ThreadTeam& team) {
+  Field<double> copy = field;
   copy.data = scratch;
-  const Closure<T> above = closure_of(copy, bounds, true), below = closure_of(field, bounds, false);
+  const Closure above = closure_of(copy, bounds, true), below = closure_of(field, bounds, false);
   team.run(field.nodes[2], [&](int z, int) {
     std::copy_n(field.row(0, z), field.slab_stride, copy.row(0, z));
     close_slab(above, z);
@@ -51,15 +50,11 @@ double project_box(const Field<T>& field, T* scratch, const LinkIntervals<double
     close_along_z(below, y);
     raise_to(largest, take_mean(field, copy, below.nodes, y));
     for (int z = 0; z < field.nodes[2]; ++z) { // as if the body went on
-      T* const row = field.row(y, z);
+      double* const row = field.row(y, z);
       std::fill(row + field.nodes[0], row + field.row_stride, row[field.nodes[0] - 1]);
     }
   });
   return 0.5 * largest;
-}
-
-int useful_threads(const Grid& grid, int threads) {
-  return grid.n_nodes() < nodes_worth_a_thread ? 1 : std::max(1, threads);
 }
 
 /// Mean of the two envelopes that all nodes of the body span.
@@ -87,7 +82,7 @@ double FeasibleSet::project(Displacement& state) const {
   const Grid& grid = scene_.specimen.grid;
   double largest = 0;
   if (is_homogeneous_box()) {
-    ThreadTeam team(useful_threads(grid, threads_));
+    ThreadTeam team(useful_threads(grid.n_nodes(), threads_));
     const auto bounds = intervals_by_axis(scene_, limits_);
     AlignedArray<double> scratch(static_cast<std::size_t>(grid.n_nodes()));
     for (std::size_t b = 0; b < state.n_components(); ++b)
@@ -104,26 +99,9 @@ double FeasibleSet::project(Displacement& state) const {
   return largest;
 }
 
-double FeasibleSet::project(Body& body) const {
-  if (!is_homogeneous_box()) {
-    Displacement state = body.displacement();
-    const double largest = project(state);
-    body.set_displacement(state);
-    return largest;
-  }
-  ThreadTeam team(useful_threads(body.grid(), threads_));
-  const auto bounds = intervals_by_axis(scene_, limits_);
-  const Field<float> first = body.field(0);
-  AlignedArray<float> scratch(static_cast<std::size_t>(first.slab_stride * first.nodes[2]));
-  double largest = 0;
-  for (int b = 0; b < body.dimension(); ++b)
-    largest = std::max(largest, project_box(body.field(b), scratch.data(), bounds[b], team));
-  return largest;
-}
-
 void FeasibleSet::clamp_box(const std::vector<Prescribed>& clipped, Displacement& state) const {
   const Grid& grid = scene_.specimen.grid;
-  ThreadTeam team(useful_threads(grid, threads_));
+  ThreadTeam team(useful_threads(grid.n_nodes(), threads_));
   SeparableScans<double> scans(grid, intervals_by_axis(scene_, limits_), team.threads());
   std::vector<HandleValue> handles;
   Rounding rounding;

@@ -89,22 +89,6 @@ void Body::copy_to(Displacement& state) const {
   }
 }
 
-void Body::set_displacement(const Displacement& state) {
-  const Index3& n = grid().nodes();
-  for (int component = 0; component < dimension(); ++component) {
-    const Field<float> stored = field(component);
-    set_offset(component, 0);
-    std::int64_t node = 0;
-    for (int z = 0; z < n[2]; ++z)
-      for (int y = 0; y < n[1]; ++y) {
-        float* const row = stored.row(y, z);
-        for (int x = 0; x < n[0]; ++x, ++node)
-          row[x] = static_cast<float>(state(component, node)) + 0.0F; // no negative zeros
-        std::fill(row + n[0], row + row_stride_, row[n[0] - 1]);      // as if the body went on
-      }
-  }
-}
-
 Footprint Body::footprint(const Scene& scene) {
   const Grid& grid = scene.specimen.grid;
   const auto floats = static_cast<std::int64_t>(padded_size(grid) * sizeof(float)),

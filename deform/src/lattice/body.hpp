@@ -52,8 +52,6 @@ public:
   Displacement displacement() const;
   /// The same, into a state that is zero and of the right size, or was filled from this body before.
   void copy_to(Displacement& state) const;
-  /// Takes over a state, rounded to float32. @pre finite
-  void set_displacement(const Displacement& state);
 
   /// Memory of such a body before it is made, array by array and in total.
   static Footprint footprint(const Scene& scene);

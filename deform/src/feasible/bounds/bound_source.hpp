@@ -1,6 +1,11 @@
 #pragma once
 /// Bounds that prescribed displacements impose on other nodes: the interface between clipping or projection
 /// and the algorithms for shortest paths, and path lengths where limits are equal along an axis.
+///
+/// Notation: d(i, j) is the shortest path over the slack of links, from node i to node j; p the displacement
+/// of a handle. Limits are difference constraints, so every feasible u_i is at least p - d(i, handle) and at
+/// most p + d(handle, i), and clamping between the bounds of all handles is the least movement
+/// (docs/theory.md, Theorem 1). Exact, but for the rounding of sums along paths.
 
 #include "maille/scene/link_limits.hpp"
 

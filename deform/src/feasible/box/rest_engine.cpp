@@ -1,16 +1,13 @@
 #include "feasible/box/rest_engine.hpp"
 
+#include "feasible/bounds/algorithm_sizes.hpp"
+
 #include <algorithm>
 #include <cmath>
 
 namespace maille::deform {
 
 namespace {
-
-/// Threads that a body of this size can use.
-int useful_threads(const Grid& grid, int threads) {
-  return grid.n_nodes() < nodes_worth_a_thread ? 1 : std::max(1, threads);
-}
 
 /// Nodes that stay at 0 need no bound: the clipped values of the others allow it.
 bool is_handle(const Prescribed& p, int component) {
@@ -44,7 +41,7 @@ std::array<LinkIntervals<double>, 3> no_wider_than_asked(std::array<LinkInterval
 RestEngine::RestEngine(const Scene& scene, const LinkLimits& limits, const Plan& plan, int threads)
     : scene_(scene), algorithm_(plan.of_component),
       steps_(no_wider_than_asked(intervals_by_axis(scene, limits), scene.prescribed)),
-      team_(useful_threads(scene.specimen.grid, threads)), bounds_(scene.specimen.grid, steps_),
+      team_(useful_threads(scene.specimen.grid.n_nodes(), threads)), bounds_(scene.specimen.grid, steps_),
       clipper_(bounds_, scene.specimen.grid), closed_form_(scene.specimen.grid),
       scans_(scene.specimen.grid, steps_, team_.threads()) {}
 
