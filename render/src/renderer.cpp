@@ -2,13 +2,11 @@
 #include "maille/base/vectors.hpp"
 
 #include "compose/compose.hpp"
-#include "data/parallel.hpp"
 #include "prepare/prepared_object.hpp"
 #include "prepare/request.hpp"
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <utility>
 
 namespace maille::render {
@@ -51,7 +49,7 @@ struct Renderer::Parts {
       return;
     // All tiles are merged anew, so pixels of a picture of equal size need no clearing.
     if (!has_view || view.width != from.width || view.height != from.height)
-      clear(picture, from);
+      clear(picture, from.width, from.height);
     view = from;
     has_view = true;
     for (Kept& object : kept) {
@@ -90,20 +88,15 @@ struct Renderer::Parts {
     for (std::size_t tile = 0; tile < is_dirty.size(); ++tile)
       if (is_dirty[tile] != 0)
         tiles.push_back(static_cast<int>(tile));
-    std::atomic<std::int64_t> rays{0}, pixels{0};
-    for_each_item(threads, static_cast<int>(tiles.size()), [&](int item, int) {
+    const auto layers_of = [&](int item) {
       const int tile = tiles[item];
-      std::vector<TileLayer> layers;
+      TileLayers of{tile, {}};
       for (std::size_t o = 0; o < kept.size(); ++o)
         if (!kept[o].tiles.empty() && !kept[o].tiles[tile].empty())
-          layers.push_back({static_cast<std::int32_t>(o), &kept[o].tiles[tile], kept[o].prepared.get()});
-      const ComposeCounts counts = compose_tile(tile, layers, picture);
-      rays += counts.rays;
-      pixels += counts.pixels;
-    });
-    counters.rays += rays;
-    counters.rays_again += rays;
-    counters.pixels_merged += pixels;
+          of.second.push_back({static_cast<std::int32_t>(o), &kept[o].tiles[tile], kept[o].prepared.get()});
+      return of;
+    };
+    compose_tiles(static_cast<int>(tiles.size()), layers_of, threads, picture, counters);
     std::ranges::fill(is_dirty, std::uint8_t{0});
   }
 };

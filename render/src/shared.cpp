@@ -1,12 +1,10 @@
 #include "maille/render/shared.hpp"
 
 #include "compose/compose.hpp"
-#include "data/parallel.hpp"
 #include "prepare/prepared_object.hpp"
 #include "prepare/request.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cstdint>
 #include <cstring>
 #include <map>
@@ -47,12 +45,6 @@ struct Head {
   std::int32_t object, tile;
   std::uint32_t n_runs;
 };
-
-Picture empty_picture(const View& view) {
-  Picture picture;
-  clear(picture, view);
-  return picture;
-}
 
 /// Calls take(first pixel, number) for every row of a tile.
 template<class Take>
@@ -131,23 +123,17 @@ Bytes SharedRenderer::compose(std::span<const Bytes> received) {
       parcel.take(of.first.data(), of.first.size());
       parcel.take(of.runs.data(), of.runs.size());
     }
-  std::vector<std::pair<int, std::vector<TileLayer>>> work;
+  std::vector<TileLayers> work;
   for (const auto& [tile, layers] : tiles) {
     work.emplace_back(tile, std::vector<TileLayer>());
     for (const auto& [object, runs] : layers)
       work.back().second.push_back({object, &runs, &parts.prepared_of(static_cast<std::size_t>(object))});
   }
-  Picture picture = empty_picture(parts.view);
-  std::atomic<std::int64_t> rays{0}, pixels{0};
-  for_each_item(parts.threads, static_cast<int>(work.size()), [&](int item, int) {
-    const auto& [tile, layers] = work[item];
-    const ComposeCounts counts = compose_tile(tile, layers, picture);
-    rays += counts.rays;
-    pixels += counts.pixels;
-  });
-  parts.counters.rays += rays;
-  parts.counters.rays_again += rays;
-  parts.counters.pixels_merged += pixels;
+  Picture picture;
+  clear(picture, parts.view.width, parts.view.height);
+  compose_tiles(
+      static_cast<int>(work.size()), [&](int item) { return work[item]; }, parts.threads, picture,
+      parts.counters);
   Bytes bytes;
   for (const auto& [tile, layers] : work) {
     const std::int32_t number = tile;
@@ -162,7 +148,8 @@ Bytes SharedRenderer::compose(std::span<const Bytes> received) {
 }
 
 Picture SharedRenderer::assemble(std::span<const Bytes> received) const {
-  Picture picture = empty_picture(parts_->view);
+  Picture picture;
+  clear(picture, parts_->view.width, parts_->view.height);
   for (const Bytes& bytes : received)
     for (Parcel parcel(bytes); !parcel.empty();) {
       std::int32_t tile = 0;

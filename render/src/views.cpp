@@ -1,9 +1,10 @@
 #include "maille/render/views.hpp"
 #include "maille/base/vectors.hpp"
 
+#include "compose/compose.hpp"
+
 #include <array>
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <stdexcept>
 
@@ -22,17 +23,6 @@ std::array<View, 2> stereo_views(const View& view, const StereoSettings& setting
 
 namespace {
 
-Picture empty_picture(int width, int height) {
-  Picture picture;
-  picture.width = width;
-  picture.height = height;
-  const auto n = static_cast<std::size_t>(width) * height;
-  picture.rgba.resize(n);
-  picture.depth.assign(n, std::numeric_limits<float>::infinity());
-  picture.object.assign(n, -1);
-  return picture;
-}
-
 void check_pair(const Picture& left, const Picture& right) {
   if (left.width != right.width || left.height != right.height)
     throw std::invalid_argument("the pictures of two eyes are of one size");
@@ -42,7 +32,8 @@ void check_pair(const Picture& left, const Picture& right) {
 
 Picture side_by_side(const Picture& left, const Picture& right) {
   check_pair(left, right);
-  Picture both = empty_picture(2 * left.width, left.height);
+  Picture both;
+  clear(both, 2 * left.width, left.height);
   for (int y = 0; y < left.height; ++y)
     for (int x = 0; x < both.width; ++x) {
       const Picture& from = x < left.width ? left : right;
@@ -56,7 +47,8 @@ Picture side_by_side(const Picture& left, const Picture& right) {
 
 Picture anaglyph(const Picture& left, const Picture& right, const Rgb& background) {
   check_pair(left, right);
-  Picture both = empty_picture(left.width, left.height);
+  Picture both;
+  clear(both, left.width, left.height);
   const auto brightness = [&](const std::array<float, 4>& over) {
     constexpr std::array<float, 3> weight{0.2126f, 0.7152f, 0.0722f}; // of Rec. 709's primaries
     float sum = 0;

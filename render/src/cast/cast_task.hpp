@@ -1,5 +1,11 @@
 #pragma once
 /// Data of an object and a view for the kernel, in single precision. Private to render.
+///
+/// Scheme: the picture is cut into tiles of 16 x 16 pixels, the unit of work of a thread; a tile into blocks
+/// of as many pixels as the machine has lanes. The kernel (cast_kernel.cpp) casts one ray per lane and puts
+/// what it finds into runs, which compose.hpp merges. Notation: t, distance along a ray [m]; codes, values of
+/// voxels in 8 or 16 bits; bricks, blocks of voxels whose range of values is known, so that invisible ones
+/// are skipped.
 
 #include "maille/render/renderer.hpp"
 

@@ -1,16 +1,20 @@
 #include "compose/compose.hpp"
 
+#include "data/parallel.hpp"
+
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <limits>
+#include <span>
 
 namespace maille::render {
 
-void clear(Picture& picture, const View& view) {
-  picture.width = view.width;
-  picture.height = view.height;
-  const auto n = static_cast<std::size_t>(view.width) * view.height;
+void clear(Picture& picture, int width, int height) {
+  picture.width = width;
+  picture.height = height;
+  const auto n = static_cast<std::size_t>(width) * height;
   picture.rgba.assign(n, {});
   picture.depth.assign(n, std::numeric_limits<float>::infinity());
   picture.object.assign(n, -1);
@@ -33,14 +37,14 @@ public:
   TileComposer(int tile, std::span<const TileLayer> layers, Picture& picture)
       : tile_(tile), layers_(layers), picture_(picture), tiles_x_(tiles_along(picture.width)) {}
 
-  ComposeCounts run() {
+  Counters run() {
     const int x0 = tile_ % tiles_x_ * tile_edge, y0 = tile_ / tiles_x_ * tile_edge;
     const int x1 = std::min(x0 + tile_edge, picture_.width), y1 = std::min(y0 + tile_edge, picture_.height);
     if (layers_.size() == 1) // runs of one object are sorted
       blend_one(x0, y0, x1, y1);
     else
       blend_all(x0, y0, x1, y1);
-    counts_.pixels = std::int64_t{1} * (x1 - x0) * (y1 - y0);
+    counts_.pixels_merged = std::int64_t{1} * (x1 - x0) * (y1 - y0);
     cast_again();
     return counts_;
   }
@@ -146,7 +150,7 @@ private:
     std::vector<TileLayer> layers(layers_.begin(), layers_.end());
     for (std::size_t layer = 0; layer < layers_.size(); ++layer) {
       sink.clear();
-      counts_.rays += layers_[layer].prepared->cast_one_by_one(tile_, interleaved_, sink);
+      counts_.rays_again += layers_[layer].prepared->cast_one_by_one(tile_, interleaved_, sink);
       sink.take(samples[layer]);
       if (samples[layer].first.empty())
         samples[layer].first.assign(tile_pixels + 1, 0);
@@ -166,13 +170,23 @@ private:
   int tiles_x_;
   std::vector<Piece> pieces_;
   std::vector<std::int32_t> interleaved_;
-  ComposeCounts counts_;
+  Counters counts_;
 };
 
 } // namespace
 
-ComposeCounts compose_tile(int tile, std::span<const TileLayer> layers, Picture& picture) {
-  return TileComposer(tile, layers, picture).run();
+void compose_tiles(int n, const std::function<TileLayers(int)>& layers_of, int threads, Picture& picture,
+                   Counters& counters) {
+  std::atomic<std::int64_t> rays{0}, pixels{0};
+  for_each_item(threads, n, [&](int item, int) {
+    const auto [tile, layers] = layers_of(item);
+    const Counters counts = TileComposer(tile, layers, picture).run();
+    rays += counts.rays_again;
+    pixels += counts.pixels_merged;
+  });
+  counters.rays += rays;
+  counters.rays_again += rays;
+  counters.pixels_merged += pixels;
 }
 
 } // namespace maille::render

@@ -1,14 +1,23 @@
 #pragma once
 /// Merges runs of several objects by depth, pixel by pixel. Private to render.
+///
+/// Scheme: each object is cast alone, tile by tile, into runs: gapless parts along a ray, already
+/// composited. The runs of a pixel are sorted by depth, for equal depth by the object's number, and blended
+/// from the eye on.
+///
+/// Exact: runs that do not overlap in depth. Where runs of two objects do, both rays are cast again with
+/// every sample as a run of its own, so that samples of both alternate. Tiles are independent of each other.
 
 #include "prepare/prepared_object.hpp"
 
-#include <span>
+#include <functional>
+#include <utility>
+#include <vector>
 
 namespace maille::render {
 
-/// Resizes the picture to the view and clears it.
-void clear(Picture& picture, const View& view);
+/// Resizes the picture and clears it.
+void clear(Picture& picture, int width, int height);
 
 /// One object in a tile.
 struct TileLayer {
@@ -17,12 +26,12 @@ struct TileLayer {
   const PreparedObject* prepared;
 };
 
-struct ComposeCounts {
-  std::int64_t rays = 0, pixels = 0;
-};
+/// A tile's number and what lies in it.
+using TileLayers = std::pair<int, std::vector<TileLayer>>;
 
-/// Writes the pixels of a tile. If runs of two objects overlap in depth, their rays are cast again sample by
-/// sample, and samples are merged.
-ComposeCounts compose_tile(int tile, std::span<const TileLayer> layers, Picture& picture);
+/// Writes the pixels of `n` different tiles and counts the work.
+/// @param layers_of called once for every item, by any thread
+void compose_tiles(int n, const std::function<TileLayers(int)>& layers_of, int threads, Picture& picture,
+                   Counters& counters);
 
 } // namespace maille::render

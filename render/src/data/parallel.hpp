@@ -1,5 +1,8 @@
 #pragma once
 /// Processes tiles by several threads. Private to render.
+///
+/// Threads take the next item from one counter: empty tiles cost nothing, so equal shares would not be equal
+/// work.
 
 #include <algorithm>
 #include <atomic>

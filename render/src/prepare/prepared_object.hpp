@@ -1,5 +1,10 @@
 #pragma once
 /// One object prepared for a view: tables, rays, possible tiles. Private to render.
+///
+/// Scheme: a rigid object's rays are moved into its voxel coordinates, once per pose, as affine functions of
+/// the pixel (RayFrame); BrickDepths bounds where they may meet something visible. A deformed object is cast
+/// in its own frame: SurfaceEvents finds the stretches of rays inside the body, and the kernel follows them
+/// from cell to cell of the lattice. Tables depend only on volume, look and step, and outlive a view.
 
 #include "bodies/brick_depths.hpp"
 #include "bodies/surface.hpp"
