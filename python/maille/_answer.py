@@ -12,11 +12,11 @@ import numpy.typing as npt
 from . import _core
 from ._images import Image, Rows, SpatialImage, are_labels, labels_of, metres
 from ._program import refuse_foreign
+from ._progress import Progress, told
 
 if TYPE_CHECKING:
     from ._scene import Scene
 
-Progress = Callable[[float, str], object]
 Record = Dict[str, Any]
 Floats = npt.NDArray[np.float64]
 
@@ -301,10 +301,11 @@ class Answer:
         found = self.estimate().get("relative_l2")
         return None if found is None else float(found)
 
-    def estimate(self, *, threads: Optional[int] = None, progress: Optional[Progress] = None) -> Dict[str, Any]:
+    def estimate(self, *, threads: Optional[int] = None, progress: Progress = None) -> Dict[str, Any]:
         """Estimated errors: relative_l2, relative_max, rms [m], force, strain_energy, strain, stress, or the reason."""
         if self._estimate is None:
-            self._estimate = self._core.estimate(threads or os.cpu_count() or 1, progress)
+            with told(progress) as tell:
+                self._estimate = self._core.estimate(threads or os.cpu_count() or 1, tell)
         return self._estimate
 
     def _of_mechanics(self, key: str) -> List[Record]:

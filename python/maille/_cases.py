@@ -5,17 +5,16 @@ from __future__ import annotations
 import csv
 import json
 import os
-import signal
-import subprocess
 import tempfile
 import warnings
 from pathlib import Path
-from typing import Any, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, Iterable, List, Mapping, Optional, Sequence, Union
 
 from . import _toml
 from ._answer import Record
-from ._choose import command
+from ._command import run, scene_files
 from ._faults import MailleWarning, count, existing
+from ._progress import Progress, told
 from ._scene import PathLike, Scene
 
 Body = Union[Scene, PathLike]
@@ -62,10 +61,10 @@ class Study(List[Record]):
 
 def study(of: Union[Body, Sequence[Body]], vary: Optional[Mapping[str, Any]] = None, *, methods: Sequence[str] = ("coupled",),
           reference: str = "none", combine: str = "grid", samples: Optional[int] = None, seed: Optional[int] = None,
-          jobs: int = 1, threads: Optional[int] = None, out: Optional[PathLike] = None, resume: bool = False) -> Study:
+          jobs: int = 1, threads: Optional[int] = None, out: Optional[PathLike] = None, resume: bool = False, progress: Progress = None) -> Study:
     """Answers a family of scenes as ``maille study``: rows by case and method.
 
-    Rows that failed say so in ``status``. Ctrl-C: the rows so far, and a MailleWarning.
+    Rows that failed say so in ``status``. Ctrl-C: the rows so far, and a MailleWarning; KeyboardInterrupt where there are none.
 
     Args:
         of: a study file; or with ``vary`` a Scene, a scene file, or several
@@ -73,6 +72,7 @@ def study(of: Union[Body, Sequence[Body]], vary: Optional[Mapping[str, Any]] = N
         combine: grid, zip, latin_hypercube, sobol or saltelli, the last three with ``samples``
         jobs: cases at a time
         out: a folder that keeps the table; with ``resume`` the study goes on there
+        progress: as of ``Scene.run``
 
     Raises:
         FileNotFoundError: the command is not installed
@@ -88,11 +88,16 @@ def study(of: Union[Body, Sequence[Body]], vary: Optional[Mapping[str, Any]] = N
         file = Path(existing(of)) if vary is None else _written(of, vary, Path(temporary), methods=list(methods), reference=reference,  # type: ignore[arg-type]
                                                                 combine=combine, samples=samples, seed=seed)  # fmt: skip
         results = Path(temporary) / "results" if out is None else Path(out)
-        words = [command(), "study", os.fspath(file), "--out", os.fspath(results), "--jobs", str(jobs), *(["--resume"] if resume else [])]
-        code, said = _run(words + (["--threads", str(threads)] if threads else []))
+        words = ["study", os.fspath(file), "--out", os.fspath(results), "--jobs", str(jobs), *(["--resume"] if resume else [])]
+        with told(progress) as tell:
+            ended = run(words + (["--threads", str(threads)] if threads else []), tell)
         table = results / f"{file.stem}.csv"
-        if code not in (0, 1) or not table.is_file():
-            raise ValueError(said or f"maille study ended with exit code {code}")
+        if ended.is_interrupted:
+            if not table.is_file():
+                raise KeyboardInterrupt
+            warnings.warn("interrupted; the rows are those so far", MailleWarning, stacklevel=2)
+        elif ended.code not in (0, 1) or not table.is_file():
+            raise ValueError(ended.complaint or f"maille study ended with exit code {ended.code}")
         from ._study import read_rows
 
         about = results / f"{file.stem}_about.json"
@@ -101,15 +106,7 @@ def study(of: Union[Body, Sequence[Body]], vary: Optional[Mapping[str, Any]] = N
 
 def _written(of: Any, vary: Mapping[str, Any], folder: Path, **keys: Any) -> Path:
     """The study as a file, with scenes in memory beside it."""
-    scenes = []
-    for number, one in enumerate([of] if isinstance(of, (Scene, str, os.PathLike)) else of, start=1):
-        if isinstance(one, Scene):
-            (folder / str(number)).mkdir()  # two scenes may have one name
-            file = folder / str(number) / f"{one.name}.toml"
-            one.save(file)
-        else:
-            file = Path(existing(one)).resolve()
-        scenes.append(os.fspath(file))
+    scenes = scene_files([of] if isinstance(of, (Scene, str, os.PathLike)) else of, folder)
 
     def parameter(key: str, values: Any) -> Dict[str, Any]:
         given = values if isinstance(values, Mapping) else {"values": values if isinstance(values, str) else list(values)}
@@ -119,19 +116,6 @@ def _written(of: Any, vary: Mapping[str, Any], folder: Path, **keys: Any) -> Pat
     path = folder / "study.toml"
     path.write_text(_toml.dumps(document), encoding="utf-8")
     return path
-
-
-def _run(words: List[str]) -> Tuple[int, str]:
-    """Runs the command to its end. @return its exit code, 1 where Ctrl-C ended it, and what it complained of"""
-    with subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
-        try:
-            said = process.communicate()[1].strip()
-            return process.returncode, said
-        except KeyboardInterrupt:
-            process.send_signal(signal.SIGINT)
-            said = process.communicate()[1].strip()
-            warnings.warn("interrupted; the rows are those so far", MailleWarning, stacklevel=3)
-            return 1, said
 
 
 def _value(cell: str) -> Any:

@@ -21,14 +21,14 @@ import json
 import math
 import os
 import shlex
-import shutil
-import subprocess
 import tempfile
 from pathlib import Path
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple, Union
 
+from ._command import run, scene_files
 from ._faults import Fault, SceneFaults, count, number_above_0
 from ._program import deliver, in_json, print_safely, write_whole
+from ._progress import Progress, told
 from ._scene import Scene
 from ._words import in_bytes, in_percent, in_seconds
 
@@ -348,24 +348,8 @@ def finish(request: Dict[str, Any]) -> int:
 # For notebooks
 
 
-def command() -> str:
-    """The program ``maille`` that belongs to this module.
-
-    Raises:
-        FileNotFoundError: it is not installed
-    """
-    package = Path(__file__).resolve().parent
-    for place in (package.parents[1] / "maille", package.parents[3] / "bin" / "maille"):
-        if place.is_file() and os.access(place, os.X_OK):
-            return str(place)
-    found = shutil.which("maille")
-    if found is None:
-        raise FileNotFoundError("expected the program maille beside the Python module or in PATH, found none")
-    return found
-
-
 def choose(scene: "Scene | str | os.PathLike[str]", error: float, time: float, *, of: str = "displacement", memory: Optional[int] = None,
-           level: float = 0.95, tables: Sequence["str | os.PathLike[str]"] = (), threads: int = 1) -> Dict[str, Any]:  # fmt: skip
+           level: float = 0.95, tables: Sequence["str | os.PathLike[str]"] = (), threads: int = 1, progress: Progress = None) -> Dict[str, Any]:  # fmt: skip
     """The cheapest way that is expected to meet an error and a time on a scene, as ``study choose --json`` writes it.
 
     "chosen" is None where nothing is expected to meet both. Cost: about three times ``coupled`` on the finest lattice probed.
@@ -379,6 +363,7 @@ def choose(scene: "Scene | str | os.PathLike[str]", error: float, time: float, *
         memory: [bytes]; None: what is free
         level: how often the promise is kept, from 0 to 1
         tables: CSV files of ``study trade`` in place of the built-in one
+        progress: as of ``Scene.run``
 
     Raises:
         TypeError: a faulty argument
@@ -388,15 +373,15 @@ def choose(scene: "Scene | str | os.PathLike[str]", error: float, time: float, *
     error, time, level = (number_above_0(*one) for one in (("error", error, "0.05"), ("time", time, "10"), ("level", level, "0.95")))
     threads, memory = count("threads", threads), memory if memory is None else count("memory", memory)
     with tempfile.TemporaryDirectory() as folder:
-        file = str(Path(folder) / f"{scene.name}.toml") if isinstance(scene, Scene) else os.fspath(scene)
-        if isinstance(scene, Scene):
-            scene.save(file)
-        words = [command(), "study", "choose", file, "--error", f"{100 * error:.17g}%", "--time", f"{time:.17g}s", "--of", of,
+        words = ["study", "choose", *scene_files([scene], folder), "--error", f"{100 * error:.17g}%", "--time", f"{time:.17g}s", "--of", of,
                  "--level", repr(level), "--threads", str(threads), "--json", "-"]  # fmt: skip
         words += ["--memory", f"{memory}B"] if memory is not None else []
         words += ["--table", ",".join(os.fspath(table) for table in tables)] if tables else []
-        run = subprocess.run(words, capture_output=True, text=True)
+        with told(progress) as tell:
+            ended = run(words, tell)
+    if ended.is_interrupted:
+        raise KeyboardInterrupt
     try:
-        return dict(json.loads(run.stdout))
+        return dict(json.loads(ended.output))
     except ValueError:
-        raise ValueError(run.stderr.strip() or f"maille study choose ended with exit code {run.returncode}") from None
+        raise ValueError(ended.complaint or f"maille study choose ended with exit code {ended.code}") from None

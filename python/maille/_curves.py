@@ -1,4 +1,4 @@
-"""Plots that a command wants in the middle of its work: forces over steps, and what a hand felt over time.
+"""Plots that a command wants in the middle of its work: forces over steps, what a hand felt over time, scales of pictures.
 
 The command writes the request to this program's standard input, and gives it the name of a new file; it puts the
 picture in place itself (studies/src/compare/plots.cpp).
@@ -53,9 +53,31 @@ def hand_figure(title: str, samples: Sequence[Sequence[float]]) -> Any:
     return figure
 
 
+def captioned_figure(title: str, picture: str, label: str, largest: float, colours: Sequence[Sequence[float]]) -> Any:
+    """A picture, its pixels as they are, with its title above and a scale of its colours from 0 below.
+
+    @param picture  a PNG; colours: red, green and blue from 0 to 1, equally spaced
+    """
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import LinearSegmentedColormap, Normalize
+    from matplotlib.image import imread
+
+    pixels = imread(picture)
+    (height, width), em = pixels.shape[:2], max(9, pixels.shape[1] // 45)
+    page = height + 7 * em
+    figure = _plots.Picture(figsize=((width + 1e-6) / 100, (page + 1e-6) / 100))
+    figure.figimage(pixels, 0, 4 * em)
+    figure.text(0.5, 1 - 0.7 * em / page, title, fontsize=0.85 * em, ha="center", va="top")
+    bar = figure.colorbar(ScalarMappable(Normalize(0, largest), LinearSegmentedColormap.from_list("field", list(colours))),
+                          cax=figure.add_axes((0.15, 2.6 * em / page, 0.7, 0.8 * em / page)), orientation="horizontal")
+    bar.set_label(label, fontsize=0.65 * em, labelpad=1)
+    bar.ax.tick_params(labelsize=0.6 * em, length=0.2 * em, pad=1)
+    return figure
+
+
 def main(request: Dict[str, Any]) -> int:
+    out = Path(request.pop("out"))
+    draw: Any = hand_figure if "samples" in request else captioned_figure if "picture" in request else force_figure
     with _plots.style():
-        figure = hand_figure(request["title"], request["samples"]) if "samples" in request else force_figure(
-            request["title"], request["curves"], request["what"], request["per_metre"])  # fmt: skip
-        Path(request["out"]).write_bytes(_plots.bytes_of(figure, Path(request["out"]).suffix[1:]))
+        out.write_bytes(_plots.bytes_of(draw(**request), out.suffix[1:]))
     return 0

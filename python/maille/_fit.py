@@ -12,10 +12,9 @@ the best; ``at_least`` is a bound that no numbers pass. Same input, same bits.
 
 from __future__ import annotations
 
+import json
 import math
 import operator
-import sys
-import time
 from dataclasses import dataclass, field
 from typing import Any, Callable, Dict, Iterable, List, Optional, Sequence, Tuple, Union
 
@@ -25,6 +24,7 @@ import numpy.typing as npt
 from . import _core, _toml
 from ._answer import Answer, Floats, Record
 from ._identify import main as _identify_main
+from ._progress import Progress, Tell, of_command, told
 from ._program import UsageError, deliver, in_json, print_safely, refuse_foreign, write_whole
 from ._scene import PathLike, Scene
 from ._words import Column, in_percent, table
@@ -36,9 +36,6 @@ _PRICE_OF_A_CUT = 10.0  # what a move that is cut back wholly adds to the mean o
 _SAME_ERROR = 1e-9  # below this part of the error, two errors are the same
 _WORTH_SAYING = 0.01
 _OUT_OF_THE_WAY = [2.0, 2, 2, 0, 0, 0, 0, 1, 1, 1, 0, 1, 1, 1, 0]  # limits that no small strain reaches
-
-Progress = Callable[[float, str], object]
-
 
 class _Over(Exception):
     """The trials are used up."""
@@ -74,10 +71,7 @@ class _Parameters:
     def __init__(self, cases: Sequence[_Case], method: str) -> None:
         self.materials: Dict[str, Record] = {}
         for case in cases:
-            for record in case.materials:
-                known = self.materials.setdefault(record["name"], record)
-                if any(known[key] != record[key] for key in ("E", "nu", "G")):
-                    raise UsageError(f"{case.scene.name}: expected the constants that {record['name']} has in the other scenes, or another name, found others")
+            self.materials.update((record["name"], record) for record in case.materials if record["name"] not in self.materials)
         d = cases[0].scene.dimension
         out_of_the_way = _OUT_OF_THE_WAY if method == "relaxed" else [1.0] * 6 + [0.0] * 9
         self._base: Floats = np.array([out_of_the_way + list(record["relaxed_weights"]) for record in self.materials.values()], dtype=np.float64)
@@ -125,15 +119,12 @@ class _Parameters:
 
     def rows_of(self, case: _Case, rows: Floats) -> Floats:
         names = list(self.materials)
-        for record in case.materials:
-            if record["name"] not in names:
-                raise UsageError(f"{case.scene.name}: expected materials that scenes to fit to have, too, found {record['name']}")
         return rows[[names.index(record["name"]) for record in case.materials]]
 
 
 class _Search:
     def __init__(self, cases: Sequence[_Case], parameters: _Parameters, method: str, threads: int, trials: int,
-                 progress: Optional[Progress]) -> None:
+                 progress: Optional[Tell]) -> None:
         self._cases, self._parameters, self._method, self._threads = cases, parameters, method, threads
         self._budget, self._progress = trials, progress
         self.status = "done"
@@ -357,10 +348,8 @@ def _reasons(found: Fit, cases: Sequence[_Case]) -> List[str]:
 
 
 def _fit(cases: Sequence[_Case], tests: Sequence[_Case], method: str, reference: str, trials: int, threads: int,
-         progress: Optional[Progress]) -> Fit:
+         progress: Optional[Tell]) -> Fit:
     parameters = _Parameters(cases, method)
-    for case in tests:
-        parameters.rows_of(case, parameters.rows(parameters.start))
     search = _Search(cases, parameters, method, threads, trials, progress)
     search.run(parameters.start)
     status, used = search.status, search.trials
@@ -406,8 +395,27 @@ def _fit(cases: Sequence[_Case], tests: Sequence[_Case], method: str, reference:
     return found
 
 
+def _refuse(fitted: Sequence[Scene], tests: Sequence[Scene], method: str) -> None:
+    """What cannot be fitted, before anything is answered."""
+    known: Dict[str, Record] = {}
+    for number, scene in enumerate((*fitted, *tests)):
+        case = _core.FitCase(scene._built, np.zeros(scene._built.dimension * int(np.prod(scene.nodes))))
+        if scene.dimension != fitted[0].dimension:
+            raise UsageError(f"{scene.name}: expected the dimension of {fitted[0].name}, {fitted[0].dimension}, found {scene.dimension}")
+        if case.record()["has_loads"] and method == "limits":
+            raise UsageError(f"{scene.name}: expected moves alone: limits carry no loads, found a load")
+        if case.record()["contracts"]:
+            raise UsageError(f"{scene.name}: expected fibres that do not pull: relaxed carries no contraction, found a contraction")
+        for record in case.materials():
+            if number >= len(fitted) and record["name"] not in known:
+                raise UsageError(f"{scene.name}: expected materials that scenes to fit to have, too, found {record['name']}")
+            same = known.setdefault(record["name"], record)
+            if any(same[key] != record[key] for key in ("E", "nu", "G")):
+                raise UsageError(f"{scene.name}: expected the constants that {record['name']} has in the other scenes, or another name, found others")
+
+
 def fit(scenes: Iterable[Scene], tests: Iterable[Scene] = (), *, method: str = "limits", reference: Union[str, Sequence[Any]] = "fem_q2",
-        trials: int = 20000, threads: int = 1, progress: Optional[Progress] = None) -> Fit:
+        trials: int = 20000, threads: int = 1, progress: Progress = None) -> Fit:
     """Finds the limits, or weights of ``relaxed``, of all materials of a family that come nearest to a reference: as ``maille fit``.
 
     The result has status, numbers, materials, fitted, held_out and reasons; ``str`` is the command's table, ``save`` writes the material.
@@ -417,7 +425,8 @@ def fit(scenes: Iterable[Scene], tests: Iterable[Scene] = (), *, method: str = "
         scenes: of one dimension; a material is known by its name
         tests: measured, never fitted to
         method: limits or relaxed
-        reference: a method that answers each scene; or of each scene and test an Answer, or an array like its displacement [m]
+        reference: a method that answers each scene, or best, the finest finite elements that a minute affords, by the command; or of each
+            scene and test an Answer, or an array like its displacement [m]
         trials: of the family, at most
         progress: as of ``Scene.run``
 
@@ -430,8 +439,12 @@ def fit(scenes: Iterable[Scene], tests: Iterable[Scene] = (), *, method: str = "
 
     fitted, held_out = list(scenes), list(tests)
     given = [] if isinstance(reference, str) else list(reference)
+    if reference == "best":
+        return _by_command(fitted, held_out, method, trials, threads, progress)
     if not fitted or (given and len(given) != len(fitted) + len(held_out)):
         raise UsageError(f"scenes: expected at least one, and a reference of each, found {len(fitted) + len(held_out)} and {len(given)}")
+
+    _refuse(fitted, held_out, method)
 
     def case(number: int, scene: Scene) -> _Case:
         answer = given[number] if given else scene.run(str(reference), threads=threads)
@@ -443,38 +456,45 @@ def fit(scenes: Iterable[Scene], tests: Iterable[Scene] = (), *, method: str = "
 
     every = [case(number, scene) for number, scene in enumerate(fitted + held_out)]
     cases, others = every[: len(fitted)], every[len(fitted):]
-    for one in (*cases, *others):
-        if one.scene.dimension != cases[0].scene.dimension:
-            raise UsageError(f"{one.scene.name}: expected the dimension of {cases[0].scene.name}, {cases[0].scene.dimension}, found {one.scene.dimension}")
-        if one.record["has_loads"] and method == "limits":
-            raise UsageError(f"{one.scene.name}: expected moves alone: limits carry no loads, found a load")
-        if one.record["contracts"]:
-            raise UsageError(f"{one.scene.name}: expected fibres that do not pull: relaxed carries no contraction, found a contraction")
-    return _fit(cases, others, method, "given" if given else str(reference), trials, threads, progress)
+    with told(progress) as tell:
+        return _fit(cases, others, method, "given" if given else str(reference), trials, threads, tell)
 
 
-def _terminal() -> Optional[Progress]:
-    if not sys.stderr.isatty():
-        return None
-    last = [0.0]
+def _by_command(fitted: Sequence[Scene], held_out: Sequence[Scene], method: str, trials: int, threads: int, progress: Progress) -> Fit:
+    """``maille fit --reference best``: the meshes of ``best`` are the command's."""
+    import tempfile
+    import tomllib
+    from pathlib import Path
 
-    def show(part: float, what: str) -> None:
-        if time.monotonic() - last[0] > 0.1:
-            last[0] = time.monotonic()
-            print(f"\r{100 * part:3.0f} % {what}\x1b[K", end="", file=sys.stderr, flush=True)
+    from ._command import run, scene_files
 
-    return show
+    with tempfile.TemporaryDirectory() as temporary, told(progress) as tell:
+        files = scene_files([*fitted, *held_out], temporary)
+        out = Path(temporary) / "material.toml"
+        words = ["fit", *files[: len(fitted)], *(word for test in files[len(fitted):] for word in ("--test", test)), "--method", method, "--reference", "best",
+                 "--trials", str(trials), "--threads", str(threads), "--out", str(out), "--json", "-"]
+        ended = run(words, tell)
+        if not out.is_file():
+            if ended.is_interrupted:
+                raise KeyboardInterrupt
+            raise (RuntimeError if ended.code == 1 else UsageError)(ended.complaint or f"maille fit ended with exit code {ended.code}")
+        record, table = json.loads(ended.output), tomllib.loads(out.read_text("utf-8"))
+    return Fit(**{key: record[key] for key in ("method", "reference", "status", "trials", "materials", "numbers", "reasons")},
+               fitted=record["fitted"]["scenes"], held_out=record["held_out"]["scenes"],
+               _files=[table] if "name" in table else list(table.values()))
 
 
 def main(request: Record) -> int:
     """``maille fit``: the request has its options, and files of references."""
     if "measured" in request:
         return _identify_main(request)
+    if "family" in request:
+        scenes, tests = ([Scene.from_file(file) for file in files] for files in request["family"])
+        _refuse(scenes, tests, request["method"])
+        return 0
     fitted, held_out = ([_Case(Scene.from_file(one["scene"]), np.fromfile(one["reference"])) for one in request[group]] for group in ("fitted", "held_out"))
-    progress = _terminal()
-    found = _fit(fitted, held_out, request["method"], request["reference"], request["trials"], request["threads"], progress)
-    if progress is not None:
-        print("\r\x1b[K", end="", file=sys.stderr, flush=True)
+    with told(of_command()) as tell:
+        found = _fit(fitted, held_out, request["method"], request["reference"], request["trials"], request["threads"], tell)
     is_quiet = request["json"] == "-"
     if request["out"]:  # files first: they stay where nothing can be printed
         found.save(request["out"], request["maille"], overwrite=True)

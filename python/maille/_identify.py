@@ -27,7 +27,8 @@ import numpy as np
 
 from . import _core
 from ._answer import Answer, Floats, Record
-from ._faults import Fault, SceneFaults, existing
+from ._faults import Fault, SceneFaults, existing, number_above_0
+from ._progress import Progress, Tell, of_command, told
 from ._program import UsageError, deliver, in_json, print_safely
 from ._scene import FEM_METHODS, PathLike, Scene, Table, _metres, _set
 from ._words import in_percent, in_unit, table
@@ -39,6 +40,7 @@ _WIDEST = 4.6  # of logarithms: an interval of a factor of 100 from end to end
 _LEAST_SIGMA = float(np.finfo(float).eps)  # over the largest value
 _ASSUMED_SIGMA = 0.01  # of each value, where none is given: weights alone
 _NEAR = 0.1  # beyond, steps are taken on logarithms of the data
+_USUAL_SOLVES = 36  # an unknown: of progress alone
 _FAR_AWAY = 1.4  # other starts: a factor of 4
 _STRAIGHT = 0.1  # logarithms over which slopes are taken not to change
 _TOLERANCE_OF_ANSWERS = 1e-7  # far below what a step of the search looks at
@@ -105,9 +107,9 @@ class Search:
     """See the head of this file. ``model`` says None where it has no answer; KeyboardInterrupt ends with the best so far."""
 
     def __init__(self, unknowns: Sequence[Tuple[str, float]], observations: Sequence[Observation], model: Model,
-                 tolerance: float = 1e-4, solves_per_unknown: int = 12) -> None:
+                 tolerance: float = 1e-4, solves_per_unknown: int = 12, tell: Optional[Tell] = None) -> None:
         self._names = [name for name, _ in unknowns]
-        self._model, self._tolerance, self._solves_per_unknown = model, tolerance, solves_per_unknown
+        self._model, self._tolerance, self._solves_per_unknown, self._tell = model, tolerance, solves_per_unknown, tell
         self._wanted = np.array([one.value for one in observations])
         # A value of zero says something, too: beside the others.
         least = 1e-3 * np.abs(self._wanted).max()
@@ -135,6 +137,9 @@ class Search:
             return self._ended("interrupted", "stopped")
 
     def _evaluate(self, point: _Point) -> bool:
+        if self._tell is not None:
+            misfit = f", misfit {self._best.misfit:.3g}" if self._best.computed.size else ""
+            self._tell(min(1.0, self._found.solves / (_USUAL_SOLVES * self._n)), f"{self._found.solves} answers{misfit}")
         self._found.solves += 1
         numbers = self._model(np.exp(point.theta))
         if numbers is None:
@@ -564,7 +569,7 @@ def _answer(scene: Scene, method: str, threads: int, fraction: float) -> Answer:
 
 
 def identify(scene: Union[Scene, Sequence[Scene]], measured: Union[Measured, Sequence[Measured]], unknown: Sequence[str],
-             method: str = "coupled", *, sigma: Union[float, str, None] = None, threads: int = 1) -> Identification:
+             method: str = "coupled", *, sigma: Union[float, str, None] = None, threads: int = 1, progress: Progress = None) -> Identification:
     """Finds constants at which ``method`` says what was measured, with intervals of 95 %: as ``maille fit --measured``.
 
     The result has status, message, unknowns (name, value, interval, is_determined), computed, misfit and the fitted ``scenes``.
@@ -576,6 +581,7 @@ def identify(scene: Union[Scene, Sequence[Scene]], measured: Union[Measured, Seq
         unknown: keys of scenes, or ``"E_cross of muscle/soleus"``; > 0, sought from the values that scenes have
         method: coupled, relaxed, fem_q1 or fem_q2
         sigma: of displacements of an image or of points: "0.1 mm", or metres
+        progress: as of ``Scene.run``; its fraction is of that cost
 
     Raises:
         ValueError: a faulty argument
@@ -585,7 +591,10 @@ def identify(scene: Union[Scene, Sequence[Scene]], measured: Union[Measured, Seq
     files = [measured] if isinstance(measured, (str, Mapping, Path)) else list(measured)  # type: ignore[arg-type]
     if len(files) != len(scenes) or not scenes:
         raise UsageError(f"measured: expected data of each of {len(scenes)} scenes, found {len(files)}")
-    deviation = None if sigma is None else _metres(sigma)
+    try:
+        deviation = None if sigma is None else number_above_0("sigma", _metres(sigma), '"0.1 mm"')
+    except ValueError:
+        raise UsageError(f'sigma: expected a length > 0 such as "0.1 mm", found "{sigma}"') from None
     constants = constants_in([unknown] if isinstance(unknown, str) else unknown)
     names = [f"{constant} of {material}" if material else constant for constant, material in constants]
     if not names or len(set(names)) < len(names):
@@ -631,7 +640,8 @@ def identify(scene: Union[Scene, Sequence[Scene]], measured: Union[Measured, Seq
             return None
         return numbers
 
-    found = Search([(name, start) for name, (start, _) in zip(names, starts)], observations, model).run()
+    with told(progress) as tell:
+        found = Search([(name, start) for name, (start, _) in zip(names, starts)], observations, model, tell=tell).run()
     if found.status == "failed" and refusals:
         found.message += ": " + refusals[-1]
     for one, (start, unit) in zip(found.unknowns, starts):
@@ -669,10 +679,11 @@ def _in_words(found: Identification) -> str:
     return text
 
 
-def _in_json(found: Identification, scene: str, method: str) -> Record:
+def _in_json(found: Identification, scenes: Sequence[Scene], method: str) -> Record:
     low_high = [one.interval or (None, None) for one in found.unknowns]
     return {
-        "scene": scene, "method": method, "status": found.status, "message": found.message, "solves": found.solves,
+        "scene": scenes[0].name, **({} if len(scenes) == 1 else {"scenes": [one.name for one in scenes]}),
+        "method": method, "status": found.status, "message": found.message, "solves": found.solves,
         "misfit": found.misfit, "degrees_of_freedom": found.degrees_of_freedom, "sigma_is_known": found.sigma_is_known,
         "unknowns": [{"unknown": one.name, "unit": one.unit, "start": one.start, "value": one.value, "low": low, "high": high,
                       "is_determined": one.is_determined} for one, (low, high) in zip(found.unknowns, low_high)],
@@ -683,20 +694,20 @@ def _in_json(found: Identification, scene: str, method: str) -> Record:
 
 
 def main(request: Record) -> int:
-    """``maille fit SCENE --measured FILE``: the request has its options."""
-    scene = Scene.from_file(request["scene"])
+    """``maille fit SCENES --measured FILES``: the request has its options."""
+    scenes = [Scene.from_file(one["scene"]) for one in request["measured"]]
     try:
-        found = identify(scene, request["measured"], request["unknowns"], request["method"], sigma=request["sigma"], threads=request["threads"])
+        found = identify(scenes, [one["measured"] for one in request["measured"]], request["unknowns"], request["method"], sigma=request["sigma"],
+                         threads=request["threads"], progress=of_command())
     except UsageError as error:
         raise UsageError(re.sub(r"\A(?=unknown:|measured:|sigma:)", "--", str(error))) from None
-    is_quiet = request["json"] == "-"
-    has_scene = request["out"] and found.status == "done"
-    if has_scene:  # files first: they stay where nothing can be printed
-        found.scenes[0].save(request["out"], f"Made by maille fit {request['maille']}.", overwrite=True)
+    files = [one["out"] for one in request["measured"] if one["out"] and found.status == "done"]
+    for scene, file in zip(found.scenes, files):  # files first: they stay where nothing can be printed
+        scene.save(file, f"Made by maille fit {request['maille']}.", overwrite=True)
     if request["json"]:
-        deliver(in_json(_in_json(found, scene.name, request["method"])), request["json"])
-    if not is_quiet:
-        print_safely(f"{found}\n" + (f"wrote {request['out']}\n" if has_scene else ""))
+        deliver(in_json(_in_json(found, scenes, request["method"])), request["json"])
+    if request["json"] != "-":
+        print_safely(f"{found}\n" + "".join(f"wrote {file}\n" for file in files))
     return 0 if found.status == "done" else 1
 
 

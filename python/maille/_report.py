@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import base64
 import os
-import shutil
-import subprocess
 import time
 import urllib.parse
 import warnings
 from pathlib import Path
 from typing import Any, Dict, List, Optional, Tuple, Union
 
+from ._command import run
 from ._faults import MailleWarning
 from ._program import UsageError, complain, print_safely, write_whole
 from ._report_answers import answers_section
@@ -216,14 +215,12 @@ def report(folder: "Union[str, os.PathLike[str]]", out: "Union[str, os.PathLike[
     """
     folder = Path(folder)
     file = Path(out) if out is not None else folder / "report.html"
-    built = Path(__file__).resolve().parents[2] / "maille"  # in the build tree
-    program = str(built) if built.is_file() else shutil.which("maille")
-    if program:
-        run = subprocess.run([program, "report", str(folder), "--out", str(file)], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, check=False)
-        if run.returncode != 0:
-            raise (UsageError if run.returncode == 2 else RuntimeError)(run.stderr.strip())
-        notes = run.stderr.splitlines()
-    else:
+    try:
+        ended = run(["report", str(folder), "--out", str(file)])
+        if ended.code != 0:
+            raise (UsageError if ended.code == 2 else RuntimeError)(ended.complaint)
+        notes = ended.complaint.splitlines()
+    except FileNotFoundError:
         if not folder.is_dir():
             raise UsageError(f'OUT: expected a folder of results, found "{folder}"')
         if file.is_symlink() or (file.is_file() and file.stat().st_size and GENERATOR not in file.open("rb").read(1 << 16)):

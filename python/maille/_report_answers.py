@@ -7,6 +7,7 @@ the command draws them from the files for ParaView.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any, Callable, Dict, List, Optional, Tuple
 
 from ._report_parts import (NONE, Data, Series, Table, asked, at, cell, clean, distinct, figure_cell, in_bytes, largest_of, length, listed, measured,
@@ -114,7 +115,7 @@ def _parts_table(rows: List[Data], reference: str, dimension: int, name: str) ->
     compared = [key for key in compared if key] if wanted else []
     for label in [SPREADS[key][0] for key in compared] + ["energy"] * bool(compared):
         table.add(label + " error", why=f"relative to the same part's by {reference}")
-    volume = said(".4g", {3: " mm³", 2: " mm²"}.get(dimension, " mm"), 1e3**dimension)
+    volume = partial(measured, unit={3: "m^3", 2: "m^2"}.get(dimension, "m"))
     energy = said(".4g", " J/m" if dimension == 2 else " J")
     for i in range(max((len(_parts_of(row)) for row in rows), default=0)):
         for row in rows:
@@ -177,7 +178,7 @@ def _costs_table(rows: List[Data], reference: str, name: str) -> Table:
 
 def _method_of(row: Data, maps: List[Data]) -> Data:
     figures = {"set-up": seconds(at(row, "seconds", "setup")), "solve": seconds(at(row, "seconds", "solve")), "memory": in_bytes(at(row, "bytes")),
-               "iterations": plain(at(row, "iterations")), "error of the algebra": percent(at(row, "residual")),
+               "iterations": plain(at(row, "iterations")), "solver error": percent(at(row, "residual")),
                "strain energy": said(".6g", " J")(at(row, "strain_energy")), "L2 error": percent(at(row, "error", "relative_l2")),
                "largest error": percent(at(row, "error", "relative_max")),
                "estimated L2 error": percent(at(row, "estimated_error", "relative_l2")),

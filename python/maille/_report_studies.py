@@ -9,7 +9,7 @@ from __future__ import annotations
 import statistics
 from typing import Any, Dict, List, Optional
 
-from ._report_parts import (NOISE, NONE, Data, Series, Table, asked, at, cell, distinct, figure_cell, in_bytes, length, listed, measured, name_as_id, number,
+from ._report_parts import (NOISE, NONE, Data, Series, Table, asked, at, cell, clean, distinct, figure_cell, in_bytes, largest_of, length, listed, measured, name_as_id, number,
                             percent, plain, plot, said, seconds, text_cell, words)  # fmt: skip
 from ._report_answers import measure_cells, measure_columns
 
@@ -39,6 +39,7 @@ def _study_table(rows: List[Data], parameters: List[str], scenes: List[str], nam
     table.add(*(key.replace("_", " ") if key in own else key for key in own + measures))
     has_messages = any(words(row, "message") for row in shown)
     table.add(*["message"] * has_messages, is_number=False)
+    largest = {key: largest_of(value for row in rows for value in (at(row, "measures", key), at(row, key))) for key in own + measures}
     for row in shown:
         cells = [figure_cell(plain, row, "case")] + [text_cell(plain(at(row, "scene")))] * (len(scenes) > 1)
         values = [at(row, "parameters", parameter) for parameter in parameters]
@@ -48,7 +49,7 @@ def _study_table(rows: List[Data], parameters: List[str], scenes: List[str], nam
         cells += [figure_cell(seconds, row, "seconds", "total"), figure_cell(in_bytes, row, "bytes"), figure_cell(plain, row, "iterations")]
         for key in own + measures:
             is_measure = at(row, "measures", key) is not None
-            value = at(row, "measures", key) if is_measure else at(row, key)
+            value = clean(at(row, "measures", key) if is_measure else at(row, key), largest[key])
             unit = words(row, "measure_units", key) if is_measure else {"force": "N", "strain_energy": "J"}.get(key, "")
             cells.append(cell(measured(value, unit), value))
         table.append(cells + [text_cell(words(row, "message"))] * has_messages)

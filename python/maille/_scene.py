@@ -14,10 +14,11 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core, _toml
-from ._answer import Answer, Floats, Progress, Record, axes_of, compare, vectors_in
+from ._answer import Answer, Floats, Record, axes_of, compare, vectors_in
 from ._faults import MailleWarning, SceneFaults, existing
 from ._images import Image, Rows
 from ._program import refuse_foreign, write_whole
+from ._progress import Progress, told
 from ._series import Series, run_steps
 
 if TYPE_CHECKING:
@@ -270,15 +271,15 @@ class Scene:
 
     @overload
     def run(self, method: str = "coupled", *, steps: None = None, tolerance: Optional[float] = None, threads: Optional[int] = None,
-            seconds: Optional[float] = None, bytes: Optional[int] = None, progress: Optional[Progress] = None, frame: str = "world") -> Answer: ...
+            seconds: Optional[float] = None, bytes: Optional[int] = None, progress: Progress = None, frame: str = "world") -> Answer: ...
 
     @overload
     def run(self, method: str = "coupled", *, steps: int, tolerance: Optional[float] = None, threads: Optional[int] = None,
-            seconds: Optional[float] = None, bytes: Optional[int] = None, progress: Optional[Progress] = None, frame: str = "world") -> Series: ...
+            seconds: Optional[float] = None, bytes: Optional[int] = None, progress: Progress = None, frame: str = "world") -> Series: ...
 
     def run(self, method: str = "coupled", *, steps: Optional[int] = None, tolerance: Optional[float] = None, threads: Optional[int] = None,
             seconds: Optional[float] = None, bytes: Optional[int] = None,
-            progress: Optional[Progress] = None, frame: str = "world") -> Union[Answer, Series]:
+            progress: Progress = None, frame: str = "world") -> Union[Answer, Series]:
         """Answers the scene by one method; see ``maille.methods()``, and ``maille.fem`` for fem_q1 and fem_q2.
 
         Warnings of the command are MailleWarnings, and in ``Answer.warnings``. Other Python threads run meanwhile. Ctrl-C stops it and
@@ -290,29 +291,28 @@ class Scene:
             threads: default: as many as there are processors; the same bits for any number
             seconds: a budget: what is there by then, with status budget_reached
             bytes: memory that the method may take; what does not fit is refused before anything is allocated
-            progress: called some 20 times a second at most with the fraction done and what is being done
+            progress: True for a bar (tqdm's where it is installed), or a function called some 20 times a second at most with the
+                fraction done and what is being done
             frame: of the answer's arrays: ``world``, as of files and forces, or ``grid``, the image's own axes
         """
         count = threads or os.cpu_count() or 1
         if method not in (*_core.methods(), *FEM_METHODS):
             raise ValueError(f"expected one of {', '.join([*_core.methods(), *FEM_METHODS])}, found {method!r}")
-        if steps is not None:
-            series = run_steps(self, method, steps, tolerance, count, seconds, bytes, progress, frame)
-            for warning in dict.fromkeys(warning for answer in series for warning in answer.warnings):
-                warnings.warn(warning, MailleWarning, stacklevel=2)
-            return series
-        if method in FEM_METHODS:
-            from . import fem
+        with told(progress) as tell:
+            if steps is not None:
+                found: Union[Answer, Series] = run_steps(self, method, steps, tolerance, count, seconds, bytes, tell, frame)
+            elif method in FEM_METHODS:
+                from . import fem
 
-            answer = fem.run(self, method, threads=count, seconds=seconds, progress=progress).in_frame(frame)
-        else:
-            answer = Answer(self._built.run(method, tolerance, count, seconds, bytes, progress), self, frame)
-        for warning in answer.warnings:
+                found = fem.run(self, method, threads=count, seconds=seconds, progress=tell).in_frame(frame)
+            else:
+                found = Answer(self._built.run(method, tolerance, count, seconds, bytes, tell), self, frame)
+        for warning in dict.fromkeys(warning for answer in (found if isinstance(found, Series) else [found]) for warning in answer.warnings):
             warnings.warn(warning, MailleWarning, stacklevel=2)
-        return answer
+        return found
 
     def compare(self, methods: Sequence[str] = ("limits", "relaxed", "coupled"), *, reference: str = "coupled",
-                threads: Optional[int] = None, progress: Optional[Progress] = None) -> Comparison:
+                threads: Optional[int] = None, progress: Progress = None) -> Comparison:
         """Answers the scene by several methods, and measures each against ``reference``, which is asked too."""
         answers: Dict[str, Answer] = {}
         for method in [*methods, *(() if reference in methods else (reference,))]:

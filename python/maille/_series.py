@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any, Iterable, List, Optional
 import numpy as np
 
 from . import _core
-from ._answer import Answer, Floats, Progress, Record
+from ._answer import Answer, Floats, Record
 from ._faults import MailleWarning, count
+from ._progress import Tell
 
 if TYPE_CHECKING:
     from ._scene import Scene
@@ -88,7 +89,7 @@ def _force(answer: Answer, on: str) -> Optional[List[float]]:
 
 
 def run_steps(scene: "Scene", method: str, steps: int, tolerance: Optional[float], threads: int, seconds: Optional[float],
-              bytes: Optional[int], progress: Optional[Progress], frame: str) -> Series:
+              bytes: Optional[int], progress: Optional[Tell], frame: str) -> Series:
     """See ``Scene.run``."""
     steps = count("steps", steps)
     series = Series(steps=steps)
@@ -96,7 +97,7 @@ def run_steps(scene: "Scene", method: str, steps: int, tolerance: Optional[float
     course = None if is_fem else _core.Steps(scene._built, method, tolerance)
     for step in range(1, steps + 1):
         fraction = step / steps
-        told: Optional[Progress] = None if progress is None else lambda part, what, step=step: progress((step - 1 + part) / steps, what)  # type: ignore[misc]
+        told: Optional[Tell] = None if progress is None else lambda part, what, step=step: progress((step - 1 + part) / steps, what)  # type: ignore[misc]
         try:
             if course is None:
                 from . import fem
@@ -104,12 +105,14 @@ def run_steps(scene: "Scene", method: str, steps: int, tolerance: Optional[float
                 core = fem._module().run(scene._built.scaled(fraction), method, threads, seconds, told)
             else:
                 core = course.run(fraction, threads, seconds, bytes, told)
+            answer = Answer(core, scene, frame, fraction)
+            answer.warnings  # need the mechanics, which take as long as a step: Ctrl-C does not wait for all of them
         except KeyboardInterrupt:
             if not series:
                 raise
             warnings.warn(f"interrupted after step {step - 1} of {steps}", MailleWarning, stacklevel=3)
             break
-        series.append(Answer(core, scene, frame, fraction))
+        series.append(answer)
     return series
 
 

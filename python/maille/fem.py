@@ -7,8 +7,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Optional
 
+from ._progress import Progress, told
+
 if TYPE_CHECKING:
-    from ._answer import Answer, Progress
+    from ._answer import Answer
     from ._scene import Scene
 
 
@@ -31,8 +33,9 @@ def is_available() -> bool:
 
 
 def run(scene: "Scene", method: str = "fem_q1", *, threads: int = 1, seconds: Optional[float] = None,
-        progress: Optional["Progress"] = None) -> "Answer":
+        progress: Progress = None) -> "Answer":
     """Answers a scene by finite elements on its cells; the displacement is that of its own nodes."""
     from ._answer import Answer
 
-    return Answer(_module().run(scene._built, method, threads, seconds, progress), scene)
+    with told(progress) as tell:
+        return Answer(_module().run(scene._built, method, threads, seconds, tell), scene)

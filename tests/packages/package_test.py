@@ -142,7 +142,7 @@ with tempfile.TemporaryDirectory(dir=BUILD) as name:
 
     check(completed(["maille", ""]) >= {*commands, "--version"}, f"commands: {completed(['maille', ''])}")
     check(completed(["maille", "compare", "--"]) >= options, "options of compare")
-    check(completed(["maille", "compare", "--picture-of", ""]) == {"displacement", "strain", "stress"}, "choices of --picture-of")
+    check(completed(["maille", "compare", "--picture-of", ""]) == {"displacement", "strain", "stress", "error"}, "choices of --picture-of")
     check(completed(["maille", "run", "--methods", "limits,cou"]) == {"limits,coupled"}, f"{completed(['maille', 'run', '--methods', 'limits,cou'])}")
     check(completed(["maille", "run", "--also", "mha,n"]) == {"mha,nrrd"}, "formats in a list")
     check(completed(["maille", "help", "meth"]) == {"methods"} and "--spacings" in completed(["maille", "study", "trade", "--"]), "topics, and two words")

@@ -6,13 +6,14 @@ import json
 import multiprocessing
 import os
 import pickle
+import re
 import subprocess
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import STRIP, label_scene, press_ctrl_c, two_labels
+from conftest import STRIP, ended, label_scene, press_ctrl_c, two_labels
 
 import maille
 
@@ -43,14 +44,44 @@ def test_steps_contract_ctrl_c_keeps_what_is_there():
     pressed = []
 
     def progress(fraction, what):
-        if fraction > 0.02 and not pressed:
-            pressed.append(press_ctrl_c(0))
+        if fraction > 0.05 and not pressed:
+            pressed.append(time.monotonic())
+            press_ctrl_c(0)
 
     begin = time.monotonic()
     with pytest.warns(maille.MailleWarning, match="interrupted after step"):
         series = scene.run("coupled", steps=100, threads=1, progress=progress)
-    assert 0 < len(series) < 100 and series.status == "interrupted" and time.monotonic() - begin < 60
+    assert 0 < len(series) < 100 and series.status == "interrupted" and time.monotonic() - pressed[0] < 0.5 * (pressed[0] - begin)
     assert len(series.curve()) == len(series)
+
+
+BARS = """
+import sys, maille
+sys.modules.update({without})
+bar = maille.Scene(maille.box((30, 20, 20), "1 mm", "muscle/soleus", fibre=[1, 0, 0]), holds=[maille.hold("x-")], moves=[maille.move("x+", by=("1 mm", 0, 0))],
+                   measures=[maille.measure("pull", force="move[1]", component="x")])
+bar.run(steps=4, progress=True)
+maille.identify(bar, {{"pull": bar.run().measures["pull"] * 1.1}}, "E_fibre of muscle/soleus", progress=True)
+bar.study({{"move[1].by": [["0.1 mm", 0, 0], ["0.2 mm", 0, 0], ["0.3 mm", 0, 0]]}}, progress=True)
+"""
+
+
+@command
+@pytest.mark.parametrize("without", [{}, {"tqdm": None}])
+def test_progress_contract_true_draws_a_bar(without):
+    """By tqdm, and without it a line; of a child process its own."""
+    run = ended(BARS.format(without=without))
+    assert run.returncode == 0 and ("%|" in run.stderr) is not bool(without), run.stderr
+    assert all(said in run.stderr for said in ("solving", "answers, misfit", "of 3 cases")), run.stderr
+
+
+def test_numpy_contract_no_name_that_numpy_2_removed():
+    # Of numpy 2's migration guide, what a program may have.
+    removed = """alltrue asfarray byte_bounds cast cfloat complex_ cumproduct disp find_common_type float_ in1d Inf Infinity infty issctype issubclass_ longcomplex
+    longfloat mat msort NaN nbytes NINF NZERO PINF product PZERO recfromcsv row_stack round_ safe_eval sctypes singlecomplex sometrue string_ trapz unicode_""".split()
+    texts = [file.read_text("utf-8") for folder in ("python", "docs/notebooks") for file in (SOURCES / folder).rglob("*") if file.suffix in (".py", ".ipynb")]
+    used = {name for text in texts for name in re.findall(r"\b(?:np|numpy|_numpy)\.(\w+)", text)}
+    assert "asarray" in used and not used & set(removed)
 
 
 def equal(one, other):

@@ -68,14 +68,6 @@ def test_weights_oracle_that_made_the_data_come_back():
     assert [one["relaxed_weights"][b] for one in two.materials for b in range(2)] == pytest.approx([0.4, 2.5, 3, 0.6], rel=2e-2)
 
 
-def test_materials_contract_are_known_by_their_names():
-    reference = [np.ones((8, 10, 2)), np.ones((8, 10, 2))]
-    with pytest.raises(ValueError, match="or another name"):
-        maille.fit([sheet(0, 1e-4), sheet(0, 2e-4, youngs_modulus="1 kPa")], reference=reference)
-    with pytest.raises(ValueError, match="materials that scenes to fit to have"):
-        maille.fit([sheet(0, 1e-4)], [sheet(0, 2e-4, name="other")], reference=reference)
-
-
 def bar(pull):
     return maille.Scene(maille.box((8,), 1e-3, TISSUE), [maille.hold("x-")], [maille.move("x+", by=(pull,))], units="m, rad", name=f"bar_{pull}")
 

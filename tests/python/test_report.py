@@ -16,7 +16,7 @@ from conftest import STRIP
 
 for needed in ("jinja2", "matplotlib", "scipy"):
     pytest.importorskip(needed)
-from maille import _plots, _report
+from maille import _command, _plots, _report
 from maille._program import UsageError
 
 SEEDS = Path(__file__).with_name("pages")
@@ -154,8 +154,8 @@ def test_module_contract_the_function_makes_the_page_of_the_command(compared, tm
     (tmp_path / "scene.html").write_text("mine")
     for found in (True, False):  # without the command the page has no bodies
         if not found:
-            monkeypatch.setattr(_report, "__file__", str(tmp_path / "a/b/c.py"))
-            monkeypatch.setattr(_report.shutil, "which", lambda _: None)
+            monkeypatch.setattr(_command, "__file__", str(tmp_path / "a/b/c/d/e.py"))
+            monkeypatch.setattr(_command.shutil, "which", lambda _: None)
         for faulty, out in ((tmp_path / "none", None), (folder, tmp_path / "scene.html"), (SEEDS, tmp_path / "new.html")):
             with pytest.raises(UsageError, match="expected"):
                 maille.report(faulty, out)
@@ -213,7 +213,8 @@ def test_page_contract_plays_and_probes_have_their_sections(tmp_path):
 def study_row(case, modulus, l2, most, time):
     return {"study": "ratio", "case": case, "cases": 2, "scene": "bar", "parameters": {"material.E_fibre": modulus, "limits.from": "taut"},
             "method": "limits", "status": "done", "message": "", "error": {"relative_l2": l2, "relative_max": most, "rms": 1e-4},
-            "seconds": {"setup": 0.001, "solve": time - 0.001, "total": time}, "bytes": 2048, "iterations": 7, "reference": "fem_q2"}
+            "seconds": {"setup": 0.001, "solve": time - 0.001, "total": time}, "bytes": 2048, "iterations": 7, "reference": "fem_q2",
+            "strain_energy": 0.002 if case == 1 else 1e-17}
 
 
 STUDY = "".join(json.dumps(row) + "\n" for row in (study_row(1, 1000.0, 0.25, 0.5, 0.003), study_row(2, 50000.0, 0.125, None, 1.501)))
@@ -224,9 +225,9 @@ def test_study_golden_its_table(tmp_path):
     page = page_of(tmp_path)
     assert page.rows("id-ratio-table") == [
         [["1", "1"], ["1000", "1000"], ["taut", None], ["limits", None], ["done", None], ["25 %", "0.25"], ["50 %", "0.5"], ["3 ms", "0.003"],
-         ["2 KiB", "2048"], ["7", "7"]],
+         ["2 KiB", "2048"], ["7", "7"], ["0.002 J", "0.002"]],
         [["2", "2"], ["50000", "50000"], ["taut", None], ["limits", None], ["done", None], ["12.5 %", "0.125"], ["–", None], ["1.5 s", "1.501"],
-         ["2 KiB", "2048"], ["7", "7"]]]
+         ["2 KiB", "2048"], ["7", "7"], ["0 J", "0"]]]
     assert "2 of 2 cases, 2 rows, 0 of them not settled" in page.text
 
 

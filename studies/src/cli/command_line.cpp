@@ -86,6 +86,14 @@ void add_json(CLI::App* command, std::optional<std::string>& json, std::filesyst
   command->parse_complete_callback([&json, scene, command] { settle_json(command, json, scene); });
 }
 
+/// Adds the field that colours of a picture or a film show.
+CLI::Option* add_field(CLI::App* command, const std::string& name, std::string& field,
+                       const std::string& meaning, const std::vector<std::string>& more = {}) {
+  std::vector<std::string> fields{"displacement", "strain", "stress", "error"};
+  fields.insert(fields.end(), more.begin(), more.end());
+  return command->add_option(name, field, meaning)->check(CLI::IsMember(fields));
+}
+
 /// Adds options of commands that solve a scene.
 void add_running(CLI::App* command, AnswerOptions& options) {
   add_common(command, options);
@@ -135,11 +143,9 @@ void add_compare(CLI::App* command, CompareOptions& options) {
               "what the reference \"best\" may take, about");
   add_file(command, "--csv", options.csv, "the table as CSV in FILE (- for stdout)");
   add_file(command, "--picture", options.picture, "PNG of the deformed bodies side by side");
-  command
-      ->add_option("--picture-of", options.picture_of,
-                   "what its colours show: displacement; strain, the principal one of largest size; stress, "
-                   "von Mises'")
-      ->check(CLI::IsMember({"displacement", "strain", "stress"}))
+  add_field(command, "--picture-of", options.picture_of,
+            "what its colours show: strain is the principal one of largest size; stress von Mises'; error "
+            "against the reference")
       ->capture_default_str();
 }
 
@@ -152,7 +158,11 @@ void add_run(CLI::App* command, RunOptions& options) {
       ->default_val(1);
   add_file(command, "--picture", options.picture,
            "with --steps: PNG or SVG of the force and the energy over the displacement");
-  command->add_option("--film", options.film, "with --steps: MP4 of the body, step by step; needs ffmpeg");
+  auto* film = command->add_option("--film", options.film,
+                                   "with --steps: MP4 of the body, step by step; needs ffmpeg");
+  add_field(command, "--field", options.field, "with --film: what its colours show; error needs --estimate")
+      ->capture_default_str()
+      ->needs(film);
   command->add_flag(
       "--maps", options.maps,
       "with --out: strain, displacement and stress of the last step on the voxels of the body's "
@@ -238,11 +248,12 @@ void add_fit(CLI::App* command, FitOptions& options) {
   add_json(command, options.json, nullptr);
   add_fem_solver(command, options.fem_solver);
   add_threads(command, options.threads);
-  auto* const measured = command->add_option(
-      "--measured", options.measured,
-      "fit constants of one scene to this: CSV of its [[measure]] tables, with the columns measure, value "
-      "and, "
-      "if wanted, sigma; or of points: x, y, z, ux, uy, uz; or an image of displacements in mm");
+  add_list(
+      command, "--measured", options.measured,
+      "fit constants to these files, one a scene, separated by commas: CSV of its [[measure]] tables, with "
+      "the columns measure, value and, if wanted, sigma and fraction; or of points: x, y, z, ux, uy, uz; "
+      "or an image of displacements in mm");
+  auto* const measured = command->get_option("--measured");
   command
       ->add_option("--sigma", options.sigma,
                    "standard deviation of the displacements of an image or of points, a length")
@@ -408,8 +419,8 @@ void add_render(CLI::App* command, RenderOptions& options) {
   command->add_option("--answer", options.answer,
                       "folder of `maille run --out`: the body as an answer left it");
   command->add_option("--method", options.method, "whose answer; default: the first that is there");
-  command->add_option("--field", options.field, "what colours show in place of the look's own")
-      ->check(CLI::IsMember({"displacement", "strain", "stress", "error", "labels", "fibres"}));
+  add_field(command, "--field", options.field, "what colours show in place of the look's own",
+            {"labels", "fibres"});
   add_camera(command, options.camera);
   add_stereo(command, options.stereo);
   command->add_option("--ring", options.ring, "views around, into OUT_000.png, ...")

@@ -111,7 +111,7 @@ struct CompareOptions : AnswerOptions {
   double reference_seconds = 60; ///< for the reference "best"
   std::optional<std::string> csv;
   std::optional<std::string> picture;
-  std::string picture_of = "displacement"; ///< quantity of its colours; also strain, stress
+  std::string picture_of = "displacement"; ///< quantity of its colours; also strain, stress, error
 };
 
 /// Images to warp with an answer.
@@ -131,6 +131,7 @@ struct RunOptions : AnswerOptions {
   int steps = 1;                      ///< 1: only the final state is written
   std::optional<std::string> picture; ///< plot of force over displacement
   std::optional<std::string> film;    ///< film of the body, step by step
+  std::string field = "displacement"; ///< quantity of its colours; also strain, stress, error
   bool maps = false;                  ///< voxel maps of the last step, on the body's image
   bool is_warped = false;             ///< warp images by the last step
   std::optional<std::string> write;   ///< the question as input of CalculiX; "-": on stdout
@@ -187,14 +188,14 @@ struct RenderOptions {
   int threads = 1;
 };
 
-/// Fits to finite elements, or, with `measured`, to measurements on one scene.
+/// Fits to finite elements, or, with `measured`, to measurements.
 struct FitOptions {
   std::vector<std::filesystem::path> scenes, tests;
-  std::filesystem::path measured;
-  std::vector<std::string> unknowns; ///< dotted keys of the scene
-  std::optional<std::string> sigma;  ///< uncertainty of displacements, a length
-  std::string method;                ///< empty: limits, or coupled for measurements
-  std::optional<double> holdout;     ///< fraction of the scenes excluded from the fit; nothing: none
+  std::vector<std::filesystem::path> measured; ///< empty, or one per scene
+  std::vector<std::string> unknowns;           ///< dotted keys of the scenes
+  std::optional<std::string> sigma;            ///< uncertainty of displacements, a length
+  std::string method;                          ///< empty: limits, or coupled for measurements
+  std::optional<double> holdout; ///< fraction of the scenes excluded from the fit; nothing: none
   std::string reference = "fem_q2";
   double reference_seconds = 60; ///< for the reference "best"
   int trials = 20000;

@@ -5,7 +5,6 @@
 #include "maille/fem_ref/ranks.hpp"
 #include "maille/materials/fault.hpp"
 #include "maille/materials/text_file.hpp"
-#include "maille/scene/cell_fields.hpp"
 #include "picture/question_picture.hpp"
 
 #include <fmt/format.h>
@@ -146,23 +145,6 @@ std::string scene_text_of(const std::filesystem::path& file) {
   } catch (const InputError&) {
     return {};
   }
-}
-
-Displacement nodal_sizes(const Scene& scene, const Displacement& displacement, bool of_stress) {
-  const CellFields fields = cell_fields(scene, displacement);
-  const Specimen& body = scene.specimen;
-  Displacement sizes(body.grid);
-  for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node) {
-    double sum = 0;
-    int n = 0;
-    body.for_each_cell_at(body.grid.node_at(node), [&](std::int64_t cell) {
-      const std::size_t c = cell;
-      sum += of_stress ? fields.von_mises[c] : largest_principal(fields.strain[c]);
-      ++n;
-    });
-    sizes(0, node) = n > 0 ? sum / n : 0;
-  }
-  return sizes;
 }
 
 bool is_of_a_patient(const std::filesystem::path& scene) {

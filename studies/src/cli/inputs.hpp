@@ -38,10 +38,6 @@ std::map<std::string, std::string> digests_of_opened_files();
 /// Text of a scene file; nothing if it can no longer be read: a part of it would be another scene.
 std::string scene_text_of(const std::filesystem::path& file);
 
-/// Strain or stress for pictures: at every node a vector whose length is the mean over its cells of the
-/// largest principal strain in magnitude [1], or of the von Mises stress [Pa].
-Displacement nodal_sizes(const Scene& scene, const Displacement& displacement, bool of_stress);
-
 /// True if the body comes from a NIfTI image: the world axes are right, anterior, superior of a patient.
 bool is_of_a_patient(const std::filesystem::path& scene);
 

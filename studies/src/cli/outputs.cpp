@@ -2,13 +2,19 @@
 
 #include "export/whole_file.hpp"
 #include "maille/materials/text_file.hpp"
+#include "maille/scene/cell_fields.hpp"
 #include "maille/studies/version.hpp"
+#include "play/play.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <deque>
+#include <functional>
 
 #include <unistd.h>
 
@@ -126,6 +132,83 @@ void write_lines_of_measures(const std::string& method, const std::vector<Measur
       files.push_back(folder.file(fmt::format("_{}_{}.csv", method, row.value.name)));
       write_whole(files.back(), line_csv(row.value));
     }
+}
+
+std::optional<Displacement> shown_field(const Scene& scene, const Comparison& comparison,
+                                        const ComparisonRow& row, const std::string& field) {
+  Displacement shown = row.answer.displacement;
+  const bool is_stress = field == "stress";
+  if (is_stress && !has_stress(row.answer.method))
+    return std::nullopt;
+  if (is_stress || field == "strain") {
+    const CellFields fields = cell_fields(scene, row.answer.displacement);
+    const Specimen& body = scene.specimen;
+    shown = Displacement(body.grid);
+    for (std::int64_t node = 0; node < body.grid.n_nodes(); ++node) {
+      double sum = 0;
+      int n = 0;
+      body.for_each_cell_at(body.grid.node_at(node), [&](std::int64_t cell) {
+        const std::size_t c = cell;
+        sum += is_stress ? fields.von_mises[c] : largest_principal(fields.strain[c]);
+        ++n;
+      });
+      shown(0, node) = n > 0 ? sum / n : 0;
+    }
+  } else if (field == "error" && row.error) {
+    std::ranges::transform(shown.values(), comparison.reference_row()->answer.displacement.values(),
+                           shown.values().begin(), std::minus{});
+  } else if (field == "error") {
+    return row.estimation && row.estimation->estimate ? std::optional(row.estimation->estimate->error)
+                                                      : std::nullopt;
+  }
+  return shown;
+}
+
+PictureSettings settings_of_field(const std::string& title, const std::string& field) {
+  if (field == "strain")
+    return {.title = title, .quantity = "largest principal strain", .unit = 1e-2, .unit_name = "%"};
+  if (field == "stress")
+    return {.title = title, .quantity = "von Mises stress", .unit = 1e3, .unit_name = "kPa"};
+  return {.title = title, .quantity = field};
+}
+
+std::optional<std::string> film_steps(const Scene& scene, const std::string& method,
+                                      const std::vector<Comparison>& steps, const std::string& field,
+                                      const std::filesystem::path& mp4) {
+  constexpr double film_seconds = 4, longest_frame = 0.25; // few steps; upper bound per step
+  constexpr int n_digits = 6;
+  if (!has_ffmpeg())
+    return "no film: there is no `ffmpeg` to run";
+  const auto label = [&](std::size_t step) {
+    return fmt::format("{}, {:.0f} %", method,
+                       100.0 * static_cast<double>(step) / static_cast<double>(steps.size()));
+  };
+  const Displacement rest(scene.specimen.grid);
+  std::deque<Displacement> shown;
+  PictureSettings settings = settings_of_field(scene.title, field);
+  std::vector<PicturePanel>& moments = settings.also_in_view;
+  moments.push_back({label(0), &rest, {}, false, &rest});
+  for (std::size_t i = 0; i < steps.size(); ++i)
+    for (const ComparisonRow& row : steps[i].rows)
+      if (has_displacement(row.answer.status))
+        if (auto of_row = shown_field(scene, steps[i], row, field))
+          moments.push_back(
+              {label(i + 1), &row.answer.displacement, {}, false, &shown.emplace_back(std::move(*of_row))});
+  if (moments.size() < 2)
+    return fmt::format("no film: no step has an answer with {}", field);
+  settings.width = settings.largest_height = 1000;
+  settings.warp = 1;
+  settings.is_anatomical = scene.specimen.shape == "image";
+  const WorkFolder frames("maille_film");
+  const std::filesystem::path stem = frames / "step";
+  std::int64_t n = 0;
+  for (const PicturePanel& moment : moments) {
+    const std::filesystem::path png = fmt::format("{}_{:0{}}.png", stem.string(), n++, n_digits);
+    if (const auto why_not = render_comparison(scene, {moment}, png, settings))
+      return "no film: " + *why_not;
+  }
+  const double frame_seconds = std::min(longest_frame, film_seconds / static_cast<double>(n));
+  return make_film(stem, n_digits, n, frame_seconds, mp4);
 }
 
 } // namespace maille::studies

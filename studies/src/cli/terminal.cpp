@@ -10,14 +10,17 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <unistd.h>
 
 namespace maille::studies {
 
 namespace {
 
-bool stderr_is_terminal() {
-  return fem_ref::ranks().is_first() && isatty(STDERR_FILENO) == 1;
+/// On a terminal, and for the Python module, which reads the line.
+bool shows_progress() {
+  return fem_ref::ranks().is_first() &&
+         (isatty(STDERR_FILENO) == 1 || std::getenv("MAILLE_PROGRESS") != nullptr);
 }
 
 } // namespace
@@ -27,7 +30,7 @@ Control terminal_control(int threads) {
   Control control;
   control.threads = threads;
   control.stop_requested = [] { return stop_signal() != 0; };
-  if (stderr_is_terminal()) {
+  if (shows_progress()) {
     using Clock = std::chrono::steady_clock;
     control.progress = [last = Clock::time_point{}](double fraction, std::string_view what) mutable {
       if (const auto now = Clock::now(); now - last > std::chrono::milliseconds(100)) {
@@ -41,7 +44,7 @@ Control terminal_control(int threads) {
 }
 
 void end_progress() {
-  if (stderr_is_terminal())
+  if (shows_progress())
     fmt::print(stderr, "\r\033[K");
 }
 

@@ -1,4 +1,4 @@
-#include "cli/warp_report.hpp"
+#include "cli/outputs.hpp"
 
 #include "results/result_table.hpp"
 

@@ -1,6 +1,7 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
 #include "cli/worlds.hpp"
+#include "explain_parts.hpp"
 #include "maille/base/vectors.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/images/image.hpp"
@@ -47,6 +48,7 @@ struct CheckedMeasure {
 struct Checked {
   std::string file, kind;                       ///< kind empty: a scene
   std::optional<std::int64_t> cases{}, bytes{}; ///< of a study; bytes of its lattice methods, at most
+  double seconds = 0;                           ///< of all cases of a study on one thread; 0: unknown
   std::vector<Fault> faults{};
   std::optional<Plausibility> proportions{}; ///< for a scene with one body, like the next member
   std::vector<BodyPart> parts{};
@@ -130,6 +132,10 @@ const ResultTable<Checked>& columns_of_check() {
     });
     columns.add({"", "bytes_at_most", "B", "one case of a study by its lattice methods"}, &Checked::bytes)
         .json_where([](const Checked& of) { return of.bytes.has_value(); });
+    columns
+        .add({"", "seconds", "s", "all cases of a study on one thread, within a factor of three"},
+             &Checked::seconds)
+        .json_where([](const Checked& of) { return of.seconds > 0; });
     add_plausibility(columns, has_body, &Checked::proportions);
     columns.add({"", "warnings", "", "of a world"}, &Checked::world_warnings)
         .json_where([](const Checked& of) { return of.world_warnings.has_value(); });
@@ -244,15 +250,20 @@ void check_study(Checked& checked) {
   checked.words = fmt::format("a study, {}: {} case{} by {}\n", study.title, n, n == 1 ? "" : "s",
                               fmt::join(methods, ", "));
   const std::vector<StudyCase> all = cases(study);
+  const auto is_lattice = [](const std::string& method) {
+    return std::ranges::find(deform::methods(), method) != deform::methods().end();
+  };
   std::int64_t bytes = 0;
   int largest = 0;
+  double slowest = 0; // of a method and case: other lattice methods take at most about as long as coupled
   for (std::int64_t i = 0; i < n; i += (n + most_read - 1) / most_read)
     try {
       const StudyCase& one = all[static_cast<std::size_t>(i)];
       const Scene scene =
           parse_scene_and_measures(resolved_scene(study, one), study.scenes[one.scene].file).scene;
+      slowest = std::max(slowest, seconds_of_coupled(scene));
       for (const std::string& method : methods)
-        if (std::ranges::find(deform::methods(), method) != deform::methods().end())
+        if (is_lattice(method))
           if (const std::int64_t needed = deform::bytes_needed(scene, method); needed > bytes) {
             bytes = needed;
             largest = one.number;
@@ -267,6 +278,11 @@ void check_study(Checked& checked) {
     checked.words += fmt::format("memory of the lattice methods at most {} (case {})\n",
                                  bytes_in_words(static_cast<double>(bytes)), largest);
   }
+  if (std::ranges::all_of(methods, is_lattice))
+    checked.seconds = static_cast<double>(n * std::ssize(methods)) * slowest;
+  if (checked.seconds > 0)
+    checked.words +=
+        fmt::format("about {} on one thread (a third to three times that)\n", in_seconds(checked.seconds));
 }
 
 void check_trajectory(Checked& checked, const fs::path& world) {

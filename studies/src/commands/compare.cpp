@@ -15,6 +15,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <deque>
 
 namespace maille::studies {
 
@@ -62,34 +63,18 @@ std::vector<std::filesystem::path> write_files(const Scene& scene, const Compari
 bool draw(const Scene& scene, const Comparison& comparison, const CompareOptions& options) {
   const std::filesystem::path file(*options.picture);
   std::vector<PicturePanel> panels;
-  std::vector<Displacement> shown; // coloured fields other than displacements
-  shown.reserve(comparison.rows.size());
-  for (const ComparisonRow& row : comparison.rows) {
-    if (!is_under_way(row.answer) || (options.picture_of == "stress" && !has_stress(row.answer.method)))
-      continue;
-    panels.push_back({row.answer.method, &row.answer.displacement,
-                      row.error ? std::optional(row.error->relative_l2) : std::nullopt,
-                      row.answer.method == comparison.reference});
-    if (options.picture_of != "displacement") {
-      shown.push_back(nodal_sizes(scene, row.answer.displacement, options.picture_of == "stress"));
-      panels.back().coloured = &shown.back();
-    }
-  }
-  PictureSettings settings;
-  settings.title = scene.title;
+  std::deque<Displacement> shown;
+  for (const ComparisonRow& row : comparison.rows)
+    if (auto field =
+            is_under_way(row.answer) ? shown_field(scene, comparison, row, options.picture_of) : std::nullopt)
+      panels.push_back({row.answer.method, &row.answer.displacement,
+                        row.error ? std::optional(row.error->relative_l2) : std::nullopt,
+                        row.answer.method == comparison.reference, &shown.emplace_back(std::move(*field))});
+  PictureSettings settings = settings_of_field(scene.title, options.picture_of);
   if (options.picture_of == "displacement")
     settings.draw_body = draw_grey_values(scene, options.scene, options.threads);
   settings.is_anatomical = is_of_a_patient(options.scene);
-  if (options.picture_of == "strain") {
-    settings.quantity = "largest principal strain";
-    settings.unit = 1e-2;
-    settings.unit_name = "%";
-  } else if (options.picture_of == "stress") {
-    settings.quantity = "von Mises stress";
-    settings.unit = 1e3;
-    settings.unit_name = "kPa";
-  }
-  return tell_of_picture(panels.empty() ? std::optional<std::string>("no method has an answer")
+  return tell_of_picture(panels.empty() ? "no method has an answer with " + options.picture_of
                                         : render_comparison(scene, panels, file, settings),
                          file);
 }

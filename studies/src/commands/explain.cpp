@@ -61,19 +61,6 @@ struct Way {
   double seconds = 0;     ///< approximate; 0: unknown
 };
 
-/// Estimated time on one thread of a Zen 4 EPYC to the tolerance of the scene, within a factor of three for
-/// the bodies of docs/speed.md; 0 if limits, borders or frames need an unknown number of iterations.
-double seconds_of_coupled(const Scene& scene) {
-  constexpr double of_box = 6e-8, of_body = 1e-6, more_a_digit = 0.25; // per unknown, to 1e-3
-  if (scene.dimension() < 3 || scene.limits_bind_coupled() || !scene.sliding.empty() || in_blocks(scene) ||
-      scene.relaxation.extrapolation != Extrapolation::none)
-    return 0;
-  const Specimen& body = scene.specimen;
-  const double digits = -3 - std::log10(scene.relaxation.tolerance),
-               unknowns = 3.0 * static_cast<double>(body.n_matter_nodes());
-  return unknowns * (body.material_id.empty() ? of_box : of_body) * std::max(0.5, 1 + more_a_digit * digits);
-}
-
 /// Algorithm of a lattice method, in words.
 std::string way_of(std::string_view method, const Scene& scene, const deform::Plan& plan) {
   const bool is_elastic = scene.relaxation.mode == RelaxationMode::elastic;

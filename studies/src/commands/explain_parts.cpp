@@ -206,4 +206,15 @@ std::string contraction_words(const Scene& scene) {
                      count == 1 ? "1 cell" : fmt::format("{} cells", count), range);
 }
 
+double seconds_of_coupled(const Scene& scene) {
+  constexpr double of_box = 6e-8, of_body = 1e-6, more_a_digit = 0.25; // per unknown, to 1e-3
+  if (scene.dimension() < 3 || scene.limits_bind_coupled() || !scene.sliding.empty() || in_blocks(scene) ||
+      scene.relaxation.extrapolation != Extrapolation::none)
+    return 0;
+  const Specimen& body = scene.specimen;
+  const double digits = -3 - std::log10(scene.relaxation.tolerance),
+               unknowns = 3.0 * static_cast<double>(body.n_matter_nodes());
+  return unknowns * (body.material_id.empty() ? of_box : of_body) * std::max(0.5, 1 + more_a_digit * digits);
+}
+
 } // namespace maille::studies

@@ -23,6 +23,10 @@ std::string plural(std::int64_t count, const std::string& thing);
 std::string fibre_words(const Specimen& body);
 const ResultTable<FibreReport>& columns_of_fibres();
 
+/// Estimated time on one thread of a Zen 4 EPYC to the tolerance of the scene, within a factor of three for
+/// the bodies of docs/speed.md; 0 if limits, borders or frames need an unknown number of iterations.
+double seconds_of_coupled(const Scene& scene);
+
 /// Description of contracting fibres and their tension.
 std::string contraction_words(const Scene& scene);
 

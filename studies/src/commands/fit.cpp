@@ -4,7 +4,6 @@
 
 #include "compare/methods.hpp"
 #include "maille/deform/solve.hpp"
-#include "maille/materials/quantity.hpp"
 #include "maille/materials/text_file.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/warp/displacement_field.hpp"
@@ -16,8 +15,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
-#include <map>
 #include <random>
 #include <sys/mman.h>
 #include <unistd.h>
@@ -69,43 +68,6 @@ Family family_of(const FitOptions& options) {
   return draw_lots(options.scenes, *options.holdout);
 }
 
-[[noreturn]] void wrong(const Scene& scene, const std::string& expected, const std::string& found) {
-  throw UsageError(fmt::format("{}: expected {}, found {}", scene.name, expected, found));
-}
-
-/// Refuses scenes that a fit does not support.
-void check_scene(const Scene& scene, const Scene& first, const FitOptions& options) {
-  if (scene.dimension() != first.dimension())
-    wrong(scene, fmt::format("the dimension of {}, {}", first.name, first.dimension()),
-          fmt::format("{}", scene.dimension()));
-  if (scene.has_loads() && options.method == "limits")
-    wrong(scene, "moves alone: limits carry no loads", "a load");
-  if (scene.contracts())
-    wrong(scene, "fibres that do not pull: relaxed carries no contraction", "a contraction");
-}
-
-/// Checks that a name means the same material in all scenes, and that held-out materials were fitted.
-void check_materials(const std::vector<Scene>& fitted, const std::vector<Scene>& held_out) {
-  std::map<std::string, const Material*> known;
-  const auto check = [&](const Scene& scene, bool is_fitted) {
-    for (const Material& material : scene.materials) {
-      const auto same = known.find(material.name);
-      if (same == known.end() && !is_fitted)
-        wrong(scene, "materials that scenes to fit to have, too", material.name);
-      if (same == known.end())
-        known.emplace(material.name, &material);
-      else if (stiffness(same->second->elasticity) != stiffness(material.elasticity))
-        wrong(scene,
-              fmt::format("the constants that {} has in the other scenes, or another name", material.name),
-              "others");
-    }
-  };
-  for (const Scene& scene : fitted)
-    check(scene, true);
-  for (const Scene& scene : held_out)
-    check(scene, false);
-}
-
 /// Answers of the reference, computed once per scene.
 class References {
 public:
@@ -126,9 +88,6 @@ public:
       throw std::runtime_error(fmt::format("{}: the reference {} ended {}{}{}", scene.name,
                                            options_.reference, to_string(answer.status),
                                            answer.message.empty() ? "" : ": ", answer.message));
-    if (compare(scene, Displacement(scene.specimen.grid), answer.displacement).rms == 0)
-      throw UsageError(
-          fmt::format("{}: expected a scene in which nodes are free and move, found none", scene.name));
     return std::move(answer.displacement);
   }
 
@@ -163,52 +122,50 @@ void check_options(const FitOptions& options) {
 /// @return the file of that memory
 std::string kept_reference(const Displacement& reference) {
   const int memory = memfd_create("reference", 0);
-  const auto bytes = std::as_bytes(reference.values());
-  for (std::size_t written = 0; memory >= 0 && written < bytes.size();) {
-    const ssize_t n = write(memory, bytes.data() + written, bytes.size() - written);
-    if (n < 0)
-      throw std::runtime_error(fmt::format("cannot keep a reference: {}", std::strerror(errno)));
-    written += static_cast<std::size_t>(n);
-  }
-  if (memory < 0)
+  std::FILE* const stream = fdopen(dup(memory), "wb"); // closing it leaves the memory
+  const auto values = reference.values();
+  const bool is_whole =
+      stream != nullptr && std::fwrite(values.data(), sizeof(double), values.size(), stream) == values.size();
+  if (stream == nullptr || std::fclose(stream) != 0 || !is_whole)
     throw std::runtime_error(fmt::format("cannot keep a reference: {}", std::strerror(errno)));
   return fmt::format("/proc/self/fd/{}", memory);
 }
 
-std::optional<double> sigma_of(const FitOptions& options) {
-  if (!options.sigma)
-    return std::nullopt;
-  const auto sigma = parse_quantity(*options.sigma, Dimension::length);
-  if (!sigma || !(*sigma > 0))
-    throw UsageError("--sigma: expected a length > 0 such as \"0.1 mm\", found \"" + *options.sigma + "\"");
-  return sigma;
-}
-
 /// The command with --measured, continued by python/maille/_identify.py.
 int identify_command(const FitOptions& options) {
-  if (options.scenes.size() != 1)
-    throw UsageError(fmt::format("--measured: expected one scene, found {}", options.scenes.size()));
+  const std::size_t n = options.scenes.size();
+  if (options.measured.size() != n)
+    throw UsageError(fmt::format("--measured: expected a file for each of {} scenes, separated by commas, "
+                                 "found {}",
+                                 n, options.measured.size()));
   const std::string method = options.method.empty() ? "coupled" : options.method;
-  keep_inputs({options.scenes.front(), options.measured});
+  keep_inputs(options.scenes);
+  keep_inputs(options.measured);
   check_methods({method}, "--method");
   if (!has_stress(method) || method == "calculix")
     throw UsageError("--method: expected one that knows forces, such as coupled, found \"" + method + "\"");
-  const auto sigma = sigma_of(options);
-  read_scene(options.scenes.front()); // finds errors, and registers the files that it names
-  if (!is_image_file(options.measured))
-    read_text_file(options.measured, "a table of measured numbers");
+  auto scenes = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < n; ++i) {
+    read_scene(options.scenes[i]); // finds errors, and registers the files that it names
+    if (!is_image_file(options.measured[i]))
+      read_text_file(options.measured[i], "a table of measured numbers");
+    std::optional<std::string> out = options.out;
+    if (out && n > 1)
+      out = fmt::format("{}_{}.toml", std::filesystem::path(*out).replace_extension().string(), i + 1);
+    prepare_file("--out", out, {}, ".toml");
+    scenes.push_back({{"scene", options.scenes[i].string()},
+                      {"measured", options.measured[i].string()},
+                      {"out", out ? nlohmann::ordered_json(*out) : nullptr}});
+  }
   prepare_file("--json", options.json);
-  prepare_file("--out", options.out, {}, ".toml");
   return become_python_program("fit",
                                {{"maille", version},
-                                {"scene", options.scenes.front().string()},
-                                {"measured", options.measured.string()},
+                                {"measured", scenes},
                                 {"unknowns", options.unknowns},
                                 {"method", method},
-                                {"sigma", sigma ? nlohmann::ordered_json(*sigma) : nullptr},
+                                {"sigma", options.sigma ? nlohmann::ordered_json(*options.sigma) : nullptr},
                                 {"threads", options.threads},
-                                {"json", options.json ? nlohmann::ordered_json(*options.json) : nullptr},
-                                {"out", options.out ? nlohmann::ordered_json(*options.out) : nullptr}});
+                                {"json", options.json ? nlohmann::ordered_json(*options.json) : nullptr}});
 }
 
 } // namespace
@@ -224,11 +181,10 @@ int fit_command(const FitOptions& asked) {
   check_options(options);
   const Family family = family_of(options);
   const auto fitted = read_all(family.fitted), held_out = read_all(family.held_out);
-  for (const Scene& scene : fitted)
-    check_scene(scene, fitted.front(), options);
-  for (const Scene& scene : held_out)
-    check_scene(scene, fitted.front(), options);
-  check_materials(fitted, held_out);
+  if (const int code = run_python_program(
+          "fit", {{"family", nlohmann::ordered_json::array({family.fitted, family.held_out})},
+                  {"method", options.method}}))
+    return code; // before any reference
   const Control control = terminal_control(options.threads);
   References references(options, control);
   const auto cases = [&](const std::vector<std::filesystem::path>& files, const std::vector<Scene>& scenes) {

@@ -1,6 +1,8 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
+#include "cli/outputs.hpp"
 #include "commands/camera_options.hpp"
+#include "compare/plots.hpp"
 #include "export/answer_fields.hpp"
 #include "maille/deform/solve.hpp"
 #include "maille/fem_ref/ranks.hpp"
@@ -73,7 +75,9 @@ std::optional<Displacement> displacement_of(const RenderOptions& options, const 
   return std::move(answer.displacement);
 }
 
-SeenScene seen_by(const RenderOptions& options, const Control& control, std::string& legend) {
+/// @param caption  receives title, label, largest value and colours of a field with a scale
+SeenScene seen_by(const RenderOptions& options, const Control& control, nlohmann::ordered_json& caption,
+                  std::string& legend) {
   if (is_world_scene(options.scene)) {
     if (options.answer || !options.method.empty() || !options.field.empty())
       throw UsageError(
@@ -100,11 +104,17 @@ SeenScene seen_by(const RenderOptions& options, const Control& control, std::str
   if (!seen.objects[0].paint)
     throw UsageError(fmt::format(
         "--field {}: expected an answer that has it (--answer, or --method), found none", options.field));
-  if (largest > 0)
-    legend = fmt::format("{}: colours from 0 to {:.4g}{}", options.field, largest,
-                         options.field == "stress"   ? " Pa"
-                         : options.field == "strain" ? ""
-                                                     : " m");
+  if (largest > 0) {
+    const PictureSettings of = settings_of_field(scene.title, options.field);
+    const std::string unit = of.unit ? of.unit_name : "mm",
+                      quantity = options.field == "strain" ? "equivalent strain" : of.quantity;
+    const double end = largest / of.unit.value_or(1e-3);
+    caption = {{"title", scene.title},
+               {"label", fmt::format("{} [{}]", quantity, unit)},
+               {"largest", end},
+               {"colours", render::field_colours()}};
+    legend = fmt::format("{}: colours from 0 to {:.4g} {}", quantity, end, unit);
+  }
   return seen;
 }
 
@@ -173,13 +183,19 @@ fs::path picture_of(const RenderOptions& options, int view) {
 }
 
 std::vector<std::string> draw(const RenderOptions& options, const SeenScene& seen, const render::View& view,
-                              const Rgb& background, Work& work) {
+                              const Rgb& background, nlohmann::ordered_json& caption, Work& work) {
   Painter painter(options.threads);
   std::vector<std::string> files;
   const auto keep = [&](const render::Picture& picture, const fs::path& file) {
-    if (fem_ref::ranks().is_first())
-      write_png(picture.rgb8(background), picture.width, picture.height, file);
     files.push_back(file.string());
+    if (!fem_ref::ranks().is_first())
+      return;
+    write_png(picture.rgb8(background), picture.width, picture.height, file);
+    if (caption.empty())
+      return;
+    caption["picture"] = file.string();
+    if (const auto why_not = draw_curves(caption, file); why_not && files.size() == 1)
+      fmt::print(stderr, "maille render: no title and no scale: {}\n", *why_not);
   };
   const auto draw_view = [&](const render::View& from, const fs::path& file) {
     if (options.stereo == "none")
@@ -210,8 +226,9 @@ int render_command(const RenderOptions& options) {
   const Rgb background = background_of(options.camera);
   const auto crop = crop_of(options.camera);
   const Control control = terminal_control(options.threads);
+  nlohmann::ordered_json caption;
   std::string legend;
-  SeenScene seen = seen_by(options, control, legend);
+  SeenScene seen = seen_by(options, control, caption, legend);
   end_progress();
   std::string words = command_line(); // scene names may differ between ranks
   if (const std::size_t at = words.find(options.scene.string()); at != std::string::npos)
@@ -226,7 +243,7 @@ int render_command(const RenderOptions& options) {
   Work work;
   if (control.progress)
     control.progress(0, "casting");
-  const auto files = draw(options, seen, view, background, work);
+  const auto files = draw(options, seen, view, background, caption, work);
   end_progress();
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (!fem_ref::ranks().is_first())

@@ -1,7 +1,6 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
 #include "cli/outputs.hpp"
-#include "cli/warp_report.hpp"
 #include "compare/force_curve.hpp"
 #include "export/calculix/calculix.hpp"
 #include "json_parts.hpp"
@@ -233,7 +232,7 @@ nlohmann::ordered_json json(const Course& course, const Scene& scene, const RunO
   return out;
 }
 
-void check_picture(const RunOptions& options) {
+void check_pictures(const RunOptions& options, const std::string& method) {
   if (options.picture && !options.picture->ends_with(".png") && !options.picture->ends_with(".svg"))
     throw UsageError(
         fmt::format("--picture: expected a name that ends in .png or .svg, found \"{}\"", *options.picture));
@@ -243,6 +242,10 @@ void check_picture(const RunOptions& options) {
     throw UsageError(fmt::format("--film: expected a name that ends in .mp4, found \"{}\"", *options.film));
   if (options.film && options.steps == 1)
     throw UsageError("--film: expected --steps 2 or more, found one step");
+  if (options.field == "error" && !options.estimate)
+    throw UsageError("--field error: expected --estimate, found none");
+  if (options.field == "stress" && !has_stress(method))
+    throw UsageError(fmt::format("--field stress: expected a method that has stress, found {}", method));
 }
 
 void check_maps(const RunOptions& options, const Scene& scene) {
@@ -278,7 +281,7 @@ int run_command(const RunOptions& options) {
   Methods methods(check_fem_solver(options.fem_solver), options.out.has_value());
   if (options.steps < 1 || options.steps > 100'000)
     throw UsageError(fmt::format("--steps: expected a number from 1 to 100000, found {}", options.steps));
-  check_picture(options);
+  check_pictures(options, names.front());
   keep_inputs({options.scene}); // before reading: the list of opened files starts here
   const SceneAndMeasures asked = read_scene_and_measures(options.scene);
   const Scene& scene = asked.scene;
@@ -339,8 +342,8 @@ int run_command(const RunOptions& options) {
       not_printed = std::current_exception();
     }
     if (options.film && speaks && method == names.front() && !control.should_stop())
-      is_filmed = tell_of_picture(film_steps(scene, method, steps, *options.film), *options.film,
-                                  options.json != "-");
+      is_filmed = tell_of_picture(film_steps(scene, method, steps, options.field, *options.film),
+                                  *options.film, options.json != "-");
   }
   if (!speaks)
     return exit_done;

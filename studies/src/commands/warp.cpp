@@ -1,6 +1,6 @@
 #include "cli/commands.hpp"
 #include "cli/inputs.hpp"
-#include "cli/warp_report.hpp"
+#include "cli/outputs.hpp"
 #include "compare/methods.hpp"
 #include "export/whole_file.hpp"
 #include "maille/materials/text_file.hpp"

@@ -102,10 +102,7 @@ std::optional<std::string> render_comparison(const Scene& scene, const std::vect
   if (panels.empty())
     throw std::invalid_argument("render_comparison: no panels");
   std::vector<PicturePanel> in_view = panels;
-  for (const Displacement* displacement : settings.also_in_view) {
-    in_view.emplace_back();
-    in_view.back().displacement = displacement;
-  }
+  in_view.insert(in_view.end(), settings.also_in_view.begin(), settings.also_in_view.end());
   require_fit(scene, in_view);
   const double warp = settings.warp.value_or(chosen_warp(scene, in_view));
   const View view = choose_view(scene, in_view, warp, matter_only(scene.specimen).nodes);

@@ -40,7 +40,7 @@ struct PictureSettings {
   std::string quantity = "displacement"; ///< what colours show
   std::optional<double> unit = {}; ///< unit of the colour scale, in units of `coloured`; default: a length
   std::string unit_name = {};      ///< name of `unit`
-  std::vector<const Displacement*> also_in_view = {}; ///< view and colour scale include these, too
+  std::vector<PicturePanel> also_in_view = {}; ///< view and colour scale include these, too
   DrawBody draw_body = {};    ///< replaces surfaces; it defines its colours, and there is no scale
   bool is_anatomical = false; ///< world of a patient (RAS): letters at the ends of the axes
 };

@@ -191,8 +191,8 @@ void add_text(vtkRenderer& renderer, const std::string& text, double x, double y
 
 void add_triad(vtkRenderer& renderer, const View& view, const Scene& scene, bool is_anatomical,
                const Page& page, double em) {
-  const double x = page.legend.left + 4 * em, y = page.legend.bottom + 2.2 * em;
-  const double length = (is_anatomical ? 1.3 : 1.8) * em;
+  // With its letters as high as the legend: what is written under a panel stays free.
+  const double x = page.legend.left + 4 * em, y = page.legend.bottom + 1.7 * em, length = 1.1 * em;
   constexpr std::array<const char*, 3> names{"x", "y", "z"};
   constexpr std::array<std::array<const char*, 2>, 3> ends{{{"R", "L"}, {"A", "P"}, {"S", "I"}}};
   constexpr std::array<Vec3, 3> colours{{{0.75, 0.15, 0.15}, {0.10, 0.50, 0.20}, {0.15, 0.30, 0.75}}};

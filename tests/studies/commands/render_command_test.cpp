@@ -1,5 +1,6 @@
 /// `maille render` and `maille play --render volume` as outside scripts see them.
 
+#include "studies/commands/command_scenes.hpp"
 #include "studies/commands/run_command.hpp"
 #include "support/kit.hpp"
 
@@ -73,6 +74,16 @@ TEST_F(RenderCommandContract, FramesOfADeformingBodyAndTheirCamera) {
   EXPECT_NE(bytes("plain/world_0000.png"), bytes("stereo/world_0000.png"));
   const auto wrong = test::refused("play " + scene + " " + path("pushed.toml") + " --zoom 2");
   EXPECT_TRUE(test::has(wrong.err, "--render"));
+}
+
+// Truth: 5 % (1 + nu) 2 / 3, by the definition of the equivalent strain.
+TEST_F(RenderCommandContract, AFieldHasATitleAndAScale) {
+  const auto drawn =
+      test::done("render " + folder.write("bar.toml", test::pulled_bar).string() +
+                 " --method coupled --field strain --width 120 --height 100 --out " + path("a.png"));
+  EXPECT_TRUE(test::has(drawn.out, "equivalent strain: colours from 0 to 4.33")) << drawn.out;
+  const int height = static_cast<unsigned char>(bytes("a.png").at(23));
+  EXPECT_EQ(height, drawn.err.empty() ? 100 + 7 * 9 : 100) << "else a line says the reason";
 }
 
 TEST_F(RenderCommandContract, BadInputIsToldWithExitCode2) {

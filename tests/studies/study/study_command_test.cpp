@@ -88,6 +88,11 @@ TEST_F(StudyCommandContract, CheckForecastsCasesAndMemory) {
   EXPECT_LT(checked["bytes_at_most"], 100e6);
   const std::string words = test::done("check " + file).out;
   EXPECT_TRUE(test::has(words, "3 cases by limits")) << words;
+  // Truth: 60 ns an unknown of a box (docs/speed.md), a quarter more to 1e-4.
+  folder.write("cube.toml", test::pulled_box_text("[9, 9, 9]", "[\"0.4 mm\", 0, 0]"));
+  const std::string cube = study("scene = \"cube.toml\"\nmethods = [\"coupled\"]\nreference = \"none\"\n" +
+                                 parameter("move[1].by[1]", "values = [\"0.1 mm\"]"));
+  EXPECT_NEAR(test::json_of("check " + cube + " --json")["seconds"], 3000 * 6e-8 * 1.25, 1e-6);
   EXPECT_TRUE(test::has(words, "warning: case 2 has no answer")) << words;
   EXPECT_FALSE(test::has(words, "case 3 has no answer")) << words;
 }
