@@ -177,10 +177,18 @@ void FrameRun::report_lead(std::size_t i) {
 std::string FrameRun::first_cut_drive() const {
   const auto cut = std::ranges::find_if(
       result.drives, [](const DriveResult& drive) { return drive.fraction < 1 - negligible; });
-  return cut == result.drives.end() ? ""
-                                    : fmt::format("object `{}` came {:.3g} % of its way",
-                                                  world.name(drives[cut - result.drives.begin()].object),
-                                                  cut->fraction > negligible ? 100 * cut->fraction : 0.0);
+  if (cut == result.drives.end())
+    return "";
+  const int object = drives[cut - result.drives.begin()].object;
+  const auto name = [&](int one) { return one < 0 ? "the border" : "object `" + world.name(one) + "`"; };
+  const auto touch = std::ranges::find_if(result.contacts, [&](const WorldContact& contact) {
+    return contact.object == object || contact.other == object;
+  });
+  return fmt::format("{} came {:.3g} % of its way{}", name(object),
+                     cut->fraction > negligible ? 100 * cut->fraction : 0.0,
+                     touch == result.contacts.end()
+                         ? ""
+                         : " and touches " + name(touch->object == object ? touch->other : touch->object));
 }
 
 void FrameRun::report_end(bool has_settled, const char* endless, const char* cut_short) {

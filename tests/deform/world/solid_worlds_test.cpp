@@ -92,6 +92,37 @@ TEST(SolidWorldsContract, NothingComesIntoAnything) {
   fmt::print("{} frames, {} settled, {} with matter in matter\n", n_frames, n_settled, n_inside);
 }
 
+// Contract: a needle of one voxel on the faces, the nodes and between the nodes of a body stays out of it, and
+// feels the force of the exact surfaces to a cell, as docs/contact.md says: a cell of depth, and one of width,
+// with which a punch of one voxel presses up to twice as hard.
+TEST(SolidWorldsContract, ANeedleOfOneVoxelPressesToACell) {
+  const auto world_of = [](const char* law, double poisson, double body, double needle) {
+    return World(parse_world_scene(world_text("10, 10, 21", fmt::format("contact = \"{}\"", law)) +
+                                   object("fat", "deformable", "8, 8, 6", {body, body, 3},
+                                          soft(poisson, "hold = [{ where = \"z-\" }]")) +
+                                   object("needle", "rigid", "1, 1, 10", {needle, needle, 10})));
+  };
+  for (const double poisson : {0.3, 0.45, 0.4999})
+    for (const double body : {1.0, 1.25, 1.5})
+      for (const double needle : {4.0, 4.5}) {
+        World exact = world_of("surfaces", poisson, body, needle);
+        const double stiffness =
+            -exact.advance(std::vector{drive_of(1, {0, 0, -1.5 * mm})}).drives[0].force[2] / 0.5; // [N/mm]
+        World world = world_of("cells", poisson, body, needle);
+        for (int frame = 0; frame < 8; ++frame) {
+          const FrameResult result = world.advance(std::vector{drive_of(1, {0, 0, -0.5 * mm})});
+          const double depth = 9 - world.pose(1).position[2] / mm, force = -result.drives[0].force[2];
+          const std::string here = fmt::format("nu {}, body {}, needle {}: {} N at {} mm of {} N/mm", poisson,
+                                               body, needle, force, depth, stiffness);
+          EXPECT_GT(force, 0.7 * stiffness * (depth - 1) - 1e-3) << here;
+          EXPECT_LT(force, 2 * stiffness * std::max(0.0, depth + 1)) << here;
+          EXPECT_EQ(world.n_penetrations(), 0) << here;
+          EXPECT_TRUE(result.status == Status::done || result.message.ends_with("and touches object `fat`"))
+              << here << result.message;
+        }
+      }
+}
+
 // Contract: thin boxes that fall onto one another edge on edge, or off by half a cell, stay out.
 TEST(StacksContract, NeedlesDoNotFallThroughNeedles) {
   for (const char* cells : {"1, 1, 6", "2, 1, 6", "3, 3, 2"})

@@ -145,13 +145,16 @@ Index3 BodyMatter::stretched_parts(const Face& face, const PlaceOf&... places) c
   Index3 needed{1, 1, 1};
   const std::size_t n = dimension_ == 3 ? 4 : 2;
   std::array<double, 2> longest{};
+  bool is_open = false; // a whole cell of the world lies between two nodes
   const auto look_at = [&](const auto& place_of) {
     std::array<InCells, 4> place;
     for (std::size_t i = 0; i < n; ++i)
       place[i] = place_of(face.node[i]);
     const auto measure = [&](std::size_t i, std::size_t j, std::size_t along) {
-      for (std::size_t a = 0; a < 3; ++a)
+      for (std::size_t a = 0; a < 3; ++a) {
         longest[along] = std::max(longest[along], std::abs(place[i][a] - place[j][a]));
+        is_open = is_open || std::abs(std::floor(place[i][a]) - std::floor(place[j][a])) > face.parts[along];
+      }
     };
     measure(0, 1, 0);
     if (n == 4) {
@@ -161,7 +164,7 @@ Index3 BodyMatter::stretched_parts(const Face& face, const PlaceOf&... places) c
     }
   };
   (look_at(places), ...);
-  if (longest[0] > face.parts[0] * closeness || longest[1] > face.parts[1] * closeness)
+  if (is_open || longest[0] > face.parts[0] * closeness || longest[1] > face.parts[1] * closeness)
     for (std::size_t i = 0; i < 2; ++i)
       needed[i] = static_cast<int>(std::clamp(std::ceil(closeness * longest[i]), 1.0, double{most_parts}));
   return needed;

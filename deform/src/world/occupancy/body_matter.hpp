@@ -22,10 +22,10 @@ bool is_in_cell(std::span<const Eigen::Vector3d> corners, const Eigen::Vector3d&
 /// of its surface. They are needed only if faces of a cell of matter are now longer than cells of the world,
 /// or if the body is rotated; otherwise its nodes occupy all cells. In the map these cells have the number of
 /// the cell of matter, counted after the body's last node. Points of the surface are followed like nodes. If
-/// faces are longer than cells at rest, their points are at most 4/5 of a cell apart at rest. If stretching
-/// moves two nodes or points of a face more than 5/4 of a cell apart, the face receives other points, 4/5 of
-/// a cell apart, for as long as it is stretched (watch). No obstacle as large as a cell can pass between
-/// them.
+/// faces are longer than cells at rest, their points are at most 4/5 of a cell apart at rest. If two nodes or
+/// points of a face come more than 5/4 of a cell apart, or lie in cells that do not touch, the face receives
+/// other points, 4/5 of a cell apart, as long as that lasts (watch). No obstacle as large as a cell can pass
+/// between them.
 class BodyMatter {
 public:
   BodyMatter(const Specimen& specimen, const PosedLattice& lattice);
