@@ -355,9 +355,10 @@ bool& may_overwrite();
 /// Checks before any work that `file` (nothing and "-": stdout) can be written, and is neither an input nor a
 /// file of `results` nor, unless may_overwrite(), a file not written by Maille. Later attempts to read it are
 /// refused (reserve_output). A scene file is replaced only if `ending` is ".toml".
-/// @throws UsageError
+/// @param head of the table, for CSV: see is_own_result() @throws UsageError
 void prepare_file(const std::string& option, const std::optional<std::string>& file,
-                  const std::optional<ResultsFolder>& results = {}, std::string_view ending = "");
+                  const std::optional<ResultsFolder>& results = {}, std::string_view ending = "",
+                  std::string_view head = "");
 /// Refuses an output file with the name of a result in `folder`. @throws UsageError
 void refuse_name_of_result(const std::string& option, const std::optional<std::string>& file,
                            const std::filesystem::path& folder,

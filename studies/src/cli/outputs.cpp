@@ -95,7 +95,8 @@ bool& may_overwrite() {
 }
 
 void prepare_file(const std::string& option, const std::optional<std::string>& file,
-                  const std::optional<ResultsFolder>& results, std::string_view ending) {
+                  const std::optional<ResultsFolder>& results, std::string_view ending,
+                  std::string_view head) {
   if (!file || *file == "-")
     return;
   const fs::path path(*file);
@@ -111,7 +112,7 @@ void prepare_file(const std::string& option, const std::optional<std::string>& f
   else if (is_kept_input(path))
     found = "one that this command reads";
   else if (fs::is_regular_file(path, error) && !may_overwrite() &&
-           (!is_own_result(path) || (path.extension() == ".toml" && ending != ".toml") ||
+           (!is_own_result(path, head) || (path.extension() == ".toml" && ending != ".toml") ||
             !file->ends_with(ending)))
     throw UsageError(fmt::format("{} {}: expected a new file, or a {} that Maille wrote, found another file; "
                                  "--overwrite replaces it",

@@ -3,6 +3,7 @@
 #include "cli/outputs.hpp"
 #include "cli/worlds.hpp"
 #include "compare/comparison.hpp"
+#include "compare/comparison_columns.hpp"
 #include "compare/methods.hpp"
 #include "export/vtk_files.hpp"
 #include "export/whole_file.hpp"
@@ -101,7 +102,7 @@ void prepare_outputs(const CompareOptions& options, const Scene& scene,
   if (options.out)
     folder.emplace(*options.out, scene.name, options.scene, "compare", sure);
   prepare_file("--json", options.json, folder);
-  prepare_file("--csv", options.csv, folder);
+  prepare_file("--csv", options.csv, folder, "", columns_of_comparison().csv_head());
   prepare_file("--picture", options.picture, folder);
 }
 

@@ -172,7 +172,7 @@ int feel_command(const PlayOptions& options) {
   const deform::RecordedMotion motion = deform::read_recorded_motion(options.trajectory);
   check_length(motion, options);
   prepare_file("--json", options.json);
-  prepare_file("--csv", options.feel.csv);
+  prepare_file("--csv", options.feel.csv, {}, "", csv(ProbeRun{}));
   prepare_file("--picture", options.picture);
   if (probed.world.surroundings()->n_inside(probed.world.tool(),
                                             deform::Proxy(probed.world.tool(), motion.at(0)).pose()) > 0)

@@ -8,6 +8,7 @@
 #include "maille/materials/fault.hpp"
 #include "maille/materials/quantity.hpp"
 #include "maille/scene/read_scene.hpp"
+#include "maille/scene/world/trajectory.hpp"
 #include "maille/scene/world/world_scene.hpp"
 #include "play/play.hpp"
 #include "view/seen_scene.hpp"
@@ -157,7 +158,7 @@ int live_command(const LiveOptions& options) {
     if (file)
       inputs.push_back(*file);
   keep_inputs(inputs);
-  prepare_file("--record", options.record);
+  prepare_file("--record", options.record, {}, "", trajectory_header());
   prepare_file("--json", options.json);
   const auto [width, height] = size_of(options.size);
   if (options.headless && !options.script)

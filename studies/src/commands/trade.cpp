@@ -3,6 +3,7 @@
 
 #include "compare/methods.hpp"
 #include "export/whole_file.hpp"
+#include "trade/measure.hpp"
 #include "trade/trade.hpp"
 
 #include <fmt/format.h>
@@ -62,7 +63,7 @@ int trade_command(const TradeOptions& options) {
     check_replaced(*options.out / (lattices.scene().name + "_trade.csv"), table.substr(0, table.find('\n')));
   }
   for (const auto& [option, file] : {std::pair("--json", options.json), {"--csv", options.csv}}) {
-    prepare_file(option, file);
+    prepare_file(option, file, {}, "", columns_of_trade().csv_head());
     if (options.out)
       refuse_name_of_result(option, file, *options.out, [&](const std::string& name) {
         return is_name_of_result(name, lattices.scene().name + "_trade");

@@ -5,9 +5,9 @@
 /// store their provenance among their first arrays, lists of data sets in a comment. PNG, SVG and MP4 come
 /// from other libraries: add_mark() appends the mark.
 ///
-/// CSV has no place for a mark. A table is Maille's if its header is that of the new table (by default one of
-/// `own_heads`), or if a list of results has its digest. For an unknown ending, the content determines
-/// whether a file is JSON or CSV of Maille.
+/// CSV has no place for a mark. A table is Maille's if it begins with the header of the table that replaces it,
+/// which its columns give (Columns::csv_head()), or if a list of results has its digest. For an unknown ending,
+/// the content determines whether a file is JSON or CSV of Maille.
 ///
 /// Deletion requires more than replacement, since no new file follows: the provenance of a data set, or a
 /// digest, so that files changed since, or named in a foreign list, are kept.
@@ -27,7 +27,6 @@
 #include <fstream>
 #include <iterator>
 #include <regex>
-#include <span>
 
 #include <zlib.h>
 
@@ -70,11 +69,6 @@ constexpr std::array forms{
          "\0\0\0\x0e"
          "freemaille"sv}, // a box `free`
 };
-
-/// First header columns of tables written by options: compare, trade, study, probe runs, recorded hands.
-constexpr std::array own_heads{"scene,method,status,setup_s,"sv, "scene,method,halvings,nodes,"sv,
-                               "study,case,"sv, "time,hand_x,hand_y,hand_z,proxy_x,"sv,
-                               "frame,object,nodes,dx [m],dy [m],dz [m],x [m],"sv};
 
 /// The first 64 KB of a file, decompressed.
 std::string beginning(const fs::path& file) {
@@ -143,8 +137,6 @@ bool is_own_result(const fs::path& file, std::string_view head_of_table) {
   if (!is_plain_file(file))
     return false;
   const auto size = static_cast<std::int64_t>(fs::file_size(file));
-  const std::span<const std::string_view> heads =
-      head_of_table.empty() ? std::span<const std::string_view>(own_heads) : std::span(&head_of_table, 1);
   const auto is_of = [&](const Form& form) { return file.filename().string().ends_with(form.ending); };
   const bool has_form = std::ranges::any_of(forms, is_of);
   const auto holds = [&](const Form& form) {
@@ -153,11 +145,8 @@ bool is_own_result(const fs::path& file, std::string_view head_of_table) {
     if (form.ending == ".json")
       return is_own_json(file);
     if (form.mark.empty())
-      return form.ending != ".csv"
-                 ? has_provenance(file)
-                 : std::ranges::any_of(heads, [head = beginning(file)](std::string_view one) {
-                     return head.starts_with(one);
-                   });
+      return form.ending != ".csv" ? has_provenance(file)
+                                   : !head_of_table.empty() && beginning(file).starts_with(head_of_table);
     if (form.at >= 0) {
       const std::size_t found = beginning(file).find(form.mark, form.at == anywhere ? 0 : form.place());
       return found != std::string::npos && (form.at == anywhere || found == form.place());

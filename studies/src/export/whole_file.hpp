@@ -65,7 +65,8 @@ private:
 /// without a stem, for names of warp's files.
 bool is_name_of_result(std::string_view name, std::string_view stem);
 /// True if a result may replace the file: it is empty, or a regular file with Maille's mark for that ending.
-/// @param head_of_table for CSV, which has no place for a mark: first line of the table
+/// @param head_of_table for CSV, which has no place for a mark: the beginning of the new table; without one,
+/// no CSV is Maille's
 bool is_own_result(const std::filesystem::path& file, std::string_view head_of_table = "");
 /// @throws FolderTaken if the name of a result, in a folder locked by FolderLock, belongs to a link or to
 /// another program's file. @param head first line of the new file

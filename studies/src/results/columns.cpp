@@ -82,6 +82,16 @@ std::vector<std::string> Columns::csv_names() const {
   return names;
 }
 
+std::string Columns::csv_head() const {
+  std::string head;
+  for (const Column& column : list_)
+    if (column.is_open)
+      return head;
+    else if (!column.csv.empty())
+      head += column.csv + ",";
+  return head.substr(0, head.size() - 1);
+}
+
 ordered_json Columns::json_of(const Values& values) const {
   ordered_json object = ordered_json::object();
   for (const std::size_t i : json_order_) {

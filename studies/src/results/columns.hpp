@@ -56,6 +56,8 @@ public:
   const std::vector<Column>& list() const { return list_; }
   /// Names in CSV, except the open column.
   std::vector<std::string> csv_names() const;
+  /// Beginning of every CSV header of the table, up to the open column.
+  std::string csv_head() const;
 
   nlohmann::ordered_json json_of(const Values& values) const;
   /// CSV header, including columns from the open column of `values`.

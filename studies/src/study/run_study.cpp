@@ -70,7 +70,7 @@ public:
   static void check(const fs::path& file) {
     std::error_code error;
     if (const fs::file_status status = fs::symlink_status(file, error);
-        fs::exists(status) && (is_kept_input(file) || !is_own_result(file, "study,case,")))
+        fs::exists(status) && (is_kept_input(file) || !is_own_result(file, columns_of_study().csv_head())))
       throw FolderTaken(fmt::format(
           "{}: expected a table of a study, which --overwrite replaces, found another file", file.string()));
   }

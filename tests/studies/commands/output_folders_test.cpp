@@ -207,16 +207,35 @@ TEST(OutputFileContract, OnlyWhatMailleWroteMakesWay) {
   const std::string in = folder.scene, fit = "fit " + in + " --reference relaxed --trials 2 --out m.toml",
                     compare = "compare " + in + " --methods limits,relaxed --reference relaxed ",
                     trade = "study trade " + in + " --methods limits --spacings 1 --reference limits ",
-                    study = "study " + folder.study() + " --overwrite --out " + folder.out;
+                    study = "study " + folder.study() + " --overwrite --out " + folder.out,
+                    scenes = std::string(MAILLE_SCENES) + "/world/",
+                    live = "live " + in + " --headless --script " +
+                           folder.write("ends.csv", "time [s],event,x,y,button,name,value\n0,close,,,,,\n")
+                               .string(),
+                    feel = "play " + scenes + "muscle.toml " + scenes +
+                           "muscle_stroked.csv --tool probe --no-clock";
   test::done("run " + in + " --methods limits --out " + folder.out);
-  for (const std::string& asked : std::vector<std::string>{
-           fit, "run " + in + " --write m.inp", "report " + folder.out + " --out m.html",
-           "study choose " + in + " --error 90% --time 60s --write c.toml", "run " + in + " --json r.json",
-           "run " + in + " --json r", "run " + in + " --steps 2 --picture r.png",
-           "run " + in + " --steps 2 --picture r.svg", compare + "--json c.json", compare + "--csv c.csv",
-           compare + "--csv c.txt", "check " + in + " --json k.json", "check --why " + in + " --json w.json",
-           "check library --json l.json", "check muscle/soleus --json t.json", trade + "--json t.json",
-           trade + "--csv t.csv", "render " + in + " --out v.png"}) {
+  for (const std::string& asked :
+       std::vector<std::string>{fit,
+                                "run " + in + " --write m.inp",
+                                "report " + folder.out + " --out m.html",
+                                "study choose " + in + " --error 90% --time 60s --write c.toml",
+                                "run " + in + " --json r.json",
+                                "run " + in + " --json r",
+                                "run " + in + " --steps 2 --picture r.png",
+                                "run " + in + " --steps 2 --picture r.svg",
+                                compare + "--json c.json",
+                                compare + "--csv c.csv",
+                                compare + "--csv c.txt",
+                                "check " + in + " --json k.json",
+                                "check --why " + in + " --json w.json",
+                                "check library --json l.json",
+                                "check muscle/soleus --json t.json",
+                                trade + "--json t.json",
+                                trade + "--csv t.csv",
+                                "render " + in + " --out v.png",
+                                live + " --record h.csv",
+                                feel + " --csv f.csv"}) {
     const std::string name = asked.substr(asked.rfind(' ') + 1), file = folder.write(name, "another's\n");
     const std::string line = asked.substr(0, asked.rfind(' ') + 1) + file;
     EXPECT_TRUE(test::has(test::refused(line).err, "that Maille wrote")) << line;
@@ -228,6 +247,8 @@ TEST(OutputFileContract, OnlyWhatMailleWroteMakesWay) {
   }
   for (int time = 0; time < 2; ++time)
     test::done(study + " --json " + (folder / "s.json").string());
+  // A table of another command is another file.
+  EXPECT_TRUE(test::has(test::refused(trade + "--csv " + (folder / "c.csv").string()).err, "another file"));
 }
 
 // What a killed run leaves: files, and no list that tells what they are of. A material beside an unchanged
