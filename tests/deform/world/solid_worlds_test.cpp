@@ -254,6 +254,33 @@ TEST(StacksContract, ALimbLiesDownOnATable) {
   }
 }
 
+// Contract: a soft body at rest on its world's floor takes one step a frame; it presses with its weight, and a
+// ball that falls on it wakes it.
+TEST(StacksContract, ABodyAtRestTakesAStepAFrame) {
+  World world(parse_world_scene(
+      world_text("12, 12, 40", "dynamics = { gravity = [0, 0, \"-9.81 m/s^2\"], damping = 20 }") +
+      object("body", "deformable", "4, 4, 3", {4, 4, 0}, soft(0.45, "density = 1050")) +
+      object("ball", "rigid", "2, 2, 2", {5, 5, 30})));
+  FrameBudget budget;
+  budget.frame_seconds = 0.01;
+  const Drive held = drive_of(1, Eigen::Vector3d::Zero());
+  FrameResult result;
+  for (int frame = 0; frame < 30; ++frame)
+    result = world.advance(std::vector{held}, budget);
+  EXPECT_EQ(result.rounds, 1);
+  ASSERT_FALSE(result.contacts.empty());
+  double force = 0;
+  for (const WorldContact& contact : result.contacts)
+    force += contact.force[2];
+  EXPECT_NEAR(force, 1050 * 48e-9 * 9.81, 1e-5 * force); // Analytic: its weight [N]
+  world.release(1);
+  std::int64_t most_rounds = 0;
+  for (int frame = 0; frame < 12; ++frame)
+    most_rounds = std::max(most_rounds, world.advance({}, budget).rounds);
+  EXPECT_GE(most_rounds, 10);
+  EXPECT_NEAR(world.pose(1).position[2], 3 * mm, 0.3 * mm) << "on the body";
+}
+
 // Contract: a tool whose edges are on, between or beside nodes settles as deep as it goes, in few rounds and
 // contacts, of a body on a floor as of one above it.
 TEST(PressesContract, DeepOnesSettle) {

@@ -1,5 +1,6 @@
 #include "world/dynamics/inertia_engine.hpp"
 
+#include "lattice/tolerances.hpp"
 #include "maille/scene/block_frames.hpp"
 
 #include <Eigen/Geometry>
@@ -148,6 +149,18 @@ void InertiaEngine::arrive(double step) {
   }
 }
 
+bool InertiaEngine::is_still(double step) const {
+  double fastest = 0; // [m/s]
+  for (int object = 0; object < world().n_objects(); ++object)
+    if (world().is_body(object)) {
+      fastest = std::max(fastest, nodes_[object].velocity.cwiseAbs().maxCoeff());
+    } else {
+      const double arm = balance_.object(object).box.diagonal().norm();
+      fastest = std::max(fastest, moving_[object].velocity.norm() + moving_[object].spin.norm() * arm);
+    }
+  return fastest * step < tolerance * balance_.cell();
+}
+
 Pose InertiaEngine::nearest_frame(int object) const {
   const Nodes& nodes = nodes_[object];
   const int d = world().scene.dimension;
@@ -247,9 +260,13 @@ void InertiaEngine::move(SurfaceFrame& surfaces) {
   hold(step);
   balance_.hold(frame.clock.control.threads);
   bool has_settled = true;
-  const bool was_apart = !balance_.crossing();
+  const bool was_apart = !balance_.crossing(),
+             stays = std::ranges::all_of(frame.drives, [](const Drive&drive) {
+               return drive.motion.by.isZero(0) && drive.motion.angle == 0;
+             });
   for (int i = 0; i < n && frame.clock.has_budget() && frame.rollback_reason.empty(); ++i) {
     const Balance::State before = balance_.state();
+    const bool was_still = stays && is_still(step);
     fly(step);
     surfaces.drive(i, n);
     has_settled = surfaces.settle() && has_settled;
@@ -259,6 +276,8 @@ void InertiaEngine::move(SurfaceFrame& surfaces) {
       surfaces.restore_if_overlapping(before, i, n);
     arrive(step);
     surfaces.find_blocked(n);
+    if (was_still && is_still(step))
+      break;
   }
   balance_.hand_back();
   surfaces.report(has_settled);

@@ -17,6 +17,9 @@ namespace maille::deform {
 /// contact forces at the end of the step. No step adds energy, momentum is exchanged by equal and opposite
 /// forces, and motions that are fast compared with a step are damped. Masses of bodies are at their nodes.
 ///
+/// If nothing moves before and after a step, and no hand does, the other steps of the frame would repeat it: they
+/// are skipped.
+///
 /// Strains are linear in the body's frame. After each step, the frame of a body without holds becomes the
 /// rigid motion nearest to its node positions, so that rotations are not limited.
 ///
@@ -39,6 +42,8 @@ private:
   void fly(double step);
   /// Updates velocities from the new positions.
   void arrive(double step);
+  /// True if nothing would move by more than `tolerance` of a cell in a step.
+  bool is_still(double step) const;
 
   /// State of a body's components, in its frame.
   struct Nodes {
