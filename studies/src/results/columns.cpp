@@ -83,13 +83,13 @@ std::vector<std::string> Columns::csv_names() const {
 }
 
 std::string Columns::csv_head() const {
-  std::string head;
+  std::vector<std::string> names;
   for (const Column& column : list_)
     if (column.is_open)
-      return head;
+      break;
     else if (!column.csv.empty())
-      head += column.csv + ",";
-  return head.substr(0, head.size() - 1);
+      names.push_back(column.csv);
+  return fmt::format("{}", fmt::join(names, ","));
 }
 
 ordered_json Columns::json_of(const Values& values) const {
