@@ -279,6 +279,26 @@ TEST(OutputFolderContract, EveryFileThatWasReadCounts) {
   EXPECT_FALSE(folder.names().contains("box_coupled_0001.vti"));
 }
 
+// A killed play leaves frames, and neither a list of results nor one for ParaView.
+TEST(OutputFolderContract, FramesOfAKilledPlayNeedOverwrite) {
+  const Folder folder;
+  std::string world = test::text_of(fs::path(MAILLE_SCENES) / "world/puzzle.toml");
+  const auto put = [&](const std::string& text) { return folder.write("puzzle.toml", text).string(); };
+  const std::string play = "play " + put(world) + " " + MAILLE_SCENES +
+                           "/world/puzzle_solved.toml --no-pictures --out " + folder.out;
+  const auto kill = [&] {
+    fs::remove(fs::path(folder.out) / "puzzle.pvd");
+    fs::remove(fs::path(folder.out) / "puzzle_play_results.json");
+  };
+  test::done(play);
+  kill();
+  test::done(play);
+  kill();
+  put(world + "# changed\n");
+  EXPECT_TRUE(test::has(test::refused(play).err, "puzzle.toml changed"));
+  test::done(play + " --overwrite");
+}
+
 TEST(OutputFileContract, EachOptionHasAFileOfItsOwn) {
   const Folder folder;
   const std::string same = (folder / "same").string(), out = (folder / "own").string();
