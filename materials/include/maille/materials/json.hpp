@@ -29,7 +29,7 @@ public:
     const std::size_t deep = first_too_deep(text);
     if (deep == text.size() && Json::sax_parse(text.begin(), text.end(), &builder))
       return std::move(builder.root_);
-    std::string expected = "JSON", found = builder.found_;
+    std::string expected = "JSON", found = builder.at_ > text.size() ? "its end" : builder.found_;
     if (deep < text.size()) {
       builder.at_ = deep + 1;
       expected = "JSON of at most " + std::to_string(deepest) + " brackets inside each other";
