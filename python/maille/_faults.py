@@ -6,7 +6,7 @@ import errno
 import math
 import numbers
 import os
-from typing import Any, NamedTuple, Sequence, Tuple, Union
+from typing import Any, NamedTuple, Optional, Sequence, Tuple, Union
 
 
 class Fault(NamedTuple):
@@ -41,17 +41,17 @@ class SceneFaults(ValueError):
         self.faults = [Fault(*fault) for fault in faults]
 
 
-def number_above_0(name: str, value: Any, example: str) -> float:
-    """A finite argument > 0.
+def number_above_0(name: str, value: Any, example: str, *, or_0: bool = False) -> float:
+    """A finite argument > 0, or >= 0.
 
     Raises:
         TypeError: not a number
-        ValueError: not finite, or not > 0
+        ValueError: not finite, or below
     """
     is_number = isinstance(value, numbers.Real) and not isinstance(value, bool)
-    if is_number and math.isfinite(value) and value > 0:
+    if is_number and math.isfinite(value) and (value > 0 or or_0 and value == 0):
         return float(value)
-    raise (ValueError if is_number else TypeError)(f"{name}: expected a number > 0 such as {example}, found {value!r}")
+    raise (ValueError if is_number else TypeError)(f"{name}: expected a number >{'=' * or_0} 0 such as {example}, found {value!r}")
 
 
 def count(name: str, value: Any) -> int:
@@ -65,6 +65,11 @@ def count(name: str, value: Any) -> int:
     if is_whole and value >= 1:
         return int(value)
     raise (ValueError if is_whole else TypeError)(f"{name}: expected a whole number from 1, found {value!r}")
+
+
+def threads_of(threads: Optional[int]) -> int:
+    """As many as asked, or one a processor."""
+    return os.cpu_count() or 1 if threads is None else count("threads", threads)
 
 
 def existing(file: Union[str, "os.PathLike[str]"]) -> str:

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from . import _core, _toml
 from ._answer import Answer, Floats, Record, axes_of, compare, vectors_in
-from ._faults import MailleWarning, SceneFaults, existing
+from ._faults import MailleWarning, SceneFaults, count, existing, number_above_0, threads_of
 from ._images import Image, Rows
 from ._program import refuse_foreign, write_whole
 from ._progress import Progress, told
@@ -295,18 +295,21 @@ class Scene:
                 fraction done and what is being done
             frame: of the answer's arrays: ``world``, as of files and forces, or ``grid``, the image's own axes
         """
-        count = threads or os.cpu_count() or 1
+        threads = threads_of(threads)
+        tolerance = None if tolerance is None else number_above_0("tolerance", tolerance, "1e-6")
+        seconds = None if seconds is None else number_above_0("seconds", seconds, "10", or_0=True)
+        bytes = None if bytes is None else count("bytes", bytes)
         if method not in (*_core.methods(), *FEM_METHODS):
             raise ValueError(f"expected one of {', '.join([*_core.methods(), *FEM_METHODS])}, found {method!r}")
         with told(progress) as tell:
             if steps is not None:
-                found: Union[Answer, Series] = run_steps(self, method, steps, tolerance, count, seconds, bytes, tell, frame)
+                found: Union[Answer, Series] = run_steps(self, method, steps, tolerance, threads, seconds, bytes, tell, frame)
             elif method in FEM_METHODS:
                 from . import fem
 
-                found = fem.run(self, method, threads=count, seconds=seconds, progress=tell).in_frame(frame)
+                found = fem.run(self, method, threads=threads, seconds=seconds, progress=tell).in_frame(frame)
             else:
-                found = Answer(self._built.run(method, tolerance, count, seconds, bytes, tell), self, frame)
+                found = Answer(self._built.run(method, tolerance, threads, seconds, bytes, tell), self, frame)
         for warning in dict.fromkeys(warning for answer in (found if isinstance(found, Series) else [found]) for warning in answer.warnings):
             warnings.warn(warning, MailleWarning, stacklevel=2)
         return found

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import warnings
 from dataclasses import dataclass
 from typing import Any, Dict, Iterable, Iterator, List, Optional, Sequence, Tuple, Union
@@ -11,7 +10,7 @@ import numpy as np
 
 from . import _core
 from ._answer import Floats, Record
-from ._faults import MailleWarning, existing
+from ._faults import MailleWarning, existing, number_above_0, threads_of
 from ._scene import Length, PathLike, _metres
 
 Drive = Tuple[str, List[int], Tuple[float, float, float], Tuple[float, float, float], float,
@@ -112,7 +111,7 @@ class World:
     def advance(self, drives: Iterable[Drive] = (), *, threads: Optional[int] = None,
                 seconds: Optional[float] = None) -> Frame:
         """One frame: driven objects go as far as they can, the others settle. ``seconds``: a budget."""
-        result = self._core.advance(list(drives), threads or os.cpu_count() or 1, seconds)
+        result = self._core.advance(list(drives), threads_of(threads), None if seconds is None else number_above_0("seconds", seconds, "1", or_0=True))
         self._played += 1
         return _frame(self._played, result)
 
@@ -129,7 +128,7 @@ class World:
             SceneFaults: a fault of the file, before the first frame
         """
         trajectory = _core.Trajectory(existing(file), self._core)
-        return self._frames(trajectory, threads or os.cpu_count() or 1)
+        return self._frames(trajectory, threads_of(threads))
 
     def _frames(self, trajectory: _core.Trajectory, threads: int) -> Iterator[Frame]:
         for number in range(1, trajectory.n_frames + 1):
