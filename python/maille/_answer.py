@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from ._faults import threads_of
 from ._images import Image, Rows, SpatialImage, are_labels, labels_of, metres
 from ._program import refuse_foreign
 from ._progress import Progress, told
@@ -306,7 +305,7 @@ class Answer:
         """Estimated errors: relative_l2, relative_max, rms [m], force, strain_energy, strain, stress, or the reason."""
         if self._estimate is None:
             with told(progress) as tell:
-                self._estimate = self._core.estimate(threads_of(threads), tell)
+                self._estimate = self._core.estimate(threads or os.cpu_count() or 1, tell)
         return self._estimate
 
     def _of_mechanics(self, key: str) -> List[Record]:

@@ -34,8 +34,6 @@ public:
   bool is_clear() const;
   /// Tests the cells on a voxel's way, up to the earliest contact so far.
   void follow(std::int32_t voxel, const Index3& start, std::optional<Contact>& earliest) const;
-  /// The same without the test for near cells.
-  void walk(std::int32_t voxel, const Index3& start, std::optional<Contact>& earliest) const;
   /// Calls visit(step, cell) for all blocked cells on a voxel's way.
   template<class Visit>
   void follow_through(std::int32_t voxel, const Index3& start, Visit&& visit) const;
@@ -117,12 +115,10 @@ bool Sweep::is_clear(const std::array<CoordinatePath, 3>& paths) const {
 }
 
 void Sweep::follow(std::int32_t voxel, const Index3& start, std::optional<Contact>& earliest) const {
-  if (!is_clear(paths_of(shape().centre_of(voxel))))
-    walk(voxel, start, earliest);
-}
-
-void Sweep::walk(std::int32_t voxel, const Index3& start, std::optional<Contact>& earliest) const {
-  CellWalk walk(paths_of(shape().centre_of(voxel)), motion_.angle, start);
+  const std::array<CoordinatePath, 3> paths = paths_of(shape().centre_of(voxel));
+  if (is_clear(paths))
+    return;
+  CellWalk walk(paths, motion_.angle, start);
   while (const auto step = walk.next(earliest ? earliest->time : 1)) {
     if (!map_.is_blocked(walk.cell()))
       continue;
@@ -170,16 +166,6 @@ std::optional<Contact> first_contact(const OccupancyMap& map, const Vec3& cell_s
                                      const Pose& pose, const RigidMotion& motion) {
   const Sweep sweep(map, cell_size, shape, pose, motion);
   return sweep.is_clear() ? std::nullopt : first_contact(sweep, motion);
-}
-
-std::optional<Contact> first_contact_of_every_voxel(const OccupancyMap& map, const Vec3& cell_size,
-                                                    const RigidShape& shape, const Pose& pose,
-                                                    const RigidMotion& motion) {
-  const Sweep sweep(map, cell_size, shape, pose, motion);
-  std::optional<Contact> earliest;
-  for (std::int32_t voxel = 0; voxel < shape.n_voxels(); ++voxel)
-    sweep.walk(voxel, sweep.posed().cell(voxel), earliest);
-  return earliest;
 }
 
 std::vector<Entry> entries_on_the_way(const OccupancyMap& map, const Vec3& cell_size, const RigidShape& shape,

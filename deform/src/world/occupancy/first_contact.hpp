@@ -21,11 +21,6 @@ namespace maille::deform {
 std::optional<Contact> first_contact(const OccupancyMap& map, const Vec3& cell_size, const RigidShape& shape,
                                      const Pose& pose, const RigidMotion& motion);
 
-/// The same for all voxels and all cells: reference for tests.
-std::optional<Contact> first_contact_of_every_voxel(const OccupancyMap& map, const Vec3& cell_size,
-                                                    const RigidShape& shape, const Pose& pose,
-                                                    const RigidMotion& motion);
-
 /// A blocked cell that a voxel enters on the way.
 struct Entry {
   double time = 0;
