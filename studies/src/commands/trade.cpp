@@ -57,9 +57,7 @@ int trade_command(const TradeOptions& options) {
     prepare_folder(*options.out);
     lock.emplace(*options.out, lattices.scene().name, FolderLock::Sharing::none,
                  std::vector<std::string>{"_trade.json", "_trade.svg", "_trade.png"});
-    Trade blank;
-    blank.rows.resize(1);
-    const std::string table = csv(lattices.scene(), blank); // its header is that of every trade
+    const std::string table = csv(lattices.scene(), Trade{}); // its header is that of every trade
     check_replaced(*options.out / (lattices.scene().name + "_trade.csv"), table.substr(0, table.find('\n')));
   }
   for (const auto& [option, file] : {std::pair("--json", options.json), {"--csv", options.csv}}) {

@@ -397,12 +397,7 @@ nlohmann::ordered_json json(const Scene& scene, const Comparison& comparison) {
 }
 
 std::string csv(const Scene& scene, const Comparison& comparison) {
-  const Table& columns = columns_of_comparison();
-  const std::vector<Line> lines = lines_of(scene, comparison);
-  std::string text = lines.empty() ? columns.csv(lines) : columns.csv_header(lines.front());
-  for (const Line& line : lines)
-    text += columns.csv_line(line);
-  return text;
+  return columns_of_comparison().csv(lines_of(scene, comparison));
 }
 
 } // namespace maille::studies

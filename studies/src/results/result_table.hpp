@@ -135,10 +135,10 @@ public:
 
   std::string csv_header(const Row& row) const { return csv_header_of(values(row)); }
   std::string csv_line(const Row& row) const { return csv_line_of(values(row)); }
-  /// Header, without columns from an open column, and one line per row.
+  /// Header, with the columns from an open column that the first row has, and one line per row.
   template<class Rows>
   std::string csv(const Rows& rows) const {
-    std::string text = csv_header_of(Values(list().size()));
+    std::string text = csv_header_of(std::empty(rows) ? Values(list().size()) : values(*std::begin(rows)));
     for (const Row& row : rows)
       text += csv_line(row);
     return text;

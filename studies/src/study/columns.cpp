@@ -203,14 +203,6 @@ std::vector<std::string> study_responses() {
   return names;
 }
 
-std::string csv_header(const StudyRow& row) {
-  return columns_of_study().csv_header(row);
-}
-
-std::string csv_line(const StudyRow& row) {
-  return columns_of_study().csv_line(row);
-}
-
 std::string StudyParameter::column() const {
   return unit.empty() ? label : fmt::format("{} [{}]", label, unit);
 }

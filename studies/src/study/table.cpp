@@ -3,6 +3,7 @@
 #include "export/vtk_files.hpp"
 #include "export/whole_file.hpp"
 #include "maille/materials/fault.hpp"
+#include "study/table_files.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -101,14 +102,12 @@ void sort_rows(std::vector<StudyRow>& rows, const std::vector<std::string>& meth
 
 std::vector<fs::path> write_study_table(const std::vector<StudyRow>& given, const fs::path& stem) {
   const std::vector<StudyRow> rows = with_same_measures(given);
-  std::string lines, csv = rows.empty() ? "" : csv_header(rows.front());
-  for (const StudyRow& row : rows) {
+  std::string lines;
+  for (const StudyRow& row : rows)
     lines += json_line(row) + "\n";
-    csv += csv_line(row);
-  }
   std::vector<fs::path> files{beside(stem, ".jsonl"), beside(stem, ".csv")};
   write_whole(files[0], lines);
-  write_whole(files[1], csv);
+  write_whole(files[1], rows.empty() ? "" : columns_of_study().csv(rows));
   if (const auto entries = pvd_entries(rows, stem.parent_path()); !entries.empty()) {
     files.emplace_back(beside(stem, ".pvd"));
     write_pvd(entries, files.back());

@@ -49,13 +49,11 @@ TableAppender::~TableAppender() {
 }
 
 void TableAppender::append(const std::vector<StudyRow>& rows) {
-  std::string lines, csv;
-  if (!has_header_ && !rows.empty())
-    csv = csv_header(rows.front());
-  for (const StudyRow& row : rows) {
+  std::string lines, csv = rows.empty() ? "" : columns_of_study().csv(rows);
+  for (const StudyRow& row : rows)
     lines += json_line(row) + "\n";
-    csv += csv_line(row);
-  }
+  if (has_header_ && !rows.empty())
+    csv.erase(0, columns_of_study().csv_header(rows.front()).size());
   append_whole(lines_, lines); // the file that is read back comes first
   append_whole(csv_, csv);
   has_header_ = has_header_ || !rows.empty();

@@ -40,12 +40,7 @@ nlohmann::ordered_json json(const Scene& scene, const Trade& trade) {
 }
 
 std::string csv(const Scene& scene, const Trade& trade) {
-  const auto& columns = columns_of_trade();
-  const std::vector<TradeRecord> records = records_of(scene, trade);
-  std::string text = records.empty() ? columns.csv(records) : columns.csv_header(records.front());
-  for (const TradeRecord& record : records)
-    text += columns.csv_line(record);
-  return text;
+  return columns_of_trade().csv(records_of(scene, trade));
 }
 
 } // namespace maille::studies

@@ -3,6 +3,7 @@
 #include "studies/commands/run_command.hpp"
 #include "studies/study/study_scenes.hpp"
 #include "study/plan/study_table.hpp"
+#include "study/table_files.hpp"
 #include "support/kit.hpp"
 
 #include <nlohmann/json.hpp>
@@ -36,10 +37,7 @@ protected:
   /// Whether the copy for other programs has the rows of the table, in their order.
   static void expect_copied(const fs::path& table) {
     const auto rows = read_study_table(table).rows;
-    std::string csv = csv_header(rows.at(0));
-    for (const StudyRow& row : rows)
-      csv += csv_line(row);
-    EXPECT_EQ(test::text_of(fs::path(table).replace_extension(".csv")), csv);
+    EXPECT_EQ(test::text_of(fs::path(table).replace_extension(".csv")), columns_of_study().csv(rows));
   }
   const test::StudyFolder folder;
   const std::string moves =

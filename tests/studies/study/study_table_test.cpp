@@ -53,13 +53,6 @@ std::string lines(const std::vector<StudyRow>& rows) {
   return text;
 }
 
-std::string csv(const std::vector<StudyRow>& rows) {
-  std::string text = csv_header(rows.front());
-  for (const StudyRow& one : rows)
-    text += csv_line(one);
-  return text;
-}
-
 StudyRow read_back(const std::string& line) {
   return parse_study_table(line + "\n", "t.jsonl").rows.at(0);
 }
@@ -72,7 +65,7 @@ TEST(StudyTableContract, RowsReadBackToTheBit) {
   const std::vector<StudyRow> rows{row(1, "limits"), bare};
   const StudyTable read = parse_study_table(lines(rows), "t.jsonl");
   EXPECT_EQ(lines(read.rows), lines(rows));
-  EXPECT_EQ(csv(read.rows), csv(rows));
+  EXPECT_EQ(columns_of_study().csv(read.rows), columns_of_study().csv(rows));
   EXPECT_EQ(read.rows[0].total_seconds, rows[0].total_seconds);
   EXPECT_EQ(read.rows[0].error->relative_l2, 1.0 / 3);
   EXPECT_FALSE(read.rows[1].error);
@@ -270,7 +263,7 @@ TEST(StudyMeasuresContract, RowsOfOneTableHaveTheSameColumns) {
     ASSERT_EQ(row.measures.size(), 2u);
     EXPECT_EQ(row.measures[0].name, "a");
     EXPECT_EQ(row.measures[1].name, "b");
-    EXPECT_EQ(csv_header(row), csv_header(rows[0]));
+    EXPECT_EQ(columns_of_study().csv_header(row), columns_of_study().csv_header(rows[0]));
   }
   EXPECT_EQ(rows[0].measures[0].value, 1.0);
   EXPECT_EQ(rows[1].measures[1].value, 2.0);

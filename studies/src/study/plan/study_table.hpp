@@ -77,9 +77,6 @@ nlohmann::ordered_json json(const StudyRow& row);
 
 /// Names of the columns of every table; parameter columns stand between them.
 std::vector<std::string> study_columns();
-/// CSV header line, with the parameter columns of `row`.
-std::string csv_header(const StudyRow& row);
-std::string csv_line(const StudyRow& row);
 
 /// A table from a file. An incomplete last line (killed writer) is skipped.
 struct StudyTable {
