@@ -97,7 +97,8 @@ void check_replaced(const fs::path& link, std::string_view head) {
   if (at == guard().folders.end() || guard().written.contains(file) ||
       !is_name_of_result(name, at->second.stem))
     return;
-  require_own(file, at->second, head.empty() ? "" : fmt::format("{}\n", head));
+  // Only study tables have no rows, hence no header.
+  require_own(file, at->second, head.empty() ? "study,case," : fmt::format("{}\n", head));
   guard().written.insert(file);
 }
 
