@@ -180,15 +180,14 @@ std::string FrameRun::first_cut_drive() const {
   if (cut == result.drives.end())
     return "";
   const int object = drives[cut - result.drives.begin()].object;
-  const auto name = [&](int one) { return one < 0 ? "the border" : "object `" + world.name(one) + "`"; };
-  const auto touch = std::ranges::find_if(result.contacts, [&](const WorldContact& contact) {
-    return contact.object == object || contact.other == object;
-  });
-  return fmt::format("{} came {:.3g} % of its way{}", name(object),
-                     cut->fraction > negligible ? 100 * cut->fraction : 0.0,
-                     touch == result.contacts.end()
-                         ? ""
-                         : " and touches " + name(touch->object == object ? touch->other : touch->object));
+  std::string text = fmt::format("object `{}` came {:.3g} % of its way", world.name(object),
+                                 cut->fraction > negligible ? 100 * cut->fraction : 0.0);
+  for (const WorldContact& contact : result.contacts)
+    if ((contact.object == object) != (contact.other == object)) {
+      const int other = contact.object == object ? contact.other : contact.object;
+      return text + " and touches " + (other < 0 ? "the border" : "object `" + world.name(other) + "`");
+    }
+  return text;
 }
 
 void FrameRun::report_end(bool has_settled, const char* endless, const char* cut_short) {

@@ -151,13 +151,12 @@ void InertiaEngine::arrive(double step) {
 
 bool InertiaEngine::is_still(double step) const {
   double fastest = 0; // [m/s]
-  for (int object = 0; object < world().n_objects(); ++object)
-    if (world().is_body(object)) {
-      fastest = std::max(fastest, nodes_[object].velocity.cwiseAbs().maxCoeff());
-    } else {
-      const double arm = balance_.object(object).box.diagonal().norm();
-      fastest = std::max(fastest, moving_[object].velocity.norm() + moving_[object].spin.norm() * arm);
-    }
+  for (int object = 0; object < world().n_objects(); ++object) {
+    const double arm = balance_.object(object).box.diagonal().norm();
+    fastest = std::max(fastest, world().is_body(object)
+                                    ? nodes_[object].velocity.cwiseAbs().maxCoeff()
+                                    : moving_[object].velocity.norm() + arm * moving_[object].spin.norm());
+  }
   return fastest * step < tolerance * balance_.cell();
 }
 
@@ -260,13 +259,10 @@ void InertiaEngine::move(SurfaceFrame& surfaces) {
   hold(step);
   balance_.hold(frame.clock.control.threads);
   bool has_settled = true;
-  const bool was_apart = !balance_.crossing(),
-             stays = std::ranges::all_of(frame.drives, [](const Drive&drive) {
-               return drive.motion.by.isZero(0) && drive.motion.angle == 0;
-             });
+  const bool was_apart = !balance_.crossing();
   for (int i = 0; i < n && frame.clock.has_budget() && frame.rollback_reason.empty(); ++i) {
     const Balance::State before = balance_.state();
-    const bool was_still = stays && is_still(step);
+    const bool was_still = frame.drives.empty() && is_still(step);
     fly(step);
     surfaces.drive(i, n);
     has_settled = surfaces.settle() && has_settled;
