@@ -6,7 +6,7 @@ import errno
 import math
 import numbers
 import os
-from typing import Any, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, NamedTuple, Sequence, Tuple, Union
 
 
 class Fault(NamedTuple):
@@ -65,11 +65,6 @@ def count(name: str, value: Any) -> int:
     if is_whole and value >= 1:
         return int(value)
     raise (ValueError if is_whole else TypeError)(f"{name}: expected a whole number from 1, found {value!r}")
-
-
-def threads_of(threads: Optional[int]) -> int:
-    """As many as asked, or one a processor."""
-    return os.cpu_count() or 1 if threads is None else count("threads", threads)
 
 
 def existing(file: Union[str, "os.PathLike[str]"]) -> str:

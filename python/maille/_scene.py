@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from . import _core, _toml
 from ._answer import Answer, Floats, Record, axes_of, compare, vectors_in
-from ._faults import MailleWarning, SceneFaults, count, existing, number_above_0, threads_of
+from ._faults import MailleWarning, SceneFaults, count, existing, number_above_0
 from ._images import Image, Rows
 from ._program import refuse_foreign, write_whole
 from ._progress import Progress, told
@@ -295,7 +295,7 @@ class Scene:
                 fraction done and what is being done
             frame: of the answer's arrays: ``world``, as of files and forces, or ``grid``, the image's own axes
         """
-        threads = threads_of(threads)
+        threads = count("threads", threads or os.cpu_count() or 1)
         tolerance = None if tolerance is None else number_above_0("tolerance", tolerance, "1e-6")
         seconds = None if seconds is None else number_above_0("seconds", seconds, "10", or_0=True)
         bytes = None if bytes is None else count("bytes", bytes)

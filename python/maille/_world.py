@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import warnings
 from dataclasses import dataclass
 from typing import Any, Dict, Iterable, Iterator, List, Optional, Sequence, Tuple, Union
@@ -10,7 +11,7 @@ import numpy as np
 
 from . import _core
 from ._answer import Floats, Record
-from ._faults import MailleWarning, existing, number_above_0, threads_of
+from ._faults import MailleWarning, count, existing, number_above_0
 from ._scene import Length, PathLike, _metres
 
 Drive = Tuple[str, List[int], Tuple[float, float, float], Tuple[float, float, float], float,
@@ -111,7 +112,7 @@ class World:
     def advance(self, drives: Iterable[Drive] = (), *, threads: Optional[int] = None,
                 seconds: Optional[float] = None) -> Frame:
         """One frame: driven objects go as far as they can, the others settle. ``seconds``: a budget."""
-        result = self._core.advance(list(drives), threads_of(threads), None if seconds is None else number_above_0("seconds", seconds, "1", or_0=True))
+        result = self._core.advance(list(drives), count("threads", threads or os.cpu_count() or 1), None if seconds is None else number_above_0("seconds", seconds, "1", or_0=True))
         self._played += 1
         return _frame(self._played, result)
 
@@ -128,7 +129,7 @@ class World:
             SceneFaults: a fault of the file, before the first frame
         """
         trajectory = _core.Trajectory(existing(file), self._core)
-        return self._frames(trajectory, threads_of(threads))
+        return self._frames(trajectory, count("threads", threads or os.cpu_count() or 1))
 
     def _frames(self, trajectory: _core.Trajectory, threads: int) -> Iterator[Frame]:
         for number in range(1, trajectory.n_frames + 1):

@@ -157,20 +157,18 @@ bool ResultsFolder::has_other_inputs(const ordered_json& list) const {
 
 /// A killed run has no list, hence no digests of its inputs: file times show whether these have changed.
 void ResultsFolder::refuse_older_than_inputs() const {
-  std::set<std::string> names, listed;
-  for (const auto& entry : fs::directory_iterator(folder_)) {
-    const std::string name = entry.path().filename().string();
-    if (is_name_of_result(name, scene_))
+  std::set<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder_))
+    if (const std::string name = entry.path().filename().string(); is_name_of_result(name, scene_))
       names.insert(name);
-    if (const ordered_json list = name.ends_with("_results.json") ? list_in(entry.path()) : ordered_json();
+  for (const std::string& name : std::set(names))
+    if (const ordered_json list = name.ends_with("_results.json") ? list_in(folder_ / name) : ordered_json();
         list.contains("written"))
       for (const ordered_json& one : list["written"])
-        listed.insert(one.is_string() ? one.get<std::string>() : "");
-  }
+        names.erase(one.is_string() ? one.get<std::string>() : "");
   for (const std::string& name : names)
     for (const auto& [input, digest] : inputs_)
-      if (const fs::path file = folder_ / name;
-          !listed.contains(name) && changed(file) < changed(input) && has_provenance(file))
+      if (const fs::path file = folder_ / name; changed(file) < changed(input) && has_provenance(file))
         throw UsageError(fmt::format("--out {}: expected no files of a run that was cut short before {} "
                                      "changed, found {}; --overwrite replaces them",
                                      folder_.string(), input, name));

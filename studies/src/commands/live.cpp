@@ -9,7 +9,6 @@
 #include "maille/materials/quantity.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/world/trajectory.hpp"
-#include "maille/scene/world/world_scene.hpp"
 #include "play/play.hpp"
 #include "view/seen_scene.hpp"
 

@@ -5,9 +5,9 @@
 /// store their provenance among their first arrays, lists of data sets in a comment. PNG, SVG and MP4 come
 /// from other libraries: add_mark() appends the mark.
 ///
-/// CSV has no place for a mark. A table is Maille's if it begins with the header of the table that replaces it,
-/// which its columns give (Columns::csv_head()), or if a list of results has its digest. For an unknown ending,
-/// the content determines whether a file is JSON or CSV of Maille.
+/// CSV has no place for a mark. A table is Maille's if it begins with the header of the table that replaces
+/// it, which its columns give (Columns::csv_head()), or if a list of results has its digest. For an unknown
+/// ending, the content determines whether a file is JSON or CSV of Maille.
 ///
 /// Deletion requires more than replacement, since no new file follows: the provenance of a data set, or a
 /// digest, so that files changed since, or named in a foreign list, are kept.

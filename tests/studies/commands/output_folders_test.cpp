@@ -247,7 +247,6 @@ TEST(OutputFileContract, OnlyWhatMailleWroteMakesWay) {
   }
   for (int time = 0; time < 2; ++time)
     test::done(study + " --json " + (folder / "s.json").string());
-  // A table of another command is another file.
   EXPECT_TRUE(test::has(test::refused(trade + "--csv " + (folder / "c.csv").string()).err, "another file"));
 }
 
@@ -282,21 +281,16 @@ TEST(OutputFolderContract, EveryFileThatWasReadCounts) {
 // A killed play leaves frames, and neither a list of results nor one for ParaView.
 TEST(OutputFolderContract, FramesOfAKilledPlayNeedOverwrite) {
   const Folder folder;
-  std::string world = test::text_of(fs::path(MAILLE_SCENES) / "world/puzzle.toml");
-  const auto put = [&](const std::string& text) { return folder.write("puzzle.toml", text).string(); };
-  const std::string play = "play " + put(world) + " " + MAILLE_SCENES +
-                           "/world/puzzle_solved.toml --no-pictures --out " + folder.out;
-  const auto kill = [&] {
-    fs::remove(fs::path(folder.out) / "puzzle.pvd");
-    fs::remove(fs::path(folder.out) / "puzzle_play_results.json");
-  };
-  test::done(play);
-  kill();
-  test::done(play);
-  kill();
-  put(world + "# changed\n");
+  const std::string world = std::string(MAILLE_SCENES) + "/world/puzzle",
+                    scene = folder.write("puzzle.toml", test::text_of(world + ".toml")).string(),
+                    play = "play " + scene + " " + world + "_solved.toml --no-pictures --out " + folder.out;
+  for (int time = 0; time < 2; ++time) {
+    test::done(play);
+    for (const char* list : {"puzzle.pvd", "puzzle_play_results.json"})
+      fs::remove(fs::path(folder.out) / list);
+  }
+  folder.write("puzzle.toml", test::text_of(world + ".toml") + "# changed\n");
   EXPECT_TRUE(test::has(test::refused(play).err, "puzzle.toml changed"));
-  test::done(play + " --overwrite");
 }
 
 TEST(OutputFileContract, EachOptionHasAFileOfItsOwn) {
