@@ -21,6 +21,7 @@
 namespace maille::live {
 namespace {
 using test::mm;
+using test::write_hand_packet;
 
 void wait_for(const std::function<bool()>& is_there) {
   for (int i = 0; i < 2000 && !is_there(); ++i)

@@ -1,10 +1,13 @@
 #pragma once
 /// Worlds for hands, and hands that are made of events.
 
+#include "maille/live/device.hpp"
 #include "maille/live/live.hpp"
 #include "maille/scene/read_scene.hpp"
 #include "maille/scene/world/world_scene.hpp"
 #include "support/kit.hpp"
+
+#include <cstring>
 
 namespace maille::live::test {
 
@@ -40,6 +43,18 @@ inline LiveTools tools() {
     return loaded;
   };
   return tools;
+}
+
+/// The packet as device.hpp states it, for devices that tests play.
+inline void write_hand_packet(const HandPacket& packet, std::span<std::byte, hand_packet_size> bytes) {
+  const Eigen::Vector3d& x = packet.pose.position;
+  const Eigen::Quaterniond q(packet.pose.rotation);
+  const std::array<double, 7> numbers{x[0], x[1], x[2], q.w(), q.x(), q.y(), q.z()};
+  const std::array<std::uint32_t, 2> ends{packet.buttons, 0};
+  std::memcpy(bytes.data(), "MLH1", 4);
+  std::memcpy(bytes.data() + 4, &packet.number, 4);
+  std::memcpy(bytes.data() + 8, numbers.data(), sizeof numbers);
+  std::memcpy(bytes.data() + 64, ends.data(), sizeof ends);
 }
 
 /// At once. @param name  of a key or a widget

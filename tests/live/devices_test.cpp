@@ -16,6 +16,8 @@
 namespace maille::live {
 namespace {
 
+using test::write_hand_packet;
+
 HandPacket some_packet() {
   HandPacket packet;
   packet.number = 7;

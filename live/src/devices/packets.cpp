@@ -50,19 +50,6 @@ std::optional<HandPacket> parse_hand_packet(std::span<const std::byte> bytes) {
   return packet;
 }
 
-void write_hand_packet(const HandPacket& packet, std::span<std::byte, hand_packet_size> bytes) {
-  std::memcpy(bytes.data(), "MLH1", 4);
-  write_at(bytes, 4, packet.number);
-  for (std::size_t i = 0; i < 3; ++i)
-    write_at(bytes, 8 + 8 * i, packet.pose.position[static_cast<Eigen::Index>(i)]);
-  const Eigen::Quaterniond q(packet.pose.rotation);
-  const std::array<double, 4> parts{q.w(), q.x(), q.y(), q.z()};
-  for (std::size_t i = 0; i < 4; ++i)
-    write_at(bytes, 32 + 8 * i, parts[i]);
-  write_at(bytes, 64, packet.buttons);
-  write_at(bytes, 68, std::uint32_t{0});
-}
-
 void write_force_packet(std::uint32_t number, const deform::ProbeForce& force,
                         std::span<std::byte, force_packet_size> bytes) {
   std::memcpy(bytes.data(), "MLF1", 4);

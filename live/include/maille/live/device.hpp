@@ -48,7 +48,6 @@ inline constexpr std::size_t force_packet_size = 56;
 /// Parses a packet. Nothing for an invalid one: wrong length or header, non-finite numbers, a position beyond
 /// a kilometre, a quaternion of length 0.
 std::optional<HandPacket> parse_hand_packet(std::span<const std::byte> bytes);
-void write_hand_packet(const HandPacket& packet, std::span<std::byte, hand_packet_size> bytes);
 void write_force_packet(std::uint32_t number, const deform::ProbeForce& force,
                         std::span<std::byte, force_packet_size> bytes);
 
