@@ -1,4 +1,4 @@
-"""The command beneath functions of Python that need its programs: studies and choices.
+"""Runs the command ``maille`` for functions of Python that need it: studies, choices, fits, reports.
 
 It runs as a child process that writes its progress to stderr (``MAILLE_PROGRESS``), as to a terminal. Ctrl-C is
 passed on: the command writes what is complete, and ends within a second.

@@ -1,8 +1,8 @@
 """Progress of long calls: the caller's own function, or with ``progress=True`` a bar.
 
 The bar is tqdm's (Debian: python3-tqdm), in a notebook with ipywidgets a widget; without tqdm a line on stderr. Both
-are drawn ten times a second at most, and cleared at the end, also by an exception. The line is that of the command:
-programs that run beneath Python (``MAILLE_PROGRESS``) write it into a pipe, see ``_command``.
+are drawn ten times a second at most, and cleared at the end, also by an exception. The line has the command's form:
+programs that Python runs (``MAILLE_PROGRESS``) write it into a pipe, see ``_command``.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _LINE = "\r\x1b[K"  # writes over the line of a terminal
 
 
 def of_command() -> bool:
-    """Whether a program of the command tells its progress, as terminal.cpp does."""
+    """True if a program of the command shows its progress, by the rule of terminal.cpp."""
     return sys.stderr.isatty() or "MAILLE_PROGRESS" in os.environ
 
 

@@ -17,8 +17,7 @@ namespace maille::deform {
 /// contact forces at the end of the step. No step adds energy, momentum is exchanged by equal and opposite
 /// forces, and motions that are fast compared with a step are damped. Masses of bodies are at their nodes.
 ///
-/// If nothing moves before and after a step, and no hand does, the other steps of the frame would repeat it:
-/// they are skipped.
+/// A frame without drives skips its other steps if nothing moves before and after one: they would repeat it.
 ///
 /// Strains are linear in the body's frame. After each step, the frame of a body without holds becomes the
 /// rigid motion nearest to its node positions, so that rotations are not limited.
